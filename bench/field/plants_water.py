@@ -12,6 +12,7 @@ Array = NDArray[np.float64]
 
 
 USUAL_M_S = 0.15
+SURGE, SWAY, HEAVE = range(3)
 
 
 def sign(rng: np.random.Generator) -> float:
@@ -78,9 +79,12 @@ def waves(rng: np.random.Generator, vehicle: FieldVehicle, _: Pilot, size: float
         site.hull = site.hull._replace(wave_number=omega**2 / GRAVITY_M_S2)
 
     # Of water past a body that moves through it at USUAL_M_S: inertia, and drag a quarter of a period behind.
-    drag = float(np.mean([vehicle.drag(axis, USUAL_M_S) / USUAL_M_S for axis in (0, 1)]))
-    force = float(np.hypot(vehicle.mass[:2].mean() * omega, drag) * speed)
-    return Planted("waves", {"force_amplitude": force, "period": period_s}, apply)
+    drag = np.array([vehicle.drag(axis, USUAL_M_S) / USUAL_M_S for axis in range(3)])
+    level, upright = (
+        float(np.hypot(vehicle.mass[axes].mean() * omega, drag[axes].mean()) * speed)
+        for axes in ([SURGE, SWAY], [HEAVE])
+    )
+    return Planted("waves", {"force_amplitude": max(level, upright), "period": period_s}, apply)
 
 
 def tether(rng: np.random.Generator, _: FieldVehicle, pilot: Pilot, size: float) -> Planted:

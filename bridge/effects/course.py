@@ -18,14 +18,14 @@ Array = NDArray[np.float64]
 class Course:
     """A vehicle's motion and its nominal model at uniform instants `time_s` (n,), body frame FRD, SI units.
 
-    nu, nu_dot (n, 6): velocity over ground of the body's origin, and its rate in body axes. euler (n, 3): roll, pitch
-    and heading, which runs on past pi. depth_m, altitude_m, voltage_v (n,), NaN where nothing tells. position_m (n, 2):
-    north and east of where it began. asked_n (n, k): what each thruster is asked for by its nominal curve; rpm (n, k):
-    signed shaft speeds, NaN where nothing tells. lag_s: the thrusters' nominal lag. mass, damping (6,): of the nominal
-    model, total. quadratic (6,): drag by the square of the speed, as far as it is known. water (n, 3): the water's own
-    velocity, body axes, as far as it is known. by_wrench: no pulses are known, and asked_n (n, 6) is the wrench itself,
-    as if of one thruster in each degree of freedom. Arrays are held column by column: most of what is made of them is
-    of one column.
+    nu, nu_dot (n, 6): velocity of the body's origin through the water as far as that is known, else over ground, and
+    its rate in body axes. euler (n, 3): roll, pitch and heading, which runs on past pi. depth_m, altitude_m,
+    voltage_v (n,), NaN where nothing tells. position_m (n, 2): north and east of where it began. asked_n (n, k): what
+    each thruster is asked for by its nominal curve; rpm (n, k): signed shaft speeds, NaN where nothing tells. lag_s:
+    the thrusters' nominal lag. mass, damping (6,): of the nominal model, total. quadratic (6,): drag by the square of
+    the speed, as far as it is known. water (n, 3): the water's own velocity, body axes, as far as it is known; None
+    for none. by_wrench: no pulses are known, and asked_n (n, 6) is the wrench itself, as if of one thruster in each
+    degree of freedom. Arrays are held column by column: most of what is made of them is of one column.
     """
 
     configuration: Configuration
@@ -72,13 +72,14 @@ class Course:
         return np.asarray(self.mass - np.array(rigid))
 
     @cached_property
-    def through_water(self) -> Array:
-        """(n, 6): the velocity through the water."""
+    def over_ground(self) -> tuple[Array, Array]:
+        """(n, 6) each: the velocity over ground, and its rate in body axes."""
         if self.water is None:
-            return self.nu
-        out = self.nu.copy()
-        out[:, :3] -= self.water
-        return out
+            return self.nu, self.nu_dot
+        nu, nu_dot = self.nu.copy(order="F"), self.nu_dot.copy(order="F")
+        nu[:, :3] += self.water
+        nu_dot[:, :3] += np.gradient(self.water, self.step_s, axis=0)
+        return nu, nu_dot
 
     def drag_of(self, nu: Array) -> Array:
         """What brakes the hull at velocities (n, 6) through the water, (n, 6)."""
@@ -87,6 +88,24 @@ class Course:
     def wrench_of(self, thrust_n: Array) -> Array:
         """(n, 6) of thrusts (n, k)."""
         return np.asarray((self.allocation @ thrust_n.T).T)
+
+    def turned_by(self, water: Array) -> Array:
+        """(n, 6): Coriolis forces that a model of the velocity over ground has too much of in water that moves by
+        `water` (n, 3). In proportion to it: the squares of the velocities differ by it times their mean."""
+        mean = 0.5 * (self.nu + self.over_ground[0])
+        half = np.zeros_like(mean)
+        half[:, :3] = 0.5 * water
+        return self.coriolis_of(self.mass, mean + half) - self.coriolis_of(self.mass, mean - half)
+
+    def pushed_by(self, water: Array) -> Array:
+        """(n, 6): all that a model of the velocity over ground lacks in water that moves so, where the water that is
+        known is no other: beside Coriolis forces drag and inertia."""
+        ground, _ = self.over_ground
+        through = ground.copy()
+        through[:, :3] -= water
+        out = self.turned_by(water) + self.drag_of(ground) - self.drag_of(through)
+        out[:, :3] += self.mass[:3] * np.gradient(water, self.step_s, axis=0)
+        return np.asarray(out)
 
     def coriolis_of(self, mass: Array, nu: Array) -> Array:
         """C(nu) nu, (n, 6), for diagonal masses (6,)."""

@@ -32,9 +32,10 @@ class Act:
     and linear dampings (6,) of the nominal model. None: nothing.
 
     A change of `mass` or `damping` is one of the nominal model's own parameters: a refit takes it up whole, and only
-    what was accepted before tells of it. `shaft_n` (n, k): the part of the thrusts that shaft speeds show, N; it is in
-    `wrench` too, and no longer to be added where the thrusts are taken from the shaft speeds. Other effects know of
-    `quadratic` (6,), drag by the square of the speed, and of `water` (n, 3), the water's velocity in body axes.
+    what was accepted before tells of it. `shaft_n` (n, k): the part of the thrusts that shaft speeds show, N; it is
+    in `wrench` too, and no longer to be added where the thrusts are taken from the shaft speeds. `quadratic` (6,):
+    drag by the square of the speed, which is in `wrench` too. `water` (n, 3): the water's own velocity, body axes,
+    which readings over ground have beyond the velocity through the water.
     """
 
     wrench: Array | None = None
@@ -47,6 +48,13 @@ class Act:
     shaft_n: Array | None = None
     quadratic: Array | None = None
     water: Array | None = None
+
+    @property
+    def beyond(self) -> Array | None:
+        """(n, 3): what readings of velocity have beyond that through the water; None for nothing."""
+        if self.velocity is None or self.water is None:
+            return self.water if self.velocity is None else self.velocity
+        return np.asarray(self.velocity + self.water)
 
     def each(self, change: Callable[[Array], Array]) -> "Act":
         """With a change done to all that it adds along the course, (n, ...) to (n, ...)."""
@@ -75,7 +83,7 @@ class Act:
 
 ARRAYS = tuple(field.name for field in fields(Act))
 
-ALONG = ("wrench", "velocity", "gyro", "attitude", "specific_force", "shaft_n")
+ALONG = ("wrench", "water", "velocity", "gyro", "attitude", "specific_force", "shaft_n")
 """The parts of an act that go with time."""
 
 

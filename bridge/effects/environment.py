@@ -1,4 +1,9 @@
-"""What the water does: currents that stay or change, waves."""
+"""What the water does: currents that stay or change, waves.
+
+A neutrally buoyant vehicle moves through water that moves as it does through water at rest (Fossen 2011, section 8.3;
+what the water displaces it also pushes as it speeds up, Newman 1977, section 4.13). A current is therefore no force: it
+is what a velocity over ground reads beyond that through the water.
+"""
 
 from collections.abc import Iterator, Sequence
 
@@ -15,55 +20,8 @@ WAVE_PERIODS_S = (2.0, 3.0, 4.0, 5.0, 6.5, 8.0)
 CURRENT_PERIODS_S = (20.0, 40.0, 80.0, 160.0)
 
 
-def water_moves(course: Course, water: Array, rising: Array) -> Array:
-    """The wrench (n, 6) of water that moves by `water` (n, 3), body axes, and speeds up by `rising` (n, 3) over ground,
-    to the first order in both.
-
-    Drag and the added masses' Coriolis forces go by the velocity through the water, and the added masses are carried
-    along: d(nu_r)/dt = d(nu)/dt - R^T dVc/dt + omega x Vc (Fossen 2011, section 8.3). The water's own acceleration
-    pushes what it displaces as well (Newman 1977, section 4.13).
-    """
-    m_u, m_v, m_w = course.added_mass[:3].tolist()
-    u, v, w, p, q, r = course.nu.T
-    x, y, z = water.T
-    # What is linear in the water of C(nu) nu - C(nu - water) (nu - water).
-    carried = [
-        m_w * z * q - m_v * y * r,
-        m_u * x * r - m_w * z * p,
-        m_v * y * p - m_u * x * q,
-        (m_w - m_v) * (y * w + v * z),
-        (m_u - m_w) * (x * w + u * z),
-        (m_v - m_u) * (x * v + u * y),
-    ]
-    turning = [q * z - r * y, r * x - p * z, p * y - q * x]
-    out = np.stack(carried).T
-    rising_too = course.added_mass[:3] + course.configuration.dry_mass_kg
-    braked = course.damping[:3] + 2.0 * course.quadratic[:3] * np.abs(course.through_water[:, :3])
-    out[:, :3] += braked * water + rising_too * rising
-    out[:, :3] -= course.added_mass[:3] * np.stack(turning).T
-    return np.asarray(out)
-
-
 def _steady(course: Course, values: Array) -> Act:
-    """Whole, and not to the first order: with the Munk moment that a current makes of a body at rest."""
-    water = course.in_body(float(values[0]), float(values[1]))
-    alone = np.zeros_like(course.nu)
-    alone[:, :3] = water
-    whole = water_moves(course, water, np.zeros_like(water)) - course.coriolis_of(course.added_mass, alone)
-    whole[:, :3] += _beyond_first_order(course, water)
-    return Act(wrench=whole, water=water)
-
-
-def _beyond_first_order(course: Course, water: Array) -> Array:
-    """What the square of the speed makes of water that moves by `water` (n, 3), less its first order, (n, 3).
-
-    The drag by the velocity through the water that is known already is in the model: this is a change of it.
-    """
-    if not course.quadratic[:3].any():
-        return np.zeros_like(water)
-    known, through = course.through_water[:, :3], course.nu[:, :3] - water
-    change = np.abs(known) * known - np.abs(through) * through - 2.0 * np.abs(known) * water
-    return np.asarray(course.quadratic[:3] * change)
+    return Act(water=course.in_body(float(values[0]), float(values[1])))
 
 
 STEADY_CURRENT = Effect(
@@ -73,7 +31,6 @@ STEADY_CURRENT = Effect(
     (Parameter("north", "m/s", 0.05, -3.0, 3.0), Parameter("east", "m/s", 0.05, -3.0, 3.0)),
     _steady,
     "one leg on three headings or more, or a slow full turn; a drift without thrust",
-    linear=False,
 )
 
 
@@ -83,12 +40,10 @@ def varying_current(*periods_s: float) -> Effect:
     rates = [2 * np.pi / period_s for period_s in periods_s]
 
     def act(course: Course, values: Array) -> Act:
-        water, rising = np.zeros((2, len(course.since_s))), np.zeros((2, len(course.since_s)))
+        water = np.zeros((2, len(course.since_s)))
         for rate, line in _present(rates, values.reshape(-1, 2, 2)):
-            sin, cos = np.sin(rate * course.since_s), np.cos(rate * course.since_s)
-            water += line @ np.stack([sin, cos])
-            rising += rate * (line @ np.stack([cos, -sin]))
-        return Act(wrench=water_moves(course, course.in_body(*water), course.in_body(*rising)))
+            water += line @ np.stack([np.sin(rate * course.since_s), np.cos(rate * course.since_s)])
+        return Act(water=course.in_body(*water))
 
     def telling(values: Array) -> Told:
         lines = np.linalg.norm(values.reshape(-1, 4), axis=1)

@@ -13,8 +13,7 @@ DRAG_UNITS = ("N s2/m2",) * 3 + ("N m s2/rad2",) * 3
 
 def _drag(course: Course, values: Array) -> Act:
     """Fossen 2011, section 6.4: of the magnitudes of X_u|u| and so on."""
-    nu = course.through_water
-    return Act(wrench=-values * np.abs(nu) * nu, quadratic=values)
+    return Act(wrench=-values * np.abs(course.nu) * course.nu, quadratic=values)
 
 
 QUADRATIC_DRAG = Effect(
@@ -109,7 +108,7 @@ MUNK_MOMENT, MUNK_MOMENT_IN_YAW = (
 
 def _astern(course: Course, values: Array) -> Act:
     wrench = np.zeros_like(course.nu)
-    astern = np.minimum(course.through_water, 0.0)
+    astern = np.minimum(course.nu, 0.0)
     wrench[:, 0] = -(values[0] - 1.0) * course.drag_of(astern)[:, 0]
     return Act(wrench=wrench)
 
@@ -126,7 +125,7 @@ DRAG_ASYMMETRY = Effect(
 
 def _growing(course: Course, values: Array) -> Act:
     """D(t) = D (1 + rate t)."""
-    return Act(wrench=-(values[0] * course.since_s)[:, None] * course.drag_of(course.through_water))
+    return Act(wrench=-(values[0] * course.since_s)[:, None] * course.drag_of(course.nu))
 
 
 FOULING = Effect(

@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 
 
 def _scale(course: Course, values: Array) -> Act:
-    return Act(velocity=(values[0] - 1.0) * course.nu[:, :3])
+    return Act(velocity=(values[0] - 1.0) * course.over_ground[0][:, :3])
 
 
 DVL_SCALE = Effect(
@@ -41,7 +41,7 @@ DVL_BIAS = Effect(
 
 def _turned(course: Course, values: Array) -> Act:
     """v_m = R(yaw) v."""
-    u, v, _ = course.nu[:, :3].T
+    u, v, _ = course.over_ground[0][:, :3].T
     cos, sin = np.cos(values[0]), np.sin(values[0])
     read = np.stack([u * cos - v * sin - u, u * sin + v * cos - v, np.zeros_like(u)]).T
     return Act(velocity=read)
@@ -77,7 +77,7 @@ DVL_LEVER_ARM = Effect(
 
 def _late(course: Course, values: Array) -> Act:
     """By the integral of its rate: a filter's velocity jumps with every reading, which is no motion of the vehicle."""
-    way = np.cumsum(course.nu_dot[:, :3], axis=0) * course.step_s
+    way = np.cumsum(course.over_ground[1][:, :3], axis=0) * course.step_s
     return Act(velocity=delayed(way, course.step_s, float(values[0])) - way)
 
 
@@ -113,10 +113,11 @@ GYRO_BIAS = Effect(
 def _leak(course: Course, values: Array) -> Act:
     """An IMU tilted by small angles t reads f - t x f of the specific force f = d(v)/dt + omega x v - g: at rest and
     level g pitch ahead and -g roll aside."""
-    (u, v, w, p, q, r), down = course.nu.T, course.world[2]
-    ahead = course.nu_dot[:, 0] + w * q - v * r - GRAVITY_M_S2 * down[:, 0]
-    aside = course.nu_dot[:, 1] + u * r - w * p - GRAVITY_M_S2 * down[:, 1]
-    below = course.nu_dot[:, 2] + v * p - u * q - GRAVITY_M_S2 * down[:, 2]
+    nu, nu_dot = course.over_ground
+    (u, v, w, p, q, r), down = nu.T, course.world[2]
+    ahead = nu_dot[:, 0] + w * q - v * r - GRAVITY_M_S2 * down[:, 0]
+    aside = nu_dot[:, 1] + u * r - w * p - GRAVITY_M_S2 * down[:, 1]
+    below = nu_dot[:, 2] + v * p - u * q - GRAVITY_M_S2 * down[:, 2]
     roll, pitch = values.tolist()
     return Act(specific_force=np.column_stack([-pitch * below, roll * below, pitch * ahead - roll * aside]))
 

@@ -67,11 +67,12 @@ from identify.diagnose.shrink import checked, contradiction_note, held_out_shrin
 from identify.diagnose.simulation import (
     EACH,
     Simulation,
+    beyond_motion_of,
+    missing_wrench_of,
     simulation_of,
     slope_of,
     specific_force_of,
     velocity_error_of,
-    wrench_of,
 )
 from identify.diagnose.simulator import Simulator
 from identify.diagnose.unexplained import Unexplained, unexplained_of
@@ -157,7 +158,7 @@ def diagnose(
     )
     missing = missing_of(*models, wrong, felt, found.now)
     if plain is nominal:
-        missing = beyond_refit(missing, wrench_of(found.causes, found.now.course), found.now, EACH)
+        missing = beyond_refit(missing, missing_wrench_of(found.causes, found.now.course), found.now, EACH)
     floors = floors_of(found.now, models[1], rng)
     before, after = (drifts(model, floors) for model in models)
     forces = unexplained_forces(left)
@@ -233,7 +234,7 @@ def beside(found: Explanation, nominal: Nominal) -> tuple[Simulation, Simulation
     """Simulations of the nominal model and of the model with the causes, along one recorded motion: the first against
     the readings as recorded, the second against readings corrected for the causes."""
     now, causes = found.now, found.causes
-    nu, wrong = now.motion.nu, velocity_error_of(causes, now.course)
+    nu, wrong = now.motion.nu, beyond_motion_of(causes, now.course)
     after = simulation_of(now, now.theta, nu, slope=slope_of(causes, now.course))
     return simulation_of(nominal, nominal.theta, nu + wrong), after
 

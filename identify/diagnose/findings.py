@@ -23,7 +23,7 @@ from identify.diagnose.search import (
     required_gain,
 )
 from identify.diagnose.seas import SEAS, period_interval
-from identify.diagnose.simulation import EACH, slope_of, wrench_of
+from identify.diagnose.simulation import EACH, missing_wrench_of, slope_of
 from identify.diagnose.weighing import Fitted, FormRemainder
 from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
 from identify.identification import Z95
@@ -54,7 +54,7 @@ def feedforward_gain(
     if the feed-forward can't compensate it. The others remain, less their part in masses and dampings."""
     if not cause.effect.feedforward or cause.act(now.course).wrench is None:
         return None
-    wrench = wrench_of(others, now.course)
+    wrench = missing_wrench_of(others, now.course)
     left = np.column_stack([_beyond_refit(wrench[:, dof], now.course, dof) for dof in range(6)])
     return feedforward_gain_by(left[::EACH], missing, now, braking)
 

@@ -21,6 +21,7 @@ from identify.diagnose.predicted import mean_before, means_before, value_before
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
 from identify.estimators.lateness import behind_filter
 from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
+from identify.estimators.readings import HEAVE
 from identify.estimators.scoring import slopes
 
 Array = NDArray[np.float64]
@@ -158,18 +159,17 @@ class AxisInnovations:
     def block(self, acts: Sequence[Act], course: Course) -> Block:
         """Response of the axis' rows to each act; acts without any are left out."""
         dof = self.problem.axis.dof
-        pushed = [k for k, act in enumerate(acts) if act.wrench is not None and np.any(act.wrench[:, dof])]
+        forces = {k: force for k, act in enumerate(acts) if (force := _force(act, course, dof)) is not None}
         offs = {
             k: off
             for k, act in enumerate(acts)
             if (off := reading_error(self.problem, act, course)) is not None
         }
-        of = sorted({*pushed, *offs})
+        of = sorted({*forces, *offs})
         place = {k: i for i, k in enumerate(of)}
         values = np.zeros((len(self.std), len(of)))
-        if pushed:
-            forces = np.stack([wrench[:, dof] for k in pushed if (wrench := acts[k].wrench) is not None])
-            values[:, [place[k] for k in pushed]] = self.by_course(course, forces)
+        if forces:
+            values[:, [place[k] for k in forces]] = self.by_course(course, np.stack([*forces.values()]))
         if offs:
             values[:, [place[k] for k in offs]] += self.prewhitened(
                 self.by_reading(np.column_stack([*offs.values()]))
@@ -177,10 +177,20 @@ class AxisInnovations:
         return Block(np.array(of, dtype=np.intp), values)
 
 
+def _force(act: Act, course: Course, dof: int) -> Array | None:
+    """What an act pushes with along a course (t,); None if it does not. A filter whose readings are over ground has
+    Coriolis forces by these."""
+    force = None if act.wrench is None else act.wrench[:, dof]
+    if act.water is not None:
+        turned = course.turned_by(act.water)[:, dof]
+        force = turned if force is None else force + turned
+    return force if force is not None and force.any() else None
+
+
 def reading_error(problem: AxisLikelihood, act: Act, course: Course) -> Array | None:
     """Error of an axis' readings (n,) by an act; None if it has none."""
     axis = problem.axis
-    wrong = act.velocity if axis.dof < 3 else act.gyro
+    wrong = act.beyond if axis.dof < 3 else act.gyro
     rate = None if wrong is None else wrong[:, axis.dof % 3]
     angle = None if act.attitude is None or axis.dof < 3 else act.attitude[:, axis.dof - 3]
     out = np.zeros(len(axis.time_s))
@@ -190,6 +200,9 @@ def reading_error(problem: AxisLikelihood, act: Act, course: Course) -> Array | 
         if added.any():
             summed = mean_before(course.time_s, rate, axis.time_s - axis.scale, axis.time_s)
             out += summed * axis.scale * added
+    if act.water is not None and axis.dof == HEAVE:
+        sunk = np.cumsum(act.water[:, HEAVE]) * course.step_s
+        out += value_before(course.time_s, sunk, axis.time_s) * (axis.state_read == POSITION)
     if angle is not None and angle.any():
         out += value_before(course.time_s, angle, axis.time_s) * (axis.state_read == POSITION)
     return out if out.any() else None

@@ -22,7 +22,7 @@ from identify.diagnose.regression import steady_trims
 from identify.diagnose.witnesses import Witness, witnesses
 from identify.dive import Dive, Signal
 from identify.estimators.autopilot_velocity import dated, dated_back
-from identify.estimators.axes import Axes, build_axes
+from identify.estimators.axes import Axes, Axis, build_axes
 from identify.estimators.lateness import behind_filter
 from identify.estimators.likelihood_axis import DAMPING, MASS, TIME_CONSTANT, AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
@@ -44,6 +44,9 @@ PASSES = 2
 
 SEA_S, SEA_SPREAD = 1.5, 0.1
 """How long a disturbance remembers, and how far, in its logarithm, it may well be from that."""
+
+SURGE, SWAY, ALIKE = 0, 1, 0.2
+"""How far apart, in its logarithm, what a filter is off by may well be in surge and in sway."""
 
 QUICKEST_S = 0.06
 """Least time constant (mass over damping) of a degree of freedom: three commands of an autopilot's log."""
@@ -215,9 +218,11 @@ def _without_still(built: Axes, dive: Dive) -> Axes:
 def refitted(nominal: Nominal, acts: Sequence[Act], near: Nominal | None = None) -> Nominal:
     """The same dive less the acts' forces and reading errors, with parameters and noise levels fitted anew. The fit
     starts from `near` if given."""
-    problems = tuple(_without_acts(problem, acts, nominal.course) for problem in nominal.joint.problems)
+    near = near or nominal
+    pairs = zip(nominal.joint.problems, near.joint.problems, strict=True)
+    problems = tuple(_without_acts(problem, acts, nominal.course, at.axis) for problem, at in pairs)
     joint = replace(nominal.joint, problems=problems)
-    joint, theta = _maximised(joint, (near or nominal).theta, nominal.motion, nominal.filtered)
+    joint, theta = _maximised(joint, near.theta, nominal.motion, nominal.filtered, passes=1)
     mass, damping = _coefficients(joint, theta)
     motion = _smoothed(joint, theta, nominal.motion)
     at = predicted(joint, theta, motion)
@@ -236,14 +241,15 @@ def _without_trims(joint: JointLikelihood, theta: Array) -> Array:
 
 
 def _maximised(
-    joint: JointLikelihood, theta: Array, motion: Motion, filtered: tuple[int, ...]
+    joint: JointLikelihood, theta: Array, motion: Motion, filtered: tuple[int, ...], passes: int = PASSES
 ) -> tuple[JointLikelihood, Array]:
     """The maximum likelihood, with Coriolis forces of ever better velocities.
 
     Outliers are dropped, except in `filtered` degrees of freedom: there a large residual is the model's.
     """
-    for _ in range(PASSES):
+    for _ in range(passes):
         theta = climb(joint, theta, NEARLY, JointLikelihood.score).theta
+        joint, theta = _alike(joint, theta, filtered)
         better = joint.with_better_forces(motion, theta)
         problems = tuple(
             replace(new, reading=old.reading) if new.axis.dof in filtered else new
@@ -253,20 +259,43 @@ def _maximised(
     return joint, climb(joint, theta, NEARLY, JointLikelihood.score).theta
 
 
-def _without_acts(problem: AxisLikelihood, acts: Sequence[Act], course: Course) -> AxisLikelihood:
+def _alike(joint: JointLikelihood, theta: Array, filtered: Sequence[int]) -> tuple[JointLikelihood, Array]:
+    """With what an autopilot's filter is off by about as much in surge as in sway. Where a model lacks a force in one
+    of them, errors of the readings would make up for it."""
+    own = [
+        (k, place.stop - 2)
+        for k, (problem, place) in enumerate(zip(joint.problems, joint.places, strict=True))
+        if problem.axis.dof in {SURGE, SWAY} & {*filtered} and problem.axis.is_coloured
+    ]
+    if len(own) < 2:
+        return joint, theta
+    problems, theta = list(joint.problems), theta.copy()
+    _, quietest = min(own, key=lambda one: float(theta[one[1]]))
+    for k, place in own:
+        mean, precision = problems[k].prior_mean.copy(), problems[k].prior_precision.copy()
+        mean[-2], precision[-2] = theta[quietest], ALIKE**-2.0
+        problems[k] = replace(problems[k], prior_mean=mean, prior_precision=precision)
+        theta[place] = theta[quietest]
+    return replace(joint, problems=tuple(problems)), theta
+
+
+def _without_acts(problem: AxisLikelihood, acts: Sequence[Act], course: Course, near: Axis) -> AxisLikelihood:
+    """An axis less the acts, at the speeds of a fit near by."""
     axis = problem.axis
     before = np.concatenate([axis.time_s[:1], axis.time_s[:-1]])
-    force, reading, water = axis.force.copy(), problem.reading.copy(), axis.water
+    force, reading, quadratic = axis.force.copy(), problem.reading.copy(), axis.quadratic
     for act in acts:
-        if act.water is not None and axis.dof < 3:
-            water = water + mean_before(course.time_s, act.water[:, axis.dof], before, axis.time_s)
-        if act.wrench is not None:
+        if act.quadratic is not None:
+            # The filter itself brakes so: the velocity that a force is made of beforehand is off.
+            quadratic += float(act.quadratic[axis.dof])
+        elif act.wrench is not None:
             own = behind_filter(act.wrench[None, :, axis.dof], course.step_s, axis.smoothing_s)[0]
             force += mean_before(course.time_s, own, before, axis.time_s)[:, None]
         off = reading_error(problem, act, course)
         if off is not None:
             reading -= off
-    return replace(problem, axis=replace(axis, force=force, water=water), reading=reading)
+    axis = replace(axis, force=force, quadratic=quadratic, speed=near.speed, coriolis=near.coriolis)
+    return replace(problem, axis=axis, reading=reading).reshaped()
 
 
 def _smoothed(joint: JointLikelihood, theta: Array, motion: Motion) -> Motion:
@@ -277,7 +306,7 @@ def _smoothed(joint: JointLikelihood, theta: Array, motion: Motion) -> Motion:
 
 
 def quadratic_of(joint: JointLikelihood, theta: Array) -> Array:
-    """The quadratic dampings (6,) that the filters' own model has."""
+    """The quadratic dampings (6,) that are fitted with the filters."""
     out = np.zeros(6)
     for problem, place in zip(joint.problems, joint.places, strict=True):
         out[problem.axis.dof] = problem.quadratic(theta[place])
@@ -287,13 +316,11 @@ def quadratic_of(joint: JointLikelihood, theta: Array) -> Array:
 def _known_course(course: Course, joint: JointLikelihood, theta: Array, acts: Sequence[Act]) -> Course:
     """The course with what the filters' model and the acts make known: quadratic drag, water, and the motion that an
     autopilot's filter smooths."""
-    quadratic = quadratic_of(joint, theta) + sum(
-        (act.quadratic for act in acts if act.quadratic is not None), 0.0
-    )
+    quadratic = quadratic_of(joint, theta)
+    for problem in joint.problems:
+        quadratic[problem.axis.dof] += problem.axis.quadratic
     moving = [act.water for act in acts if act.water is not None]
-    course = replace(
-        course, quadratic=np.asarray(quadratic), water=np.asarray(sum(moving)) if moving else None
-    )
+    course = replace(course, quadratic=quadratic, water=np.asarray(sum(moving)) if moving else None)
     return _unsmoothed(course, joint)
 
 

@@ -58,7 +58,8 @@ def predicted(joint: JointLikelihood, theta: Array, motion: Motion) -> Predicted
         lasting = np.maximum.accumulate(np.where(problem.axis.step_s > 0, np.arange(len(time_s)), 0))
         step = lasting[step]
         now, mass = force[step], np.exp(own[MASS])
-        damping = np.exp(own[DAMPING]) + problem.quadratic(own) * problem.slope[step]
+        quadratic = problem.axis.quadratic + problem.quadratic(own)
+        damping = np.exp(own[DAMPING]) + quadratic * problem.slope[step]
         speed, place_, disturbance = state[last].T
         rate = (now - damping * speed - problem.axis.stiffness * place_ + disturbance) / mass
         since = np.clip(motion.time_s - time_s[last], 0.0, 5 * step_s)

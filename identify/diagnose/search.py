@@ -185,9 +185,6 @@ def pruned(weighing: Weighing, fit: Fitted) -> Fitted:
             own = [
                 gain for gain, sigma, cause in tried if cause.key == fit.causes[k].key and sigma > LEAST_SIGMA
             ]
-            if fit.causes[k].act(weighing.now.course).water is not None:
-                # The other causes' drag goes by the velocity through this water, also without it.
-                own.append(fit.gain - others.gain)
             if max(own, default=0.0) < required_gain(remainder, fit.causes[k]) or not _shows_in_motion(
                 fit, others, fit.causes[k]
             ):
@@ -217,20 +214,24 @@ def _others_at_their_best(weighing: Weighing, fit: Fitted, k: int) -> Fitted:
 
 
 def swapped(weighing: Weighing, fit: Fitted) -> Fitted:
-    """Each cause replaced by a better one beside the others, if any."""
+    """Each cause replaced by a better one beside the others, if any: another, or the same by other parameters."""
     for k in range(len(fit.causes)):
         if k >= len(fit.causes):
             break
         others = weighing.fitted(_without(fit.causes, k))
-        mine = fit.causes[k].effect.label
+        mine = _form(fit.causes[k])
         tried = [
             cause
             for _, _, cause in ranked_candidates(weighing.candidates_beside(others), others)
-            if cause.effect.label != mine
+            if _form(cause) != mine
         ]
         able = [one for one in _fits(weighing, others, tried) if _replaces(one, fit, fit.causes[k], others)]
         fit = _simplest(able, others) or fit
     return fit
+
+
+def _form(cause: Cause) -> tuple[str, bytes]:
+    return cause.effect.label, cause.present.tobytes()
 
 
 def _replaces(one: Fitted, fit: Fitted, cause: Cause, others: Fitted) -> bool:

@@ -26,11 +26,11 @@ from identify.diagnose.search import Explanation
 from identify.diagnose.seas import SEAS
 from identify.diagnose.simulation import (
     Simulation,
+    beyond_motion_of,
     coefficients,
     logarithms,
     simulation_of,
     slope_of,
-    velocity_error_of,
     wrench_of,
 )
 from identify.estimators.likelihood_axis import DAMPING, MASS
@@ -180,9 +180,10 @@ def held_out_shrink(
     slope, whole, wrong = (
         slope_of(causes, course),
         wrench_of(causes, course),
-        velocity_error_of(causes, course),
+        beyond_motion_of(causes, course),
     )
-    seas = whole - wrench_of(without_seas(causes), course)
+    lasting = without_seas(causes)
+    seas, still = whole - wrench_of(lasting, course), beyond_motion_of(lasting, course)
     plainest = baseline_of(course, nu + wrong)
     squares: list[tuple[Array, Array, NDArray[np.intp]]] = []
     flown: list[tuple[NDArray[np.int64], Array, Array]] = []
@@ -192,8 +193,9 @@ def held_out_shrink(
         for (k, p), by in zip(fit.at, step.tolist(), strict=True):
             moved[k] = moved[k].moved(p, by)
         more = wrench_of(moved, course) - whole
-        after = simulation_of(found.now, theta, nu, more, slope)
-        before = simulation_of(nominal, plain.without(fold)[0], nu + wrong, seas)
+        through = nu + wrong - beyond_motion_of(moved, course)
+        after = simulation_of(found.now, theta, through, more, slope)
+        before = simulation_of(nominal, plain.without(fold)[0], nu + still, seas)
         starts, piece = held_windows(after, fold)
         squares.append((squared(before, starts, floor), squared(after, starts, floor), piece))
         apart = stitched_windows(after, fold)
@@ -384,7 +386,7 @@ def predict(
     course = replace(check.course, mass=mass, damping=damping)
     causes = without_seas(found.causes)
     own = refitted(check, [cause.act(course) for cause in causes])
-    nu, wrong = own.motion.nu, velocity_error_of(causes, course)
+    nu, wrong = own.motion.nu, beyond_motion_of(causes, course)
     after = simulation_of(own, with_coefficients(own, found.now), nu, slope=slope_of(causes, course))
     before = simulation_of(check, with_coefficients(check, nominal), nu + wrong)
     floor = floors_of(own, after, rng)[1]

@@ -238,6 +238,17 @@ def summed(acts: Sequence[Act], course: Course) -> Array:
     return total
 
 
+def missing_wrench_of(causes: Sequence[Cause], course: Course) -> Array:
+    """(n, 6): what a model of the velocity over ground lacks without the causes: their forces, and those of water that
+    moves."""
+    total = wrench_of(causes, course)
+    for cause in causes:
+        act = cause.act(course)
+        if act.water is not None:
+            total += course.pushed_by(act.water)
+    return total
+
+
 def velocity_error_of(causes: Sequence[Cause], course: Course) -> Array:
     """(n, 6): the causes' errors in readings of velocity and rate."""
     total = np.zeros_like(course.nu)
@@ -247,6 +258,17 @@ def velocity_error_of(causes: Sequence[Cause], course: Course) -> Array:
             total[:, :3] += act.velocity
         if act.gyro is not None:
             total[:, 3:] += act.gyro
+    return total
+
+
+def beyond_motion_of(causes: Sequence[Cause], course: Course) -> Array:
+    """(n, 6): what readings of velocity and rate have beyond the motion through the water: the causes' errors, and
+    the water's own velocity."""
+    total = velocity_error_of(causes, course)
+    for cause in causes:
+        act = cause.act(course)
+        if act.water is not None:
+            total[:, :3] += act.water
     return total
 
 
@@ -280,7 +302,9 @@ def _pushed(model: Nominal, theta: Array) -> tuple[Array, Array]:
         # When readings are told, and how smooth, is nothing that pushes the vehicle.
         pushing = problem.noise_place - len(axis.timing)
         shapes = problem.shapes[:, : pushing - FORCES] @ problem.factors(theta[place])[: pushing - FORCES]
-        force[:, axis.dof] = between(time_s, axis.shown_s, axis.step_s, axis.force.mean(axis=1) + shapes)
+        drag = axis.quadratic * np.abs(axis.speed) * axis.speed
+        steps = axis.force.mean(axis=1) + shapes - drag
+        force[:, axis.dof] = between(time_s, axis.shown_s, axis.step_s, steps)
         placed = (axis.state_read == POSITION) & np.isfinite(problem.reading)
         if axis.stiffness > 0 and placed.any():
             angle = smoothed_angle(

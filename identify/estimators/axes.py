@@ -6,6 +6,7 @@ leaves six filters of one axis each instead of one of twelve states. `coupled` m
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,12 +47,31 @@ LATE_SHARE = 0.3
 """Commands that are sampled slowly may act earlier or later than is taken: its standard deviation, over the time from
 one sample to the next."""
 
+BRACKETS, SMALLEST_SPEED = 12, 1e-3
+"""Of speed, within which the slope of quadratic drag is taken to be one; m/s or rad/s."""
+
 STRANGE_SHARE, TELLING_SHARE, FEWEST_TELLING = 0.2, 0.15, 20
 """A thrust curve is known to 10 % as a rule: twice that between PWM and TAU_CMD is another vehicle's. A wrench below
 the other share of a thruster's limit (N, or N m) may lie in the dead band. So many commands above it tell."""
 
 LEAST_DRIVE = 1e-3
 """Thrust in an axis below this share of one thruster's limit (N, or N m) weighs nothing."""
+
+
+@dataclass(frozen=True)
+class Brackets:
+    """Brackets of an axis's speed, within which the slope of its square is taken to be one.
+
+    slopes (k,): of the speed times its amount, in the middle of each. slope (n,): of the one that each event is in;
+    step (n,): the row of a table of all different steps in all brackets that leads there, -1 for none. about (2, n):
+    what a unit of quadratic damping pushes with at the events beside a damping of that slope, once without the drag of
+    the axis's own speed, once with it.
+    """
+
+    slopes: Array
+    slope: Array
+    step: NDArray[np.int64]
+    about: Array
 
 
 @dataclass(frozen=True)
@@ -63,10 +83,10 @@ class Axis:
     coriolis (n, 6): force for each unit of each total mass. reading: NaN where the event only divides a step.
     scale: standard deviation of a reading over its channel's noise. channel: which of `channels` was read.
     stiffness: restoring moment by angle, for roll and pitch. initial (4,): first speed and angle or depth, and
-    their variances. speed (n,): the axis's own over each step, that its quadratic drag is made of, less that of the
-    `water` (n,). white_force: N (N m) over the root of 1/s, what the log hides of the commands; 0 where it hides
-    nothing. timing: of the readings of an autopilot's own filter, and of slow samples of the commands; smoothing_s: of
-    that filter; sampled_s: how far apart the samples are, 0 where the commands are known all the time.
+    their variances. speed (n,): the axis's own over each step, that its quadratic drag is made of; quadratic: such
+    damping that is known beforehand. white_force: N (N m) over the root of 1/s, what the log hides of the commands;
+    0 where it hides nothing. timing: of the readings of an autopilot's own filter, and of slow samples of the commands;
+    smoothing_s: of that filter; sampled_s: how far apart the samples are, 0 where the commands are known all the time.
     """
 
     dof: int
@@ -84,11 +104,29 @@ class Axis:
     stiffness: float
     initial: Array
     speed: Array
-    water: Array | float = 0.0
+    quadratic: float = 0.0
     white_force: float = 0.0
     timing: tuple[Timing, ...] = ()
     smoothing_s: float = 0.0
     sampled_s: float = 0.0
+
+    @cached_property
+    def brackets(self) -> Brackets:
+        return self._bracketed(BRACKETS, 2.0)
+
+    @cached_property
+    def one_bracket(self) -> Brackets:
+        """A single one without a slope, of linear damping."""
+        return self._bracketed(1, 0.0)
+
+    def _bracketed(self, count: int, slope_by_speed: float) -> Brackets:
+        size = np.abs(self.speed)
+        width = max(float(np.max(size)), SMALLEST_SPEED) / count
+        slopes = np.asarray(slope_by_speed * width * (np.arange(count) + 0.5), dtype=np.float64)
+        own = np.minimum(size / width, count - 1).astype(np.int64)
+        slope = np.asarray(slopes[own], dtype=np.float64)
+        step = np.where(self.step < 0, -1, self.step * count + own)
+        return Brackets(slopes, slope, step, np.stack([slope * self.speed, (slope - size) * self.speed]))
 
     @property
     def is_coloured(self) -> bool:

@@ -2,13 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bridge.vehicle.config import Configuration, Damping
-from identify.estimators.axes import Axis, coupled
+from identify.estimators.axes import Axis, Brackets, coupled
 from identify.estimators.information import STEP, gradient_and_information
 from identify.estimators.innovations import filtered_means, innovations, smoothed_velocity, transitions
 from identify.estimators.motion import Motion
@@ -40,9 +39,6 @@ COLOURED_S, COLOURED_SPREAD = 1.0, 0.7
 QUADRATIC_RATIO, QUADRATIC_SPREAD = 4.0, 1.5
 """A quadratic drag beforehand: so many rigid-body masses a metre, or inertias a radian, and how far from there, in its
 logarithm, it may well be."""
-
-BRACKETS, SMALLEST_SPEED = 12, 1e-3
-"""Of speed, within which the slope of quadratic drag is taken to be one; m/s or rad/s."""
 
 NO_DAMPING = 1e-3
 """Of the rigid body's mass or inertia: the linear damping of a hull whose model has none."""
@@ -186,41 +182,39 @@ class AxisLikelihood:
         """Where in theta the noise of the first channel stands."""
         return FORCES + int(self.shapes.shape[1])
 
-    @cached_property
-    def _brackets(self) -> tuple[Array, NDArray[np.int64]]:
-        """Brackets of speed through the water, and which one each event (n,) is in: the slope (k,) of the speed times
-        its amount in the middle of each. One of no slope for linear damping."""
-        through = np.abs(self.axis.speed - self.axis.water)
-        count = 1 if self.damped == "linear" else BRACKETS
-        width = max(float(np.max(through)), SMALLEST_SPEED) / count
-        slope = 0.0 if self.damped == "linear" else 2.0 * width
-        slopes = np.asarray(slope * (np.arange(count) + 0.5), dtype=np.float64)
-        return slopes, np.minimum(through / width, count - 1).astype(np.int64)
+    @property
+    def _brackets(self) -> Brackets:
+        straight = self.damped == "linear" and not self.axis.quadratic
+        return self.axis.one_bracket if straight else self.axis.brackets
 
-    @cached_property
+    @property
     def step(self) -> NDArray[np.int64]:
         """(n,): the row of `transition_table` that leads to each event, -1 for none."""
-        slopes, bracket = self._brackets
-        return np.where(self.axis.step < 0, -1, self.axis.step * len(slopes) + bracket)
+        return self._brackets.step
 
     def transition_table(self, theta: Array, quadratic_times: float = 1.0) -> Array:
         """A transition for each of the axis's different steps and brackets of speed. quadratic_times: the quadratic
         damping is so many times what it is at theta."""
         mass, damping, disturbance, time_constant = np.exp(theta[:FORCES]).tolist()
         axis, coloured = self.axis, self.coloured(theta)
+        quadratic = axis.quadratic + quadratic_times * self.quadratic(theta)
         tables = [
             transitions(
-                axis.different_s, mass, damping + quadratic_times * self.quadratic(theta) * slope, axis.stiffness,
+                axis.different_s, mass, damping + quadratic * slope, axis.stiffness,
                 disturbance, time_constant, self.white_force(theta), *coloured, axis.smoothing_s,
             )
-            for slope in self._brackets[0].tolist()
+            for slope in self._brackets.slopes.tolist()
         ]  # fmt: skip
         return np.stack(tables, axis=1).reshape(-1, tables[0].shape[1])
 
     def mean_force(self, theta: Array) -> Array:
         """What drives both halves of every step (n, 2), N or N m: thrust, Coriolis forces, and all shapes."""
-        by_shapes = self.shapes @ self.factors(theta) + self.quadratic(theta) * self.slope * self.axis.speed
-        return np.asarray(self.axis.force + (self.axis.coriolis @ self.masses + by_shapes)[:, None])
+        axis = self.axis
+        by_speed = self.shapes @ self.factors(theta) + axis.coriolis @ self.masses
+        if self.damped != "linear" or axis.quadratic:
+            about, beyond = axis.brackets.about
+            by_speed += self.quadratic(theta) * about + axis.quadratic * beyond
+        return np.asarray(axis.force + by_speed[:, None])
 
     @property
     def quadratic_place(self) -> int:
@@ -228,15 +222,14 @@ class AxisLikelihood:
         return -1 if self.damped == "linear" else FORCES + 1 + len(self.unmeasured)
 
     def quadratic(self, theta: Array) -> float:
-        """N/(m/s)2 or N m/(rad/s)2."""
+        """N/(m/s)2 or N m/(rad/s)2, of theta alone."""
         return 0.0 if self.damped == "linear" else float(np.exp(theta[self.quadratic_place]))
 
     @property
     def slope(self) -> Array:
         """(n,): of a unit of quadratic damping by the speed, about that over each step; the filter's own dynamics have
         it, for a force of expected speeds alone brakes no error (Jazwinski 1970, section 8.3)."""
-        slopes, bracket = self._brackets
-        return slopes[bracket]
+        return self._brackets.slope
 
     def factors(self, theta: Array) -> Array:
         """Of the shapes, (k,)."""
@@ -364,7 +357,6 @@ def likelihood_of(
 
 def _shapes(axis: Axis, unmeasured: Sequence[int], damped: Damping) -> Array:
     """(n, k): the forces of unit factors, in the order that theta has them."""
-    through = axis.speed - axis.water
-    drag = [] if damped == "linear" else [-through * np.abs(through)]
+    drag = [] if damped == "linear" else [-axis.speed * np.abs(axis.speed)]
     late = [timing.force for timing in axis.timing]
     return np.column_stack([np.ones(len(axis.force)), axis.coriolis[:, list(unmeasured)], *drag, *late])

@@ -22,6 +22,9 @@ ENOUGH = 1e-3
 OVERSHOT = 3.0
 """A step that gains less than its slope over this has gone more than a third beyond the summit of its parabola."""
 
+LEAPT = 4.0
+"""A step that loses more than so many times its slope has left the parabola."""
+
 
 class Problem(Protocol):
     """A likelihood of parameters theta (p,), with a Gaussian prior on each."""
@@ -120,10 +123,14 @@ def climb(problem: Problem, start: Array, enough: float = ENOUGH, score: Score =
         while damping < 1e8:
             move: Array = np.asarray(np.linalg.solve(precision + damping * np.diag(scale), gradient))
             move *= min(1.0, LARGEST_MOVE / max(float(np.max(np.abs(move) / problem.difference)), 1e-12))
-            move, trial = _not_beyond(problem, theta, value, move, float(gradient @ move))
+            rise = float(gradient @ move)
+            move, trial = _not_beyond(problem, theta, value, move, rise)
             gain = trial - value
             if np.isfinite(trial) and gain >= 0:
                 theta, value, damping = theta + move, trial, max(damping / 10, 1e-9)
+                break
+            if rise < enough:
+                # No shorter step gains as much.
                 break
             damping *= 10
         if gain < enough:
@@ -138,11 +145,11 @@ def _not_beyond(
     """A move from theta of slope `rise`, and the log posterior at its end; a shorter one where it leaps the summit.
 
     Where the readings curve the likelihood twice as much as is expected of them, a whole step lands as far beyond the
-    summit as it began before it, gains nothing, and would pass for the last.
+    summit as it began before it, gains nothing, and would pass for the last; where they curve it more, it loses.
     """
     end = log_posterior(problem, theta + move)
     gain = end - value
-    if not 0.0 <= gain < rise / OVERSHOT:
+    if not -LEAPT * rise <= gain < rise / OVERSHOT:
         return move, end
     nearer: Array = move * (rise / (2.0 * (rise - gain)))
     between = log_posterior(problem, theta + nearer)

@@ -6,14 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from bench.missions.mission import draw_one
 from bridge.effects.effect import Effect
 from bridge.effects.environment import STEADY_CURRENT
 from bridge.effects.hydrodynamics import MUNK_MOMENT, MUNK_MOMENT_IN_YAW, QUADRATIC_DRAG
 from bridge.effects.rigid_body import NET_BUOYANCY, THRUST_BIAS
 from identify.diagnose import search
 from identify.diagnose.candidates import Cause
-from identify.diagnose.nominal import Nominal, nominal_of
 from identify.diagnose.search import SIMPLER_SHARE
 from identify.diagnose.weighing import Fitted
 
@@ -29,7 +27,6 @@ class Weighed:
 
     gains: Mapping[tuple[str, ...], float]
     library: tuple[Effect, ...]
-    now: Nominal | None = None
 
     def fitted(self, causes: Sequence[Cause]) -> Fitted:
         labels = tuple(sorted(cause.effect.label for cause in causes))
@@ -40,12 +37,6 @@ class Weighed:
 
     def candidates_beyond_forms(self, _fit: Fitted) -> None:
         return None
-
-
-@pytest.fixture(scope="module")
-def nominal() -> Nominal:
-    mission = draw_one(100_300, seconds=60.0)
-    return nominal_of(mission.dive, mission.file, mission.configuration)
 
 
 @pytest.mark.parametrize(("share", "taken"), [(0.9, NET_BUOYANCY), (1.1, THRUST_BIAS)])
@@ -92,19 +83,17 @@ def test_a_cause_is_judged_beside_the_best_variants_of_the_others(monkeypatch: p
     assert [cause.effect for cause in others.causes] == [MUNK_MOMENT]
 
 
-def test_a_current_stays_though_the_other_causes_drag_goes_by_the_velocity_through_it(
-    nominal: Nominal, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Beside a drag that knows the water no candidate looks like the water's; what it saves counts."""
-
-    def less(_weighing: object, fit: Fitted, k: int) -> Fitted:
-        causes, gain = (*fit.causes[:k], *fit.causes[k + 1 :]), fit.gain - 500.0
-        return replace(fit, causes=causes, gain=gain, motion_nats=gain)
-
-    monkeypatch.setattr(search, "_others_at_their_best", less)
-    monkeypatch.setattr(search, "ranked_candidates", lambda *_: [])
-    monkeypatch.setattr(search, "FormRemainder", lambda *_: None)
-    monkeypatch.setattr(search, "required_gain", lambda *_: 100.0)
-    fit = fit_of(2000.0, THRUST_BIAS, STEADY_CURRENT)
-    kept = search.pruned(Weighed({(): 0.0}, (), nominal), fit)  # type: ignore[arg-type]
-    assert [cause.effect for cause in kept.causes] == [STEADY_CURRENT]
+def test_a_drag_that_lacked_a_number_gets_it_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside an unknown current the drag of surge does not show; beside the current it does."""
+    alone, whole = (
+        Cause(QUADRATIC_DRAG, np.array(values))
+        for values in ([0.0, 12.0, 0, 0, 0, 1.0], [18.0, 22.0, 0, 0, 0, 1.3])
+    )
+    weighing = Weighed({(): 0.0, (QUADRATIC_DRAG.label,): 50.0}, (QUADRATIC_DRAG,))
+    fit = replace(fit_of(30.0, QUADRATIC_DRAG), causes=(alone,))
+    for tried, expected in (((whole, alone), whole), ((alone,), alone)):
+        ranked = [(1.0, 1.0, cause) for cause in tried]
+        monkeypatch.setattr(search, "ranked_candidates", lambda *_, ranked=ranked: ranked)
+        monkeypatch.setattr(search, "_shows_in_motion", lambda *_: True)
+        found = search.swapped(weighing, fit)  # type: ignore[arg-type]
+        assert found.causes == (expected,)

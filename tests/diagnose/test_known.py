@@ -1,5 +1,7 @@
 """Effects that were accepted earlier: in the model before, and what has changed of them is found as such."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -102,7 +104,14 @@ def test_a_dive_is_without_what_its_model_holds_and_flies_with_it(nominal):
     assert with_accepted(nominal, ()) is nominal
     assert (own.accepted, own.acts) == ((drag,), ())
     surge, before = own.joint.problems[0].axis, nominal.joint.problems[0].axis
-    assert np.mean(surge.force * before.force) < np.mean(before.force**2)
+    assert (surge.quadratic, before.quadratic) == (DRAG[0], 0.0)
+    problem, place = own.joint.problems[0], own.joint.places[0]
+    free = replace(problem, axis=replace(surge, quadratic=0.0))
+    braked = problem.mean_force(own.theta[place]) - free.mean_force(own.theta[place])
+    # About the speed that is expected: what the slope there brakes the filter takes from its own speed.
+    expected = DRAG[0] * (problem.slope - np.abs(surge.speed)) * surge.speed
+    np.testing.assert_allclose(braked, np.column_stack([expected, expected]))
+    assert 0.0 < np.abs(problem.slope - 2.0 * np.abs(surge.speed)).max() <= problem.slope.min() * 1.001
     np.testing.assert_array_equal(
         simulation_of(own, own.theta, own.motion.nu).slope, slope_of((drag,), own.course)[::2]
     )

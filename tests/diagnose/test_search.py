@@ -79,7 +79,7 @@ def with_drag(nominal, bent=None):
     """The dive with a surge drag of which the model is told the opposite, and the drag as it was put in."""
     course = nominal.course
     size = 1.5 * course.damping[0] / np.abs(course.nu[:, 0]).max() * np.eye(6)[0]
-    planted = QUADRATIC_DRAG.act(course, -size)
+    planted = replace(QUADRATIC_DRAG.act(course, -size), quadratic=None)
     planted = planted if bent is None else planted.each(bent)
     return replace(refitted(nominal, [planted]), acts=(), course=course), Cause(QUADRATIC_DRAG, size)
 

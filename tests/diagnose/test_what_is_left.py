@@ -36,6 +36,10 @@ def left_by(wrench, columns):
     return np.sum((wrench - base @ size) ** 2) / np.sum(wrench**2)
 
 
+def waters_of(acts):
+    return [act.water[:, 0] for act in acts]
+
+
 def columns_of(acts, dof):
     return [act.wrench[:, dof] for act in acts]
 
@@ -75,9 +79,9 @@ def test_a_current_that_turns_as_it_comes_and_goes_is_kin_of_a_steady_one(nomina
     course = nominal.course
     cause = Cause(STEADY_CURRENT, np.array([0.05, 0.02]))
     middle = 2.0 * course.since_s / course.since_s[-1] - 1.0
-    turned = (middle[:, None] * STEADY_CURRENT.act(course, np.array([0.0, 0.01])).wrench)[:, 0]
-    known = columns_of([cause.slope(course, 0), cause.slope(course, 1), *other_forms(course, cause)], 0)
-    with_kin = left_by(turned, [*known, *columns_of(companions(course, cause), 0)])
+    turned = (middle[:, None] ** 2 * STEADY_CURRENT.act(course, np.array([0.0, 0.01])).water)[:, 0]
+    known = waters_of([cause.slope(course, 0), cause.slope(course, 1), *other_forms(course, cause)])
+    with_kin = left_by(turned, [*known, *waters_of(companions(course, cause))])
     assert with_kin < 0.05 * left_by(turned, known)
 
 

@@ -26,7 +26,7 @@ from identify.diagnose.gap import (
     with_unexplained,
 )
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.simulation import EACH, simulation_of, slope_of, wrench_of
+from identify.diagnose.simulation import EACH, missing_wrench_of, simulation_of, slope_of
 from identify.diagnose.unexplained import GenericForce, Unexplained
 from identify.estimators.likelihood_axis import DAMPING, TIME_CONSTANT
 
@@ -42,7 +42,11 @@ def lacking(nominal, cause):
     nu = nominal.motion.nu
     before = simulation_of(nominal, nominal.theta, nu)
     after = simulation_of(
-        nominal, nominal.theta, nu, wrench_of([cause], nominal.course), slope_of([cause], nominal.course)
+        nominal,
+        nominal.theta,
+        nu,
+        missing_wrench_of([cause], nominal.course),
+        slope_of([cause], nominal.course),
     )
     return missing_of(before, after, np.zeros_like(after.nu), np.zeros((len(after.nu), 3)), nominal)
 

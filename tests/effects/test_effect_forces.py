@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bridge.effects import environment, hydrodynamics, nearness, rigid_body, tether
+from bridge.effects import environment, hydrodynamics, nearness, rigid_body, sensors, tether
 from bridge.effects.course import Course
 from bridge.effects.effect import Effect
 from bridge.vehicle.config import GRAVITY_M_S2
@@ -140,35 +140,46 @@ def by_matrix(mass: np.ndarray, nu: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("heading", [0.0, 1.0, 2.5])
-def test_a_current_does_what_the_equations_through_the_water_say(course: Made, heading: float) -> None:
-    nu = np.array([0.5, -0.2, 0.1, 0.1, -0.2, 0.3])
+def test_a_model_over_ground_lacks_in_a_current_what_the_equations_through_the_water_say(
+    course: Made, heading: float
+) -> None:
+    nu = np.array([0.5, -0.2, 0.1, 0.0, 0.0, 0.3])
     nu_dot = np.array([0.1, 0.2, -0.1, 0.0, 0.1, -0.2])
-    moving = course(nu=nu, nu_dot=nu_dot, euler=[0.1, -0.2, heading])
+    level = course(nu=nu, nu_dot=nu_dot, euler=[0.0, 0.0, heading])
+    turning = np.column_stack([np.zeros((len(level.time_s), 2)), heading + 0.3 * level.since_s])
+    moving = replace(level, euler=turning)
     rigid = np.diag([72.0, 72.0, 72.0, 3.2, 9.5, 10.5])
     whole = np.diag(moving.mass)
     added, damping = whole - rigid, np.diag(moving.damping)
-    water = np.concatenate([moving.in_body(0.1, -0.2)[0], np.zeros(3)])
-    through = nu - water
-    rate = nu_dot + np.concatenate([np.cross(nu[3:], water[:3]), np.zeros(3)])
+    water = environment.STEADY_CURRENT.act(moving, np.array([0.1, -0.2])).water
+    now = np.concatenate([water[20], np.zeros(3)])
+    through = nu - now
+    rate = nu_dot + np.concatenate([np.cross(nu[3:], now[:3]), np.zeros(3)])
     over_ground = whole @ nu_dot + by_matrix(whole, nu) + damping @ nu
     in_water = (
         rigid @ nu_dot + by_matrix(rigid, nu) + added @ rate + by_matrix(added, through) + damping @ through
     )
-    assert wrench(environment.STEADY_CURRENT, moving, 0.1, -0.2) == pytest.approx(over_ground - in_water)
+    known = replace(moving, nu=moving.nu - np.column_stack([water, np.zeros((len(water), 3))]), water=water)
+    assert known.pushed_by(water)[20] == pytest.approx(over_ground - in_water, abs=1e-3)
 
 
-def test_a_current_carries_a_still_body_by_its_drag(course: Made) -> None:
+def test_a_current_is_what_a_reading_over_ground_has_beyond_the_velocity_through_the_water(
+    course: Made,
+) -> None:
     east = course(euler=[0, 0, np.pi / 2])
-    assert wrench(environment.STEADY_CURRENT, east, 0.0, 0.1) == pytest.approx([5.0, 0, 0, 0, 0, 0])
-    assert wrench(environment.STEADY_CURRENT, east, 0.1, 0.0) == pytest.approx([0, -6.0, 0, 0, 0, 0])
+    ahead = environment.STEADY_CURRENT.act(east, np.array([0.0, 0.1]))
+    aside = environment.STEADY_CURRENT.act(east, np.array([0.1, 0.0]))
+    assert ahead.water[7] == pytest.approx([0.1, 0, 0])
+    assert aside.water[7] == pytest.approx([0, -0.1, 0])
+    assert ahead.wrench is None
+    assert replace(ahead, velocity=ahead.water).beyond[7] == pytest.approx([0.2, 0, 0])
 
 
-def test_a_current_that_changes_pushes_by_drag_and_by_its_own_acceleration(course: Made) -> None:
+def test_a_current_that_changes_is_told_by_its_amplitude_and_period(course: Made) -> None:
     effect = environment.varying_current(4.0)
-    still = course()
-    rate = 2 * np.pi / 4.0
-    assert wrench(effect, still, 0.1, 0, 0, 0, at=0)[0] == pytest.approx(0.1 * rate * 110.0)
-    assert wrench(effect, still, 0.1, 0, 0, 0, at=20)[0] == pytest.approx(0.1 * 50.0)
+    water = effect.act(course(), np.array([0.1, 0, 0, 0])).water
+    assert water[0] == pytest.approx([0, 0, 0])
+    assert water[20] == pytest.approx([0.1, 0, 0])
     assert effect.told(np.array([0.03, 0.0, 0.0, -0.04])) == {
         "amplitude": (pytest.approx(0.05), "m/s"),
         "period": (4.0, "s"),
@@ -241,31 +252,15 @@ def test_a_tether_pulls_back_to_where_the_dive_began(course: Made) -> None:
     assert found == pytest.approx([-(1.0 - 5.0), -2.0, 0, 0, 0, 0])
 
 
-def test_a_known_current_and_a_quadratic_drag_brake_by_the_velocity_through_the_water(course: Made) -> None:
-    values, water = np.array([20.0, 40.0, 60.0, 0.0, 0.0, 0.0]), np.array([0.1, -0.2])
-    nu = np.array([0.4, 0.1, 0.05, 0.0, 0.0, 0.0])
-    still = course(nu=nu)
-    moving = environment.STEADY_CURRENT.act(still, water).water
-    known = replace(still, quadratic=values, water=moving, damping=np.zeros(6), mass=rigid(still))
-    drag, current = (
-        hydrodynamics.QUADRATIC_DRAG.act(known, values),
-        environment.STEADY_CURRENT.act(known, water),
-    )
-    through = nu.copy()
-    through[:2] -= water
-    # What the current adds is in the drag already: nothing of it is counted twice.
-    assert drag.wrench[5] == pytest.approx(-values * np.abs(through) * through)
-    assert current.wrench[5] == pytest.approx(np.zeros(6), abs=1e-12)
-
-
-def test_a_current_that_is_not_known_yet_adds_what_the_square_of_the_speed_makes_of_it(course: Made) -> None:
-    values, water = np.array([20.0, 40.0, 60.0, 0.0, 0.0, 0.0]), np.array([0.1, -0.2])
-    nu = np.array([0.4, 0.1, 0.05, 0.0, 0.0, 0.0])
-    still = course(nu=nu)
-    known = replace(still, quadratic=values, damping=np.zeros(6), mass=rigid(still))
-    through = nu - np.array([*water, 0.0, 0.0, 0.0, 0.0])
-    expected = values * (np.abs(nu) * nu - np.abs(through) * through)
-    assert environment.STEADY_CURRENT.act(known, water).wrench[5] == pytest.approx(expected, abs=1e-12)
+def test_in_a_known_current_the_hull_is_braked_through_the_water_and_read_over_ground(course: Made) -> None:
+    values, through = np.array([20.0, 40.0, 60.0, 0.0, 0.0, 0.0]), np.array([0.4, 0.1, 0.05, 0.0, 0.0, 0.0])
+    still = course(nu=through)
+    known = replace(still, water=environment.STEADY_CURRENT.act(still, np.array([0.1, -0.2])).water)
+    drag = hydrodynamics.QUADRATIC_DRAG.act(known, values).wrench
+    read = sensors.DVL_SCALE.act(known, np.array([1.1])).velocity
+    assert drag[5] == pytest.approx(-values * np.abs(through) * through)
+    assert read[5] == pytest.approx([0.1 * 0.5, 0.1 * -0.1, 0.1 * 0.05])
+    assert known.over_ground[1][5] == pytest.approx(known.nu_dot[5])
 
 
 def test_drag_astern_and_drag_that_grows_are_of_the_whole_drag(course: Made) -> None:
@@ -277,9 +272,3 @@ def test_drag_astern_and_drag_that_grows_are_of_the_whole_drag(course: Made) -> 
     )
     late = hydrodynamics.FOULING.act(astern, np.array([1e-3])).wrench[-1, 0]
     assert late == pytest.approx(1e-3 * astern.since_s[-1] * whole)
-
-
-def rigid(course: Course) -> np.ndarray:
-    """Masses without added ones."""
-    shape = course.configuration
-    return np.array([shape.dry_mass_kg] * 3 + list(shape.inertia_kgm2))

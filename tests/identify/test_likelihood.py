@@ -150,6 +150,23 @@ def test_a_step_that_leaps_over_the_summit_is_not_taken_for_the_last():
     assert abs(found.theta[0] - best) < 0.1 * started_off
 
 
+def test_a_step_that_leaps_far_over_the_summit_is_shortened_at_once():
+    """A third of the information that the data have: each step loses as much as it promised."""
+    line, asked = Line(), []
+    best = line.x @ line.y / (line.x @ line.x)
+    innovations = line.innovations
+    line.innovations = lambda theta: asked.append(theta) or innovations(theta)
+
+    def too_little_information(problem, theta):
+        gradient, information = score(problem, theta)
+        return gradient, information / 3.0
+
+    climbed = climb(line, np.array([best + 1.0]), score=too_little_information)
+    assert climbed.theta[0] == pytest.approx(best, abs=1e-3)
+    # Three a score, and two a step.
+    assert len(asked) <= 1 + 5 * climbed.steps
+
+
 @pytest.mark.skipif(not SEALED.exists(), reason="the dives made elsewhere are not beside this checkout")
 def test_a_dive_made_elsewhere_has_its_truth_in_the_99_percent_intervals():
     truth = {"M_u": 111.6, "M_v": 112.41, "M_w": 134.0, "I_r": 16.0}

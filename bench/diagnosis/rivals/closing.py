@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from bench.diagnosis.rivals.said import Said
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.shrink import with_coefficients
-from identify.diagnose.simulation import Simulation, simulation_of, slope_of, velocity_error_of
+from identify.diagnose.simulation import Simulation, beyond_motion_of, simulation_of, slope_of
 
 Array = NDArray[np.float64]
 
@@ -25,7 +25,7 @@ def closed(said: Said, nominal: Nominal, check: Nominal) -> tuple[Array, Array]:
     nu = own.motion.nu
     after = simulation_of(own, with_coefficients(own, said.now), nu, slope=slope_of(said.causes, course))
     before = simulation_of(
-        check, with_coefficients(check, nominal), nu + velocity_error_of(said.causes, course)
+        check, with_coefficients(check, nominal), nu + beyond_motion_of(said.causes, course)
     )
     return _drift(before), _drift(after)
 
