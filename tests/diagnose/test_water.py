@@ -1,0 +1,87 @@
+"""Water that moves: the model goes by the velocity through it, the readings by that over ground."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.missions.mission import draw_one
+from bridge.effects.environment import STEADY_CURRENT
+from bridge.effects.hydrodynamics import QUADRATIC_DRAG
+from identify.diagnose.candidates import Cause
+from identify.diagnose.nominal import _alike, nominal_of, refitted
+from identify.diagnose.search import explained_by
+from identify.diagnose.simulation import beyond_motion_of, velocity_error_of
+from identify.dive import Signal
+from identify.estimators.axes import Axis
+from identify.ingest.rotation import attitude_at, to_body
+
+CURRENT = np.array([0.12, -0.08])
+
+
+@pytest.fixture(scope="module")
+def still_and_drifting():
+    """The nominal models of a dive, and of the same dive read over a bottom that the water moves past."""
+    mission = draw_one(100_302, seconds=120.0)
+    dive = mission.dive
+    attitude = attitude_at(dive.attitude, dive.velocity.time_s)
+    water = to_body(attitude, np.tile([*CURRENT, 0.0], (len(attitude), 1)))
+    drifting = replace(dive, velocity=Signal(dive.velocity.time_s, dive.velocity.value + water))
+    return tuple(nominal_of(one, mission.file, mission.configuration) for one in (dive, drifting))
+
+
+def test_less_its_current_a_dive_is_one_in_still_water(still_and_drifting):
+    still, drifting = still_and_drifting
+    less = drifting
+    for _ in range(3):
+        less = refitted(drifting, [STEADY_CURRENT.act(less.course, CURRENT)], less)
+    np.testing.assert_allclose(less.course.mass[:2], still.course.mass[:2], rtol=0.01)
+    np.testing.assert_allclose(less.course.damping[:2], still.course.damping[:2], rtol=0.02)
+    np.testing.assert_allclose(less.course.nu[50:, :2], still.course.nu[50:, :2], atol=0.01)
+    ground, _ = less.course.over_ground
+    np.testing.assert_allclose(ground[50:, :2], drifting.course.nu[50:, :2], atol=0.02)
+
+
+def test_a_current_is_found_beside_a_model_that_was_fitted_without_it(still_and_drifting):
+    _, drifting = still_and_drifting
+    start = Cause(STEADY_CURRENT, STEADY_CURRENT.start())
+    (cause,) = explained_by([start], drifting, (STEADY_CURRENT,)).causes
+    np.testing.assert_allclose(cause.values, CURRENT, atol=0.003)
+
+
+def test_a_current_is_no_error_of_a_sensor(still_and_drifting):
+    _, drifting = still_and_drifting
+    course, cause = drifting.course, Cause(STEADY_CURRENT, CURRENT)
+    assert not velocity_error_of([cause], course).any()
+    np.testing.assert_allclose(
+        beyond_motion_of([cause], course)[:, :3], STEADY_CURRENT.act(course, CURRENT).water
+    )
+
+
+def test_what_the_filter_of_an_autopilot_is_off_by_is_that_of_its_quieter_axis(still_and_drifting):
+    still, _ = still_and_drifting
+    coloured = replace(still.joint.problems[0].axis.channels[0], coloured=0.015)
+
+    def with_colour(axis: Axis) -> Axis:
+        return replace(axis, channels=(coloured, *axis.channels[1:]))
+
+    problems = tuple(replace(one, axis=with_colour(one.axis)) for one in still.joint.problems[:2])
+    joint = replace(still.joint, problems=problems)
+    theta = np.concatenate([still.theta[place] for place in joint.places])
+    surge, sway = (place.stop - 2 for place in joint.places)
+    theta[[surge, sway]] = np.log([0.032, 0.005])
+    tied, at = _alike(joint, theta, (0, 1, 2))
+    assert np.exp(at[[surge, sway]]) == pytest.approx([0.005, 0.005])
+    assert [np.exp(one.prior_mean[-2]) for one in tied.problems] == pytest.approx([0.005, 0.005])
+    same, where = _alike(joint, theta, ())
+    assert same is joint
+    assert where is theta
+
+
+def test_a_known_quadratic_drag_is_in_the_filters_and_no_force_beside_them(still_and_drifting):
+    still, _ = still_and_drifting
+    drag = QUADRATIC_DRAG.act(still.course, np.array([20.0, 0, 0, 0, 0, 0]))
+    braked = refitted(still, [drag])
+    np.testing.assert_array_equal(braked.joint.problems[0].axis.force, still.joint.problems[0].axis.force)
+    assert braked.course.quadratic[0] == 20.0
+    assert braked.course.damping[0] < still.course.damping[0]
