@@ -24,8 +24,10 @@ class Course:
     each thruster is asked for by its nominal curve; rpm (n, k): signed shaft speeds, NaN where nothing tells. lag_s:
     the thrusters' nominal lag. mass, damping (6,): of the nominal model, total. quadratic (6,): drag by the square of
     the speed, as far as it is known. water (n, 3): the water's own velocity, body axes, as far as it is known; None
-    for none. by_wrench: no pulses are known, and asked_n (n, 6) is the wrench itself, as if of one thruster in each
-    degree of freedom. Arrays are held column by column: most of what is made of them is of one column.
+    for none. drift (n, 3): surge, sway and heave as all readings together show them, nu's own where None: moments are
+    made of it, for no gyro tells of it, and what is predicted is off by what readings are. by_wrench: no pulses are
+    known, and asked_n (n, 6) is the wrench itself, as if of one thruster in each degree of freedom. Arrays are held
+    column by column: most of what is made of them is of one column.
     """
 
     configuration: Configuration
@@ -45,6 +47,7 @@ class Course:
     quadratic: Array = field(default_factory=lambda: np.zeros(6))
     water: Array | None = None
     by_wrench: bool = False
+    drift: Array | None = None
 
     @property
     def step_s(self) -> float:
@@ -81,6 +84,11 @@ class Course:
         nu_dot[:, :3] += np.gradient(self.water, self.step_s, axis=0)
         return nu, nu_dot
 
+    @property
+    def drifting(self) -> Array:
+        """(n, 3): surge, sway and heave as moments go by them."""
+        return self.nu[:, :3] if self.drift is None else self.drift
+
     def drag_of(self, nu: Array) -> Array:
         """What brakes the hull at velocities (n, 6) through the water, (n, 6)."""
         return np.asarray((self.damping + self.quadratic * np.abs(nu)) * nu)
@@ -92,10 +100,17 @@ class Course:
     def turned_by(self, water: Array) -> Array:
         """(n, 6): Coriolis forces that a model of the velocity over ground has too much of in water that moves by
         `water` (n, 3). In proportion to it: the squares of the velocities differ by it times their mean."""
-        mean = 0.5 * (self.nu + self.over_ground[0])
-        half = np.zeros_like(mean)
-        half[:, :3] = 0.5 * water
-        return self.coriolis_of(self.mass, mean + half) - self.coriolis_of(self.mass, mean - half)
+        known = np.zeros_like(self.nu) if self.water is None else np.pad(self.water, ((0, 0), (0, 3)))
+        half = np.pad(0.5 * water, ((0, 0), (0, 3)))
+        by_drift = self.nu.copy()
+        by_drift[:, :3] = self.drifting
+        out, moments = (
+            self.coriolis_of(self.mass, nu + 0.5 * known + half)
+            - self.coriolis_of(self.mass, nu + 0.5 * known - half)
+            for nu in (self.nu, by_drift)
+        )
+        out[:, 3:] = moments[:, 3:]
+        return out
 
     def pushed_by(self, water: Array) -> Array:
         """(n, 6): all that a model of the velocity over ground lacks in water that moves so, where the water that is

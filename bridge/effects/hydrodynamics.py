@@ -39,7 +39,7 @@ QUADRATIC_DRAG = Effect(
 def _coupled(course: Course, values: Array) -> Act:
     wrench = np.zeros_like(course.nu)
     wrench[:, 1] = -values[0] * course.nu[:, 5]
-    wrench[:, 5] = -values[1] * course.nu[:, 1]
+    wrench[:, 5] = -values[1] * course.drifting[:, 1]
     return Act(wrench=wrench)
 
 
@@ -56,8 +56,8 @@ COUPLED_DAMPING = Effect(
 
 def _lift(course: Course, values: Array) -> Act:
     wrench = np.zeros_like(course.nu)
-    product = np.abs(course.nu[:, 0]) * course.nu[:, 1]
-    wrench[:, 1], wrench[:, 5] = -values[0] * product, -values[1] * product
+    pushed, turned = (np.abs(u) * v for u, v, *_ in (course.nu.T, course.drifting.T))
+    wrench[:, 1], wrench[:, 5] = -values[0] * pushed, -values[1] * turned
     return Act(wrench=wrench)
 
 
@@ -74,7 +74,7 @@ CROSS_FLOW_LIFT = Effect(
 
 def _munk(course: Course, values: Array) -> Act:
     """Of the Munk moments -(M_j - M_i) nu_i nu_j a share is missing or too much (Fossen 2011, section 6.3)."""
-    u, v, w = course.nu[:, :3].T
+    u, v, w = course.drifting.T
     m_u, m_v, m_w = course.mass[:3].tolist()
     wrench = np.zeros_like(course.nu)
     wrench[:, 3] = (m_w - m_v) * v * w
@@ -87,7 +87,7 @@ def _munk(course: Course, values: Array) -> Act:
 def _munk_in_yaw(course: Course, values: Array) -> Act:
     wrench = np.zeros_like(course.nu)
     arm = float(course.mass[1] - course.mass[0])
-    wrench[:, 5] = -(values[0] - 1.0) * arm * course.nu[:, 0] * course.nu[:, 1]
+    wrench[:, 5] = -(values[0] - 1.0) * arm * course.drifting[:, 0] * course.drifting[:, 1]
     return Act(wrench=wrench)
 
 

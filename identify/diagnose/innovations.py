@@ -21,7 +21,7 @@ from identify.diagnose.predicted import mean_before, means_before, value_before
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
 from identify.estimators.lateness import behind_filter
 from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
-from identify.estimators.readings import HEAVE
+from identify.estimators.readings import HEAVE, PITCH, ROLL
 from identify.estimators.scoring import slopes
 
 Array = NDArray[np.float64]
@@ -178,10 +178,13 @@ class AxisInnovations:
 
 
 def _force(act: Act, course: Course, dof: int) -> Array | None:
-    """What an act pushes with along a course (t,); None if it does not. A filter whose readings are over ground has
-    Coriolis forces by these."""
+    """What an act pushes with along a course (t,); None if it does not.
+
+    A filter whose readings are over ground has Coriolis forces by these. Of those in roll and pitch water is not
+    judged: they go with the speed of heave, which is little and poorly known beforehand, and their gyros are sharp.
+    """
     force = None if act.wrench is None else act.wrench[:, dof]
-    if act.water is not None:
+    if act.water is not None and dof not in (ROLL, PITCH):
         turned = course.turned_by(act.water)[:, dof]
         force = turned if force is None else force + turned
     return force if force is not None and force.any() else None

@@ -162,7 +162,7 @@ def nominal_of(
     motion = _smoothed(joint, theta, built.motion)
     mass, damping = _coefficients(joint, theta)
     course = course_of(dive, file, configuration, predicted(joint, theta, motion), mass, damping)
-    course = _known_course(course, joint, theta, ())
+    course = replace(_known_course(course, joint, theta, ()), drift=motion.nu[:, :3])
     seen = witnesses(dive, file, course)
     return Nominal(
         built,
@@ -227,7 +227,7 @@ def refitted(nominal: Nominal, acts: Sequence[Act], near: Nominal | None = None)
     motion = _smoothed(joint, theta, nominal.motion)
     at = predicted(joint, theta, motion)
     course = replace(nominal.course, nu=at.nu, nu_dot=at.nu_dot, mass=mass, damping=damping)
-    course = _known_course(course, joint, theta, acts)
+    course = replace(_known_course(course, joint, theta, acts), drift=motion.nu[:, :3])
     theta = _without_trims(joint, theta)
     return replace(nominal, joint=joint, theta=theta, motion=motion, course=course, acts=tuple(acts))
 

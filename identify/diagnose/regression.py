@@ -95,7 +95,7 @@ class Regression:
         for dof, (one, other) in DRIFT_MOMENTS.items():
             wrench = np.zeros_like(course.nu)
             size = np.hypot(course.mass[one], course.mass[other])
-            wrench[:, dof] = size * course.nu[:, one] * course.nu[:, other]
+            wrench[:, dof] = size * course.drifting[:, one] * course.drifting[:, other]
             acts.append(Act(wrench=wrench))
         return self._with_nuisances(self.columns(acts, course), MASS_OFF)
 

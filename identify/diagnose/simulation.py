@@ -288,7 +288,9 @@ def slope_of(causes: Sequence[Cause], course: Course) -> Array:
         for dof, h in enumerate(NUDGE):
             moved = np.zeros(6)
             moved[dof] = h
-            up, down = (wrench_of(causes, replace(course, nu=course.nu + way * moved)) for way in (1, -1))
+            up, down = (
+                wrench_of(causes, replace(course, nu=course.nu + way * moved, drift=None)) for way in (1, -1)
+            )
             out[:, :, dof] = (up - down) / (2 * h)
     return out
 
