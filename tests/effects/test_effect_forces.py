@@ -48,6 +48,17 @@ def test_a_munk_moment_twice_as_large_adds_what_the_dynamics_hold_already(course
     assert nominal[5] == pytest.approx(-(130.0 - 110.0) * 0.5 * 0.2)
 
 
+def test_moments_go_by_the_drift_that_all_readings_show_and_forces_by_what_is_expected(course: Made) -> None:
+    expected = course(nu=[0.5, 0.2, -0.1, 0, 0, 0])
+    shown = replace(expected, drift=np.tile([0.4, 0.3, -0.2], (len(expected.time_s), 1)))
+    lift = wrench(hydrodynamics.CROSS_FLOW_LIFT, shown, 10.0, 5.0)
+    assert lift == pytest.approx([0, -10.0 * 0.5 * 0.2, 0, 0, 0, -5.0 * 0.4 * 0.3])
+    assert wrench(hydrodynamics.COUPLED_DAMPING, shown, 0.0, 4.0)[5] == pytest.approx(-4.0 * 0.3)
+    munk = wrench(hydrodynamics.MUNK_MOMENT, shown, 2.0)
+    assert munk[5] == pytest.approx(-(130.0 - 110.0) * 0.4 * 0.3)
+    assert munk[4] == pytest.approx(-(110.0 - 140.0) * 0.4 * -0.2)
+
+
 def test_drag_asymmetry_is_felt_astern_alone(course: Made) -> None:
     assert wrench(hydrodynamics.DRAG_ASYMMETRY, course(nu=0.4), 1.5) == pytest.approx([0] * 6)
     astern = wrench(hydrodynamics.DRAG_ASYMMETRY, course(nu=-0.4), 1.5)
