@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 LEAST_GAIN, LEAST_SIGMA = 7.0, 1.0
 """Nats on held-out pieces, and standard errors of them, that one more cause must save among some forty candidates."""
 
-LEAST_SEA_GAIN = 30.0
+LEAST_SEA_GAIN = 20.0
 """The same for a sea: its periods were read off the whole dive, held-out pieces included."""
 
 LEAST_SHARE = 0.01
