@@ -38,6 +38,9 @@ SURGE, SWAY = 0, 1
 DELAY_SPREAD_S = 0.1
 """How far from where it is taken to be the thrust's delay may well be."""
 
+FAR = 30.0
+"""Nats below the best, twice in a row, from which on a grid is not gone on with."""
+
 ENOUGH = 0.5
 """Nats: as far as an axis is climbed here."""
 
@@ -114,6 +117,8 @@ def _rough_delay(dive: Dive, file: VehicleFile, name: str) -> tuple[float, list[
         fits = _fitted(dive, delay_s, file, name, (YAW,), fits)
         if fits:
             found.append((delay_s, fits))
+        if _is_past([one.log_posterior for _, (one,) in found]):
+            break
     return max(found, key=lambda one: one[1][0].log_posterior, default=(0.0, []))
 
 
@@ -125,7 +130,14 @@ def _rough_lateness(dive: Dive, delay_s: float, file: VehicleFile, name: str) ->
         early = dated_back(dive, 0.5 * late_s, 0.5 * late_s)
         fits = _fitted(early, delay_s, file, name, (SURGE, SWAY), fits)
         found.append((late_s, fits))
+        if _is_past([_of_velocity(one) for _, one in found]):
+            break
     return max(found, key=lambda one: _of_velocity(one[1]))
+
+
+def _is_past(log_posteriors: Sequence[float]) -> bool:
+    """Whether the best of a row of them is two back and far above both since."""
+    return len(log_posteriors) > 2 and max(log_posteriors[-2:]) < max(log_posteriors) - FAR
 
 
 def _of_velocity(fits: Sequence[_Fit]) -> float:
