@@ -148,7 +148,8 @@ def _fit(
     def left(values: Array) -> Array:
         rest = to.value.copy()
         for effect, mine in split(values):
-            wrench = effect.act(to.course, mine).wrench
+            act = effect.act(to.course, mine)
+            wrench = act.wrench if act.water is None else to.course.pushed_by(act.water)
             assert wrench is not None
             rest -= to.of(wrench)
         return np.asarray(rest - to.nominal @ (to.nominal.T @ rest))

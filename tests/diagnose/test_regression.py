@@ -118,7 +118,7 @@ def test_a_moment_of_drift_counts_by_what_it_is_beyond_the_masses_that_an_autopi
 ):
     course, size = nominal.course, 0.1
     wrench = np.zeros_like(course.nu)
-    wrench[:, 5] = np.hypot(course.mass[0], course.mass[1]) * course.nu[:, 0] * course.nu[:, 1]
+    wrench[:, 5] = np.hypot(course.mass[0], course.mass[1]) * course.drifting[:, 0] * course.drifting[:, 1]
     loose = rows.with_drift_moments(course)
     column = loose.columns([Act(wrench=wrench)], course)
     only = np.column_stack([loose.nominal[:, -1]])
