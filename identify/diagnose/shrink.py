@@ -44,6 +44,9 @@ FOLDS = 12
 """Distance of held-out pieces of 20 s, in pieces: with more held out at once, whole legs would be gone with all their
 information."""
 
+PASSES = 3
+"""Fits of a further dive less the causes: each goes by the speeds of the one before."""
+
 LEAST_LEFT = 0.2
 """Least factor by which a step may change a mass or a damping."""
 
@@ -383,9 +386,11 @@ def predict(
     further dive. Raises LogError if that is too short.
     """
     mass, damping = found.now.course.mass, found.now.course.damping
-    course = replace(check.course, mass=mass, damping=damping)
-    causes = without_seas(found.causes)
-    own = refitted(check, [cause.act(course) for cause in causes])
+    causes, own = without_seas(found.causes), check
+    for _ in range(PASSES if causes else 1):
+        course = replace(own.course, mass=mass, damping=damping)
+        own = refitted(check, [cause.act(course) for cause in causes], own)
+    course = replace(own.course, mass=mass, damping=damping)
     nu, wrong = own.motion.nu, beyond_motion_of(causes, course)
     after = simulation_of(own, with_coefficients(own, found.now), nu, slope=slope_of(causes, course))
     before = simulation_of(check, with_coefficients(check, nominal), nu + wrong)
