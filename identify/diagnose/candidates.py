@@ -161,8 +161,10 @@ def other_forms(course: Course, cause: Cause) -> Iterator[Act]:
     own = cause.act(course)
     yield from _possible(course, cause)
     yield from _by_thrust(course, cause, own)
-    if cause.effect.place == "water" and own.wrench is not None:
-        yield from _moments(course, own.wrench[:, :3])
+    if cause.effect.place == "water":
+        pushed = own.wrench if own.water is None else course.pushed_by(own.water)
+        if pushed is not None:
+            yield from _moments(course, pushed[:, :3])
     for power in POWERS:
         yield own.each(partial(_bent, power=power))
     yield own.each(lambda part: delayed(part, course.step_s, LATER_S) - part)

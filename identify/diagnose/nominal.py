@@ -229,7 +229,15 @@ def refitted(nominal: Nominal, acts: Sequence[Act], near: Nominal | None = None)
     course = replace(nominal.course, nu=at.nu, nu_dot=at.nu_dot, mass=mass, damping=damping)
     course = replace(_known_course(course, joint, theta, acts), drift=motion.nu[:, :3])
     theta = _without_trims(joint, theta)
-    return replace(nominal, joint=joint, theta=theta, motion=motion, course=course, acts=tuple(acts))
+    acts = tuple(_braking(act, course) for act in acts)
+    return replace(nominal, joint=joint, theta=theta, motion=motion, course=course, acts=acts)
+
+
+def _braking(act: Act, course: Course) -> Act:
+    """A quadratic drag along a course: the filters braked by their own speeds, not by those it was made of."""
+    if act.quadratic is None:
+        return act
+    return replace(act, wrench=-act.quadratic * np.abs(course.nu) * course.nu)
 
 
 def _without_trims(joint: JointLikelihood, theta: Array) -> Array:

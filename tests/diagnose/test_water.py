@@ -84,4 +84,8 @@ def test_a_known_quadratic_drag_is_in_the_filters_and_no_force_beside_them(still
     braked = refitted(still, [drag])
     np.testing.assert_array_equal(braked.joint.problems[0].axis.force, still.joint.problems[0].axis.force)
     assert braked.course.quadratic[0] == 20.0
+    # What is given back to the regression is the drag at the speeds that braked.
+    speed = braked.course.nu[:, 0]
+    np.testing.assert_allclose(braked.acts[0].wrench[:, 0], -20.0 * np.abs(speed) * speed)
+    assert np.abs(braked.acts[0].wrench - drag.wrench).max() > 0.01
     assert braked.course.damping[0] < still.course.damping[0]

@@ -37,7 +37,7 @@ def left_by(wrench, columns):
 
 
 def waters_of(acts):
-    return [act.water[:, 0] for act in acts]
+    return [act.water[:, 0] for act in acts if act.water is not None]
 
 
 def columns_of(acts, dof):
@@ -65,12 +65,21 @@ def test_a_slow_rest_of_a_quick_cause_is_kin_of_it(nominal):
     assert with_kin < 0.1 * left_by(slow, known)
 
 
-def test_water_that_moves_turns_the_hull_too(nominal):
+@pytest.mark.parametrize(
+    "cause",
+    [
+        Cause(waves(4.0), np.array([1.0, 0.5, -0.3, 0.8, 0.0, 0.0])),
+        Cause(STEADY_CURRENT, np.array([0.1, 0.05])),
+    ],
+    ids=["waves", "current"],
+)
+def test_water_that_moves_turns_the_hull_too(nominal, cause):
     course = nominal.course
-    cause = Cause(waves(4.0), np.array([1.0, 0.5, -0.3, 0.8, 0.0, 0.0]))
-    push = cause.act(course).wrench
+    act = cause.act(course)
+    push = act.wrench if act.water is None else course.pushed_by(act.water)
     munk = course.nu[:, 0] * push[:, 1]
-    turning = columns_of(possible_forms(course, cause), 5)
+    forms = [form for form in possible_forms(course, cause) if form.wrench is not None]
+    turning = columns_of(forms, 5)
     assert left_by(munk, turning) < 1e-9
     assert left_by(np.gradient(munk), turning) > 0.01
 
