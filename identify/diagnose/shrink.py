@@ -377,6 +377,31 @@ def with_coefficients(model: Nominal, of: Nominal) -> Array:
     return theta
 
 
+@dataclass(frozen=True)
+class Flight:
+    """Models of one dive along a further one: `before` over ground, `after` through the water, by the fit `own` of that
+    dive less the causes."""
+
+    own: Nominal
+    course: Course
+    before: Simulation
+    after: Simulation
+
+
+def flight_of(now: Nominal, causes: Sequence[Cause], nominal: Nominal, check: Nominal) -> Flight:
+    """The models of a dive, `nominal` before, `now` with its causes after, on a further dive with filters `check`:
+    masses, dampings and causes come from the dive, trims and noise levels from the further one."""
+    mass, damping, own = now.course.mass, now.course.damping, check
+    for _ in range(PASSES if causes else 1):
+        course = replace(own.course, mass=mass, damping=damping)
+        own = refitted(check, [cause.act(course) for cause in causes], own)
+    course = replace(own.course, mass=mass, damping=damping)
+    nu, wrong = own.motion.nu, beyond_motion_of(causes, course)
+    after = simulation_of(own, with_coefficients(own, now), nu, slope=slope_of(causes, course))
+    before = simulation_of(check, with_coefficients(check, nominal), nu + wrong)
+    return Flight(own, course, before, after)
+
+
 def predict(
     found: Explanation, nominal: Nominal, check: Nominal, name: str, rng: np.random.Generator
 ) -> Prediction:
@@ -385,23 +410,16 @@ def predict(
     Masses, dampings and causes come from the dive; trims, noise levels and seas, which change between dives, from the
     further dive. Raises LogError if that is too short.
     """
-    mass, damping = found.now.course.mass, found.now.course.damping
-    causes, own = without_seas(found.causes), check
-    for _ in range(PASSES if causes else 1):
-        course = replace(own.course, mass=mass, damping=damping)
-        own = refitted(check, [cause.act(course) for cause in causes], own)
-    course = replace(own.course, mass=mass, damping=damping)
-    nu, wrong = own.motion.nu, beyond_motion_of(causes, course)
-    after = simulation_of(own, with_coefficients(own, found.now), nu, slope=slope_of(causes, course))
-    before = simulation_of(check, with_coefficients(check, nominal), nu + wrong)
-    floor = floors_of(own, after, rng)[1]
+    flight = flight_of(found.now, without_seas(found.causes), nominal, check)
+    before, after = flight.before, flight.after
+    floor = floors_of(flight.own, after, rng)[1]
     length = round(HORIZON_S / after.step_s)
     starts = np.arange(0, len(after.time_s) - length - 1, length)
     if len(starts) < 2:
         raise LogError(f"{name}: is too short to check a diagnosis on; give a dive of a minute or more")
     gone = [differences(model, starts) for model in (before, after)]
     plainest = baseline_of(nominal.course, nominal.motion.nu)
-    return _flown(name, before, starts, gone, plainest, course, floor)
+    return _flown(name, before, starts, gone, plainest, flight.course, floor)
 
 
 def checked(one: Prediction, rng: np.random.Generator) -> Shrink:

@@ -9,7 +9,7 @@ from bench.field.draw import NONE, draw
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.dive import Dive, Signal
-from identify.estimators.autopilot_velocity import dated, dated_back
+from identify.estimators.autopilot_velocity import _is_past, dated, dated_back
 from identify.estimators.lateness import FilteredForce, behind_filter, timing_of
 from identify.forces import LAST, unrounded, unrounded_thrusts, wrench
 from identify.ingest.open import read_dive
@@ -142,3 +142,10 @@ def test_thrusts_make_the_wrench_behind_rounded_pulses(tmp_path: Path) -> None:
     history = wrench(dive, file, kind)
     assert np.allclose(found.value @ allocation_matrix(shape).T, history.asked)
     assert not np.allclose(asked.value @ allocation_matrix(shape).T, history.asked, atol=1e-3)
+
+
+def test_a_grid_is_gone_on_with_until_two_in_a_row_are_far_below_the_best():
+    assert not _is_past([100.0, 10.0])
+    assert not _is_past([0.0, 100.0, 10.0])
+    assert not _is_past([100.0, 80.0, 10.0])
+    assert _is_past([0.0, 100.0, 10.0, 60.0])
