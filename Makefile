@@ -13,7 +13,7 @@ PYTHON ?= python3
 PIP_FLAGS ?=
 MACHINES ?= x86_64 aarch64
 PYTHONS ?= 3.11 3.12 3.13
-PYTEST_FLAGS ?= -n 3 --dist loadfile --no-loadscope-reorder
+PYTEST_FLAGS ?= -n 4 --dist loadfile --no-loadscope-reorder
 
 BIN := .venv/bin
 STAMP := .venv/.installed
@@ -42,8 +42,8 @@ $(STAMP): pyproject.toml
 demo: $(STAMP)
 	@$(BIN)/seatrial demo
 
-# Libraries that each take every core would mostly wait for each other: a thread for each worker. Of three, one mostly
-# waits, for a terminal, a browser or a link: enough for two cores, and for 4 GB. Bytecode is kept, for what they start.
+# Libraries that each take every core would mostly wait for each other: a thread for each worker. Of four, two mostly
+# wait, for a terminal, a browser or a link: enough for two cores, and for 6 GB. Bytecode is kept, for what they start.
 test: $(COMPILED)
 	PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(BIN)/python -m pytest -rs $(PYTEST_FLAGS)
 

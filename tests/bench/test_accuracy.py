@@ -148,6 +148,7 @@ def test_a_mission_is_measured_kept_and_read_back_alike(tmp_path: Path) -> None:
     assert accuracy_trials.known(dict(enumerate(rows)))[1] == trials
 
 
+@pytest.mark.soak
 def test_what_was_measured_is_not_measured_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(accuracy_trials, "available", lambda: ("closed form",))
     first = accuracy_trials.measured([100_010], Remembered(tmp_path / "a.jsonl"))

@@ -105,6 +105,7 @@ def test_twice_the_dive_tells_half_the_variance() -> None:
     assert np.mean(ratios) == pytest.approx(np.sqrt(2), rel=0.15)
 
 
+@pytest.mark.soak
 def test_where_the_axes_say_little_of_each_other_it_is_what_the_likelihood_claims() -> None:
     ratios = []
     for repeat in range(3):

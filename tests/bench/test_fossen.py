@@ -70,6 +70,7 @@ def test_two_runs_of_the_same_still_water_hold_no_current():
     assert found.values == pytest.approx([0.0, 0.0], abs=0.003)
 
 
+@pytest.mark.soak
 def test_of_two_runs_the_one_in_a_current_is_named_with_how_probable_that_is():
     found = judged("otter", {"a": otter(1), "b": otter(2, north=0.2, east=-0.1)})
     assert (found.verdict, found.run) == ("explained", "b")
@@ -115,7 +116,7 @@ def test_a_run_without_the_actuators_states_is_refused(tmp_path):
 )
 def test_the_answers_kept_are_those_that_the_runs_give(vehicle, run, north, east):
     if not RUNS.exists():
-        pytest.skip("the runs of Fossen's simulator are not beside this checkout")
+        pytest.skip("needs ../shared/data beside the checkout")
     other = {"a": "b", "b": "a"}[run]
     found = weigh(Pair(vehicle, load_run(RUNS, vehicle, other), load_run(RUNS, vehicle, run)), CURRENT)
     kept = json.loads((ANSWERS / f"{vehicle}.json").read_text())

@@ -14,7 +14,7 @@ TRUE = {"X_uu": 48.285, "Y_vv": 62.08, "Z_ww": 68.98}
 
 def test_the_firmwares_own_submarine_has_quadratic_drag_and_nothing_else():
     if not DIVE.exists():
-        pytest.skip("the recording of the firmware is not beside this checkout")
+        pytest.skip("needs ../shared/data beside the checkout")
     file = load_vehicle("ardusub_vectored")
     found = diagnose(read_dive(DIVE, None, file), file, "vectored", progress=lambda *_: None)
     assert [one.name for one in found.found] == ["quadratic_drag"]

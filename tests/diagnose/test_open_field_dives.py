@@ -14,9 +14,7 @@ from identify.ingest.open import read_dive
 FIELD = Path(__file__).resolve().parents[2].parent / "shared" / "field"
 HULL = "quadratic_drag"
 
-pytestmark = pytest.mark.skipif(
-    not FIELD.exists(), reason="the dives made elsewhere are not beside this checkout"
-)
+pytestmark = pytest.mark.skipif(not FIELD.exists(), reason="needs ../shared/field beside the checkout")
 
 
 def truth(name: str) -> dict[str, float]:
@@ -46,6 +44,7 @@ def test_a_current_is_found_within_a_centimetre_a_second_and_holds_on_the_check_
     assert found.check.value > 0.9
 
 
+@pytest.mark.soak
 def test_a_tether_is_found_with_its_stiffness():
     found = told("open_3")
     assert {one.name for one in found.found} == {HULL, "tether"}

@@ -112,7 +112,7 @@ def test_a_method_that_does_not_ask_loses_the_mass_that_the_feedback_spoils():
     assert "M_u" not in found.covariance_of
 
 
-@pytest.mark.skipif(not SEALED.exists(), reason="the dives made elsewhere are not beside this checkout")
+@pytest.mark.skipif(not SEALED.exists(), reason="needs ../shared/sealed beside the checkout")
 @pytest.mark.parametrize("name", ["open_1", "b", "g"])
 def test_dives_made_elsewhere_raise_no_doubt_but_in_heave_whose_depth_they_keep_to_themselves(name):
     doubts = feedback_doubts(read_dive(SEALED / name / "dive.tlog.gz"), Water())

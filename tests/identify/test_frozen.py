@@ -180,7 +180,7 @@ def test_reading_a_recording_leaves_out_what_stands_still_and_the_file_as_it_is(
 )
 def test_recordings_made_elsewhere_lose_nothing(name):
     if not (SHARED / name).exists():
-        pytest.skip(f"{name} is not beside this checkout")
+        pytest.skip(f"needs ../shared/{name} beside the checkout")
     assert read_dive(SHARED / name).frozen == {}
 
 

@@ -167,7 +167,7 @@ def test_a_step_that_leaps_far_over_the_summit_is_shortened_at_once():
     assert len(asked) <= 1 + 5 * climbed.steps
 
 
-@pytest.mark.skipif(not SEALED.exists(), reason="the dives made elsewhere are not beside this checkout")
+@pytest.mark.skipif(not SEALED.exists(), reason="needs ../shared/sealed beside the checkout")
 def test_a_dive_made_elsewhere_has_its_truth_in_the_99_percent_intervals():
     truth = {"M_u": 111.6, "M_v": 112.41, "M_w": 134.0, "I_r": 16.0}
     truth |= {"D_u": 56.24, "D_v": 53.05, "D_w": 95.0, "D_r": 26.07}
@@ -204,7 +204,7 @@ def test_a_recording_of_another_configuration_makes_data_and_model_disagree():
     assert any("VEH_CFG 3" in note for note in found.sentences)
 
 
-@pytest.mark.skipif(not SEALED.exists(), reason="the dives made elsewhere are not beside this checkout")
+@pytest.mark.skipif(not SEALED.exists(), reason="needs ../shared/sealed beside the checkout")
 def test_a_dive_made_elsewhere_with_quadratic_drag_is_doubted():
     file = load_vehicle(str(ROOT / "tests/data/vehicles/hovering.yaml"))
     found = estimate(read_dive(SEALED / "open_2" / "dive.tlog.gz"), file, "hovering", quiet)

@@ -121,7 +121,7 @@ def test_beside_a_method_that_leaves_the_mass_out_there_is_one_value_and_one_rea
     assert not any("M_w" in sentence for sentence in compared.sentences)
 
 
-@pytest.mark.skipif(not SEALED.exists(), reason="the dives made elsewhere are not beside this checkout")
+@pytest.mark.skipif(not SEALED.exists(), reason="needs ../shared/sealed beside the checkout")
 def test_a_dive_made_elsewhere_has_the_heave_mass_that_its_own_axis_would_have_wrong():
     file = load_vehicle(str(ROOT / "tests/data/vehicles/hovering.yaml"))
     found = estimator("likelihood")(read_dive(SEALED / "open_1" / "dive.tlog.gz"), file, "hovering", quiet)

@@ -41,7 +41,7 @@ def as_printed(number):
 )
 def test_every_number_stands_in_the_paper(number):
     if not PAPER.exists():
-        pytest.skip("the paper's text is not beside the checkout")
+        pytest.skip("needs ../shared/paper.txt beside the checkout")
     if number is published.RAMP:
         number = Published(22.0, "s", "the ramp's end; it begins at 7 s")
     text = PAPER.read_text(encoding="utf-8")
@@ -50,7 +50,7 @@ def test_every_number_stands_in_the_paper(number):
 
 def test_table_5_is_that_of_the_paper():
     if not PAPER.exists():
-        pytest.skip("the paper's text is not beside the checkout")
+        pytest.skip("needs ../shared/paper.txt beside the checkout")
     text = PAPER.read_text(encoding="utf-8")
     for phase in ("Acceleration", "Steady state", "Deceleration", "Overall"):
         assert f"{phase}\t{TABLE_5['surge', phase]:.4f} m/s\t{TABLE_5['sway', phase]:.4f} m/s" in text
