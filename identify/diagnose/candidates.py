@@ -12,7 +12,7 @@ instantaneous and proportional by geometry, and has only changes in time as comp
 alone, so that a second cause keeps its evidence, but beside a sea.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -168,6 +168,19 @@ def other_forms(course: Course, cause: Cause) -> Iterator[Act]:
     for power in POWERS:
         yield own.each(partial(_bent, power=power))
     yield own.each(lambda part: delayed(part, course.step_s, LATER_S) - part)
+
+
+def other_variants(course: Course, cause: Cause, library: Sequence[Effect]) -> Iterator[Act]:
+    """Acts of the cause in its other variants of the same parameters: of a body, where it is off balance in more
+    degrees of freedom, say. Variants of water are its periods."""
+    names = [one.name for one in cause.effect.parameters]
+    for effect in library:
+        other = Cause(effect, cause.values)
+        same = other.key == cause.key and [one.name for one in effect.parameters] == names
+        if same and effect.label != cause.effect.label and effect.place != "water":
+            own = other.act(course)
+            yield own
+            yield from _by_thrust(course, other, own)
 
 
 def possible_forms(course: Course, cause: Cause) -> Iterator[Act]:

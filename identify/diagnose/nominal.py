@@ -24,7 +24,7 @@ from identify.dive import Dive, Signal
 from identify.estimators.autopilot_velocity import dated, dated_back
 from identify.estimators.axes import Axes, Axis, build_axes
 from identify.estimators.lateness import behind_filter
-from identify.estimators.likelihood_axis import DAMPING, MASS, TIME_CONSTANT, AxisLikelihood
+from identify.estimators.likelihood_axis import DAMPING, GATE_SIGMA, MASS, TIME_CONSTANT, AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.motion import Motion
 from identify.estimators.pinn.start import Filters, filters_of
@@ -98,17 +98,18 @@ class Nominal:
     """A dive's filters at the maximum likelihood of the nominal model.
 
     built, joint: the identification's axes and likelihood, less the contribution of `acts`. theta (p,): the maximum,
-    with no steady push. motion: velocities for the Coriolis forces. course: inputs of the effects. doubted: degrees of
-    freedom whose controller used an unrecorded reading. filtered: degrees of freedom whose outliers an autopilot's
-    filter has already removed; timing_s: how late that filter tells them, and how smooth, None where there is none.
-    witnesses: further sensors that show effects. accepted: earlier effects, removed
-    from forces, readings and witnesses. mirrored: degrees of freedom that run against their thrust; swapped: pairs that
-    follow each other's.
+    with no steady push. log_posterior: at the maximum, each reading that was left out counted as far off as the gate
+    is. motion: velocities for the Coriolis forces. course: inputs of the effects. doubted: degrees of freedom whose
+    controller used an unrecorded reading. filtered: degrees of freedom whose outliers an autopilot's filter has
+    already removed; timing_s: how late that filter tells them, and how smooth, None where there is none. witnesses:
+    further sensors that show effects. accepted: earlier effects, removed from forces, readings and witnesses.
+    mirrored: degrees of freedom that run against their thrust; swapped: pairs that follow each other's.
     """
 
     built: Axes
     joint: JointLikelihood
     theta: Array
+    log_posterior: float
     motion: Motion
     course: Course
     doubted: tuple[int, ...]
@@ -157,7 +158,9 @@ def nominal_of(
     )
     if filtered:
         problems = tuple(_bounded(problem) for problem in problems)
-    joint, theta = _maximised(replace(start.joint, problems=problems), start.theta, built.motion, filtered)
+    joint, theta, log_posterior = _maximised(
+        replace(start.joint, problems=problems), start.theta, built.motion, filtered
+    )
     doubted = tuple(one.dof for one in unrecorded(dive, file.vehicle.water))
     motion = _smoothed(joint, theta, built.motion)
     mass, damping = _coefficients(joint, theta)
@@ -168,6 +171,7 @@ def nominal_of(
         built,
         joint,
         _without_trims(joint, theta),
+        log_posterior,
         motion,
         course,
         doubted,
@@ -222,7 +226,7 @@ def refitted(nominal: Nominal, acts: Sequence[Act], near: Nominal | None = None)
     pairs = zip(nominal.joint.problems, near.joint.problems, strict=True)
     problems = tuple(_without_acts(problem, acts, nominal.course, at.axis) for problem, at in pairs)
     joint = replace(nominal.joint, problems=problems)
-    joint, theta = _maximised(joint, near.theta, nominal.motion, nominal.filtered, passes=1)
+    joint, theta, log_posterior = _maximised(joint, near.theta, nominal.motion, nominal.filtered, passes=1)
     mass, damping = _coefficients(joint, theta)
     motion = _smoothed(joint, theta, nominal.motion)
     at = predicted(joint, theta, motion)
@@ -230,7 +234,15 @@ def refitted(nominal: Nominal, acts: Sequence[Act], near: Nominal | None = None)
     course = replace(_known_course(course, joint, theta, acts), drift=motion.nu[:, :3])
     theta = _without_trims(joint, theta)
     acts = tuple(_braking(act, course) for act in acts)
-    return replace(nominal, joint=joint, theta=theta, motion=motion, course=course, acts=acts)
+    return replace(
+        nominal,
+        joint=joint,
+        theta=theta,
+        log_posterior=log_posterior,
+        motion=motion,
+        course=course,
+        acts=acts,
+    )
 
 
 def _braking(act: Act, course: Course) -> Act:
@@ -250,8 +262,8 @@ def _without_trims(joint: JointLikelihood, theta: Array) -> Array:
 
 def _maximised(
     joint: JointLikelihood, theta: Array, motion: Motion, filtered: tuple[int, ...], passes: int = PASSES
-) -> tuple[JointLikelihood, Array]:
-    """The maximum likelihood, with Coriolis forces of ever better velocities.
+) -> tuple[JointLikelihood, Array, float]:
+    """The maximum likelihood, with Coriolis forces of ever better velocities, and the log posterior there.
 
     Outliers are dropped, except in `filtered` degrees of freedom: there a large residual is the model's.
     """
@@ -264,7 +276,14 @@ def _maximised(
             for new, old in zip(better.problems, joint.problems, strict=True)
         )
         joint = replace(better, problems=problems)
-    return joint, climb(joint, theta, NEARLY, JointLikelihood.score).theta
+    maximum = climb(joint, theta, NEARLY, JointLikelihood.score)
+    return joint, maximum.theta, maximum.log_likelihood - 0.5 * GATE_SIGMA**2 * _left_out(joint)
+
+
+def _left_out(joint: JointLikelihood) -> int:
+    """How many readings were."""
+    read = sum(np.count_nonzero(np.isfinite(one.axis.reading)) for one in joint.problems)
+    return int(read - sum(np.count_nonzero(np.isfinite(one.reading)) for one in joint.problems))
 
 
 def _alike(joint: JointLikelihood, theta: Array, filtered: Sequence[int]) -> tuple[JointLikelihood, Array]:

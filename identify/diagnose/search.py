@@ -1,6 +1,6 @@
 """Forward selection of causes: add one, swap, prune, as long as held-out evidence grows."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,9 +26,10 @@ LEAST_SHARE = 0.01
 else the savings of their other forms, if smaller. No form of a library is exact, and a form's remainder grows with its
 evidence. A cause whose other forms save little is nearly exact."""
 
-SHADOW = 1e-3
+SHADOW, SHADOW_BEHIND_FILTER = 1e-3, 1e-2
 """Share of the nats saved by earlier causes that a further cause must exceed wherever it acts: forms right to a
-thirtieth of their force leave as much, and what they leave has no form of theirs."""
+thirtieth of their force leave as much, and what they leave has no form of theirs. Behind an autopilot's filter, whose
+lateness and smoothing are fitted, they are right to a tenth."""
 
 NEXT_TO_NONE = 0.5
 """Nats of a form's remainder below which no bound is sharpened: half the chance gain of one parameter."""
@@ -85,9 +86,10 @@ def explain(
     weighing = at(nominal, ())
     fit = weighing.fitted(())
     been: list[tuple[str, ...]] = []
+    refused: frozenset[str] = frozenset()
     for turn in range(MOST_TURNS):
         progress((turn + 0.5) / (MOST_TURNS + 1), "weighing the candidates")
-        better = improved(weighing, fit)
+        better = improved(weighing, fit, refused)
         if better.at == fit.at and _labels(better) == _labels(fit):
             break
         again = _labels(better) in been
@@ -96,7 +98,13 @@ def explain(
             break
         been.append(_labels(fit))
         progress((turn + 1.0) / (MOST_TURNS + 1), f"fitting {', '.join(_labels(better)) or 'none of them'}")
-        weighing, fit = _settled(nominal, weighing, better, at)
+        settled, settled_fit = _settled(nominal, weighing, better, at)
+        new = {*_labels(better)} - {*_labels(fit)}
+        if new and settled.now.log_posterior < weighing.now.log_posterior - AMBIGUOUS_NATS:
+            # What they save at one set of noise levels they lose where the filters are fitted with them.
+            refused |= new
+            continue
+        weighing, fit, refused = settled, settled_fit, frozenset()
         if again:
             break
     judged = without_shadows_of_seas(weighing, fit)
@@ -106,15 +114,13 @@ def explain(
 
 
 def without_shadows_of_seas(weighing: Weighing, fit: Fitted) -> Fitted:
-    """Without causes that a sea's companions replace. Waves turn a hull as they push it: whatever goes with the rate of
-    pitch then tells of all the waves that a few lines leave out."""
+    """Without causes that a sea's companions replace, those found before the sea among them."""
     for k in range(len(fit.causes) - 1, -1, -1):
         others = weighing.fitted(_without(fit.causes, k))
         seas = [cause for cause in others.causes if cause.effect.name in SEAS]
         if not seas or fit.causes[k].effect.name in (SEAS | WITNESSED):
             continue
-        acts = [act for sea in seas for act in companions(weighing.now.course, sea)]
-        tried = ranked_candidates(weighing.candidates_beyond_acts(others, acts), others)
+        tried = ranked_candidates(_beyond_all(weighing, others), others)
         own = [gain for gain, _, cause in tried if cause.key == fit.causes[k].key]
         if max(own, default=0.0) < required_gain(FormRemainder(weighing, others), fit.causes[k]):
             fit = others
@@ -125,11 +131,16 @@ def _settled(
     nominal: Nominal, weighing: Weighing, fit: Fitted, at: Callable[[Nominal, Sequence[Cause]], Weighing]
 ) -> tuple[Weighing, Fitted]:
     """Causes from one weighing, refitted with noise levels in turns until both agree: far faster than weighing all
-    candidates each time."""
+    candidates each time. Turns that lead away from the filters' maximum are not gone on with."""
+    best: tuple[Weighing, Fitted] | None = None
     for _ in range(MOST_REFITS):
         now = refitted(nominal, [cause.act(weighing.now.course) for cause in fit.causes], weighing.now)
+        if best is not None and now.log_posterior < best[0].now.log_posterior - AMBIGUOUS_NATS:
+            return best
         weighing, before = at(now, fit.causes), fit
         fit = weighing.fitted(before.causes)
+        if best is None or now.log_posterior > best[0].now.log_posterior:
+            best = weighing, fit
         if _same(fit, before):
             break
     return weighing, fit
@@ -169,10 +180,10 @@ def _same(one: Fitted, other: Fitted) -> bool:
     return bool(np.all(np.abs(moved) < SETTLED * std))
 
 
-def improved(weighing: Weighing, fit: Fitted) -> Fitted:
-    """Pruned, swapped, and with at most one more."""
-    fit = swapped(weighing, pruned(weighing, fit))
-    return with_one_more(weighing, fit) if len(fit.causes) < MOST_CAUSES else fit
+def improved(weighing: Weighing, fit: Fitted, refused: Collection[str] = ()) -> Fitted:
+    """Pruned, swapped, and with at most one more; none of those refused, by label."""
+    fit = swapped(weighing, pruned(weighing, fit), refused)
+    return with_one_more(weighing, fit, refused) if len(fit.causes) < MOST_CAUSES else fit
 
 
 def pruned(weighing: Weighing, fit: Fitted) -> Fitted:
@@ -213,7 +224,7 @@ def _others_at_their_best(weighing: Weighing, fit: Fitted, k: int) -> Fitted:
     return others
 
 
-def swapped(weighing: Weighing, fit: Fitted) -> Fitted:
+def swapped(weighing: Weighing, fit: Fitted, refused: Collection[str] = ()) -> Fitted:
     """Each cause replaced by a better one beside the others, if any: another, or the same by other parameters."""
     for k in range(len(fit.causes)):
         if k >= len(fit.causes):
@@ -223,7 +234,7 @@ def swapped(weighing: Weighing, fit: Fitted) -> Fitted:
         tried = [
             cause
             for _, _, cause in ranked_candidates(weighing.candidates_beside(others), others)
-            if _form(cause) != mine
+            if _form(cause) != mine and cause.effect.label not in refused
         ]
         able = [one for one in _fits(weighing, others, tried) if _replaces(one, fit, fit.causes[k], others)]
         fit = _simplest(able, others) or fit
@@ -242,18 +253,32 @@ def _replaces(one: Fitted, fit: Fitted, cause: Cause, others: Fitted) -> bool:
     return one.gain > fit.gain + handicap + (by_form or LEAST_SWAP)
 
 
-def with_one_more(weighing: Weighing, fit: Fitted) -> Fitted:
+def with_one_more(weighing: Weighing, fit: Fitted, refused: Collection[str] = ()) -> Fitted:
     """With the best candidate that other forms of the present causes do not replace."""
     remainder = FormRemainder(weighing, fit)
     tried = [
         cause
-        for gain, sigma, cause in ranked_candidates(weighing.candidates_beyond_forms(fit), fit)
-        if gain > _least_gain(cause) and sigma > LEAST_SIGMA and gain > required_gain(remainder, cause)
+        for gain, sigma, cause in ranked_candidates(_beyond_all(weighing, fit), fit)
+        if cause.effect.label not in refused
+        and gain > required_gain(remainder, cause)
+        and sigma > LEAST_SIGMA
     ]
     best = _simplest(_fits(weighing, fit, tried), fit)
     if best is not None and best.gain <= fit.gain + required_gain(remainder, best.causes[-1]):
         best = None
     return best or fit
+
+
+def _beyond_all(weighing: Weighing, fit: Fitted) -> CandidateEquations:
+    """All candidates beyond the forms of a fit's causes, and beyond the companions of a sea: waves turn a hull as they
+    push it, and whatever goes with the rate of pitch would tell of all the waves that a few lines leave out."""
+    acts = [
+        act
+        for cause in fit.causes
+        if cause.effect.name in SEAS
+        for act in companions(weighing.now.course, cause)
+    ]
+    return weighing.candidates_beyond_acts(fit, acts) if acts else weighing.candidates_beyond_forms(fit)
 
 
 def required_gain(remainder: FormRemainder, cause: Cause) -> float:
@@ -265,7 +290,8 @@ def remainder_nats(remainder: FormRemainder, cause: Cause) -> float:
     """Nats that a further cause may save by the form remainder of earlier ones alone."""
     if cause.effect.name in WITNESSED or not remainder.fit.causes:
         return 0.0
-    shadow = SHADOW * max(remainder.fit.motion_nats, 0.0)
+    left = SHADOW_BEHIND_FILTER if remainder.weighing.now.filtered else SHADOW
+    shadow = left * max(remainder.fit.motion_nats, 0.0)
     share = LEAST_SHARE * min(remainder.overlap(cause), remainder.fit.motion_nats)
     return max(shadow, min(share, remainder.saved_overlap(cause)) if share > NEXT_TO_NONE else share)
 

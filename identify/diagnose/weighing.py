@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from bridge.effects.course import Course
 from bridge.effects.effect import Act, Effect
 from bridge.vehicle.coefficients import DOFS
-from identify.diagnose.candidates import Cause, Setting, other_forms, settings_of
+from identify.diagnose.candidates import Cause, Setting, other_forms, other_variants, settings_of
 from identify.diagnose.evidence import (
     FOLDS,
     SCARCE,
@@ -82,7 +82,8 @@ class CandidateColumns:
         """(k, rows): columns of a cause's other forms."""
         key = key_of(cause)
         if key not in self._other:
-            self._other[key] = self.rows.columns(list(other_forms(self.course, cause)), self.course).T
+            forms = [*other_forms(self.course, cause), *other_variants(self.course, cause, self.library)]
+            self._other[key] = self.rows.columns(forms, self.course).T
         return self._other[key]
 
     @cached_property
@@ -389,9 +390,7 @@ class FormRemainder:
         nominal, own = self.weighing.moving
         more = self._known[:, :known]
         cross = nominal.crossed(more)
-        square = np.block(
-            [[own + np.diag(self.weighing.rows.nominal_precision), cross], [cross.T, more.T @ more]]
-        )
+        square = np.block([[own, cross], [cross.T, more.T @ more]])
         return more, inverse(square)
 
     def _taken_out(self, regressors: tuple[Array, Array], columns: Array) -> Array:

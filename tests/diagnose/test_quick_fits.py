@@ -86,8 +86,8 @@ def test_all_others_are_weighed_once_for_each_change_of_causes_and_once_more(nom
     seen = []
     plain = search.improved
 
-    def improved(weighing, fit):
-        better = plain(weighing, fit)
+    def improved(weighing, fit, refused):
+        better = plain(weighing, fit, refused)
         seen.append([cause.effect.label for cause in better.causes])
         return better
 
