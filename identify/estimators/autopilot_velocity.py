@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive, Signal
-from identify.estimators.axes import Axes, Axis, build_axes
+from identify.estimators.axes import LAGS_FORGOTTEN, Axes, Axis, build_axes
 from identify.estimators.lasting import lasting, too_short
 from identify.estimators.lateness import Timing, by_lateness
 from identify.estimators.likelihood_axis import MASS_RATIO, likelihood_of, rigid_mass
@@ -33,6 +33,13 @@ LEAST, MOST = np.array([-0.1, 0.0, 0.0]), np.array([0.8, 0.5, 1.0])
 DELAYS_S = (0.0, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0)
 """Of the thrust: where the search for it begins, by yaw, which no filter of velocities hides."""
 
+LAGS_S = (0.05, 0.1, 0.2, 0.3, 0.45)
+"""Of thrusters that follow later than the vehicle file says: tried where yaw finds the thrust late by LATE_ENOUGH_S. A
+filter's smoothing would take a lag for its own, and yaw alone tells it from a delay."""
+
+LATE_ENOUGH_S, LESS_LIKELY = 0.03, 3.0
+"""LESS_LIKELY: nats by which a lag has to do better than a delay in yaw."""
+
 SURGE, SWAY = 0, 1
 
 DELAY_SPREAD_S = 0.1
@@ -43,6 +50,9 @@ FAR = 30.0
 
 ENOUGH = 0.5
 """Nats: as far as an axis is climbed here."""
+
+APART = 10.0
+"""Nats that another date may cost by itself: it makes other steps of the same readings."""
 
 TURNS, SETTLED_S = 8, 0.005
 
@@ -61,6 +71,10 @@ def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
     ):
         return dive
     rough_s, of_yaw = _rough_delay(dive, file, name)
+    if of_yaw and rough_s + float(of_yaw[0].timing[0]) > LATE_ENOUGH_S:
+        lag_s = _rough_lag(dive, rough_s, file, name)
+        if lag_s > 0:
+            file, rough_s, of_yaw = _with_lag(file, lag_s), 0.0, []
     rough_late_s, fits = _rough_lateness(dive, rough_s, file, name)
     fits, timing = [*of_yaw, *fits], np.array([rough_late_s, 0.5 * rough_late_s, rough_s])
     best, likeliest, known = -np.inf, timing, fits
@@ -68,11 +82,11 @@ def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
         late_s, smoothing_s, delay_s = timing.tolist()
         early = dated_back(dive, late_s - smoothing_s, smoothing_s)
         fits = _fitted(early, delay_s, file, name, (SURGE, SWAY, YAW), known)
-        if (log_posterior := _of_velocity(fits)) < best - ENOUGH:
+        if (log_posterior := _of_velocity(fits)) < best - APART:
             # Far from where they agree, a step by the slope may lead further off.
             timing = 0.5 * (likeliest + timing)
             continue
-        best, likeliest, known = log_posterior, timing, fits
+        best, likeliest, known = max(best, log_posterior), timing, fits
         further = _further(fits)
         timing = np.clip(timing + further, LEAST, MOST)
         if np.all(np.abs(further) < SETTLED_S):
@@ -120,6 +134,45 @@ def _rough_delay(dive: Dive, file: VehicleFile, name: str) -> tuple[float, list[
         if _is_past([one.log_posterior for _, (one,) in found]):
             break
     return max(found, key=lambda one: one[1][0].log_posterior, default=(0.0, []))
+
+
+def _rough_lag(dive: Dive, delay_s: float, file: VehicleFile, name: str) -> float:
+    """The lag of the thrusters beyond the vehicle file's that yaw agrees with best; 0 where a delay does as well."""
+    later = _settled_on(dive, file, max(LAGS_S))
+    fits = _fitted(later, delay_s, file, name, (YAW,), ())
+    if not fits:
+        return 0.0
+    by_delay = fits[0].log_posterior
+    found: list[tuple[float, float]] = []
+    for lag_s in LAGS_S:
+        fits = _fitted(later, 0.0, _with_lag(file, lag_s), name, (YAW,), fits) or fits
+        found.append((lag_s, fits[0].log_posterior))
+        if _is_past([value for _, value in found]):
+            break
+    best = max(range(len(found)), key=lambda k: found[k][1])
+    if found[best][1] < by_delay + LESS_LIKELY:
+        return 0.0
+    lags_s, values = np.array(found[max(best - 1, 0) : best + 2]).T
+    if len(lags_s) < 3:
+        return found[best][0]
+    bend, slope, _ = np.polyfit(lags_s, values, 2)
+    return float(np.clip(-0.5 * slope / bend, lags_s[0], lags_s[-1])) if bend < 0 else found[best][0]
+
+
+def _with_lag(file: VehicleFile, lag_s: float) -> VehicleFile:
+    """With thrusters that follow so much later."""
+    curve = replace(file.vehicle.thrust_curve, lag_s=file.vehicle.thrust_curve.lag_s + lag_s)
+    return replace(file, vehicle=replace(file.vehicle, thrust_curve=curve))
+
+
+def _settled_on(dive: Dive, file: VehicleFile, lag_s: float) -> Dive:
+    """With rates of turn and angles from when thrusters of that lag no longer know what was before the first command:
+    likelihoods of different lags are then of the same readings."""
+    if dive.pwm is None or dive.gyro is None:
+        return dive
+    start_s = float(dive.pwm.time_s[0]) + LAGS_FORGOTTEN * (file.vehicle.thrust_curve.lag_s + lag_s)
+    attitude = None if dive.attitude is None else dive.attitude.between(start_s, np.inf)
+    return replace(dive, gyro=dive.gyro.between(start_s, np.inf), attitude=attitude)
 
 
 def _rough_lateness(dive: Dive, delay_s: float, file: VehicleFile, name: str) -> tuple[float, list[_Fit]]:

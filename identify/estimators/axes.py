@@ -41,7 +41,9 @@ TIME_DIGITS = 5
 """Times are rounded to 10 us, by which no vehicle moves: then few steps differ, and each is worked out once."""
 
 FIRST_POSITION_STD = 0.1
-LEAST_START_S = 0.5
+LEAST_START_S, LAGS_FORGOTTEN = 0.5, 10.0
+"""What the thrusters did before the first command is unknown; so many lags later it no longer matters."""
+
 LEAST_FIRST_M_S = 1e-3
 LATE_SHARE = 0.3
 """Commands that are sampled slowly may act earlier or later than is taken: its standard deviation, over the time from
@@ -181,8 +183,8 @@ def build_axes(dive: Dive, file: VehicleFile, name: str, dofs: Sequence[int] = r
     vehicle = file.vehicle
     configuration = vehicle.configurations[name]
     forces = wrench(dive, file, name)
-    # What the thrusters did before the first command is unknown; ten lags later it no longer matters.
-    start, end = float(forces.time_s[0]) + max(10 * forces.lag_s, LEAST_START_S), float(forces.time_s[-1])
+    start = float(forces.time_s[0]) + max(LAGS_FORGOTTEN * forces.lag_s, LEAST_START_S)
+    end = float(forces.time_s[-1])
     grid = np.arange(start, max(end, start + 10 * GRID_S) + 2 * GRID_S, GRID_S)
     attitude = None if dive.attitude is None else attitude_at(dive.attitude, grid)
     lever = (0.0, 0.0, 0.0) if vehicle.sensors.dvl is None else vehicle.sensors.dvl.mounting.position_m

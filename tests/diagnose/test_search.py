@@ -14,7 +14,7 @@ from identify.diagnose import confidence, findings, search
 from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import nominal_of, refitted
 from identify.diagnose.probability import HALF_NATS, MOST_PROBABLE, probability
-from identify.diagnose.search import LEAST_GAIN, LEAST_SHARE, SHADOW, explain, required_gain
+from identify.diagnose.search import LEAST_GAIN, LEAST_SHARE, SHADOW, explain, explained_by, required_gain
 from identify.diagnose.unexplained import unexplained_of
 from identify.diagnose.weighing import FormRemainder, weighing_of
 
@@ -113,13 +113,45 @@ def test_of_two_sets_of_causes_that_lead_to_each_other_the_smaller_is_told(
     spoilt, drag = with_drag(nominal)
     coupled, asked = Cause(COUPLED_DAMPING, np.array([1.0, -1.0])), []
 
-    def restless(weighing, fit):
+    def restless(weighing, fit, _refused):
         asked.append(len(fit.causes))
         return weighing.fitted((drag, coupled)[: {0: first, 1: 2, 2: 1}[len(fit.causes)]])
 
     monkeypatch.setattr(search, "improved", restless)
     assert [cause.effect for cause in explain(spoilt, LIBRARY, quiet).causes] == [QUADRATIC_DRAG]
     assert asked == looks
+
+
+def test_a_cause_that_lowers_the_likelihood_of_the_filters_is_not_taken(nominal, monkeypatch):
+    spoilt, drag = with_drag(nominal)
+    settled, asked = search._settled, []
+
+    def less_likely(nominal, weighing, fit, at):
+        weighing, fit = settled(nominal, weighing, fit, at)
+        worse = replace(weighing.now, log_posterior=spoilt.log_posterior - 10.0)
+        return replace(weighing, now=worse), fit
+
+    def eager(weighing, fit, refused):
+        asked.append(set(refused))
+        return fit if drag.effect.label in refused else weighing.fitted([drag])
+
+    monkeypatch.setattr(search, "_settled", less_likely)
+    monkeypatch.setattr(search, "improved", eager)
+    assert explain(spoilt, LIBRARY, quiet).causes == ()
+    assert asked == [set(), {drag.effect.label}]
+
+
+def test_causes_are_refitted_no_further_than_the_likelihood_of_the_filters_grows(nominal, monkeypatch):
+    spoilt, drag = with_drag(nominal)
+    made = []
+
+    def less_and_less_likely(*given):
+        made.append(replace(refitted(*given), log_posterior=-100.0 * len(made)))
+        return made[-1]
+
+    monkeypatch.setattr(search, "refitted", less_and_less_likely)
+    assert explained_by([drag], spoilt, LIBRARY).now is made[0]
+    assert len(made) == 2
 
 
 def test_what_the_forms_of_other_causes_may_leave_makes_a_cause_no_more_probable(nominal, monkeypatch):

@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 from bridge.effects.environment import waves
 from bridge.effects.library import library
-from bridge.effects.rigid_body import CG_OFFSET
+from bridge.effects.rigid_body import CG_OFFSET, CG_OFFSET_IN_SPACE
 from identify.challenge.case import Case, dive_of, draw_case
 from identify.challenge.nearest import course_of
 from identify.challenge.site import Site
-from identify.diagnose.candidates import Cause, other_forms
+from identify.diagnose.candidates import Cause, other_forms, other_variants
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.search import explain, remainder_nats
 
@@ -25,10 +25,21 @@ class Fit:
 
 
 @dataclass(frozen=True)
+class Now:
+    filtered: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Weighed:
+    now: Now
+
+
+@dataclass(frozen=True)
 class Apart:
     """A remainder in axes where a further cause does not act."""
 
     fit: Fit
+    weighing: Weighed = Weighed(Now(()))
 
     def overlap(self, _cause: Cause) -> float:
         return 0.0
@@ -70,6 +81,25 @@ def test_a_further_cause_has_to_save_more_than_a_shadow_of_a_far_better_told_one
     offset = Cause(CG_OFFSET, CG_OFFSET.start())
     assert remainder_nats(Apart(Fit(20_000.0)), offset) == 20.0  # type: ignore[arg-type]
     assert remainder_nats(Apart(Fit(20_000.0, ())), offset) == 0.0  # type: ignore[arg-type]
+
+
+def test_behind_an_autopilots_filter_it_has_to_save_ten_times_as_much() -> None:
+    offset, filtered = Cause(CG_OFFSET, CG_OFFSET.start()), Weighed(Now((0, 1, 2)))
+    assert remainder_nats(Apart(Fit(20_000.0), filtered), offset) == 200.0  # type: ignore[arg-type]
+
+
+def test_the_variants_of_a_cause_with_the_same_parameters_are_its_forms_but_not_other_periods_of_a_sea() -> (
+    None
+):
+    course = course_of(*draw_case(391_001, kind="none", seconds=40.0).simulated(0))
+    offset = Cause(CG_OFFSET, CG_OFFSET.start())
+    (first, *others) = other_variants(course, offset, (CG_OFFSET, CG_OFFSET_IN_SPACE))
+    in_space = CG_OFFSET_IN_SPACE.act(course, offset.values).wrench
+    assert first.wrench is not None
+    np.testing.assert_array_equal(first.wrench, in_space)
+    assert any(one.wrench is not None and one.wrench[:, 4].any() for one in others)
+    sea = waves(4.0)
+    assert not [*other_variants(course, Cause(sea, sea.start()), (sea, waves(5.0)))]
 
 
 def test_what_goes_with_the_rate_of_pitch_is_not_taken_beside_waves_that_turn_the_hull() -> None:
