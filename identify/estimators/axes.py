@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from bridge.vehicle.config import Vehicle, VehicleFile
-from bridge.vehicle.dynamics import coriolis as _coriolis
 from identify.dive import Dive, Signal
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
 from identify.estimators.lateness import FilteredForce, Timing, behind_filter, timing_of
@@ -399,11 +398,7 @@ def coupled(axis: Axis, motion: Motion) -> Axis:
         smooth = behind_filter(values[None], step_s, axis.smoothing_s)[0]
         return motion.mean_between(smooth, before, axis.time_s)
 
-    columns = []
-    # C(nu) nu is linear in the masses: what each contributes is what a mass of one alone would.
-    for one in np.eye(6).tolist():
-        force = np.asarray(_coriolis(one, tuple(motion.nu.T))[axis.dof])
-        columns.append(-shown(force) if force.any() else np.zeros(len(before)))
+    columns = [-shown(force) if force.any() else np.zeros(len(before)) for force in motion.coriolis[axis.dof]]
     speed = shown(motion.nu[:, axis.dof])
     return replace(axis, coriolis=np.column_stack(columns), speed=speed)
 

@@ -95,6 +95,30 @@ def transitions(
     return out
 
 
+@njit(cache=True, nogil=True)
+def bracketed_transitions(
+    different_s: Array,
+    mass: float,
+    dampings: Array,
+    stiffness: float,
+    sigma_d: float,
+    time_constant_s: float,
+    white_force: float,
+    sigma_c: float,
+    coloured_s: float,
+    smoothing_s: float,
+) -> Array:
+    """`transitions` (k b, COLUMNS) of each step with each of the dampings (b,)."""
+    brackets = dampings.shape[0]
+    out = np.empty((different_s.shape[0] * brackets, COLUMNS))
+    for b in range(brackets):
+        out[b::brackets] = transitions(
+            different_s, mass, dampings[b], stiffness, sigma_d, time_constant_s, white_force, sigma_c,
+            coloured_s, smoothing_s,
+        )  # fmt: skip
+    return out
+
+
 @njit(cache=True, inline="always")
 def _pushed(transition: Array, smoothing_s: float) -> tuple[float, float]:
     """What has become of nu and of x after a push of the mass."""

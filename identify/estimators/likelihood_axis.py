@@ -9,7 +9,12 @@ from numpy.typing import NDArray
 from bridge.vehicle.config import Configuration, Damping
 from identify.estimators.axes import Axis, Brackets, coupled
 from identify.estimators.information import STEP, gradient_and_information
-from identify.estimators.innovations import filtered_means, innovations, smoothed_velocity, transitions
+from identify.estimators.innovations import (
+    bracketed_transitions,
+    filtered_means,
+    innovations,
+    smoothed_velocity,
+)
 from identify.estimators.motion import Motion
 from identify.estimators.scoring import Maximum
 
@@ -198,14 +203,12 @@ class AxisLikelihood:
         mass, damping, disturbance, time_constant = np.exp(theta[:FORCES]).tolist()
         axis, coloured = self.axis, self.coloured(theta)
         quadratic = axis.quadratic + quadratic_times * self.quadratic(theta)
-        tables = [
-            transitions(
-                axis.different_s, mass, damping + quadratic * slope, axis.stiffness,
+        return np.asarray(
+            bracketed_transitions(
+                axis.different_s, mass, damping + quadratic * self._brackets.slopes, axis.stiffness,
                 disturbance, time_constant, self.white_force(theta), *coloured, axis.smoothing_s,
             )
-            for slope in self._brackets.slopes.tolist()
-        ]  # fmt: skip
-        return np.stack(tables, axis=1).reshape(-1, tables[0].shape[1])
+        )  # fmt: skip
 
     def mean_force(self, theta: Array) -> Array:
         """What drives both halves of every step (n, 2), N or N m: thrust, Coriolis forces, and all shapes."""

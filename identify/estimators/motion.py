@@ -1,9 +1,12 @@
 """Velocities on a uniform grid, and what is made of them over any interval."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+
+from bridge.vehicle.dynamics import coriolis
 
 Array = NDArray[np.float64]
 
@@ -14,6 +17,13 @@ class Motion:
 
     time_s: Array
     nu: Array
+
+    @cached_property
+    def coriolis(self) -> Array:
+        """(6, 6, m): C(nu) nu in each degree of freedom of a unit of each mass alone; it is linear in the masses."""
+        nu = tuple(self.nu.T)
+        of_each = [coriolis(one, nu) for one in np.eye(6).tolist()]
+        return np.stack([np.broadcast_arrays(*of_one, nu[0])[:6] for of_one in of_each], axis=1)
 
     def integral(self, values: Array) -> Array:
         """Of what is given at the times, (m,), by the trapezium rule."""
