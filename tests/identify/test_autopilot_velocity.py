@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench.field.draw import NONE, draw
-from bridge.vehicle.config import load_vehicle
+from bench.field.draw import NONE, FieldCase, draw
+from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.dive import Dive, Signal
-from identify.estimators.autopilot_velocity import _is_past, dated, dated_back
+from identify.estimators.autopilot_velocity import _is_past, _rough_lag, dated, dated_back
 from identify.estimators.lateness import FilteredForce, behind_filter, timing_of
 from identify.forces import LAST, unrounded, unrounded_thrusts, wrench
 from identify.ingest.open import read_dive
@@ -69,16 +69,32 @@ def test_a_velocity_that_was_told_late_is_turned_by_the_attitude_of_its_own_time
     assert found.value[inside] == pytest.approx(truth[14:-26], abs=1e-3)
 
 
+def recorded(case: FieldCase, folder: Path) -> tuple[Dive, VehicleFile, str]:
+    for name, content in case.files().items():
+        (folder / name).write_bytes(content)
+    file = load_vehicle(str(folder / "vehicle.yaml"))
+    (name,) = file.vehicle.configurations
+    return read_dive(folder / "dive.tlog.gz", None, file), file, name
+
+
 def test_lateness_and_smoothing_of_a_drawn_field_dive_are_found(tmp_path: Path) -> None:
     case = draw(11, 4, NONE, seconds=240.0)
-    for name, content in case.files().items():
-        (tmp_path / name).write_bytes(content)
-    file = load_vehicle(str(tmp_path / "vehicle.yaml"))
-    (name,) = file.vehicle.configurations
-    found = dated(read_dive(tmp_path / "dive.tlog.gz", None, file), file, name)
-    true = case.filter
+    found, true = dated(*recorded(case, tmp_path)), case.filter
     assert found.velocity_late_s == pytest.approx(true.late_s, abs=0.03)
     assert found.velocity_smoothing_s == pytest.approx(true.smooth_s, abs=0.05)
+
+
+def test_of_thrusters_that_follow_slowly_no_smoothing_is_made(tmp_path: Path) -> None:
+    """By 0.3 s more than the vehicle file says: taken for smoothing it comes to 0.2 s more of that."""
+    case = draw(11, 4, "thruster_lag", size=1.5, seconds=240.0)
+    found, true = dated(*recorded(case, tmp_path)), case.filter
+    assert found.velocity_late_s == pytest.approx(true.late_s, abs=0.06)
+    assert found.velocity_smoothing_s == pytest.approx(true.smooth_s, abs=0.06)
+
+
+def test_a_delay_of_the_thrusters_is_no_lag(tmp_path: Path) -> None:
+    dive, file, name = recorded(draw(11, 4, "command_delay", size=1.0, seconds=120.0), tmp_path)
+    assert _rough_lag(dive, 0.15, file, name) == 0.0
 
 
 def rounded(seed: int = 1) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

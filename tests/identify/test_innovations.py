@@ -9,6 +9,7 @@ from identify.estimators.innovations import (
     INCREMENT,
     POSITION,
     VELOCITY,
+    bracketed_transitions,
     innovations,
     smoothed_velocity,
     transitions,
@@ -33,6 +34,15 @@ INITIAL = np.array([0.01, 0.02, 0.01, 0.01])
 def table_of(share=1.0):
     """The transitions, with a disturbance `share` as large."""
     return transitions(STEPS_S, *(MODEL | {"sigma": share * MODEL["sigma"]}).values())
+
+
+def test_each_bracket_of_speed_has_the_transitions_of_its_own_damping():
+    dampings = np.array([18.0, 25.0, 60.0])
+    given = [value for name, value in MODEL.items() if name not in ("mass", "damping")]
+    table = bracketed_transitions(STEPS_S, MODEL["mass"], dampings, *given)
+    for k, damping in enumerate(dampings):
+        own = transitions(STEPS_S, *(MODEL | {"damping": damping}).values())
+        np.testing.assert_array_equal(table[k :: len(dampings)], own)
 
 
 class Events:
