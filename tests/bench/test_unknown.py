@@ -110,6 +110,7 @@ def test_a_drawn_square_of_the_speed_is_known_as_drag_and_one_late_by_far_is_not
     assert found[1] < 0.8
 
 
+@pytest.mark.soak
 def test_a_force_is_planted_as_large_as_its_drift_was_drawn_and_again_the_same() -> None:
     one, again = unknown_of(SHORT_DRAWN + 2), unknown_of(SHORT_DRAWN + 2)
     assert (1 - NEAR) * MULTIPLES[0] < one.multiple < (1 + NEAR) * MULTIPLES[1]

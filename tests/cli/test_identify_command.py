@@ -185,6 +185,7 @@ def test_data_that_disagrees_with_the_model_is_a_no_whatever_was_identified(minu
     assert "warning: These values can hardly be this vehicle's" in capsys.readouterr().out
 
 
+@pytest.mark.soak
 @needs_shared
 def test_two_methods_stand_side_by_side_in_json_table_and_page(minute, tmp_path, capsys):
     out, page = tmp_path / "out.json", tmp_path / "report.html"
