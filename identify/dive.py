@@ -67,7 +67,8 @@ class Dive:
     velocity: (n, 3) m/s at the DVL's transducer, body axes, at its time of validity; `velocity_is_filtered` where it
     comes from an autopilot's own filter, turned from north-east-down into body axes; `velocity_late_s`: by how much
     it was told later than it is dated here; `velocity_smoothing_s`: the time constant of a first-order filter that
-    smoothed it and so made it later still.
+    smoothed it and so made it later still. thrust_delay_s, thrust_lag_s: by how much later thrusters act, and how much
+    more slowly they follow, than the vehicle file says, as its dating came upon.
     gyro: (n, 3) rad/s. fog: (n, 1) rad/s, means over intervals, each dated at the middle of its own.
     specific_force: (n, 3) m/s2. attitude: (n, 4) w x y z. pressure: (n, 1) Pa absolute. depth: (n, 1) m, only
     where the recording states depth itself. altitude: (n, 1) m. pwm: (n, thrusters) microseconds. rpm:
@@ -104,6 +105,8 @@ class Dive:
     velocity_is_filtered: bool = False
     velocity_late_s: float = 0.0
     velocity_smoothing_s: float = 0.0
+    thrust_delay_s: float = 0.0
+    thrust_lag_s: float = 0.0
     unix_at_boot_s: float | None = None
     opening: str = ""
     notes: tuple[str, ...] = ()

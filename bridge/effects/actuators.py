@@ -108,6 +108,9 @@ SATURATION = Effect(
 )
 
 
+THRUSTER_LAG = "thruster_lag"
+
+
 def thruster_lag(nominal_s: float) -> Effect:
     """A lag other than the nominal one, which is the course's own."""
 
@@ -116,7 +119,7 @@ def thruster_lag(nominal_s: float) -> Effect:
         return before_the_shaft(course, slower - course.thrust_n)
 
     return Effect(
-        "thruster_lag",
+        THRUSTER_LAG,
         "thrusters that answer more slowly, or more quickly, than the vehicle file says",
         "thruster",
         (Parameter("time_constant", "s", nominal_s + 0.05, low=0.0, high=5.0, none=nominal_s),),

@@ -101,7 +101,8 @@ class Nominal:
     with no steady push. log_posterior: at the maximum, each reading that was left out counted as far off as the gate
     is. motion: velocities for the Coriolis forces. course: inputs of the effects. doubted: degrees of freedom whose
     controller used an unrecorded reading. filtered: degrees of freedom whose outliers an autopilot's filter has
-    already removed; timing_s: how late that filter tells them, and how smooth, None where there is none. witnesses:
+    already removed; timing_s: how late that filter tells them, and how smooth, None where there is none; late_thrust_s:
+    delay and lag of the thrust beyond the vehicle file's that its dating came upon. witnesses:
     further sensors that show effects. accepted: earlier effects, removed from forces, readings and witnesses.
     mirrored: degrees of freedom that run against their thrust; swapped: pairs that follow each other's.
     """
@@ -120,6 +121,7 @@ class Nominal:
     mirrored: tuple[int, ...] = ()
     swapped: tuple[tuple[int, int], ...] = ()
     timing_s: tuple[float, float] | None = None
+    late_thrust_s: tuple[float, float] = (0.0, 0.0)
 
     @property
     def unheard(self) -> tuple[int, ...]:
@@ -180,6 +182,7 @@ def nominal_of(
         mirrored=against,
         swapped=crossed,
         timing_s=(dive.velocity_late_s, dive.velocity_smoothing_s) if filtered else None,
+        late_thrust_s=(dive.thrust_delay_s, dive.thrust_lag_s),
     )
 
 

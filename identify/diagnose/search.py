@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.effects.actuators import COMMAND_DELAY, THRUSTER_LAG
 from bridge.effects.effect import Effect
 from identify.diagnose.candidates import Cause, Setting, companions
 from identify.diagnose.evidence import Evidence
@@ -26,10 +27,10 @@ LEAST_SHARE = 0.01
 else the savings of their other forms, if smaller. No form of a library is exact, and a form's remainder grows with its
 evidence. A cause whose other forms save little is nearly exact."""
 
-SHADOW, SHADOW_BEHIND_FILTER = 1e-3, 1e-2
+SHADOW, SHADOW_BEHIND_FILTER = 1e-3, 7e-3
 """Share of the nats saved by earlier causes that a further cause must exceed wherever it acts: forms right to a
 thirtieth of their force leave as much, and what they leave has no form of theirs. Behind an autopilot's filter, whose
-lateness and smoothing are fitted, they are right to a tenth."""
+lateness and smoothing are fitted, they are right to a twelfth."""
 
 NEXT_TO_NONE = 0.5
 """Nats of a form's remainder below which no bound is sharpened: half the chance gain of one parameter."""
@@ -60,6 +61,9 @@ SIMPLER_SHARE = 5e-3
 """Share of the nats of a cause of one number that its form may leave to one of several: an attitude that is off by two
 degrees tilts a weight by as much."""
 
+LATE_S = 0.02
+"""Delay or lag of the thrust from which on the search begins with it."""
+
 MOST_CAUSES, MOST_TURNS, MOST_REFITS = 3, 7, 5
 SETTLED = 1.0
 LEAST_Z = 1.5
@@ -83,8 +87,7 @@ def explain(
 ) -> Explanation:
     """The causes of a dive's gap among the effects of a library that a refit of the nominal model would not absorb."""
     at = _weighing_maker(library)
-    weighing = at(nominal, ())
-    fit = weighing.fitted(())
+    weighing, fit = _begun(nominal, at)
     been: list[tuple[str, ...]] = []
     refused: frozenset[str] = frozenset()
     for turn in range(MOST_TURNS):
@@ -111,6 +114,22 @@ def explain(
     if len(judged.causes) < len(fit.causes):
         weighing, fit = _settled(nominal, weighing, judged, at)
     return Explanation(fit, weighing, weighing.now)
+
+
+def _begun(nominal: Nominal, at: Callable[[Nominal, Sequence[Cause]], Weighing]) -> tuple[Weighing, Fitted]:
+    """Nothing, or the late thrust that the dating of an autopilot's velocity came upon, where the filters are likelier
+    with it: a large delay is out of reach of columns of small ones."""
+    weighing = at(nominal, ())
+    delay_s, lag_s = nominal.late_thrust_s
+    name, later_s = (THRUSTER_LAG, lag_s) if lag_s > 0 else (COMMAND_DELAY.name, delay_s)
+    effect = next((one for one in weighing.library if one.name == name), None)
+    if effect is not None and later_s > LATE_S:
+        late = Cause(effect, effect.none() + later_s)
+        near = at(refitted(nominal, [late.act(nominal.course)]), (late,))
+        settled, fit = _settled(nominal, near, near.fitted((late,)), at)
+        if fit.causes and settled.now.log_posterior > nominal.log_posterior + LEAST_GAIN:
+            return settled, fit
+    return weighing, weighing.fitted(())
 
 
 def without_shadows_of_seas(weighing: Weighing, fit: Fitted) -> Fitted:

@@ -61,7 +61,8 @@ def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
     """The dive with the velocity of an autopilot's own filter at the times at which it was so, and its smoothing.
 
     Both are what makes surge and sway agree best with the thrust and with their own turning; by how much the thrust
-    itself is late yaw tells. What is left of them is fitted with each axis (`lateness.timing_of`).
+    itself is late yaw tells, and so much later it is told to be. What is left of them is fitted with each axis
+    (`lateness.timing_of`).
     """
     if (
         not dive.velocity_is_filtered
@@ -71,6 +72,7 @@ def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
     ):
         return dive
     rough_s, of_yaw = _rough_delay(dive, file, name)
+    lag_s = 0.0
     if of_yaw and rough_s + float(of_yaw[0].timing[0]) > LATE_ENOUGH_S:
         lag_s = _rough_lag(dive, rough_s, file, name)
         if lag_s > 0:
@@ -91,8 +93,9 @@ def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
         timing = np.clip(timing + further, LEAST, MOST)
         if np.all(np.abs(further) < SETTLED_S):
             break
-    late_s, smoothing_s, _ = likeliest.tolist()
-    return dated_back(dive, late_s - smoothing_s, smoothing_s)
+    late_s, smoothing_s, delay_s = likeliest.tolist()
+    found = dated_back(dive, late_s - smoothing_s, smoothing_s)
+    return replace(found, thrust_delay_s=delay_s, thrust_lag_s=lag_s)
 
 
 def dated_back(dive: Dive, late_s: float, smoothing_s: float) -> Dive:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from bridge.effects.environment import waves
@@ -83,9 +84,9 @@ def test_a_further_cause_has_to_save_more_than_a_shadow_of_a_far_better_told_one
     assert remainder_nats(Apart(Fit(20_000.0, ())), offset) == 0.0  # type: ignore[arg-type]
 
 
-def test_behind_an_autopilots_filter_it_has_to_save_ten_times_as_much() -> None:
+def test_behind_an_autopilots_filter_it_has_to_save_seven_times_as_much() -> None:
     offset, filtered = Cause(CG_OFFSET, CG_OFFSET.start()), Weighed(Now((0, 1, 2)))
-    assert remainder_nats(Apart(Fit(20_000.0), filtered), offset) == 200.0  # type: ignore[arg-type]
+    assert remainder_nats(Apart(Fit(20_000.0), filtered), offset) == pytest.approx(140.0)  # type: ignore[arg-type]
 
 
 def test_the_variants_of_a_cause_with_the_same_parameters_are_its_forms_but_not_other_periods_of_a_sea() -> (
