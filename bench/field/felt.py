@@ -57,6 +57,9 @@ def felt(flown: Flown, std: Array) -> Felt:
     tilts = TILT * shape.dry_mass_kg * GRAVITY_M_S2 * shape.centre_of_gravity_below_buoyancy_m
     std = np.maximum(std, np.array([0.0, 0.0, 0.0, tilts, tilts, 0.0]))
     gap = missing_wrench(flown)
+    if not np.isfinite(gap).all():
+        # What is planted made the vehicle turn over faster and faster: it is no dive, and will be drawn anew.
+        return Felt(np.full(6, np.inf), np.full(6, np.inf))
     thrust = flown.ticks.nominal @ allocation_matrix(flown.site.vehicle.configuration).T
     rms = np.sqrt(np.mean(thrust**2, axis=0))
     table, value = (_columns(flown) / std[None, :, None]).reshape(-1, 18), (gap / std).reshape(-1)

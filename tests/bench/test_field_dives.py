@@ -3,6 +3,7 @@
 import gzip
 import struct
 from collections import Counter
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -12,7 +13,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bench.field.autopilot_filter import VelocityFilter, estimated, reckoned
 from bench.field.dive import EACH, STEP_S
-from bench.field.draw import NONE, FieldCase, draw, effects_of
+from bench.field.draw import NONE, FieldCase, draw, effects_of, stays_down
 from bench.field.export import BOOT_S, UNIX_US, euler, tlog_of, told
 from bench.field.felt import felt, missing_wrench
 from bench.field.plants import PLANTS
@@ -119,6 +120,15 @@ def test_an_effect_of_middling_size_pushes(effect: str) -> None:
     assert felt(one.flown(0), one.sea.std).of_thrust.max() > 0.01
     assert one.truth()["effect"] == [effect]
     assert one.truth()["effect_parameters"].keys() == one.planted.parameters.keys() if one.planted else False
+
+
+def test_a_dive_that_ran_away_is_felt_without_end_and_no_pilot_goes_on_with_it() -> None:
+    flown = case().flown(0)
+    state = flown.ticks.state.copy()
+    state[-10:] = np.nan
+    away = replace(flown, ticks=flown.ticks._replace(state=state))
+    assert felt(away, case().sea.std).size == np.inf
+    assert not stays_down(away)
 
 
 def test_the_command_delay_is_told_as_it_acts() -> None:
