@@ -37,8 +37,9 @@ LAGS_S = (0.05, 0.1, 0.2, 0.3, 0.45)
 """Of thrusters that follow later than the vehicle file says: tried where yaw finds the thrust late by LATE_ENOUGH_S. A
 filter's smoothing would take a lag for its own, and yaw alone tells it from a delay."""
 
-LATE_ENOUGH_S, LESS_LIKELY = 0.03, 3.0
-"""LESS_LIKELY: nats by which a lag has to do better than a delay in yaw."""
+LATE_ENOUGH_S = 0.03
+LIKELIER = 3.0
+"""Nats by which a lag has to do better than a delay in yaw."""
 
 SURGE, SWAY = 0, 1
 
@@ -153,7 +154,7 @@ def _rough_lag(dive: Dive, delay_s: float, file: VehicleFile, name: str) -> floa
         if _is_past([value for _, value in found]):
             break
     best = max(range(len(found)), key=lambda k: found[k][1])
-    if found[best][1] < by_delay + LESS_LIKELY:
+    if found[best][1] < by_delay + LIKELIER:
         return 0.0
     lags_s, values = np.array(found[max(best - 1, 0) : best + 2]).T
     if len(lags_s) < 3:

@@ -36,7 +36,7 @@ COLUMNS = 19
 def transitions(
     different_s: Array,
     mass: float,
-    damping: float,
+    dampings: Array,
     stiffness: float,
     sigma_d: float,
     time_constant_s: float,
@@ -45,7 +45,7 @@ def transitions(
     coloured_s: float,
     smoothing_s: float,
 ) -> Array:
-    """For each of the steps (k,) one row of COLUMNS numbers.
+    """For each of the steps (k,) with each of the dampings (b,) one row of COLUMNS numbers, (k b, COLUMNS).
 
     Transition (00 01 02 10 11 12 22), response of nu and x to a unit force held over the first and over the second
     half of the step, process noise (00 01 02 11 12 22), transition and process noise of c.
@@ -53,20 +53,21 @@ def transitions(
     coloured_s: its time constant. smoothing_s: of the filter that nu comes out of, 0 for none; x is the vehicle's own
     place.
     """
-    out = np.empty((different_s.shape[0], COLUMNS))
+    brackets = dampings.shape[0]
+    out = np.empty((different_s.shape[0] * brackets, COLUMNS))
     rate = np.zeros((3, 3))
-    rate[0, 0] = -damping / mass
     rate[0, 1] = -stiffness / mass
     rate[0, 2] = 1.0 / mass
     # A first-order filter's input is its output and smoothing_s times its rate.
-    rate[1, 0] = 1.0 + smoothing_s * rate[0, 0]
     rate[1, 1] = smoothing_s * rate[0, 1]
     rate[1, 2] = smoothing_s * rate[0, 2]
     rate[2, 2] = -1.0 / time_constant_s
     white = 2.0 * sigma_d * sigma_d / time_constant_s
     direct = (white_force / mass) ** 2
-    for i in range(different_s.shape[0]):
-        h = different_s[i]
+    for i in range(out.shape[0]):
+        h = different_s[i // brackets]
+        rate[0, 0] = -dampings[i % brackets] / mass
+        rate[1, 0] = 1.0 + smoothing_s * rate[0, 0]
         quarter = _series(rate, 0.25 * h)
         half = quarter @ quarter
         full = half @ half
@@ -92,30 +93,6 @@ def transitions(
         out[i, 14] += h / 6.0 * direct * (smoothing_s**2 + 4.0 * to_x**2 + by_end_x**2)
         keep = np.exp(-h / coloured_s)
         out[i, 17], out[i, 18] = keep, sigma_c * sigma_c * (1.0 - keep * keep)
-    return out
-
-
-@njit(cache=True, nogil=True)
-def bracketed_transitions(
-    different_s: Array,
-    mass: float,
-    dampings: Array,
-    stiffness: float,
-    sigma_d: float,
-    time_constant_s: float,
-    white_force: float,
-    sigma_c: float,
-    coloured_s: float,
-    smoothing_s: float,
-) -> Array:
-    """`transitions` (k b, COLUMNS) of each step with each of the dampings (b,)."""
-    brackets = dampings.shape[0]
-    out = np.empty((different_s.shape[0] * brackets, COLUMNS))
-    for b in range(brackets):
-        out[b::brackets] = transitions(
-            different_s, mass, dampings[b], stiffness, sigma_d, time_constant_s, white_force, sigma_c,
-            coloured_s, smoothing_s,
-        )  # fmt: skip
     return out
 
 

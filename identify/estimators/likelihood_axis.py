@@ -9,12 +9,7 @@ from numpy.typing import NDArray
 from bridge.vehicle.config import Configuration, Damping
 from identify.estimators.axes import Axis, Brackets, coupled
 from identify.estimators.information import STEP, gradient_and_information
-from identify.estimators.innovations import (
-    bracketed_transitions,
-    filtered_means,
-    innovations,
-    smoothed_velocity,
-)
+from identify.estimators.innovations import filtered_means, innovations, smoothed_velocity, transitions
 from identify.estimators.motion import Motion
 from identify.estimators.scoring import Maximum
 
@@ -204,7 +199,7 @@ class AxisLikelihood:
         axis, coloured = self.axis, self.coloured(theta)
         quadratic = axis.quadratic + quadratic_times * self.quadratic(theta)
         return np.asarray(
-            bracketed_transitions(
+            transitions(
                 axis.different_s, mass, damping + quadratic * self._brackets.slopes, axis.stiffness,
                 disturbance, time_constant, self.white_force(theta), *coloured, axis.smoothing_s,
             )

@@ -9,7 +9,6 @@ from identify.estimators.innovations import (
     INCREMENT,
     POSITION,
     VELOCITY,
-    bracketed_transitions,
     innovations,
     smoothed_velocity,
     transitions,
@@ -31,18 +30,21 @@ MODEL = {
 INITIAL = np.array([0.01, 0.02, 0.01, 0.01])
 
 
+def braked(dampings, share=1.0):
+    own = {"damping": np.array(dampings), "sigma": share * MODEL["sigma"]}
+    return transitions(STEPS_S, *(MODEL | own).values())
+
+
 def table_of(share=1.0):
     """The transitions, with a disturbance `share` as large."""
-    return transitions(STEPS_S, *(MODEL | {"sigma": share * MODEL["sigma"]}).values())
+    return braked([MODEL["damping"]], share)
 
 
-def test_each_bracket_of_speed_has_the_transitions_of_its_own_damping():
-    dampings = np.array([18.0, 25.0, 60.0])
-    given = [value for name, value in MODEL.items() if name not in ("mass", "damping")]
-    table = bracketed_transitions(STEPS_S, MODEL["mass"], dampings, *given)
+def test_each_step_has_a_row_of_its_own_for_each_damping():
+    dampings = [18.0, 25.0, 60.0]
+    table = braked(dampings)
     for k, damping in enumerate(dampings):
-        own = transitions(STEPS_S, *(MODEL | {"damping": damping}).values())
-        np.testing.assert_array_equal(table[k :: len(dampings)], own)
+        np.testing.assert_array_equal(table[k :: len(dampings)], braked([damping]))
 
 
 class Events:
