@@ -20,3 +20,12 @@ def side_by_side(work: Callable[[T], R], things: Iterable[T]) -> list[R]:
         return [work(one) for one in every]
     with ThreadPoolExecutor(at_once) as pool:
         return list(pool.map(work, every))
+
+
+def both(work: Callable[[], T], other: Callable[[], R]) -> tuple[T, R]:
+    """What two pieces of work come to. The caller's own thread does the first; where both fail, its error is raised."""
+    if len(os.sched_getaffinity(0)) < 2:
+        return work(), other()
+    with ThreadPoolExecutor(1) as pool:
+        beside = pool.submit(other)
+        return work(), beside.result()

@@ -61,7 +61,7 @@ from identify.diagnose.recording import (
     without_spikes,
     without_still_velocity,
 )
-from identify.diagnose.result import Diagnosis, Found, Gap, Share, Value
+from identify.diagnose.result import Diagnosis, Found, Gap, Prediction, Share, Shrink, Value
 from identify.diagnose.search import Explanation, explain
 from identify.diagnose.shrink import checked, contradiction_note, held_out_shrink, overstated_note, predict
 from identify.diagnose.simulation import (
@@ -87,6 +87,7 @@ from identify.diagnose.verdict import (
     verdict_of,
 )
 from identify.dive import Dive
+from identify.side_by_side import both
 
 Array = NDArray[np.float64]
 Progress = Callable[[float, str], None]
@@ -138,15 +139,19 @@ def diagnose(
     holds, not_held = accepted_causes(effects_accepted, whole)
     fitted = fitted_nominal(dive, file, configuration)
     nominal = with_accepted(fitted, holds)
-    other = None
-    if check is not None:
-        other = with_accepted(fitted_nominal(check, file, configuration, fitted), holds)
     tried = library_with_changes(_judged(effects or (), lacks) or whole, holds)
-    found = explain(nominal, tried, lambda share, words: progress(0.1 + 0.6 * share, words))
-    found, covariance = without_doubtful(found, nominal, tried)
-    progress(0.7, "looking at what is left")
-    left = unexplained_of(found.weighing, found.fit)
-    progress(0.8, "measuring the gap")
+
+    def searched() -> tuple[Explanation, Array]:
+        found = explain(nominal, tried, lambda share, words: progress(0.1 + 0.6 * share, words))
+        return without_doubtful(found, nominal, tried)
+
+    def other_filters() -> Nominal | None:
+        if check is None:
+            return None
+        return with_accepted(fitted_nominal(check, file, configuration, fitted), holds)
+
+    (found, covariance), other = both(searched, other_filters)
+    progress(0.7, "measuring the gap, and looking at what is left")
     before_it = simulator or Simulator(_values(accepted or {}), ())
     before_it = replace(
         before_it, causes=tuple(one for one in before_it.causes if not lacks & {*one.effect.needs})
@@ -159,8 +164,14 @@ def diagnose(
     missing = missing_of(*models, wrong, felt, found.now)
     if plain is nominal:
         missing = beyond_refit(missing, missing_wrench_of(found.causes, found.now.course), found.now, EACH)
-    floors = floors_of(found.now, models[1], rng)
-    before, after = (drifts(model, floors) for model in models)
+
+    def drifted() -> tuple[list[tuple[Drift, ...]], tuple[Shrink, Prediction]]:
+        floors = floors_of(found.now, models[1], rng)
+        return [drifts(model, floors) for model in models], held_out_shrink(found, plain, floors[FIVE_S], rng)
+
+    left, ((before, after), (heldout, held)) = both(
+        lambda: unexplained_of(found.weighing, found.fit), drifted
+    )
     forces = unexplained_forces(left)
     causes = findings_of(found, covariance, missing, unexplained_nats(left))
     gap = _gap(found, missing, left, before, after, causes)
@@ -170,7 +181,6 @@ def diagnose(
         new, more = changes_of(shift, found, missing)
         causes = strongest_first((*causes, *new))
         trials = (*trials, *more)
-    heldout, held = held_out_shrink(found, plain, floors[FIVE_S], rng)
     verdict = verdict_of(causes, left, found.fit.gain, heldout.value, gap.disturbance)
     gap = replace(gap, unexplained=share_left(verdict, heldout.value))
     prediction = None

@@ -46,6 +46,9 @@ SURGE, SWAY = 0, 1
 DELAY_SPREAD_S = 0.1
 """How far from where it is taken to be the thrust's delay may well be."""
 
+ROUGH_S = 150.0
+"""Of the middle of a dive: enough to tell where a search begins."""
+
 FAR = 30.0
 """Nats below the best, twice in a row, from which on a grid is not gone on with."""
 
@@ -55,7 +58,7 @@ ENOUGH = 0.5
 APART = 10.0
 """Nats that another date may cost by itself: it makes other steps of the same readings."""
 
-TURNS, SETTLED_S = 8, 0.005
+TURNS, LONGEST_TURN_S, SETTLED_S = 8, 0.2, 0.005
 
 
 def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
@@ -72,13 +75,14 @@ def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
         or not len(dive.velocity)
     ):
         return dive
-    rough_s, of_yaw = _rough_delay(dive, file, name)
+    middle = _middle_of(dive)
+    rough_s, of_yaw = _rough_delay(middle, file, name)
     lag_s = 0.0
     if of_yaw and rough_s + float(of_yaw[0].timing[0]) > LATE_ENOUGH_S:
         lag_s = _rough_lag(dive, rough_s, file, name)
         if lag_s > 0:
             file, rough_s, of_yaw = _with_lag(file, lag_s), 0.0, []
-    rough_late_s, fits = _rough_lateness(dive, rough_s, file, name)
+    rough_late_s, fits = _rough_lateness(middle, rough_s, file, name)
     fits, timing = [*of_yaw, *fits], np.array([rough_late_s, 0.5 * rough_late_s, rough_s])
     best, likeliest, known = -np.inf, timing, fits
     for _ in range(TURNS):
@@ -90,13 +94,23 @@ def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
             timing = 0.5 * (likeliest + timing)
             continue
         best, likeliest, known = max(best, log_posterior), timing, fits
-        further = _further(fits)
+        further = np.clip(_further(fits), -LONGEST_TURN_S, LONGEST_TURN_S)
         timing = np.clip(timing + further, LEAST, MOST)
         if np.all(np.abs(further) < SETTLED_S):
             break
     late_s, smoothing_s, delay_s = likeliest.tolist()
     found = dated_back(dive, late_s - smoothing_s, smoothing_s)
     return replace(found, thrust_delay_s=delay_s, thrust_lag_s=lag_s)
+
+
+def _middle_of(dive: Dive) -> Dive:
+    start_s, end_s = dive.span_s
+    centre_s = 0.5 * (start_s + end_s)
+    return (
+        dive
+        if end_s - start_s < 2 * ROUGH_S
+        else dive.between(centre_s - 0.5 * ROUGH_S, centre_s + 0.5 * ROUGH_S)
+    )
 
 
 def dated_back(dive: Dive, late_s: float, smoothing_s: float) -> Dive:
@@ -118,13 +132,14 @@ def dated_back(dive: Dive, late_s: float, smoothing_s: float) -> Dive:
 
 @dataclass(frozen=True)
 class _Fit:
-    """An axis alone at the maximum of its posterior: theta, and what it says of its timing (k,), in s."""
+    """An axis alone at the maximum of its posterior: theta, and what its readings alone say of its timing (k,), in s,
+    and how sharply."""
 
     dof: int
     theta: Array
     log_posterior: float
     timing: Array
-    covariance: Array
+    precision: Array
 
 
 def _rough_delay(dive: Dive, file: VehicleFile, name: str) -> tuple[float, list[_Fit]]:
@@ -207,11 +222,10 @@ def _further(fits: Sequence[_Fit]) -> Array:
     found, precision = np.zeros(2), 1e-9 * np.eye(2)
     later_s = 0.0
     for fit in fits:
-        own = np.linalg.inv(fit.covariance)
-        if len(own) == 1:
+        if len(fit.timing) == 1:
             later_s = float(fit.timing[0])
         else:
-            found, precision = found + own @ fit.timing, precision + own
+            found, precision = found + fit.precision @ fit.timing, precision + fit.precision
     velocity = np.linalg.solve(precision, found)
     # Thrust that comes later makes the velocity seem less late.
     return np.array([velocity[0] - later_s, velocity[1], later_s])
@@ -241,13 +255,16 @@ def _fitted(
             theta = theta.copy()
             theta[place] = 0.0
             maximum = climb(problem.slowed(theta), theta, ENOUGH, alone)
-            covariance = np.linalg.inv(maximum.precision)[place, place]
+            precision = np.linalg.inv(np.linalg.inv(maximum.precision)[place, place])
+            told: Array = np.asarray(precision - np.diag(problem.prior_precision[place]), dtype=np.float64)
+            pull: Array = np.asarray(precision @ maximum.theta[place], dtype=np.float64)
+            timing = np.linalg.solve(told, pull)
         except np.linalg.LinAlgError:
             # An axis without a solution says nothing of timing; the fit of all axes says why.
             return None
         off = maximum.theta - problem.prior_mean
         log_posterior = maximum.log_likelihood - 0.5 * float(problem.prior_precision @ off**2)
-        return _Fit(axis.dof, maximum.theta, log_posterior, maximum.theta[place], np.asarray(covariance))
+        return _Fit(axis.dof, maximum.theta, log_posterior, np.asarray(timing, dtype=np.float64), told)
 
     found = side_by_side(fit, build_axes(dive, late, name, dofs).axes)
     return [one for one in found if one is not None]
