@@ -57,6 +57,10 @@ class Thruster:
             raise ValueError(f"direction must have length 1, this one has {length:.3f}")
 
 
+LONGEST_DELAY_S = 2.0
+"""Twice what is ever fitted."""
+
+
 @dataclass(frozen=True)
 class ThrustCurve:
     """Which curve turns PWM into thrust: a table under configs/thrusters (or beside the vehicle file), or a law.
@@ -88,6 +92,11 @@ class ThrustCurve:
         _not_negative(
             lag_s=self.lag_s, delay_s=self.delay_s, dead_band_us=self.dead_band_us, scale_std=self.scale_std
         )
+        if self.delay_s > LONGEST_DELAY_S:
+            raise ValueError(
+                f"delay_s is in seconds and at most {LONGEST_DELAY_S:g}, it is {self.delay_s:g}: no thruster answers "
+                "so late"
+            )
 
 
 def dive_mark(sha256: str) -> str:

@@ -197,8 +197,8 @@ def coupled_nominal(weighing: Weighing, causes: tuple[Cause, ...]) -> Array:
 def without_doubtful(
     found: Explanation, nominal: Nominal, library: Sequence[Effect]
 ) -> tuple[Explanation, NDArray[np.float64]]:
-    """An explanation without causes that may be absent, least confident first; and the covariance (k, k) of the
-    remaining parameters."""
+    """An explanation without causes that may be absent, that which saves least beside the others first; and the
+    covariance (k, k) of the remaining parameters."""
     while found.causes:
         # An absent cause hangs on no mass or damping, however much its size does.
         absent = _covariance(found.weighing, found.fit, found.weighing.rows.nominal)
@@ -206,10 +206,16 @@ def without_doubtful(
             1.0 if cause.effect.name in SEAS else _confidence(found.fit, absent, k)
             for k, cause in enumerate(found.causes)
         ]
-        k = int(np.argmin(shares))
-        if shares[k] > LEAST_CONFIDENCE:
+        fewer = [
+            (*found.causes[:k], *found.causes[k + 1 :])
+            for k, share in enumerate(shares)
+            if share <= LEAST_CONFIDENCE
+        ]
+        if not fewer:
             return found, covariance_of(found.weighing, found.fit)
-        found = explained_by((*found.causes[:k], *found.causes[k + 1 :]), nominal, library)
+        # Of causes that trade with each other the shadows go, however wide the interval of the one that casts them.
+        best = max(fewer, key=lambda others: found.weighing.fitted(others).gain)
+        found = explained_by(best, nominal, library)
     return found, np.zeros((0, 0))
 
 

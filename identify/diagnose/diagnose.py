@@ -77,6 +77,7 @@ from identify.diagnose.simulation import (
 from identify.diagnose.simulator import Simulator
 from identify.diagnose.unexplained import Unexplained, unexplained_of
 from identify.diagnose.verdict import (
+    above_noise,
     next_for_disturbance,
     next_for_unexplained,
     next_of,
@@ -172,6 +173,7 @@ def diagnose(
     left, ((before, after), (heldout, held)) = both(
         lambda: unexplained_of(found.weighing, found.fit), drifted
     )
+    left = above_noise(left, heldout) if found.causes else left
     forces = unexplained_forces(left)
     causes = findings_of(found, covariance, missing, unexplained_nats(left))
     gap = _gap(found, missing, left, before, after, causes)

@@ -23,12 +23,13 @@ from identify.diagnose.witnesses import Witness, witnesses
 from identify.dive import Dive, Signal
 from identify.estimators.autopilot_velocity import dated, dated_back
 from identify.estimators.axes import Axes, Axis, build_axes
+from identify.estimators.innovations import POSITION
 from identify.estimators.lateness import behind_filter
 from identify.estimators.likelihood_axis import DAMPING, GATE_SIGMA, MASS, TIME_CONSTANT, AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.motion import Motion
 from identify.estimators.pinn.start import Filters, filters_of
-from identify.estimators.readings import HEAVE
+from identify.estimators.readings import HEAVE, PITCH, ROLL, YAW
 from identify.estimators.scoring import climb
 from identify.feedback import unrecorded
 
@@ -127,7 +128,26 @@ class Nominal:
     def unheard(self) -> tuple[int, ...]:
         """Degrees of freedom in which a controller may have acted on a reading that the recording lacks: the doubted
         ones, and heave, where an autopilot that holds its depth keeps its climb rate to itself."""
-        return tuple(sorted({*self.doubted, *({HEAVE} & {*self.filtered})}))
+        by_depth = {
+            one.axis.dof for one in self.joint.problems if one.axis.channels[0].state_read == POSITION
+        }
+        return tuple(sorted({*self.doubted, *({HEAVE} & {*self.filtered, *by_depth})}))
+
+    @property
+    def untold(self) -> tuple[int, ...]:
+        """The degrees of freedom in which an unknown force can't be told from what was not recorded: heave by depth
+        alone, whose controller knows its climb rate; roll, pitch and yaw where the thrusters pushed in surge or sway
+        and no velocity tells what came of it, for a drifting hull is turned (Munk 1924)."""
+        fitted = {problem.axis.dof for problem in self.joint.problems}
+        unseen = {SURGE, SWAY} - fitted - {*self.built.unpushed}
+        turned = fitted & {ROLL, PITCH, YAW} if unseen else set()
+        return tuple(sorted({*turned, *self._by_depth}))
+
+    @property
+    def _by_depth(self) -> set[int]:
+        """Heave where depth alone was read of it."""
+        read = {one.axis.dof for one in self.joint.problems if one.axis.channels[0].state_read == POSITION}
+        return read & {HEAVE}
 
 
 def nominal_of(

@@ -20,11 +20,10 @@ from bridge.vehicle.config import Configuration, VehicleFile, Water
 from identify.bounds import MOST_ADDED
 from identify.descent import descent_doubts
 from identify.diagnose.evidence import FOLDS
-from identify.diagnose.gap import (
-    PUSHED,
-)
+from identify.diagnose.gap import PUSHED
 from identify.diagnose.nominal import Nominal, nominal_of
 from identify.diagnose.regression import PIECE_S
+from identify.diagnose.wording import listed
 from identify.dive import Dive, Signal
 from identify.estimators.loud import loud, loud_note
 from identify.fed_velocity import filtered_doubts, stamp_doubts
@@ -95,7 +94,7 @@ def lacking(dives: Sequence[Dive], shape: Configuration) -> frozenset[str]:
     has = {
         PULSES: all(tells_thrusters(dive, shape) for dive in dives),
         QUICK_COMMANDS: not any(_seldom(dive, shape) for dive in dives),
-        OWN_VELOCITY: not any(dive.velocity_is_filtered for dive in dives),
+        OWN_VELOCITY: not any(dive.velocity_is_filtered and _has_velocity(dive) for dive in dives),
     }
     return frozenset(name for name, there in has.items() if not there)
 
@@ -111,6 +110,10 @@ def unjudged_causes(lacks: Collection[str]) -> tuple[str, ...]:
         "model, and a late DVL was not judged; record the DVL's own readings for that.",
     }
     return tuple(sentence for name, sentence in words.items() if name in lacks)
+
+
+def _has_velocity(dive: Dive) -> bool:
+    return dive.velocity is not None and bool(np.isfinite(dive.velocity.value).any())
 
 
 def _seldom(dive: Dive, shape: Configuration) -> bool:
@@ -175,11 +178,18 @@ def unjudged_notes(nominal: Nominal) -> tuple[str, ...]:
     Roll and pitch right themselves: without thrust there nobody misses them.
     """
     built = nominal.built
-    return tuple(
+    missing = (
         f"{DOFS[dof].capitalize()} was not judged: {why}."
         for dof, why in sorted(built.missing.items())
         if dof in PUSHED or dof not in built.unpushed
     )
+    if not nominal.untold:
+        return tuple(missing)
+    unseen = (
+        f"In {listed([DOFS[dof] for dof in nominal.untold])} no unknown force was looked for: without a velocity the "
+        "climb that a controller knows, and a drift that turns the hull, look like one; record the DVL."
+    )
+    return (*missing, unseen)
 
 
 def _wild(nominal: Nominal) -> tuple[str, ...]:

@@ -36,7 +36,7 @@ def slow_axes(now: Nominal) -> tuple[int, ...]:
     return tuple(
         problem.axis.dof
         for problem, place in zip(now.joint.problems, now.joint.places, strict=True)
-        if problem.axis.dof not in (*now.filtered, *now.doubted)
+        if problem.axis.dof not in (*now.filtered, *now.doubted, *now.untold)
         and now.theta[place][TIME_CONSTANT] > np.log(LONGEST_S)
     )
 

@@ -96,7 +96,7 @@ def unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
     """The generic forces that predict a dive's innovations beyond some causes and their companions.
 
     Degrees of freedom with an unrecorded controller reading are left out: thrust answers the sea unseen there, and
-    every function of thrust predicts something.
+    every function of thrust predicts something. So are those where what was not recorded looks like one.
     """
     left = _unexplained_of(weighing, fit)
     if not _at_sea(fit) or not any(map(beyond_chance, left.shapes, left.gains)):
@@ -144,7 +144,7 @@ def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
     axes = [
         _axis_beside(weighing, fit.value, known, innovations, at_sea)
         for innovations in weighing.rows.axes
-        if innovations.problem.axis.dof not in weighing.now.doubted
+        if innovations.problem.axis.dof not in (*weighing.now.doubted, *weighing.now.untold)
     ]
     found = [one for axis in axes for one in _large(_of_axis(axis, course, shapes, dofs), thrust[axis.dof])]
     found += [one for axis in axes for one in _lines(axis, course, at_sea)]

@@ -3,14 +3,16 @@ remainder."""
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course
 from bridge.effects.effect import Effect
+from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.probability import LIKELY
-from identify.diagnose.result import Disturbance, Found, Next, Verdict
+from identify.diagnose.result import Disturbance, Found, Next, Shrink, Verdict
 from identify.diagnose.unexplained import GenericForce, Unexplained, Variable, beyond_chance
 
 SENSORS = (
@@ -60,6 +62,9 @@ STARTS = (
     "turns begun and ended both ways, quickly and slowly",
 )
 
+QUIET = 0.25
+"""Drift above the floor, in floors, that is noise: a force that makes so little of it was found, but is no gap."""
+
 BATTERY = "the same leg with a fresh and with an empty battery"
 THRUSTERS = "one pair of thrusters at a time, from rest"
 
@@ -76,6 +81,25 @@ OTHERS: dict[Variable, str] = {
     "thrust": THRUSTERS,
     "thrust_sign": THRUSTERS,
 }
+
+
+def above_noise(left: Unexplained, held: Shrink) -> Unexplained:
+    """What is left in the degrees of freedom where a model whose gap the causes close, on pieces held out, still drifts
+    by more than noise. What a disturbance takes up by being slow, or rare, is left there all the same."""
+    if not math.isfinite(held.value):
+        return left
+    quiet = {one.dof for one in held.by_axis if one.after < (1.0 + QUIET) * one.floor}
+    kept = [
+        k
+        for k, shape in enumerate(left.shapes)
+        if DOFS[shape.dof] not in quiet or shape.timing not in (None, "transient") or left.forces[k] <= 0
+    ]
+    return replace(
+        left,
+        shapes=tuple(left.shapes[k] for k in kept),
+        gains=tuple(left.gains[k] for k in kept),
+        forces=tuple(left.forces[k] for k in kept),
+    )
 
 
 def unexplained_forces(left: Unexplained) -> tuple[GenericForce, ...]:

@@ -164,12 +164,13 @@ def _rough_lag(dive: Dive, delay_s: float, file: VehicleFile, name: str) -> floa
     by_delay = fits[0].log_posterior
     found: list[tuple[float, float]] = []
     for lag_s in LAGS_S:
-        fits = _fitted(later, 0.0, _with_lag(file, lag_s), name, (YAW,), fits) or fits
-        found.append((lag_s, fits[0].log_posterior))
+        fits = _fitted(later, 0.0, _with_lag(file, lag_s), name, (YAW,), fits)
+        if fits:
+            found.append((lag_s, fits[0].log_posterior))
         if _is_past([value for _, value in found]):
             break
-    best = max(range(len(found)), key=lambda k: found[k][1])
-    if found[best][1] < by_delay + LIKELIER:
+    best = max(range(len(found)), key=lambda k: found[k][1], default=-1)
+    if best < 0 or found[best][1] < by_delay + LIKELIER:
         return 0.0
     lags_s, values = np.array(found[max(best - 1, 0) : best + 2]).T
     if len(lags_s) < 3:

@@ -142,10 +142,20 @@ def test_a_dive_without_velocity_is_judged_by_its_turning_and_its_depth(case):
     lost = Signal(dive_of(case).velocity.time_s, np.full_like(dive_of(case).velocity.value, np.nan))
     for velocity in (None, lost):
         said = told(case, replace(dive_of(case), velocity=velocity), effects=(QUADRATIC_DRAG,))
-        assert [one.split(" was")[0] for one in said.provisos] == ["Surge", "Sway", "Heave"]
-        assert "depth alone says too little of it" in said.provisos[2]
-        assert all("no velocity" in one and "record the DVL" in one for one in said.provisos)
+        *unread, unseen = said.provisos
+        assert [one.split(" was")[0] for one in unread] == ["Surge", "Sway", "Heave"]
+        assert "depth alone says too little of it" in unread[2]
+        assert all("no velocity" in one and "record the DVL" in one for one in unread)
+        assert unseen.startswith("In roll, pitch and yaw no unknown force was looked for")
         assert "I_r" in said.numbers
+
+
+def test_a_velocity_that_is_never_a_number_is_not_told_to_be_late(case):
+    lost = Signal(dive_of(case).velocity.time_s, np.full_like(dive_of(case).velocity.value, np.nan))
+    said = told(
+        case, replace(dive_of(case), velocity=lost, velocity_is_filtered=True), effects=(QUADRATIC_DRAG,)
+    )
+    assert not any("How late it is" in one for one in said.provisos)
 
 
 def test_a_wrench_without_pulses_tells_of_all_but_single_thrusters_and_their_curve(case):

@@ -29,7 +29,14 @@ from identify.diagnose.result import (
     Value,
 )
 from identify.diagnose.unexplained import GenericForce, Unexplained
-from identify.diagnose.verdict import next_for_disturbance, next_of, share_left, unexplained_nats, verdict_of
+from identify.diagnose.verdict import (
+    above_noise,
+    next_for_disturbance,
+    next_of,
+    share_left,
+    unexplained_nats,
+    verdict_of,
+)
 
 SCHEMA = Path(__file__).resolve().parents[1] / "data" / "answers.schema.json"
 SHARED = Path(__file__).resolve().parents[2].parent / "shared" / "answers.schema.json"
@@ -170,6 +177,28 @@ def test_beside_something_left_causes_that_are_borne_out_are_named_in_part(
     causes, left, saved, closes, verdict
 ):
     assert verdict_of(causes, left, saved, closes, ()) == verdict
+
+
+def closing(after, value=1.0):
+    """Of pieces held out: surge drifts by so many floors after the causes."""
+    return Shrink(
+        2.0, after, value, NAN, NAN, by_axis=(AxisShrink("surge", 0.04, 0.02 * after, 0.02, value, 1, 1, 1),)
+    )
+
+
+def test_what_makes_no_drift_beyond_noise_where_the_causes_close_a_gap_is_not_left():
+    left = left_by(100.0, 50.0)
+    assert above_noise(left, closing(1.2)).shapes == ()
+    assert above_noise(left, closing(1.3)) == above_noise(left, closing(1.0, NAN)) == left
+
+
+def test_a_slow_force_or_a_reading_error_that_makes_no_drift_is_left_all_the_same():
+    """The disturbance takes it up, in the floor as in the model."""
+    left = left_by(100.0)
+    slow = replace(left, shapes=(replace(left.shapes[0], timing="drifting"),))
+    read = replace(left, forces=(0.0,))
+    for one in (slow, read):
+        assert above_noise(one, closing(1.0)) == one
 
 
 def test_only_forces_beyond_chance_count_as_left():

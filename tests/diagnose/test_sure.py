@@ -1,5 +1,7 @@
 """A cause that may as well be absent, by the interval that it is told with, is none; one that is sure stays."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from bridge.effects.hydrodynamics import QUADRATIC_DRAG
 from bridge.effects.rigid_body import NET_BUOYANCY
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose import confidence as module
+from identify.diagnose.candidates import Cause
 from identify.diagnose.confidence import covariance_of, without_doubtful
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.search import explain
@@ -44,6 +47,25 @@ def test_a_cause_whose_interval_holds_its_absence_is_dropped_and_the_filters_are
         left, covariance = without_doubtful(found, nominal, LIBRARY)
         assert (bool(left.causes), len(covariance)) == (stays, int(stays))
     assert left.now.theta == pytest.approx(nominal.theta, rel=0.02, abs=0.05)
+
+
+def test_of_causes_that_may_both_be_absent_the_one_that_saves_less_goes_first(heavy, monkeypatch):
+    """However wide the interval of the one that casts the shadow."""
+    nominal, found = heavy
+    fit = found.weighing.fitted((*found.causes, Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start())))
+    tried = []
+
+    def refitted(causes, *_):
+        tried.append([cause.effect for cause in causes])
+        return replace(found, fit=found.weighing.fitted(()))
+
+    monkeypatch.setattr(module, "explained_by", refitted)
+    monkeypatch.setattr(module, "_covariance", lambda *_: np.eye(7))
+    monkeypatch.setattr(
+        module, "_confidence", lambda of, _, k: 0.1 if of.causes[k].effect is NET_BUOYANCY else 0.5
+    )
+    without_doubtful(replace(found, fit=fit), nominal, LIBRARY)
+    assert tried == [[NET_BUOYANCY]]
 
 
 def test_a_moment_stays_though_its_gain_is_over_masses_that_hardly_differ(heavy, monkeypatch):

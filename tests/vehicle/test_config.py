@@ -37,6 +37,7 @@ def test_a_plain_vehicle_is_loaded_with_its_defaults(tmp_path: Path) -> None:
         ({}, {"water": {"density_kg_m3": 0.0}}, "density_kg_m3 must be above 0"),
         ({}, {"thrust_curve": {"span_us": 0.0}}, "span_us must be above 0"),
         ({}, {"thrust_curve": {"lag_s": -0.1}}, "lag_s can't be negative, it is -0.1"),
+        ({}, {"thrust_curve": {"delay_s": 50.0}}, "delay_s is in seconds and at most 2, it is 50"),
         ({}, {"sensors": {"esc": {"kind": "esc", "poles": 0}}}, "poles must be above 0"),
         ({}, {"sensors": {"imu": {"kind": "mti300", "rate_hz": -1.0}}}, "rate_hz can't be negative"),
         ({}, {"sensors": {"dvl": {"kind": "a50", "mounting": {"signs": [1, 0, 1]}}}}, "signs are 1 or -1"),
