@@ -2,6 +2,7 @@
 dive with it dated back."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from identify.dive import Dive, Signal
 from identify.estimators.axes import LAGS_FORGOTTEN, Axes, Axis, build_axes
 from identify.estimators.lasting import lasting, too_short
 from identify.estimators.lateness import Timing, by_lateness
-from identify.estimators.likelihood_axis import MASS_RATIO, likelihood_of, rigid_mass
+from identify.estimators.likelihood_axis import MASS_RATIO, AxisLikelihood, likelihood_of, rigid_mass
 from identify.estimators.likelihood_joint import alone
 from identify.estimators.readings import YAW
 from identify.estimators.scoring import climb
@@ -247,28 +248,37 @@ def _fitted(
             own = Timing(by_lateness(axis.force, 0.5 * axis.step_s), DELAY_SPREAD_S)
             axis = replace(axis, timing=(own,))
         problem = likelihood_of(axis, shape, masses, (), "both")
-        place = slice(problem.noise_place - len(axis.timing), problem.noise_place)
+        if axis.dof in starts:
+            with suppress(np.linalg.LinAlgError):
+                return _climbed(problem, starts[axis.dof])
         try:
-            theta = starts.get(axis.dof)
-            if theta is None:
-                theta = rough_maximum(problem, rigid_mass(shape, axis.dof), shape.model, ENOUGH).theta
-            # What was near was as late by its own timing, which the dive is dated by since.
-            theta = theta.copy()
-            theta[place] = 0.0
-            maximum = climb(problem.slowed(theta), theta, ENOUGH, alone)
-            precision = np.linalg.inv(np.linalg.inv(maximum.precision)[place, place])
-            told: Array = np.asarray(precision - np.diag(problem.prior_precision[place]), dtype=np.float64)
-            pull: Array = np.asarray(precision @ maximum.theta[place], dtype=np.float64)
-            timing = np.linalg.solve(told, pull)
+            rough = rough_maximum(problem, rigid_mass(shape, axis.dof), shape.model, ENOUGH)
+            return _climbed(problem, rough.theta)
         except np.linalg.LinAlgError:
             # An axis without a solution says nothing of timing; the fit of all axes says why.
             return None
-        off = maximum.theta - problem.prior_mean
-        log_posterior = maximum.log_likelihood - 0.5 * float(problem.prior_precision @ off**2)
-        return _Fit(axis.dof, maximum.theta, log_posterior, np.asarray(timing, dtype=np.float64), told)
 
     found = side_by_side(fit, build_axes(dive, late, name, dofs).axes)
     return [one for one in found if one is not None]
+
+
+def _climbed(problem: AxisLikelihood, near: Array) -> _Fit:
+    """The fit of an axis alone from near by; raises LinAlgError where there is none."""
+    place = slice(problem.noise_place - len(problem.axis.timing), problem.noise_place)
+    theta = near.copy()
+    # What was near was as late by its own timing, which the dive is dated by since.
+    theta[place] = 0.0
+    slowed = problem.slowed(theta)
+    if not np.isfinite(slowed.axis.speed).all():
+        raise np.linalg.LinAlgError("the speeds that are expected from there run away")
+    maximum = climb(slowed, theta, ENOUGH, alone)
+    precision = np.linalg.inv(np.linalg.inv(maximum.precision)[place, place])
+    told: Array = np.asarray(precision - np.diag(problem.prior_precision[place]), dtype=np.float64)
+    pull: Array = np.asarray(precision @ maximum.theta[place], dtype=np.float64)
+    timing = np.asarray(np.linalg.solve(told, pull), dtype=np.float64)
+    off = maximum.theta - problem.prior_mean
+    log_posterior = maximum.log_likelihood - 0.5 * float(problem.prior_precision @ off**2)
+    return _Fit(problem.axis.dof, maximum.theta, log_posterior, timing, told)
 
 
 def lasting_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
