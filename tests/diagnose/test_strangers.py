@@ -76,8 +76,10 @@ def test_a_velocity_that_was_not_read_is_told_beside_the_verdict(case):
     value = dive.velocity.value.copy()
     value[:, 0] = np.nan
     found = _told(case, with_velocity(dive, value))
-    assert found.provisos == ("Surge was not judged: no velocity in surge was recorded; record the DVL.",)
-    assert verdict_sentence(found).endswith(found.provisos[0])
+    surge, turning = found.provisos
+    assert surge == "Surge was not judged: no velocity in surge was recorded; record the DVL."
+    assert turning.startswith("In roll, pitch and yaw no unknown force was looked for")
+    assert verdict_sentence(found).endswith(" ".join(found.provisos))
     assert _told(case, dive).provisos == ()
 
 
