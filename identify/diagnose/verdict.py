@@ -86,7 +86,7 @@ OTHERS: dict[Variable, str] = {
 def above_noise(left: Unexplained, held: Shrink) -> Unexplained:
     """What is left in the degrees of freedom where a model whose gap the causes close, on pieces held out, still drifts
     by more than noise. What a disturbance takes up by being slow, or rare, is left there all the same."""
-    if not math.isfinite(held.value):
+    if not held.value >= LEAST_CLOSED:
         return left
     quiet = {one.dof for one in held.by_axis if one.after < (1.0 + QUIET) * one.floor}
     kept = [
