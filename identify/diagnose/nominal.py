@@ -128,10 +128,7 @@ class Nominal:
     def unheard(self) -> tuple[int, ...]:
         """Degrees of freedom in which a controller may have acted on a reading that the recording lacks: the doubted
         ones, and heave, where an autopilot that holds its depth keeps its climb rate to itself."""
-        by_depth = {
-            one.axis.dof for one in self.joint.problems if one.axis.channels[0].state_read == POSITION
-        }
-        return tuple(sorted({*self.doubted, *({HEAVE} & {*self.filtered, *by_depth})}))
+        return tuple(sorted({*self.doubted, *({HEAVE} & {*self.filtered}), *self._by_depth}))
 
     @property
     def untold(self) -> tuple[int, ...]:

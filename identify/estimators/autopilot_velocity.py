@@ -60,6 +60,7 @@ APART = 10.0
 """Nats that another date may cost by itself: it makes other steps of the same readings."""
 
 TURNS, LONGEST_TURN_S, SETTLED_S = 8, 0.2, 0.005
+"""An axis that says hardly anything of its timing may ask for any step; none goes further than LONGEST_TURN_S."""
 
 
 def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
@@ -106,12 +107,10 @@ def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
 
 def _middle_of(dive: Dive) -> Dive:
     start_s, end_s = dive.span_s
+    if end_s - start_s < 2 * ROUGH_S:
+        return dive
     centre_s = 0.5 * (start_s + end_s)
-    return (
-        dive
-        if end_s - start_s < 2 * ROUGH_S
-        else dive.between(centre_s - 0.5 * ROUGH_S, centre_s + 0.5 * ROUGH_S)
-    )
+    return dive.between(centre_s - 0.5 * ROUGH_S, centre_s + 0.5 * ROUGH_S)
 
 
 def dated_back(dive: Dive, late_s: float, smoothing_s: float) -> Dive:
@@ -276,6 +275,8 @@ def _climbed(problem: AxisLikelihood, near: Array) -> _Fit:
     told: Array = np.asarray(precision - np.diag(problem.prior_precision[place]), dtype=np.float64)
     pull: Array = np.asarray(precision @ maximum.theta[place], dtype=np.float64)
     timing = np.asarray(np.linalg.solve(told, pull), dtype=np.float64)
+    if not np.isfinite(timing).all():
+        raise np.linalg.LinAlgError("its readings say nothing of its timing")
     off = maximum.theta - problem.prior_mean
     log_posterior = maximum.log_likelihood - 0.5 * float(problem.prior_precision @ off**2)
     return _Fit(problem.axis.dof, maximum.theta, log_posterior, timing, told)
