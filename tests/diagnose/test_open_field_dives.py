@@ -1,5 +1,6 @@
 """Dives as a stock autopilot records them, made elsewhere: what hides in those that tell their truth is found."""
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -29,7 +30,19 @@ def told(name: str, checked: bool = False) -> Diagnosis:
 
 
 def test_of_a_hull_with_nothing_hidden_its_drag_alone_is_told():
-    assert [one.name for one in told("open_1").found] == [HULL]
+    found = told("open_1")
+    assert [one.name for one in found.found] == [HULL]
+    assert found.verdict == "explained"
+
+
+def test_an_empty_dive_without_its_velocity_is_not_called_unknown():
+    file = load_vehicle(str(FIELD / "rov.yaml"))
+    dive = replace(read_dive(FIELD / "open_1" / "dive.tlog.gz", None, file), velocity=None)
+    found = diagnose(dive, file, "rov", progress=lambda *_: None)
+    assert found.verdict == "no_gap"
+    *unread, unseen = found.provisos
+    assert [one.split()[0] for one in unread] == ["Surge", "Sway"]
+    assert unseen.startswith("In heave, roll, pitch and yaw no unknown force was looked for")
 
 
 def test_a_current_is_found_within_a_centimetre_a_second_and_holds_on_the_check_dive():
