@@ -168,6 +168,10 @@ def nominal_of(
     shape = file.vehicle.configurations[configuration]
     against, crossed = mirrored(built.axes), swapped(built.axes)
     start = filters_of(built, shape)
+    if late_s := late_samples_s(start):
+        dive = with_later_commands(dive, late_s)
+        built = _without_still(build_axes(thinned(dive), file, configuration), dive)
+        start = filters_of(built, shape)
     if (slow := _without_quick(start, built)) is not built:
         start, built = filters_of(slow, shape), slow
     filtered = (0, 1, 2) if dive.velocity_is_filtered else ()
@@ -201,6 +205,35 @@ def nominal_of(
         timing_s=(dive.velocity_late_s, dive.velocity_smoothing_s) if filtered else None,
         late_thrust_s=(dive.thrust_delay_s, dive.thrust_lag_s),
     )
+
+
+def late_samples_s(found: Filters) -> float:
+    """How late slow samples of the commands act, by all the axes that tell of it under one prior; 0 for commands that
+    are known all the time. A sample that holds until the next acts half of the time between later than one that a
+    quick loop leaves behind."""
+    axes = [
+        (problem, place.start + problem.noise_place - len(problem.axis.timing))
+        for problem, place in zip(found.joint.problems, found.joint.places, strict=True)
+        if problem.axis.sampled_s and problem.axis.timing and not problem.axis.is_coloured
+    ]
+    if not axes:
+        return 0.0
+    prior = float(found.joint.prior_precision[axes[0][1]])
+    _, information = found.joint.score(found.theta)
+    variance = np.diag(np.linalg.inv(information + np.diag(found.joint.prior_precision)))
+    precision = np.array([1.0 / variance[at] for _, at in axes])
+    told = precision @ np.array([found.theta[at] for _, at in axes])
+    return float(told / (np.sum(precision - prior) + prior))
+
+
+def with_later_commands(dive: Dive, by_s: float) -> Dive:
+    """The dive with all that its thrusters were asked for so much later."""
+    later = {
+        name: Signal(one.time_s + by_s, one.value)
+        for name, one in {"pwm": dive.pwm, "tau_cmd": dive.tau_cmd}.items()
+        if one is not None
+    }
+    return replace(dive, pwm=later.get("pwm"), tau_cmd=later.get("tau_cmd"))
 
 
 def _bounded(problem: AxisLikelihood) -> AxisLikelihood:

@@ -10,10 +10,13 @@ import pytest
 from bridge.errors import FitError
 from bridge.vehicle.config import Configuration, ThrustCurve, Vehicle, VehicleFile
 from identify.answer import answered
+from identify.diagnose.nominal import late_samples_s, nominal_of, with_later_commands
+from identify.diagnose.simulation import simulation_of
 from identify.dive import Dive, Signal
 from identify.estimators.axes import build_axes
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood import estimate
+from identify.estimators.pinn.start import filters_of
 from identify.forces import wrench
 from identify.ingest.commands import logged_at_changes, sampled_slowly, spread, with_spread_commands
 from identify.ingest.rotation import quaternions_from_euler
@@ -162,3 +165,22 @@ def test_a_dive_in_which_nothing_was_pushed_is_refused_and_gives_no_value():
         with pytest.raises(FitError, match=f"one axis: {words}"):
             estimate(still, FILE, "only", lambda *_: None)
     assert estimate(dive, FILE, "only", lambda *_: None)["I_r"].identifiable
+
+
+def test_slow_commands_that_hold_push_a_model_as_late_as_they_did():
+    time_s = np.arange(0.0, SECONDS - 1.0, 0.5)
+    force = 4.0 * np.sin(0.4 * time_s + 0.008 * time_s**2)
+    at_s, speed, _ = (part[::10] for part in moved(YAW, time_s, force))
+    gyro = Signal(at_s, np.column_stack([0.0 * at_s, 0.0 * at_s, speed]))
+    dive = Dive("slow", Path("slow.csv"), "1" * 64, tau_cmd=commanded(YAW, time_s, force), gyro=gyro)
+    late_s = late_samples_s(filters_of(build_axes(dive, FILE, "only"), SHAPE))
+    assert late_s == pytest.approx(0.25, abs=0.06)
+    assert with_later_commands(dive, late_s).tau_cmd.time_s[0] == late_s
+    model = nominal_of(dive, FILE, "only")
+    lacking = simulation_of(model, model.theta, model.motion.nu).lacking[:, YAW]
+    assert np.std(lacking) < 0.2 * np.std(force)
+
+
+def test_quick_commands_are_as_late_as_they_were():
+    dive = with_spread_commands(one_axis(YAW, rate=True))
+    assert late_samples_s(filters_of(build_axes(dive, FILE, "only"), SHAPE)) == 0.0
