@@ -56,6 +56,18 @@ class WrenchHistory:
     hidden: Array = field(default_factory=lambda: np.zeros(6))
     sampled_s: float = 0.0
 
+    def along(self, dof: int) -> "WrenchHistory":
+        """The component of one degree of freedom alone: all (n, 6) become (n, 1)."""
+        one = slice(dof, dof + 1)
+        return replace(
+            self,
+            asked=self.asked[:, one],
+            state=self.state[:, one],
+            integral=self.integral[:, one],
+            moment=self.moment[:, one],
+            hidden=self.hidden[one],
+        )
+
     def at(self, time_s: Array) -> Array:
         """(m, 6) at the times (m,)."""
         index, since_s = self._segment(time_s)

@@ -4,6 +4,7 @@ The T200 figures are Blue Robotics' public performance data of September 2019 (b
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Protocol
 
@@ -15,6 +16,9 @@ from bridge.vehicle.config import CONFIGS, Configuration, ThrustCurve
 
 Array = NDArray[np.float64]
 NEUTRAL_US = 1500.0
+
+TABLES = 16
+"""Thrust tables that are kept."""
 
 
 class Curve(Protocol):
@@ -123,18 +127,26 @@ def thrust_curve(curve: ThrustCurve, directory: Path) -> Curve:
     return TableCurve(*_table_at(path, curve.voltage_v))
 
 
-def _table_at(path: Path, voltage_v: float) -> tuple[Array, Array]:
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError):
-        raise ConfigError(f"{path}: can't read this thrust table; check thrust_curve: file") from None
+@lru_cache(TABLES)
+def _points(path: Path, _changed_ns: int, _size: int) -> Array:
+    """The table (n, 3) of a file: voltage, pulse width, thrust. Kept until the file changes: a diagnosis asks for it
+    thirty times."""
+    lines = path.read_text(encoding="utf-8").splitlines()
     rows = [line for line in lines if line.strip() and not line.startswith("#")]
     if not rows or rows[0].replace(" ", "") != "voltage_v,pwm_us,thrust_n":
         raise ConfigError(f"{path}: a thrust table starts with 'voltage_v,pwm_us,thrust_n'; add that line")
     try:
-        table = np.array([[float(cell) for cell in row.split(",")] for row in rows[1:]]).reshape(-1, 3)
+        return np.array([[float(cell) for cell in row.split(",")] for row in rows[1:]]).reshape(-1, 3)
     except ValueError:
         raise ConfigError(f"{path}: a line holds something else than three numbers; mend it") from None
+
+
+def _table_at(path: Path, voltage_v: float) -> tuple[Array, Array]:
+    try:
+        told = path.stat()
+        table = _points(path, told.st_mtime_ns, told.st_size)
+    except (OSError, UnicodeDecodeError):
+        raise ConfigError(f"{path}: can't read this thrust table; check thrust_curve: file") from None
     voltages = np.unique(table[:, 0])
     if not len(voltages) or not voltages[0] <= voltage_v <= voltages[-1]:
         known = f"{voltages[0]:g} to {voltages[-1]:g} V" if len(voltages) else "no voltage at all"

@@ -99,6 +99,10 @@ class Cause:
 
     def slope(self, course: Course, p: int) -> Act:
         """Derivative of the act by its parameter p."""
+        if self.effect.linear:
+            unit = self.effect.none()
+            unit[p] += 1.0
+            return self.effect.act(course, unit)
         h = NEAR * natural_scale(self.effect.parameters[p])
         up, down = self.values.copy(), self.values.copy()
         up[p] += h

@@ -95,6 +95,34 @@ def autoregression_of(rows: NDArray[np.intp], innovations: Array) -> Autoregress
 
 
 @dataclass(frozen=True)
+class Push:
+    """What an act pushes with along a course: force (6, t), and the degrees of freedom in which there is any."""
+
+    force: Array
+    dofs: frozenset[int]
+
+
+NO_PUSH = Push(np.zeros((6, 0)), frozenset())
+
+
+def push_of(act: Act, course: Course) -> Push:
+    """What an act pushes with along a course.
+
+    A filter whose readings are over ground has Coriolis forces by these. Of those in roll and pitch water is not
+    judged: they go with the speed of heave, which is little and poorly known beforehand, and their gyros are sharp.
+    """
+    force = act.wrench
+    if act.water is not None:
+        turned = course.turned_by(act.water)
+        turned[:, [ROLL, PITCH]] = 0.0
+        force = turned if force is None else force + turned
+    if force is None:
+        return NO_PUSH
+    rows = np.ascontiguousarray(force.T)
+    return Push(rows, frozenset(np.flatnonzero(rows.any(axis=1)).tolist()))
+
+
+@dataclass(frozen=True)
 class AxisInnovations:
     """One axis: its likelihood at `theta`, its filter's table and gains, its innovations with their standard
     deviations, and an autoregression for each channel."""
@@ -156,10 +184,10 @@ class AxisInnovations:
         forces = behind_filter(forces, course.step_s, self.problem.axis.smoothing_s)
         return self.prewhitened(self.by_force(means_before(course.time_s, forces, before, time_s)))
 
-    def block(self, acts: Sequence[Act], course: Course) -> Block:
-        """Response of the axis' rows to each act; acts without any are left out."""
+    def block(self, acts: Sequence[Act], pushes: Sequence[Push], course: Course) -> Block:
+        """Response of the axis' rows to each act and what it pushes with; acts without any are left out."""
         dof = self.problem.axis.dof
-        forces = {k: force for k, act in enumerate(acts) if (force := _force(act, course, dof)) is not None}
+        forces = {k: push.force[dof] for k, push in enumerate(pushes) if dof in push.dofs}
         offs = {
             k: off
             for k, act in enumerate(acts)
@@ -175,19 +203,6 @@ class AxisInnovations:
                 self.by_reading(np.column_stack([*offs.values()]))
             )
         return Block(np.array(of, dtype=np.intp), values)
-
-
-def _force(act: Act, course: Course, dof: int) -> Array | None:
-    """What an act pushes with along a course (t,); None if it does not.
-
-    A filter whose readings are over ground has Coriolis forces by these. Of those in roll and pitch water is not
-    judged: they go with the speed of heave, which is little and poorly known beforehand, and their gyros are sharp.
-    """
-    force = None if act.wrench is None else act.wrench[:, dof]
-    if act.water is not None and dof not in (ROLL, PITCH):
-        turned = course.turned_by(act.water)[:, dof]
-        force = turned if force is None else force + turned
-    return force if force is not None and force.any() else None
 
 
 def reading_error(problem: AxisLikelihood, act: Act, course: Course) -> Array | None:

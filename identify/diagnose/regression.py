@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from bridge.effects.course import Course
 from bridge.effects.effect import Act
 from identify.diagnose.evidence import Block, Blocks
-from identify.diagnose.innovations import AxisInnovations, autoregression_of
+from identify.diagnose.innovations import AxisInnovations, autoregression_of, push_of
 from identify.diagnose.witnesses import WeighedWitness, Witness, weighed_witness
 from identify.estimators.likelihood_axis import DAMPING, FORCES, MASS
 from identify.estimators.likelihood_joint import JointLikelihood
@@ -67,7 +67,8 @@ class Regression:
 
     def blocks(self, acts: Sequence[Act], course: Course) -> Blocks:
         """Response to each act: a block for each axis and each witness."""
-        blocks = side_by_side(lambda axis: axis.block(acts, course), self.axes)
+        pushes = [push_of(act, course) for act in acts]
+        blocks = side_by_side(lambda axis: axis.block(acts, pushes, course), self.axes)
         return Blocks((*blocks, *(_witness_block(one, acts, course) for one in self.witnesses)), len(acts))
 
     def columns(self, acts: Sequence[Act], course: Course) -> Array:

@@ -103,10 +103,13 @@ def explain(
         progress((turn + 1.0) / (MOST_TURNS + 1), f"fitting {', '.join(_labels(better)) or 'none of them'}")
         settled, settled_fit = _settled(nominal, weighing, better, at)
         new = {*_labels(better)} - {*_labels(fit)}
-        if new and settled.now.log_posterior < weighing.now.log_posterior - AMBIGUOUS_NATS:
+        if settled.now.log_posterior < weighing.now.log_posterior - AMBIGUOUS_NATS:
             # What they save at one set of noise levels they lose where the filters are fitted with them.
-            refused |= new
-            continue
+            if new:
+                refused |= new
+                continue
+            if len(better.causes) == len(fit.causes):
+                break
         weighing, fit, refused = settled, settled_fit, frozenset()
         if again:
             break
@@ -265,8 +268,11 @@ def _form(cause: Cause) -> tuple[str, bytes]:
 
 
 def _replaces(one: Fitted, fit: Fitted, cause: Cause, others: Fitted) -> bool:
-    """Whether the last cause of `one` does better than that one of `fit`, or as well and is simpler."""
+    """Whether the last cause of `one` does better than that one of `fit`, or as well and is simpler. Parameters of the
+    same cause that are present or not are none of these: a sea of two dozen never settles on which."""
     new = one.causes[-1]
+    if new.effect.label == cause.effect.label:
+        return one.gain > fit.gain + _nats_for_simplicity(fit, others)
     handicap = max(_least_gain(new) - _least_gain(cause), 0.0)
     by_form = _nats_for_simplicity(fit, others) * (_is_one_number(cause) - _is_one_number(new))
     return one.gain > fit.gain + handicap + (by_form or LEAST_SWAP)

@@ -252,7 +252,7 @@ class Weighing:
     def candidates_beyond_acts(self, fit: Fitted, acts: list[Act]) -> CandidateEquations:
         """The same with further acts projected out as well."""
         more = self.rows.columns(acts, self.now.course)
-        return self._weighed_beside(fit, np.hstack([self.nuisance(fit), more]))
+        return self._weighed_beside(fit, np.vstack([self.nuisance(fit).T, more.T]).T)
 
     def nuisance(self, fit: Fitted) -> Array:
         """(rows, k): slopes and other forms of a fit's causes."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive, Signal
-from identify.estimators.axes import LAGS_FORGOTTEN, Axes, Axis, build_axes
+from identify.estimators.axes import LAGS_FORGOTTEN, Axes, Axis, build_axes, delayed
 from identify.estimators.lasting import lasting, too_short
 from identify.estimators.lateness import Timing, by_lateness
 from identify.estimators.likelihood_axis import MASS_RATIO, AxisLikelihood, likelihood_of, rigid_mass
@@ -19,6 +19,7 @@ from identify.estimators.readings import YAW
 from identify.estimators.scoring import climb
 from identify.estimators.shared import shared
 from identify.estimators.starts import rough_maximum
+from identify.forces import wrench
 from identify.ingest.rotation import attitude_at, to_body
 from identify.side_by_side import side_by_side
 from identify.unpushed import refuse_unpushed
@@ -146,8 +147,9 @@ def _rough_delay(dive: Dive, file: VehicleFile, name: str) -> tuple[float, list[
     """The delay of the thrust among DELAYS_S that yaw agrees with best, and yaw's fit there; 0 without yaw."""
     found: list[tuple[float, list[_Fit]]] = []
     fits: list[_Fit] = []
+    built, forces = build_axes(dive, file, name, (YAW,)), wrench(dive, file, name)
     for delay_s in DELAYS_S:
-        fits = _fitted(dive, delay_s, file, name, (YAW,), fits)
+        fits = _fits_of(delayed(built, forces, delay_s), file, name, fits)
         if fits:
             found.append((delay_s, fits))
         if _is_past([one.log_posterior for _, (one,) in found]):
@@ -238,6 +240,11 @@ def _fitted(
     """Each of the axes alone under thrust so late, from where it was `near`; none of those that the recording lacks."""
     curve = replace(file.vehicle.thrust_curve, delay_s=file.vehicle.thrust_curve.delay_s + delay_s)
     late = replace(file, vehicle=replace(file.vehicle, thrust_curve=curve))
+    return _fits_of(build_axes(dive, late, name, dofs), file, name, near)
+
+
+def _fits_of(built: Axes, file: VehicleFile, name: str, near: Sequence[_Fit]) -> list[_Fit]:
+    """Each of the axes alone, from where it was `near`; none of those that have no solution."""
     shape = file.vehicle.configurations[name]
     masses = np.array([MASS_RATIO * rigid_mass(shape, dof) for dof in range(6)])
     starts = {fit.dof: fit.theta for fit in near}
@@ -257,7 +264,7 @@ def _fitted(
             # An axis without a solution says nothing of timing; the fit of all axes says why.
             return None
 
-    found = side_by_side(fit, build_axes(dive, late, name, dofs).axes)
+    found = side_by_side(fit, built.axes)
     return [one for one in found if one is not None]
 
 
@@ -267,10 +274,7 @@ def _climbed(problem: AxisLikelihood, near: Array) -> _Fit:
     theta = near.copy()
     # What was near was as late by its own timing, which the dive is dated by since.
     theta[place] = 0.0
-    slowed = problem.slowed(theta)
-    if not np.isfinite(slowed.axis.speed).all():
-        raise np.linalg.LinAlgError("the speeds that are expected from there run away")
-    maximum = climb(slowed, theta, ENOUGH, alone)
+    maximum = climb(problem.slowed(theta), theta, ENOUGH, alone)
     precision = np.linalg.inv(np.linalg.inv(maximum.precision)[place, place])
     told: Array = np.asarray(precision - np.diag(problem.prior_precision[place]), dtype=np.float64)
     pull: Array = np.asarray(precision @ maximum.theta[place], dtype=np.float64)

@@ -336,7 +336,7 @@ def _pushed(
 ) -> Axis:
     """The events with the thrust less restoring of each step."""
     before = np.concatenate([events.time_s[:1], events.time_s[:-1]])
-    force = forces.halves_between(before, events.time_s)[:, :, events.dof]
+    force = forces.along(events.dof).halves_between(before, events.time_s)[:, :, 0]
     held = motion.mean_between(restoring_n, before, events.time_s)
     return replace(events, force=force - held[:, None], stiffness=stiffness)
 
@@ -346,7 +346,7 @@ def _behind_filter(
 ) -> Axis:
     """The axis with its force as the readings of an autopilot's own filter show it, which smooths them so."""
     before = np.concatenate([axis.time_s[:1], axis.time_s[:-1]])
-    own = FilteredForce(grid, forces.at(grid)[:, axis.dof] - restoring_n)
+    own = FilteredForce(grid, forces.along(axis.dof).at(grid)[:, 0] - restoring_n)
     force = own.behind(smoothing_s).mean_between(before, axis.time_s)
     return replace(
         axis,
@@ -360,9 +360,8 @@ def _late_or_early(axis: Axis, forces: WrenchHistory) -> Axis:
     """The axis with what slow samples of the commands leave open: when, on the whole, these act."""
     before = np.concatenate([axis.time_s[:1], axis.time_s[:-1]])
     apart_s, spread_s = 0.5 * forces.sampled_s, LATE_SHARE * forces.sampled_s
-    early, late = (
-        forces.mean_between(before + by_s, axis.time_s + by_s)[:, axis.dof] for by_s in (apart_s, -apart_s)
-    )
+    own = forces.along(axis.dof)
+    early, late = (own.mean_between(before + by_s, axis.time_s + by_s)[:, 0] for by_s in (apart_s, -apart_s))
     timing: tuple[Timing, ...] = (Timing((late - early) / (2.0 * apart_s), spread_s),)
     if axis.timing:
         first, *others = axis.timing
@@ -378,12 +377,13 @@ def delayed(built: Axes, forces: WrenchHistory, by_s: float) -> Axes:
 def later(axis: Axis, built: Axes, forces: WrenchHistory, by_s: float) -> Axis:
     """One of the axes built with these forces, as all of them were to act so much later."""
     before, grid = np.concatenate([axis.time_s[:1], axis.time_s[:-1]]), built.motion.time_s
+    forces = forces.along(axis.dof)
     if not axis.is_coloured:
         moved = forces.halves_between(before - by_s, axis.time_s - by_s) - forces.halves_between(
             before, axis.time_s
         )
-        return replace(axis, force=axis.force + moved[:, :, axis.dof])
-    own = FilteredForce(grid, forces.at(grid - by_s)[:, axis.dof] - built.restoring[axis.dof])
+        return replace(axis, force=axis.force + moved[:, :, 0])
+    own = FilteredForce(grid, forces.at(grid - by_s)[:, 0] - built.restoring[axis.dof])
     force = own.behind(axis.smoothing_s).mean_between(before, axis.time_s)
     told = timing_of(own, axis.smoothing_s, before, axis.time_s, axis.dof == HEAVE)
     return replace(axis, force=np.column_stack([force, force]), timing=(*told, *axis.timing[len(told) :]))

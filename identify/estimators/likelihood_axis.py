@@ -43,6 +43,9 @@ logarithm, it may well be."""
 NO_DAMPING = 1e-3
 """Of the rigid body's mass or inertia: the linear damping of a hull whose model has none."""
 
+RUNAWAY = 1e3
+"""m/s or rad/s that no vehicle reaches."""
+
 GATE_SIGMA = 6.0
 """A reading further off than this from what the fit expects is wild."""
 
@@ -164,8 +167,14 @@ class AxisLikelihood:
         return 0.5 * (np.concatenate([after[:1], after[:-1]]) + before)
 
     def slowed(self, theta: Array) -> "AxisLikelihood":
-        """The same with the drag of the speed that is expected at theta."""
-        axis = replace(self.axis, speed=self.expected_speed(theta))
+        """The same with the drag of the speed that is expected at theta.
+
+        Raises LinAlgError where that runs away.
+        """
+        speed = self.expected_speed(theta)
+        if not np.max(np.abs(speed)) < RUNAWAY:
+            raise np.linalg.LinAlgError("the speeds that are expected from there run away")
+        axis = replace(self.axis, speed=speed)
         return replace(self, axis=axis, shapes=_shapes(axis, self.unmeasured, self.damped))
 
     def moving(self, motion: Motion, speed: Array) -> "AxisLikelihood":

@@ -38,6 +38,13 @@ def test_what_does_not_change_passes_a_filter_as_it_is() -> None:
     assert behind_filter(np.full((2, 50), 7.0), STEP_S, 0.2) == pytest.approx(np.full((2, 50), 7.0))
 
 
+@pytest.mark.parametrize("count", range(1, 10))
+def test_each_row_goes_through_a_filter_as_if_it_were_alone(count: int) -> None:
+    rows = np.random.default_rng(count).standard_normal((count, 200))
+    alone = np.vstack([behind_filter(row[None], STEP_S, 0.2) for row in rows])
+    assert np.array_equal(behind_filter(rows, STEP_S, 0.2), alone)
+
+
 def test_a_filter_that_does_not_smooth_passes_all_as_it_is() -> None:
     assert np.array_equal(behind_filter(TIME_S[None], STEP_S, 0.0), TIME_S[None])
 

@@ -46,6 +46,16 @@ def test_a_step_answers_with_the_exponential_of_the_lag() -> None:
     assert np.abs(at[:, 1:]).max() == 0.0
 
 
+@pytest.mark.parametrize("dof", range(6))
+def test_one_component_alone_is_that_of_all(dof: int) -> None:
+    start_s, end_s = np.array([0.3, 1.1, 1.9]), np.array([1.4, 1.1, 2.6])
+    whole, alone = history(), history().along(dof)
+    assert np.array_equal(alone.at(end_s), whole.at(end_s)[:, [dof]])
+    halves = whole.halves_between(start_s, end_s)[:, :, [dof]]
+    assert np.array_equal(alone.halves_between(start_s, end_s), halves)
+    assert alone.hidden == pytest.approx(whole.hidden[[dof]])
+
+
 def test_one_thruster_alone_turns_the_vehicle() -> None:
     # At y = 0.5 a push of 10 N forward turns to port: N = -y X.
     late = history().at(np.array([10.0]))[0]

@@ -16,6 +16,8 @@ from gcs_plugin.params.targets import parameters_from_identification
 from identify.dive import Signal
 from identify.drag_force import with_drag_forces
 from identify.estimators import drags
+from identify.estimators.axes import build_axes
+from identify.estimators.likelihood_axis import DAMPING, likelihood_of
 from identify.estimators.table import estimator
 from identify.export.model import model_of
 from identify.feedback import steered_doubts
@@ -97,6 +99,19 @@ def test_a_hull_without_quadratic_damping_may_as_well_have_none_and_is_no_fault(
     assert without["X_uu"].identifiable
     assert without["D_u"].low95 < closed_loop.DAMPING < without["D_u"].high95
     assert all(math.isfinite(one.value) for one in without.parameters if one.name in ("D_u", "X_uu"))
+
+
+def test_a_drag_is_made_of_no_speed_that_runs_away():
+    dive = closed_loop.dive(np.random.default_rng(3), 60.0, quadratic=QUADRATIC)
+    file = file_with("both")
+    (name,) = file.vehicle.configurations
+    axis = build_axes(dive, file, name).axes[0]
+    problem = likelihood_of(axis, file.vehicle.configurations[name], np.full(6, closed_loop.MASS), (), "both")
+    assert np.isfinite(problem.slowed(problem.prior_mean).shapes).all()
+    wild = problem.prior_mean.copy()
+    wild[DAMPING] += 20.0
+    with pytest.raises(np.linalg.LinAlgError, match="run away"):
+        problem.slowed(wild)
 
 
 def test_where_drag_is_linear_there_is_no_row_of_quadratic():

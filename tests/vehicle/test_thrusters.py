@@ -107,6 +107,14 @@ def test_a_table_beside_the_vehicle_file_goes_before_the_shipped_one(tmp_path: P
     assert thrust_curve(ThrustCurve(), tmp_path).thrust(1700) == pytest.approx(2.0)
 
 
+def test_a_table_that_was_changed_is_read_anew(tmp_path: Path) -> None:
+    table = tmp_path / "t200.csv"
+    table.write_text("voltage_v,pwm_us,thrust_n\n16,1100,-4\n16,1500,0\n16,1900,4\n")
+    assert thrust_curve(ThrustCurve(), tmp_path).thrust(1900) == pytest.approx(4.0)
+    table.write_text("voltage_v,pwm_us,thrust_n\n16,1100,-40\n16,1500,0\n16,1900,40\n")
+    assert thrust_curve(ThrustCurve(), tmp_path).thrust(1900) == pytest.approx(40.0)
+
+
 @pytest.mark.parametrize("name", ["../own.csv", "tables/../../own.csv", "{folder}/own.csv"])
 def test_a_table_outside_the_vehicle_files_folder_is_never_read(tmp_path: Path, name: str) -> None:
     (tmp_path / "own.csv").write_text("voltage_v,pwm_us,thrust_n\n16,1100,-4\n16,1500,0\n16,1900,4\n")
