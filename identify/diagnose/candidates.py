@@ -23,6 +23,7 @@ from bridge.effects.course import Course, delayed, lagged
 from bridge.effects.effect import Act, Effect, Parameter
 from bridge.effects.supply import LOAD_SAG
 from bridge.effects.tether import TETHER
+from identify.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
 
@@ -136,14 +137,14 @@ class Setting:
 
 def settings_of(effects: tuple[Effect, ...], course: Course) -> tuple[tuple[Setting, ...], list[Act]]:
     """All settings of some effects, with the act of every column."""
-    acts: list[Act] = []
+    columns: list[tuple[Effect, Array]] = []
     settings = []
     for effect in effects:
         for size in effect.sizes:
             steps = _steps(effect, size)
-            settings.append(Setting(effect, tuple(range(len(acts), len(acts) + len(steps))), steps))
-            acts += [effect.act(course, _at(effect, step)) for step in steps]
-    return tuple(settings), acts
+            settings.append(Setting(effect, tuple(range(len(columns), len(columns) + len(steps))), steps))
+            columns += [(effect, _at(effect, step)) for step in steps]
+    return tuple(settings), side_by_side(lambda one: one[0].act(course, one[1]), columns)
 
 
 def _steps(effect: Effect, size: float) -> Array:

@@ -13,6 +13,7 @@ from identify.diagnose.evidence import Evidence
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.seas import SEAS, seas_of
 from identify.diagnose.weighing import CandidateEquations, Fitted, FormRemainder, Weighing, weighing_of
+from identify.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
 
@@ -332,7 +333,7 @@ def _shows_in_motion(fit: Fitted, others: Fitted, cause: Cause) -> bool:
 
 def _fits(weighing: Weighing, others: Fitted, tried: Sequence[Cause]) -> list[Fitted]:
     """Of the first causes beside the others, those that show as they are fitted."""
-    fits = [weighing.fitted((*others.causes, cause)) for cause in tried[:LOOKED_AT]]
+    fits = side_by_side(lambda cause: weighing.fitted((*others.causes, cause)), tried[:LOOKED_AT])
     fits = [one for one in fits if len(one.causes) == len(others.causes) + 1 and one.causes[-1].shows]
     fits = [one for one in fits if not one.causes[-1].at_bound]
     return [one for one in fits if _shows_in_motion(one, others, one.causes[-1])]

@@ -23,6 +23,7 @@ from identify.diagnose.rhythms import bursts, clusters
 from identify.diagnose.seas import SEAS
 from identify.diagnose.slow import slow_axes, slow_forces
 from identify.diagnose.weighing import Fitted, Weighing, weighing_of
+from identify.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
 Variable = Literal[
@@ -146,8 +147,9 @@ def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
         for innovations in weighing.rows.axes
         if innovations.problem.axis.dof not in (*weighing.now.doubted, *weighing.now.untold)
     ]
-    found = [one for axis in axes for one in _large(_of_axis(axis, course, shapes, dofs), thrust[axis.dof])]
-    found += [one for axis in axes for one in _lines(axis, course, at_sea)]
+    by_axis = side_by_side(lambda axis: _of_axis(axis, course, shapes, dofs), axes)
+    found = [one for axis, own in zip(axes, by_axis, strict=True) for one in _large(own, thrust[axis.dof])]
+    found += [one for own in side_by_side(lambda axis: _lines(axis, course, at_sea), axes) for one in own]
     found += _of_witnesses(weighing, fit.value, known)
     # An autopilot's filter corrects itself now and then, which looks like a burst.
     found += _bursts([axis for axis in axes if axis.dof not in weighing.now.filtered], course)
