@@ -199,6 +199,22 @@ class Blocks:
         ends = [0, *accumulate(len(part.values) for part in self.parts)]
         return [slice(a, b) for a, b in pairwise(ends)]
 
+    def blocks_of(self, columns: Array) -> "Blocks":
+        """Other columns (rows, k) in blocks of the same rows."""
+        parts = []
+        for own in (columns[place] for place in self.places):
+            seen = np.flatnonzero(own.any(axis=0))
+            parts.append(Block(seen, own[:, seen]))
+        return Blocks(tuple(parts), columns.shape[1])
+
+    def beside(self, others: "Blocks") -> "Blocks":
+        """These columns, and others of the same rows behind them."""
+        parts = [
+            Block(np.concatenate([one.of, self.width + other.of]), np.hstack([one.values, other.values]))
+            for one, other in zip(self.parts, others.parts, strict=True)
+        ]
+        return Blocks(tuple(parts), self.width + others.width)
+
     def dense(self) -> Array:
         """(rows, width)"""
         return self.some(range(self.width))
@@ -231,6 +247,14 @@ class Blocks:
         out = np.zeros((self.width, others.shape[1]))
         for part, place in zip(self.parts, self.places, strict=True):
             out[part.of] += part.values.T @ others[place]
+        return out
+
+    def products_between(self, others: "Blocks", piece: NDArray[np.intp]) -> Array:
+        """(P, width, k): the same with others of the same rows, within each piece."""
+        out = np.zeros((int(piece.max()) + 1, self.width, others.width))
+        for one, other, place in zip(self.parts, others.parts, self.places, strict=True):
+            pieces = pieces_of(piece[place], len(out))
+            out[:, one.of[:, None], other.of] += products_of(one.values, pieces, other.values)
         return out
 
     def products_with(self, others: Array, piece: NDArray[np.intp]) -> Array:

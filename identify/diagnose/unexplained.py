@@ -212,6 +212,8 @@ def _axis_beside(
     )
     nominal = np.column_stack([rows.nominal[mine], known[mine], following])
     precision = np.concatenate([rows.nominal_precision, np.zeros(nominal.shape[1] - rows.nominal.shape[1])])
+    here = nominal.any(axis=0)
+    nominal, precision = nominal[:, here], precision[here]
     return _Axis(innovations, value[mine], nominal, precision, rows.piece[mine])
 
 

@@ -251,33 +251,39 @@ class Weighing:
 
     def candidates_beyond_acts(self, fit: Fitted, acts: list[Act]) -> CandidateEquations:
         """The same with further acts projected out as well."""
-        more = self.rows.columns(acts, self.now.course)
-        return self._weighed_beside(fit, np.vstack([self.nuisance(fit).T, more.T]).T)
+        return self._weighed_beside(fit, self.nuisance(fit), acts)
 
     def nuisance(self, fit: Fitted) -> Array:
         """(rows, k): slopes and other forms of a fit's causes."""
         others = [self._columns.forms_of(cause) for cause in fit.causes]
         return np.vstack([fit.slopes.T, *others]).T
 
-    def _weighed_beside(self, fit: Fitted, known: Array) -> CandidateEquations:
-        key = known.shape[1], tuple(key_of(cause) for cause in fit.causes)
+    def _weighed_beside(self, fit: Fitted, known: Array, acts: Sequence[Act] = ()) -> CandidateEquations:
+        key = known.shape[1] + len(acts), tuple(key_of(cause) for cause in fit.causes)
         if key not in self._besides:
-            self._besides[key] = self._beside(fit.value, known)
+            blocks = self._candidates.blocks_of(np.vstack([fit.value, known.T]).T)
+            if acts:
+                blocks = blocks.beside(self.rows.blocks(acts, self.now.course))
+            self._besides[key] = self._beside(blocks)
         return self._besides[key]
 
-    def _beside(self, value: Array, known: Array) -> CandidateEquations:
-        """Normal equations from products made once and products with the fit's columns."""
-        m, n = self.rows.nominal.shape[1], known.shape[1]
-        new = np.vstack([known.T, value]).T
-        cross, own = self._candidates.products_with(new, self.rows.piece), products_of(new, self._pieces)
+    def _beside(self, new: Blocks) -> CandidateEquations:
+        """Normal equations from products made once and products with the value left, which comes first, and with the
+        columns known beside it."""
+        m, n = self.rows.nominal.shape[1], new.width - 1
+        with_new, among = (
+            self._candidates.products_between(new, self.rows.piece),
+            new.products(self.rows.piece),
+        )
+        cross, own = with_new[:, :, 1:], among[:, 1:, 1:]
         square = np.block(
             [
-                [self._products[:, :m, :m], cross[:, :m, :n], self._products[:, :m, m:]],
-                [cross[:, :m, :n].mT, own[:, :n, :n], cross[:, m:, :n].mT],
-                [self._products[:, m:, :m], cross[:, m:, :n], self._products[:, m:, m:]],
+                [self._products[:, :m, :m], cross[:, :m], self._products[:, :m, m:]],
+                [cross[:, :m].mT, own, cross[:, m:].mT],
+                [self._products[:, m:, :m], cross[:, m:], self._products[:, m:, m:]],
             ]
         )
-        right = np.concatenate([cross[:, :m, n], own[:, :n, n], cross[:, m:, n]], axis=1)
+        right = np.concatenate([with_new[:, :m, 0], among[:, 1:, 0], with_new[:, m:, 0]], axis=1)
         precision = np.concatenate([self.rows.nominal_precision, np.zeros(n)])
         return CandidateEquations(equations_from_products(square, right, precision), self._columns.settings)
 
