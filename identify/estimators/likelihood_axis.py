@@ -99,7 +99,10 @@ class AxisLikelihood:
         return error, variance
 
     def score(self, theta: Array, dofs: Sequence[int] = ()) -> tuple[Array, Array]:
-        """Gradient (p,) of the log likelihood and information (p, p), by theta and then by the log masses of `dofs`."""
+        """Gradient (p,) of the log likelihood and information (p, p), by theta and then by the log masses of `dofs`.
+
+        Raises LinAlgError where they are no numbers.
+        """
         axis, noise = self.axis, self.noise_place
         curved = np.r_[0:FORCES, noise : len(theta)]
         runs = np.vstack([theta, theta + STEP * np.eye(len(theta))[curved]])
@@ -123,6 +126,8 @@ class AxisLikelihood:
             np.array([self.coloured(one)[0] for one in runs]),
             axis.initial,
         )
+        if not (np.isfinite(gradient).all() and np.isfinite(information).all()):
+            raise np.linalg.LinAlgError("the information is no number")
         slope = [] if self.damped == "linear" else [self.quadratic_place]
         of = np.r_[curved, slope, FORCES:noise, len(theta) : len(theta) + len(dofs)].astype(np.intp)
         parts = np.zeros((len(theta) + len(dofs), len(of)))

@@ -112,6 +112,8 @@ def test_a_drag_is_made_of_no_speed_that_runs_away():
     wild[DAMPING] += 20.0
     with pytest.raises(np.linalg.LinAlgError, match="run away"):
         problem.slowed(wild)
+    with pytest.raises(np.linalg.LinAlgError, match="no number"):
+        problem.score(wild)
 
 
 def test_where_drag_is_linear_there_is_no_row_of_quadratic():
