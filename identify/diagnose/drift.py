@@ -120,6 +120,10 @@ def drawn(noise: Nominal, rng: np.random.Generator) -> tuple[Array, Array]:
         )
         errors[:, axis.dof] = np.interp(time_s, axis.time_s, found - true)
         force[:, axis.dof] = np.interp(time_s, axis.time_s, pushed)
+        white = problem.white_force(own)
+        if white > 0:
+            # Held over a simulation's step; the drawn readings have a like one.
+            force[:, axis.dof] += white * rng.normal(size=len(time_s)) / np.sqrt(time_s[1] - time_s[0])
         placed = (axis.state_read == POSITION) & np.isfinite(reading)
         if axis.stiffness > 0 and placed.any():
             rate = np.interp(time_s, axis.time_s, found)

@@ -146,7 +146,7 @@ def short_dive_note(dive: Dive) -> tuple[str, ...]:
     if dive.duration_s >= ENOUGH_S:
         return ()
     return (
-        f"The dive lasts {math.floor(dive.duration_s)} s: with so few pieces of {PIECE_S:.0f} s to hold out, a small "
+        f"The dive lasts {math.floor(dive.duration_s)} s: with so little of it to hold out, a small "
         f"cause can hardly be told from chance; dive {ENOUGH_S:.0f} s or more.",
     )
 

@@ -14,17 +14,23 @@ from numpy.typing import NDArray
 
 from bridge.effects.course import Course
 from bridge.effects.effect import Act
-from identify.diagnose.evidence import Block, Blocks
+from identify.diagnose.evidence import FOLDS, Block, Blocks
 from identify.diagnose.innovations import AxisInnovations, autoregression_of, push_of
 from identify.diagnose.witnesses import WeighedWitness, Witness, weighed_witness
-from identify.estimators.likelihood_axis import DAMPING, FORCES, MASS
+from identify.estimators.likelihood_axis import DAMPING, FORCES, MASS, AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
 
-PIECE_S = 20.0
-"""Length of a held-out piece: longer than the disturbance's memory, shorter than most legs."""
+PIECE_S, LEAST_PIECE_S = 20.0, 6.0
+"""Length of a held-out piece: longer than the disturbance's memory, shorter than most legs; and the least of it in a
+short dive: longer than a drift of 5 s."""
+
+
+def piece_s(lasting_s: float) -> float:
+    """Length of the pieces of a dive: two for each fold, in a dive too short for that of 20 s."""
+    return float(np.clip(lasting_s / (2 * FOLDS), LEAST_PIECE_S, PIECE_S))
 
 
 LEVELLED = (3, 4)
@@ -119,7 +125,8 @@ class Regression:
             [np.zeros((len(self.value), 0)), *(one.whitened(one.witness.known) for one in beside)]
         )
         nominal = np.vstack([self.nominal, np.zeros((len(known) - len(self.nominal), self.nominal.shape[1]))])
-        late = [np.minimum((one.witness.time_s - began_s) / PIECE_S, self.piece.max()) for one in beside]
+        each_s = piece_s(_lasting_s([axis.problem for axis in self.axes]))
+        late = [np.minimum((one.witness.time_s - began_s) / each_s, self.piece.max()) for one in beside]
         piece = np.concatenate([self.piece, *(np.maximum(part, 0.0).astype(np.intp) for part in late)])
         # Less the acts, like all other rows: `weighing_of` adds them again.
         left = [one.whitened(_witness_residual(one.witness, acts, course)[:, None])[:, 0] for one in beside]
@@ -169,6 +176,7 @@ def regression_of(joint: JointLikelihood, theta: Array, unheard: Sequence[int]) 
     kept = np.array(sorted({*masses, *mean_places(joint)}))
     columns = []
     began_s = min(float(problem.axis.time_s[0]) for problem in problems)
+    each_s = piece_s(_lasting_s(problems))
     all_dofs = [problem.axis.dof for problem in problems]
     for problem, place in zip(problems, joint.places, strict=True):
         axis, own_theta = problem.axis, theta[place]
@@ -198,7 +206,7 @@ def regression_of(joint: JointLikelihood, theta: Array, unheard: Sequence[int]) 
         axes.append(innovations)
         values.append(innovations.prewhitened((innovations.error / innovations.std)[:, None])[:, 0])
         columns.append(rows)
-        pieces.append(((axis.time_s[read] - began_s) / PIECE_S).astype(np.intp))
+        pieces.append(((axis.time_s[read] - began_s) / each_s).astype(np.intp))
         dofs.append(np.full(len(std), axis.dof, dtype=np.intp))
     dof = np.concatenate(dofs)
     unseen = [
@@ -213,6 +221,11 @@ def regression_of(joint: JointLikelihood, theta: Array, unheard: Sequence[int]) 
         np.concatenate(pieces),
         dof,
     )
+
+
+def _lasting_s(problems: Sequence[AxisLikelihood]) -> float:
+    times = [problem.axis.time_s for problem in problems]
+    return float(max(time_s[-1] for time_s in times) - min(time_s[0] for time_s in times))
 
 
 def mean_places(joint: JointLikelihood) -> list[int]:

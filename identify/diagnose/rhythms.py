@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from bridge.effects.course import Course
 from identify.diagnose.evidence import FOLDS
 from identify.diagnose.innovations import AxisInnovations
-from identify.diagnose.regression import PIECE_S
+from identify.diagnose.regression import piece_s
 from identify.estimators.innovations import INCREMENT, VELOCITY
 
 Array = NDArray[np.float64]
@@ -259,7 +259,7 @@ def _stretches(at_s: Array, score: Array, time_s: Array, long_s: float, rate: fl
 def _weighed(dof: int, stretches: _StretchScores, square: Array, dims: int, long_s: float) -> Iterator[Burst]:
     """None if the strongest axis is no more uneven than noise."""
     if stretches.uneven > 0:
-        piece = (np.arange(len(square)) * long_s / PIECE_S).astype(np.intp)
+        piece = (np.arange(len(square)) * long_s / piece_s(len(square) * long_s)).astype(np.intp)
         yield Burst(dof, mixture_gain(square, dims, piece), stretches, square, dims, long_s)
 
 

@@ -20,7 +20,7 @@ from identify.diagnose.candidates import Cause
 from identify.diagnose.drift import floors_of
 from identify.diagnose.evidence import SCARCE, inverse
 from identify.diagnose.nominal import Nominal, refitted
-from identify.diagnose.regression import PIECE_S, Regression, mean_places, regression_of
+from identify.diagnose.regression import Regression, mean_places, piece_s, regression_of
 from identify.diagnose.result import AxisShrink, Prediction, Shrink
 from identify.diagnose.search import Explanation
 from identify.diagnose.seas import SEAS
@@ -216,7 +216,8 @@ def stitched_windows(model: Simulation, fold: int) -> NDArray[np.int64]:
     """Starts (w,) of the windows of a fold's pieces, one behind another."""
     length = round(HORIZON_S / model.step_s)
     starts = np.arange(0, len(model.time_s) - length, length)
-    piece = ((model.time_s[starts] - model.time_s[0] + 0.5 * HORIZON_S) / PIECE_S).astype(np.intp)
+    since_s = model.time_s - model.time_s[0]
+    piece = ((since_s[starts] + 0.5 * HORIZON_S) / piece_s(since_s[-1])).astype(np.intp)
     return np.asarray(starts[piece % FOLDS == fold])
 
 
@@ -313,7 +314,8 @@ def held_windows(model: Simulation, fold: int) -> tuple[NDArray[np.int64], NDArr
     """Starts (w,) of the windows within the pieces of a fold, a second apart, and their pieces."""
     length = round(HORIZON_S / model.step_s)
     starts = np.arange(0, len(model.time_s) - length - 1, max(round(1.0 / model.step_s), 1))
-    piece = ((model.time_s - model.time_s[0]) / PIECE_S).astype(np.intp)
+    since_s = model.time_s - model.time_s[0]
+    piece = (since_s / piece_s(since_s[-1])).astype(np.intp)
     inside = (piece[starts] == piece[starts + length]) & (piece[starts] % FOLDS == fold)
     return starts[inside], piece[starts[inside]]
 

@@ -10,7 +10,7 @@ from bridge.effects.effect import Act
 from identify.diagnose.evidence import equations_of
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.predicted import mean_before, predicted, value_before
-from identify.diagnose.regression import MASS_OFF, regression_of
+from identify.diagnose.regression import MASS_OFF, piece_s, regression_of
 from identify.estimators.motion import Motion
 
 
@@ -185,3 +185,8 @@ class TestEvidence:
         value = 2.0 * nominal[:, 0] + rng.normal(size=1000)
         sums = equations_of(value, nominal, np.zeros(1), 3.0 * nominal, np.repeat(np.arange(20), 50))
         assert sums.evidence([0]).gain == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(("lasting_s", "each_s"), [(600.0, 20.0), (200.0, 20.0), (90.0, 9.0), (29.0, 6.0)])
+def test_a_short_dive_has_two_pieces_for_each_fold_as_long_as_a_drift_fits_into_them(lasting_s, each_s):
+    assert piece_s(lasting_s) == pytest.approx(each_s)
