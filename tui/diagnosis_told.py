@@ -19,7 +19,7 @@ def with_words(found: Diagnosis, check: str = "") -> dict[str, Any]:
         "after": after[0] if after else None,
         "causes": [_cause(one) for one in found.found],
         "tried": [
-            {"name": wording.label_words(one.name, one.label), "gain_nats": one.gain_nats, "why": one.why}
+            {"name": wording.candidate_words(one.effect), "gain_nats": one.gain_nats, "why": one.why}
             for one in found.tried
             if not one.accepted and one.gain_nats > 0
         ],

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course, delayed, lagged
-from bridge.effects.effect import PULSES, QUICK_COMMANDS, SIZES, Act, Effect, Parameter
+from bridge.effects.effect import PULSES, QUICK_COMMANDS, SIZES, Act, Effect, Parameter, Separation
 from bridge.effects.pushing import before_the_shaft, past_the_shaft
 
 Array = NDArray[np.float64]
@@ -21,7 +21,7 @@ THRUST_GAIN = Effect(
     "thruster",
     (Parameter("gain", "1", 0.9, low=0.0, none=1.0),),
     lambda course, values: past_the_shaft(course, (values[0] - 1.0) * course.thrust_n),
-    "a weighed mass, or 0.5 kg hung on it",
+    Separation(manoeuvres=("a weighed mass, or 0.5 kg hung on it",)),
     feedforward="thruster_gain",
     refit_absorbs=True,
 )
@@ -40,7 +40,7 @@ THRUST_CURVE = Effect(
     "thruster",
     (Parameter("low_end_loss", "1", 0.2, low=0.0, high=1.0),),
     _low_end,
-    "a staircase of thrust ahead and astern; shaft speeds",
+    Separation(manoeuvres=("a staircase of thrust ahead and astern",), sensors=("shaft speeds",)),
     needs=(PULSES,),
 )
 
@@ -55,7 +55,7 @@ REVERSE_THRUST_LOSS = Effect(
     "thruster",
     (Parameter("gain", "1", 0.8, low=0.0, none=1.0),),
     _astern,
-    "steps ahead and astern; a spin both ways",
+    Separation(manoeuvres=("steps ahead and astern", "a spin both ways")),
     needs=(PULSES,),
     feedforward="reverse_loss",
 )
@@ -77,7 +77,7 @@ DEAD_ZONE, DEAD_ZONE_SHIFTED = (
         "thruster",
         (Parameter("half_width", "N", 0.5, low=0.0),),
         act,
-        "a slow ramp through zero; shaft speeds",
+        Separation(manoeuvres=("a slow ramp through zero",), sensors=("shaft speeds",)),
         linear=False,
         sizes=SIZES,
         needs=(PULSES,),
@@ -100,7 +100,7 @@ SATURATION = Effect(
     "thruster",
     (Parameter("limit", "N", 15.0, low=0.0, none=np.inf),),
     _saturated,
-    "a ladder of amplitudes; shaft speeds",
+    Separation(manoeuvres=("a ladder of amplitudes",), sensors=("shaft speeds",)),
     linear=False,
     sizes=SIZES,
     needs=(PULSES,),
@@ -124,7 +124,7 @@ def thruster_lag(nominal_s: float) -> Effect:
         "thruster",
         (Parameter("time_constant", "s", nominal_s + 0.05, low=0.0, high=5.0, none=nominal_s),),
         act,
-        "shaft speeds, and fast steps in a log of 50 Hz",
+        Separation(sensors=("shaft speeds, and fast steps in a log of 50 Hz",)),
         linear=False,
         sizes=SIZES,
         needs=(QUICK_COMMANDS,),
@@ -143,7 +143,7 @@ COMMAND_DELAY = Effect(
     "thruster",
     (Parameter("delay", "s", 0.05, low=0.0, high=2.0),),
     _late,
-    "shaft speeds beside the pulses",
+    Separation(sensors=("shaft speeds beside the pulses",)),
     linear=False,
     sizes=SIZES,
     needs=(QUICK_COMMANDS,),

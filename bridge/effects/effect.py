@@ -110,11 +110,23 @@ Told = dict[str, tuple[float, str]]
 
 
 @dataclass(frozen=True)
+class Separation:
+    """What separates an effect from those that look like it: manoeuvres to dive, sensors to record."""
+
+    manoeuvres: tuple[str, ...] = ()
+    sensors: tuple[str, ...] = ()
+
+    @property
+    def every(self) -> tuple[str, ...]:
+        return (*self.manoeuvres, *self.sensors)
+
+
+@dataclass(frozen=True)
 class Effect:
     """An effect of the library. `act` gives what it adds for the values (p,) of its parameters; one without parameters
     adds nothing that a course could show, and is found by other evidence.
 
-    sentence: what it is, for a crew. told_apart: what tells it from those that look like it. linear: what it adds is
+    sentence: what it is, for a crew. linear: what it adds is
     proportional to its parameters less what they are at `none`. number: which thruster it is about, from 1; 0 for all.
     needs: what the recording must hold beside motion and thrust (`PULSES`, `QUICK_COMMANDS`, `OWN_VELOCITY`): without
     it the effect is not tried. seen_in_rpm: it happens before the shaft, which turns otherwise than its pulse asks for
@@ -132,7 +144,7 @@ class Effect:
     place: Place
     parameters: tuple[Parameter, ...]
     act: Callable[[Course, Array], Act]
-    told_apart: str
+    separation: Separation
     linear: bool = True
     number: int = 0
     needs: tuple[str, ...] = field(default=())

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course
-from bridge.effects.effect import Act, Effect, Parameter, Told
+from bridge.effects.effect import Act, Effect, Parameter, Separation, Told
 from bridge.vehicle.config import GRAVITY_M_S2
 
 Array = NDArray[np.float64]
@@ -30,7 +30,9 @@ STEADY_CURRENT = Effect(
     "water",
     (Parameter("north", "m/s", 0.05, -3.0, 3.0), Parameter("east", "m/s", 0.05, -3.0, 3.0)),
     _steady,
-    "one leg on three headings or more, or a slow full turn; a drift without thrust",
+    Separation(
+        manoeuvres=("one leg on three headings or more, or a slow full turn", "a drift without thrust")
+    ),
 )
 
 
@@ -63,7 +65,7 @@ def varying_current(*periods_s: float) -> Effect:
             for part in ("sin", "cos")
         ),
         act,
-        "the same leg again; its spectrum",
+        Separation(manoeuvres=("the same leg again",)),
         variant=_variant(periods_s),
         telling=telling,
     )
@@ -101,7 +103,7 @@ def waves(*periods_s: float) -> Effect:
             for part in ("sin", "cos")
         ),
         act,
-        "its spectrum, and the same run deeper",
+        Separation(manoeuvres=("the same run deeper",)),
         variant=_variant(periods_s),
         telling=telling,
     )

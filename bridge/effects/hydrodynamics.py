@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course
-from bridge.effects.effect import Act, Effect, Parameter
+from bridge.effects.effect import Act, Effect, Parameter, Separation
 
 Array = NDArray[np.float64]
 
@@ -30,7 +30,7 @@ QUADRATIC_DRAG = Effect(
         )
     ),
     _drag,
-    "three steady speeds and a coast-down",
+    Separation(manoeuvres=("three steady speeds and a coast-down",)),
     growth_is_apart=True,
     feedforward="quadratic_drag",
 )
@@ -49,7 +49,7 @@ COUPLED_DAMPING = Effect(
     "force",
     (Parameter("Y_r", "N s/rad", 1.0), Parameter("N_v", "N s", 1.0)),
     _coupled,
-    "a spin in place, and legs in sway",
+    Separation(manoeuvres=("a spin in place, and legs in sway",)),
     feedforward="coupling",
 )
 
@@ -67,7 +67,7 @@ CROSS_FLOW_LIFT = Effect(
     "force",
     (Parameter("Y_uv", "N s2/m2", 5.0), Parameter("N_uv", "N s2/m", 5.0)),
     _lift,
-    "legs at a constant drift angle",
+    Separation(manoeuvres=("legs at a constant drift angle",)),
     feedforward="coupling",
 )
 
@@ -98,7 +98,7 @@ MUNK_MOMENT, MUNK_MOMENT_IN_YAW = (
         "force",
         (Parameter("gain", "1", 1.3, none=1.0),),
         act,
-        "surge and sway at once",
+        Separation(manoeuvres=("surge and sway at once",)),
         feedforward="coupling",
         variant=variant,
     )
@@ -119,7 +119,7 @@ DRAG_ASYMMETRY = Effect(
     "force",
     (Parameter("ratio", "1", 1.3, low=0.0, none=1.0),),
     _astern,
-    "a coast-down astern",
+    Separation(manoeuvres=("a coast-down astern",)),
 )
 
 
@@ -134,7 +134,10 @@ FOULING = Effect(
     "force",
     (Parameter("rate", "1/s", 5e-4, low=0.0),),
     _growing,
-    "a coast-down at the beginning and at the end; the battery's voltage and shaft speeds",
+    Separation(
+        manoeuvres=("a coast-down at the beginning and at the end",),
+        sensors=("the battery's voltage and shaft speeds",),
+    ),
     variant="over the dive",
 )
 
@@ -144,7 +147,7 @@ FOULING_SINCE = Effect(
     "force",
     (Parameter("share", "1", 0.2, low=0.0),),
     lambda course, values: Act(damping=values[0] * course.damping),
-    "the parameters that were accepted before",
+    Separation(manoeuvres=("the parameters that were accepted before",)),
     feedforward="nominal",
     variant="since the last time",
     refit_absorbs=True,

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course
-from bridge.effects.effect import Act, Effect, Parameter, Told
+from bridge.effects.effect import Act, Effect, Parameter, Separation, Told
 
 Array = NDArray[np.float64]
 
@@ -62,7 +62,7 @@ FREE_SURFACE = Effect(
     "water",
     _changes(LEAST),
     lambda course, values: _near(course, values, course.depth_m, course.world[2]),
-    "the same manoeuvres at two depths",
+    Separation(manoeuvres=("the same manoeuvres at two depths",)),
     needs=("depth",),
     telling=_told,
 )
@@ -73,7 +73,7 @@ BOTTOM_OR_WALL = Effect(
     "water",
     _changes(0.0),
     lambda course, values: _near(course, values, course.altitude_m, -course.world[2]),
-    "the same manoeuvres at two altitudes",
+    Separation(manoeuvres=("the same manoeuvres at two altitudes",)),
     needs=("altitude",),
     telling=_told,
 )

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course
-from bridge.effects.effect import PULSES, Act, Effect, Parameter
+from bridge.effects.effect import PULSES, Act, Effect, Parameter, Separation
 from bridge.vehicle.config import Configuration, Thruster
 
 Array = NDArray[np.float64]
@@ -30,7 +30,7 @@ def weak(number: int) -> Effect:
         "thruster",
         (Parameter("gain", "1", 0.8, low=0.0, high=2.0, none=1.0),),
         act,
-        "pulses of one thruster at a time; current beside shaft speed",
+        Separation(manoeuvres=("pulses of one thruster at a time",), sensors=("current beside shaft speed",)),
         needs=(PULSES,),
         number=number,
         feedforward="thruster_gain",
@@ -54,7 +54,7 @@ def turned(number: int, about: str) -> Effect:
         "thruster",
         (Parameter("angle", "rad", 0.1, -1.6, 1.6),),
         act,
-        "pulses in each degree of freedom at low speed",
+        Separation(manoeuvres=("pulses in each degree of freedom at low speed",)),
         linear=False,
         needs=(PULSES,),
         number=number,
@@ -79,7 +79,7 @@ def shifted(number: int, thruster: Thruster) -> Effect:
         "thruster",
         tuple(Parameter(way, "m", 0.02, -1.0, 1.0) for way in ways),
         act,
-        "pulses in each degree of freedom at low speed",
+        Separation(manoeuvres=("pulses in each degree of freedom at low speed",)),
         needs=(PULSES,),
         number=number,
         variant="sits elsewhere",

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course
-from bridge.effects.effect import Act, Effect, Parameter
+from bridge.effects.effect import Act, Effect, Parameter, Separation
 from bridge.vehicle.config import GRAVITY_M_S2
 
 Array = NDArray[np.float64]
@@ -54,7 +54,12 @@ CG_OFFSET, CG_OFFSET_IN_SPACE = (
         "body",
         (Parameter("x", "m", 0.01, -2.0, 2.0), Parameter("y", "m", 0.01, -2.0, 2.0)),
         act,
-        "only its sum with the added mass is told, over the dry mass; static trim, or weighing both ends, splits them",
+        Separation(
+            manoeuvres=(
+                "only its sum with the added mass is told, over the dry mass",
+                "static trim, or weighing both ends, splits them",
+            )
+        ),
         feedforward="coupling",
         variant=variant,
     )
@@ -91,7 +96,7 @@ PITCH_ROLL_COUPLING = tuple(
         "body",
         (Parameter("height", "m", 0.01, -0.5, 0.5),),
         act,
-        "a pitch step, and a weight that tilts it at rest",
+        Separation(manoeuvres=("a pitch step, and a weight that tilts it at rest",)),
         needs=("attitude",),
         variant=variant,
     )
@@ -128,7 +133,7 @@ NET_BUOYANCY = Effect(
     "body",
     (Parameter("force", "N", 0.5),),
     _buoyancy,
-    "a drift without thrust; at depth again",
+    Separation(manoeuvres=("a drift without thrust", "at depth again")),
 )
 
 
@@ -144,7 +149,7 @@ THRUST_BIAS = Effect(
     "force",
     tuple(Parameter(n, u, 0.5) for n, u in zip("XYZN", ("N", "N", "N", "N m"), strict=True)),
     _bias,
-    "a minute at rest, and opposite headings",
+    Separation(manoeuvres=("a minute at rest, and opposite headings",)),
 )
 
 
@@ -159,7 +164,7 @@ ENTRAINED_WATER = Effect(
     "body",
     (Parameter("mass", "kg", 2.0),),
     lambda _, values: Act(mass=_more_mass(float(values[0]))),
-    "the same more in all three; weighing it wet",
+    Separation(manoeuvres=("the same more in all three", "weighing it wet")),
     feedforward="nominal",
     refit_absorbs=True,
 )
@@ -178,7 +183,7 @@ ADDED_PAYLOAD = Effect(
     "body",
     (Parameter("mass", "kg", 2.0),),
     _payload,
-    "the parameters that were accepted before",
+    Separation(manoeuvres=("the parameters that were accepted before",)),
     feedforward="nominal",
     refit_absorbs=True,
 )

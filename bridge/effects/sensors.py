@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course, delayed
-from bridge.effects.effect import OWN_VELOCITY, SIZES, Act, Effect, Parameter
+from bridge.effects.effect import OWN_VELOCITY, SIZES, Act, Effect, Parameter, Separation
 from bridge.vehicle.config import GRAVITY_M_S2
 
 Array = NDArray[np.float64]
@@ -20,7 +20,7 @@ DVL_SCALE = Effect(
     "reading",
     (Parameter("scale", "1", 1.03, low=0.5, high=2.0, none=1.0),),
     _scale,
-    "the water's temperature; a taped or surveyed distance",
+    Separation(manoeuvres=("a taped or surveyed distance",), sensors=("the water's temperature",)),
     refit_absorbs=True,
 )
 
@@ -35,7 +35,7 @@ DVL_BIAS = Effect(
     "reading",
     tuple(Parameter(name, "m/s", 0.005) for name in "xyz"),
     _bias,
-    "a minute at rest, and opposite headings",
+    Separation(manoeuvres=("a minute at rest, and opposite headings",)),
 )
 
 
@@ -53,7 +53,7 @@ DVL_MISALIGNMENT = Effect(
     "reading",
     (Parameter("yaw", "rad", 0.03, -0.8, 0.8),),
     _turned,
-    "straight runs on two headings beside a track by satellite",
+    Separation(sensors=("straight runs on two headings beside a track by satellite",)),
     linear=False,
 )
 
@@ -71,7 +71,7 @@ DVL_LEVER_ARM = Effect(
     "reading",
     tuple(Parameter(name, "m", 0.1, -3.0, 3.0) for name in "xyz"),
     _lever,
-    "a spin in place both ways",
+    Separation(manoeuvres=("a spin in place both ways",)),
 )
 
 
@@ -87,7 +87,7 @@ DVL_DELAY = Effect(
     "reading",
     (Parameter("delay", "s", 0.05, -1.0, 1.0),),
     _late,
-    "the DVL beside the integrated accelerometer",
+    Separation(sensors=("the DVL beside the integrated accelerometer",)),
     linear=False,
     needs=(OWN_VELOCITY,),
     sizes=SIZES,
@@ -106,7 +106,7 @@ GYRO_BIAS = Effect(
     "reading",
     (Parameter("z", "rad/s", 0.002),),
     _gyro,
-    "a minute at rest; two full turns",
+    Separation(manoeuvres=("a minute at rest", "two full turns")),
 )
 
 
@@ -128,7 +128,7 @@ IMU_GRAVITY_LEAK = Effect(
     "reading",
     (Parameter("roll", "rad", 0.015), Parameter("pitch", "rad", 0.015)),
     _leak,
-    "leave the accelerometer out of the fit; estimate its tilt",
+    Separation(manoeuvres=("a minute at rest, level and heeled",)),
     needs=("specific_force", "attitude"),
 )
 
@@ -138,7 +138,7 @@ WRONG_FEEDBACK_LOG = Effect(
     "log",
     (),
     lambda _course, _values: Act(),
-    "the applied output and the very signal fed back, recorded",
+    Separation(sensors=("the applied output and the very signal fed back, recorded",)),
 )
 """Velocities alone can't show it: the controller's wrench that no recorded reading explains does."""
 

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course, lagged
-from bridge.effects.effect import PULSES, SIZES, Act, Effect, Parameter
+from bridge.effects.effect import PULSES, SIZES, Act, Effect, Parameter, Separation
 from bridge.effects.pushing import before_the_shaft
 from bridge.vehicle.supply import SLOW_S
 from bridge.vehicle.thruster_losses import AHEAD_A_N15, ASTERN_A_N15, NOMINAL_V
@@ -66,7 +66,9 @@ BATTERY_SAG = Effect(
     "thruster",
     (Parameter("rate", "1/s", 2e-4, low=0.0),),
     _with_time,
-    "the voltage; a leg at the beginning and again at the end; a coast-down",
+    Separation(
+        manoeuvres=("a leg at the beginning and again at the end", "a coast-down"), sensors=("the voltage",)
+    ),
     seen_in_rpm=True,
     variant="with time",
 )
@@ -77,7 +79,7 @@ BATTERY_SAG_BY_VOLTAGE = Effect(
     "thruster",
     (Parameter("rate", "1/s", 2e-4, low=0.0),),
     _with_voltage,
-    "a leg at the beginning and again at the end; a coast-down",
+    Separation(manoeuvres=("a leg at the beginning and again at the end", "a coast-down")),
     needs=("voltage",),
     seen_in_rpm=True,
     feedforward="voltage",
@@ -99,7 +101,7 @@ LOAD_SAG = Effect(
     "thruster",
     (Parameter("resistance", "ohm", 0.05, low=0.0, high=2.0),),
     _loaded,
-    "surge alone against surge and heave at once; shaft speeds",
+    Separation(manoeuvres=("surge alone against surge and heave at once",), sensors=("shaft speeds",)),
     linear=False,
     sizes=SIZES,
     needs=(PULSES,),

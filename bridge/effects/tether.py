@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course
-from bridge.effects.effect import Act, Effect, Parameter
+from bridge.effects.effect import Act, Effect, Parameter, Separation
 
 Array = NDArray[np.float64]
 
@@ -25,5 +25,5 @@ TETHER = Effect(
     "force",
     (Parameter("stiffness", "N/m", 0.1, low=0.0), Parameter("north", "N", 0.5), Parameter("east", "N", 0.5)),
     _tether,
-    "out and back; one speed at two distances; a loose loop",
+    Separation(manoeuvres=("out and back", "one speed at two distances", "a loose loop")),
 )

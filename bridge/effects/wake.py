@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course
-from bridge.effects.effect import PULSES, Act, Effect, Parameter
+from bridge.effects.effect import PULSES, Act, Effect, Parameter, Separation
 from bridge.effects.pushing import past_the_shaft
 from bridge.vehicle.config import Configuration
 
@@ -39,7 +39,7 @@ INFLOW_LOSS = Effect(
     "thruster",
     (Parameter("slope", "N^0.5 s/m", 0.5, low=0.0),),
     _starved,
-    "one speed at different thrusts: accelerating, coasting, towed",
+    Separation(manoeuvres=("one speed at different thrusts: accelerating, coasting, towed",)),
     needs=(PULSES,),
 )
 
@@ -70,7 +70,7 @@ HULL_INTERACTION, THRUSTER_INTERACTION = (
         "thruster",
         (Parameter("loss", "1", 0.1, low=0.0, high=1.0),),
         act,
-        "pulses of one thruster at a time",
+        Separation(manoeuvres=("pulses of one thruster at a time",)),
         needs=(PULSES,),
         variant=f"wash on {what}",
     )
@@ -93,7 +93,7 @@ PROPELLER_TORQUE = Effect(
     "thruster",
     (Parameter("K", "N m/N", 0.01), Parameter("N", "N m/N", 0.01)),
     _torque,
-    "a pulse of equal thrust on all",
+    Separation(manoeuvres=("a pulse of equal thrust on all",)),
     needs=(PULSES,),
 )
 

@@ -41,7 +41,11 @@ def _of(named: dict[str, list[Effect]], place: str) -> list[list[Effect]]:
 def _effect(forms: list[Effect]) -> str:
     first = forms[0]
     each = " One for each thruster." if first.number else ""
-    lines = [f"### `{first.name}`", f"{_sentence(first)}{each}", f"Told apart by: {first.told_apart}."]
+    lines = [
+        f"### `{first.name}`",
+        f"{_sentence(first)}{each}",
+        f"Told apart by: {'; '.join(first.separation.every)}.",
+    ]
     needs = sorted({need for form in forms for need in form.needs})
     if needs:
         some = "" if all(form.needs for form in forms) else " (one of its forms)"

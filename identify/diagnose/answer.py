@@ -26,8 +26,8 @@ def plain(diagnosis: Diagnosis) -> dict[str, Any]:
         "next": None
         if more is None
         else {
-            "manoeuvre": more.manoeuvre or None,
-            "sensor": more.sensor or None,
+            "manoeuvre": "; ".join(more.manoeuvres) or None,
+            "sensor": "; ".join(more.sensors) or None,
             "splits": list(more.splits),
         },
     }

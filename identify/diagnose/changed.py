@@ -256,9 +256,7 @@ def changes_of(
     causes = tuple(_found(shift, chosen, i, also[k], found, missing) for i, k in enumerate(chosen))
     rest = [(gain, k, False) for gain, k in shift.best_beside(chosen)]
     mine = [(one.gain_nats, k, True) for one, k in zip(causes, chosen, strict=True)]
-    tried = (
-        Tried(shift.effects[k].name, shift.effects[k].label, nats, yes) for nats, k, yes in (*mine, *rest)
-    )
+    tried = (Tried(shift.effects[k], nats, yes) for nats, k, yes in (*mine, *rest))
     return causes, tuple(tried)
 
 

@@ -150,10 +150,10 @@ def trials_of(found: Explanation, causes: tuple[Found, ...]) -> tuple[Tried, ...
     weighing, fit = found.weighing, found.fit
     beside = weighing.candidates_beyond_forms(fit)
     rest = [_rejected(found, *one) for one in ranked_candidates(beside, fit, len(beside.settings))]
-    mine = [Tried(one.name, one.cause.effect.label, one.gain_nats, True) for one in causes]
+    mine = [Tried(one.cause.effect, one.gain_nats, True) for one in causes]
     taken, told = {cause.key for cause in fit.causes}, {one.label for one in rest}
     mute = [
-        Tried(effect.name, effect.label, 0.0, False)
+        Tried(effect, 0.0, False)
         for effect in weighing.library
         if effect.label not in told and (effect.name, effect.number) not in taken
     ]
@@ -169,7 +169,7 @@ def _rejected(found: Explanation, gain: float, sigma: float, cause: Cause) -> Tr
         gain = min(gain, whole.gain - fit.gain) if shows else 0.0
     if gain > LEAST_GAIN:
         why = _reason(found, gain, sigma, cause)
-    return Tried(cause.effect.name, cause.effect.label, gain, False, why)
+    return Tried(cause.effect, gain, False, why)
 
 
 def _reason(found: Explanation, gain: float, sigma: float, cause: Cause) -> str:

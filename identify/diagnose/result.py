@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.accepted import AcceptedEffect
+from bridge.effects.effect import Effect
 from identify.diagnose.candidates import Cause
 from identify.diagnose.drift import Drift
 from identify.diagnose.unexplained import Parity, Timing, Variable
@@ -58,14 +59,21 @@ class Found:
 
 @dataclass(frozen=True)
 class Tried:
-    """A candidate of the library: its label, and the nats that its best form saves beside the accepted causes. why: for
-    a crew, why a candidate that saves enough is not accepted."""
+    """A candidate of the library, and the nats that its best form saves in addition to the accepted causes. why: for a
+    crew, why a candidate that saves enough is not accepted."""
 
-    name: str
-    label: str
+    effect: Effect
     gain_nats: float
     accepted: bool
     why: str = ""
+
+    @property
+    def name(self) -> str:
+        return self.effect.name
+
+    @property
+    def label(self) -> str:
+        return self.effect.label
 
 
 @dataclass(frozen=True)
@@ -194,9 +202,9 @@ class Shrink:
 class Next:
     """The next dive, or sensor to fit: separates ambiguous causes, or isolates an unexplained remainder."""
 
-    manoeuvre: str
-    sensor: str
-    splits: tuple[str, ...]
+    manoeuvres: tuple[str, ...] = ()
+    sensors: tuple[str, ...] = ()
+    splits: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

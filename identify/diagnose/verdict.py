@@ -2,7 +2,7 @@
 remainder."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,19 +14,6 @@ from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.probability import LIKELY
 from identify.diagnose.result import Disturbance, Found, Next, Shrink, Verdict
 from identify.diagnose.unexplained import GenericForce, Unexplained, Variable, beyond_chance
-
-SENSORS = (
-    "voltage",
-    "shaft speed",
-    "accelerometer",
-    "satellite",
-    "temperature",
-    "recorded",
-    "log of",
-    "current beside",
-)
-"""Words that mark a sensor rather than a manoeuvre in an effect's `told_apart`."""
-
 
 FORM_SHARE = 0.02
 """Share of the causes' nats that a form's remainder may reach: a form right to a seventh of its force leaves as much.
@@ -163,28 +150,30 @@ def next_of(found: Sequence[Found], library: Sequence[Effect]) -> Next | None:
         return None
     by_name = {effect.name: effect for effect in reversed(library)}
     names = [name for one in doubtful for name in (one.name, *one.also)]
-    parts = [part for name in names if name in by_name for part in by_name[name].told_apart.split("; ")]
-    parts = list(dict.fromkeys(parts))
-    sensors = [part for part in parts if any(word in part for word in SENSORS)]
-    manoeuvres = [part for part in parts if part not in sensors]
-    return Next("; ".join(manoeuvres), "; ".join(sensors), tuple(dict.fromkeys(names)))
+    separations = [by_name[name].separation for name in names if name in by_name]
+    return Next(
+        _each_once(way for separation in separations for way in separation.manoeuvres),
+        _each_once(sensor for separation in separations for sensor in separation.sensors),
+        _each_once(names),
+    )
 
 
 def next_for_unexplained(left: Sequence[GenericForce], course: Course, beside: Next | None) -> Next:
     """Manoeuvres that isolate the unexplained forces, strongest first, then those of `beside`."""
     asked = [_manoeuvre(shape, course) for shape in left]
-    told = list(dict.fromkeys(asked))[:MOST]
-    if beside is None:
-        return Next("; ".join(told), "", ())
-    parts = dict.fromkeys([*told, *filter(None, beside.manoeuvre.split("; "))])
-    return Next("; ".join(parts), beside.sensor, beside.splits)
+    strongest = _each_once(asked)[:MOST]
+    beside = beside or Next()
+    return replace(beside, manoeuvres=_each_once((*strongest, *beside.manoeuvres)))
 
 
 def next_for_disturbance(beside: Next | None) -> Next:
     """What tells a sea from a force that the model or the recording lacks."""
-    if beside is None:
-        return Next(SPOT, SEA, ())
-    return Next("; ".join((SPOT, *filter(None, [beside.manoeuvre]))), beside.sensor or SEA, beside.splits)
+    beside = beside or Next()
+    return replace(beside, manoeuvres=(SPOT, *beside.manoeuvres), sensors=beside.sensors or (SEA,))
+
+
+def _each_once(names: Iterable[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(names))
 
 
 def _manoeuvre(shape: GenericForce, course: Course) -> str:

@@ -1,7 +1,6 @@
 """Causes, their parameters and shares in words: the building blocks of a diagnosis' sentences."""
 
 import math
-import re
 from collections.abc import Sequence
 
 from bridge.effects.effect import Effect
@@ -14,8 +13,6 @@ DRIFT_S = 5.0
 CAPITALS = {"dvl": "DVL", "imu": "IMU", "cg": "CG"}
 
 UNITLESS = ("", "1")
-
-OF_THRUSTER = re.compile(r" of thruster (\d+)")
 
 SINCE = "since it was accepted"
 """Variant of an effect that is the change of an accepted one."""
@@ -57,12 +54,10 @@ def words(name: str) -> str:
     return " ".join(CAPITALS.get(part, part) for part in name.split("_"))
 
 
-def label_words(name: str, label: str) -> str:
-    """A candidate's label in words: the name, then the rest of the label."""
-    number = OF_THRUSTER.match(label.removeprefix(name))
-    if number is None:
-        return f"{words(name)}{label.removeprefix(name)}"
-    return _of_thruster(name, int(number[1])) + label.removeprefix(name)[number.end() :]
+def candidate_words(effect: Effect) -> str:
+    """Its name in words, with its thruster's number and its variant if it has them."""
+    name = _of_thruster(effect.name, effect.number) if effect.number else words(effect.name)
+    return f"{name} ({effect.variant})" if effect.variant else name
 
 
 def _of_thruster(name: str, number: int) -> str:
@@ -109,7 +104,9 @@ def alike_sentence(found: Found) -> str:
         else words(name)
         for name in found.also
     )
-    return f"This dive can't tell it from {alike}; what would: {found.cause.effect.told_apart}."
+    return (
+        f"This dive can't tell it from {alike}; what would: {'; '.join(found.cause.effect.separation.every)}."
+    )
 
 
 def unit_after(text: str) -> str:
@@ -141,8 +138,8 @@ def percent_sure(probability: float) -> str:
 
 def _next(one: Next) -> tuple[str, ...]:
     splits = f" It splits {listed([words(name) for name in one.splits])}." if one.splits else ""
-    dive = f"Dive next: {one.manoeuvre}.{splits}" if one.manoeuvre else ""
-    sensor = f"Record as well: {one.sensor}." if one.sensor else ""
+    dive = f"Dive next: {'; '.join(one.manoeuvres)}.{splits}" if one.manoeuvres else ""
+    sensor = f"Record as well: {'; '.join(one.sensors)}." if one.sensors else ""
     return tuple(line for line in (dive, sensor) if line)
 
 

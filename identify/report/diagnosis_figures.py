@@ -122,9 +122,9 @@ def candidates(
 
     Of those that were found, what is less probable than not is called possible, with its probability.
     """
-    best: dict[tuple[str, str], Tried] = {}
+    best: dict[tuple[str, int], Tried] = {}
     for one in sorted(tried, key=lambda t: (-t.accepted, -t.gain_nats)):
-        best.setdefault((one.name, _thruster(one)), one)
+        best.setdefault((one.name, one.effect.number), one)
     order = sorted(best.values(), key=lambda t: (-t.gain_nats, t.label))
     longest = math.log1p(max((max(one.gain_nats, 0.0) for one in order), default=0.0))
     told = [one for one in order if one.accepted or one.gain_nats > LEAST_TOLD]
@@ -135,7 +135,7 @@ def candidates(
     possible = {one.cause.effect.label: wording.percent_sure(one.probability) for one in unlikely}
     rows = [
         Bar(
-            wording.label_words(one.name, one.label) + _aside(one, possible),
+            wording.candidate_words(one.effect) + _aside(one, possible),
             math.log1p(max(one.gain_nats, 0.0)) / longest if longest > 0 else 0.0,
             f"{_nats(one.gain_nats)} nats",
             "accepted" if one.accepted and one.label not in possible else "",
@@ -165,10 +165,6 @@ def _aside(one: Tried, possible: Mapping[str, str]) -> str:
     if one.accepted and one.label in possible:
         return f" (possible: {possible[one.label]} probable)"
     return f" ({one.why})" if one.why else ""
-
-
-def _thruster(one: Tried) -> str:
-    return one.label.removeprefix(one.name).partition("(")[0].strip()
 
 
 def _nats(value: float) -> str:

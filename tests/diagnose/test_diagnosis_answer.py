@@ -91,7 +91,7 @@ def diagnosis(**other):
         diagnosis(
             verdict="ambiguous",
             found=(found("thruster_lag", also=("command_delay",), likeness={"command_delay": 0.99}),),
-            next=Next("fast steps", "", ("thruster_lag", "command_delay")),
+            next=Next(("fast steps",), (), ("thruster_lag", "command_delay")),
         ),
         diagnosis(
             verdict="unknown",
@@ -233,10 +233,10 @@ def test_what_is_left_is_a_share_of_the_gap_where_something_is_left():
 
 def test_a_large_disturbance_is_looked_at_on_one_spot_and_with_the_thrusters_off():
     alone = next_for_disturbance(None)
-    assert "thrusters off" in alone.manoeuvre
-    assert "current" in alone.sensor
-    beside = next_for_disturbance(Next("fast steps", "", ("thruster_lag",)))
-    assert beside.manoeuvre.endswith("; fast steps")
+    assert "thrusters off" in alone.manoeuvres[0]
+    assert "current" in alone.sensors[0]
+    beside = next_for_disturbance(Next(("fast steps",), (), ("thruster_lag",)))
+    assert beside.manoeuvres == (*alone.manoeuvres, "fast steps")
     assert beside.splits == ("thruster_lag",)
 
 
@@ -244,6 +244,6 @@ def test_what_to_dive_next_is_what_tells_apart_the_causes_that_are_alike():
     more = next_of([found("battery_sag", also=("fouling",))], LIBRARY)
     assert more is not None
     assert more.splits == ("battery_sag", "fouling")
-    assert "coast-down" in more.manoeuvre
-    assert "voltage" in more.sensor
+    assert "a coast-down" in more.manoeuvres
+    assert "the voltage" in more.sensors
     assert next_of([found("battery_sag")], LIBRARY) is None

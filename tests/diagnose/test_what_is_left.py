@@ -117,14 +117,14 @@ def test_what_is_left_says_what_to_dive_next(nominal, variable, said):
     more = next_for_unexplained(
         [GenericForce(0, variable, None, nominal.course.depth_m)], nominal.course, None
     )
-    assert said in more.manoeuvre
+    assert said in more.manoeuvres[0]
     assert more.splits == ()
 
 
 def test_a_force_that_goes_with_a_motion_asks_for_that_motion(nominal):
     nu, rate = nominal.course.nu, nominal.course.nu_dot
     asked = {
-        next_for_unexplained([one], nominal.course, None).manoeuvre
+        next_for_unexplained([one], nominal.course, None).manoeuvres
         for one in (
             GenericForce(5, "speed", "odd", nu[:, 1] * np.abs(nu[:, 1])),
             GenericForce(0, "yaw_rate", "even", nu[:, 5] ** 2),
@@ -132,9 +132,9 @@ def test_a_force_that_goes_with_a_motion_asks_for_that_motion(nominal):
         )
     }
     assert asked == {
-        "steady runs to port and to starboard at three speeds",
-        "steady turns both ways at three rates",
-        "starts and stops ahead and astern, quick and slow",
+        ("steady runs to port and to starboard at three speeds",),
+        ("steady turns both ways at three rates",),
+        ("starts and stops ahead and astern, quick and slow",),
     }
 
 
@@ -143,12 +143,14 @@ def test_two_of_the_strongest_are_asked_for_beside_what_tells_the_causes_apart(n
         GenericForce(0, one, None, nominal.course.depth_m) for one in ("voltage", "time", "heading", "depth")
     ]
     more = next_for_unexplained(
-        left, nominal.course, Next("coast-down", "voltage log", ("fouling", "battery_sag"))
+        left, nominal.course, Next(("coast-down",), ("voltage log",), ("fouling", "battery_sag"))
     )
-    assert more.manoeuvre == (
-        "the same leg with a fresh and with an empty battery; the same leg on opposite headings; coast-down"
+    assert more.manoeuvres == (
+        "the same leg with a fresh and with an empty battery",
+        "the same leg on opposite headings",
+        "coast-down",
     )
-    assert (more.sensor, more.splits) == ("voltage log", ("fouling", "battery_sag"))
+    assert (more.sensors, more.splits) == (("voltage log",), ("fouling", "battery_sag"))
 
 
 def test_a_steady_push_that_no_candidate_is_about_is_left(nominal):

@@ -103,7 +103,8 @@ def test_what_is_told_is_finite_has_a_unit_and_no_foreign_name(effect: Effect) -
 @every_effect
 def test_every_effect_says_what_it_is_and_what_tells_it_apart(effect: Effect) -> None:
     assert len(effect.sentence) > 15
-    assert len(effect.told_apart) > 10
+    assert effect.separation.every
+    assert all(len(way) > 8 for way in effect.separation.every)
     assert not effect.sentence.endswith(".")
 
 

@@ -89,7 +89,7 @@ def diagnosis(**other: object) -> Diagnosis:
 
 @cache
 def _plain() -> Diagnosis:
-    tried = [Tried(one.name, one.label, 5.0 - 0.2 * k, False) for k, one in enumerate(LIBRARY)]
+    tried = [Tried(one, 5.0 - 0.2 * k, False) for k, one in enumerate(LIBRARY)]
     tried[0] = replace(tried[0], gain_nats=61.2, accepted=True)
     drag = found("quadratic_drag", feedforward=Gain(0.0234, 0.0051))
     return Diagnosis(

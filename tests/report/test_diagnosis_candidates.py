@@ -70,15 +70,20 @@ def test_a_candidate_that_is_less_probable_than_not_is_possible_and_not_accepted
 
 
 def test_a_candidate_that_would_save_enough_and_was_not_accepted_says_why():
-    why = Tried("waves", "waves (2.25 and 2.33 s)", 20.0, False, "too little here: 30 nats are asked for")
+    why = Tried(
+        replace(effect("waves"), variant="2.25 and 2.33 s"),
+        20.0,
+        False,
+        "too little here: 30 nats are asked for",
+    )
     page = read(diagnosis(tried=(*diagnosis().tried, why)))
     assert "waves (2.25 and 2.33 s) (too little here: 30 nats are asked for)\n20 nats" in page
 
 
 def test_one_thruster_is_named_once_with_its_number():
-    assert wording.label_words("weak_thruster", "weak_thruster of thruster 8") == "weak thruster 8"
+    assert wording.candidate_words(effect("weak_thruster", 8)) == "weak thruster 8"
     turned = effect("thruster_misalignment", 2)
-    assert wording.label_words(turned.name, turned.label).startswith("thruster misalignment (thruster 2)")
+    assert wording.candidate_words(turned).startswith("thruster misalignment (thruster 2)")
     assert wording.effect_words(effect("weak_thruster", 8)) == "weak thruster 8"
 
 
@@ -93,7 +98,7 @@ def test_the_feed_forward_s_gain_is_told_in_millimetres_a_second_and_where_there
 
 
 def test_what_to_dive_next_says_what_it_splits():
-    said = diagnosis(next=Next("a coast-down", "shaft speeds", ("thruster_lag", "command_delay")))
+    said = diagnosis(next=Next(("a coast-down",), ("shaft speeds",), ("thruster_lag", "command_delay")))
     assert wording.next_lines(said) == (
         "Dive next: a coast-down. It splits thruster lag and command delay.",
         "Record as well: shaft speeds.",

@@ -2,7 +2,7 @@
 
 import re
 
-from made_diagnoses import NAN, Text, diagnosis, gap, page_of, read
+from made_diagnoses import NAN, Text, diagnosis, effect, gap, page_of, read
 
 from identify.diagnose import wording, wording_verdict
 from identify.diagnose.result import Gap, Next, Shrink, Tried
@@ -10,7 +10,7 @@ from identify.report.diagnosis import diagnosis_page, diagnosis_report
 
 
 def test_where_there_is_no_gap_the_page_shows_no_shares_of_it_and_no_empty_picture():
-    weak = (Tried("waves", "waves", 1.9, False), Tried("dvl_bias", "dvl_bias", 0.0, False))
+    weak = (Tried(effect("waves"), 1.9, False), Tried(effect("dvl_bias"), 0.0, False))
     quiet = diagnosis(verdict="no_gap", gap=gap(1.02, 1.02), found=(), tried=weak, check=None)
     page = read(quiet)
     assert "There is no gap, so it lies nowhere" in page
@@ -49,7 +49,7 @@ def test_the_page_stands_alone_and_runs_nothing():
 
 
 def test_the_parts_come_in_the_order_in_which_a_crew_asks():
-    html = diagnosis_page(diagnosis(next=Next("a coast-down", "", ("quadratic_drag", "inflow_loss"))))
+    html = diagnosis_page(diagnosis(next=Next(("a coast-down",), (), ("quadratic_drag", "inflow_loss"))))
     assert re.findall(r"<h2>(.*?)</h2>", html) == [
         "1. Where it lies",
         "1.1 How large it is",
