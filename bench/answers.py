@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from bench.remembered import Data
 from bridge.errors import FitError
-from bridge.vehicle.coefficients import BY_NAME, DOFS
+from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.estimators.table import METHODS as PRODUCT
 from identify.estimators.table import Estimator, estimator
+from identify.nuisance import trim
 
 OWN = {"closed form": "bench.baselines.closed_form", "least squares": "bench.baselines.least_squares"}
 TITLES = {
@@ -65,13 +66,10 @@ def answered(name: str, dive: Dive, file: VehicleFile, configuration: str) -> Da
             "seconds": time.perf_counter() - started,
         }  # fmt: skip
     stated = [p for p in found.parameters if p.identifiable and p.name in BY_NAME]
-    units = ("n",) * 3 + ("nm",) * 3
     return {
         "value": {p.name: p.value for p in stated},
         "half95": {p.name: (p.high95 - p.low95) / 2 for p in stated if math.isfinite(p.high95 - p.low95)},
-        "trim": [
-            found.nuisance.get(f"{dof}_trim_{unit}", 0.0) for dof, unit in zip(DOFS, units, strict=True)
-        ],
+        "trim": [found.nuisance.get(trim(dof), 0.0) for dof in range(6)],
         "outcome": found.outcome.value,
         "seconds": time.perf_counter() - started,
         "refusal": "",

@@ -14,6 +14,7 @@ from typing import Any, Protocol
 from bridge.vehicle.coefficients import DOFS, OF_HULL
 from bridge.vehicle.config import Prior
 from identify.identification import Doubt, Estimate, Identification, Outcome, Partner, worst
+from identify.nuisance import WRITTEN, Quantity
 
 LEAST_DIFFERENCE = 0.005
 """As a share of the value. A smaller one changes nothing that anybody does with it: the thrust that all values hang on
@@ -22,7 +23,11 @@ is known to some per cent, and a controller's feed-forward does not feel it."""
 OTHER_LEVEL = 1.5
 """Two fitted noise levels differ where one is this many times the other."""
 
-UNITS = {"n": "N", "nm": "N m", "m_s": "m/s", "rad_s": "rad/s"}
+LEVELS = {
+    Quantity.DISTURBANCE: "disturbance",
+    Quantity.TIME_CONSTANT: "disturbance time constant",
+    Quantity.NOISE: "noise",
+}
 
 
 class Interval(Protocol):
@@ -169,22 +174,14 @@ def _why(
 def _other_levels(axis: str, first: Identification, second: Identification) -> list[str]:
     """The noise levels and time constants of an axis that the two took differently, where both state them."""
     told = []
-    for key, level in first.nuisance.items():
-        other = second.nuisance.get(key, math.nan)
-        positive = key.startswith(f"{axis}_") and "_trim_" not in key and min(level, other) > 0
-        if positive and max(level, other) > OTHER_LEVEL * min(level, other):
-            words, unit = _level_words(key.removeprefix(f"{axis}_"))
+    for level_of, level in first.nuisance.items():
+        other = second.nuisance.get(level_of, math.nan)
+        asked = level_of.axis == axis and level_of.quantity is not Quantity.TRIM
+        if asked and min(level, other) > 0 and max(level, other) > OTHER_LEVEL * min(level, other):
+            words, unit = f"{level_of.channel} {LEVELS[level_of.quantity]}".strip(), WRITTEN[level_of.unit]
             taken = f"{first.method} {level:.2g} {unit}, {second.method} {other:.2g} {unit}"
             told.append(f"they take the {words} in {axis} differently ({taken})")
     return told
-
-
-def _level_words(key: str) -> tuple[str, str]:
-    """A noise level's name in words, and its unit: `dvl_noise_std_m_s` is the dvl noise, in m/s."""
-    name, _, unit = key.partition("_std_")
-    if not unit:
-        name, unit = key.removesuffix("_s"), "s"
-    return name.replace("_", " "), UNITS.get(unit, unit)
 
 
 def _entangled(one: Estimate, other: Estimate, first: Identification, second: Identification) -> list[str]:

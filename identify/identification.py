@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, BY_NAME, MASSES, OF_HULL
 from bridge.vehicle.config import Configuration
 from identify.dive import Signal
+from identify.nuisance import Nuisance
 
 Z95 = 1.959963984540054
 LARGEST_RELATIVE_STD = 0.30
@@ -220,10 +221,10 @@ class Identification:
     `covariance` (n, n), in the units of the parameters, belongs to `covariance_of`: every coefficient that was
     fitted, identifiable or not. `information` is what the dive alone told of them. `doubts` speak against values,
     `notes` tell what else to know. `nuisance` holds what was fitted beside the coefficients (noise levels, time
-    constants), by name with the unit in the name. `innovations` holds, by degree of freedom, each reading's surprise
-    over its expected spread, (n, 1): white, of spread 1, where the model fits. It is for the report and no part of
-    the JSON. `rest_on_righting` names the coefficients that the vehicle's righting moment weighed, where no thruster
-    pushed: thrust does not move them. `weighed_by_others` names
+    constants), `settings` the numbers that a method was run with, by name with the unit in the name. `innovations`
+    holds, by degree of freedom, each reading's surprise over its expected spread, (n, 1): white, of spread 1, where
+    the model fits. It is for the report and no part of the JSON. `rest_on_righting` names the coefficients that the
+    vehicle's righting moment weighed, where no thruster pushed: thrust does not move them. `weighed_by_others` names
     the masses that only the other axes' Coriolis forces weighed, because their own controller used what was not
     recorded; None where the estimator does not ask for that, and they are to be left out. `dived` is the date of the
     dive, empty where nothing tells it.
@@ -248,7 +249,7 @@ class Identification:
     samples: int
     covariance: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))
     covariance_of: tuple[str, ...] = ()
-    nuisance: dict[str, float] = field(default_factory=dict)
+    nuisance: dict[Nuisance, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     wall_s: float = 0.0
     innovations: dict[str, Signal] = field(default_factory=dict)
@@ -264,6 +265,7 @@ class Identification:
     usual_speeds: dict[str, float] = field(default_factory=dict)
     drag_forces: tuple[DragForce, ...] = ()
     thrust_delay: ThrustDelay | None = None
+    settings: dict[str, float] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Estimate:
         return next(p for p in self.parameters if p.name == name)
@@ -298,7 +300,7 @@ class Identification:
             "prior_dives": list(self.prior_dives),
             "drag_forces": [force.to_json() for force in self.drag_forces],
             "thrust_delay": None if self.thrust_delay is None else self.thrust_delay.to_json(),
-            "nuisance": self.nuisance,
+            "nuisance": {each.name: value for each, value in self.nuisance.items()} | self.settings,
             "notes": list(self.notes),
             "wall_s": self.wall_s,
         }  # fmt: skip

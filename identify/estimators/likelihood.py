@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS, Coefficient
 from bridge.vehicle.config import Configuration, VehicleFile
+from identify import nuisance
 from identify.dive import Dive, Signal
 from identify.estimators.admitted import Admitted, admitted, timing_of
 from identify.estimators.autopilot_velocity import shared_axes
@@ -58,6 +59,7 @@ from identify.identification import (
     outcome_of,
 )
 from identify.identification import estimate as as_estimate
+from identify.nuisance import Nuisance
 
 Array = NDArray[np.float64]
 
@@ -304,18 +306,15 @@ def _doubts(fits: Mapping[int, AxisFit], stopped_at: str) -> tuple[Doubt, ...]:
     return tuple(told)
 
 
-def _nuisance(fits: Mapping[int, AxisFit]) -> dict[str, float]:
-    """Noise levels and trims by name, with the unit in the name."""
+def _nuisance(fits: Mapping[int, AxisFit]) -> dict[Nuisance, float]:
+    """Noise levels and trims."""
     out = {}
     for dof, fit in fits.items():
-        theta, name, axis = fit.maximum.theta, DOFS[dof], fit.problem.axis
-        force, speed, place = ("n", "m_s", "m") if dof < 3 else ("nm", "rad_s", "rad")
-        out[f"{name}_disturbance_std_{force}"] = float(np.exp(theta[DISTURBANCE]))
-        out[f"{name}_disturbance_time_constant_s"] = float(np.exp(theta[TIME_CONSTANT]))
-        out[f"{name}_trim_{force}"] = float(theta[FORCES])
+        theta, axis = fit.maximum.theta, fit.problem.axis
+        out[nuisance.disturbance(dof)] = float(np.exp(theta[DISTURBANCE]))
+        out[nuisance.time_constant(dof)] = float(np.exp(theta[TIME_CONSTANT]))
+        out[nuisance.trim(dof)] = float(theta[FORCES])
         for i, channel in enumerate(axis.channels):
-            unit = place if channel.state_read == POSITION else speed
-            out[f"{name}_{channel.name}_noise_std_{unit}"] = float(
-                np.exp(theta[FORCES + fit.problem.shapes.shape[1] + i])
-            )
+            name = nuisance.noise(dof, channel.name, channel.state_read == POSITION)
+            out[name] = float(np.exp(theta[FORCES + fit.problem.shapes.shape[1] + i]))
     return out

@@ -138,7 +138,7 @@ def estimate_with_curves(
         vehicle_sha256=file.sha256,
         duration_s=dive.duration_s,
         samples=len(windows),
-        nuisance={"alpha": options.alpha, "cutoff_hz": options.cutoff_hz, "rate_hz": options.rate_hz},
+        settings={"alpha": options.alpha, "cutoff_hz": options.cutoff_hz, "rate_hz": options.rate_hz},
         notes=(*grid.notes, *_notes(options, curves)),
         wall_s=time.perf_counter() - started,
     )

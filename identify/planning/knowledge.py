@@ -13,8 +13,9 @@ from bridge.errors import ConfigError
 from bridge.parameters import bounds
 from bridge.simulator.noise import TYPICAL
 from bridge.simulator.truth import DISTURBANCE_N_PER_KG
-from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS, DOFS
+from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS
 from bridge.vehicle.config import Configuration, Sensors, VehicleFile
+from identify.nuisance import disturbance, noise, time_constant
 
 Array = NDArray[np.float64]
 
@@ -242,19 +243,18 @@ def _typical_noise(file: VehicleFile, shape: Configuration) -> tuple[AxisNoise, 
 
 def _noise_of(dof: int, nuisance: Mapping[str, float], typical: AxisNoise, file: VehicleFile) -> AxisNoise:
     """The noise that an identification found in an axis, the typical one where it did not look."""
-    axis, force = DOFS[dof], "n" if dof < 3 else "nm"
     sensors = file.vehicle.sensors
     dvl_hz, depth_hz = _rate_hz(sensors, "dvl", DVL_HZ), _rate_hz(sensors, "depth", DEPTH_HZ)
     hz = {"dvl": dvl_hz, "filter": dvl_hz, "depth": depth_hz, **LOGGED_HZ}
     density = {
         name: value**2 / hz[name]
         for name in hz
-        for unit in ("m_s", "rad_s", "m", "rad")
-        if (value := nuisance.get(f"{axis}_{name}_noise_std_{unit}")) is not None
+        for of_place in (False, True)
+        if (value := nuisance.get(noise(dof, name, of_place).name)) is not None
     }
     return AxisNoise(
-        nuisance.get(f"{axis}_disturbance_std_{force}", typical.disturbance),
-        nuisance.get(f"{axis}_disturbance_time_constant_s", typical.time_constant_s),
+        nuisance.get(disturbance(dof).name, typical.disturbance),
+        nuisance.get(time_constant(dof).name, typical.time_constant_s),
         min((density[n] for n in ("dvl", "filter", "gyro", "fog") if n in density), default=typical.velocity),
         min((density[n] for n in ("depth", "attitude") if n in density), default=typical.position),
     )

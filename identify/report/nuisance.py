@@ -1,13 +1,11 @@
 """What was fitted beside the coefficients, in words and units: an axis a row, a quantity a column."""
 
-import re
 from collections.abc import Mapping
 
-from bridge.vehicle.coefficients import DOFS
+from identify.nuisance import WRITTEN, Nuisance, Quantity
 from identify.report.page import Table
 from identify.report.text import MISSING, significant
 
-UNITS = {"n": "N", "nm": "N m", "s": "s", "m_s": "m/s", "rad_s": "rad/s", "m": "m", "rad": "rad"}
 CHANNELS = {
     "dvl": "DVL",
     "gyro": "IMU gyro",
@@ -16,49 +14,42 @@ CHANNELS = {
     "depth": "depth sensor",
 }
 
-_AXIS = f"(?P<axis>{'|'.join(DOFS)})"
-_QUANTITIES = {
-    "Disturbance": re.compile(f"{_AXIS}_disturbance_std_(?P<unit>nm?)"),
-    "Its time constant": re.compile(f"{_AXIS}_disturbance_time_constant_(?P<unit>s)"),
-    "Trim": re.compile(f"{_AXIS}_trim_(?P<unit>nm?)"),
-    "Sensor noise": re.compile(f"{_AXIS}_(?P<channel>.+)_noise_std_(?P<unit>m_s|rad_s|m|rad)"),
+HEADINGS = {
+    Quantity.DISTURBANCE: "Disturbance",
+    Quantity.TIME_CONSTANT: "Its time constant",
+    Quantity.TRIM: "Trim",
+    Quantity.NOISE: "Sensor noise",
 }
 
 
-def nuisance_tables(nuisance: Mapping[str, float]) -> tuple[Table, ...]:
-    """A table of the names that say their axis, quantity and unit; a second one of all others, as they are."""
-    cells: dict[str, dict[str, list[str]]] = {}
-    others: list[tuple[str, ...]] = []
-    for name, value in nuisance.items():
-        read = _read(name, value)
-        if read is None:
-            others.append((name, significant(value)))
-            continue
-        axis, quantity, told = read
-        cells.setdefault(axis, {}).setdefault(quantity, []).append(told)
+def nuisance_tables(nuisance: Mapping[Nuisance, float], settings: Mapping[str, float]) -> tuple[Table, ...]:
+    """A table of the quantities of each axis, and one of the method's own numbers, by their names."""
+    cells: dict[str, dict[Quantity, list[str]]] = {}
+    for fitted, value in nuisance.items():
+        cells.setdefault(fitted.axis, {}).setdefault(fitted.quantity, []).append(_words(fitted, value))
     tables = []
     if cells:
         rows = tuple(
-            (axis, *(", ".join(row.get(quantity, [MISSING])) for quantity in _QUANTITIES))
+            (axis, *(", ".join(row.get(quantity, [MISSING])) for quantity in HEADINGS))
             for axis, row in cells.items()
         )
         caption = (
             "Fitted beside the coefficients. Disturbance and noise are standard deviations; trim is a "
             "constant force or moment."
         )
-        tables.append(Table(("Axis", *_QUANTITIES), rows, caption))
-    if others:
+        tables.append(Table(("Axis", *HEADINGS.values()), rows, caption))
+    if settings:
         caption = "Other numbers of this method, by their own names."
-        tables.append(Table(("Name", "Value"), tuple(others), caption))
+        tables.append(
+            Table(
+                ("Name", "Value"),
+                tuple((name, significant(value)) for name, value in settings.items()),
+                caption,
+            )
+        )
     return tuple(tables)
 
 
-def _read(name: str, value: float) -> tuple[str, str, str] | None:
-    """Axis, quantity, and the value in words with its unit; None for a name of another form."""
-    for quantity, pattern in _QUANTITIES.items():
-        if found := pattern.fullmatch(name):
-            parts = found.groupdict()
-            sensor = CHANNELS.get(parts.get("channel", ""), parts.get("channel", ""))
-            told = f"{sensor} {significant(value)} {UNITS[parts['unit']]}"
-            return parts["axis"], quantity, told.strip()
-    return None
+def _words(fitted: Nuisance, value: float) -> str:
+    sensor = CHANNELS.get(fitted.channel, fitted.channel)
+    return f"{sensor} {significant(value)} {WRITTEN[fitted.unit]}".strip()

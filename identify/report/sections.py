@@ -59,7 +59,7 @@ def identification_section(
     return Section(
         f"Identified parameters: {i.dive}, {i.configuration}, {i.method}",
         "\n\n".join((*words, *plain) if good else words),
-        (*table, *nuisance_tables(i.nuisance)),
+        (*table, *nuisance_tables(i.nuisance, i.settings)),
         (drawn,) if drawn else (),
         "\n\n".join(_warnings(doubts) if good else _doubt(i)),
     )

@@ -71,4 +71,4 @@ def test_a_short_dive_is_told_to_be_one(case):
         effects=(QUADRATIC_DRAG,),
         progress=lambda _share, _words: None,
     )
-    assert any("lasts 109 s: with so few pieces of 20 s" in note for note in said.notes)
+    assert any("lasts 109 s: with so little of it to hold out" in note for note in said.notes)

@@ -8,6 +8,7 @@ import pytest
 
 from identify.comparison import LEAST_DIFFERENCE, compare, doubted
 from identify.identification import Doubt, Outcome, Partner
+from identify.nuisance import disturbance, noise, time_constant, trim
 from identify.report.compared import comparison_section
 
 SURGE = {"M_u": 100.0, "D_u": 50.0}
@@ -64,7 +65,7 @@ def test_a_difference_that_changes_nothing_is_none_however_sharp_both_are(share,
 
 
 def test_a_different_sea_explains_a_difference():
-    seas = ({"surge_disturbance_std_n": 1.0}, {"surge_disturbance_std_n": 2.5})
+    seas = ({disturbance(0): 1.0}, {disturbance(0): 2.5})
     found = compare(by("likelihood", nuisance=seas[0]), by("pinn", 110.0, nuisance=seas[1]))
     assert "they take the disturbance in surge differently (likelihood 1 N, pinn 2.5 N)" in found.sentences[0]
 
@@ -97,8 +98,7 @@ def test_why_names_the_method_that_the_prior_is_nearer_to():
 
 def test_why_names_another_time_constant_and_another_sensor_noise_but_no_trim():
     first = {
-        "surge_disturbance_time_constant_s": 2.0, "surge_dvl_noise_std_m_s": 0.005, "surge_trim_n": 0.1,
-        "sway_disturbance_std_n": 1.0,
+        time_constant(0): 2.0, noise(0, "dvl", False): 0.005, trim(0): 0.1, disturbance(1): 1.0,
     }  # fmt: skip
     second = {name: 2 * level for name, level in first.items()}
     (told,) = compare(by("likelihood", nuisance=first), by("pinn", 110.0, nuisance=second)).sentences

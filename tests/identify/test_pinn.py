@@ -17,6 +17,7 @@ from identify.estimators.axes import build_axes
 from identify.estimators.pinn import fit as pinn_fit
 from identify.estimators.table import estimator
 from identify.identification import Outcome
+from identify.nuisance import disturbance, noise, time_constant
 
 ROOT = Path(__file__).resolve().parents[2]
 SEALED = ROOT.parent / "shared" / "sealed"
@@ -172,9 +173,9 @@ def test_a_card_is_used_where_there_is_one(monkeypatch, there, device):
 
 def test_what_was_fitted_beside_the_coefficients_is_named_with_its_unit():
     nuisance = fit(closed_loop.dive(np.random.default_rng(3), seconds=200.0)).nuisance
-    assert nuisance["surge_dvl_noise_std_m_s"] == pytest.approx(0.004, rel=0.1)
-    assert nuisance["surge_disturbance_std_n"] == pytest.approx(0.35, rel=0.3)
-    assert nuisance["surge_disturbance_time_constant_s"] == pytest.approx(1.5, rel=0.6)
+    assert nuisance[noise(0, "dvl", False)] == pytest.approx(0.004, rel=0.1)
+    assert nuisance[disturbance(0)] == pytest.approx(0.35, rel=0.3)
+    assert nuisance[time_constant(0)] == pytest.approx(1.5, rel=0.6)
 
 
 def test_covariance_and_information_belong_to_the_coefficients_that_were_fitted():

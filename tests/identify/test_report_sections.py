@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from soak import rest_in_soak
 
 from bridge.vehicle.config import Configuration, Thruster
+from identify import nuisance
 from identify.dive import Dive, Signal
 from identify.identification import Doubt, Estimate, Identification, Outcome, Partner, added_mass, estimate
 from identify.report.nuisance import nuisance_tables
@@ -35,7 +36,7 @@ def identification(*parameters: Estimate) -> Identification:
         *("hovering", "dive-7", "ab" * 32, "ruvifist", "cd" * 32),
         duration_s=417.65,
         samples=10442,
-        nuisance={"velocity_noise_m_s": 0.0052},
+        settings={"velocity_noise_m_s": 0.0052},
         notes=("The DVL is late.",),
         wall_s=0.23,
     )
@@ -176,31 +177,32 @@ def test_a_partner_of_no_correlation_is_a_dash():
 
 
 def test_what_was_fitted_beside_the_coefficients_stands_by_axis_in_words_with_units():
-    names = {
-        "surge_disturbance_std_n": 0.349,
-        "surge_disturbance_time_constant_s": 2.75,
-        "surge_trim_n": -0.07,
-        "surge_dvl_noise_std_m_s": 0.00394,
-        "heave_dvl_noise_std_m_s": 0.004,
-        "heave_depth_noise_std_m": 0.002,
-        "yaw_trim_nm": 0.0004,
-        "yaw_new_gyro_noise_std_rad_s": 0.0002,
-        "yaw_heading_noise_std_rad": 0.01,
-        "alpha": 0.5,
-        "up_trim_n": 1.0,
+    fitted = {
+        nuisance.disturbance(0): 0.349,
+        nuisance.time_constant(0): 2.75,
+        nuisance.trim(0): -0.07,
+        nuisance.noise(0, "dvl", False): 0.00394,
+        nuisance.noise(2, "dvl", False): 0.004,
+        nuisance.noise(2, "depth", True): 0.002,
+        nuisance.trim(5): 0.0004,
+        nuisance.noise(5, "new_gyro", False): 0.0002,
+        nuisance.noise(5, "heading", True): 0.01,
     }
-    by_axis, others = nuisance_tables(names)
+    by_axis, others = nuisance_tables(fitted, {"alpha": 0.5})
     assert by_axis.columns == ("Axis", "Disturbance", "Its time constant", "Trim", "Sensor noise")
     assert by_axis.rows == (
         ("surge", "0.349 N", "2.75 s", "−0.0700 N", "DVL 0.00394 m/s"),
         ("heave", "—", "—", "—", "DVL 0.00400 m/s, depth sensor 0.00200 m"),
         ("yaw", "—", "—", "0.000400 N m", "new_gyro 0.000200 rad/s, heading 0.0100 rad"),
     )
-    assert others.rows == (("alpha", "0.500"), ("up_trim_n", "1.00"))
+    assert others.rows == (("alpha", "0.500"),)
+    assert [each.name for each in fitted][:4] == [
+        "surge_disturbance_std_n", "surge_disturbance_time_constant_s", "surge_trim_n", "surge_dvl_noise_std_m_s"
+    ]  # fmt: skip
 
 
 def test_nothing_fitted_beside_the_coefficients_makes_no_table():
-    assert nuisance_tables({}) == ()
+    assert nuisance_tables({}, {}) == ()
 
 
 def test_without_a_truth_there_is_no_talk_of_one():

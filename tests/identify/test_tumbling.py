@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import tumbling
 
+from bridge.vehicle.coefficients import DOFS
 from identify.answer import answered
 from identify.diagnose.diagnose import diagnose
 from identify.dive import Signal
@@ -14,6 +15,7 @@ from identify.estimators.likelihood import estimate
 from identify.estimators.places import tumbles, turned_by
 from identify.identification import Outcome
 from identify.ingest.rotation import quaternions_from_euler
+from identify.nuisance import noise
 
 
 def fit(dive):
@@ -32,9 +34,11 @@ def test_a_vehicle_that_turns_over_many_times_has_its_inertias_and_dampings_and_
         assert one.identifiable
         assert one.value == pytest.approx(true, rel=0.02)
     for dof in ("roll", "pitch", "yaw"):
-        assert found.nuisance[f"{dof}_attitude_noise_std_rad"] == pytest.approx(tumbling.TILT_NOISE, rel=0.3)
+        assert found.nuisance[noise(DOFS.index(dof), "attitude", True)] == pytest.approx(
+            tumbling.TILT_NOISE, rel=0.3
+        )
         if gyro:
-            assert found.nuisance[f"{dof}_gyro_noise_std_rad_s"] == pytest.approx(
+            assert found.nuisance[noise(DOFS.index(dof), "gyro", False)] == pytest.approx(
                 tumbling.RATE_NOISE, rel=0.2
             )
 

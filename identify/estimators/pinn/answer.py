@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, Coefficient
 from bridge.vehicle.config import VehicleFile
+from identify import nuisance
 from identify.dive import Dive
 from identify.estimators.admitted import NOTHING, Admitted, admitted, timing_of
 from identify.estimators.autopilot_velocity import shared_axes
@@ -40,6 +41,7 @@ from identify.identification import (
     outcome_of,
 )
 from identify.identification import estimate as as_estimate
+from identify.nuisance import Nuisance
 
 Array = NDArray[np.float64]
 
@@ -164,18 +166,16 @@ def _unsettled(fit: Fit) -> tuple[Doubt, ...]:
     return (unsettled_doubt(names, "the network", f"{MOST_PASSES} passes"),)
 
 
-def _nuisance(fit: Fit) -> dict[str, float]:
-    """Noise levels and trims by name, with the unit in the name."""
-    out: dict[str, float] = {}
+def _nuisance(fit: Fit) -> dict[Nuisance, float]:
+    """Noise levels and trims."""
+    out: dict[Nuisance, float] = {}
     n = len(fit.layout.dofs)
     for axis, dof in enumerate(fit.layout.dofs):
-        force = "n" if dof < 3 else "nm"
-        out[f"{DOFS[dof]}_disturbance_std_{force}"] = float(fit.disturbance[axis])
-        out[f"{DOFS[dof]}_disturbance_time_constant_s"] = float(fit.time_constant_s[axis])
-        out[f"{DOFS[dof]}_trim_{force}"] = float(fit.values[6 + n + axis])
+        out[nuisance.disturbance(dof)] = float(fit.disturbance[axis])
+        out[nuisance.time_constant(dof)] = float(fit.time_constant_s[axis])
+        out[nuisance.trim(dof)] = float(fit.values[6 + n + axis])
     for channel, name in enumerate(fit.layout.channel_name):
         dof = fit.layout.dofs[fit.layout.channel_axis[channel]]
-        placed = fit.layout.channel_reads[channel] == POSITION
-        unit = ("m" if dof < 3 else "rad") if placed else ("m_s" if dof < 3 else "rad_s")
-        out[f"{DOFS[dof]}_{name}_noise_std_{unit}"] = float(fit.sensor[channel])
+        of_place = fit.layout.channel_reads[channel] == POSITION
+        out[nuisance.noise(dof, name, of_place)] = float(fit.sensor[channel])
     return out
