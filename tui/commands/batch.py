@@ -1,4 +1,4 @@
-"""`seatrial batch`: many dives identified, one table of parameters over dives, and how they drift."""
+"""`seatrial batch`: identify many dives, tabulate their parameters, and show how these drift."""
 
 import argparse
 import math
@@ -78,7 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
     cache = Cache(Path(arguments.out) / KEPT)
 
     def work(recordings: "Sequence[Recording]") -> "list[Result]":
-        jobs = [job_for(IDENTIFY, one, file, arguments.method, columns) for one in recordings]
+        jobs = [job_for(IDENTIFY, recording, file, arguments.method, columns) for recording in recordings]
         with show.progress(f"identify {len(jobs)} dives") as tell:
             return run_batch(jobs, cache, engine(arguments), teller(tell, SystemClock()))
 
@@ -94,7 +94,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def check(arguments: argparse.Namespace) -> None:
-    """Raise UsageError for words that don't go together, and for places that can't be written."""
+    """Raise UsageError for contradicting options, and for outputs that can't be written."""
     from identify.estimators.table import METHODS
     from tui.outputs import check_files, check_folder
     from tui.show import STANDARD_OUTPUT
@@ -112,7 +112,7 @@ def check(arguments: argparse.Namespace) -> None:
 
 
 def engine(arguments: argparse.Namespace) -> "Engine":
-    """Who does the work: this computer's cores, or a cluster; Dask is imported for a cluster alone."""
+    """Return the engine: this computer's cores, or a cluster; Dask is imported only for a cluster."""
     if arguments.scheduler:
         from identify.batch.cluster import run_on_cluster
         from tui.secured import say
@@ -127,7 +127,7 @@ def engine(arguments: argparse.Namespace) -> "Engine":
 
 
 def teller(tell: "Tell", clock: "Clock") -> "Callable[[Standing], None]":
-    """What hears how the batch stands and shows it: how many, how many failed, how long yet."""
+    """Return a callback that shows the batch's progress: dives done, dives failed, time left."""
     started_s = clock.boot_s()
 
     def told(standing: "Standing") -> None:
@@ -142,7 +142,7 @@ def teller(tell: "Tell", clock: "Clock") -> "Callable[[Standing], None]":
 
 
 def duration(seconds: float) -> str:
-    """`40 s`, `12 min`, `3 h 5 min`."""
+    """Format a duration: `40 s`, `12 min`, `3 h 5 min`."""
     if seconds < 60:
         return f"{seconds:.0f} s"
     minutes = round(seconds / 60)
@@ -150,7 +150,7 @@ def duration(seconds: float) -> str:
 
 
 def finish(arguments: argparse.Namespace, file: "VehicleFile", found: "Found", rows: "Sequence[Row]") -> int:
-    """Show, write and judge what came of the batch."""
+    """Show and write the results of the batch, and return the exit code."""
     from identify.batch.drift import drift_of
     from identify.batch.page import batch_report
     from identify.batch.rows import by_configuration, to_json
@@ -198,7 +198,7 @@ def finish(arguments: argparse.Namespace, file: "VehicleFile", found: "Found", r
 def tell(
     arguments: argparse.Namespace, found: "Found", rows: "Sequence[Row]", drifts: "Mapping[str, Drift]"
 ) -> None:
-    """The tables and sentences of the terminal."""
+    """Print the tables and sentences to the terminal."""
     from identify.batch.rows import by_configuration
     from tui import show
     from tui.batch_tables import dive_table, parameter_tables, trend_table
@@ -218,7 +218,7 @@ def tell(
 
 
 def write_csv(rows: "Sequence[Row]", target: str | None) -> None:
-    """Write the table to a file, or to standard output for `-`. Raises LogError where it can't be written."""
+    """Write the table to a file, or to standard output for `-`. Raises LogError if it can't be written."""
     from bridge.errors import LogError
     from identify.batch.rows import to_csv
     from tui.show import STANDARD_OUTPUT, harmless

@@ -1,4 +1,4 @@
-"""`seatrial challenge`: dives whose effect is hidden, and the score of those who named it."""
+"""`seatrial challenge`: dives with hidden effects, and the score of the answers that name them."""
 
 import argparse
 from pathlib import Path
@@ -138,12 +138,12 @@ def _show(result: "Score", json_target: str | None) -> None:
     show.put(console, show.table("rates", columns, rows, columns[:4]))
     found = [
         (
-            one.name,
-            f"{one.rate.hits}/{one.rate.of}",
-            _size(one.smallest_found),
-            _size(one.largest_missed),
+            effect.name,
+            f"{effect.rate.hits}/{effect.rate.of}",
+            _size(effect.smallest_found),
+            _size(effect.largest_missed),
         )
-        for one in result.found
+        for effect in result.found
     ]
     heads = ("effect", "named", "smallest named", "largest missed")
     show.put(console, show.table("by effect, sizes over the noise floor", heads, found, heads[1:]))
@@ -154,7 +154,7 @@ def _show(result: "Score", json_target: str | None) -> None:
 
 
 def _size(floors: float) -> str:
-    """A size over the noise floor; what a refit absorbs whole has none to speak of."""
+    """A size in multiples of the noise floor; below 0.01, a refit absorbs the effect completely."""
     from tui import show
 
     return "<0.01" if floors < 0.01 else show.number(floors, 2)

@@ -60,7 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def identified_tables(done: "Demo") -> "list[Table]":
-    """(a) What was identified against what the simulated vehicle truly is, a table a configuration."""
+    """(a) Identified against true parameters of the simulated vehicle, one table per configuration."""
     from tui import demo, show
 
     tables = []
@@ -90,7 +90,7 @@ def identified_tables(done: "Demo") -> "list[Table]":
 
 
 def tracking_table(modes: "Sequence[str]", rows: "Sequence[Row]") -> "Table":
-    """(b) Mean absolute tracking errors, laid out like the paper's Table 5, a column a mode."""
+    """(b) Mean absolute tracking errors, laid out like the paper's Table 5, one column per mode."""
     from tui import show
 
     columns = ("motion", "phase", *modes, "paper")

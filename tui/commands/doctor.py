@@ -1,4 +1,4 @@
-"""`seatrial doctor`: what is well and what is not, before the vehicle gets wet and in the water."""
+"""`seatrial doctor`: check the vehicle, its link and its sensors, before a dive and in the water."""
 
 import argparse
 from pathlib import Path
@@ -84,7 +84,7 @@ def run(arguments: argparse.Namespace) -> int:
 def dry(
     arguments: argparse.Namespace, file: "VehicleFile | None", link: "Link", clock: "Clock"
 ) -> tuple[list["Finding"], "Observed"]:
-    """What the link tells: the vehicle, its clock, its sensors, its parameters."""
+    """Listen to the link; return the findings on vehicle, clock, sensors and parameters, and the observations."""
     import shutil
 
     from gcs_plugin.doctor.checks import check_parameters, dry_findings
@@ -108,7 +108,7 @@ def dry(
 def wet(
     arguments: argparse.Namespace, file: "VehicleFile", observed: "Observed", link: "Link", clock: "Clock"
 ) -> list["Finding"]:
-    """What one pulse of each thruster tells; it was confirmed, and nothing was found against it."""
+    """Pulse each thruster once and return the findings; the user has confirmed, and no finding spoke against it."""
     from gcs_plugin.doctor.identity import told_veh_cfg
     from gcs_plugin.params.client import ParameterClient
     from tui import show
@@ -130,7 +130,7 @@ def wet(
 
 
 def signing(opener: secured.Opener) -> list["Finding"]:
-    """Whether all that came on a signed link was let in."""
+    """Findings on signed links: whether frames were refused."""
     from gcs_plugin.doctor.findings import ok, warn
 
     return [
@@ -142,7 +142,7 @@ def signing(opener: secured.Opener) -> list["Finding"]:
 
 
 def vehicle_file(file: "VehicleFile") -> "Finding":
-    """A file that was loaded is well where its thrust table is; what is in it is said."""
+    """Finding on a loaded vehicle file: it fails if the thrust table is missing, and otherwise lists the contents."""
     from bridge.errors import ConfigError
     from bridge.vehicle.thrusters import thrust_curve
     from gcs_plugin.doctor.findings import fail, ok
@@ -162,7 +162,7 @@ def vehicle_file(file: "VehicleFile") -> "Finding":
 
 
 def disk(folder: Path) -> "Finding":
-    """The space where recordings go."""
+    """Finding on the free disk space for recordings."""
     import shutil
 
     from gcs_plugin.doctor.checks import check_disk
@@ -172,7 +172,7 @@ def disk(folder: Path) -> "Finding":
 
 
 def ports(vehicle: "Vehicle") -> list["Finding"]:
-    """Whether the ports of the vehicle file are on this computer."""
+    """Findings on whether the ports in the vehicle file exist on this computer."""
     from bridge.drivers import speaks_tcp
     from bridge.sensors.bar30 import parse_i2c_port
     from gcs_plugin.doctor.findings import fail, ok
@@ -193,12 +193,12 @@ def ports(vehicle: "Vehicle") -> list["Finding"]:
 
 
 def existing(folder: Path) -> Path:
-    """The folder, or the nearest above it that exists."""
+    """The folder, or its nearest parent that exists."""
     return next(place for place in (folder, *folder.absolute().parents) if place.is_dir())
 
 
 def tell(arguments: argparse.Namespace, findings: "Iterable[Finding]") -> int:
-    """The findings as a table and JSON; the exit code says whether one failed."""
+    """Print the findings as a table and JSON; the exit code says whether any failed."""
     from gcs_plugin.doctor.findings import Level, worst
     from tui import show
 

@@ -1,4 +1,4 @@
-"""`seatrial record`: links into a dive folder, and to everyone else on this computer."""
+"""`seatrial record`: record links into a dive folder, and share them with other programs on this computer."""
 
 import argparse
 from dataclasses import asdict
@@ -63,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def hub_port(text: str) -> int | None:
-    """The port of the hub, 0 for a free one, None for `none`."""
+    """Parse the hub's port: 0 for a free port, None for `none`."""
     if text == NO_HUB:
         return None
     if not text.isdecimal() or int(text) > 65535:
@@ -93,7 +93,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def order(arguments: argparse.Namespace, clock: "Clock") -> int:
-    """Ask the recording that runs for the next dive, or to end."""
+    """Order the running recording to start the next dive, or to end."""
     import time
 
     from gcs_plugin import orders
@@ -120,7 +120,7 @@ def order(arguments: argparse.Namespace, clock: "Clock") -> int:
 
 
 def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> int:
-    """Record until told to stop, and say what came of it."""
+    """Record until stopped, and report the result."""
     from bridge.errors import LogError
     from bridge.vehicle.config import load_vehicle
     from gcs_plugin import orders
@@ -231,7 +231,7 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
 
 
 def sockets(links: "Sequence[str]", hub: "Hub | None") -> list[str]:
-    """What is open on networks, a sentence each."""
+    """Sentences on the open network sockets."""
     from tui.sockets import of_links, of_served
 
     served = [of_served(hub.address)] if hub else []
@@ -239,7 +239,7 @@ def sockets(links: "Sequence[str]", hub: "Hub | None") -> list[str]:
 
 
 def summary(recorder: "Recorder", dives: "list[RecordedDive]", now_s: float) -> dict[str, Any]:
-    """What was recorded, as plain data: the last dive, those before it, and the links over all of them."""
+    """Summary of the recording as plain data: the last dive, the earlier dives, and the links over all of them."""
     *earlier, last = ({"folder": str(dive.folder) if dive.folder else None} | _counts(dive) for dive in dives)
     return last | {
         "earlier": earlier,
