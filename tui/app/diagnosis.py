@@ -62,8 +62,8 @@ class AxisFall:
 
 @dataclass(frozen=True)
 class Fall:
-    """Drift before and after in multiples of the noise floor, for the data named by `what`, and the closed share of
-    the gap that can be closed; NaN if unknown. `axes`: the same by degree of freedom.
+    """Drift before and after in multiples of the noise floor, on the data named by `what`; `value` is the fraction of
+    the closable gap that was closed. NaN if unknown. `axes`: the same by degree of freedom.
     """
 
     what: str

@@ -40,9 +40,7 @@ def written_ns(path: Path) -> int:
 
 
 def newer(path: Path, than: Path) -> bool:
-    """Whether a file exists and is no older than `than`: then it comes from the same run and not
-    from an earlier run.
-    """
+    """Whether a file exists and is no older than `than`: then both come from the same run."""
     return written_ns(path) >= written_ns(than) > 0
 
 

@@ -41,9 +41,7 @@ def harmless(text: str) -> str:
 
 
 def changed(before: Line, after: Line) -> tuple[int, int]:
-    """First cell and end (exclusive) of the range in which two lines differ; the shorter line counts as padded with
-    blanks.
-    """
+    """First cell and end (exclusive) of the range in which two lines differ; a shorter line is padded with blanks."""
     cells = max(width(before), width(after))
     old, new = _cells(before, cells), _cells(after, cells)
     differing = [n for n in range(cells) if old[n] != new[n]]

@@ -59,12 +59,12 @@ class LinkSource:
         now_s = self._clock.boot_s()
         if data:
             self._data_s = now_s
-            found = self._framer.feed(data)
+            new_frames = self._framer.feed(data)
         elif now_s - self._data_s > IDLE_FLUSH_S:
-            found = self._framer.flush()
+            new_frames = self._framer.flush()
         else:
             return []
-        return [(now_s, self._name, frame) for frame in found]
+        return [(now_s, self._name, frame) for frame in new_frames]
 
     def send(self, data: bytes) -> None:
         self._link.write(data)

@@ -63,9 +63,7 @@ class AnsweringDriver(LinuxDriver):
         self.close()
 
     def give_back(self, sentence: str) -> None:
-        """Restore the terminal and print a last sentence, bypassing anything that may hang; no effect if already
-        restored.
-        """
+        """Restore the terminal and print a last sentence, bypassing anything that may hang; do so only once."""
         if self._given_back:
             return
         with suppress(OSError, termios.error):

@@ -1,4 +1,4 @@
-"""Validate: may the feed-forward be raised, how well the vehicle followed, and the curves that show it."""
+"""Validate: may the feed-forward be raised, how well the vehicle tracked its reference, and the curves."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,7 +17,7 @@ MOST_BESIDE: Final = 3
 
 
 class ValidateScreen(DiveScreen):
-    """What `seatrial validate` found of the chosen dive, and of others beside it."""
+    """Result of `seatrial validate` on the chosen dive and on dives compared with it."""
 
     VERB = "validate"
     SECTIONS: ClassVar[dict[str, str]] = {
@@ -132,7 +132,7 @@ class ValidateScreen(DiveScreen):
         return self.others[: self._beside]
 
     def _looked_at(self) -> Run | None:
-        """The dive that is looked at: at first the chosen one."""
+        """The dive on display: at first the chosen dive."""
         found = self.found()
         wanted = self._run or (self.dive.name if self.dive is not None else "")
         return next((run for run in found if run.dive == wanted), found[0] if found else None)
