@@ -52,8 +52,8 @@ def _crossings(t: Array, v: Array, numbers: NDArray[np.intp], edges_s: Array) ->
     before = np.where(edges_s == t[-1], len(t) - 2, before)
     inside = np.flatnonzero((before >= 0) & (before < len(t) - 1))
     k = before[inside]
-    whole = ~broken[k] & (interval[k] > 0)
-    inside, k = inside[whole], k[whole]
+    unbroken = ~broken[k] & (interval[k] > 0)
+    inside, k = inside[unbroken], k[unbroken]
     crossing[inside] = v[k] + (edges_s[inside] - t[k]) / interval[k] * (v[k + 1] - v[k])
     return crossing
 

@@ -106,33 +106,34 @@ def answer(data: Any) -> Answer | None:
 
 
 def _answer(data: Mapping[str, Any]) -> Answer:
-    gap, told = data["gap"], data.get("told") or {}
-    words = told.get("causes") or [{}] * len(data["effects"])
+    gap, wording = data["gap"], data.get("told") or {}
+    words = wording.get("causes") or [{}] * len(data["effects"])
     more = data["next"] or {}
     dives = [more.get("manoeuvre"), more.get("sensor")]
     return Answer(
-        dive=str(told.get("dive", "")),
-        check=str(told.get("check", "")),
+        dive=str(wording.get("dive", "")),
+        check=str(wording.get("check", "")),
         verdict=str(data["verdict"]),
-        sentence=str(told.get("verdict") or VERDICTS[data["verdict"]]),
-        shares={(str(one["dof"]), str(one["phase"])): float(one["share"]) for one in gap["where"]},
+        sentence=str(wording.get("verdict") or VERDICTS[data["verdict"]]),
+        shares={(str(entry["dof"]), str(entry["phase"])): float(entry["share"]) for entry in gap["where"]},
         force_n={dof: _number(force) for dof, force in (gap.get("force") or {}).items() if dof in DOFS},
         causes=tuple(_cause(*both) for both in zip(data["effects"], words, strict=True)),
         tried=tuple(
-            Tried(str(one["name"]), float(one["gain_nats"]), str(one["why"])) for one in told.get("tried", ())
+            Tried(str(entry["name"]), float(entry["gain_nats"]), str(entry["why"]))
+            for entry in wording.get("tried", ())
         ),
-        falls=tuple(_falls(gap, data["shrink"], told)),
-        disturbance=tuple(map(str, told.get("disturbance", ()))),
-        character=tuple(map(str, told.get("character", ()))),
-        next=tuple(map(str, told.get("next") or filter(None, dives))),
-        notes=tuple(map(str, told.get("notes", ()))),
+        falls=tuple(_falls(gap, data["shrink"], wording)),
+        disturbance=tuple(map(str, wording.get("disturbance", ()))),
+        character=tuple(map(str, wording.get("character", ()))),
+        next=tuple(map(str, wording.get("next") or filter(None, dives))),
+        notes=tuple(map(str, wording.get("notes", ()))),
     )
 
 
 def _cause(effect: Mapping[str, Any], words: Mapping[str, Any]) -> Cause:
     plain = str(effect["name"]).replace("_", " ")
-    values = [f"{name} {_interval(one)}" for name, one in effect["parameters"].items()]
-    alike = ", ".join(str(one).replace("_", " ") for one in effect["also"])
+    values = [f"{name} {_interval(entry)}" for name, entry in effect["parameters"].items()]
+    alike = ", ".join(str(entry).replace("_", " ") for entry in effect["also"])
     return Cause(
         str(words.get("name", plain)),
         float(effect["probability"]),

@@ -93,28 +93,28 @@ def _percent(share: float) -> str:
 
 def which(answer: Answer, cells: int) -> Lines:
     """Accepted causes, the strongest first, then possible causes, then rejected candidates with some gain."""
-    tried = [one for one in answer.tried if one.gain_nats >= LEAST_NATS][:MOST_TRIED]
-    nats = [one.gain_nats for one in answer.causes] + [one.gain_nats for one in tried]
+    tried = [cause for cause in answer.tried if cause.gain_nats >= LEAST_NATS][:MOST_TRIED]
+    nats = [cause.gain_nats for cause in answer.causes] + [cause.gain_nats for cause in tried]
     most = max(filter(math.isfinite, nats), default=LEAST_NATS)
-    likely = [one for one in answer.causes if one.probability >= LIKELY]
-    possible = [one for one in answer.causes if one.probability < LIKELY]
+    likely = [cause for cause in answer.causes if cause.probability >= LIKELY]
+    possible = [cause for cause in answer.causes if cause.probability < LIKELY]
     columns: Line = (("evidence on held-out pieces  probable", "quiet"),)
     lines: list[Line] = []
     if likely:
         lines.append(apart((("cause", "quiet"),), columns, cells))
-    for place, one in enumerate(likely, 1):
-        lines += _cause(place, one, most, cells, "accent")
+    for place, cause in enumerate(likely, 1):
+        lines += _cause(place, cause, most, cells, "accent")
     if not likely:
         lines += wrapped("No candidate of the library is accepted as a cause.", "plain", cells)
     if possible:
         lines += [(), apart((("possible, not accepted", "warn"),), columns, cells)]
-    for place, one in enumerate(possible, len(likely) + 1):
-        lines += _cause(place, one, most, cells, "faded")
+    for place, cause in enumerate(possible, len(likely) + 1):
+        lines += _cause(place, cause, most, cells, "faded")
     for line in answer.character:
         lines += wrapped(line, "warn", cells)
     if tried:
         lines += [(), (("tried as well, and not accepted", "quiet"),)]
-        lines += [_tried(one, most, cells) for one in tried]
+        lines += [_tried(cause, most, cells) for cause in tried]
     return tuple(lines)
 
 

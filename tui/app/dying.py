@@ -22,13 +22,15 @@ def keep_trace(error: BaseException) -> str:
     """Write the trace of an error; return a sentence that reports the death."""
     file = trace_file()
     words = " ".join(f"{type(error).__name__}: {error}".split())
-    where = f"what it died of is in {file}"
+    trace_words = f"what it died of is in {file}"
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text("".join(traceback.format_exception(error)), encoding="utf-8")
     except OSError as unwritten:
-        where = f"no more is known, for {file} can't be written ({unwritten.strerror})"
-    return f"seatrial: the app has died ({words}); a recording goes on without it. Start it again; {where}"
+        trace_words = f"no more is known, for {file} can't be written ({unwritten.strerror})"
+    return (
+        f"seatrial: the app has died ({words}); a recording goes on without it. Start it again; {trace_words}"
+    )
 
 
 def end_within(patience_s: float, give_back: Callable[[], None]) -> None:

@@ -121,7 +121,7 @@ def _found(
 ) -> Found:
     doubts = tuple(dict.fromkeys(str(doubt["sentence"]) for doubt in data["doubts"]))
     scale = data["thrust_scale"]
-    sentences = [one["sentence"] for one in (*data["null_directions"], *([scale] if scale else []))]
+    sentences = [entry["sentence"] for entry in (*data["null_directions"], *([scale] if scale else []))]
     notes = dict.fromkeys((*sentences, *data["notes"]))
     second = data.get("comparison")
     return Found(
@@ -129,7 +129,7 @@ def _found(
         str(data["configuration"]),
         str(data["method"]),
         str(data["outcome"]),
-        tuple(_value(one, accepted) for one in data["parameters"]),
+        tuple(_value(entry, accepted) for entry in data["parameters"]),
         doubts,
         tuple(str(note) for note in notes if note not in doubts),
         (f"{second['method']}: {second['outcome']}", *map(str, second["sentences"])) if second else (),

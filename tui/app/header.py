@@ -186,7 +186,7 @@ def _forced(forcing: Forcing, view: View) -> Piece:
     """The off switch. Until all vehicles are off, the mode of the vehicle on screen stands before it.
 
     Even the shortest form says that the switch is not done: OFF alone would read as if it were. Orders handed to a
-    recorder that is silent count as not sent: they lie in this computer.
+    silent recorder count as not sent: they have not left this computer.
     """
     picture = view.picture
     if forcing.done:
@@ -196,8 +196,8 @@ def _forced(forcing: Forcing, view: View) -> Piece:
     if is_now != "FF --" and age_s > STALE_S:
         is_now = is_now.replace("FF", "FF was")
     shown = picture.links[0].system if picture.links else None
-    others = [system for system in forcing.waits_for if system != shown]
-    addressees = f" of {' and '.join(map(str, others))}" if others else ""
+    other_systems = [system for system in forcing.waits_for if system != shown]
+    addressees = f" of {' and '.join(map(str, other_systems))}" if other_systems else ""
     if forcing.sent and recorder_silent_s(view) <= RECORDER_SILENT_S:
         short = "not done"
         forms: tuple[str, ...] = (

@@ -28,7 +28,7 @@ def progress(state: JobState, now_s: float, cells: int, goes_on: bool = False) -
 
     `goes_on`: the screen Parameters opens as soon as the values exist.
     """
-    newest = {_method(told): told for told in state.told}
+    newest = {_method(report): report for report in state.told}
     page = newest.pop(PAGE, None)
     newest.pop(UNKEPT, None)
     if page is not None and state.runs:
@@ -38,7 +38,7 @@ def progress(state: JobState, now_s: float, cells: int, goes_on: bool = False) -
     lines: list[Line] = [heading(f"{_stage(state)} {_dive(state)}", then + clock, cells)]
     if not newest and state.runs:
         lines.append((("reading the dive", "quiet"),))
-    return (*lines, *(_bar(method, told, cells) for method, told in newest.items()))
+    return (*lines, *(_bar(method, report, cells) for method, report in newest.items()))
 
 
 def _stage(state: JobState) -> str:

@@ -124,8 +124,8 @@ def _dive(data: Mapping[str, Any]) -> ListedDive:
         _number(data["loss"]),
         None
         if excitation is None
-        else {one["name"]: _or(_number(one["relative_std"]), math.inf) for one in excitation},
-        {one["axis"]: _span(one) for one in data["axes"]},
+        else {entry["name"]: _or(_number(entry["relative_std"]), math.inf) for entry in excitation},
+        {entry["axis"]: _span(entry) for entry in data["axes"]},
         str(data["why_not"]),
         str(data["error"]),
         str(data["notes"]),

@@ -81,8 +81,8 @@ def table(
         for n, entry in enumerate(entries)
     )
     above, below = first, len(shown.entries) - first - len(entries)
-    out = [f"{_lines(count)} {side}" for count, side in ((above, "above"), (below, "below")) if count]
-    more: Lines = (((f"   … {', '.join(out)}", "warn"),),) if out else ()
+    hidden = [f"{_lines(count)} {side}" for count, side in ((above, "above"), (below, "below")) if count]
+    more: Lines = (((f"   … {', '.join(hidden)}", "warn"),),) if hidden else ()
     return (_head(cells, back, "was" if became else "staged" if shown.waits else "vehicle"), *body, *more)
 
 

@@ -36,8 +36,8 @@ def ago(seconds: float) -> str:
 
 def stopwatch(seconds: float) -> str:
     """`00:12:31`."""
-    whole = max(0, int(seconds))
-    return f"{whole // 3600:02d}:{whole // 60 % 60:02d}:{whole % 60:02d}"
+    whole_s = max(0, int(seconds))
+    return f"{whole_s // 3600:02d}:{whole_s // 60 % 60:02d}:{whole_s % 60:02d}"
 
 
 def left(seconds: float) -> str:

@@ -53,7 +53,7 @@ class Run:
 def runs(data: Any) -> tuple[Run, ...] | None:
     """Parse a validation into its dives in the order of their modes; None if it is not a validation."""
     try:
-        return tuple(_run(one) for one in data) or None
+        return tuple(_run(entry) for entry in data) or None
     except (KeyError, TypeError, ValueError, AttributeError):
         return None
 
@@ -63,7 +63,8 @@ def _run(data: Mapping[str, Any]) -> Run:
     verdict = None
     if raising is not None:
         judged = tuple(
-            Judged(str(one["what"]), _passed(one["passed"]), str(one["words"])) for one in raising["criteria"]
+            Judged(str(entry["what"]), _passed(entry["passed"]), str(entry["words"]))
+            for entry in raising["criteria"]
         )
         verdict = Verdict(bool(raising["go"]), str(raising["sentence"]), judged)
     return Run(
@@ -71,9 +72,9 @@ def _run(data: Mapping[str, Any]) -> Run:
         _short(label, dive),
         dive,
         verdict,
-        {one["axis"]: str(one["unit"]) for one in data["axes"]},
-        {one["axis"]: {key: _number(one[key]) for key in (*ROWS, *EFFORTS)} for one in data["axes"]},
-        tuple(Followed.from_json(one) for one in data.get("curves", ())),
+        {entry["axis"]: str(entry["unit"]) for entry in data["axes"]},
+        {entry["axis"]: {key: _number(entry[key]) for key in (*ROWS, *EFFORTS)} for entry in data["axes"]},
+        tuple(Followed.from_json(entry) for entry in data.get("curves", ())),
     )
 
 

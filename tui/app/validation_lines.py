@@ -90,18 +90,18 @@ def _row(words: str, values: Sequence[float], digits: int, width: int, *, mark: 
 
 def curves(run: Run, axis: str, cells: int, rows: int) -> Lines:
     """Speed with its reference, their difference, and feed-forward with PID, stacked on one time axis."""
-    whole = next((followed for followed in run.curves if followed.axis == axis), None)
-    if whole is None:
+    followed = next((followed for followed in run.curves if followed.axis == axis), None)
+    if followed is None:
         return wrapped(
             f"{run.dive} has no curves of {axis}: its reference does not move there", "quiet", cells
         )
-    found = _moving(whole)
+    moving = _moving(followed)
     each, spare_rows = divmod(rows - 1, 3)
     return (
-        *_speed(found, cells, each + (spare_rows > 1)),
-        *_difference(found, cells, each),
-        *_wrench(found, cells, each + (spare_rows > 0)),
-        *seconds(found.time_s, cells),
+        *_speed(moving, cells, each + (spare_rows > 1)),
+        *_difference(moving, cells, each),
+        *_wrench(moving, cells, each + (spare_rows > 0)),
+        *seconds(moving.time_s, cells),
     )
 
 
@@ -109,8 +109,8 @@ def _moving(whole: Followed) -> Followed:
     """The part in which the axis's reference moves, and a little before and after."""
     moves = np.flatnonzero(np.nan_to_num(whole.reference))
     step_s = float(whole.time_s[1] - whole.time_s[0])
-    some = round(AROUND_S / step_s) + 1
-    part = slice(max(int(moves[0]) - some, 0), int(moves[-1]) + some + 1) if moves.size else slice(None)
+    margin = round(AROUND_S / step_s) + 1
+    part = slice(max(int(moves[0]) - margin, 0), int(moves[-1]) + margin + 1) if moves.size else slice(None)
     return replace(whole, **{name: getattr(whole, name)[part] for name in ("time_s", *CURVES)})
 
 

@@ -32,8 +32,8 @@ class Recording:
 
 @dataclass(frozen=True)
 class Forcing:
-    """State of the feed-forward's off switch since it was thrown: its observations in words, frames sent, whether all
-    vehicles are off, and the systems that are not known to be off yet.
+    """State of the feed-forward's off switch since it was thrown: its observations in words, number of orders sent,
+    whether all vehicles are off, and the systems that are not known to be off yet.
     """
 
     words: str

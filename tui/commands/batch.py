@@ -74,7 +74,7 @@ def run(arguments: argparse.Namespace) -> int:
     file = load_vehicle(arguments.vehicle)
     columns = column_file(arguments.columns)
     with show.progress("find the recordings") as tell:
-        found = find_recordings(arguments.dives, tell)
+        recordings_found = find_recordings(arguments.dives, tell)
     cache = Cache(Path(arguments.out) / KEPT)
 
     def work(recordings: "Sequence[Recording]") -> "list[Result]":
@@ -83,14 +83,14 @@ def run(arguments: argparse.Namespace) -> int:
             return run_batch(jobs, cache, engine(arguments), teller(tell, SystemClock()))
 
     try:
-        found, results = with_beginnings(found, work(found.recordings), work)
+        recordings_found, results = with_beginnings(recordings_found, work(recordings_found.recordings), work)
     except KeyboardInterrupt:
         show.say(show.words(), f"what is done is kept in {cache.path}; the same command goes on from there")
         raise
     finally:
         cache.close()
-    rows = rows_of([*results, *found.unreadable])
-    return finish(arguments, file, found, rows)
+    rows = rows_of([*results, *recordings_found.unreadable])
+    return finish(arguments, file, recordings_found, rows)
 
 
 def check(arguments: argparse.Namespace) -> None:
@@ -171,7 +171,7 @@ def finish(arguments: argparse.Namespace, file: "VehicleFile", found: "Found", r
                 "method": arguments.method,
                 "dives": [to_json(row) for row in rows],
                 "counted_once": [
-                    {"recording": path, "why": why, "same_as": other} for path, why, other in twins
+                    {"recording": path, "why": why, "same_as": counted} for path, why, counted in twins
                 ],
                 "trends": drifts_to_json(drifts),
             },
@@ -186,8 +186,8 @@ def finish(arguments: argparse.Namespace, file: "VehicleFile", found: "Found", r
             for row in rows
             if row.sha256
         ]
-        whole = with_provenance(report, read, file, pages.settings(arguments))
-        if files.attempt(partial(write_report, page, whole)):
+        page_report = with_provenance(report, read, file, pages.settings(arguments))
+        if files.attempt(partial(write_report, page, page_report)):
             show.say(show.words(), f"trends: {page}")
     identified = sum(bool(row.values) for row in rows)
     if identified == len(rows):

@@ -238,14 +238,14 @@ def effects_without(names: "Sequence[str]", configuration: str, file: "VehicleFi
     """Return the library without the named effects. Raises UsageError for a name that is not in the library."""
     from bridge.effects.library import library
 
-    whole = library(file.vehicle.configurations[configuration], file.vehicle.thrust_curve.lag_s)
-    known = {effect.name for effect in whole}
+    effects = library(file.vehicle.configurations[configuration], file.vehicle.thrust_curve.lag_s)
+    known = {effect.name for effect in effects}
     for name in names:
         if name not in known:
             raise exit_codes.UsageError(
                 f"--without {name}: there is no such effect; there are {', '.join(sorted(known))}"
             )
-    return tuple(effect for effect in whole if effect.name not in names)
+    return tuple(effect for effect in effects if effect.name not in names)
 
 
 def configuration_of(dive: "Dive", file: "VehicleFile") -> str:

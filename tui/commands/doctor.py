@@ -71,12 +71,12 @@ def run(arguments: argparse.Namespace) -> int:
     opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
     link = link_for(arguments.link, opener.open)
     try:
-        found, observed = dry(arguments, file, link, clock)
-        found += signing(opener)
+        findings, observed = dry(arguments, file, link, clock)
+        findings += signing(opener)
         if arguments.wet and file is not None:
-            against = findings_against_wet(found)
-            found += against or wet(arguments, file, observed, link, clock)
-        return tell(arguments, found)
+            against = findings_against_wet(findings)
+            findings += against or wet(arguments, file, observed, link, clock)
+        return tell(arguments, findings)
     finally:
         link.close()
 
@@ -94,15 +94,17 @@ def dry(
 
     with show.words().status(f"listening for {arguments.seconds:g} s"):
         observed = observe(link, clock, arguments.seconds)
-        others = []
+        parameter_findings = []
         if observed.arrivals:
-            others.append(check_parameters(ParameterClient(link, clock).read_all))
+            parameter_findings.append(check_parameters(ParameterClient(link, clock).read_all))
     place = existing(Path(arguments.out))
     free_bytes = shutil.disk_usage(place).free
     if file is None:
-        return dry_findings(observed, None, free_bytes, str(place), others), observed
-    found = dry_findings(observed, file.vehicle, free_bytes, str(place), others, file.configuration)
-    return [vehicle_file(file), *found], observed
+        return dry_findings(observed, None, free_bytes, str(place), parameter_findings), observed
+    findings = dry_findings(
+        observed, file.vehicle, free_bytes, str(place), parameter_findings, file.configuration
+    )
+    return [vehicle_file(file), *findings], observed
 
 
 def wet(
@@ -177,19 +179,19 @@ def ports(vehicle: "Vehicle") -> list["Finding"]:
     from bridge.sensors.bar30 import parse_i2c_port
     from gcs_plugin.doctor.findings import fail, ok
 
-    found = []
+    findings = []
     for slot, device in vehicle.sensors.present().items():
         if not device.port or speaks_tcp(device):
             continue
         on_bus = device.kind == "bar30"
         path = Path(f"/dev/i2c-{parse_i2c_port(device.port)[0]}" if on_bus else device.port)
         if path.exists():
-            found.append(ok(slot, f"{device.kind}: {path} is there"))
+            findings.append(ok(slot, f"{device.kind}: {path} is there"))
         else:
-            found.append(
+            findings.append(
                 fail(slot, f"{device.kind}: no port {path} here; plug it in, or mend the vehicle file")
             )
-    return found
+    return findings
 
 
 def existing(folder: Path) -> Path:
@@ -202,8 +204,8 @@ def tell(arguments: argparse.Namespace, findings: "Iterable[Finding]") -> int:
     from gcs_plugin.doctor.findings import Level, worst
     from tui import show
 
-    found = list(findings)
-    rows = [(finding.level.value, finding.name, finding.sentence) for finding in found]
+    listed = list(findings)
+    rows = [(finding.level.value, finding.name, finding.sentence) for finding in listed]
     show.put(show.results(arguments.json), show.table("", ("", "what", "finding"), rows))
-    show.write_json([finding.to_json() for finding in found], arguments.json)
-    return exit_codes.NO if worst(found) is Level.FAIL else exit_codes.DONE
+    show.write_json([finding.to_json() for finding in listed], arguments.json)
+    return exit_codes.NO if worst(listed) is Level.FAIL else exit_codes.DONE

@@ -134,21 +134,21 @@ def _identified(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model
         )
     file.vehicle.configuration_named(shape)
     known = {
-        one["name"]: one
-        for one in data["parameters"]
-        if isinstance(one, dict)
-        and one.get("name") in OF_HULL
-        and one.get("identifiable") is True
-        and _is_number(one.get("value"))
+        parameter["name"]: parameter
+        for parameter in data["parameters"]
+        if isinstance(parameter, dict)
+        and parameter.get("name") in OF_HULL
+        and parameter.get("identifiable") is True
+        and _is_number(parameter.get("value"))
     }
     if not known:
         raise exit_codes.UsageError(f"{path}: holds no identifiable parameter; dive again, and identify that")
     intervals = {
-        name: (float(one["low95"]), float(one["high95"]))
-        for name, one in known.items()
-        if _is_number(one.get("low95")) and _is_number(one.get("high95"))
+        name: (float(parameter["low95"]), float(parameter["high95"]))
+        for name, parameter in known.items()
+        if _is_number(parameter.get("low95")) and _is_number(parameter.get("high95"))
     }
-    values = {name: float(one["value"]) for name, one in known.items()}
+    values = {name: float(parameter["value"]) for name, parameter in known.items()}
     doubted = {name: why for name, why in doubted_in(data).items() if name in known}
     return model_of(values, file, shape, intervals), doubted
 

@@ -101,14 +101,14 @@ def run(arguments: argparse.Namespace) -> int:
     finally:
         link.close()
     show.say(show.results(arguments.json), done.words)
-    found: dict[str, object] = {
+    outcome: dict[str, object] = {
         "recording": str(done.path),
         "frames": done.frames,
         "missing": done.missing,
     }
-    found |= {"fetched_bytes": done.fetched_bytes, "damaged": done.damaged}
-    found |= {"holes": [vars(hole) for hole in done.holes], "lost": done.lost, "beyond": done.beyond}
-    show.write_json(found, arguments.json)
+    outcome |= {"fetched_bytes": done.fetched_bytes, "damaged": done.damaged}
+    outcome |= {"holes": [vars(hole) for hole in done.holes], "lost": done.lost, "beyond": done.beyond}
+    show.write_json(outcome, arguments.json)
     return exit_codes.DONE if done.is_whole else exit_codes.NO
 
 

@@ -29,8 +29,8 @@ TELL_EVERY_S = 2.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    what = "; ".join(f"{name}, {sentence}" for name, sentence in MODES.items())
-    parser.add_argument("mode", choices=MODES, metavar="MODE", help=what)
+    modes = "; ".join(f"{name}, {sentence}" for name, sentence in MODES.items())
+    parser.add_argument("mode", choices=MODES, metavar="MODE", help=modes)
     parser.add_argument(
         "--link", metavar="SPEC", help="the link to the vehicle (default: that of the recording that runs)"
     )
@@ -228,7 +228,7 @@ class Course:
 
 def _not_heard(systems: tuple[int, ...]) -> str:
     """Advice when only silent vehicles keep OFF from ending."""
-    who = (
+    subject = (
         f"vehicle {systems[0]} is" if len(systems) == 1 else f"vehicles {' and '.join(map(str, systems))} are"
     )
-    return f"{who} not heard, and OFF is sent until an answer comes; where that is switched off, Ctrl-C ends this"
+    return f"{subject} not heard, and OFF is sent until an answer comes; where that is switched off, Ctrl-C ends this"

@@ -83,7 +83,8 @@ def run(arguments: argparse.Namespace) -> int:
     held = [under_conditions(file, Path(path)) for path in arguments.dives]
     held_files = [held_file for held_file, _ in held]
     dives = [
-        read_dive(Path(path), columns, one) for path, one in zip(arguments.dives, held_files, strict=True)
+        read_dive(Path(path), columns, held_file)
+        for path, held_file in zip(arguments.dives, held_files, strict=True)
     ]
     chosen = [
         file.configuration or file.vehicle.configuration_at(dive.configuration_index()) for dive in dives

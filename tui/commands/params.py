@@ -98,9 +98,9 @@ def check_outputs(arguments: argparse.Namespace) -> None:
     """Raise UsageError if an output file could not be written."""
     from tui.outputs import PARAMETER_SUFFIXES, check_file, check_files, check_folder
 
-    out = getattr(arguments, "out", None)
-    check_files({"--json": arguments.json, "--out": out})
-    check_file("--out", out, PARAMETER_SUFFIXES)
+    output = getattr(arguments, "out", None)
+    check_files({"--json": arguments.json, "--out": output})
+    check_file("--out", output, PARAMETER_SUFFIXES)
     if arguments.action in ("upload", "rollback"):
         check_folder("--receipts", arguments.receipts)
 

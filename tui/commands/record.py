@@ -22,12 +22,12 @@ NO_HUB = "none"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    what = parser.add_mutually_exclusive_group(required=True)
-    what.add_argument("--link", action="append", metavar="SPEC", help="a link; may be given again")
-    what.add_argument(
+    actions = parser.add_mutually_exclusive_group(required=True)
+    actions.add_argument("--link", action="append", metavar="SPEC", help="a link; may be given again")
+    actions.add_argument(
         "--next", action="store_true", help="let the recording that runs go on in a new dive folder"
     )
-    what.add_argument("--end", action="store_true", help="end the recording that runs")
+    actions.add_argument("--end", action="store_true", help="end the recording that runs")
     parser.add_argument(
         "--out", default="dives", metavar="FOLDER", help="takes the dive folder (default: dives)"
     )
@@ -114,8 +114,12 @@ def order(arguments: argparse.Namespace, clock: "Clock") -> int:
     show.say(console, f"{finished} {became}; {after}")
     if taken_away:
         show.say(console, taken_away.split(";")[0])
-    told = {"finished": str(finished), "folder": str(present) if present else None, "taken_away": taken_away}
-    show.write_json(told, arguments.json)
+    outcome = {
+        "finished": str(finished),
+        "folder": str(present) if present else None,
+        "taken_away": taken_away,
+    }
+    show.write_json(outcome, arguments.json)
     return exit_codes.DONE
 
 

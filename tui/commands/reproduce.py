@@ -77,9 +77,9 @@ def run(arguments: argparse.Namespace) -> int:
             show.say(console, sentence)
         show.say(console, f"recordings and results: {folder}")
         show.say(console, f"took {clock.boot_s():.0f} s")
-        found = results.to_json(done) | {"page": str(folder / PAGE), "folder": str(folder)}
-        files.json(found, str(folder / RESULT))
-        files.json(found, arguments.json)
+        outcome = results.to_json(done) | {"page": str(folder / PAGE), "folder": str(folder)}
+        files.json(outcome, str(folder / RESULT))
+        files.json(outcome, arguments.json)
     return files.code(exit_codes.DONE)
 
 

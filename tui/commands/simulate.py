@@ -191,7 +191,7 @@ def dive(
             links=links,
             pace=at_once if math.isinf(times) else real_time(times),
         )
-    found = {
+    outcome = {
         "folder": str(folder.path),
         "mission": mission.name,
         "configuration": configuration,
@@ -200,7 +200,7 @@ def dive(
         "ff_mode": parameters.mode,
     }
     show.say(show.results(arguments.json), f"{mission.duration_s:.0f} s dived: {folder.path}")
-    show.write_json(found, arguments.json)
+    show.write_json(outcome, arguments.json)
     return exit_codes.DONE
 
 

@@ -270,9 +270,9 @@ def _open(
         holding = recorder.begin(options, clock, time.sleep)
     if not holding.hub:
         raise LinkError(f"{words_of(holding)} serves nobody; end it first, and start it without --hub none")
-    others = [link for link in arguments.link if not holds(holding, link)]
-    if others:
+    not_held = [link for link in arguments.link if not holds(holding, link)]
+    if not_held:
         raise exit_codes.UsageError(
-            f"{words_of(holding)} does not hold {', '.join(others)}; end it first, or leave --link out"
+            f"{words_of(holding)} does not hold {', '.join(not_held)}; end it first, or leave --link out"
         )
     return OF_RECORDING, lambda: ByWay(open_link(recorder.hub()), holding.links)

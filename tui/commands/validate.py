@@ -51,9 +51,9 @@ def run(arguments: argparse.Namespace) -> int:
     pages.check(arguments)
     file = load_vehicle(arguments.vehicle)
     columns = column_map_for(arguments.columns, arguments.dives)
-    whole = in_order([read_dive(Path(path), columns, file) for path in arguments.dives])
+    all_dives = in_order([read_dive(Path(path), columns, file) for path in arguments.dives])
     # Errors averaged over two modes would describe neither.
-    dives = [in_one_mode(dive).dive for dive in whole]
+    dives = [in_one_mode(dive).dive for dive in all_dives]
     runs = dict(zip(labels(dives), dives, strict=True))
     dvl = file.vehicle.sensors.dvl
     lever_m = dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0)
@@ -63,12 +63,12 @@ def run(arguments: argparse.Namespace) -> int:
     if rows:
         show.put(console, error_table(list(runs), rows))
         show.say(console, f"{METHOD}\n")
-        if any(axis.speeds for found in errors.values() for axis in found.axes):
+        if any(axis.speeds for tracking in errors.values() for axis in tracking.axes):
             show.put(console, speed_table(errors))
         show.put(console, _lags(errors))
     raised = {
         label: raising(dive, file) if _has_errors(errors[label]) else None
-        for label, dive in zip(runs, whole, strict=True)
+        for label, dive in zip(runs, all_dives, strict=True)
     }
     plain = [_plain(label, dive, errors[label], raised[label], lever_m) for label, dive in runs.items()]
     with Files() as files:
@@ -88,14 +88,14 @@ def run(arguments: argparse.Namespace) -> int:
                 show.say(console, line)
         for sentence in files.written:
             show.say(console, sentence)
-        nothing = [label for label, found in errors.items() if not _has_errors(found)]
+        nothing = [label for label, tracking in errors.items() if not _has_errors(tracking)]
         for label in nothing:
             show.say(show.words(), f"{runs[label].name}: {_why_nothing(runs[label])}")
     return files.code(exit_codes.NO if nothing else exit_codes.DONE)
 
 
 def raising(dive: "Dive", file: "VehicleFile") -> "Raising | None":
-    """Judge whether the feed-forward may be raised; None if the dive or its configuration does not tell."""
+    """Judge whether the feed-forward may be raised; None if the dive or the vehicle file can't decide that."""
     from bridge.errors import ConfigError
     from identify.glance.raising import go_no_go
 
@@ -135,11 +135,11 @@ def speed_table(errors: "dict[str, TrackingErrors]") -> "Table":
     """Table of mean-speed errors by axis and commanded speed, one column per run."""
     from tui import show
 
-    units = {axis.axis: axis.unit for found in errors.values() for axis in found.axes}
+    units = {axis.axis: axis.unit for tracking in errors.values() for axis in tracking.axes}
     held = {
         (axis.axis, at.speed, label): at.error
-        for label, found in errors.items()
-        for axis in found.axes
+        for label, tracking in errors.items()
+        for axis in tracking.axes
         for at in axis.speeds
     }
     rows = [
@@ -222,8 +222,8 @@ def _lags(errors: "dict[str, TrackingErrors]") -> "Table":
             _with_unit(axis.acceleration_less_delay, axis.unit),
             _with_unit(axis.pid_magnitude, "N" if axis.unit == "m/s" else "N m"),
         )
-        for label, found in errors.items()
-        for axis in found.axes
+        for label, tracking in errors.items()
+        for axis in tracking.axes
     ]
     return show.table(
         "delay behind the reference, and what the PID still does", columns, rows, numbers=columns[2:]

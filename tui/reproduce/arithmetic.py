@@ -49,9 +49,9 @@ def mass_left_out(
 
 
 def hotel_over_thrusters(power_ratio: float, thruster_ratio: float) -> float:
-    """Constant load, as a share of the thrusters' first power, that reduces `thruster_ratio` to `power_ratio`.
+    """Constant load that reduces the thrusters' power ratio to a total of `power_ratio`.
 
-    (hotel + thruster_ratio) / (hotel + 1) = power_ratio.
+    It is relative to the thrusters' power before the rise: (hotel + thruster_ratio) / (hotel + 1) = power_ratio.
     """
     return (thruster_ratio - power_ratio) / (power_ratio - 1)
 

@@ -37,8 +37,9 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Ratio:
-    """Hovering over survey: the paper's, ours by its method and by the default method, and the simulated "
-    "vehicle's."""
+    """Ratio of hovering to survey: the paper's, ours by its method and by the default method, the simulated
+    vehicle's.
+    """
 
     what: str
     paper: float

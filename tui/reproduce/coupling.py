@@ -53,7 +53,7 @@ def matrices(grid: AlignedDive) -> tuple[Term, ...]:
     parts = np.array_split(np.arange(len(nu)), BLOCKS)
     normals = np.array([normal[part].sum(axis=0) for part in parts])
     rights = np.array([right[part].sum(axis=0) for part in parts])
-    whole = np.linalg.solve(normals.sum(axis=0), rights.sum(axis=0))
+    solution = np.linalg.solve(normals.sum(axis=0), rights.sum(axis=0))
     without = np.array(
         [
             np.linalg.solve(normals.sum(axis=0) - n, rights.sum(axis=0) - r)
@@ -61,7 +61,7 @@ def matrices(grid: AlignedDive) -> tuple[Term, ...]:
         ]
     )
     std = np.sqrt((BLOCKS - 1) * np.mean((without - without.mean(axis=0)) ** 2, axis=0))
-    return _named(whole, std)
+    return _named(solution, std)
 
 
 def _design(nu: Array, nu_dot: Array) -> Array:

@@ -1,6 +1,6 @@
 """The numbers of the source paper, each with its place: Vangi et al., "Deep physics for deep seas".
 
-Only numbers in its text, tables and captions; the curves in its figures are pictures and are not read off.
+Only numbers stated in its text, tables and captions; the curves in its figures are pictures and are not read off.
 """
 
 from dataclasses import dataclass

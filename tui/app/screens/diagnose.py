@@ -91,13 +91,13 @@ class DiagnoseScreen(DiveScreen):
         return self._kept.read(self.dive / JSON, self.unkept) if self.dive is not None else None
 
     def verdict(self, cells: int) -> Lines:
-        found = self.found()
-        return diagnosis_lines.verdict(found, cells) if found is not None else ()
+        diagnosis = self.found()
+        return diagnosis_lines.verdict(diagnosis, cells) if diagnosis is not None else ()
 
     def section(self, name: str, cells: int, rows: int) -> Lines:
         del rows
-        found = self.found()
-        return MAKES[name](found, cells) if found is not None else ()
+        diagnosis = self.found()
+        return MAKES[name](diagnosis, cells) if diagnosis is not None else ()
 
     def aim(self) -> tuple[str, str]:
         check = self._check_dive()

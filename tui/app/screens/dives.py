@@ -244,7 +244,7 @@ class DivesScreen(StationScreen):
         self._then = ""
 
     def _wait(self, action: str) -> None:
-        """Run the action once the list is there. Of several quick keys the first counts: a note's letters start
+        """Run the action once the list is there. Of several quick keys the first counts: a note's text starts
         nothing.
         """
         if self.desk.jobs.runs(VERB):

@@ -65,12 +65,12 @@ class StationScreen(Screen[None]):
         """Bindings that have an effect now, in the order of the table: a keymap does not reorder footer and help."""
         may = cast(AtDesk, self.app).may
         place = {action.id: n for n, action in enumerate((*self.ACTIONS, *EVERYWHERE))}
-        found = [
+        live = [
             (key, active)
             for key, active in super().active_bindings.items()
             if may(active.node, active.binding.action)
         ]
-        return dict(sorted(found, key=lambda one: place.get(one[1].binding.id or "", len(place))))
+        return dict(sorted(live, key=lambda one: place.get(one[1].binding.id or "", len(place))))
 
     def compose(self) -> ComposeResult:
         yield TopLine(self._tabs)
@@ -114,5 +114,7 @@ class StationScreen(Screen[None]):
 
     def key_of(self, action_id: str) -> str:
         """Display form of the action's key now; "" if it has none."""
-        found = (active.binding for active in self.active_bindings.values() if active.binding.id == action_id)
-        return next((self.app.get_key_display(binding) for binding in found), "")
+        own_bindings = (
+            active.binding for active in self.active_bindings.values() if active.binding.id == action_id
+        )
+        return next((self.app.get_key_display(binding) for binding in own_bindings), "")

@@ -156,8 +156,12 @@ class DiveScreen(StationScreen):
         job = job_lines(self.VERB, state, jobs.now_s(), cells)
         if state is not None and state.runs:
             return (*wrapped(f"{self.VERB} {Path(state.words[1]).name}", "strong", cells), *job)
-        found = bool(self.found())
-        return (*(self.verdict(cells) if found else ()), *job, *wrapped(self._offer(found), "quiet", cells))
+        has_result = bool(self.found())
+        return (
+            *(self.verdict(cells) if has_result else ()),
+            *job,
+            *wrapped(self._offer(has_result), "quiet", cells),
+        )
 
     def _offer(self, again: bool) -> str:
         """Sentence on the key and the task that it starts."""

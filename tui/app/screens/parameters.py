@@ -277,8 +277,8 @@ class ParametersScreen(StationScreen):
         if entry is None or shown is None:
             return ()
         # Notes from before a write may no longer hold after it.
-        told = shown.notes if self._transfer.written is None else ()
-        notes = tuple(line for note in told for line in wrapped(note, "quiet", cells))
+        remarks = shown.notes if self._transfer.written is None else ()
+        notes = tuple(line for note in remarks for line in wrapped(note, "quiet", cells))
         became, stale_s = self._became().get(entry.name, ""), self._transfer.stale_s(self._picture)
         return (*lines.details(entry, became, stale_s, cells), *notes)
 
