@@ -37,9 +37,7 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Ratio:
-    """Ratio of hovering to survey: the paper's, ours by its method and by the default method, the simulated
-    vehicle's.
-    """
+    """Hovering over survey: the paper's ratio, ours by its method and by the default method, the true one."""
 
     what: str
     paper: float

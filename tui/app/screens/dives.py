@@ -244,9 +244,7 @@ class DivesScreen(StationScreen):
         self._then = ""
 
     def _wait(self, action: str) -> None:
-        """Run the action once the list is there. Of several quick keys the first counts: a note's text starts
-        nothing.
-        """
+        """Run the action once the list is there. The first of several quick keys counts, not a note's text after it."""
         if self.desk.jobs.runs(VERB):
             self._then = self._then or action
 
