@@ -1,5 +1,5 @@
-"""The terminal app: `app` composes; `screens` show a `View`; `station` makes one in a thread of its own.
+"""The terminal app: `app` ties it together; `screens` show a `View`; `station` makes views in a thread of its own.
 
-What is drawn is worked out as lines of text with roles (`lines`), apart from Textual; `themes` gives roles their looks.
-`actions` is the one table of what can be done: keys, help and palette are made from it.
+Drawings are worked out as lines of text with roles (`lines`), apart from Textual; `themes` gives the roles their
+looks. `actions` is the table of all actions, from which keys, help and palette are made.
 """

@@ -1,4 +1,4 @@
-"""The one table of what can be done: keys, help, palette and the keymap file are made from it."""
+"""Table of all actions: keys, help, palette and the keymap file are made from it."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -9,11 +9,10 @@ from textual.binding import Binding
 
 @dataclass(frozen=True)
 class Action:
-    """Something that a key does. `keys` are Textual's names with commas between; `call` is its action string.
+    """An action that a key triggers. `keys` are Textual's names, separated by commas; `call` is its action string.
 
-    `words` stand in the footer, `sentence` in help and palette. `always`: even while something is being typed, and
-    over whatever lies on the screen. `looks`: it changes nothing but what this screen shows, so that a
-    view-only app may do it; see `gate`.
+    `words` appear in the footer, `sentence` in help and palette. `always`: live even while the user types, and above
+    any overlay. `looks`: it changes only the display of this screen, so a view-only app allows it; see `gate`.
     """
 
     id: str
@@ -39,8 +38,8 @@ class Action:
 
 
 EVERYWHERE: Final = (
-    # ctrl+x is one byte, which no ssh, tmux, screen, serial console or browser keeps for itself, and which a slow link
-    # can't tear apart. F12 needs one finger only, but is an escape sequence, and some terminals and browsers take it.
+    # ctrl+x is one byte: no ssh, tmux, screen, serial console or browser intercepts it, and a slow link can't split it.
+    # F12 needs a single finger, but is an escape sequence, and some terminals and browsers intercept it.
     Action(
         "ff.off",
         "ctrl+x,f12",
@@ -105,5 +104,5 @@ EVERYWHERE: Final = (
 
 
 def bindings(actions: Iterable[Action]) -> list[Binding]:
-    """What Textual is to know of them."""
+    """The Textual bindings of the actions."""
     return [action.binding for action in actions]

@@ -1,4 +1,4 @@
-"""A picture that is itself old: where the engine falls silent no number may stay bright."""
+"""Aging of the picture itself: when the engine falls silent, no number may stay bright."""
 
 from dataclasses import replace
 
@@ -8,7 +8,7 @@ STALE_S, GONE_S = 3.0, 10.0
 
 
 def aged(picture: Picture, behind_s: float) -> Picture:
-    """The picture as it is `behind_s` after it was made."""
+    """Return the picture as it looks `behind_s` after it was made."""
     picture = replace(
         picture,
         armed_age_s=picture.armed_age_s + behind_s,

@@ -1,4 +1,4 @@
-"""The terminal app: composes screens, keys, themes and the views that a station makes."""
+"""The terminal app: ties together screens, keys, themes and the views that a station makes."""
 
 import sys
 import time
@@ -50,16 +50,16 @@ GATE = Gate(action for place in PLACES for action in place)
 TELL_S = 20.0
 ORDERS = "orders"
 LONG = ("identify", "diagnose", "validate")
-"""The verbs whose work would be missed."""
+"""Verbs that take long enough for the user to miss their work if it were lost."""
 END = "END"
 NOTHING_RUNS = "no recording runs that the app could speak to"
 VIEW_ONLY_WORDS = "VIEW ONLY: nothing is done from here"
 
 
 class SeatrialApp(KeysInTurn, inherit_bindings=False):
-    """Shows what `views` makes, so often; `keep_theme` keeps the theme that was chosen.
+    """Shows the views that `views` makes, `fps` times a second; `keep_theme` saves the chosen theme.
 
-    `desk` is what the screens work on together. `view_only`: nobody does more than look.
+    `desk` holds the work that the screens share. `view_only`: the user may look but not act.
     """
 
     TITLE = "seatrial"
@@ -101,7 +101,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         return themes.variables(themes.ORDER[0])
 
     def get_line_filters(self) -> Sequence[LineFilter]:
-        """With NO_COLOR no colour is left."""
+        """With NO_COLOR, remove all colour."""
         return [WithoutColour()] if self.no_color else super().get_line_filters()
 
     def on_mount(self) -> None:
@@ -122,7 +122,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         timeout: float | None = None,
         markup: bool = False,
     ) -> None:
-        """Tell something: as it stands, whatever a name in it looks like."""
+        """Show a notification literally: markup in a name has no effect."""
         super().notify(harmless(message), title=title, severity=severity, timeout=timeout, markup=markup)
 
     async def run_action(
@@ -131,7 +131,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         default_namespace: DOMNode | None = None,
         namespaces: Mapping[str, DOMNode] | None = None,
     ) -> bool:
-        """All actions pass here, by key, mouse or palette: where the app is view-only, through the gate."""
+        """Run an action, whether from key, mouse or palette; in a view-only app the gate may refuse it."""
         if not self.may(default_namespace or self, action, namespaces):
             self.notify(VIEW_ONLY_WORDS, severity="warning")
             return True
@@ -143,14 +143,14 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         action: "str | ActionParseResult",
         namespaces: Mapping[str, DOMNode] | None = None,
     ) -> bool:
-        """Whether an action of a node is let through; where the app is view-only, those that look are."""
+        """Whether an action of a node may run; in a view-only app only actions that look may."""
         if not self.view_only:
             return True
         target, name, _ = self._parse_action(action, node, namespaces)
         return not GATE.refuses(target, name)
 
     async def do_on(self, screen: str, action: Action) -> None:
-        """Open a screen and do there what is one of its actions; say so where it does nothing there now."""
+        """Open a screen and run one of its actions there; say so if the action has nothing to do there now."""
         await self.action_open(screen)
         if isinstance(self.screen, StationScreen) and self.screen.offers(action):
             await self.run_action(action.call, self.screen)
@@ -158,12 +158,12 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             self.notify(f"{action.words}: there is nothing for it to do on {self.screen.title} now")
 
     async def on_key(self, event: events.Key) -> None:
-        """A key that no widget took: a screen that asks for something takes it before any binding does."""
+        """Offer a key that no widget took to the screen's question first, before any binding."""
         if isinstance(self.screen, StationScreen) and await self.screen.take(event):
             event.prevent_default()
 
     async def action_open(self, screen: str) -> None:
-        """Show a screen; whatever the one before had opened is closed. The next key is for this screen already."""
+        """Show a screen and close anything opened over the last screen. The next key already goes to the new screen."""
         if not self.is_running:
             return
         self.action_close()
@@ -171,13 +171,13 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self.call_after_refresh(self._show)
 
     async def action_begin(self, screen: str) -> None:
-        """Show a screen and let it begin its work at once."""
+        """Show a screen and start its work at once."""
         await self.action_open(screen)
         if self.is_running and isinstance(self.screen, StationScreen):
             self.screen.begin()
 
     def action_force_off(self) -> None:
-        """Force the feed-forward off. No question is asked; it goes by the recording's links, so one is begun."""
+        """Force the feed-forward off without asking. The order uses the recording's links; begin one if none runs."""
         self._views.force_off()
         self._off_may_record = True
         if not self._views.view().records:
@@ -185,14 +185,14 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self._show()
 
     def _record_for_off(self) -> None:
-        """Begin the recording that an off goes by; once for each time that the key is pressed."""
+        """Begin the recording that carries the off order, once for each key press."""
         begun = any(worker.group == "record" and not worker.is_finished for worker in self.workers)
         if self._off_may_record and self.desk.record is not None and not begun:
             self._off_may_record = False
             self.run_worker(self._record(self.desk.record), group="record", exclusive=True)
 
     async def action_quit(self) -> None:
-        """Leave; not while parameters are being written, and only when asked twice while a verb is long at work.
+        """Leave the app; refused while parameters are being written, and asked twice while a long verb runs.
 
         Verbs end with the app.
         """
@@ -211,17 +211,17 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self.notify(f"{verbs} at work, and lost if you leave now; {key} again leaves", severity="warning")
 
     def action_help_quit(self) -> None:
-        """Ctrl-C, which ends nothing here: say which key leaves."""
+        """Ctrl-C ends nothing here: say which key leaves."""
         action = next(action for action in EVERYWHERE if action.id == "app.quit")
         self.notify(f"{self._key_of(action)} leaves; the recording goes on")
 
     def _at_work(self) -> set[tuple[str, float]]:
-        """The long verbs that run, and when each began."""
+        """The long verbs that run, each with its start time."""
         jobs = self.desk.jobs
         return {(verb, state.began_s) for verb in LONG if (state := jobs.state(verb)) and state.runs}
 
     def action_record(self) -> None:
-        """Begin a recording where none runs."""
+        """Begin a recording if none runs."""
         if self.desk.record is None:
             self.notify(
                 "the app was started with --unrecorded; leave it and start it without", severity="error"
@@ -240,7 +240,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             self.notify("a recording has begun")
 
     def action_next_dive(self) -> None:
-        """Let the recording go on in a new folder: no question, for all is recorded either way."""
+        """Let the recording go on in a new folder, without a question, since nothing is lost either way."""
         if self.desk.next_dive is None or not self._views.view().records:
             self.notify(f"{NOTHING_RUNS}{self._begins()}", severity="error")
         elif not any(worker.group == ORDERS and not worker.is_finished for worker in self.workers):
@@ -273,7 +273,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             self.notify(str(error), severity="error", timeout=TELL_S)
             return
         if not worked and not self._at_work() and desk.dive == chosen:
-            # The dive that is over is the newest finished one: that is what the screens show by themselves.
+            # The finished dive is now the newest finished dive, which the screens show by default.
             desk.dive = desk.param = None
         elif desk.dive is not None:
             after += f"; the screens stay on {desk.dive.name}"
@@ -285,7 +285,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             self.push_screen(ActionPalette(id="--command-palette"))
 
     def action_help(self) -> None:
-        """What the keys do here."""
+        """Show the keys that work here."""
         if not isinstance(self.screen, HelpScreen):
             self.push_screen(HelpScreen(help_lines(self, self.screen)))
 
@@ -298,21 +298,21 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             self._keep_theme(name)
 
     def action_close(self) -> None:
-        """Close what lies over the screen, or what it has opened of itself."""
+        """Close the overlay, or whatever the screen itself has opened."""
         if isinstance(self.screen, HelpScreen):
             self.screen.dismiss()
         elif isinstance(self.screen, StationScreen):
             self.screen.close_up()
 
     def _handle_exception(self, error: Exception) -> None:
-        """Die of it; but not where the palette was closed before it was drawn, and its own search finds it no more."""
+        """Die of the error, unless the palette was closed before it was drawn and only its own search failed."""
         if not (isinstance(error, WorkerFailed) and isinstance(error.error, NoMatches)):
             super()._handle_exception(error)
 
     def _fatal_error(self) -> None:
-        """Leave, at an exception that nobody caught, at once and with a sentence.
+        """Leave at once on an uncaught exception, with one sentence.
 
-        Textual's own way draws all that lies about where it was raised, which takes seconds.
+        Textual's own report draws all local variables of the failing code, which takes seconds.
         """
         error = sys.exception()
         if self._dies or error is None:
@@ -350,13 +350,13 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self.set_timer(period_s, self._refresh_view)
 
     def _watch_over_off(self) -> None:
-        """Begin a recording where it died before off was acknowledged, or had died unnoticed before the key."""
+        """Begin a recording if it died before off was acknowledged, or had died unnoticed before the key press."""
         view = self._views.view()
         if view.forcing is not None and not view.forcing.done and not view.records:
             self._record_for_off()
 
     def _tell_written(self) -> None:
-        """Say that a dive's frames are written again, which the top line told that they were not."""
+        """Say that frames are being written again, after the top line had reported that they were not."""
         recording = self._views.view().recording
         if recording is None:
             return
@@ -370,7 +370,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self._unwritten_of = recording.began_unix_s if recording.unwritten else None
 
     def _begins(self) -> str:
-        """Which key begins a recording, to end a sentence with; "" where none can."""
+        """End of a sentence: which key begins a recording; "" if none can."""
         if self.desk.record is None or self.view_only:
             return ""
         action = next(action for action in EVERYWHERE if action.id == "recording.begin")

@@ -1,6 +1,6 @@
-"""Work that waits, in a thread that nobody waits for: an app that is left or dies is gone at once.
+"""Blocking work in a daemon thread: an app that is left or dies ends at once.
 
-`asyncio.to_thread` takes threads that the end of the program waits for.
+`asyncio.to_thread` uses threads that the interpreter joins at exit.
 """
 
 import asyncio
@@ -13,15 +13,15 @@ Answer = TypeVar("Answer")
 
 
 async def aside(work: Callable[[], Answer]) -> Answer:
-    """What `work` answers, or raises."""
+    """Return the result of `work`, or raise its exception."""
     future: Future[Answer] = Future()
 
     def run() -> None:
         try:
             future.set_result(work())
-        except BaseException as error:  # noqa: BLE001 (raised where it is waited for)
+        except BaseException as error:  # noqa: BLE001 (re-raised in the waiting task)
             future.set_exception(error)
 
     threading.Thread(target=run, name="aside", daemon=True).start()
-    # Shielded: who is cancelled waits no longer, and the answer of the work finds its place all the same.
+    # Shielded: a cancelled caller stops waiting, and the work can still deliver its result.
     return await asyncio.shield(asyncio.wrap_future(future))

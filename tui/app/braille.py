@@ -1,4 +1,4 @@
-"""Curves in braille: four dots a cell upwards, two across; and in eighths of a cell, for a single row."""
+"""Curves in braille, four dots up and two across per cell; and in eighths of a cell, for a single row."""
 
 from typing import Final
 
@@ -18,9 +18,9 @@ Dots = NDArray[np.bool_]
 
 
 def extremes(time_s: Array, value: Array, edges_s: Array) -> tuple[Array, Array]:
-    """Least and greatest value of a line through the readings within each span between `edges_s`; NaN in its gaps.
+    """Least and greatest value, in each span between `edges_s`, of a line through the readings; NaN in its gaps.
 
-    A gap is a NaN reading, or a silence of over three usual intervals.
+    A gap is a NaN reading, or a silence longer than three median intervals.
     """
     low = np.full(len(edges_s) - 1, np.nan)
     high = low.copy()
@@ -30,7 +30,7 @@ def extremes(time_s: Array, value: Array, edges_s: Array) -> tuple[Array, Array]
     t, v = time_s[numbers], value[numbers]
     first, last = np.searchsorted(t, edges_s[:-1]), np.searchsorted(t, edges_s[1:])
     held = np.flatnonzero(first < last)
-    # Readings outside all spans belong to none: reduceat runs from one start to the next.
+    # reduceat runs from one start to the next; the odd entries cover readings outside the spans and are dropped.
     starts = np.column_stack([first[held], last[held]]).ravel()
     padded = np.append(v, np.nan)
     low[held] = np.fmin.reduceat(padded, starts)[::2] if held.size else low[held]
@@ -42,7 +42,7 @@ def extremes(time_s: Array, value: Array, edges_s: Array) -> tuple[Array, Array]
 
 
 def _crossings(t: Array, v: Array, numbers: NDArray[np.intp], edges_s: Array) -> Array:
-    """Where the line crosses each edge; NaN outside it and in its gaps."""
+    """Value of the line at each edge; NaN outside the line and in its gaps."""
     crossing = np.full(len(edges_s), np.nan)
     if len(t) < 2:
         return crossing
@@ -52,14 +52,14 @@ def _crossings(t: Array, v: Array, numbers: NDArray[np.intp], edges_s: Array) ->
     before = np.where(edges_s == t[-1], len(t) - 2, before)
     inside = np.flatnonzero((before >= 0) & (before < len(t) - 1))
     k = before[inside]
-    whole = ~broken[k] & (interval[k] > 0)
-    inside, k = inside[whole], k[whole]
+    unbroken = ~broken[k] & (interval[k] > 0)
+    inside, k = inside[unbroken], k[unbroken]
     crossing[inside] = v[k] + (edges_s[inside] - t[k]) / interval[k] * (v[k + 1] - v[k])
     return crossing
 
 
 def curve(low: Array, high: Array, bottom: float, top: float, rows: int) -> Dots:
-    """Dots (4 rows, columns) of the spans from `low` to `high`; what lies outside is put at the edge."""
+    """Dots (4 rows, columns) of the spans from `low` to `high`; values out of range are drawn at the edge."""
     last = UP * rows - 1
     per_dot = last / (top - bottom)
     known = np.isfinite(low)
@@ -78,7 +78,7 @@ def cells(dots: Dots) -> NDArray[np.int_]:
 
 
 def eighths(low: Array, high: Array, bottom: float, top: float) -> str:
-    """One row of blocks, as high as the middle of each span; a blank where there is none."""
+    """One row of blocks, as high as the middle of each span; blank for an empty span."""
     middle = (low + high) / 2
     level = np.clip(np.rint((middle - bottom) / (top - bottom) * 7), 0, 7)
     return "".join(EIGHTHS[int(n) + 1] if np.isfinite(n) else " " for n in level)

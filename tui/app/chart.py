@@ -1,4 +1,4 @@
-"""A strip chart as lines: the last minute of a quantity against its reference, its range, its value now."""
+"""A strip chart as lines: the last minute of a quantity with its reference, its range, and its present value."""
 
 import math
 from dataclasses import dataclass
@@ -18,9 +18,9 @@ SPAN_S: Final = 60.0
 AXIS_CELLS: Final = 7
 TITLE_CELLS: Final = 10
 LABEL_EVERY_S: Final = 20
-WITH_TIMES: Final = 9  # rows from which a chart has room for a row of times
-WITH_GRID: Final = 4  # rows of curve from which lines at the ticks help
-SMALL: Final = 3  # rows of curve below which two ticks are enough
+WITH_TIMES: Final = 9  # rows from which a time axis fits
+WITH_GRID: Final = 4  # rows of curve from which grid lines at the ticks help
+SMALL: Final = 3  # rows of curve below which two ticks suffice
 HALF_TURN: Final = 180.0
 FULL_TURN: Final = Scale(0.0, 360.0, 90.0)
 GAP: Final = "░"
@@ -31,7 +31,7 @@ Codes = NDArray[np.int_]
 
 @dataclass(frozen=True)
 class _Curves:
-    """Extremes within half cells, of the value and of what was asked for; `ends_s` are the ends of whole cells."""
+    """Extremes per half cell of the value and of its reference; `ends_s` are the ends of whole cells."""
 
     value: tuple[Array, Array]
     reference: tuple[Array, Array]
@@ -40,7 +40,7 @@ class _Curves:
 
 
 def chart(quantity: Quantity, trace: Trace | None, now_s: float, cells: int, rows: int) -> Lines:
-    """The chart in so many cells and rows. One row holds the value and blocks; two or more hold a curve."""
+    """The chart in that many cells and rows. One row holds the value and blocks; two or more hold a curve."""
     if trace is None or cells <= TITLE_CELLS or rows < 1:
         return (((f"{quantity.title:<{TITLE_CELLS}}", "plain"), (NOTHING, "quiet")),)
     factor = SHOWN_IN.get(trace.unit, (trace.unit, 1.0))[1]
@@ -65,7 +65,7 @@ def _role(trace: Trace) -> Role:
 
 
 def _shown(quantity: Quantity, value: Array) -> Array:
-    """In the unit that is shown; what turns runs from 0 to 360, with a gap where it starts anew."""
+    """The values in the displayed unit; a heading runs from 0 to 360, with a gap at the wrap-around."""
     if not quantity.turns:
         return value
     turned = value % 360.0
@@ -78,14 +78,14 @@ def _head(quantity: Quantity, trace: Trace, value: Array, reference: Array | Non
     now = float(value[-1]) if value.size and trace.freshness is not Freshness.GONE else math.nan
     role: Role = "strong" if trace.freshness is Freshness.FRESH else "stale"
     title: Span = (f"{quantity.title:<{TITLE_CELLS}}", "plain")
-    told: Span = (f"{number(now, quantity.digits):>7}", role if math.isfinite(now) else "quiet")
-    line: Line = (title, told, (f" {unit:<5}", "quiet" if role == "strong" else "stale"))
+    reading: Span = (f"{number(now, quantity.digits):>7}", role if math.isfinite(now) else "quiet")
+    line: Line = (title, reading, (f" {unit:<5}", "quiet" if role == "strong" else "stale"))
     if trace.freshness is not Freshness.FRESH:
         return (*line, (f" {ago(trace.age_s)}", "stale"))
     if reference is None or not reference.size:
         return line
-    asked = f"{number(float(reference[-1]), quantity.digits):>8}"
-    longer: Line = (*line, ("  ref", "reference"), (asked, "reference"))
+    wanted = f"{number(float(reference[-1]), quantity.digits):>8}"
+    longer: Line = (*line, ("  ref", "reference"), (wanted, "reference"))
     return longer if width(longer) <= cells else line
 
 
@@ -99,7 +99,7 @@ def _curves(
     steps: int,
 ) -> _Curves:
     cell_s = SPAN_S / max(across, 1)
-    # Whole cells of time, so that a curve moves by cells and its shape stands still between.
+    # Advance by whole cells of time, so that a curve shifts by cells and keeps its shape in between.
     end_s = math.ceil(now_s / cell_s) * cell_s
     edges_s = end_s - cell_s / 2 * np.arange(2.0 * max(across, 1), -1.0, -1.0)
     seen = trace.time_s >= edges_s[0]
@@ -108,15 +108,15 @@ def _curves(
     if quantity.turns and scale.high - scale.low > HALF_TURN:
         scale = FULL_TURN
     nothing = np.full(len(edges_s) - 1, np.nan)
-    asked = (nothing, nothing) if reference is None else braille.extremes(trace.time_s, reference, edges_s)
+    wanted = (nothing, nothing) if reference is None else braille.extremes(trace.time_s, reference, edges_s)
     measured = braille.extremes(trace.time_s, value, edges_s)
     if quantity.turns:
-        measured, asked = _unbroken(*measured), _unbroken(*asked)
-    return _Curves(measured, asked, scale, edges_s[2::2])
+        measured, wanted = _unbroken(*measured), _unbroken(*wanted)
+    return _Curves(measured, wanted, scale, edges_s[2::2])
 
 
 def _unbroken(low: Array, high: Array) -> tuple[Array, Array]:
-    """Without the leaps from 360 to 0."""
+    """Remove the jumps from 360 to 0."""
     return np.where(high - low > HALF_TURN, high, low), high
 
 
@@ -127,14 +127,14 @@ def _body(quantity: Quantity, trace: Trace, curves: _Curves, rows: int) -> Lines
         bottom, top = -top, -bottom
         (low, high), (asked_low, asked_high) = (-high, -low), (-asked_high, -asked_low)
     measured = braille.cells(braille.curve(low, high, bottom, top, rows))
-    # A dotted line tells it from what was measured without any colour.
+    # A dotted line distinguishes the reference from the measurement even without colour.
     dotted = braille.curve(asked_low, asked_high, bottom, top, rows) & (np.arange(len(low)) % 2 == 0)
-    asked = braille.cells(dotted)
+    wanted = braille.cells(dotted)
     begun = np.flatnonzero(np.isfinite(low))
     silent: NDArray[np.bool_] = np.all(np.isnan(low).reshape(-1, 2), axis=1)
     silent[: begun[0] // 2 if begun.size else len(silent)] = False
     if trace.freshness is Freshness.FRESH and trace.time_s.size:
-        silent &= curves.ends_s <= trace.time_s[-1]  # what is not over yet is no gap
+        silent &= curves.ends_s <= trace.time_s[-1]  # a period that is still running is no gap
     labels = tick_labels(scale, rows, quantity.downwards)
     lines = []
     for row in range(rows):
@@ -142,17 +142,17 @@ def _body(quantity: Quantity, trace: Trace, curves: _Curves, rows: int) -> Lines
         grid = GRID if rows >= WITH_GRID and label and 0 < row < rows - 1 else " "
         axis: Span = (f"{label:>{AXIS_CELLS - 1}}{'┤' if label else '│'}", "quiet")
         gaps = silent if row == rows - 1 else np.zeros_like(silent)
-        lines.append((axis, *curve_row(measured[row], asked[row], gaps, grid, _role(trace))))
+        lines.append((axis, *curve_row(measured[row], wanted[row], gaps, grid, _role(trace))))
     return tuple(lines)
 
 
 def curve_row(measured: Codes, asked: Codes, gaps: NDArray[np.bool_], grid: str, role: Role) -> Line:
-    """One row of the curve, as runs of one role."""
+    """One row of the curve, merged into runs of one role."""
     spans: list[Span] = []
     for value, reference, gap in zip(measured.tolist(), asked.tolist(), gaps.tolist(), strict=True):
         span: Span
         if value != braille.BLANK:
-            # Over the reference: its dots beside a solid line would be taken for the line.
+            # The value covers the reference, whose dots next to a solid line would look like part of it.
             span = (chr(value), role)
         elif reference != braille.BLANK:
             span = (chr(reference), "reference")
@@ -168,7 +168,7 @@ def curve_row(measured: Codes, asked: Codes, gaps: NDArray[np.bool_], grid: str,
 
 
 def tick_labels(scale: Scale, rows: int, downwards: bool) -> dict[int, str]:
-    """The ticks by row: both ends, zero before others, each with a row to spare on either side; in one row none."""
+    """Tick labels by row: both ends first, then zero, then the rest, at least two rows apart; none in a single row."""
     if rows == 1:
         return {}
     count = round((scale.high - scale.low) / scale.step)
@@ -183,7 +183,7 @@ def tick_labels(scale: Scale, rows: int, downwards: bool) -> dict[int, str]:
 
 
 def _times(across: int) -> Line:
-    """The row under a curve: how long ago, in seconds."""
+    """The row under a curve: seconds before now."""
     row = [" "] * across
     for ago_s in range(0, int(SPAN_S) + 1, LABEL_EVERY_S):
         text = f"-{ago_s} s" if ago_s else "now"

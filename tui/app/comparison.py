@@ -1,4 +1,4 @@
-"""The vehicle's parameters beside a file's and those last accepted, as `params diff --json` tells it."""
+"""The vehicle's parameters against a file's and the last accepted values, from the output of `params diff --json`."""
 
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -17,9 +17,9 @@ ACTING: Final = (2, 3)
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One parameter in `unit`; None where the vehicle lacks it, nobody told an interval, or nothing was accepted.
+    """One parameter in `unit`; None if the vehicle lacks it, no interval is known, or no value was accepted.
 
-    `change` is in halves of the 95 % interval `low95` to `high95`; `doubted` says what speaks against the value.
+    `change` is in halves of the 95 % interval `low95` to `high95`; `doubted` gives the doubts about the value.
     """
 
     name: str
@@ -44,26 +44,27 @@ class Entry:
 
     @property
     def staged(self) -> bool:
-        """Whether the vehicle holds it and does not fly it: any upload puts it in force."""
+        """Whether the vehicle holds the value but does not use it: any upload puts it in force."""
         return self.verdict == STAGED
 
     @property
     def implausible(self) -> bool:
-        """Whether an upload would write it only where it is accepted by name."""
+        """Whether an upload would write it only if it is accepted by name."""
         return self.verdict == IMPLAUSIBLE
 
     @property
     def choosable(self) -> bool:
-        """Whether it can be written: an implausible one is, once it is chosen."""
+        """Whether it can be written; an implausible value can be, once it is chosen."""
         return self.changes or self.implausible
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """What a file asks of a vehicle. `active_crc` and `staged_crc` stand for the set that flies, 0 for none, and for
-    the one that the vehicle holds; None where it takes no sets.
+    """Result of comparing a file with a vehicle. `active_crc` and `staged_crc` are the checksums of the parameter set
+    in force, 0 for none, and of the set that the vehicle holds; None if the vehicle has no sets.
 
-    `needs_disarmed`: it changes more than what an armed vehicle takes without a word; `of` is the dive it comes from.
+    `needs_disarmed`: it changes more than an armed vehicle accepts without confirmation; `of` is the dive it comes
+    from.
     """
 
     file: Path
@@ -86,54 +87,54 @@ class Comparison:
 
     @property
     def changed(self) -> tuple[str, ...]:
-        """The lines that an upload of all would write."""
+        """Lines that an upload of the whole file would write."""
         return tuple(entry.name for entry in self.entries if entry.changes)
 
     @property
     def waits(self) -> bool:
-        """Whether what is shown of the vehicle is not what it flies; where none flies, 0 is as good as that."""
+        """Whether the vehicle holds values that are not in force; with no set in force, zero values do not count."""
         if self.staged_crc is None or self.active_crc in (None, self.staged_crc):
             return False
         return bool(self.active_crc) or any(entry.present for entry in self.entries)
 
     @property
     def staged(self) -> tuple[str, ...]:
-        """The lines that any upload would put in force without a write."""
+        """Lines that any upload would put in force without writing them."""
         return tuple(entry.name for entry in self.entries if entry.staged)
 
     @property
     def choosable(self) -> tuple[str, ...]:
-        """The lines that can be written."""
+        """Lines that can be written."""
         return tuple(entry.name for entry in self.entries if entry.choosable)
 
     def only(self, chosen: Collection[str]) -> tuple[str, ...]:
-        """What `--only` is to name for these lines, beside what is put in force with them; nothing for all of them."""
+        """Names for `--only`: the chosen lines and the staged lines that take effect with them; empty for all lines."""
         if set(chosen) == set(self.choosable):
             return ()
         return tuple(entry.name for entry in self.entries if entry.staged or entry.name in chosen)
 
     def half(self, chosen: Collection[str]) -> str:
-        """What these lines would leave with half of a model as their other half is not among them, "" for nothing."""
+        """Say which chosen line would leave half of a model without its other half, "" if none does."""
         values = {
             entry.name: (entry.target if entry.staged or entry.name in chosen else entry.present) or 0.0
             for entry in self.entries
         }
         for entry in self.entries:
-            # The other half that is no line of the file is the vehicle's, and was judged with it.
-            other = other_half(entry.name)
-            if not entry.changes or entry.name not in chosen or other not in values:
+            # Another half outside the file is the vehicle's own, and was judged together with it.
+            counterpart = other_half(entry.name)
+            if not entry.changes or entry.name not in chosen or counterpart not in values:
                 continue
             if against := half_a_model(entry.name, entry.target, values):
-                return f"{entry.name}: {against}: choose {other} too, or neither"
+                return f"{entry.name}: {against}: choose {counterpart} too, or neither"
         return ""
 
     def accepted(self, chosen: Collection[str]) -> tuple[str, ...]:
-        """Those of these lines that are written although they are implausible."""
+        """Chosen lines that are written although they are implausible."""
         return tuple(entry.name for entry in self.entries if entry.implausible and entry.name in chosen)
 
 
 def comparison(data: Any) -> Comparison | None:
-    """The comparison that a verb left; None for nothing, or something else."""
+    """Parse the comparison that a verb left; None if it is missing or not a comparison."""
     try:
         vehicle = data["vehicle"]
         rows = [row for row in data["parameters"] if row["verdict"] != READ_ONLY]

@@ -14,7 +14,7 @@ from tui.show import number as significant
 from tui.told import Told
 
 LEAST_PASSES: Final = 4
-LEAST_SPAN: Final = 0.001  # of the value, so that one that stands still has an axis
+LEAST_SPAN: Final = 0.001  # share of the value, so that a constant value still has an axis
 SMALLEST: Final = 1e-9
 
 
@@ -28,8 +28,8 @@ class Passes:
 
 
 def passes_of(told: Sequence[Told]) -> tuple[Passes, ...]:
-    """What was told of each parameter, pass by pass; one that a pass leaves out is NaN there."""
-    steps = [values for one in told if not one.is_answer and (values := one.values)]
+    """Collect the passes of each parameter from the reports; NaN for a pass that omits it."""
+    steps = [values for report in told if not report.is_answer and (values := report.values)]
     names = dict.fromkeys(name for values in steps for name in values)
     nothing = (np.nan, np.nan)
     return tuple(
@@ -39,12 +39,13 @@ def passes_of(told: Sequence[Told]) -> tuple[Passes, ...]:
 
 
 def converging(passes: Passes, unit: str, cells: int, rows: int, beside: str = "") -> Lines:
-    """The value and its interval now, and a curve of both: the value in steps, the ends of its interval dotted.
-    `beside` is what others say of it, "" while they say nothing: then the number of passes stands there."""
+    """The present value and interval, and curves of both: the value as a solid step curve, the interval's ends
+    dotted. `beside` is the value by other methods; while it is "", the number of passes takes its place.
+    """
     value, half = passes.value, passes.half
     head: Line = ((f"{passes.name:<6}", "plain"), (f"{significant(float(value[-1])):>8}", "strong"))
-    told: Line = ((f" ± {significant(float(half[-1]), 2)}", "reference"), (f" {unit}", "quiet"))
-    head = (*head, *told)
+    interval: Line = ((f" ± {significant(float(half[-1]), 2)}", "reference"), (f" {unit}", "quiet"))
+    head = (*head, *interval)
     across = cells - AXIS_CELLS
     if rows < 2 or across < 1:
         return (_cut(head, cells),)
@@ -56,9 +57,9 @@ def converging(passes: Passes, unit: str, cells: int, rows: int, beside: str = "
     )
     dotted = (low | high) & (np.arange(middle.shape[1]) % 2 == 0)
     measured, asked = braille.cells(middle), braille.cells(dotted)
-    # An interval narrower than a row shows in the value's own cells or nowhere.
+    # An interval narrower than a row shows only in the cells of the value.
     measured = np.where(measured != braille.BLANK, measured | asked, measured)
-    # A single row has no two ends to be named.
+    # A single row can't carry labels for both ends.
     labels = {0: significant(top), rows - 2: significant(bottom)} if rows > 2 else {}
     lines: list[Line] = [_cut(head, cells)]
     for row in range(rows - 1):
@@ -70,14 +71,14 @@ def converging(passes: Passes, unit: str, cells: int, rows: int, beside: str = "
 
 
 def _range(value: Array, half: Array) -> tuple[float, float]:
-    """From the lowest to the highest end of an interval, so that all rows are used."""
+    """Lowest and highest end of any interval, so that all rows are used."""
     low, high = float(np.nanmin(value - half)), float(np.nanmax(value + half))
     least = max(LEAST_SPAN * max(abs(low), abs(high)), SMALLEST)
     return (low, high) if high - low >= least else (low - least / 2, high + least / 2)
 
 
 def _dots(curve: Array, count: int, across: int, low: float, high: float, rows: int) -> braille.Dots:
-    """A curve in steps over `count` passes, joined where it steps; blank where no pass was yet."""
+    """Dots of a step curve over `count` passes, with vertical joints; blank for passes that have not happened yet."""
     padded = np.append(curve, np.full(count - len(curve), np.nan))
     columns = padded[(np.arange(braille.ACROSS * across) * count) // (braille.ACROSS * across)]
     before = np.append(columns[:1], columns[:-1])
@@ -87,7 +88,7 @@ def _dots(curve: Array, count: int, across: int, low: float, high: float, rows: 
 
 
 def _cut(line: Line, cells: int) -> Line:
-    """A line in no more than so many cells."""
+    """The line, cut to `cells`."""
     room, spans = cells, []
     for text, role in line:
         spans.append((text[:room], role))

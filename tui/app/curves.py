@@ -1,4 +1,4 @@
-"""Plots of a whole dive as lines: one curve solid, one dotted, an axis at the left; the seconds are for below."""
+"""Plots of a whole dive as lines: a solid and a dotted curve, an axis at the left, and a row of times for below."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -16,7 +16,7 @@ LABEL_CELLS: Final = 14
 
 @dataclass(frozen=True)
 class Curve:
-    """A name and its values (n,)."""
+    """A name and its values, shape (n,)."""
 
     name: str
     value: Array
@@ -25,7 +25,7 @@ class Curve:
 def plot(
     title: str, time_s: Array, solid: Curve, dotted: Curve | None, least_span: float, cells: int, rows: int
 ) -> Lines:
-    """The plot in so many cells and rows, its title included."""
+    """The plot in that many cells and rows, its title included."""
     head: Line = ((title, "plain"),)
     names: Line = (("━ ", "accent"), (solid.name, "quiet"))
     if dotted is not None:
@@ -41,24 +41,24 @@ def plot(
     edges_s = np.linspace(time_s[0], time_s[-1], braille.ACROSS * across + 1)
     drawn = [
         np.zeros((braille.UP * curve_rows, braille.ACROSS * across), dtype=bool)
-        if one is None
-        else braille.curve(*braille.extremes(time_s, one.value, edges_s), scale.low, scale.high, curve_rows)
-        for one in (solid, dotted)
+        if curve is None
+        else braille.curve(*braille.extremes(time_s, curve.value, edges_s), scale.low, scale.high, curve_rows)
+        for curve in (solid, dotted)
     ]
     measured = braille.cells(drawn[0])
-    asked = braille.cells(drawn[1] & (np.arange(braille.ACROSS * across) % 2 == 0))
+    reference = braille.cells(drawn[1] & (np.arange(braille.ACROSS * across) % 2 == 0))
     labels, no_gap = tick_labels(scale, curve_rows, False), np.zeros(across, dtype=bool)
     lines: list[Line] = [head]
     for row in range(curve_rows):
         label = labels.get(row, "")
         grid = GRID if curve_rows >= WITH_GRID and label and 0 < row < curve_rows - 1 else " "
         axis: Span = (f"{label:>{AXIS_CELLS - 1}}{'┤' if label else '│'}", "quiet")
-        lines.append((axis, *curve_row(measured[row], asked[row], no_gap, grid, "accent")))
+        lines.append((axis, *curve_row(measured[row], reference[row], no_gap, grid, "accent")))
     return tuple(lines)
 
 
 def seconds(time_s: Array, cells: int) -> Lines:
-    """The row of times below plots of so many cells, at round seconds; no row where there is nothing to plot."""
+    """The row of times below plots of that width, at round seconds; no row if there is nothing to plot."""
     across = cells - AXIS_CELLS
     if across < 1 or len(time_s) < 2:
         return ()

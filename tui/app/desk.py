@@ -1,4 +1,4 @@
-"""What the screens work on together: the vehicle, the folders, the dive that was chosen, the verbs at work."""
+"""State that the screens share: the vehicle, the folders, the chosen dive, the running verbs."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -16,20 +16,22 @@ RECEIPTS: Final = Path("receipts")
 
 
 def nothing_recorded() -> Path | None:
-    """The dive that is being recorded, where none is."""
+    """The dive being recorded when no recording runs: None."""
     return None
 
 
 @dataclass
 class Desk:
-    """`vehicle` is FILE[:CONFIGURATION], or ""; `out` holds the dive folders, `receipts` what uploads leave.
+    """Shared state of the screens.
 
-    `dive` is the one that was chosen on the screen Dives, or that a verb was begun on, None for the newest; `param` the
-    parameter file that the screen Parameters is to show, None for the one beside that dive; `replay` what Watch shows
-    in place of the vehicle, None for the vehicle. `record` begins a recording where none runs, None where nothing is to
-    be recorded; `recorded` tells the dive that is being recorded. `next_dive` lets the recording that runs go on in a
-    new folder, `end_recording` ends it: both wait for it, answer the folder of the dive that is over, and raise
-    SeatrialError; None where the app has no say.
+    `vehicle` is FILE[:CONFIGURATION], or ""; `out` holds the dive folders, `receipts` the files of uploads.
+
+    `dive` is the dive chosen on the screen Dives or by starting a verb on it, None for the newest; `param` the
+    parameter file for the screen Parameters, None for the file next to that dive; `replay` the replay that Watch
+    shows in place of the vehicle, None for the vehicle. `record` begins a recording if none runs, None if nothing is
+    to be recorded; `recorded` returns the dive being recorded. `next_dive` lets the running recording go on in a new
+    folder, `end_recording` ends it: both wait for it, return the folder of the finished dive, and raise
+    SeatrialError; None if the app may not give such orders.
     """
 
     vehicle: str = ""
@@ -46,8 +48,7 @@ class Desk:
     _meant: tuple[Path, Path | None] | None = field(default=None, init=False)
 
     def chosen(self) -> Path | None:
-        """The dive that was chosen, else the one that is meant, else the newest that is finished, else the one that is
-        being recorded."""
+        """The chosen dive, else the likely dive (see `mean`), else the newest finished, else the one being recorded."""
         if self.dive is not None:
             return self.dive
         newest = self._newest()
@@ -56,7 +57,7 @@ class Desk:
         return newest
 
     def mean(self, dive: Path | None) -> None:
-        """The dive that the crew most likely comes from, of all that are there now; no longer once another is there."""
+        """Set the dive that the crew most likely means; it holds until a newer dive appears."""
         self._meant = None if dive is None else (dive, self._newest())
 
     def _newest(self) -> Path | None:
@@ -65,14 +66,14 @@ class Desk:
         return next(reversed(finished or dives), None)
 
     def dives(self) -> list[Path]:
-        """All dives, the oldest first, as the verb `dives` lists them; none where their folder can't be read."""
+        """All dives, the oldest first, in the order of the verb `dives`; empty if their folder can't be read."""
         try:
             return [folder.path for folder in list_folders(self.out)]
         except LogError:
             return []
 
     def vehicle_of(self, dive: Path) -> str:
-        """The vehicle file that a dive's `dive.yaml` names, with its configuration; else the app's; "" for none."""
+        """The vehicle file and configuration that the dive's `dive.yaml` names; else the app's; "" for none."""
         try:
             return vehicle_named(DiveFolder(dive).about(), self.vehicle)
         except ConfigError:

@@ -1,4 +1,4 @@
-"""A diagnosis as `seatrial diagnose --json` left it beside a dive, typed for the screen that shows it."""
+"""A diagnosis that `seatrial diagnose --json` left next to a dive, typed for its screen."""
 
 import math
 from collections.abc import Mapping
@@ -26,7 +26,7 @@ VERDICTS: Final = {
 
 @dataclass(frozen=True)
 class Cause:
-    """A cause in words, accepted or possible; `gain_nats` NaN where the file does not tell it."""
+    """A cause in words, accepted or possible; `gain_nats` is NaN if the file lacks it."""
 
     name: str
     probability: float
@@ -38,7 +38,7 @@ class Cause:
 
 @dataclass(frozen=True)
 class Tried:
-    """A candidate that was not accepted; `why` one that would save enough was not, "" for none."""
+    """A candidate that was not accepted; `why` explains the rejection of one with enough gain, "" for none."""
 
     name: str
     gain_nats: float
@@ -47,8 +47,9 @@ class Tried:
 
 @dataclass(frozen=True)
 class AxisFall:
-    """A degree of freedom's 5 s drift, m/s or rad/s, and the error of its simulated velocity over the spread of the
-    measured one; NaN for unknown."""
+    """Drift over 5 s of a degree of freedom, m/s or rad/s, and the RMS error of its simulated velocity relative to
+    the spread of the measured velocity; NaN if unknown.
+    """
 
     dof: str
     before: float
@@ -61,8 +62,9 @@ class AxisFall:
 
 @dataclass(frozen=True)
 class Fall:
-    """A drift in floors before and after, `what` was measured, and the share of what can be closed; NaN for unknown.
-    `axes`: the same by degree of freedom."""
+    """Drift before and after in multiples of the noise floor, on the data named by `what`; `value` is the fraction of
+    the closable gap that was closed. NaN if unknown. `axes`: the same by degree of freedom.
+    """
 
     what: str
     before: float
@@ -76,8 +78,9 @@ class Fall:
 
 @dataclass(frozen=True)
 class Answer:
-    """`shares` of the squared gap by degree of freedom and phase; `force_n` the missing force, N or N m; `disturbance`
-    what it takes, in words."""
+    """`shares` of the squared gap by degree of freedom and phase; `force_n` is the missing force, N or N m;
+    `disturbance` describes the disturbance in words.
+    """
 
     dive: str
     check: str
@@ -95,7 +98,7 @@ class Answer:
 
 
 def answer(data: Any) -> Answer | None:
-    """The diagnosis in a JSON value; None where it is none."""
+    """Parse a diagnosis from a JSON value; None if it is not a diagnosis."""
     try:
         return _answer(data)
     except (KeyError, TypeError, ValueError, AttributeError):
@@ -103,33 +106,34 @@ def answer(data: Any) -> Answer | None:
 
 
 def _answer(data: Mapping[str, Any]) -> Answer:
-    gap, told = data["gap"], data.get("told") or {}
-    words = told.get("causes") or [{}] * len(data["effects"])
+    gap, wording = data["gap"], data.get("told") or {}
+    words = wording.get("causes") or [{}] * len(data["effects"])
     more = data["next"] or {}
     dives = [more.get("manoeuvre"), more.get("sensor")]
     return Answer(
-        dive=str(told.get("dive", "")),
-        check=str(told.get("check", "")),
+        dive=str(wording.get("dive", "")),
+        check=str(wording.get("check", "")),
         verdict=str(data["verdict"]),
-        sentence=str(told.get("verdict") or VERDICTS[data["verdict"]]),
-        shares={(str(one["dof"]), str(one["phase"])): float(one["share"]) for one in gap["where"]},
+        sentence=str(wording.get("verdict") or VERDICTS[data["verdict"]]),
+        shares={(str(entry["dof"]), str(entry["phase"])): float(entry["share"]) for entry in gap["where"]},
         force_n={dof: _number(force) for dof, force in (gap.get("force") or {}).items() if dof in DOFS},
         causes=tuple(_cause(*both) for both in zip(data["effects"], words, strict=True)),
         tried=tuple(
-            Tried(str(one["name"]), float(one["gain_nats"]), str(one["why"])) for one in told.get("tried", ())
+            Tried(str(entry["name"]), float(entry["gain_nats"]), str(entry["why"]))
+            for entry in wording.get("tried", ())
         ),
-        falls=tuple(_falls(gap, data["shrink"], told)),
-        disturbance=tuple(map(str, told.get("disturbance", ()))),
-        character=tuple(map(str, told.get("character", ()))),
-        next=tuple(map(str, told.get("next") or filter(None, dives))),
-        notes=tuple(map(str, told.get("notes", ()))),
+        falls=tuple(_falls(gap, data["shrink"], wording)),
+        disturbance=tuple(map(str, wording.get("disturbance", ()))),
+        character=tuple(map(str, wording.get("character", ()))),
+        next=tuple(map(str, wording.get("next") or filter(None, dives))),
+        notes=tuple(map(str, wording.get("notes", ()))),
     )
 
 
 def _cause(effect: Mapping[str, Any], words: Mapping[str, Any]) -> Cause:
     plain = str(effect["name"]).replace("_", " ")
-    values = [f"{name} {_interval(one)}" for name, one in effect["parameters"].items()]
-    alike = ", ".join(str(one).replace("_", " ") for one in effect["also"])
+    values = [f"{name} {_interval(entry)}" for name, entry in effect["parameters"].items()]
+    alike = ", ".join(str(entry).replace("_", " ") for entry in effect["also"])
     return Cause(
         str(words.get("name", plain)),
         float(effect["probability"]),
@@ -141,7 +145,7 @@ def _cause(effect: Mapping[str, Any], words: Mapping[str, Any]) -> Cause:
 
 
 def _falls(gap: Mapping[str, Any], shrink: Mapping[str, Any], told: Mapping[str, Any]) -> list[Fall]:
-    """Of the dive itself, of pieces held out, of the check dive."""
+    """Shrinkage on the dive itself, on held-out pieces, and on the check dive."""
     held, sides = shrink["heldout"], told.get("heldout") or {}
     falls = [Fall("this dive", _number(gap["before"]), _number(told.get("after")), 1.0, math.nan)]
     if held is not None:
@@ -151,26 +155,28 @@ def _falls(gap: Mapping[str, Any], shrink: Mapping[str, Any], told: Mapping[str,
     check = shrink["check"]
     if check is not None:
         name = told.get("check")
-        what = f"check dive {name}" if name else "check dive"
+        name_of_data = f"check dive {name}" if name else "check dive"
         before, after, floor, value = (
             _number(check.get(key)) for key in ("before", "after", "floor", "value")
         )
-        falls.append(Fall(what, before, after, floor, value, axes=_axes(check)))
+        falls.append(Fall(name_of_data, before, after, floor, value, axes=_axes(check)))
     return falls
 
 
 def _axes(data: Mapping[str, Any]) -> tuple[AxisFall, ...]:
     keys = ("before", "after", "floor", "nrmse_before", "nrmse_after", "nrmse_baseline")
-    told = data.get("by_axis") or {}
-    return tuple(AxisFall(dof, *(_number(told[dof].get(key)) for key in keys)) for dof in DOFS if dof in told)
+    per_axis = data.get("by_axis") or {}
+    return tuple(
+        AxisFall(dof, *(_number(per_axis[dof].get(key)) for key in keys)) for dof in DOFS if dof in per_axis
+    )
 
 
 def _interval(value: Mapping[str, Any]) -> str:
     ends = value["low95"], value["high95"]
-    sure = "" if None in ends else f" (95 %: {ends[0]:.3g} to {ends[1]:.3g})"
-    return f"{value['value']:.3g} {value['unit']}{sure}"
+    interval = "" if None in ends else f" (95 %: {ends[0]:.3g} to {ends[1]:.3g})"
+    return f"{value['value']:.3g} {value['unit']}{interval}"
 
 
 def _number(value: Any) -> float:
-    """A number of a JSON file, where null stands for none."""
+    """A number of a JSON file, NaN for null."""
     return math.nan if value is None else float(value)

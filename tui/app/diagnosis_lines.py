@@ -1,4 +1,4 @@
-"""A diagnosis as lines: where the gap lies, which causes it has, how far it shrinks, what to dive next."""
+"""A diagnosis as lines: where the gap lies, its causes, how far it shrinks, and the next dive."""
 
 import math
 from typing import Final
@@ -12,7 +12,7 @@ from tui.app.shown import NOTHING, number
 from tui.app.wrapped import bar, wrapped
 
 SHADES: Final = ((0.3, "█"), (0.1, "▓"), (0.03, "▒"), (0.005, "░"))
-"""From which share of the gap a cell is how dark; below the last it is empty."""
+"""Shade of a cell by its least share of the gap; below the last share it is blank."""
 
 SHADE_CELLS, SHARE_CELLS, WIDEST_CELLS = 4, 5, 15
 FORCE: Final = "   missing force"
@@ -22,7 +22,7 @@ BAR_CELLS: Final = 24
 MOST_TRIED: Final = 6
 SLIVER: Final = 0.01
 LEAST_NATS: Final = 1.0
-"""A candidate that saves less is nobody's suspicion."""
+"""A candidate with less gain is not worth showing."""
 
 MARKS: Final[dict[str, tuple[str, Role]]] = {
     "no_gap": ("● NO GAP", "strong"),
@@ -42,9 +42,10 @@ def verdict(answer: Answer, cells: int) -> Lines:
 
 
 def where(answer: Answer, cells: int) -> Lines:
-    """The map: degrees of freedom by what the vehicle did, each cell shaded and with its share of the squared gap in
-    per cent; sums below and at the right, and the missing force where there is room."""
-    known = [dof for dof in DOFS if dof in answer.force_n or any(of == dof for of, _ in answer.shares)]
+    """Map of the gap: degrees of freedom against the vehicle's phases of motion. Each cell is shaded and shows its
+    share of the squared gap in per cent; sums stand below and at the right, and the missing force if it fits.
+    """
+    known = [dof for dof in DOFS if dof in answer.force_n or any(name == dof for name, _ in answer.shares)]
     with_force = cells >= FORCE_FROM
     room = cells - NAME_CELLS - 1 - (len(FORCE) if with_force else 0)
     width = min(room // (len(PHASES) + 1), WIDEST_CELLS)
@@ -84,44 +85,44 @@ def _cell(share: float, width: int) -> Line:
 
 
 def _percent(share: float) -> str:
-    """`78 %`, `<1 %`, `·` for nothing."""
+    """`78 %`, `<1 %`, `·` for none."""
     if share <= 0:
         return "·"
     return f"{100 * share:.0f} %" if share >= 0.005 else "<1 %"
 
 
 def which(answer: Answer, cells: int) -> Lines:
-    """Accepted causes, the strongest first, then possible ones, then candidates that saved something and are none."""
-    tried = [one for one in answer.tried if one.gain_nats >= LEAST_NATS][:MOST_TRIED]
-    nats = [one.gain_nats for one in answer.causes] + [one.gain_nats for one in tried]
+    """Accepted causes, the strongest first, then possible causes, then rejected candidates with some gain."""
+    tried = [cause for cause in answer.tried if cause.gain_nats >= LEAST_NATS][:MOST_TRIED]
+    nats = [cause.gain_nats for cause in answer.causes] + [cause.gain_nats for cause in tried]
     most = max(filter(math.isfinite, nats), default=LEAST_NATS)
-    likely = [one for one in answer.causes if one.probability >= LIKELY]
-    possible = [one for one in answer.causes if one.probability < LIKELY]
+    likely = [cause for cause in answer.causes if cause.probability >= LIKELY]
+    possible = [cause for cause in answer.causes if cause.probability < LIKELY]
     columns: Line = (("evidence on held-out pieces  probable", "quiet"),)
     lines: list[Line] = []
     if likely:
         lines.append(apart((("cause", "quiet"),), columns, cells))
-    for place, one in enumerate(likely, 1):
-        lines += _cause(place, one, most, cells, "accent")
+    for place, cause in enumerate(likely, 1):
+        lines += _cause(place, cause, most, cells, "accent")
     if not likely:
         lines += wrapped("No candidate of the library is accepted as a cause.", "plain", cells)
     if possible:
         lines += [(), apart((("possible, not accepted", "warn"),), columns, cells)]
-    for place, one in enumerate(possible, len(likely) + 1):
-        lines += _cause(place, one, most, cells, "faded")
+    for place, cause in enumerate(possible, len(likely) + 1):
+        lines += _cause(place, cause, most, cells, "faded")
     for line in answer.character:
         lines += wrapped(line, "warn", cells)
     if tried:
         lines += [(), (("tried as well, and not accepted", "quiet"),)]
-        lines += [_tried(one, most, cells) for one in tried]
+        lines += [_tried(cause, most, cells) for cause in tried]
     return tuple(lines)
 
 
 def _cause(place: int, one: Cause, most: float, cells: int, role: Role) -> Lines:
-    told = "over 99 %" if one.probability >= 0.995 else f"{100 * one.probability:.0f} %"
+    probability = "over 99 %" if one.probability >= 0.995 else f"{100 * one.probability:.0f} %"
     head: Line = ((f"{place} ", "quiet"), (cut(one.name, cells - 44), "strong"))
     evidence = _evidence(one.gain_nats, most, role)
-    lines: list[Line] = [apart(head, (*evidence, (f"{told:>10}", "strong")), cells)]
+    lines: list[Line] = [apart(head, (*evidence, (f"{probability:>10}", "strong")), cells)]
     for value in one.values:
         lines += wrapped(value, "accent", cells, "  ")
     lines += wrapped(one.sentence, "plain", cells, "  ") if one.sentence else ()
@@ -136,7 +137,7 @@ def _tried(one: Tried, most: float, cells: int) -> Line:
 
 
 def _evidence(nats: float, most: float, role: Role) -> Line:
-    """A bar of what held-out pieces gain by a cause, by its logarithm, and the number."""
+    """Bar, on a logarithmic scale, and number of the gain on held-out pieces, nats."""
     if not math.isfinite(nats):
         return ((" " * (BAR_CELLS - 8), role), ("evidence " + NOTHING, "quiet"))
     share = math.log1p(max(nats, 0.0)) / math.log1p(max(most, LEAST_NATS))
@@ -144,8 +145,13 @@ def _evidence(nats: float, most: float, role: Role) -> Line:
 
 
 def how_far(answer: Answer, cells: int) -> Lines:
-    """For the dive, pieces held out and the check dive: before, after and the floor of noise, as bars in floors."""
-    drifts = [d for fall in answer.falls for d in (fall.before, fall.after, fall.floor) if math.isfinite(d)]
+    """Bars in noise floors of the drift before, after and by noise alone: the dive, held-out pieces, check dive."""
+    drifts = [
+        drift
+        for fall in answer.falls
+        for drift in (fall.before, fall.after, fall.floor)
+        if math.isfinite(drift)
+    ]
     most = max(drifts, default=1.0)
     lines: list[Line] = []
     axes = next((fall for fall in reversed(answer.falls) if fall.axes), None)
@@ -158,14 +164,14 @@ def how_far(answer: Answer, cells: int) -> Lines:
 
 
 def _by_axis(fall: Fall) -> Lines:
-    """A row for each degree of freedom: drift in its own unit, and errors beside those of a plain fit."""
+    """A row per degree of freedom: drift in its own unit, and errors next to those of a plain fit."""
     head = (
         f"{'':<{NAME_CELLS}}{'before':>9}{'after':>9}{'noise':>9}      {'NRMSE':>6}{'':>8}{'plain fit':>11}"
     )
     return (
         ((f"{fall.what}: drift over 5 s by degree of freedom", "strong"),),
         ((head, "quiet"),),
-        *(_axis(one) for one in fall.axes),
+        *(_axis(axis) for axis in fall.axes),
         (),
     )
 
@@ -186,8 +192,8 @@ def _axis(one: AxisFall) -> Line:
 def _fall(fall: Fall, most: float, cells: int) -> Lines:
     closed = ""
     if math.isfinite(fall.value):
-        sure = math.isfinite(fall.high95 - fall.low95)
-        ends = f" ({100 * fall.low95:.0f} to {100 * fall.high95:.0f} %)" if sure else ""
+        has_interval = math.isfinite(fall.high95 - fall.low95)
+        ends = f" ({100 * fall.low95:.0f} to {100 * fall.high95:.0f} %)" if has_interval else ""
         closed = f"{100 * fall.value:.0f} %{ends} of what can be closed"
     rows: list[tuple[str, float, Role]] = [
         ("before", fall.before, "plain"),
@@ -207,7 +213,7 @@ def _floors(value: float) -> str:
 
 
 def what_next(answer: Answer, cells: int) -> Lines:
-    """What to dive next, and what to know of this dive."""
+    """The next dive to make, and notes on this dive."""
     lines: list[Line] = []
     for sentence in answer.next or ("Nothing is left to split: dive on.",):
         lines += wrapped(sentence, "strong", cells)

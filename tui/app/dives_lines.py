@@ -1,4 +1,4 @@
-"""The dives as lines: a table of them, and all that is known of one."""
+"""The dives as lines: a table of all dives, and the details of one."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -16,9 +16,9 @@ UNREAD: Final = "…"
 AT, CHOSEN, RECORDED = "▶", "◆", "●"
 HEADS: Final = f"{'':4}{'began, UTC':<18}{'length':<10}{'loss':>6}  {'mass':<7}{'damping':<8}dive"
 MASSES, DAMPINGS = "mass", "damping"
-SHORT: Final = 5  # letters of a word that has no room: `ident.`
+SHORT: Final = 5  # letters kept of a shortened word: `ident.`
 LEAST_NAME: Final = 8  # cells
-ANGULAR: Final = 3  # the degree of freedom from which on they turn
+ANGULAR: Final = 3  # first rotational degree of freedom
 
 
 def table(
@@ -29,7 +29,7 @@ def table(
     cells: int,
     rows: int,
 ) -> Lines:
-    """The rows about the one at `at`; `chosen` and `recorded` are marked."""
+    """Heads and the rows around the dive at `at`; the chosen and the recorded dive are marked."""
     head: Line = ((cut(HEADS, cells), "quiet"),)
     first = window(len(dives), at, rows - 1)
     shown = dives[first : first + max(rows - 1, 0)]
@@ -43,12 +43,12 @@ def table(
 
 
 def window(count: int, at: int, rows: int) -> int:
-    """The first of `rows` entries that are shown, so that the one at `at` stands in their middle where it can."""
+    """First of the `rows` entries shown, with the entry at `at` in the middle if possible."""
     return max(0, min(at - rows // 2, count - rows))
 
 
 def row_under(y: int, count: int, at: int, rows: int) -> int | None:
-    """The entry in line `y` of a table of so many rows, heads and all; None where there is none."""
+    """Index of the entry in line `y` of a table of `rows` lines including its heads; None if no entry is there."""
     entry = window(count, at, rows - 1) + y - 1
     return entry if y >= 1 and entry < count else None
 
@@ -62,14 +62,14 @@ def _row(dive: ListedDive, is_at: bool, is_chosen: bool, is_recorded: bool, cell
         (" ", "plain"),
     )
     loss = f"{number(100 * dive.loss, 1)} %" if math.isfinite(dive.loss) else NOTHING
-    told = dict(dive.relative_std) if dive.relative_std is not None else None
+    relative_std = dict(dive.relative_std) if dive.relative_std is not None else None
     line: Line = (
         *marks,
         (f"{day(dive.began_unix_s):<18}", role),
         (f"{length(dive.duration_s):<10}", role),
         (f"{loss:>6}  ", _of_loss(dive.loss, role)),
-        (f"{UNREAD if dive.unread else letters(told, MASSES):<7}", "accent"),
-        (f"{UNREAD if dive.unread else letters(told, DAMPINGS):<8}", "accent"),
+        (f"{UNREAD if dive.unread else letters(relative_std, MASSES):<7}", "accent"),
+        (f"{UNREAD if dive.unread else letters(relative_std, DAMPINGS):<8}", "accent"),
     )
     room = cells - width(line)
     made = _made_of(dive, room)
@@ -78,7 +78,7 @@ def _row(dive: ListedDive, is_at: bool, is_chosen: bool, is_recorded: bool, cell
 
 
 def _made_of(dive: ListedDive, room: int) -> str:
-    """What was made of it: in whole words where they and the name have room, else in short; a long name gives way."""
+    """The work done on the dive: in full if it fits next to the name, else in short unless the name gets too short."""
     short = " ".join(f"{word[:SHORT]}." for word in dive.worked_on.split(", ") if word)
     if len(dive.name) + 1 + len(dive.worked_on) <= room:
         return dive.worked_on
@@ -90,14 +90,14 @@ def _of_loss(loss: float, role: Role) -> Role:
 
 
 def length(seconds: float) -> str:
-    """`00:13:27`, rounded as `seatrial dives` does; dashes where nobody knows."""
+    """Format a duration as `00:13:27`, rounded as `seatrial dives` does; dashes if unknown."""
     return stopwatch(round(seconds)) if math.isfinite(seconds) else NOTHING
 
 
 def details(dive: ListedDive, recorded: bool, cells: int, key: str = "") -> Lines:
-    """All that is known of one: what it could identify and what drove it, what is noted, what was made of it.
+    """Details of a dive: identifiable coefficients and their excitation, notes, and the work done on it.
 
-    `key` asks for the conditions.
+    `key` is the key that asks for the conditions.
     """
     lines: list[Line] = [heading(dive.name, str(dive.folder.name), cells)]
     if dive.underway:
@@ -134,13 +134,13 @@ def details(dive: ListedDive, recorded: bool, cells: int, key: str = "") -> Line
         lines += hanging(f"noted: {' '.join(dive.notes.split())}", "plain", cells)
     for event in dive.events:
         lines += hanging(f"noted at {' '.join(event.split())}", "plain", cells)
-    for one in dive.learnt:
-        lines += hanging(one, "quiet", cells)
+    for sentence in dive.learnt:
+        lines += hanging(sentence, "quiet", cells)
     return tuple(lines)
 
 
 def _axes(dive: ListedDive) -> Iterator[Line]:
-    """A row for each degree of freedom: how well mass and damping would be known, and what drove it how far."""
+    """A row per degree of freedom: predicted accuracy of mass and damping, and the range of thrust and speed."""
     yield (
         (
             f"{'could tell, 1 std':<18}{'mass':<12}{'damping':<13}{'recorded':>8}{'thrust':>13}{'speed':>14}",
@@ -150,9 +150,9 @@ def _axes(dive: ListedDive) -> Iterator[Line]:
     for dof, name in enumerate(DOFS):
         line: Line = ((f"  {name:<16}", "plain"),)
         for kind, cells in ((MASSES, 12), (DAMPINGS, 13)):
-            one = next(c for c in COEFFICIENTS if c.kind == kind and c.dof == dof)
-            text, role = known_to((dive.relative_std or {}).get(one.name, math.nan))
-            line = (*line, (f"{one.name} ", "quiet"), (f"{text:<{cells - 4}}", role))
+            coefficient = next(c for c in COEFFICIENTS if c.kind == kind and c.dof == dof)
+            text, role = known_to((dive.relative_std or {}).get(coefficient.name, math.nan))
+            line = (*line, (f"{coefficient.name} ", "quiet"), (f"{text:<{cells - 4}}", role))
         span = dive.spans.get(name)
         if span is None:
             yield (*line, (f"{NOTHING:>8}", "quiet"))
@@ -170,7 +170,7 @@ def _axes(dive: ListedDive) -> Iterator[Line]:
 
 
 def known_to(relative_std: float) -> Span:
-    """How well a value would be known: `0.7 %`; `no` where too badly to be used, dashes where nobody knows."""
+    """Predicted accuracy of a value: `0.7 %`; `no` if too poor to use, dashes if unknown."""
     if math.isnan(relative_std):
         return NOTHING, "quiet"
     if relative_std > FAIR:

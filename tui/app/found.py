@@ -1,4 +1,4 @@
-"""What was identified from a dive, as `seatrial identify --json` left it beside it, and what was accepted before."""
+"""Results that `seatrial identify --json` left next to a dive, together with the values accepted before."""
 
 import math
 from collections.abc import Mapping
@@ -19,9 +19,9 @@ JSON, PARAM, PAGE = "identified.json", "identified.param", "identified.html"
 
 @dataclass(frozen=True)
 class Value:
-    """One parameter in `unit`, NaN where it could not be told, with its 95 % interval; `reason` says why not.
+    """One parameter in `unit`, NaN if not identified, with its 95 % interval; `reason` says why it was not.
 
-    `accepted` is what the vehicle last accepted, NaN for nothing.
+    `accepted` is the value that the vehicle last accepted, NaN for none.
     """
 
     name: str
@@ -34,18 +34,18 @@ class Value:
 
     @property
     def change(self) -> float:
-        """Relative to what was last accepted."""
+        """Relative change from the last accepted value."""
         return self.value / self.accepted - 1 if self.accepted else math.nan
 
     @property
     def is_news(self) -> bool:
-        """Whether what was last accepted lies outside the interval."""
+        """Whether the last accepted value lies outside the interval."""
         return not self.low95 <= self.accepted <= self.high95 and math.isfinite(self.accepted)
 
 
 @dataclass(frozen=True)
 class Found:
-    """The result of one dive; `beside` is what a second method said, `param` the file to upload, None for none."""
+    """The result of one dive; `beside` holds the second method's results, `param` the file to upload, None for none."""
 
     dive: str
     configuration: str
@@ -60,17 +60,17 @@ class Found:
 
     @property
     def coefficients(self) -> tuple[Value, ...]:
-        """The values but for those that follow from others."""
-        return tuple(one for one in self.values if one.name in OF_HULL)
+        """The values without those derived from others."""
+        return tuple(value for value in self.values if value.name in OF_HULL)
 
     @property
     def told(self) -> int:
-        """How many of the coefficients have a value."""
-        return sum(math.isfinite(one.value) for one in self.coefficients)
+        """Number of coefficients that have a value."""
+        return sum(math.isfinite(value.value) for value in self.coefficients)
 
 
 def places(dive: Path) -> dict[str, Path]:
-    """Where the result of a dive lies, by its option; beside a recording that is no folder, under its own name."""
+    """Result files of a dive by option; for a recording that is not a folder, next to it with its name as a prefix."""
     names = {"--json": JSON, "--param": PARAM, "--report": PAGE}
     return {
         option: dive / name if dive.is_dir() else dive.with_name(f"{dive.stem}-{name}")
@@ -79,10 +79,10 @@ def places(dive: Path) -> dict[str, Path]:
 
 
 def found(dive: Path, receipts: Path, unkept: Any = None) -> Found | None:
-    """What was identified from it; None where nothing was, or the file is something else.
+    """Load the identification of a dive; None if it is missing or not an identification.
 
-    `unkept` is what was identified just now and could not be written there. It has no parameters to upload: those that
-    lie there are of an earlier one, or have nothing beside them that tells of them.
+    `unkept` is a new result that could not be written there. It has no parameters to upload: any file there belongs
+    to an earlier result, or lacks a matching result.
     """
     at = places(dive)
     try:
@@ -97,19 +97,23 @@ def found(dive: Path, receipts: Path, unkept: Any = None) -> Found | None:
 
 
 def _no_older(param: Path, than_ns: int) -> Path | None:
-    """An identification that told nothing writes no parameters: those that lie there are then of an earlier one."""
+    """The parameter file unless it is older: an identification without values writes none and leaves an old one."""
     return param if param.exists() and param.stat().st_mtime_ns >= than_ns else None
 
 
 def accepted_before(param: Path, receipts: Path) -> dict[str, float]:
-    """What was last accepted, by coefficient, for the configuration that `param` is of."""
+    """Last accepted values by coefficient, for the configuration of the file `param`."""
     try:
         ids = read_parameters(param)
     except ParamError:
         return {}
     accepted = last_accepted(receipts)
     known = {name: coefficient_of(name) for name in ids if name in accepted}
-    return {one.name: accepted[name].value for name, one in known.items() if one is not None}
+    return {
+        coefficient.name: accepted[name].value
+        for name, coefficient in known.items()
+        if coefficient is not None
+    }
 
 
 def _found(
@@ -117,15 +121,15 @@ def _found(
 ) -> Found:
     doubts = tuple(dict.fromkeys(str(doubt["sentence"]) for doubt in data["doubts"]))
     scale = data["thrust_scale"]
-    told = [one["sentence"] for one in (*data["null_directions"], *([scale] if scale else []))]
-    notes = dict.fromkeys((*told, *data["notes"]))
+    sentences = [entry["sentence"] for entry in (*data["null_directions"], *([scale] if scale else []))]
+    notes = dict.fromkeys((*sentences, *data["notes"]))
     second = data.get("comparison")
     return Found(
         str(data["dive"]["name"]),
         str(data["configuration"]),
         str(data["method"]),
         str(data["outcome"]),
-        tuple(_value(one, accepted) for one in data["parameters"]),
+        tuple(_value(entry, accepted) for entry in data["parameters"]),
         doubts,
         tuple(str(note) for note in notes if note not in doubts),
         (f"{second['method']}: {second['outcome']}", *map(str, second["sentences"])) if second else (),
@@ -137,7 +141,7 @@ def _found(
 def _value(data: Mapping[str, Any], accepted: Mapping[str, float]) -> Value:
     numbers = (data["value"], data["low95"], data["high95"])
     value, low, high = (
-        math.nan if one is None or not data["identifiable"] else float(one) for one in numbers
+        math.nan if number is None or not data["identifiable"] else float(number) for number in numbers
     )
     name = str(data["name"])
     return Value(

@@ -1,6 +1,6 @@
-"""The gate of a view-only app: of our own actions only those run that the table marks as looking.
+"""The gate of a view-only app: of the app's own actions, only those that the table marks as looking may run.
 
-What is not marked is refused, so that an action that is new is refused until somebody has thought of it.
+Unmarked actions are refused, so a new action is refused until somebody has considered it.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -15,31 +15,31 @@ from tui.told import Told
 
 OURS: Final = "tui."
 UNLISTED: Final = frozenset({"use_theme"})
-"""What the palette alone calls, and only changes how this screen looks."""
+"""Actions that only the palette calls, and that only change the look of this screen."""
 
 LOOKING_VERBS: Final = frozenset({"dives"})
-"""It lists what is there. What it keeps beside a dive only saves reading that again."""
+"""Verbs that only list. The file that `dives` keeps next to a dive merely saves reading the dive again."""
 
 
 class Gate:
-    """Made from the actions of all screens."""
+    """Decides which actions may run; made from the actions of all screens."""
 
     def __init__(self, actions: Iterable[Action]) -> None:
         self._looking = UNLISTED | {name_of(action) for action in actions if action.looks}
 
     def refuses(self, target: object, name: str) -> bool:
-        """Whether `target`'s action of that name must not run. What Textual brings, such as scrolling, may."""
+        """Whether `target`'s action of that name must not run. Textual's own actions, such as scrolling, may."""
         method = getattr(target, f"_action_{name}", None) or getattr(target, f"action_{name}", None)
         return getattr(method, "__module__", "").startswith(OURS) and name not in self._looking
 
 
 async def looking_work(words: Sequence[str], hear: Callable[[Told], None]) -> Done:
-    """`tui.job.work` for a view-only app: of all verbs those alone that look."""
+    """`tui.job.work` for a view-only app: only verbs that look may run."""
     if words[0] in LOOKING_VERBS:
         return await job.work(words, hear)
     return Done(exit_codes.NO, None, (f"VIEW ONLY: seatrial {words[0]} is not run from here",))
 
 
 def name_of(action: Action) -> str:
-    """The method that an action calls, without `action_`."""
+    """Name of the method that an action calls, without `action_`."""
     return parse(action.call)[1]

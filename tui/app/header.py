@@ -14,13 +14,13 @@ from tui.app.shown import ago, left, stopwatch, utc
 from tui.app.view import Forcing, View
 
 STALE_S, GONE_S = 3.0, 10.0
-"""A HEARTBEAT and FF_MODE come once a second: after 3 periods stale, after 10 gone."""
+"""HEARTBEAT and FF_MODE arrive once a second: stale after 3 periods, gone after 10."""
 SHORT_DISK_S: Final = 600.0
 ENGINE_SILENT_S: Final = 3.0
 RECORDER_SILENT_S: Final = 5.0
-"""It tells of itself once a second, also on a disk that stalls, and is looked at once a second."""
+"""The recorder reports once a second, even on a stalled disk, and its report is checked once a second."""
 FIRST_LOOK_S: Final = 5.0
-"""A dive so young has not been looked at yet: nobody knows whether something comes."""
+"""A younger dive has not been checked yet: whether data arrives is unknown."""
 APART: Final = ("  │  ", " │ ", "  ")
 FF_MODES: Final = ("off", "shadow", "only", "both")
 SHAPES: Final[dict[Armed, tuple[str, Role]]] = {
@@ -33,7 +33,7 @@ SHAPES: Final[dict[Armed, tuple[str, Role]]] = {
 
 @dataclass(frozen=True)
 class Piece:
-    """A part of the line in its forms, the longest first; with more `weight` it keeps a long form longer."""
+    """A part of the line in its forms, the longest first; a higher `weight` keeps a long form longer."""
 
     weight: int
     role: Role
@@ -53,7 +53,7 @@ class Tab:
 
 
 def header(view: View, tabs: Sequence[Tab], cells: int) -> Lines:
-    """The two lines, and a third, or two, where there is something that must not be overlooked."""
+    """The two lines, and one or two more for an alert that must not be overlooked."""
     clock: Line = ((f"{utc(view.unix_s)} UTC ", "quiet"),)
     first = fit(pieces(view), cells)
     with_clock = apart(first, clock, cells)
@@ -65,20 +65,20 @@ def header(view: View, tabs: Sequence[Tab], cells: int) -> Lines:
 
 
 def _pieces(alert: str, cells: int) -> list[str]:
-    """A sentence in one line or two, cut where even that is too little."""
+    """Break a sentence into one or two lines, and cut the rest."""
     pieces = textwrap.wrap(alert, cells)
     return pieces if len(pieces) <= 2 else [pieces[0], cut(" ".join(pieces[1:]), cells)]
 
 
 def pieces(view: View) -> tuple[Piece, ...]:
-    """All that the first line tells."""
+    """The parts of the first line."""
     picture = view.picture
     seen = (_armed(picture), _link(picture.links), _recording(view), _feedforward(view))
     return (VIEW_ONLY, *seen) if view.view_only else seen
 
 
 def fit(parts: Sequence[Piece], cells: int) -> Line:
-    """The parts beside each other, as wide apart and each as long as there is room for."""
+    """The parts side by side, with the widest gaps and the longest forms that fit."""
     chosen = [0] * len(parts)
 
     def texts() -> list[str]:
@@ -93,7 +93,7 @@ def fit(parts: Sequence[Piece], cells: int) -> Line:
         if not shorter:
             break
         chosen[shorter[0]] += 1
-    for n in reversed(order):  # what was shortened in vain is lengthened again
+    for n in reversed(order):  # lengthen again where shortening gained nothing
         while chosen[n] and needed(APART[-1]) + _growth(parts[n], chosen[n]) <= cells:
             chosen[n] -= 1
     between = next((apart for apart in APART if needed(apart) <= cells), APART[-1])
@@ -104,7 +104,7 @@ def fit(parts: Sequence[Piece], cells: int) -> Line:
 
 
 def _growth(part: Piece, form: int) -> int:
-    """Cells that its next longer form needs more."""
+    """Extra cells that the next longer form needs."""
     return len(part.forms[form - 1]) - len(part.forms[form])
 
 
@@ -160,7 +160,7 @@ def _recording(view: View) -> Piece:
 
 
 def recorder_silent_s(view: View) -> float:
-    """For how long the recording has told nothing of itself; 0 where none runs."""
+    """Time since the recorder last reported, s; 0 if no recording runs."""
     if view.recording is None or not math.isfinite(view.recording.told_unix_s):
         return 0.0
     return abs(view.unix_s - view.recording.told_unix_s)
@@ -183,10 +183,10 @@ def _mode_word(mode: int) -> str:
 
 
 def _forced(forcing: Forcing, view: View) -> Piece:
-    """The off switch; until it is done the mode of the vehicle that is shown stands before it, as that tells it.
+    """The off switch. Until all vehicles are off, the mode of the vehicle on screen stands before it.
 
-    Its shortest form still says that it is not done: OFF alone would read as if it were. What a recorder that tells
-    nothing was handed counts as not sent: it lies in this computer.
+    Even the shortest form says that the switch is not done: OFF alone would read as if it were. Orders handed to a
+    silent recorder count as not sent: they have not left this computer.
     """
     picture = view.picture
     if forcing.done:
@@ -196,27 +196,29 @@ def _forced(forcing: Forcing, view: View) -> Piece:
     if is_now != "FF --" and age_s > STALE_S:
         is_now = is_now.replace("FF", "FF was")
     shown = picture.links[0].system if picture.links else None
-    others = [system for system in forcing.waits_for if system != shown]
-    of = f" of {' and '.join(map(str, others))}" if others else ""
+    other_systems = [system for system in forcing.waits_for if system != shown]
+    addressees = f" of {' and '.join(map(str, other_systems))}" if other_systems else ""
     if forcing.sent and recorder_silent_s(view) <= RECORDER_SILENT_S:
         short = "not done"
         forms: tuple[str, ...] = (
             f": {forcing.words}",
-            f"{of} {sent_text(forcing.sent)}, not confirmed",
-            f"{of} not confirmed",
+            f"{addressees} {sent_text(forcing.sent)}, not confirmed",
+            f"{addressees} not confirmed",
         )
     else:
         short = "not sent"
         forms = (
-            f"{of} not sent, the recorder is silent" if forcing.sent else f"{of} not sent yet",
-            f"{of} not sent",
+            f"{addressees} not sent, the recorder is silent"
+            if forcing.sent
+            else f"{addressees} not sent yet",
+            f"{addressees} not sent",
         )
-    whole = (
+    long_forms = (
         *(f" {is_now}; OFF{form} " for form in forms),
-        f"{is_now}; OFF{of} {short}",
+        f"{is_now}; OFF{addressees} {short}",
         f"{is_now}; OFF {short}",
     )
-    return Piece(10, "lost", (*whole, f"OFF {short}"))
+    return Piece(10, "lost", (*long_forms, f"OFF {short}"))
 
 
 def _tabs(tabs: Sequence[Tab]) -> Line:
@@ -228,7 +230,7 @@ def _tabs(tabs: Sequence[Tab]) -> Line:
 
 
 def tab_at(tabs: Sequence[Tab], x: int) -> Tab | None:
-    """The tab under a cell of the second line."""
+    """The cell's tab on the second line."""
     start = 0
     for tab in tabs:
         start += width(_tabs((tab,)))
@@ -238,7 +240,7 @@ def tab_at(tabs: Sequence[Tab], x: int) -> Tab | None:
 
 
 def _alert(view: View) -> str:
-    """What must not be overlooked, the gravest first; "" for nothing."""
+    """The gravest condition that must not be overlooked; "" for none."""
     if view.behind_s > ENGINE_SILENT_S:
         return f"nothing is read from the link since {view.behind_s:.0f} s: leave the app and start it again"
     if view.picture.twins:

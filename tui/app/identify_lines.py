@@ -1,4 +1,4 @@
-"""An identification as lines: how far it is, what its parameters do, what came of it."""
+"""An identification as lines: progress, parameters during the fit, and results."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -18,17 +18,17 @@ from tui.told import PAGE, UNKEPT, Told
 
 BAR_CELLS: Final = 24
 NAME_CELLS: Final = 12
-WIDE: Final = 120  # cells from which four charts stand beside each other
+WIDE: Final = 120  # cells from which four charts fit side by side
 AFTER_A_RUN: Final = (exit_codes.DONE, exit_codes.NO)
 COLUMNS: Final = f"{'':8}{'value':>9}  {'95 % interval':<19}  {'unit':<12}{'accepted':>10}{'change':>10}"
 
 
 def progress(state: JobState, now_s: float, cells: int, goes_on: bool = False) -> Lines:
-    """A bar for each method, and how long it has taken; once it has answered, one for the page that is written.
+    """A bar per method and the elapsed time; once the values exist, a bar for the page being written.
 
-    `goes_on`: its values are to be compared as soon as they are there.
+    `goes_on`: the screen Parameters opens as soon as the values exist.
     """
-    newest = {_method(told): told for told in state.told}
+    newest = {_method(report): report for report in state.told}
     page = newest.pop(PAGE, None)
     newest.pop(UNKEPT, None)
     if page is not None and state.runs:
@@ -38,7 +38,7 @@ def progress(state: JobState, now_s: float, cells: int, goes_on: bool = False) -
     lines: list[Line] = [heading(f"{_stage(state)} {_dive(state)}", then + clock, cells)]
     if not newest and state.runs:
         lines.append((("reading the dive", "quiet"),))
-    return (*lines, *(_bar(method, told, cells) for method, told in newest.items()))
+    return (*lines, *(_bar(method, report, cells) for method, report in newest.items()))
 
 
 def _stage(state: JobState) -> str:
@@ -69,21 +69,20 @@ def _bar(method: str, told: Told, cells: int) -> Line:
 
 
 def curves(told: Sequence[Told], cells: int, rows: int) -> Lines:
-    """A chart for each parameter that was told, beside and under each other, as large as there is room for; beside its
-    value that of another method which has answered already."""
+    """A chart per reported parameter in a grid that fills the space, next to it the values of other methods."""
     passes, answered = passes_of(told), answers(told)
     if not passes:
         return _answers(answered, cells)
-    own = next(_method(one) for one in told if one.values and not one.is_answer)
-    beside = {method: values for method, values in answered.items() if method != own}
+    method_shown = next(_method(item) for item in told if item.values and not item.is_answer)
+    compared = {method: values for method, values in answered.items() if method != method_shown}
     columns = 4 if cells >= WIDE else 2
     below = -(-len(passes) // columns)
     each, (high, left) = cells // columns, divmod(rows, below)
     lines: list[Line] = []
     for row in range(below):
         charts = [
-            converging(one, _unit(one.name), each - 1, high + (row < left), _said(beside, one.name))
-            for one in passes[row * columns : (row + 1) * columns]
+            converging(item, _unit(item.name), each - 1, high + (row < left), _said(compared, item.name))
+            for item in passes[row * columns : (row + 1) * columns]
         ]
         for y in range(max(map(len, charts))):
             lines.append(_beside([chart[y] if y < len(chart) else () for chart in charts], each))
@@ -91,8 +90,8 @@ def curves(told: Sequence[Told], cells: int, rows: int) -> Lines:
 
 
 def answers(told: Sequence[Told]) -> dict[str, dict[str, tuple[float, float]]]:
-    """By method what it has answered: each value with half of its 95 % interval."""
-    return {_method(one): one.values for one in told if one.is_answer and one.values}
+    """Answers by method: each value with half of its 95 % interval."""
+    return {_method(report): report.values for report in told if report.is_answer and report.values}
 
 
 def _method(told: Told) -> str:
@@ -100,7 +99,7 @@ def _method(told: Told) -> str:
 
 
 def _answers(answered: Mapping[str, Mapping[str, tuple[float, float]]], cells: int) -> Lines:
-    """The values of the methods that have answered, a parameter a line."""
+    """The values of the methods that have answered, one parameter per line."""
     return tuple(
         (
             (f"{name:<6}", "plain"),
@@ -114,7 +113,7 @@ def _answers(answered: Mapping[str, Mapping[str, tuple[float, float]]], cells: i
 
 
 def _said(answered: Mapping[str, Mapping[str, tuple[float, float]]], name: str) -> str:
-    """What other methods say of a parameter."""
+    """Values of a parameter by the other methods."""
     said = (f"vs {significant(values[name][0])}" for values in answered.values() if name in values)
     return ", ".join(said)
 
@@ -128,7 +127,7 @@ def _beside(parts: Sequence[Line], each: int) -> Line:
 
 
 def ended(state: JobState, cells: int) -> Lines:
-    """How a run that left no result ended; nothing for one that did."""
+    """How a run without a result ended; empty for a run with a result."""
     done = state.done
     if done is None or (done.code in AFTER_A_RUN and not state.cancelled):
         return ()
@@ -147,7 +146,7 @@ def ended(state: JobState, cells: int) -> Lines:
 
 
 def result(found: Found, cells: int) -> Lines:
-    """The outcome in a sentence, doubts in full, the parameters beside what was last accepted, reasons and notes."""
+    """The outcome in a sentence, the doubts in full, parameters next to last accepted values, reasons and notes."""
     good = found.outcome == "converged" and not found.doubts
     lines: list[Line] = [
         heading(f"{found.dive} {found.configuration}", f"{day(found.written_unix_s)} UTC", cells)
@@ -157,10 +156,10 @@ def result(found: Found, cells: int) -> Lines:
         lines += hanging(sentence, "plain", cells)
     for doubt in found.doubts:
         lines += hanging(f"▲ {doubt}", "warn", cells)
-    reasons = list(dict.fromkeys(one.reason for one in found.values if one.reason))
+    reasons = list(dict.fromkeys(value.reason for value in found.values if value.reason))
     if found.told:
         lines.append(((cut(COLUMNS, cells), "quiet"),))
-        lines += [_row(one, reasons) for one in found.values]
+        lines += [_row(value, reasons) for value in found.values]
     for n, reason in enumerate(reasons, start=1):
         lines += hanging(f"{n}: {reason}", "warn", cells)
     for note in found.notes:

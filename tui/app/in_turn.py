@@ -1,7 +1,8 @@
-"""Keys in turn: none is given to a screen before the one before it has had its effect.
+"""Keys in turn: each key reaches a screen only after the previous key has taken effect.
 
-Textual hands a key to what has the focus at that moment, and its effect comes by way of the queues of all that lie
-above. What a slow link brings in one go would so be typed into the line, or the screen, that was left meanwhile.
+Textual sends a key to the widget that has the focus at that moment, and the effect travels through the queues of all
+its ancestors. Keys that a slow link delivers in one burst would otherwise go to the line or screen that was just
+left.
 """
 
 import time
@@ -15,11 +16,11 @@ from textual.driver import Driver
 from textual.message import Message
 
 PATIENCE_S: Final = 1.0
-"""For the effect of a key whose widget is gone before it had it."""
+"""Limit for the effect of a key whose widget disappears before handling it."""
 
 
 class KeyBehind(Message):
-    """Goes the same way up as the key before it, and so arrives behind it."""
+    """Follows the key through the same queues, so that it arrives after the key's effect."""
 
     def __init__(self, turn: int) -> None:
         super().__init__()
@@ -27,7 +28,7 @@ class KeyBehind(Message):
 
 
 class KeysInTurn(App[None]):
-    """`AT_ONCE` are the bindings whose keys wait for no other key."""
+    """`AT_ONCE` are the bindings whose keys do not wait for other keys."""
 
     AT_ONCE: ClassVar[frozenset[str]] = frozenset()
 
@@ -39,11 +40,11 @@ class KeysInTurn(App[None]):
 
     @property
     def is_typing(self) -> bool:
-        """Whether a key has yet to have its effect."""
+        """Whether a key is still waiting or has yet to take effect."""
         return self.is_running and (self._given_s is not None or bool(self._typed))
 
     async def on_event(self, event: events.Event) -> None:
-        """What is typed behind the key that leaves finds no screen any more, and is dropped."""
+        """Queue keys; keys typed after the key that leaves the app find no screen, and are dropped."""
         if not isinstance(event, events.InputEvent):
             await super().on_event(event)
         elif not (self.screen_stack and self.is_running):
@@ -55,8 +56,9 @@ class KeysInTurn(App[None]):
             await super().on_event(event)
 
     async def next_key(self) -> None:
-        """Give the next key that waits to the screen, where none is under way; to be called now and then, too, for a
-        key whose widget is gone is never over by itself."""
+        """Give the next waiting key to the screen unless a key is under way. Also call this regularly: a key whose
+        widget has disappeared never completes by itself.
+        """
         now_s = time.monotonic()
         if not self._typed or (self._given_s is not None and now_s - self._given_s < PATIENCE_S):
             return
@@ -69,7 +71,7 @@ class KeysInTurn(App[None]):
             await self._over(turn)
 
     async def on_key_behind(self, message: KeyBehind) -> None:
-        """The key has had its effect; what it opened is there once the screen is drawn."""
+        """The key has taken effect; whatever it opened exists once the screen is drawn."""
         over = partial(self._over, message.turn)
         if not (self.screen_stack and self.screen.call_after_refresh(over)):
             await over()

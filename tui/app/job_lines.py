@@ -1,4 +1,4 @@
-"""A job as lines: how far it is while it runs; why, where it came to nothing."""
+"""A job as lines: its progress while it runs, and the reason if it failed."""
 
 from tui import exit_codes
 from tui.app.jobs import JobState
@@ -12,18 +12,18 @@ NOT_KEPT = "its values are below, and kept nowhere"
 
 
 def errors(done: Done) -> tuple[str, ...]:
-    """What a verb said of what went wrong: its last line where none is marked as an error."""
+    """The verb's error lines, or its last line if none is marked as an error."""
     marked = tuple(line.removeprefix(MARK) for line in done.said if line.startswith(MARK))
     return marked or done.said[-1:]
 
 
 def job_lines(verb: str, state: JobState | None, now_s: float, cells: int) -> Lines:
-    """Nothing where there was no job, or where it left a result: that is shown itself."""
+    """Progress or failure of a job; empty if there was no job or if it left a result, which is shown itself."""
     if state is None:
         return ()
     if state.done is None:
-        told = state.told[-1] if state.told else None
-        share, words = (told.share, told.words) if told else (0.0, "begins")
+        report = state.told[-1] if state.told else None
+        share, words = (report.share, report.words) if report else (0.0, "begins")
         left = f" {100 * share:3.0f} %  "
         lasted = f"  {now_s - state.began_s:.0f} s"
         doing = "ends" if state.cancelled else words

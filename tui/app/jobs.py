@@ -1,6 +1,6 @@
-"""The verbs that the app has at work, each in a process of its own. They belong to the app, not to a screen.
+"""The app's running verbs, each in a process of its own. They belong to the app, not to a screen.
 
-A screen starts one, may be left and opened again, and reads from `state` how far it is.
+A screen starts a job, may be left and opened again, and reads its progress from `state`.
 """
 
 import asyncio
@@ -19,9 +19,9 @@ Work = Callable[[Sequence[str], Callable[[Told], None]], Awaitable[Done]]
 
 @dataclass(frozen=True)
 class JobState:
-    """A verb at work, or as it ended. `words` is its command line; `told` all that it has told, the oldest first.
+    """A running or finished verb. `words` is its command line; `told` holds its progress reports, the oldest first.
 
-    `done` is None while it runs. `cancelled` from the moment that it was told to end; times by the jobs' clock.
+    `done` is None while it runs. `cancelled` is set as soon as it is ordered to end; times are by the jobs' clock.
     """
 
     words: tuple[str, ...]
@@ -37,22 +37,22 @@ class JobState:
 
     @property
     def draws(self) -> bool:
-        """Whether it came as far as its page: all else that it leaves is there."""
-        return any(one.of == PAGE for one in self.told)
+        """Whether it has reached its page: all other results are written by then."""
+        return any(report.of == PAGE for report in self.told)
 
     @property
     def unkept(self) -> Any:
-        """Its result where that could not be written to its place; None where it could, and while there is none."""
-        return next((one.result for one in self.told if one.of == UNKEPT), None)
+        """Its result if that could not be written to its file; None if it was written or does not exist yet."""
+        return next((report.result for report in self.told if report.of == UNKEPT), None)
 
     @property
     def answered(self) -> bool:
-        """Whether it has ended, or has only its page to draw."""
+        """Whether it has ended, or only has its page left to draw."""
         return not self.runs or self.draws
 
 
 class Jobs:
-    """At most one job of each verb. `work` runs one to its end, as `tui.job.work` does."""
+    """At most one job per verb. `work` runs one job to its end, as `tui.job.work` does."""
 
     def __init__(self, work: Work = job.work, clock: Callable[[], float] = time.monotonic) -> None:
         self._work, self._clock = work, clock
@@ -60,15 +60,15 @@ class Jobs:
         self._tasks: dict[str, asyncio.Task[Done]] = {}
 
     def now_s(self) -> float:
-        """The time that `began_s` and `ended_s` are counted by."""
+        """Current time on the clock of `began_s` and `ended_s`."""
         return self._clock()
 
     def state(self, verb: str) -> JobState | None:
-        """The job of that verb that runs or was the last to; None where there was none."""
+        """State of the verb's running or last job; None if there was none."""
         return self._states.get(verb)
 
     def unkept(self, verb: str, dive: object) -> Any:
-        """The result of the last run of that verb on a dive, where it could not be kept beside it; else None."""
+        """Result of the verb's last run on a dive, if it could not be written next to the dive; otherwise None."""
         state = self.state(verb)
         return state.unkept if state is not None and state.words[1] == str(dive) else None
 
@@ -77,9 +77,9 @@ class Jobs:
         return state is not None and state.runs
 
     def start(self, verb: str, words: Sequence[str]) -> None:
-        """Run the command line `words` (`identify DIVE ...`) as the job of `verb`; within the app's own loop.
+        """Run the command line `words` (`identify DIVE ...`) as the job of `verb`, within the app's event loop.
 
-        Raises ConfigError where one runs already.
+        Raises ConfigError if one runs already.
         """
         if self.runs(verb):
             raise ConfigError(f"{verb} runs already; wait for it, or cancel it")
@@ -89,7 +89,7 @@ class Jobs:
         self._tasks[verb] = task
 
     def cancel(self, verb: str) -> bool:
-        """End it, and all that it started; False where nothing runs. It is over once its state has a `done`."""
+        """End the job and all processes that it started; False if none runs. It is over once its state has a `done`."""
         if not self.runs(verb):
             return False
         self._change(verb, cancelled=True)
@@ -106,7 +106,7 @@ class Jobs:
             return Done(exit_codes.BAD_INPUT, None, (f"{verb} could not be started ({error.strerror})",))
 
     def _end(self, verb: str, task: asyncio.Task[Done]) -> None:
-        """Keep how it ended; called for a task that was cancelled before it began as well."""
+        """Store how the job ended; also called for a task that was cancelled before it began."""
         cancelled = task.cancelled()
         done = Done(exit_codes.INTERRUPTED, None, ()) if cancelled else task.result()
         stopped = cancelled or self._states[verb].cancelled

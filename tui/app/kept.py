@@ -1,4 +1,4 @@
-"""Results that verbs left beside a dive, read again only where they were written anew."""
+"""Results that verbs left next to a dive, read again only after the file has changed."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -11,7 +11,7 @@ T = TypeVar("T")
 
 
 class Kept(Generic[T]):
-    """`typed` makes of a JSON value what a screen shows, None where it is no such thing."""
+    """`typed` converts a JSON value to the type that a screen shows, or returns None if it does not fit."""
 
     def __init__(self, typed: Callable[[Any], T | None]) -> None:
         self._typed = typed
@@ -20,19 +20,19 @@ class Kept(Generic[T]):
         self._value: T | None = None
 
     def read(self, path: Path, unkept: Any = None) -> T | None:
-        """What is in the file; None where there is none, or something else.
+        """The content of the file; None if the file is missing or has other content.
 
-        `unkept` is a newer result that could not be written there: then that, and not what lies there.
+        `unkept` is a newer result that could not be written there: it replaces the file's content.
         """
-        of = path, written_ns(path)
-        if of != self._of or unkept is not self._unkept:
-            self._of, self._unkept = of, unkept
+        stamp = path, written_ns(path)
+        if stamp != self._of or unkept is not self._unkept:
+            self._of, self._unkept = stamp, unkept
             self._value = self._typed(_json(path) if unkept is None else unkept)
         return self._value
 
 
 def written_ns(path: Path) -> int:
-    """When a file was last written; 0 where there is none."""
+    """Time of a file's last write, ns; 0 if the file is missing."""
     try:
         return path.stat().st_mtime_ns
     except OSError:
@@ -40,7 +40,7 @@ def written_ns(path: Path) -> int:
 
 
 def newer(path: Path, than: Path) -> bool:
-    """Whether a file is there and was written after another: by the run that wrote that, not by one before."""
+    """Whether a file exists and is no older than `than`: then both come from the same run."""
     return written_ns(path) >= written_ns(than) > 0
 
 

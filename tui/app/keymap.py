@@ -19,19 +19,19 @@ NAMED_KEYS: Final = frozenset(
 )
 Keymap = dict[str, str]
 Places = Sequence[Sequence[Action]]
-"""Actions that may be live at the same time, each with those that are live everywhere."""
+"""Groups of actions that may be live at the same time, each including those that are live everywhere."""
 
 
 def own_file() -> Path:
-    """The user's own keymap, where there is one; the XDG base directory specification names the folder."""
+    """Path of the user's own keymap, which may not exist; the folder follows the XDG base directory specification."""
     home = os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config"
     return Path(home) / "seatrial" / "keymap.yaml"
 
 
 def load_keymap(file: Path | None, places: Places) -> Keymap:
-    """The keys that `file` gives, by action id; of the user's own file, if there is one, for None.
+    """Load the keys of `file` by action id; for None, those of the user's own file if it exists.
 
-    Raises ConfigError for an unknown action, a key that none is, or one that two actions would have.
+    Raises ConfigError for an unknown action, an unknown key, or a key that two actions share.
     """
     if file is None:
         file = own_file()
@@ -89,15 +89,15 @@ def _check_clashes(keymap: Keymap, places: Places, file: Path) -> None:
         holder: dict[str, str] = {}
         for action in place:
             for key in _normal(keymap.get(action.id, action.keys)):
-                other = holder.setdefault(key, action.id)
-                if other != action.id:
+                owner = holder.setdefault(key, action.id)
+                if owner != action.id:
                     raise ConfigError(
-                        f"{file}: the key '{key}' belongs to both {other} and {action.id}; give one of them another"
+                        f"{file}: the key '{key}' belongs to both {owner} and {action.id}; give one of them another"
                     )
 
 
 def _normal(keys: str) -> list[str]:
-    """Keys by one name each, so that `?` is `question_mark`."""
+    """Each key by its long name, so that `?` is `question_mark`."""
     return [_long_name(key) for key in keys.split(",")]
 
 

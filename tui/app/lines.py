@@ -1,4 +1,4 @@
-"""Lines of text with roles: what a widget shows, before it has any colour."""
+"""Lines of text with roles: the content of a widget, before it has any colour."""
 
 from typing import Final, Literal, get_args
 
@@ -8,18 +8,18 @@ Role = Literal[
     "plain",  # words
     "quiet",  # labels, units, axes
     "strong",  # values
-    "accent",  # the one colour: what was measured
-    "reference",  # what was asked for
-    "rule",  # lines that only divide
-    "stale",  # old: dimmed, and dated beside it
-    "faded",  # a curve or a bar of what is stale
+    "accent",  # the single colour: measured values
+    "reference",  # desired values
+    "rule",  # dividing lines
+    "stale",  # old: dimmed, with its age next to it
+    "faded",  # a stale curve or bar
     "warn",
     "bad",
-    "lost",  # inverse: what must not be overlooked
+    "lost",  # inverse: must not be overlooked
     "armed",
     "failsafe",
-    "tab",  # the screen that is shown
-    "key",  # at the bottom, before what it does
+    "tab",  # the current screen
+    "key",  # at the bottom, before its description
 ]
 ROLES: Final[tuple[Role, ...]] = get_args(Role)
 
@@ -29,19 +29,19 @@ Lines = tuple[Line, ...]
 
 
 def width(line: Line) -> int:
-    """Cells of a line; every character that is used here is one cell wide."""
+    """Cells of a line; every character used here is one cell wide."""
     return sum(len(text) for text, _ in line)
 
 
 def harmless(text: str) -> str:
-    """`text` as many cells wide as it has characters, with nothing in it that could steer a terminal."""
+    """Replace characters that are not one cell wide or could control a terminal by `?`."""
     if text.isascii() and text.isprintable():
         return text
     return "".join(c if c.isprintable() and cell_len(c) == 1 else "?" for c in text)
 
 
 def changed(before: Line, after: Line) -> tuple[int, int]:
-    """From which cell to which (excluded) two lines differ; of a shorter one the rest is blank."""
+    """First cell and end (exclusive) of the range in which two lines differ; a shorter line is padded with blanks."""
     cells = max(width(before), width(after))
     old, new = _cells(before, cells), _cells(after, cells)
     differing = [n for n in range(cells) if old[n] != new[n]]
@@ -49,18 +49,18 @@ def changed(before: Line, after: Line) -> tuple[int, int]:
 
 
 def _cells(line: Line, count: int) -> list[Span]:
-    """Each cell by itself."""
+    """The cells of a line one by one, padded with blanks to `count`."""
     cells: list[Span] = [(character, role) for text, role in line for character in text]
     return cells + [(" ", "plain")] * (count - len(cells))
 
 
 def cut(text: str, cells: int) -> str:
-    """`text` in no more than `cells`, with an ellipsis where something is missing."""
+    """`text` in at most `cells`, with an ellipsis if it was cut."""
     return text if len(text) <= cells else f"{text[: max(cells - 1, 0)]}…"[:cells]
 
 
 def apart(left: Line, right: Line, cells: int) -> Line:
-    """`left` and `right` at the two ends of `cells`; `right` is left out where there is no room for it."""
+    """`left` and `right` at the two ends of `cells`; `right` is left out if it does not fit."""
     room = cells - width(left) - width(right)
     return (*left, (" " * room, "plain"), *right) if room >= 1 else left
 

@@ -15,7 +15,7 @@ from tui.dive_list import FAIR, dive_folders, kept_glance, short_name
 
 @dataclass(frozen=True)
 class Span:
-    """One axis: seconds with thrust and readings, and how far thrust and speed went, in SI; NaN for not recorded."""
+    """One axis: seconds with both thrust and readings, and the range of thrust and speed in SI; NaN if not recorded."""
 
     seconds: float
     thrust: float
@@ -24,11 +24,11 @@ class Span:
 
 @dataclass(frozen=True)
 class ListedDive:
-    """One dive. `relative_std` by coefficient tells what it could identify, inf for not at all; None for unknown.
+    """One dive. `relative_std` by coefficient predicts how well it could be identified: inf not at all; None unknown.
 
     `spans` by axis ("surge"). `why_not`, `error`, `stray`, `restarts`, `lacking`, `unheard`, `damaged` and `underway`
-    are sentences, "" for none.
-    `unread` where the recording is yet to be read: then only name, time and length are known.
+    are sentences, "" for none. `unread`: the recording has not been read yet, and only name, time and length are
+    known.
     """
 
     folder: Path
@@ -55,23 +55,23 @@ class ListedDive:
 
     @property
     def identifiable(self) -> bool:
-        """Whether it could identify anything."""
+        """Whether any coefficient could be identified."""
         return any(std <= FAIR for std in (self.relative_std or {}).values())
 
     @property
     def worked_on(self) -> str:
-        """What was made of it, in short: `identified, diagnosed`."""
-        words = (one.split(" ", 1)[0].rstrip(":") for one in self.learnt)
+        """Short form of the work done on it: `identified, diagnosed`."""
+        words = (sentence.split(" ", 1)[0].rstrip(":") for sentence in self.learnt)
         return ", ".join(dict.fromkeys(word for word in words if word in ("identified", "diagnosed")))
 
 
 def listed(result: Any) -> tuple[ListedDive, ...]:
-    """The dives of a list, the other way round; none where it is no list."""
-    return tuple(_dive(one) for one in reversed(result)) if isinstance(result, list) else ()
+    """The dives of a list in reverse order; empty if the value is not a list."""
+    return tuple(_dive(entry) for entry in reversed(result)) if isinstance(result, list) else ()
 
 
 def with_unread(dives: Sequence[ListedDive], root: Path) -> tuple[ListedDive, ...]:
-    """The dives with those of `root` that are not among them: of these what is known at once. The newest first."""
+    """Add the dives of `root` that the list lacks, with the facts known without reading them. The newest first."""
     try:
         folders = dive_folders(root)
     except LogError:
@@ -106,15 +106,15 @@ def _unread(folder: Path) -> ListedDive:
 
 
 def usual(dives: Sequence[ListedDive], otherwise: Path | None) -> Path | None:
-    """The dive that is most likely meant: the newest that could identify anything, else `otherwise`.
+    """The dive that the user most likely means: the newest that could identify anything, else `otherwise`.
 
-    A recording that was begun on deck, with nothing in it yet, is not the dive that the crew comes from.
+    A recording begun on deck with no data in it is not the dive that the crew has just made.
     """
     return next((dive.folder for dive in dives if dive.identifiable), otherwise)
 
 
 def _dive(data: Mapping[str, Any]) -> ListedDive:
-    told = data["excitation"]
+    excitation = data["excitation"]
     return ListedDive(
         Path(data["folder"]),
         str(data["name"]),
@@ -122,8 +122,10 @@ def _dive(data: Mapping[str, Any]) -> ListedDive:
         _number(data["duration_s"]),
         _number(data["size_bytes"]),
         _number(data["loss"]),
-        None if told is None else {one["name"]: _or(_number(one["relative_std"]), math.inf) for one in told},
-        {one["axis"]: _span(one) for one in data["axes"]},
+        None
+        if excitation is None
+        else {entry["name"]: _or(_number(entry["relative_std"]), math.inf) for entry in excitation},
+        {entry["axis"]: _span(entry) for entry in data["axes"]},
         str(data["why_not"]),
         str(data["error"]),
         str(data["notes"]),
@@ -144,7 +146,7 @@ def _span(data: Mapping[str, Any]) -> Span:
 
 
 def _number(value: Any) -> float:
-    """A number of a JSON file, where null stands for none."""
+    """A number of a JSON file, NaN for null."""
     return math.nan if value is None else float(value)
 
 

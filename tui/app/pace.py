@@ -1,19 +1,19 @@
-"""How often to draw: as asked, once a second where the terminal lags, and not at all while it is far behind. Pure.
+"""Drawing rate: as requested, once a second if the terminal lags, and paused while it is far behind. Pure logic.
 
-The terminal is asked something small after what was drawn; it answers when it has come so far. One that never answers
-is taken to keep up.
+After each drawing the terminal gets a small query, which it answers when it has drawn everything before. A terminal
+that never answers is assumed to keep up.
 """
 
 from typing import Final
 
 LATE_S: Final = 0.5
 LAGGING_PERIOD_S: Final = 1.0
-CALM_S: Final = 5.0  # without a late answer, before it is drawn as often as asked again
+CALM_S: Final = 5.0  # without a late answer, before the requested rate resumes
 GIVEN_UP_S: Final = 5.0
 
 
 class Pace:
-    """`fps` are the refreshes a second where all keeps up."""
+    """`fps` is the number of refreshes a second when everything keeps up."""
 
     def __init__(self, fps: float) -> None:
         self._period_s = 1.0 / fps
@@ -22,7 +22,7 @@ class Pace:
         self._ever_answered = False
 
     def may_ask(self) -> bool:
-        """Whether the last question is answered."""
+        """Whether the last query is answered."""
         return self._asked_s is None
 
     def on_asked(self, now_s: float) -> None:
@@ -34,7 +34,7 @@ class Pace:
         self._asked_s, self._ever_answered = None, True
 
     def may_draw(self, now_s: float) -> bool:
-        """Whether the terminal is ready for more; after a long wait it is tried all the same."""
+        """Whether the terminal is ready for more; after a long wait it is tried anyway."""
         waiting_s = 0.0 if self._asked_s is None else now_s - self._asked_s
         if waiting_s <= LATE_S or not self._ever_answered:
             return True
@@ -45,7 +45,7 @@ class Pace:
         return False
 
     def period_s(self, now_s: float) -> float:
-        """Until the next refresh."""
+        """Time to the next refresh, s."""
         if now_s < self._slow_until_s:
             return max(LAGGING_PERIOD_S, self._period_s)
         return self._period_s

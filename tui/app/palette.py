@@ -1,4 +1,4 @@
-"""What can be done now, in the command palette: from the same table as keys and help."""
+"""Actions in the command palette, from the same table as keys and help."""
 
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -16,21 +16,21 @@ if TYPE_CHECKING:
     from tui.app.app import SeatrialApp
 
 MOVING: Final = "replay."
-"""Actions that make no sense before one sees what they move in: a replay ends as Watch is left."""
+"""Actions that make sense only while the user sees the replay that they move in: it ends when Watch is left."""
 
 
 class ActionPalette(CommandPalette):
-    """The palette, which closes once: an escape and an enter that come together would close what lies below as well."""
+    """The palette, closing only once: an escape and an enter together would also close the screen below."""
 
     def dismiss(self, result: None = None) -> AwaitComplete:
         return super().dismiss(result) if self.is_current else AwaitComplete()
 
 
 class ActionProvider(Provider):
-    """The actions that are live on the screen that the palette was opened from, those of the others, and the themes.
+    """The actions that are live on the present screen, those of the other screens, and the themes.
 
-    On its own screen an action is there while it does something; of other screens none that moves a mark or a replay.
-    Where the app is view-only those alone that look.
+    An action of the present screen is listed while it has an effect; actions of other screens are listed unless they
+    move a mark or a replay. In a view-only app only actions that look are listed.
     """
 
     def _live(self) -> Iterator[Action]:
@@ -42,7 +42,7 @@ class ActionProvider(Provider):
             yield Action(f"theme.{name}", "", f"app.use_theme('{name}')", f"Theme: {name}", "use this theme")
 
     def _entries(self) -> Iterator[tuple[str, str, Callable[[], object]]]:
-        """Name, help and what it does of each."""
+        """Words, help and function of each action."""
         app = cast("SeatrialApp", self.app)
         for action in self._live():
             if app.may(self.screen, action.call):
@@ -68,6 +68,6 @@ class ActionProvider(Provider):
                 yield Hit(score, matcher.highlight(words), do, help=sentence)
 
     def _help(self, action: Action) -> str:
-        """What it does, and its key."""
+        """The action's sentence, with its key."""
         key = self.screen.key_of(action.id) if isinstance(self.screen, StationScreen) else ""
         return f"{action.sentence} ({key})" if key else action.sentence

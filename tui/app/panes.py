@@ -1,4 +1,4 @@
-"""Sensors, thrusters and words of a vehicle, as lines."""
+"""Sensors, thrusters and messages of a vehicle, as lines."""
 
 import math
 from typing import Final
@@ -9,7 +9,7 @@ from tui.app.shown import NOTHING, age, ago, number, utc
 
 WIDE: Final = 50
 NAME_CELLS: Final = 17
-RATE_AND_AGE: Final = 17  # cells of a narrow row beside its name
+RATE_AND_AGE: Final = 17  # cells of a narrow row after its name
 MARKS: Final[dict[Condition, Span]] = {
     Condition.OK: ("●", "quiet"),
     Condition.DEGRADED: ("◐", "warn"),
@@ -22,7 +22,7 @@ NEUTRAL_US, FULL_US = 1500.0, 400.0
 
 
 def sensors(links: tuple[LinkRow, ...], rows: tuple[SensorRow, ...], cells: int) -> Lines:
-    """Links, then sensors. What is wrong takes the place of rate and age, or a line of its own where it is long."""
+    """Links, then sensors. A fault replaces rate and age, or gets a line of its own if it is long."""
     names = [_link_name(link) for link in links] + [row.name for row in rows]
     name_cells = min(max((len(name) for name in names), default=0), NAME_CELLS, max(cells - RATE_AND_AGE, 1))
     lines: list[Line] = []
@@ -73,12 +73,12 @@ def _head(condition: Condition, name: str, role: Role, name_cells: int, cells: i
 
 
 def _with_rate(head: Line, rate_hz: float, expected_hz: float, age_s: float, cells: int) -> Line:
-    """How often and how long ago; with the least rate that it should have, where there is room."""
+    """Rate and age; with the least rate expected, if it fits."""
     rate, old = number(rate_hz, 1), age(age_s)
     if cells < WIDE:
         return apart(head, ((rate, "plain"), (" Hz", "quiet"), (f"{old:>6}", "plain")), cells)
-    of = f" / {expected_hz:.0f} Hz" if math.isfinite(expected_hz) else " Hz"
-    return (*head, (f"{rate:>{15 - len(of)}}", "plain"), (of, "quiet"), (f"{old:>8}", "plain"))
+    unit = f" / {expected_hz:.0f} Hz" if math.isfinite(expected_hz) else " Hz"
+    return (*head, (f"{rate:>{15 - len(unit)}}", "plain"), (unit, "quiet"), (f"{old:>8}", "plain"))
 
 
 def _with_words(head: Line, words: str, role: Role, cells: int) -> Lines:
@@ -88,12 +88,12 @@ def _with_words(head: Line, words: str, role: Role, cells: int) -> Lines:
 
 
 def thrusters_heading(configuration: str, cells: int) -> Line:
-    """Above them, with the unit of their pulses where the rows have no room for it."""
+    """Heading of the thrusters, with the pulses' unit if the rows are too narrow for it."""
     return heading("THRUSTERS" if cells >= WIDE else "THRUSTERS, µs", configuration, cells)
 
 
 def thrusters(rows: tuple[ThrusterRow, ...], cells: int) -> Lines:
-    """A signed bar for each, about the pulse that stands still; two beside each other where there is little room."""
+    """A signed bar per thruster, zero at the neutral pulse; in two columns on a narrow screen."""
     if cells >= WIDE:
         return tuple(_wide_thruster(row, cells) for row in rows)
     each = cells // 2
@@ -152,8 +152,8 @@ def signed_bar(pwm_us: float, half: int) -> str:
 
 
 def words(said: tuple[Said, ...], cells: int) -> Lines:
-    """What the vehicle said, the newest first, with its severity as a word."""
-    return tuple(_saying(one, cells) for one in reversed(said))
+    """The vehicle's messages, the newest first, with the severity as a word."""
+    return tuple(_saying(message, cells) for message in reversed(said))
 
 
 def _saying(one: Said, cells: int) -> Line:
@@ -164,8 +164,8 @@ def _saying(one: Said, cells: int) -> Line:
 
 
 def worst(said: tuple[Said, ...]) -> str:
-    """How many errors and warnings are among them: `1 error, 2 warnings`."""
-    errors = sum(one.severity <= ERROR for one in said)
-    warnings = sum(one.severity == WARNING for one in said)
+    """Number of errors and warnings among the messages: `1 error, 2 warnings`."""
+    errors = sum(message.severity <= ERROR for message in said)
+    warnings = sum(message.severity == WARNING for message in said)
     counts = ((errors, "error"), (warnings, "warning"))
     return ", ".join(f"{count} {name}{'s' * (count > 1)}" for count, name in counts if count)

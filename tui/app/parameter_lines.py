@@ -1,4 +1,4 @@
-"""The parameters of a vehicle as lines: the table, the line at the mark, what is asked and what became of it."""
+"""A vehicle's parameters as lines: the table, details of the marked line, the confirmation and the results."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
@@ -14,20 +14,20 @@ CHOSEN, LEFT, NOT_ASKED, DOUBT = "■", "□", " ", "▲"
 EQUAL: Final = "read back equal"
 FAILED: Final = "failed"
 SHORT: Final = {"not on the vehicle": "absent", "implausible": "unlikely"}
-"""Verdicts where the line has no room for them; the sentence below the table has them whole."""
-SENTENCE: Final = 20  # cells from which the beginning of a sentence tells more than a word
+"""Short forms of verdicts for narrow lines; the sentence below the table has the full words."""
+SENTENCE: Final = 20  # cells from which a cut sentence says more than a single word
 DIGITS: Final = 5
-WIDE: Final = 90  # cells from which columns are as wide as any value needs
+WIDE: Final = 90  # cells from which every column fits any value
 ALIKE, FAR = 1.0, 3.0
-"""A change within the interval is no news; one of three halves of it is worth a second look."""
+"""Change in half-intervals: up to ALIKE it is within the interval, above FAR it deserves a second look."""
 IN_HALVES: Final = "Δ/±95%"
-"""Heads the change, in the unit of the column before it."""
+"""Column head of the change, in units of the ±95 % column."""
 CHANGE, NAME = 7, 12
 
 
 @dataclass(frozen=True)
 class _Widths:
-    """The cells of the columns that are narrower where there is little room."""
+    """Widths in cells of the columns that shrink on a narrow screen."""
 
     unit: int
     number: int
@@ -39,7 +39,7 @@ ROOMY, TIGHT = _Widths(13, 10, 11, 8), _Widths(12, 9, 11, 7)
 
 
 def number(value: float | None, cells: int = 0) -> str:
-    """A value to five digits, as a person compares it; to fewer where these and a blank are more than `cells`."""
+    """Format a value to five digits, or fewer if five and a blank exceed `cells`."""
     if value is None:
         return NOTHING
     texts = [f"{value + 0.0:.{digits}g}" for digits in range(DIGITS, 0, -1)]
@@ -47,7 +47,7 @@ def number(value: float | None, cells: int = 0) -> str:
 
 
 def _change(change: float | None) -> str:
-    """A change with a blank before it."""
+    """Format a change, leaving a blank before it."""
     if change is None:
         return NOTHING
     texts = f"{change:+.1f}", f"{change:+.0f}", f"{change:+.0e}"
@@ -55,7 +55,7 @@ def _change(change: float | None) -> str:
 
 
 def half(entry: Entry) -> float | None:
-    """Half of its 95 % interval."""
+    """Half of the entry's 95 % interval, None if it has none."""
     return None if entry.low95 is None or entry.high95 is None else (entry.high95 - entry.low95) / 2
 
 
@@ -70,9 +70,9 @@ def table(
     back: bool = False,
     stale: bool = False,
 ) -> Lines:
-    """A heading and so many lines of the table that the one at `at` is among them; `became` tells of those written.
+    """Table with a heading and the lines that fit, including the line at `at`; `became` holds the results of writes.
 
-    `stale`: what the vehicle held may no longer be so.
+    `stale`: the vehicle's values may be out of date.
     """
     first, room = _window(len(shown.entries), at, rows)
     entries = shown.entries[first : first + room]
@@ -81,13 +81,13 @@ def table(
         for n, entry in enumerate(entries)
     )
     above, below = first, len(shown.entries) - first - len(entries)
-    out = [f"{_lines(count)} {where}" for count, where in ((above, "above"), (below, "below")) if count]
-    more: Lines = (((f"   … {', '.join(out)}", "warn"),),) if out else ()
+    hidden = [f"{_lines(count)} {side}" for count, side in ((above, "above"), (below, "below")) if count]
+    more: Lines = (((f"   … {', '.join(hidden)}", "warn"),),) if hidden else ()
     return (_head(cells, back, "was" if became else "staged" if shown.waits else "vehicle"), *body, *more)
 
 
 def _window(count: int, at: int, rows: int) -> tuple[int, int]:
-    """The first of the entries that are shown, and of how many there is room; a row says where some are left out."""
+    """First entry shown and number of entries that fit; if some are left out, a row is kept for the note about them."""
     room = max(rows - 1, 1)
     if count > room:
         room = max(room - 1, 1)
@@ -95,7 +95,7 @@ def _window(count: int, at: int, rows: int) -> tuple[int, int]:
 
 
 def entry_at(y: int, count: int, at: int, rows: int) -> int | None:
-    """Which entry line `y` of the table shows; None for its heading and below the last."""
+    """Index of the entry in table line `y`; None for the heading and below the last entry."""
     first, room = _window(count, at, rows)
     entry = first + y - 1
     return entry if 1 <= y <= room and entry < count else None
@@ -138,7 +138,7 @@ def _row(entry: Entry, chosen: bool, at: bool, became: str, cells: int, *, stale
 
 
 def _words(entry: Entry, became: str, room: int) -> Span:
-    """What is to be read at the end of a line, in so many cells."""
+    """Text and role for the end of a line, in at most `room` cells."""
     if became:
         if became.endswith(EQUAL):
             equal = f"✓ {EQUAL}"
@@ -152,17 +152,17 @@ def _words(entry: Entry, became: str, room: int) -> Span:
 
 
 def details(entry: Entry, became: str, stale_s: float | None, cells: int) -> Lines:
-    """All that is known of one line, in sentences; `stale_s` is how old the vehicle's value is, None for fresh."""
+    """All that is known about one line, in sentences; `stale_s` is the age of the vehicle's value, None if fresh."""
     unit = "" if entry.unit in ("", "1") else f" {entry.unit}"
-    told = f", 95 % between {number(entry.low95)} and {number(entry.high95)}" if half(entry) else ""
+    interval = f", 95 % between {number(entry.low95)} and {number(entry.high95)}" if half(entry) else ""
     when = f" ({_when(entry.accepted_at)})" if entry.accepted_at else ""
     last = f"last accepted {number(entry.accepted)}{unit}{when}" if entry.accepted is not None else ""
     size = f"the change is {abs(entry.change):.1f} halves of the interval" if entry.change else ""
     held = "staged on the vehicle" if entry.staged else "on the vehicle"
-    was = "before" if became else held if stale_s is None else f"{held} {ago(stale_s)}"
-    is_now = "the vehicle has none" if entry.present is None else f"{was} {number(entry.present)}{unit}"
+    label = "before" if became else held if stale_s is None else f"{held} {ago(stale_s)}"
+    is_now = "the vehicle has none" if entry.present is None else f"{label} {number(entry.present)}{unit}"
     sentence = "; ".join(
-        filter(None, (is_now, f"in the file {number(entry.target)}{unit}{told}", last, size))
+        filter(None, (is_now, f"in the file {number(entry.target)}{unit}{interval}", last, size))
     )
     lines = wrapped(f"{entry.name}: {entry.sentence}" if entry.sentence else entry.name, "strong", cells)
     lines += wrapped(f"{sentence}.", "plain", cells)
@@ -176,15 +176,14 @@ def details(entry: Entry, became: str, stale_s: float | None, cells: int) -> Lin
 
 
 def _when(time: str) -> str:
-    """`2026-11-21T064500Z` as a person reads it."""
+    """Format `2026-11-21T064500Z` for a reader."""
     return f"{time[:10]} {time[11:13]}:{time[13:15]} UTC"
 
 
 def top(
     shown: Comparison, chosen: Collection[str], stale_s: float | None, cells: int, *, back: bool, done: bool
 ) -> Lines:
-    """What the file is, what it asks for, or what of it is `done`, and how old the vehicle's values are where they are
-    no longer fresh."""
+    """Heading: the file, the number of lines chosen (or written, once `done`), and the age of stale values."""
     if back:
         title = f"ROLL BACK to the values before {_when(shown.file.name)}"
     else:
@@ -194,7 +193,7 @@ def top(
         count = f"{len(shown.staged)} staged, {count}" if shown.choosable else f"{len(shown.staged)} staged"
     if done:
         parts = (len(chosen), "written"), (len(shown.staged), "put in force")
-        count = ", ".join(f"{number_of} {what}" for number_of, what in parts if number_of)
+        count = ", ".join(f"{number_of} {verb}" for number_of, verb in parts if number_of)
     lines: Lines = (heading(cut(title, cells - len(count) - 3), count, cells),)
     if stale_s is not None:
         lines += wrapped(f"what the vehicle holds was read {ago(stale_s)}", "stale", cells)
@@ -206,7 +205,7 @@ def top(
 
 
 def waiting(shown: Comparison, key: str, cells: int) -> Lines:
-    """What is to be known first, where the vehicle holds values and does not fly them; `key` puts them in force."""
+    """Warning that the vehicle holds values that it does not use; `key` puts them in force."""
     if not shown.waits:
         return ()
     flies = f"another set flies ({shown.active_crc})" if shown.active_crc else "none of it flies"
@@ -219,15 +218,15 @@ def _lines(count: int) -> str:
 
 
 def asking(shown: Comparison, chosen: int, needed: str, *, armed: bool, back: bool, cells: int) -> Lines:
-    """What is about to be written and put in force, and what is to be typed for it."""
+    """Question that says which lines will be written and put in force, and which words confirm that."""
     staged, write = len(shown.staged), "write back" if back else "write"
     if not staged:
-        what = f"{write} {_lines(chosen)} to"
+        task = f"{write} {_lines(chosen)} to"
     elif not chosen:
-        what = f"put {_lines(staged)} in force on"
+        task = f"put {_lines(staged)} in force on"
     else:
-        what = f"{write} {_lines(chosen)} and put the {staged} staged in force on"
-    sentence = f"To {what} vehicle {shown.system}, type {needed} and Enter; escape leaves it."
+        task = f"{write} {_lines(chosen)} and put the {staged} staged in force on"
+    sentence = f"To {task} vehicle {shown.system}, type {needed} and Enter; escape leaves it."
     if armed:
         return (
             ((f" ■ vehicle {shown.system} is ARMED ", "armed"),),

@@ -1,4 +1,4 @@
-"""What the app keeps of its user: the theme, in `~/.local/state/seatrial/tui.json`."""
+"""Preferences of the user: the theme, in `~/.local/state/seatrial/tui.json`."""
 
 import contextlib
 import json
@@ -12,13 +12,13 @@ from tui.app import themes
 
 
 def state_file() -> Path:
-    """Where it is kept; the XDG base directory specification names the folder."""
+    """Path of the file; the folder follows the XDG base directory specification."""
     home = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
     return Path(home) / "seatrial" / "tui.json"
 
 
 def load_theme() -> str:
-    """The theme of last time; `dark` where there is none."""
+    """The theme of the last session; `dark` if none is stored."""
     try:
         kept = from_json(read_small(state_file()))
     except (OSError, ValueError):
@@ -28,7 +28,7 @@ def load_theme() -> str:
 
 
 def keep_theme(name: str) -> None:
-    """Keep it for next time; a disk that takes nothing is no reason to stop."""
+    """Save the theme for the next session; a disk error is ignored."""
     file = state_file()
     with contextlib.suppress(OSError):
         file.parent.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""The quantities that are drawn: their names, how small a range is still worth an axis, which way is up."""
+"""The quantities that are drawn: names, smallest range of the axis, direction of the axis."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -6,7 +6,7 @@ from typing import Final
 
 @dataclass(frozen=True)
 class Quantity:
-    """One trace of a `Picture`. `least_span` and `digits` are in the unit that is shown."""
+    """One trace of a `Picture`. `least_span` and `digits` are in the displayed unit."""
 
     key: str
     title: str

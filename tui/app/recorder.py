@@ -1,4 +1,4 @@
-"""The recording beside the app: found where it runs, begun detached where none does, so that it outlives the app."""
+"""The recording next to the app: found if it runs, else started detached, so that it outlives the app."""
 
 import subprocess
 import sys
@@ -21,7 +21,7 @@ LOOK_EVERY_S: Final = 0.1
 
 
 def recording(now_unix_s: float) -> Recording | None:
-    """The recording that runs or hangs, as the top line tells it."""
+    """The running or hanging recording, as the top line shows it."""
     if holding := held(now_unix_s):
         return as_recording(holding)
     holding = hung(now_unix_s)
@@ -29,7 +29,7 @@ def recording(now_unix_s: float) -> Recording | None:
 
 
 def as_recording(holding: Holding) -> Recording:
-    """What the top line tells of a recording."""
+    """Convert a recording's holder to the form of the top line."""
     return Recording(
         holding.began_unix_s,
         holding.disk_left_s,
@@ -44,7 +44,7 @@ def as_recording(holding: Holding) -> Recording:
 
 
 def recorded() -> Path | None:
-    """The folder of the dive that is being recorded."""
+    """The folder of the dive being recorded."""
     from bridge.clock import SystemClock
 
     holding = held(SystemClock().unix_s())
@@ -52,7 +52,7 @@ def recorded() -> Path | None:
 
 
 def hub() -> str:
-    """The link that the running recording serves. Raises LinkError where none runs."""
+    """The link that the running recording serves. Raises LinkError if none runs."""
     from bridge.clock import SystemClock
 
     holding = held(SystemClock().unix_s())
@@ -62,16 +62,16 @@ def hub() -> str:
 
 
 def options(links: Sequence[str], out: str, vehicle: str, sign_key: str = "") -> list[str]:
-    """What `seatrial record` is told."""
+    """Options for `seatrial record`."""
     named = ["--vehicle", vehicle] if vehicle else []
     key = ["--sign-key", sign_key] if sign_key else []
     return [*(word for link in links for word in ("--link", link)), "--out", out, *named, *key]
 
 
 def begin_again(arguments: Sequence[str]) -> None:
-    """Start a recording where none runs, and wait until it tells of itself.
+    """Start a recording if none runs, and wait until it reports.
 
-    Raises LinkError, also where one hangs that keeps the links.
+    Raises LinkError, also if a hanging recorder holds the links.
     """
     from bridge.clock import SystemClock
 
@@ -84,7 +84,7 @@ def begin_again(arguments: Sequence[str]) -> None:
 
 
 def next_dive() -> Path:
-    """Let the recording go on in a new dive folder; the folder of the dive that is over. Raises LinkError."""
+    """Let the recording go on in a new dive folder; return the folder of the finished dive. Raises LinkError."""
     from bridge.clock import SystemClock
 
     finished, _ = orders.next_dive(SystemClock(), time.sleep)
@@ -92,14 +92,14 @@ def next_dive() -> Path:
 
 
 def end() -> Path:
-    """End the recording that runs; the folder of its dive. Raises LinkError."""
+    """End the running recording; return the folder of its dive. Raises LinkError."""
     from bridge.clock import SystemClock
 
     return orders.end(SystemClock(), time.sleep)
 
 
 def record_command(arguments: Sequence[str]) -> list[str]:
-    """The command line of `seatrial record`, by this very Python."""
+    """Command line of `seatrial record` with the running Python."""
     return [sys.executable, "-m", "tui", "record", *arguments]
 
 
@@ -109,9 +109,9 @@ def begin(
     wait: Callable[[float], None],
     find: Callable[[float], Holding | None] = held,
 ) -> Holding:
-    """Start `seatrial record` in a session of its own, and answer once it tells of itself.
+    """Start `seatrial record` in a session of its own, and return once it reports.
 
-    Raises LinkError with its own last words where it ends instead.
+    Raises LinkError with the process's own last words if it ends instead.
     """
     log = state_file().with_name("record.log")
     log.parent.mkdir(parents=True, exist_ok=True)
@@ -123,7 +123,7 @@ def begin(
             stderr=words,
             start_new_session=True,
         )
-    # One that was killed would else stand among the processes, as if it ran, until this one ends.
+    # A killed process would otherwise remain as a zombie, and look alive, until this process ends.
     threading.Thread(target=process.wait, name="end of the recording", daemon=True).start()
     until_s = clock.boot_s() + PATIENCE_S
     while clock.boot_s() < until_s:

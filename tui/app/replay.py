@@ -1,4 +1,4 @@
-"""The replay of a dive: where in it one is, how fast it runs, and the picture there."""
+"""Replay of a dive: position, speed, and the picture at that position."""
 
 import math
 import time
@@ -18,11 +18,11 @@ from tui.app.shown import stopwatch
 
 SPEEDS: Final = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 BEFORE_S: Final = 65.0
-"""Seconds that are read before the place where a replay is looked at, for the charts of the last minute."""
+"""Seconds read before the position shown, for the charts of the last minute."""
 
 
 class Watcher(Protocol):
-    """Makes pictures of frames; see `gcs_plugin.watch`."""
+    """Makes pictures from frames; see `gcs_plugin.watch`."""
 
     def feed(self, frame: Frame, arrived_s: float, link: str) -> None: ...
 
@@ -31,7 +31,7 @@ class Watcher(Protocol):
 
 @dataclass(frozen=True)
 class Replayed:
-    """What a replay shows now, `at_s` of `length_s` seconds; `speed` in times real; `paused` at its end as well."""
+    """State of the replay at `at_s` of `length_s` seconds; `speed` in times real time; `paused` also at the end."""
 
     name: str
     picture: Picture
@@ -42,7 +42,7 @@ class Replayed:
 
 
 class Replay:
-    """`make_watcher` gives a fresh watcher for what was recorded from a Unix time on; `clock` counts seconds."""
+    """`make_watcher` returns a new watcher for frames recorded from a Unix time on; `clock` returns seconds."""
 
     def __init__(
         self, name: str, reel: Reel, make_watcher: Callable[[float], Watcher], clock: Callable[[], float]
@@ -55,7 +55,7 @@ class Replay:
 
     @property
     def at_s(self) -> float:
-        """Seconds into the dive."""
+        """Position in the dive, s."""
         gone_s = self._speed * (self._clock() - self._since_s) if self._runs else 0.0
         return min(self._from_s + gone_s, self._reel.length_s)
 
@@ -64,7 +64,7 @@ class Replay:
         return not self._runs or self.at_s >= self._reel.length_s
 
     def toggle(self) -> None:
-        """Pause, or go on; from the beginning where it has come to the end."""
+        """Pause or resume; at the end, start again from the beginning."""
         if self.at_s >= self._reel.length_s:
             self.seek(-math.inf)
             self._runs = True
@@ -73,13 +73,13 @@ class Replay:
             self._runs = not self._runs
 
     def faster(self, steps: int) -> None:
-        """So many steps up (or down) in `SPEEDS`."""
+        """Change the speed by that many steps in `SPEEDS`, up or down."""
         self._hold()
         at = SPEEDS.index(self._speed) + steps
         self._speed = SPEEDS[max(0, min(at, len(SPEEDS) - 1))]
 
     def seek(self, by_s: float) -> None:
-        """So many seconds on, or back."""
+        """Move by that many seconds, forward or back."""
         at_s = max(0.0, min(self.at_s + by_s, self._reel.length_s))
         self._from_s, self._since_s = at_s, self._clock()
         if not self._fed_s <= at_s <= self._fed_s + BEFORE_S:
@@ -87,7 +87,7 @@ class Replay:
             self._fed_s = max(0.0, at_s - BEFORE_S)
 
     def shown(self) -> Replayed:
-        """What there is to see now."""
+        """Feed the frames up to the present position; return the state there."""
         at_s, ended = self.at_s, self.at_s >= self._reel.length_s
         for time_s, frame in self._reel.between(self._fed_s, math.inf if ended else at_s):
             self._watcher.feed(frame, time_s, self.name)
@@ -97,12 +97,12 @@ class Replay:
         )
 
     def _hold(self) -> None:
-        """Count from here on."""
+        """Restart the count at the present position."""
         self._from_s, self._since_s = self.at_s, self._clock()
 
 
 def open_replay(dive: Path, vehicle: str) -> Replay:
-    """The replay of a dive's folder, from its beginning. Reads all of it; raises LogError, ConfigError."""
+    """Open the replay of a dive folder at its beginning. Reads the whole recording; raises LogError, ConfigError."""
     file = load_vehicle(vehicle) if vehicle else None
     reel = Reel(load_folder(dive).telemetry())
 
@@ -113,7 +113,7 @@ def open_replay(dive: Path, vehicle: str) -> Replay:
 
 
 def bar(replayed: Replayed, cells: int) -> Line:
-    """The line that says that what stands below is no live vehicle."""
+    """The line that marks the lines below it as a replay and not the live vehicle."""
     clock = f"{stopwatch(replayed.at_s)} of {stopwatch(replayed.length_s)}"
     speed = "  PAUSED" if replayed.paused else f"  {replayed.speed:g}x"
     left, right = f" REPLAY {replayed.name}", f"{clock}{speed:<8} "

@@ -1,4 +1,4 @@
-"""The range of an axis: ends and step of 1, 2 or 5 times a power of ten, so that it stands still while values move."""
+"""Range of an axis: its ends are multiples of a step of 1, 2 or 5 times a power of ten, so that it rarely changes."""
 
 import math
 from dataclasses import dataclass
@@ -18,18 +18,18 @@ class Scale:
 
     @property
     def digits(self) -> int:
-        """Digits after the point that its ticks need."""
+        """Decimals that its ticks need."""
         return max(0, -math.floor(math.log10(self.step) + 1e-9))
 
 
 def nice_step(least: float) -> float:
-    """The smallest of 1, 2, 5 times a power of ten that is no smaller than `least`."""
+    """The smallest of 1, 2, 5 times a power of ten that is at least `least`."""
     power = 10.0 ** math.floor(math.log10(least))
     return next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= least * (1 - 1e-9))
 
 
 def scale_for(values: Array, least_span: float, with_zero: bool, steps: int = 4) -> Scale:
-    """The scale of all `values` that are numbers: at least `least_span` in about `steps` steps."""
+    """Scale that covers all finite `values`: at least `least_span`, in about `steps` steps."""
     known = values[np.isfinite(values)]
     low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 0.0)
     step = nice_step(max(high - low, least_span) / steps)

@@ -1,4 +1,4 @@
-"""Numbers as an operator reads them: SI units, ages, lengths of time."""
+"""Numbers in an operator's terms: SI units, ages, durations."""
 
 import math
 from datetime import UTC, datetime
@@ -7,11 +7,11 @@ from typing import Final
 NOTHING: Final = "--"
 _DEGREES: Final = 180.0 / math.pi
 SHOWN_IN: Final = {"rad/s": ("deg/s", _DEGREES), "rad": ("deg", _DEGREES)}
-"""Units that files and lines have, and those that people read, with the factor between them."""
+"""Units of files and lines, and the units that people read, with the factor between them."""
 
 
 def number(value: float, digits: int) -> str:
-    """`value` with so many digits after the point; NOTHING where it is none."""
+    """`value` with `digits` decimals; NOTHING if it is not finite."""
     if not math.isfinite(value):
         return NOTHING
     text = f"{value:.{digits}f}"
@@ -19,7 +19,7 @@ def number(value: float, digits: int) -> str:
 
 
 def age(seconds: float) -> str:
-    """How old something is: `0.4 s`, `12 s`, `7 min`, `3 h`; `never` for infinity."""
+    """Format an age: `0.4 s`, `12 s`, `7 min`, `3 h`; `never` for infinity."""
     if not math.isfinite(seconds):
         return "never"
     if seconds < 9.95:
@@ -36,20 +36,20 @@ def ago(seconds: float) -> str:
 
 def stopwatch(seconds: float) -> str:
     """`00:12:31`."""
-    whole = max(0, int(seconds))
-    return f"{whole // 3600:02d}:{whole // 60 % 60:02d}:{whole % 60:02d}"
+    whole_s = max(0, int(seconds))
+    return f"{whole_s // 3600:02d}:{whole_s // 60 % 60:02d}:{whole_s % 60:02d}"
 
 
 def left(seconds: float) -> str:
-    """How long something lasts yet: `41 h left`, `38 min left`."""
+    """Format the remaining time: `41 h left`, `38 min left`."""
     return f"{seconds / 3600:.0f} h left" if seconds >= 7200 else f"{max(seconds, 0.0) / 60:.0f} min left"
 
 
 def day(unix_s: float) -> str:
-    """Date and time of day, `2026-11-21 09:12`; dashes where nobody knows it."""
+    """Date and time of day, `2026-11-21 09:12`; dashes if unknown."""
     return f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%d %H:%M}" if math.isfinite(unix_s) else NOTHING
 
 
 def utc(unix_s: float) -> str:
-    """The time of day, `09:12:31`; dashes where nobody knows it."""
+    """Time of day, `09:12:31`; dashes if unknown."""
     return f"{datetime.fromtimestamp(unix_s, UTC):%H:%M:%S}" if math.isfinite(unix_s) else "--:--:--"

@@ -1,4 +1,4 @@
-"""Frames of a link with their arrival times, from a link that comes back when it was lost."""
+"""Frames of a link with their arrival times; a lost link is opened again."""
 
 from collections.abc import Callable
 from typing import Final, Protocol
@@ -13,29 +13,29 @@ IDLE_FLUSH_S: Final = 0.5
 
 
 class Source(Protocol):
-    """Where frames come from, and where messages to the vehicle go."""
+    """Source of frames, and sender of messages to the vehicle."""
 
     @property
     def trouble(self) -> str:
-        """Why nothing comes, "" where the link works."""
+        """Why no frames arrive, "" while the link works."""
         ...
 
     def frames(self) -> list[tuple[float, str, Frame]]:
-        """Those that came since, with arrival time and link; waits a moment for the first."""
+        """Frames received since the last call, with arrival time and link; waits briefly for the first."""
         ...
 
     def send(self, data: bytes) -> None:
-        """Send all of `data`, or lose it where the link is away."""
+        """Send all of `data`, or drop it while the link is down."""
         ...
 
     def close(self) -> None: ...
 
 
 class LinkSource:
-    """One link, opened by `factory` aside, again and again where it is lost.
+    """One link, opened by `factory` in another thread, and opened again whenever it is lost.
 
-    It is called `name` throughout: one that takes its place goes on with it, and leaves no lost one behind.
-    `refused` says what to do where it is signed and lets nothing in.
+    It keeps the name `name`: a replacement link uses it too, so that no lost link remains in the picture. `refused`
+    says what to do if a signed link accepts no frames.
     """
 
     def __init__(
@@ -59,12 +59,12 @@ class LinkSource:
         now_s = self._clock.boot_s()
         if data:
             self._data_s = now_s
-            found = self._framer.feed(data)
+            new_frames = self._framer.feed(data)
         elif now_s - self._data_s > IDLE_FLUSH_S:
-            found = self._framer.flush()
+            new_frames = self._framer.flush()
         else:
             return []
-        return [(now_s, self._name, frame) for frame in found]
+        return [(now_s, self._name, frame) for frame in new_frames]
 
     def send(self, data: bytes) -> None:
         self._link.write(data)
@@ -74,7 +74,7 @@ class LinkSource:
 
 
 class Listening:
-    """Another source, of which nothing is ever sent."""
+    """Wraps another source and never sends anything."""
 
     def __init__(self, source: Source) -> None:
         self._source = source

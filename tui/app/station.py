@@ -1,6 +1,7 @@
-"""The engine: one thread that reads the link, feeds the watcher, throws the off switch, and keeps the newest picture.
+"""The engine: a thread that reads the link, feeds the watcher, throws the off switch, and keeps the newest picture.
 
-The app takes what is newest and never waits: where the thread is slow, pictures are fewer; where it is gone, they age.
+The app takes the newest picture and never waits: a slow thread makes fewer pictures, and a dead thread's picture
+ages.
 """
 
 import threading
@@ -22,7 +23,7 @@ STOP_S: Final = 2.0
 
 
 class Watcher(Protocol):
-    """Makes pictures of frames; see `gcs_plugin.watch`."""
+    """Makes pictures from frames; see `gcs_plugin.watch`."""
 
     def feed(self, frame: Frame, arrived_s: float, link: str) -> None: ...
 
@@ -30,7 +31,7 @@ class Watcher(Protocol):
 
 
 class OffSwitch(Protocol):
-    """Sends that the feed-forward be off until the vehicle says so; see `gcs_plugin.ff_switch`."""
+    """Keeps sending that the feed-forward be off until the vehicle confirms; see `gcs_plugin.ff_switch`."""
 
     twins: str
 
@@ -54,8 +55,9 @@ class OffSwitch(Protocol):
 
 
 class Station:
-    """`recording` tells, by Unix time, what is being recorded; `make_switch` gives a fresh off switch for those heard
-    so far, by `clock`."""
+    """`recording` returns the running recording at a Unix time; `make_switch` makes an off switch for the vehicles
+    heard so far; times are by `clock`.
+    """
 
     def __init__(
         self,
@@ -82,11 +84,11 @@ class Station:
         self._newest = watcher.picture(clock.boot_s())
 
     def start(self) -> None:
-        """Begin to read."""
+        """Start reading."""
         self._thread.start()
 
     def stop(self) -> None:
-        """Stop reading and close the link; whoever records goes on. A link that hangs is left as it is."""
+        """Stop reading and close the link; the recorder goes on. A hanging link is left as it is."""
         self._stop.set()
         if self._thread.is_alive():
             self._thread.join(STOP_S)
@@ -111,7 +113,7 @@ class Station:
         self._thrown.set()
 
     def turn(self) -> None:
-        """Read once, send what is due, and make a picture where one is due."""
+        """Read once, send due messages, and make a picture if it is time."""
         frames = self._source.frames()
         now_s = self._clock.boot_s()
         for arrived_s, link, frame in frames:
@@ -128,7 +130,7 @@ class Station:
             self._newest = self._watcher.picture(now_s)
 
     def _force(self, now_s: float) -> None:
-        """Throw the switch, and tick it until the vehicle has said that it is off."""
+        """Throw the switch, and tick it until the vehicles have confirmed that they are off."""
         if self._thrown.is_set():
             self._thrown.clear()
             if self._switch is None or self._switch.done:

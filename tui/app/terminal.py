@@ -1,4 +1,4 @@
-"""A terminal that says how far it has come: asked for its cursor after what was drawn, it answers once it is there."""
+"""Terminal driver that measures the terminal's lag: a cursor query after the output is answered once that is drawn."""
 
 import os
 import termios
@@ -12,13 +12,13 @@ from textual.message import Message
 
 WHERE_IS_THE_CURSOR: Final = "\x1b[6n"
 AS_BEFORE: Final = "".join(f"\x1b[?{mode}l" for mode in (1000, 1002, 1003, 1006, 2004, 1004)) + "\x1b[<u"
-"""No mouse, no brackets about what is pasted, no word of the focus, and keys as they were."""
+"""Switch off mouse, bracketed paste and focus reports, and restore the keyboard mode."""
 OTHER_SCREEN: Final = "\x1b[?1049l\x1b[?25h"
-"""The screen that was there before, with its cursor."""
+"""Return to the previous screen, with its cursor."""
 
 
 class AnsweringDriver(LinuxDriver):
-    """The driver of a terminal; `answered` is called, in the driver's thread, at each answer."""
+    """Driver of a terminal; `answered` is called, in the driver's thread, at each answer."""
 
     def __init__(self, *of_driver: Any, **named: Any) -> None:
         super().__init__(*of_driver, **named)
@@ -26,7 +26,7 @@ class AnsweringDriver(LinuxDriver):
         self._given_back = False
 
     def ask(self) -> None:
-        """To be answered when all that was written before is shown."""
+        """Query the cursor; the answer comes when all earlier output is shown."""
         self.write(WHERE_IS_THE_CURSOR)
 
     def process_message(self, message: Message) -> None:
@@ -44,8 +44,9 @@ class AnsweringDriver(LinuxDriver):
         self._given_back = True
 
     def _sigcont_application(self, *_: object) -> None:
-        """Go on after a stop. Of one that nobody announced, SIGSTOP, the threads of before still live: Textual would
-        begin others beside them, and all would read the keys."""
+        """Resume after a stop. After SIGSTOP, which gives no warning, the old threads still live: Textual would start
+        more of them, and all would read the keys.
+        """
         if not self._auto_restart or self._must_signal_resume:
             super()._sigcont_application()
             return
@@ -62,7 +63,7 @@ class AnsweringDriver(LinuxDriver):
         self.close()
 
     def give_back(self, sentence: str) -> None:
-        """Give the terminal back with a last sentence, past all that may hang; nothing where that is done already."""
+        """Restore the terminal and print a last sentence, bypassing anything that may hang; do so only once."""
         if self._given_back:
             return
         with suppress(OSError, termios.error):

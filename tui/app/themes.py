@@ -1,4 +1,4 @@
-"""How roles look: three themes. Where `sunlight` has no tint, weight, underline and inverse tell states apart."""
+"""Looks of the roles in three themes. `sunlight` has no tints: weight, underline and inverse distinguish states."""
 
 from typing import Final
 
@@ -74,13 +74,13 @@ WITHOUT_COLOUR: Final[dict[Role, str]] = {
     "tab": "bold underline",
     "key": "bold",
 }
-"""Text styles under NO_COLOR, where no colour is sent at all."""
+"""Text styles under NO_COLOR, when no colour is sent at all."""
 _LOOKS: Final = {"dark": DARK, "light": LIGHT, "sunlight": SUNLIGHT}
 _BACKGROUNDS: Final = {"dark": "#10151b", "light": "#f6f8f9", "sunlight": _PAPER}
 
 
 def theme(name: str) -> Theme:
-    """One of `ORDER`."""
+    """Build one of the themes in `ORDER`."""
     looks, background = _LOOKS[name], _BACKGROUNDS[name]
     accent, plain, quiet = looks["accent"][0], looks["plain"][0], looks["quiet"][0]
     return Theme(
@@ -114,15 +114,15 @@ def theme(name: str) -> Theme:
 
 
 def next_theme(name: str) -> str:
-    """The one after it, and the first after the last."""
+    """The next theme, wrapping to the first."""
     return ORDER[(ORDER.index(name) + 1) % len(ORDER)] if name in ORDER else ORDER[0]
 
 
 def _variables(looks: dict[Role, Look], background: str) -> dict[str, str]:
     variables: dict[str, str] = {}
     for role in ROLES:
-        foreground, own, style = looks[role]
-        variables |= {f"{role}-fg": foreground, f"{role}-bg": own or background, f"{role}-style": style}
+        foreground, behind, style = looks[role]
+        variables |= {f"{role}-fg": foreground, f"{role}-bg": behind or background, f"{role}-style": style}
     return variables
 
 
@@ -132,8 +132,9 @@ def variables(name: str) -> dict[str, str]:
 
 
 ROLE_CLASSES: Final = frozenset(f"line--{role}" for role in ROLES)
-"""Component classes of every screen with lines: of each widget they would cost a key a tenth of a second, for Textual
-works all of them out anew where a class of a screen changes."""
+"""Component classes, set on every screen with lines. On each widget they would cost a tenth of a second per key,
+since Textual recomputes them all whenever a class of a screen changes.
+"""
 
 
 def component_css() -> str:

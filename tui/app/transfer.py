@@ -1,4 +1,4 @@
-"""What is read from the vehicle and written to it: a file beside its parameters, and the lines that are chosen."""
+"""Comparison of a file with the vehicle's parameters, choice of the lines to write, and the upload or rollback."""
 
 import contextlib
 from dataclasses import replace
@@ -16,18 +16,18 @@ from tui.app.desk import Desk
 from tui.app.jobs import JobState
 
 READ, WRITE = "params diff", "params upload"
-"""The jobs: what reads and compares, and what writes, be it an upload or a roll back."""
+"""Names of the jobs: READ reads and compares; WRITE writes, for an upload as well as for a rollback."""
 IDENTIFIED: Final = "identified.param"
 OLD_S: Final = 120.0
-"""What the vehicle held so long ago may have changed since: it is read anew before anything is asked."""
+"""After this time the vehicle's values may have changed: read them again before asking for a confirmation."""
 
 
 class Transfer:
-    """One file beside the vehicle; `back`: the values before the last upload instead.
+    """A file compared with the vehicle, or with `back` the values before the last upload compared with it.
 
-    `shown` is what was read, None while nothing is; `chosen` the lines that would be written; `written` the writing
-    that runs or ended, until the vehicle is read again; `trouble` a sentence, "" for none. Where a `picture` is asked
-    for, it is the newest of the vehicle, None where none was made yet.
+    `shown` is the comparison that was read, None while there is none; `chosen` the names of the lines to write;
+    `written` the running or finished write, until the vehicle is read again; `trouble` a sentence, "" for none. A
+    `picture` argument is the vehicle's newest picture, None before the first.
     """
 
     def __init__(self, desk: Desk) -> None:
@@ -51,7 +51,7 @@ class Transfer:
         return self._desk.jobs.runs(WRITE)
 
     def read(self, *, back: bool) -> None:
-        """Read the vehicle beside the file, or beside the values before the last upload; not while it is written to."""
+        """Compare the vehicle with the file, or with the values before the last upload; not during a write."""
         if self.writes:
             return
         if self.shown is not None and not self.back:
@@ -59,7 +59,7 @@ class Transfer:
         self.back, self.shown, self.written, self.trouble = back, None, None, ""
         if (
             not self.reads
-        ):  # what is being read goes on to its end, and `take` begins anew where it was the other
+        ):  # a running read goes on to its end; if it was for the other comparison, `take` starts again
             self._begin()
 
     def _begin(self) -> None:
@@ -74,24 +74,24 @@ class Transfer:
             jobs.start(READ, ("params", "diff", str(file), *receipts, *self._vehicle()))
 
     def _vehicle(self) -> tuple[str, ...]:
-        """The file of the vehicle that the app was started for; what was identified in any shape of it may be sent."""
+        """Option with the app's vehicle file but no configuration: results for any configuration may be sent."""
         vehicle = self._desk.vehicle
-        with contextlib.suppress(ConfigError):  # the verb says what is wrong with it
+        with contextlib.suppress(ConfigError):  # the verb reports the error
             vehicle = str(load_vehicle(vehicle).path) if vehicle else ""
         return ("--vehicle", vehicle) if vehicle else ()
 
     def _file(self) -> Path | None:
-        """The file that another screen laid on the desk for the chosen dive, else what was identified from it."""
+        """The file that another screen put on the desk for the chosen dive, else the dive's identified parameters."""
         dive, param = self._desk.chosen(), self._desk.param
         if param is not None and (dive is None or param.parent in (dive, dive.parent)):
             return param
         if dive is None:
             return None
-        beside = dive / IDENTIFIED if dive.is_dir() else dive.with_name(f"{dive.stem}-{IDENTIFIED}")
-        return beside if beside.exists() else None
+        identified = dive / IDENTIFIED if dive.is_dir() else dive.with_name(f"{dive.stem}-{IDENTIFIED}")
+        return identified if identified.exists() else None
 
     def take(self) -> bool:
-        """Take how far the writing is, and what was read; whether a reading has just ended."""
+        """Take the progress of the write and the result of a read; return whether a read has just ended."""
         self._take_written()
         state = self._desk.jobs.state(READ)
         if state is None or state.done is None or state is self._taken:
@@ -109,21 +109,21 @@ class Transfer:
                 self.trouble = said
             return True
         if self.back:
-            # All that the vehicle held is in that file; what is so already is of no interest.
+            # The file holds all of the vehicle's earlier values; lines that already agree are of no interest.
             entries = tuple(e for e in self.shown.entries if e.changes or e.staged)
             if not entries:
                 self._leave_back(f"the vehicle holds all of {self.shown.file} already")
                 return True
             self.shown = replace(self.shown, entries=entries)
         self.chosen = set(self.shown.changed)
-        of, decided = self._decided
-        if not self.back and of == self._read_of:
-            # Who has left out or taken a line of this file did so by its name.
+        stamp, decided = self._decided
+        if not self.back and stamp == self._read_of:
+            # The user's choices for this file, by name, survive a new read.
             self.chosen = {name for name in self.shown.choosable if decided.get(name, name in self.chosen)}
         return True
 
     def _leave_back(self, why: str) -> None:
-        """Show the file again, and why there is nothing to take back."""
+        """Return to the file, and say why there is nothing to take back."""
         self.read(back=False)
         self.trouble = f"{why}: there is nothing to take back"
 
@@ -134,9 +134,9 @@ class Transfer:
         done, shown = (self.written.done if self.written is not None else None), self.shown
         if done is None or done.code or shown is None:
             return
-        # What was accepted last is another by now: this upload, or what stood before the one taken back.
+        # The last accepted values have changed: to this upload, or to those before the upload taken back.
         now = last_accepted(self._desk.receipts, shown.system)
-        values = {name: (one.value, one.time) for name, one in now.items()}
+        values = {name: (accepted.value, accepted.time) for name, accepted in now.items()}
         entries = (
             replace(
                 e, accepted=values.get(e.name, (None, ""))[0], accepted_at=values.get(e.name, (None, ""))[1]
@@ -146,20 +146,20 @@ class Transfer:
         self.shown = replace(shown, entries=tuple(entries))
 
     def choose_all(self) -> None:
-        """Choose all lines that change; none where all were."""
+        """Choose all lines that change, or none if all of them were chosen."""
         everything = set(self.shown.changed) if self.shown is not None else set()
         self.chosen = set() if self.chosen == everything else everything
 
     def is_old(self) -> bool:
-        """Whether what is shown was read too long ago, or was written upon since."""
+        """Whether the comparison was read too long ago, or a write has followed it."""
         state = self._taken
         read_s = -OLD_S if state is None or state.ended_s is None else state.ended_s
         return self.shown is None or self.written is not None or self._desk.jobs.now_s() - read_s > OLD_S
 
     def stale_s(self, picture: Picture | None) -> float | None:
-        """How long ago the values were read where they may no longer hold: the vehicle isn't heard, or it is long ago.
+        """Age of the values that may be out of date: the vehicle is not heard, or they are older than OLD_S.
 
-        None where they are fresh, or stand for what was before a writing.
+        None if they are fresh, or if they show the state before a write.
         """
         state, shown = self._taken, self.shown
         if (
@@ -176,42 +176,42 @@ class Transfer:
         return None if heard and age_s <= OLD_S else age_s
 
     def overtaken(self, picture: Picture | None) -> bool:
-        """Whether the vehicle has said since that it flies another set than it did as it was read or written."""
+        """Whether the vehicle has since reported another set in force than when it was read or written."""
         shown, state, written = self.shown, self._taken, self.written
         if shown is None or state is None or picture is None or self.reads:
             return False
         flies, since_s = shown.active_crc, state.began_s
         if written is not None:
             if written.done is None or written.done.code or written.ended_s is None:
-                return False  # what came of a writing that failed is to be seen
+                return False  # the outcome of a failed write stays on screen
             flies, since_s = (written.done.result or {}).get("active_crc"), written.ended_s
         if None in (flies, picture.active_set) or picture.active_set == flies:
             return False
-        told_s = self._desk.jobs.now_s() - picture.active_set_age_s
-        return told_s > since_s and any(link.system == shown.system for link in picture.links[:1])
+        reported_s = self._desk.jobs.now_s() - picture.active_set_age_s
+        return reported_s > since_s and any(link.system == shown.system for link in picture.links[:1])
 
     def armed(self, picture: Picture | None) -> bool:
-        """Whether the vehicle is armed, by its newest HEARTBEAT."""
+        """Whether the vehicle is armed, by its newest HEARTBEAT, else by the comparison."""
         armed = picture.armed if picture is not None else Armed.UNKNOWN
         if armed is Armed.UNKNOWN:
             return self.shown is not None and self.shown.armed
         return armed is not Armed.DISARMED
 
     def needed(self, picture: Picture | None) -> str:
-        """What is to be typed."""
+        """Text to type as a confirmation."""
         shown = self.shown
         doubted = shown is not None and not self.back and (shown.doubted or bool(shown.accepted(self.chosen)))
         count = len(self.chosen) + (len(shown.staged) if shown is not None else 0)
         return needed(count, armed=self.armed(picture), doubted=doubted)
 
     def obstacle(self, picture: Picture | None, off_key: str) -> str:
-        """Why nothing can be written now, "" where it can; `off_key` forces the feed-forward off."""
+        """Reason why nothing can be written now, "" if there is none; `off_key` forces the feed-forward off."""
         shown = self.shown
         if shown is None:
             return "nothing was read yet"
         if not self.chosen and not shown.staged:
-            where = "the vehicle holds all of it already" if not shown.choosable else "no line is chosen"
-            return f"{where}: there is nothing to write"
+            reason = "the vehicle holds all of it already" if not shown.choosable else "no line is chosen"
+            return f"{reason}: there is nothing to write"
         if not self.back and (half := shown.half(self.chosen)):
             return half
         mode = picture.ff_mode if picture is not None else None
@@ -224,7 +224,7 @@ class Transfer:
         return ""
 
     def write(self, typed: str, picture: Picture | None) -> bool:
-        """Write, if what was typed is what is asked for as things stand now; False where it is to be typed again."""
+        """Write if the typed text is the confirmation needed now; return False if it must be typed again."""
         shown, asked = self.shown, self.needed(picture)
         if shown is None:
             return False
@@ -241,7 +241,7 @@ class Transfer:
         return True
 
     def _words(self, shown: Comparison, *, armed: bool) -> tuple[str, ...]:
-        """The command line that writes what is chosen."""
+        """Command line that writes the chosen lines."""
         action = "rollback" if self.back else "upload"
         words = ["params", action, str(shown.file), "--yes", "--receipts", str(self._desk.receipts)]
         words += ["--system", str(shown.system)]
@@ -257,7 +257,7 @@ class Transfer:
 
 
 def _stamp(file: Path) -> tuple[Path, int] | None:
-    """What a file is known by until it is written again; None where it is gone."""
+    """Path and modification time, which change when the file is written again; None if the file is missing."""
     try:
         return file, file.stat().st_mtime_ns
     except OSError:

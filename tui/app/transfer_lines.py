@@ -1,4 +1,4 @@
-"""Reading and writing parameters as lines: how far it is, how it ended, what became of each line."""
+"""Reading and writing of parameters as lines: progress, outcome, and the result of each line."""
 
 from collections.abc import Mapping
 from typing import Any, Final
@@ -17,28 +17,28 @@ READ_FIRST: Final = "The vehicle is read before anything is written."
 
 
 def progress(share: float, words: str, cells: int) -> Line:
-    """A bar, the share, and what goes on."""
+    """A bar, the share in per cent, and the current step."""
     done: Line = ((bar(share, BAR_CELLS), "accent"), (f" {share:4.0%} ", "strong"))
     return (*done, (cut(f" {words}", cells - BAR_CELLS - 6), "plain"))
 
 
 def reading(state: JobState | None, cells: int) -> Lines:
-    """How far the reading is; nothing where none runs."""
+    """Progress of reading; empty while no reading runs."""
     if state is None or not state.runs:
         return ()
-    told = state.told[-1] if state.told else None
-    return (progress(told.share if told else 0.0, told.words if told else "begins", cells),)
+    report = state.told[-1] if state.told else None
+    return (progress(report.share if report else 0.0, report.words if report else "begins", cells),)
 
 
 def writing(written: JobState | None, cells: int, retries: str) -> Lines:
-    """How far the writing is, or how it ended; nothing where none was begun. `retries` is the key to try again by."""
+    """Progress or outcome of writing; empty if none was begun. `retries` is the key that tries again."""
     if written is None:
         return ()
     if written.done is None:
         last = written.told[-1] if written.told else None
         share, words = (last.share, last.words) if last is not None else (0.0, "looking for the vehicle")
-        what = _doing(words) if last is not None and last.of == WRITING else READ_FIRST
-        return (*wrapped(what, "strong", cells), progress(share, words, cells))
+        step = _doing(words) if last is not None and last.of == WRITING else READ_FIRST
+        return (*wrapped(step, "strong", cells), progress(share, words, cells))
     result = written.done.result
     if result is None:
         said = " ".join(written.done.said[-1:]).removeprefix("seatrial: ")
@@ -57,12 +57,12 @@ def writing(written: JobState | None, cells: int, retries: str) -> Lines:
 
 
 def _changed(result: Mapping[str, Any]) -> bool:
-    """Whether a writing left any value other than it was, as far as is known: else there is none before it."""
+    """Whether writing changed any value, as far as is known; if not, there are no values before it to name."""
     return any(row["after"] is None or row["after"] != row["before"] for row in result["parameters"])
 
 
 def _doing(words: str) -> str:
-    """What goes on while it is written, by the words of its stage."""
+    """Describe the current step of writing from the words of its stage."""
     if words.startswith((Stage.UNDO.value, Stage.UNDO_COMMIT.value)):
         return "It failed: what was written is taken back."
     if words.startswith(Stage.COMMIT.value):
@@ -71,13 +71,13 @@ def _doing(words: str) -> str:
 
 
 def became(written: JobState | None, shown: Comparison | None) -> dict[str, str]:
-    """What became of each line that was written, as far as it is known."""
+    """Result of each line that was written, as far as it is known."""
     if written is None:
         return {}
-    found = dict(line for told in written.told if (line := told.line) is not None)
+    results = dict(line for report in written.told if (line := report.line) is not None)
     done = written.done
     if done is not None and done.result is not None and shown is not None:
         for row in done.result["parameters"]:
             if row["name"] in (*shown.choosable, *shown.staged):
-                found[row["name"]] = EQUAL if row["outcome"] == "applied" else row["sentence"]
-    return found
+                results[row["name"]] = EQUAL if row["outcome"] == "applied" else row["sentence"]
+    return results

@@ -1,4 +1,4 @@
-"""A validation as `seatrial validate --json` left it beside a dive, typed for the screen that shows it."""
+"""A validation that `seatrial validate --json` left next to a dive, typed for its screen."""
 
 import math
 from collections.abc import Mapping
@@ -22,7 +22,7 @@ EFFORTS: Final = {
 
 @dataclass(frozen=True)
 class Judged:
-    """One thing that was looked at: as it must be, not so, or None where the dive does not show it."""
+    """One criterion: passed, failed, or None if the dive does not show it."""
 
     what: str
     passed: bool | None
@@ -40,7 +40,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Run:
-    """One dive. `errors` by axis, then by ROWS and EFFORTS; NaN for what does not occur."""
+    """One dive. `errors` by axis, then by ROWS and EFFORTS; NaN if the phase does not occur."""
 
     label: str
     dive: str
@@ -51,36 +51,37 @@ class Run:
 
 
 def runs(data: Any) -> tuple[Run, ...] | None:
-    """The dives of a validation in the order of their modes; None where it is none."""
+    """Parse a validation into its dives in the order of their modes; None if it is not a validation."""
     try:
-        return tuple(_run(one) for one in data) or None
+        return tuple(_run(entry) for entry in data) or None
     except (KeyError, TypeError, ValueError, AttributeError):
         return None
 
 
 def _run(data: Mapping[str, Any]) -> Run:
-    dive, label, told = str(data["dive"]), str(data["run"]), data.get("raising")
+    dive, label, raising = str(data["dive"]), str(data["run"]), data.get("raising")
     verdict = None
-    if told is not None:
+    if raising is not None:
         judged = tuple(
-            Judged(str(one["what"]), _passed(one["passed"]), str(one["words"])) for one in told["criteria"]
+            Judged(str(entry["what"]), _passed(entry["passed"]), str(entry["words"]))
+            for entry in raising["criteria"]
         )
-        verdict = Verdict(bool(told["go"]), str(told["sentence"]), judged)
+        verdict = Verdict(bool(raising["go"]), str(raising["sentence"]), judged)
     return Run(
-        # Two dives of one mode are told apart by their names: here their hours are enough.
+        # Two dives of one mode are distinguished by their names; here their hours suffice.
         _short(label, dive),
         dive,
         verdict,
-        {one["axis"]: str(one["unit"]) for one in data["axes"]},
-        {one["axis"]: {key: _number(one[key]) for key in (*ROWS, *EFFORTS)} for one in data["axes"]},
-        tuple(Followed.from_json(one) for one in data.get("curves", ())),
+        {entry["axis"]: str(entry["unit"]) for entry in data["axes"]},
+        {entry["axis"]: {key: _number(entry[key]) for key in (*ROWS, *EFFORTS)} for entry in data["axes"]},
+        tuple(Followed.from_json(entry) for entry in data.get("curves", ())),
     )
 
 
 def _short(label: str, dive: str) -> str:
-    rest = label.removeprefix(dive)
+    suffix = label.removeprefix(dive)
     hour = dive.partition("T")[2][:5]
-    return f"{hour}{rest}" if rest != label and hour else label
+    return f"{hour}{suffix}" if suffix != label and hour else label
 
 
 def _passed(value: Any) -> bool | None:
@@ -90,5 +91,5 @@ def _passed(value: Any) -> bool | None:
 
 
 def _number(value: Any) -> float:
-    """A number of a JSON file, where null stands for none."""
+    """A number of a JSON file, NaN for null."""
     return math.nan if value is None else float(value)

@@ -1,4 +1,4 @@
-"""A validation as lines: go or no-go, what was looked at, errors side by side, curves of an axis."""
+"""A validation as lines: go or no-go, the criteria, errors side by side, curves of an axis."""
 
 import math
 from collections.abc import Sequence
@@ -29,19 +29,19 @@ NONE_TOLD: Final = "No verdict: the dive tells no FF_MODE, or nothing of its ref
 
 def verdict(run: Run, cells: int) -> Lines:
     """Go or no-go as a mark and a word, then the sentence."""
-    told = run.verdict
-    if told is None:
+    judgement = run.verdict
+    if judgement is None:
         return wrapped(NONE_TOLD, "warn", cells)
-    mark: Span = (" ● GO ", "strong") if told.go else (" ▲ NO-GO ", "bad")
+    mark: Span = (" ● GO ", "strong") if judgement.go else (" ▲ NO-GO ", "bad")
     head = apart((mark,), ((cut(run.dive, cells - 12), "quiet"),), cells)
-    return (head, *wrapped(told.sentence, "strong", cells))
+    return (head, *wrapped(judgement.sentence, "strong", cells))
 
 
 def criteria(run: Run, cells: int) -> Lines:
-    """A line for each thing that was looked at, or more where its figure is long."""
+    """A line per criterion, or several if its words are long."""
     judged = run.verdict.judged if run.verdict is not None else ()
-    what = max((len(one.what) for one in judged), default=0)
-    return tuple(line for one in judged for line in _criterion(one, what, cells))
+    label_cells = max((len(criterion.what) for criterion in judged), default=0)
+    return tuple(line for criterion in judged for line in _criterion(criterion, label_cells, cells))
 
 
 def _criterion(one: Judged, what: int, cells: int) -> Lines:
@@ -53,7 +53,7 @@ def _criterion(one: Judged, what: int, cells: int) -> Lines:
 
 
 def errors(runs: Sequence[Run], chosen: str, cells: int) -> Lines:
-    """Mean absolute tracking errors as the paper's Table 5 has them, the least of a row strong; then delay and PID."""
+    """Mean absolute tracking errors as in the paper's Table 5, the least of a row strong; then delay and PID."""
     width = max(min((cells - PHASE_CELLS - 2) // len(runs), 16), 7)
     lines: list[Line] = []
     for axis in dict.fromkeys(axis for run in runs for axis in run.errors):
@@ -89,19 +89,19 @@ def _row(words: str, values: Sequence[float], digits: int, width: int, *, mark: 
 
 
 def curves(run: Run, axis: str, cells: int, rows: int) -> Lines:
-    """Speed beside its reference, their difference, and feed-forward beside PID, below each other on one time."""
-    whole = next((one for one in run.curves if one.axis == axis), None)
-    if whole is None:
+    """Speed with its reference, their difference, and feed-forward with PID, stacked on one time axis."""
+    followed = next((followed for followed in run.curves if followed.axis == axis), None)
+    if followed is None:
         return wrapped(
             f"{run.dive} has no curves of {axis}: its reference does not move there", "quiet", cells
         )
-    found = _moving(whole)
-    each, rest = divmod(rows - 1, 3)
+    moving = _moving(followed)
+    each, spare_rows = divmod(rows - 1, 3)
     return (
-        *_speed(found, cells, each + (rest > 1)),
-        *_difference(found, cells, each),
-        *_wrench(found, cells, each + (rest > 0)),
-        *seconds(found.time_s, cells),
+        *_speed(moving, cells, each + (spare_rows > 1)),
+        *_difference(moving, cells, each),
+        *_wrench(moving, cells, each + (spare_rows > 0)),
+        *seconds(moving.time_s, cells),
     )
 
 
@@ -109,8 +109,8 @@ def _moving(whole: Followed) -> Followed:
     """The part in which the axis's reference moves, and a little before and after."""
     moves = np.flatnonzero(np.nan_to_num(whole.reference))
     step_s = float(whole.time_s[1] - whole.time_s[0])
-    some = round(AROUND_S / step_s) + 1
-    part = slice(max(int(moves[0]) - some, 0), int(moves[-1]) + some + 1) if moves.size else slice(None)
+    margin = round(AROUND_S / step_s) + 1
+    part = slice(max(int(moves[0]) - margin, 0), int(moves[-1]) + margin + 1) if moves.size else slice(None)
     return replace(whole, **{name: getattr(whole, name)[part] for name in ("time_s", *CURVES)})
 
 
@@ -138,5 +138,5 @@ def _wrench(found: Followed, cells: int, rows: int) -> Lines:
 
 
 def axes(runs: Sequence[Run]) -> tuple[str, ...]:
-    """The axes of which any dive has curves."""
-    return tuple(dict.fromkeys(one.axis for run in runs for one in run.curves))
+    """The axes for which any dive has curves."""
+    return tuple(dict.fromkeys(curve.axis for run in runs for curve in run.curves))

@@ -1,4 +1,4 @@
-"""What the app shows at one instant, and who makes it."""
+"""The state that the app shows at one instant, and the interface that supplies it."""
 
 import math
 from dataclasses import dataclass
@@ -10,12 +10,12 @@ from tui.app.replay import Replayed
 
 @dataclass(frozen=True)
 class Recording:
-    """The recording that runs; `disk_left_s` is inf where nothing comes.
+    """The running recording; `disk_left_s` is inf while no data arrives.
 
-    `trouble` says what to do where its signed link lets nothing in. `waiting` frames could not be written yet, for the
-    reason `unwritten`; "" where all that came is in a file. `told_unix_s` is when it told of itself, inf for just now;
-    `hung_process` is its number where that is too long ago, 0 else. `set_by_s` and `taken_away`: see
-    `Holding`.
+    `trouble` says what to do if a signed link accepts no frames. `waiting` frames could not be written yet, for the
+    reason `unwritten`; "" if all received frames are in a file. `told_unix_s` is the time of its last report, inf for
+    just now; `hung_process` is its process id if that is too long ago, otherwise 0. For `set_by_s` and `taken_away`
+    see `Holding`.
     """
 
     began_unix_s: float
@@ -32,8 +32,9 @@ class Recording:
 
 @dataclass(frozen=True)
 class Forcing:
-    """The feed-forward's off switch since it was thrown: what it sees, in words, and whether all vehicles are off, or
-    which systems are not known to be yet."""
+    """State of the feed-forward's off switch since it was thrown: its observations in words, number of orders sent,
+    whether all vehicles are off, and the systems that are not known to be off yet.
+    """
 
     words: str
     sent: int
@@ -43,10 +44,10 @@ class Forcing:
 
 @dataclass(frozen=True)
 class View:
-    """`behind_s` is how long ago the picture was made; `trouble` what the station can't do, "" where all is well.
+    """`behind_s` is the age of the picture; `trouble` is a fault of the station, "" for none.
 
-    `view_only`: whoever looks may only look. `replay` is the dive that is replayed, which Watch shows in place of the
-    picture; all else here is live.
+    `view_only`: the user may only look. `replay` is the replayed dive, which Watch shows in place of the picture;
+    everything else here is live.
     """
 
     picture: Picture
@@ -60,21 +61,21 @@ class View:
 
     @property
     def records(self) -> bool:
-        """Whether a recording runs that still tells of itself."""
+        """Whether a recording runs that still reports."""
         return self.recording is not None and not self.recording.hung_process
 
 
 class Views(Protocol):
-    """Who makes views. Nothing here waits."""
+    """Supplier of views. None of its methods wait."""
 
     def view(self) -> View:
-        """The newest."""
+        """The newest view."""
         ...
 
     def set_period(self, period_s: float) -> None:
-        """How often a new one is asked for."""
+        """Set the period, s, at which a new view is requested."""
         ...
 
     def force_off(self) -> None:
-        """Begin to switch the feed-forward off, and go on until the vehicle acknowledges."""
+        """Start to switch the feed-forward off, and go on until the vehicle acknowledges."""
         ...

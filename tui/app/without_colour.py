@@ -1,6 +1,6 @@
-"""NO_COLOR: what is sent to the terminal holds no colour, not even its default one; weight and inverse are left.
+"""NO_COLOR: send no colour to the terminal, not even its default colour; weight and inverse remain.
 
-Textual's own filter makes greys of the colours.
+Textual's own filter turns colours into greys.
 """
 
 from functools import lru_cache
@@ -12,7 +12,7 @@ from textual.filter import LineFilter
 
 
 class WithoutColour(LineFilter):
-    """Leaves bold, dim, underline and inverse."""
+    """Keeps bold, dim, underline and inverse."""
 
     def apply(self, segments: list[Segment], background: Color) -> list[Segment]:
         del background

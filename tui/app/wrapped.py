@@ -1,4 +1,4 @@
-"""Sentences in lines of a width, and bars."""
+"""Sentences wrapped to a width, and bars."""
 
 import textwrap
 from typing import Final
@@ -9,19 +9,19 @@ EIGHTHS: Final = " ▏▎▍▌▋▊▉█"
 
 
 def wrapped(text: str, role: Role, cells: int, indent: str = "", further: str = "") -> Lines:
-    """A sentence in as many lines as it needs; `further` indents those after the first."""
+    """Wrap a sentence into as many lines as it needs; `further` indents those after the first."""
     room = max(cells - len(indent), 10)
     pieces = textwrap.wrap(text, room, subsequent_indent=further) or [""]
     return tuple(((indent + piece, role),) for piece in pieces)
 
 
 def hanging(text: str, role: Role, cells: int) -> Lines:
-    """One of several sentences below each other: its further lines are indented, so that the next is told from it."""
+    """Wrap one of several stacked sentences: its later lines are indented, so that the next sentence stands out."""
     return wrapped(text, role, cells - 1, further="  ")
 
 
 def bar(share: float, cells: int) -> str:
     """A bar from the left, in eighths of a cell."""
     eighths = max(0, min(round(share * 8 * cells), 8 * cells))
-    full, rest = divmod(eighths, 8)
-    return ("█" * full + (EIGHTHS[rest] if rest else "")).ljust(cells)
+    full, part = divmod(eighths, 8)
+    return ("█" * full + (EIGHTHS[part] if part else "")).ljust(cells)

@@ -1,6 +1,6 @@
-"""One file a verb of the `seatrial` command.
+"""Verbs of the `seatrial` command, one file per verb.
 
-Each module has EXAMPLE (a command line for its help), `add_arguments(parser)` and
-`run(arguments) -> exit code`. Only the module of the verb asked for is imported, and it imports what it works
-with inside `run`, so that help appears at once.
+Each module has EXAMPLE (a command line for its help), `add_arguments(parser)` and `run(arguments) -> exit code`. Only
+the module of the requested verb is imported, and it imports its own dependencies inside `run`, so that help appears
+at once.
 """

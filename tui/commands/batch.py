@@ -1,4 +1,4 @@
-"""`seatrial batch`: many dives identified, one table of parameters over dives, and how they drift."""
+"""`seatrial batch`: identify many dives, tabulate their parameters, and show how these drift."""
 
 import argparse
 import math
@@ -74,27 +74,27 @@ def run(arguments: argparse.Namespace) -> int:
     file = load_vehicle(arguments.vehicle)
     columns = column_file(arguments.columns)
     with show.progress("find the recordings") as tell:
-        found = find_recordings(arguments.dives, tell)
+        recordings_found = find_recordings(arguments.dives, tell)
     cache = Cache(Path(arguments.out) / KEPT)
 
     def work(recordings: "Sequence[Recording]") -> "list[Result]":
-        jobs = [job_for(IDENTIFY, one, file, arguments.method, columns) for one in recordings]
+        jobs = [job_for(IDENTIFY, recording, file, arguments.method, columns) for recording in recordings]
         with show.progress(f"identify {len(jobs)} dives") as tell:
             return run_batch(jobs, cache, engine(arguments), teller(tell, SystemClock()))
 
     try:
-        found, results = with_beginnings(found, work(found.recordings), work)
+        recordings_found, results = with_beginnings(recordings_found, work(recordings_found.recordings), work)
     except KeyboardInterrupt:
         show.say(show.words(), f"what is done is kept in {cache.path}; the same command goes on from there")
         raise
     finally:
         cache.close()
-    rows = rows_of([*results, *found.unreadable])
-    return finish(arguments, file, found, rows)
+    rows = rows_of([*results, *recordings_found.unreadable])
+    return finish(arguments, file, recordings_found, rows)
 
 
 def check(arguments: argparse.Namespace) -> None:
-    """Raise UsageError for words that don't go together, and for places that can't be written."""
+    """Raise UsageError for contradicting options, and for outputs that can't be written."""
     from identify.estimators.table import METHODS
     from tui.outputs import check_files, check_folder
     from tui.show import STANDARD_OUTPUT
@@ -112,7 +112,7 @@ def check(arguments: argparse.Namespace) -> None:
 
 
 def engine(arguments: argparse.Namespace) -> "Engine":
-    """Who does the work: this computer's cores, or a cluster; Dask is imported for a cluster alone."""
+    """Return the engine: this computer's cores, or a cluster; Dask is imported only for a cluster."""
     if arguments.scheduler:
         from identify.batch.cluster import run_on_cluster
         from tui.secured import say
@@ -127,7 +127,7 @@ def engine(arguments: argparse.Namespace) -> "Engine":
 
 
 def teller(tell: "Tell", clock: "Clock") -> "Callable[[Standing], None]":
-    """What hears how the batch stands and shows it: how many, how many failed, how long yet."""
+    """Return a callback that shows the batch's progress: dives done, dives failed, time left."""
     started_s = clock.boot_s()
 
     def told(standing: "Standing") -> None:
@@ -142,7 +142,7 @@ def teller(tell: "Tell", clock: "Clock") -> "Callable[[Standing], None]":
 
 
 def duration(seconds: float) -> str:
-    """`40 s`, `12 min`, `3 h 5 min`."""
+    """Format a duration: `40 s`, `12 min`, `3 h 5 min`."""
     if seconds < 60:
         return f"{seconds:.0f} s"
     minutes = round(seconds / 60)
@@ -150,7 +150,7 @@ def duration(seconds: float) -> str:
 
 
 def finish(arguments: argparse.Namespace, file: "VehicleFile", found: "Found", rows: "Sequence[Row]") -> int:
-    """Show, write and judge what came of the batch."""
+    """Show and write the results of the batch, and return the exit code."""
     from identify.batch.drift import drift_of
     from identify.batch.page import batch_report
     from identify.batch.rows import by_configuration, to_json
@@ -171,7 +171,7 @@ def finish(arguments: argparse.Namespace, file: "VehicleFile", found: "Found", r
                 "method": arguments.method,
                 "dives": [to_json(row) for row in rows],
                 "counted_once": [
-                    {"recording": path, "why": why, "same_as": other} for path, why, other in twins
+                    {"recording": path, "why": why, "same_as": counted} for path, why, counted in twins
                 ],
                 "trends": drifts_to_json(drifts),
             },
@@ -186,8 +186,8 @@ def finish(arguments: argparse.Namespace, file: "VehicleFile", found: "Found", r
             for row in rows
             if row.sha256
         ]
-        whole = with_provenance(report, read, file, pages.settings(arguments))
-        if files.attempt(partial(write_report, page, whole)):
+        page_report = with_provenance(report, read, file, pages.settings(arguments))
+        if files.attempt(partial(write_report, page, page_report)):
             show.say(show.words(), f"trends: {page}")
     identified = sum(bool(row.values) for row in rows)
     if identified == len(rows):
@@ -198,7 +198,7 @@ def finish(arguments: argparse.Namespace, file: "VehicleFile", found: "Found", r
 def tell(
     arguments: argparse.Namespace, found: "Found", rows: "Sequence[Row]", drifts: "Mapping[str, Drift]"
 ) -> None:
-    """The tables and sentences of the terminal."""
+    """Print the tables and sentences to the terminal."""
     from identify.batch.rows import by_configuration
     from tui import show
     from tui.batch_tables import dive_table, parameter_tables, trend_table
@@ -218,7 +218,7 @@ def tell(
 
 
 def write_csv(rows: "Sequence[Row]", target: str | None) -> None:
-    """Write the table to a file, or to standard output for `-`. Raises LogError where it can't be written."""
+    """Write the table to a file, or to standard output for `-`. Raises LogError if it can't be written."""
     from bridge.errors import LogError
     from identify.batch.rows import to_csv
     from tui.show import STANDARD_OUTPUT, harmless

@@ -1,4 +1,4 @@
-"""`seatrial bridge`: the vehicle's side, on real ports."""
+"""`seatrial bridge`: the program on the vehicle, on real ports."""
 
 import argparse
 import os
@@ -46,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def ground(text: str) -> "Ground":
-    """The MAVLink address that `text` names: SYSTEM or SYSTEM:COMPONENT, each from 1 to 255."""
+    """Parse a MAVLink address, SYSTEM or SYSTEM:COMPONENT, each from 1 to 255."""
     from bridge.ground import Ground
 
     given = [int(part) if part.isdecimal() else 0 for part in text.split(":")]
@@ -78,7 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     def refused(trouble: "Trouble") -> None:
         show.say(words, f"warning: {trouble.sentence}")
-        # Who has no key hears it all the same: what the vehicle says can be read by everyone.
+        # A ground without the key receives this too: anyone can read the vehicle's messages.
         bridge.say(trouble.brief)
 
     station = arguments.ground or Ground()
@@ -142,7 +142,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def sockets(links: "Sequence[str]", vehicle: "Vehicle") -> list[str]:
-    """What is open on networks, a sentence each: links, and the devices that speak TCP."""
+    """Sentences on the open network sockets: links, and the devices that speak TCP."""
     from bridge.drivers import speaks_tcp
     from bridge.ports import port_spec
     from tui.sockets import of_link, of_links
@@ -152,11 +152,14 @@ def sockets(links: "Sequence[str]", vehicle: "Vehicle") -> list[str]:
         for slot, device in vehicle.sensors.present().items()
         if device.port and speaks_tcp(device)
     ]
-    return [*of_links(links, "a link to the ground"), *(one for found in devices for one in found)]
+    return [
+        *of_links(links, "a link to the ground"),
+        *(sentence for sentences in devices for sentence in sentences),
+    ]
 
 
 def lasting(spec: str, clock: "Clock", open_one: "Callable[[str], Link]") -> "Link":
-    """A link that must open now, and comes back by itself later, without the sensors waiting. Raises LinkError."""
+    """A link that must open now and later reconnects by itself without holding up the sensors. Raises LinkError."""
     from bridge.link.reconnecting import Aside, Reconnecting
 
     first = [open_one(spec)]
@@ -165,6 +168,6 @@ def lasting(spec: str, clock: "Clock", open_one: "Callable[[str], Link]") -> "Li
 
 
 def default_store(vehicle: "Vehicle") -> Path:
-    """Where a vehicle's parameters are kept when nobody says."""
+    """Default path of a vehicle's parameter store."""
     state = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
     return Path(state) / "seatrial" / f"{vehicle.name}.json"

@@ -1,4 +1,4 @@
-"""`seatrial challenge`: dives whose effect is hidden, and the score of those who named it."""
+"""`seatrial challenge`: dives with hidden effects, and the score of the answers that name them."""
 
 import argparse
 from pathlib import Path
@@ -136,17 +136,17 @@ def _show(result: "Score", json_target: str | None) -> None:
     rows = [(_percent(rate), *_bounds(rate), str(rate.of), name) for name, rate in result.rates.items()]
     columns = ("%", "low 95", "high 95", "cases", "what")
     show.put(console, show.table("rates", columns, rows, columns[:4]))
-    found = [
+    effects = [
         (
-            one.name,
-            f"{one.rate.hits}/{one.rate.of}",
-            _size(one.smallest_found),
-            _size(one.largest_missed),
+            effect.name,
+            f"{effect.rate.hits}/{effect.rate.of}",
+            _size(effect.smallest_found),
+            _size(effect.largest_missed),
         )
-        for one in result.found
+        for effect in result.found
     ]
     heads = ("effect", "named", "smallest named", "largest missed")
-    show.put(console, show.table("by effect, sizes over the noise floor", heads, found, heads[1:]))
+    show.put(console, show.table("by effect, sizes over the noise floor", heads, effects, heads[1:]))
     values = [(show.number(value, 3), name) for name, value in result.numbers.items()]
     show.put(console, show.table("numbers", ("value", "what"), values, ("value",)))
     if result.unanswered:
@@ -154,7 +154,7 @@ def _show(result: "Score", json_target: str | None) -> None:
 
 
 def _size(floors: float) -> str:
-    """A size over the noise floor; what a refit absorbs whole has none to speak of."""
+    """A size in multiples of the noise floor; below 0.01, a refit absorbs the effect completely."""
     from tui import show
 
     return "<0.01" if floors < 0.01 else show.number(floors, 2)
@@ -178,9 +178,9 @@ def _plain(result: "Score") -> dict[str, Any]:
         },
         "numbers": result.numbers,
         "effects": {
-            one.name: {"hits": one.rate.hits, "of": one.rate.of, "smallest_found": one.smallest_found,
-                       "largest_missed": one.largest_missed}
-            for one in result.found
+            effect.name: {"hits": effect.rate.hits, "of": effect.rate.of, "smallest_found": effect.smallest_found,
+                       "largest_missed": effect.largest_missed}
+            for effect in result.found
         },
         "unanswered": result.unanswered,
     }  # fmt: skip

@@ -1,4 +1,4 @@
-"""`seatrial conditions`: what a dive was made under, shown or written down."""
+"""`seatrial conditions`: show or note the conditions of a dive."""
 
 import argparse
 from dataclasses import asdict, replace
@@ -73,7 +73,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _folder(given: str | None) -> "DiveFolder":
-    """The dive that is meant. Raises LogError or UsageError where there is none, LinkError where its recorder hangs."""
+    """Return the dive in question. Raises LogError or UsageError if there is none, LinkError if its recorder hangs."""
     from gcs_plugin.folder import DiveFolder, find_folder, list_folders
     from tui.links import usable_now
 

@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
     console = show.results(arguments.json)
     for shown in identified_tables(done):
         show.put(console, shown)
-    inside = [held for one in done.campaigns for held in demo.inside(one).values()]
+    inside = [held for campaign in done.campaigns for held in demo.inside(campaign).values()]
     show.say(console, f"{sum(inside)} of {len(inside)} truths lie in their 95 % intervals.\n")
     show.say(console, f"upload: {done.receipt.sentence}\n")
     show.put(console, tracking_table(list(done.runs), rows))
@@ -53,14 +53,14 @@ def run(arguments: argparse.Namespace) -> int:
     show.say(console, f"report: {page}")
     show.say(console, f"recordings, results and receipt: {folder}")
     show.say(console, f"took {clock.boot_s():.0f} s")
-    found = demo.to_json(done, rows) | {"report": str(page), "folder": str(folder)}
-    show.write_json(found, str(folder / "result.json"))
-    show.write_json(found, arguments.json)
+    result = demo.to_json(done, rows) | {"report": str(page), "folder": str(folder)}
+    show.write_json(result, str(folder / "result.json"))
+    show.write_json(result, arguments.json)
     return exit_codes.DONE if done.receipt.good else exit_codes.NO
 
 
 def identified_tables(done: "Demo") -> "list[Table]":
-    """(a) What was identified against what the simulated vehicle truly is, a table a configuration."""
+    """(a) Identified against true parameters of the simulated vehicle, one table per configuration."""
     from tui import demo, show
 
     tables = []
@@ -90,7 +90,7 @@ def identified_tables(done: "Demo") -> "list[Table]":
 
 
 def tracking_table(modes: "Sequence[str]", rows: "Sequence[Row]") -> "Table":
-    """(b) Mean absolute tracking errors, laid out like the paper's Table 5, a column a mode."""
+    """(b) Mean absolute tracking errors, laid out like the paper's Table 5, one column per mode."""
     from tui import show
 
     columns = ("motion", "phase", *modes, "paper")
@@ -127,20 +127,20 @@ def write_page(path: Path, done: "Demo") -> Path:
     from identify.validate import tracking_errors
     from tui import demo
 
-    inside = [held for one in done.campaigns for held in demo.inside(one).values()]
+    inside = [held for campaign in done.campaigns for held in demo.inside(campaign).values()]
     errors = {mode: tracking_errors(dive) for mode, dive in done.runs.items()}
     paper = Reference("paper, both", "Vangi et al., Table 5, configuration hovering", TABLE_5)
     sections = [tracking_section(errors, done.runs, paper)]
-    for one in done.campaigns:
-        shape = done.file.vehicle.configurations[one.configuration]
-        sections.append(identification_section(one.identification, one.truth, shape))
-        sections.append(innovations_section(one.identification.innovations, one.dive.name))
-        sections.append(dive_section(one.dive, done.file.vehicle.water))
+    for campaign in done.campaigns:
+        shape = done.file.vehicle.configurations[campaign.configuration]
+        sections.append(identification_section(campaign.identification, campaign.truth, shape))
+        sections.append(innovations_section(campaign.identification.innovations, campaign.dive.name))
+        sections.append(dive_section(campaign.dive, done.file.vehicle.water))
     report = Report(
         "One dive, end to end",
         f"simulated vehicle {done.file.vehicle.name}: two campaigns identified, uploaded, dived again",
         f"{sum(inside)} of {len(inside)} true parameters lie in their 95 % intervals. {done.receipt.sentence}",
         tuple(sections),
     )
-    dives = [*(one.dive for one in done.campaigns), *done.runs.values()]
+    dives = [*(campaign.dive for campaign in done.campaigns), *done.runs.values()]
     return write_report(path, with_provenance(report, dives, done.file, {}))

@@ -1,4 +1,4 @@
-"""`seatrial diagnose`: where the gap between model and recording lies, what causes it, how far it shrinks."""
+"""`seatrial diagnose`: location and causes of the gap between model and recording, and how far it shrinks."""
 
 import argparse
 from contextlib import contextmanager
@@ -94,18 +94,21 @@ def run(arguments: argparse.Namespace) -> int:
     pages.check(arguments)
     check_file("--accept", arguments.accept, PARAMETER_SUFFIXES)
     filed = load_vehicle(arguments.vehicle)
-    file, told = under_conditions(filed, Path(arguments.dive))
+    file, remarks = under_conditions(filed, Path(arguments.dive))
     recordings = [path for path in (arguments.dive, arguments.check) if path]
     columns = column_map_for(arguments.columns, recordings)
     dive = read_dive(Path(arguments.dive), columns, file)
     check = None
     if arguments.check:
         with of_the_check_dive(arguments.check):
-            other, beside = under_conditions(filed, Path(arguments.check))
-            check, told = read_dive(Path(arguments.check), columns, other), (*told, *beside)
+            check_vehicle, check_remarks = under_conditions(filed, Path(arguments.check))
+            check, remarks = (
+                read_dive(Path(arguments.check), columns, check_vehicle),
+                (*remarks, *check_remarks),
+            )
     if check is not None:
         refuse_the_same(check, dive)
-    told = (*told, *filter(None, map(stray_bytes, map(Path, recordings))))
+    remarks = (*remarks, *filter(None, map(stray_bytes, map(Path, recordings))))
     configuration = configuration_of(dive, file)
     before = (
         accepted_before(Path(arguments.accepted), configuration) if arguments.accepted else AcceptedBefore()
@@ -124,8 +127,8 @@ def run(arguments: argparse.Namespace) -> int:
             effects_accepted=before.effects,
             progress=tell,
         )
-    found = replace(found, notes=(*before.notes, *(f"{one}." for one in (*told, *why)), *found.notes))
-    # Files first: whoever reads the table may leave before its end.
+    found = replace(found, notes=(*before.notes, *(f"{one}." for one in (*remarks, *why)), *found.notes))
+    # Write the files first: the reader of the table may leave before its end.
     with Files() as files:
         files.json(with_words(found, check.name if check is not None else ""), arguments.json)
         if pages.wanted(arguments):
@@ -147,7 +150,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 @contextmanager
 def of_the_check_dive(given: str | None) -> "Iterator[None]":
-    """Where what goes wrong is told of the check dive, say so: who began it may not have named one."""
+    """Name the check dive in errors that come from it: the user may not have chosen it."""
     from bridge.errors import SeatrialError
 
     try:
@@ -159,11 +162,11 @@ def of_the_check_dive(given: str | None) -> "Iterator[None]":
 
 
 def refuse_the_same(check: "Dive", dive: "Dive") -> None:
-    """Raises UsageError for a check dive that is the dive itself: nothing can be measured on what was fitted."""
+    """Raise UsageError if the check dive is the dive itself: the gap can't be measured on data that was fitted."""
     from identify.ingest.identity import of_one_dive
     from identify.ingest.open import recording_files
 
-    how = of_one_dive(*(recording_files(one.source) for one in (check, dive)))
+    how = of_one_dive(*(recording_files(recording.source) for recording in (check, dive)))
     if how:
         raise exit_codes.UsageError(
             f"--check {check.source}: {how} {dive.source}, so it can't show how far the gap shrinks; give another dive"
@@ -171,8 +174,9 @@ def refuse_the_same(check: "Dive", dive: "Dive") -> None:
 
 
 def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") -> tuple[str, ...]:
-    """Write what was found as a parameter file; in sentences, what the feed-forward can't make up for, and how to send
-    it. Nothing is written where there is nothing to accept."""
+    """Write the accepted model as a parameter file; return sentences on the effects that the feed-forward can't
+    compensate and on how to upload the file. Without an accepted effect no file is written.
+    """
     from bridge.vehicle.coefficients import BY_NAME
     from identify.batch.doubts import clauses
     from identify.diagnose.accepted import none_accepted
@@ -194,32 +198,32 @@ def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") ->
             f"{path} was not written: nothing is left of it that could be sent.",
         )
     of_recording = [
-        one
-        for one in doubts_of_recording(dive, file.vehicle.water)
-        if {*one.about} & {*found.accepted.values}
+        doubt
+        for doubt in doubts_of_recording(dive, file.vehicle.water)
+        if {*doubt.about} & {*found.accepted.values}
     ]
     doubts = [*of_recording, *found.accepted.doubts]
     doubted = {name: why for name, why in clauses(doubts, BY_NAME).items() if name in found.accepted.values}
-    outcome = worst(one.outcome for one in doubts)
+    outcome = worst(doubt.outcome for doubt in doubts)
     write_accepted(path, found, dive, file, doubted, outcome)
     how = f"accepted: {path}; {_sends(path, found)}"
     if found.verdict in ("partly", "unknown"):
         how += " with --despite-doubts, because something is left that no cause explains"
     elif outcome is not Outcome.CONVERGED:
-        contradicted = worst(one.outcome for one in of_recording) is not Outcome.CONVERGED
+        contradicted = worst(doubt.outcome for doubt in of_recording) is not Outcome.CONVERGED
         why = "the recording contradicts itself" if contradicted else "the model does not fit the dive"
         how += f" with --despite-doubts, because {why}"
     return (*found.accepted.sentences, *told(doubted, tuple(doubted)), how)
 
 
 def _sends(path: Path, found: "Diagnosis") -> str:
-    """What an upload of the file comes to on board."""
+    """Describe the effect of uploading the file to the vehicle."""
     from bridge.vehicle.coefficients import BY_NAME
     from identify.diagnose.wording_verdict import sorted_by_likelihood
 
     likely, _ = sorted_by_likelihood(found.found)
     upload = f"seatrial params upload {path} sends"
-    by_masses = any(one.cause.effect.feedforward == "nominal" for one in likely)
+    by_masses = any(finding.cause.effect.feedforward == "nominal" for finding in likely)
     if by_masses or any(name not in BY_NAME for name in found.accepted.values):
         return f"{upload} it to the vehicle"
     if not found.accepted.values:
@@ -231,26 +235,26 @@ def _sends(path: Path, found: "Diagnosis") -> str:
 
 
 def effects_without(names: "Sequence[str]", configuration: str, file: "VehicleFile") -> "tuple[Effect, ...]":
-    """The library less some effects. Raises UsageError for a name that it does not hold."""
+    """Return the library without the named effects. Raises UsageError for a name that is not in the library."""
     from bridge.effects.library import library
 
-    whole = library(file.vehicle.configurations[configuration], file.vehicle.thrust_curve.lag_s)
-    known = {effect.name for effect in whole}
+    effects = library(file.vehicle.configurations[configuration], file.vehicle.thrust_curve.lag_s)
+    known = {effect.name for effect in effects}
     for name in names:
         if name not in known:
             raise exit_codes.UsageError(
                 f"--without {name}: there is no such effect; there are {', '.join(sorted(known))}"
             )
-    return tuple(effect for effect in whole if effect.name not in names)
+    return tuple(effect for effect in effects if effect.name not in names)
 
 
 def configuration_of(dive: "Dive", file: "VehicleFile") -> str:
-    """The configuration that was named, or else the recording's own."""
+    """Return the configuration that was named, or else the recording's own."""
     return file.configuration or file.vehicle.configuration_at(dive.configuration_index())
 
 
 def tell_diagnosis(console: "Console", found: "Diagnosis") -> None:
-    """The verdict, the causes with their parameters, where the gap lies, how far it shrinks, what to dive next."""
+    """Print the verdict, the causes and their parameters, where the gap lies, how far it shrinks, the next dive."""
     from identify.diagnose import wording, wording_axes, wording_verdict
     from tui import show
 
@@ -270,7 +274,7 @@ def tell_diagnosis(console: "Console", found: "Diagnosis") -> None:
 
 
 def _where(found: "Diagnosis") -> tuple[str, ...]:
-    """The largest parts of the gap, where there is one."""
+    """Lines on the largest parts of the gap; none when the verdict is "no_gap"."""
     from identify.diagnose import wording_verdict
 
     if found.verdict == "no_gap":

@@ -1,4 +1,4 @@
-"""`seatrial dives`: the dive folders, and what each could identify before anyone fits anything."""
+"""`seatrial dives`: list the dive folders and the coefficients that each dive could identify, before any fit."""
 
 import argparse
 import math
@@ -67,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def table_of(rows: "list[DiveRow]") -> "Any":
-    """A row a dive."""
+    """Table with one row per dive."""
     from identify.dates import utc
     from tui import show
     from tui.dive_list import letters
@@ -94,7 +94,7 @@ def table_of(rows: "list[DiveRow]") -> "Any":
 
 
 def said_of(row: "DiveRow") -> "Iterator[str]":
-    """What a row has no room for."""
+    """Remarks on a dive that do not fit into its row."""
     glance = row.glance
     if row.underway:
         yield row.underway
@@ -126,12 +126,12 @@ def said_of(row: "DiveRow") -> "Iterator[str]":
 
 
 def clock_text(seconds: float) -> str:
-    """`13:27`, `1:02:03`."""
+    """Format a duration: `13:27`, `1:02:03`."""
     if not math.isfinite(seconds):
         return "-"
-    minutes, rest = divmod(round(seconds), 60)
+    minutes, seconds_left = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
+    return f"{hours}:{minutes:02d}:{seconds_left:02d}" if hours else f"{minutes}:{seconds_left:02d}"
 
 
 def to_json(row: "DiveRow") -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""`seatrial doctor`: what is well and what is not, before the vehicle gets wet and in the water."""
+"""`seatrial doctor`: check the vehicle, its link and its sensors, before a dive and in the water."""
 
 import argparse
 from pathlib import Path
@@ -71,12 +71,12 @@ def run(arguments: argparse.Namespace) -> int:
     opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
     link = link_for(arguments.link, opener.open)
     try:
-        found, observed = dry(arguments, file, link, clock)
-        found += signing(opener)
+        findings, observed = dry(arguments, file, link, clock)
+        findings += signing(opener)
         if arguments.wet and file is not None:
-            against = findings_against_wet(found)
-            found += against or wet(arguments, file, observed, link, clock)
-        return tell(arguments, found)
+            against = findings_against_wet(findings)
+            findings += against or wet(arguments, file, observed, link, clock)
+        return tell(arguments, findings)
     finally:
         link.close()
 
@@ -84,7 +84,7 @@ def run(arguments: argparse.Namespace) -> int:
 def dry(
     arguments: argparse.Namespace, file: "VehicleFile | None", link: "Link", clock: "Clock"
 ) -> tuple[list["Finding"], "Observed"]:
-    """What the link tells: the vehicle, its clock, its sensors, its parameters."""
+    """Listen to the link; return the findings on vehicle, clock, sensors and parameters, and the observations."""
     import shutil
 
     from gcs_plugin.doctor.checks import check_parameters, dry_findings
@@ -94,21 +94,23 @@ def dry(
 
     with show.words().status(f"listening for {arguments.seconds:g} s"):
         observed = observe(link, clock, arguments.seconds)
-        others = []
+        parameter_findings = []
         if observed.arrivals:
-            others.append(check_parameters(ParameterClient(link, clock).read_all))
+            parameter_findings.append(check_parameters(ParameterClient(link, clock).read_all))
     place = existing(Path(arguments.out))
     free_bytes = shutil.disk_usage(place).free
     if file is None:
-        return dry_findings(observed, None, free_bytes, str(place), others), observed
-    found = dry_findings(observed, file.vehicle, free_bytes, str(place), others, file.configuration)
-    return [vehicle_file(file), *found], observed
+        return dry_findings(observed, None, free_bytes, str(place), parameter_findings), observed
+    findings = dry_findings(
+        observed, file.vehicle, free_bytes, str(place), parameter_findings, file.configuration
+    )
+    return [vehicle_file(file), *findings], observed
 
 
 def wet(
     arguments: argparse.Namespace, file: "VehicleFile", observed: "Observed", link: "Link", clock: "Clock"
 ) -> list["Finding"]:
-    """What one pulse of each thruster tells; it was confirmed, and nothing was found against it."""
+    """Pulse each thruster once and return the findings; the user has confirmed, and no finding spoke against it."""
     from gcs_plugin.doctor.identity import told_veh_cfg
     from gcs_plugin.params.client import ParameterClient
     from tui import show
@@ -130,7 +132,7 @@ def wet(
 
 
 def signing(opener: secured.Opener) -> list["Finding"]:
-    """Whether all that came on a signed link was let in."""
+    """Findings on signed links: whether frames were refused."""
     from gcs_plugin.doctor.findings import ok, warn
 
     return [
@@ -142,7 +144,7 @@ def signing(opener: secured.Opener) -> list["Finding"]:
 
 
 def vehicle_file(file: "VehicleFile") -> "Finding":
-    """A file that was loaded is well where its thrust table is; what is in it is said."""
+    """Finding on a loaded vehicle file: it fails if the thrust table is missing, and otherwise lists the contents."""
     from bridge.errors import ConfigError
     from bridge.vehicle.thrusters import thrust_curve
     from gcs_plugin.doctor.findings import fail, ok
@@ -162,7 +164,7 @@ def vehicle_file(file: "VehicleFile") -> "Finding":
 
 
 def disk(folder: Path) -> "Finding":
-    """The space where recordings go."""
+    """Finding on the free disk space for recordings."""
     import shutil
 
     from gcs_plugin.doctor.checks import check_disk
@@ -172,38 +174,38 @@ def disk(folder: Path) -> "Finding":
 
 
 def ports(vehicle: "Vehicle") -> list["Finding"]:
-    """Whether the ports of the vehicle file are on this computer."""
+    """Findings on whether the ports in the vehicle file exist on this computer."""
     from bridge.drivers import speaks_tcp
     from bridge.sensors.bar30 import parse_i2c_port
     from gcs_plugin.doctor.findings import fail, ok
 
-    found = []
+    findings = []
     for slot, device in vehicle.sensors.present().items():
         if not device.port or speaks_tcp(device):
             continue
         on_bus = device.kind == "bar30"
         path = Path(f"/dev/i2c-{parse_i2c_port(device.port)[0]}" if on_bus else device.port)
         if path.exists():
-            found.append(ok(slot, f"{device.kind}: {path} is there"))
+            findings.append(ok(slot, f"{device.kind}: {path} is there"))
         else:
-            found.append(
+            findings.append(
                 fail(slot, f"{device.kind}: no port {path} here; plug it in, or mend the vehicle file")
             )
-    return found
+    return findings
 
 
 def existing(folder: Path) -> Path:
-    """The folder, or the nearest above it that exists."""
+    """The folder, or its nearest parent that exists."""
     return next(place for place in (folder, *folder.absolute().parents) if place.is_dir())
 
 
 def tell(arguments: argparse.Namespace, findings: "Iterable[Finding]") -> int:
-    """The findings as a table and JSON; the exit code says whether one failed."""
+    """Print the findings as a table and JSON; the exit code says whether any failed."""
     from gcs_plugin.doctor.findings import Level, worst
     from tui import show
 
-    found = list(findings)
-    rows = [(finding.level.value, finding.name, finding.sentence) for finding in found]
+    listed = list(findings)
+    rows = [(finding.level.value, finding.name, finding.sentence) for finding in listed]
     show.put(show.results(arguments.json), show.table("", ("", "what", "finding"), rows))
-    show.write_json([finding.to_json() for finding in found], arguments.json)
-    return exit_codes.NO if worst(found) is Level.FAIL else exit_codes.DONE
+    show.write_json([finding.to_json() for finding in listed], arguments.json)
+    return exit_codes.NO if worst(listed) is Level.FAIL else exit_codes.DONE

@@ -1,4 +1,4 @@
-"""`seatrial export`: the identified model in the files of other simulators, and what did not fit in."""
+"""`seatrial export`: write the identified model in the formats of other simulators, and list the parts left out."""
 
 import argparse
 import math
@@ -86,7 +86,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _model(
     given: str, vehicle: str | None, out: str | None, leave: "Leave"
 ) -> "tuple[Model, dict[str, str]]":
-    """The model that MODEL means, and what speaks against values in it. Raises UsageError where it means none."""
+    """Return the model that MODEL names, and the doubts about its values. Raises UsageError if it names no model."""
     from bridge.vehicle.config import load_vehicle
 
     if given.endswith(".json"):
@@ -103,13 +103,13 @@ def _model(
     from identify.export.model import model_of
 
     configuration = file.configuration or file.vehicle.configuration_at(None)
-    own = file.vehicle.configurations[configuration].model
-    if not own:
+    coefficients = file.vehicle.configurations[configuration].model
+    if not coefficients:
         raise exit_codes.UsageError(
             f"{given}: configuration '{configuration}' has no model; give the JSON of seatrial identify, with "
             f"--vehicle {given}"
         )
-    return model_of(own, file, configuration), {}
+    return model_of(coefficients, file, configuration), {}
 
 
 def _identified(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model, dict[str, str]]":
@@ -134,21 +134,21 @@ def _identified(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model
         )
     file.vehicle.configuration_named(shape)
     known = {
-        one["name"]: one
-        for one in data["parameters"]
-        if isinstance(one, dict)
-        and one.get("name") in OF_HULL
-        and one.get("identifiable") is True
-        and _is_number(one.get("value"))
+        parameter["name"]: parameter
+        for parameter in data["parameters"]
+        if isinstance(parameter, dict)
+        and parameter.get("name") in OF_HULL
+        and parameter.get("identifiable") is True
+        and _is_number(parameter.get("value"))
     }
     if not known:
         raise exit_codes.UsageError(f"{path}: holds no identifiable parameter; dive again, and identify that")
     intervals = {
-        name: (float(one["low95"]), float(one["high95"]))
-        for name, one in known.items()
-        if _is_number(one.get("low95")) and _is_number(one.get("high95"))
+        name: (float(parameter["low95"]), float(parameter["high95"]))
+        for name, parameter in known.items()
+        if _is_number(parameter.get("low95")) and _is_number(parameter.get("high95"))
     }
-    values = {name: float(one["value"]) for name, one in known.items()}
+    values = {name: float(parameter["value"]) for name, parameter in known.items()}
     doubted = {name: why for name, why in doubted_in(data).items() if name in known}
     return model_of(values, file, shape, intervals), doubted
 
@@ -165,7 +165,7 @@ def _accepted(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model, 
             f"{path}: parameters need --vehicle FILE, for thrusters and weight; add it"
         )
     accepted = accepted_model(path, load_vehicle(vehicle), leave)
-    # What was accepted as an effect is in the model as that; what was identified is a value like any other.
+    # Accepted effects enter the model as effects; identified values enter as plain coefficients.
     squared = {} if accepted.effects else OF_HULL
     values = {name: value for name, value in accepted.values.items() if name in BY_NAME or name in squared}
     intervals = {name: pair for name, pair in accepted.intervals.items() if is_held(name)}

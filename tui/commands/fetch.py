@@ -1,4 +1,4 @@
-"""`seatrial fetch`: what the vehicle kept of a dive and the ground did not hear."""
+"""`seatrial fetch`: fetch the part of a dive that the vehicle stored and the ground did not receive."""
 
 import argparse
 from pathlib import Path
@@ -101,19 +101,19 @@ def run(arguments: argparse.Namespace) -> int:
     finally:
         link.close()
     show.say(show.results(arguments.json), done.words)
-    found: dict[str, object] = {
+    outcome: dict[str, object] = {
         "recording": str(done.path),
         "frames": done.frames,
         "missing": done.missing,
     }
-    found |= {"fetched_bytes": done.fetched_bytes, "damaged": done.damaged}
-    found |= {"holes": [vars(hole) for hole in done.holes], "lost": done.lost, "beyond": done.beyond}
-    show.write_json(found, arguments.json)
+    outcome |= {"fetched_bytes": done.fetched_bytes, "damaged": done.damaged}
+    outcome |= {"holes": [vars(hole) for hole in done.holes], "lost": done.lost, "beyond": done.beyond}
+    show.write_json(outcome, arguments.json)
     return exit_codes.DONE if done.is_whole else exit_codes.NO
 
 
 def asked_by_way(folder: "DiveFolder") -> str:
-    """Whom a fetch without a link asked, where its recording is not of this dive; "" where none runs any more."""
+    """Name the recording that a fetch without --link went through, which may be another vehicle's; "" if none runs."""
     from tui.links import holding_now, words_of
 
     holding = holding_now()
@@ -126,9 +126,9 @@ def asked_by_way(folder: "DiveFolder") -> str:
 
 
 def dive_of(arguments: argparse.Namespace, clock: "Clock") -> "DiveFolder":
-    """The dive that is meant. One that is being recorded is over then: the recording goes on in a new folder.
+    """Return the dive in question. If it is being recorded, end it: the recording goes on in a new folder.
 
-    Raises UsageError where there is none, LinkError where its recording hangs.
+    Raises UsageError if there is no dive, LinkError if its recording hangs.
     """
     import time
 

@@ -1,4 +1,4 @@
-"""`seatrial ff`: switch the feed-forward, and see the vehicle say so."""
+"""`seatrial ff`: switch the feed-forward and wait until the vehicle confirms the mode."""
 
 import argparse
 from typing import TYPE_CHECKING
@@ -23,14 +23,14 @@ MODES = {
 PATIENCE_S = 15.0
 LACKING_S = 10.0
 SILENT_S = 10.0
-"""So long an answer that there is no feed-forward is not believed: a companion that has one may be heard late."""
+"""Delay before "no feed-forward" is believed: a companion computer that has a feed-forward may be heard late."""
 FIND_S = 5.0
 TELL_EVERY_S = 2.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    what = "; ".join(f"{name}, {sentence}" for name, sentence in MODES.items())
-    parser.add_argument("mode", choices=MODES, metavar="MODE", help=what)
+    modes = "; ".join(f"{name}, {sentence}" for name, sentence in MODES.items())
+    parser.add_argument("mode", choices=MODES, metavar="MODE", help=modes)
     parser.add_argument(
         "--link", metavar="SPEC", help="the link to the vehicle (default: that of the recording that runs)"
     )
@@ -72,7 +72,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def switch_off(arguments: argparse.Namespace, link: "Link", clock: "Clock", opener: secured.Opener) -> int:
-    """Off, whatever comes: nothing but the vehicle's own word, the user or --seconds ends it."""
+    """Switch the feed-forward off, and keep sending: only the vehicle's confirmation, the user or --seconds ends it."""
     from bridge.vehicle.feedforward import Mode
     from gcs_plugin.ff_switch import Switch
     from tui import show
@@ -97,7 +97,7 @@ def switch_off(arguments: argparse.Namespace, link: "Link", clock: "Clock", open
 
 
 def switch_to(mode: "Mode", arguments: argparse.Namespace, link: "Link", clock: "Clock") -> int:
-    """A mode that moves the vehicle, or may: asked about, refused where the vehicle can't, given up in the end."""
+    """Switch to a mode that may move the vehicle: ask first, refuse if the vehicle can't, and give up after a time."""
     from bridge.errors import LinkError
     from gcs_plugin.ff_switch import Switch
     from gcs_plugin.off_orders import OffOrders
@@ -127,7 +127,7 @@ def switch_to(mode: "Mode", arguments: argparse.Namespace, link: "Link", clock: 
 def permitted(
     mode: "Mode", arguments: argparse.Namespace, link: "Link", clock: "Clock"
 ) -> tuple[int, float] | None:
-    """The vehicle's system and mode, None where the user says no. Raises ParamError for a mode that it can't take."""
+    """Return the vehicle's system and mode, or None if the user declines. Raises ParamError if it refuses the mode."""
     from bridge.errors import ParamRejected
     from bridge.framing import Encoder
     from bridge.parameters import ACTIVE, MODE
@@ -137,7 +137,7 @@ def permitted(
     from gcs_plugin.station import GROUND_STATION, ground_heartbeat
     from tui.asked import asked
 
-    # A vehicle that listens on UDP learns from this where the ground is.
+    # A vehicle that listens on UDP learns the ground's address from this message.
     link.write(Encoder(*GROUND_STATION).encode(ground_heartbeat()))
     client = ParameterClient(link, clock)
     system, _ = client.find_vehicle(FIND_S, arguments.system)
@@ -160,12 +160,13 @@ def permitted(
 
 
 class Course:
-    """How a switch goes: on a line of the terminal, or in a pipe every few seconds; and what came of it."""
+    """Progress of a switch, on a status line of the terminal or every few seconds in a pipe, and its outcome."""
 
     def __init__(self, console: "Console", switch: "Switch", clock: "Clock", seconds: float | None) -> None:
         self.stopped = False
         self._switch, self._clock, self._seconds = switch, clock, seconds
-        # The one that vehicles' words go to as well: a line of another console would break into the status.
+        # The console that also shows the vehicles' messages: a line from another console would break into the status
+        # line.
         self._console = console
         self._status = self._console.status("")
         self._start_s = self._tell_s = clock.boot_s()
@@ -181,7 +182,7 @@ class Course:
         self._status.stop()
 
     def over(self) -> bool:
-        """Whether it is done, or its time is up, or nobody has a feed-forward; shows how it goes."""
+        """Show the progress; return whether the switch is done, its time is up, or no vehicle has a feed-forward."""
         from tui import show
 
         now_s = self._clock.boot_s()
@@ -204,20 +205,20 @@ class Course:
         )
 
     def told(self, json: str | None) -> int:
-        """Say what came of it; the exit code."""
+        """Report the outcome and return the exit code."""
         from gcs_plugin.ff_words import sent_text, word
         from tui import show
 
         switch, took_s = self._switch, self._clock.boot_s() - self._start_s
         show.say(show.results(json), f"{switch.words} ({sent_text(switch.sent)} in {took_s:.1f} s)")
-        found = {
+        outcome = {
             "mode": word(switch.mode),
             "done": switch.done,
             "sent": switch.sent,
             "seconds": took_s,
             "seen": switch.words,
         }
-        show.write_json(found, json)
+        show.write_json(outcome, json)
         if switch.done:
             return exit_codes.DONE
         if self.stopped:
@@ -226,8 +227,8 @@ class Course:
 
 
 def _not_heard(systems: tuple[int, ...]) -> str:
-    """What to do where nothing but vehicles that are silent keeps OFF from its end."""
-    who = (
+    """Advice when only silent vehicles keep OFF from ending."""
+    subject = (
         f"vehicle {systems[0]} is" if len(systems) == 1 else f"vehicles {' and '.join(map(str, systems))} are"
     )
-    return f"{who} not heard, and OFF is sent until an answer comes; where that is switched off, Ctrl-C ends this"
+    return f"{subject} not heard, and OFF is sent until an answer comes; where that is switched off, Ctrl-C ends this"

@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from identify.report.page import Report
 
 DONE = "done"
-"""What an estimator says at its end where it has no more to say."""
+"""Last words of an estimator that has nothing more to report."""
 
 FITTED, JUDGED = 0.99, "weighing what speaks against its values"
-"""An estimator that has fitted all is not done: what its values rest on is judged yet, and that takes a while."""
+"""Progress once all is fitted: the doubts about the values are still being assessed, which takes a while."""
 
 EXAMPLE = "seatrial identify dives/2026-11-20T0912Z-hovering --vehicle ruvifist --json hovering.json"
 
@@ -81,9 +81,10 @@ def run(arguments: argparse.Namespace) -> int:
     file = load_vehicle(arguments.vehicle)
     columns = column_map_for(arguments.columns, arguments.dives)
     held = [under_conditions(file, Path(path)) for path in arguments.dives]
-    held_files = [one for one, _ in held]
+    held_files = [held_file for held_file, _ in held]
     dives = [
-        read_dive(Path(path), columns, one) for path, one in zip(arguments.dives, held_files, strict=True)
+        read_dive(Path(path), columns, held_file)
+        for path, held_file in zip(arguments.dives, held_files, strict=True)
     ]
     chosen = [
         file.configuration or file.vehicle.configuration_at(dive.configuration_index()) for dive in dives
@@ -93,25 +94,25 @@ def run(arguments: argparse.Namespace) -> int:
         methods = _usual(file, chosen)
     estimates = {name: estimator_of(name, arguments.network, curves) for name in methods}
     answers, compared = [], []
-    for dive, one, configuration in zip(dives, held_files, chosen, strict=True):
-        first, *others = side_by_side(dive, one, configuration, estimates)
+    for dive, held_file, configuration in zip(dives, held_files, chosen, strict=True):
+        first, *seconds = side_by_side(dive, held_file, configuration, estimates)
         priors = file.vehicle.configurations[configuration].priors
-        beside = [compare(first, other, priors) for other in others]
-        answers.append(doubted(beside[0]) if beside else first)
-        compared.append(beside)
-    found = [
+        dive_comparisons = [compare(first, second, priors) for second in seconds]
+        answers.append(doubted(dive_comparisons[0]) if dive_comparisons else first)
+        compared.append(dive_comparisons)
+    results = [
         answer.to_json() | ({"comparison": comparisons[0].to_json()} if comparisons else {})
         for answer, comparisons in zip(answers, compared, strict=True)
     ]
     console = show.results(arguments.json)
     with Files() as files:
-        files.json(found[0] if len(found) == 1 else found, arguments.json)
+        files.json(results[0] if len(results) == 1 else results, arguments.json)
         if arguments.param and answers[0].values():
             from tui.parameter_files import write_identified
 
             param = partial(write_identified, Path(arguments.param), answers[0], file)
             files.attempt(param, f"parameters: {arguments.param}")
-        # The page comes last, for drawing takes long, and comes all the same where the table's reader has left.
+        # The page comes last because drawing takes long. It is written even if the reader of the table has left.
         try:
             for _, sentences in held:
                 for sentence in sentences:
@@ -131,7 +132,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _usual(file: "VehicleFile", configurations: "Sequence[str]") -> tuple[str, ...]:
-    """The methods where none is named: those beside each other that know the damping of all these hulls."""
+    """Return the default methods: two side by side for linear damping of all these hulls, else those for quadratic."""
     from identify.estimators.table import OF_QUADRATIC, SIDE_BY_SIDE
 
     linear = all(file.vehicle.configurations[name].damping == "linear" for name in configurations)
@@ -139,7 +140,7 @@ def _usual(file: "VehicleFile", configurations: "Sequence[str]") -> tuple[str, .
 
 
 def methods_of(argument: str | None) -> tuple[str, ...]:
-    """The one or two methods that `--method` names. Raises UsageError for another."""
+    """Return the method or the two methods that `--method` names. Raises UsageError for an unknown method."""
     from identify.estimators.table import METHODS, SIDE_BY_SIDE
 
     names = SIDE_BY_SIDE if argument is None else tuple(argument.split("+"))
@@ -156,14 +157,14 @@ def methods_of(argument: str | None) -> tuple[str, ...]:
 def estimator_of(
     method: str, network: "Sequence[int] | None", curves: "dict[str, TrainingCurves]"
 ) -> "Estimator":
-    """The estimator of a method; the paper's leaves its training curves in `curves`."""
+    """Return the estimator of a method; the paper's method leaves its training curves in `curves`."""
     from identify.estimators.table import estimator, judged
 
     return judged(paper(network, curves)) if method == "paper" else estimator(method)
 
 
 def paper(network: "Sequence[int] | None", curves: "dict[str, TrainingCurves]") -> "Estimator":
-    """The paper's method with a network of its own size; its training curves go into `curves` by dive."""
+    """Return the paper's method with a network of the given size; it stores its training curves in `curves` by dive."""
     from identify.estimators.paper import SMALL, PaperOptions, estimate_with_curves
     from identify.estimators.table import refuse_damping
 
@@ -184,7 +185,7 @@ def paper(network: "Sequence[int] | None", curves: "dict[str, TrainingCurves]") 
 def side_by_side(
     dive: "Dive", file: "VehicleFile", configuration: str, estimates: "Mapping[str, Estimator]"
 ) -> "tuple[Identification, ...]":
-    """One dive through all estimators at the same time, each with its progress bar."""
+    """Run one dive through all estimators at the same time, each with its progress bar."""
     from identify.together import together
     from tui import show
 
@@ -204,9 +205,9 @@ def identify(
     estimate: "Estimator",
     progress: "Progress",
 ) -> "Identification":
-    """One dive through one estimator; a dive that holds too little for it says so.
+    """Run one dive through one estimator; a dive with too little information gives an answer that says so.
 
-    What the estimator said last of how it ended, beyond that it is done, is kept as a note.
+    The estimator's last message about how it ended is kept as a note, unless it is only "done".
     """
     from dataclasses import replace
 
@@ -224,36 +225,36 @@ def identify(
     try:
         answer = estimate(dive, file, configuration, told)
     except FitError as error:
-        # Whatever shows the reason names the dive itself.
+        # The report names the dive itself.
         answer = nothing(dive, file, configuration, method, str(error).removeprefix(f"{dive.name}: "))
     progress(1.0, f"{method}: {answered(answer)}")
     return replace(answer, notes=(*answer.notes, *ends[-1:]))
 
 
 def answered(answer: "Identification") -> str:
-    """The values of a method that is done, each with half of its 95 % interval, in SI units."""
+    """Return the values of a finished method in words, each with half of its 95 % interval, in SI units."""
     from bridge.vehicle.coefficients import OF_HULL
     from tui.told import ANSWERED
 
     values = ", ".join(
-        f"{one.name} {one.value:.4g} ± {(one.high95 - one.low95) / 2:.2g}"
-        for one in answer.parameters
-        if one.identifiable and one.name in OF_HULL
+        f"{parameter.name} {parameter.value:.4g} ± {(parameter.high95 - parameter.low95) / 2:.2g}"
+        for parameter in answer.parameters
+        if parameter.identifiable and parameter.name in OF_HULL
     )
     return f"{ANSWERED}: {values or 'no value'}"
 
 
 def _asked(answer: "Identification") -> int:
-    """How many coefficients the model of an answer has."""
+    """Number of coefficients in the model of an answer."""
     from bridge.vehicle.coefficients import OF_HULL
 
-    return sum(one.name in OF_HULL for one in answer.parameters)
+    return sum(parameter.name in OF_HULL for parameter in answer.parameters)
 
 
 def nothing(
     dive: "Dive", file: "VehicleFile", configuration: str, method: str, reason: str
 ) -> "Identification":
-    """The answer where no parameter could be fitted, for one reason."""
+    """Return an answer in which no parameter could be fitted, all for the same reason."""
     from bridge.vehicle.coefficients import COEFFICIENTS, MASSES
     from identify.identification import Identification, Outcome, added_mass, estimate
 
@@ -281,7 +282,7 @@ def report(
     compared: "Sequence[Sequence[Comparison]]",
     curves: "Mapping[str, TrainingCurves]",
 ) -> "Report":
-    """The page with what was identified from each dive, and the dive itself."""
+    """Return the page with the results of each dive and the dives themselves."""
     from identify.report.compared import comparison_section
     from identify.report.page import Report
     from identify.report.sections import (
@@ -294,8 +295,8 @@ def report(
     sections = []
     for dive, file, answer, comparisons in zip(dives, files, answers, compared, strict=True):
         sections.append(identification_section(answer))
-        for one in comparisons:
-            sections += [comparison_section(one), identification_section(one.second)]
+        for comparison in comparisons:
+            sections += [comparison_section(comparison), identification_section(comparison.second)]
         if dive.sha256 in curves:
             trained = curves[dive.sha256]
             values = {name: trained.values[:, i] for i, name in enumerate(trained.names)}
@@ -303,7 +304,7 @@ def report(
         if answer.innovations:
             sections.append(innovations_section(answer.innovations, dive.name))
         sections.append(dive_section(dive, file.vehicle.water))
-    methods = [answers[0].method, *(one.second.method for one in compared[0])]
+    methods = [answers[0].method, *(comparison.second.method for comparison in compared[0])]
     verdict = "; ".join(
         f"{dive.name} ({answer.configuration}): {len(answer.values())} of {_asked(answer)} coefficients identified, "
         f"{answer.outcome.value}"

@@ -1,4 +1,4 @@
-"""`seatrial import`: what a recording holds, and a dive folder made of it."""
+"""`seatrial import`: list the contents of a recording, and make a dive folder from it."""
 
 import argparse
 import shutil
@@ -82,9 +82,9 @@ def run(arguments: argparse.Namespace) -> int:
 def dive_folder(
     out: Path, dive: "Dive", columns: Path | None, file: "VehicleFile | None"
 ) -> tuple[Path, str]:
-    """A dive folder with a copy of the recording and of its column map, and what is to be said of the copy.
+    """Make a dive folder with a copy of the recording and of its column map; return it with remarks on the copy.
 
-    Raises LogError where it can't be, and leaves nothing of it then.
+    Raises LogError if that fails, and then removes the folder again.
     """
     from bridge.errors import LogError
     from bridge.vehicle.config import CONFIGS
@@ -105,7 +105,7 @@ def dive_folder(
             _copy_bytes(named, out / "columns.yaml")
         DiveFolder(out).describe(about)
     except BaseException:
-        # What was begun would stand in the way of the next import.
+        # An incomplete folder would block the next import.
         shutil.rmtree(out, ignore_errors=True)
         raise
     if not copied and dive.counts.get("skipped"):
@@ -114,7 +114,7 @@ def dive_folder(
 
 
 def _copy(source: Path, out: Path) -> str:
-    """The recording as it is; frame by frame where it holds a key, so that none goes into a dive. What was left out."""
+    """Copy the recording as it is, or without its signing keys, frame by frame; return a note on what was left out."""
     from bridge.recorded_keys import LEFT_OUT, holds_key
     from bridge.tlog import read_tlog
     from gcs_plugin.fetch.whole import write_records
@@ -127,7 +127,7 @@ def _copy(source: Path, out: Path) -> str:
 
 
 def _copy_bytes(source: Path, made: Path) -> None:
-    """A copy on the disk, or a LogError that names the copy: the source was read whole just now."""
+    """Copy the bytes to disk. Raises LogError naming the copy, since the source was read in full just before."""
     from bridge.new_file import replacing
 
     with source.open("rb") as read, replacing(made, "import again") as written:
@@ -139,7 +139,7 @@ def _ending(path: Path) -> str:
 
 
 def contents(dive: "Dive") -> dict[str, Any]:
-    """What a dive holds, as plain data."""
+    """Contents of a dive as plain data."""
     return {
         "name": dive.name,
         "sha256": dive.sha256,

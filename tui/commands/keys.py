@@ -1,4 +1,4 @@
-"""`seatrial keys`: make a key that signs links, and tell one from another."""
+"""`seatrial keys`: make a key for signing links, and show a key's fingerprint."""
 
 import argparse
 from pathlib import Path
@@ -43,7 +43,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _asked() -> str:
-    """A passphrase, typed twice and shown never. Raises UsageError where there is none, or the two differ."""
+    """Read a passphrase twice without echo. Raises UsageError if it is empty or the two differ."""
     import getpass
 
     try:

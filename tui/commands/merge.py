@@ -1,4 +1,4 @@
-"""`seatrial merge`: what other recorders kept of a dive, on one clock with it."""
+"""`seatrial merge`: add other recorders' logs of a dive to its folder, on the dive's clock."""
 
 import argparse
 
@@ -33,15 +33,15 @@ def run(arguments: argparse.Namespace) -> int:
     refused: list[str] = []
     came: list[dict[str, str | None]] = []
     try:
-        for one in merge_all(folder, [Path(name) for name in arguments.files]):
-            if isinstance(one, Merged):
-                done.append(one.file.name)
-                came.append({"file": str(one.file), "into": str(one.into), "told": one.words})
-                show.say(show.results(arguments.json), one.words)
+        for outcome in merge_all(folder, [Path(name) for name in arguments.files]):
+            if isinstance(outcome, Merged):
+                done.append(outcome.file.name)
+                came.append({"file": str(outcome.file), "into": str(outcome.into), "told": outcome.words})
+                show.say(show.results(arguments.json), outcome.words)
             else:
-                refused.append(one.file.name)
-                came.append({"file": str(one.file), "into": None, "told": one.words})
-                show.say(show.words(), f"seatrial: {' '.join(one.words.split())}")
+                refused.append(outcome.file.name)
+                came.append({"file": str(outcome.file), "into": None, "told": outcome.words})
+                show.say(show.words(), f"seatrial: {' '.join(outcome.words.split())}")
         if done and refused:
             show.say(show.words(), f"merged: {', '.join(done)}; not merged: {', '.join(refused)}")
     finally:

@@ -1,4 +1,4 @@
-"""`seatrial note`: what happens in the dive that is being recorded, with its time; or what to know of another dive."""
+"""`seatrial note`: note an event in the running recording, with its time, or replace the notes of another dive."""
 
 import argparse
 from pathlib import Path

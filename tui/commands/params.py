@@ -95,18 +95,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def check_outputs(arguments: argparse.Namespace) -> None:
-    """Raise UsageError where a file that is to be written could not be."""
+    """Raise UsageError if an output file could not be written."""
     from tui.outputs import PARAMETER_SUFFIXES, check_file, check_files, check_folder
 
-    out = getattr(arguments, "out", None)
-    check_files({"--json": arguments.json, "--out": out})
-    check_file("--out", out, PARAMETER_SUFFIXES)
+    output = getattr(arguments, "out", None)
+    check_files({"--json": arguments.json, "--out": output})
+    check_file("--out", output, PARAMETER_SUFFIXES)
     if arguments.action in ("upload", "rollback"):
         check_folder("--receipts", arguments.receipts)
 
 
 def targets_for(arguments: argparse.Namespace) -> "Targets":
-    """What the file of an action asks for; nothing for `show`. Raises UsageError for one that can't be sent."""
+    """Return the parameters that the action's file requests; none for `show`. Raises UsageError if it can't be sent."""
     from tui.parameter_files import Leave, Targets, targets_of, targets_of_identification
 
     if arguments.action == "show" or arguments.file is None:
@@ -119,7 +119,7 @@ def targets_for(arguments: argparse.Namespace) -> "Targets":
 
 
 class Watch:
-    """Where the client's progress goes: to the bar that is open, if one is."""
+    """Forwards the client's progress to the progress bar, if one is open."""
 
     def __init__(self) -> None:
         self._tell: Tell | None = None
@@ -131,7 +131,7 @@ class Watch:
             self._tell(self._share, stage)
 
     def line(self, name: str, result: "Result") -> None:
-        """What became of one parameter, to a program that reads along; a bar has no line for it."""
+        """Report the result of one parameter to a program that reads the progress; a bar has no line for it."""
         import os
 
         from gcs_plugin.params.transfer import Outcome
@@ -168,7 +168,7 @@ def run(arguments: argparse.Namespace) -> int:
     opener = secured.Opener(arguments.sign_key, clock, secured.on_words, system=arguments.system)
     link = link_for(arguments.link, opener.open)
     try:
-        # A vehicle that listens on UDP learns from this where the ground is.
+        # A vehicle that listens on UDP learns the ground's address from this message.
         link.write(Encoder(*GROUND_STATION).encode(ground_heartbeat()))
         client = ParameterClient(link, clock, progress=watch, line=watch.line)
         with watch.bar("looking for the vehicle"):
@@ -231,7 +231,7 @@ def _pattern(given: str) -> str:
 
 
 def show_difference(arguments: argparse.Namespace, planned: "Planned", client: "ParameterClient") -> int:
-    """`params diff`, and the others with `--dry-run`."""
+    """`params diff`, and `upload` and `rollback` with `--dry-run`."""
     from gcs_plugin.params.plan import Verdict
     from tui import show
 
@@ -315,7 +315,7 @@ def _text(value: float | None) -> str:
 
 
 def agreed(client: "ParameterClient", question: str) -> bool:
-    """Whether the user types yes. Raises UsageError where there is nobody to ask."""
+    """Whether the user types yes. Raises UsageError if nobody can be asked."""
     from tui.asked import asked
 
     return asked(client, f"{question} [yes/no] ", "write").lower() in ("y", "yes")

@@ -1,4 +1,4 @@
-"""`seatrial plan`: what to dive next, and how well each parameter would be known after it."""
+"""`seatrial plan`: propose the next dive, and predict how well it would determine each parameter."""
 
 import argparse
 import math
@@ -96,26 +96,26 @@ def run(arguments: argparse.Namespace) -> int:
         marked = legend(proposal, knowledge)
         for sentence in marked:
             show.say(console, sentence)
-        told = tuple(
+        remarks = tuple(
             dict.fromkeys((*marked, room(limits), *joint(proposal, arguments.after), *notes(knowledge)))
         )
-        for sentence in told[len(marked) :]:
+        for sentence in remarks[len(marked) :]:
             show.say(console, f"note: {sentence}")
         if kept:
             show.say(console, f"mission: {arguments.out}; dive it in simulation: {command}")
         mission = arguments.out if kept else None
-        found = to_json(proposal, knowledge, limits)
+        plan = to_json(proposal, knowledge, limits)
         about = {"name": file.vehicle.name, "sha256": file.sha256}
         files.json(
-            {"vehicle": about, "configuration": configuration, "after": arguments.after, "mission": mission, **found,
-             "notes": list(told)},
+            {"vehicle": about, "configuration": configuration, "after": arguments.after, "mission": mission, **plan,
+             "notes": list(remarks)},
             arguments.json,
         )  # fmt: skip
     return files.code(exit_codes.DONE)
 
 
 def known(file: "VehicleFile", source: str | None, columns: str | None) -> "tuple[str, Knowledge]":
-    """The configuration to plan for, and what is known of it."""
+    """Return the configuration to plan for, and the knowledge of its parameters before the dive."""
     from identify.ingest.open import read_dive
     from identify.planning.knowledge import after, before_any_dive
 
@@ -144,7 +144,7 @@ def _only(file: "VehicleFile") -> str:
 
 
 def check_plan(path: str) -> None:
-    """Raise UsageError where a file stands that no plan wrote."""
+    """Raise UsageError if the path holds a file that `plan` did not write."""
     from bridge.file_size import size_to_read
     from identify.planning.writing import TITLE
 
@@ -159,7 +159,7 @@ def _begins(path: Path, words: bytes) -> bool:
 
 
 def identification(path: str) -> dict[str, Any]:
-    """The JSON of one identification. Raises UsageError for another file."""
+    """Read the JSON of a single identification. Raises UsageError for any other file."""
     from bridge.file_size import read_small
     from bridge.plain import from_json
     from bridge.schema import why_unread
@@ -190,7 +190,7 @@ def _identify(dive: "Dive", file: "VehicleFile", configuration: str) -> dict[str
 
 
 def manoeuvre_table(title: str, proposal: "Proposal") -> "Table":
-    """What to dive, in its order; the same one several times over is one row."""
+    """Table of manoeuvres in diving order; identical consecutive manoeuvres share a row."""
     from identify.planning.writing import instruction, needs
     from tui import show
 
@@ -209,7 +209,7 @@ def manoeuvre_table(title: str, proposal: "Proposal") -> "Table":
 
 
 def room(limits: "Limits") -> str:
-    """The room that the plan keeps to, and from what it has it."""
+    """Say how much room the plan uses, and which options set it."""
     from identify.planning.limits import START_DEPTH_M
 
     return (
@@ -219,7 +219,7 @@ def room(limits: "Limits") -> str:
 
 
 def joint(proposal: "Proposal", after: str | None) -> tuple[str, ...]:
-    """How to come to what the dive and all that is known before give together; nothing where nothing is known."""
+    """Explain how to combine the dive with earlier knowledge; empty if nothing is known yet."""
     from tui.accepted import AGEING
 
     if not _known_before(proposal):
@@ -248,10 +248,10 @@ def _known_before(proposal: "Proposal") -> bool:
 
 
 def interval_table(proposal: "Proposal", knowledge: "Knowledge") -> "Table":
-    """How well each parameter is known before and after; those that nothing is or will be known of are left out.
+    """Table of how well each parameter is known before and after; parameters that stay unknown are left out.
 
-    What the dive would tell by itself stands apart where something is known before. What the dive before doubted bears
-    DOUBT_MARK.
+    If anything is known before, a separate column gives the result of this dive alone. Parameters that the earlier
+    dive doubted bear DOUBT_MARK.
     """
     from bridge.vehicle.coefficients import COEFFICIENTS
     from identify.planning.writing import DOUBT_MARK, interval
@@ -278,7 +278,7 @@ def interval_table(proposal: "Proposal", knowledge: "Knowledge") -> "Table":
 
 
 def _share(relative_std: float) -> str:
-    """Half of a 95 % interval as a share of the value."""
+    """Half of the 95 % interval as a share of the value."""
     from identify.planning.writing import Z95
     from tui import show
 

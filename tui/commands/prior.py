@@ -1,4 +1,4 @@
-"""`seatrial prior`: what was identified and accepted becomes what the vehicle file knows before the next dive."""
+"""`seatrial prior`: turn accepted identification results into the vehicle file's priors for the next dive."""
 
 import argparse
 from pathlib import Path
@@ -89,7 +89,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _change(name: str, before: "Prior | None", prior: "Prior") -> str:
-    """What becomes of a coefficient's prior, to the digits that the vehicle file has."""
+    """Describe the change of a coefficient's prior, at the precision of the vehicle file."""
     from bridge.vehicle.prior_text import entry
     from tui import show
 
@@ -97,12 +97,12 @@ def _change(name: str, before: "Prior | None", prior: "Prior") -> str:
         return "new"
     if entry(name, before) == entry(name, prior):
         return "as before"
-    told = f" ({before.source})" if before.source else ""
-    return f"replaces {show.number(before.value)} ± {show.number(before.std, 2)}{told}"
+    source = f" ({before.source})" if before.source else ""
+    return f"replaces {show.number(before.value)} ± {show.number(before.std, 2)}{source}"
 
 
 def _lost(names: "list[str]", present: "dict[str, Prior]", path: Path) -> str:
-    """That what earlier dives told of these is gone, and how to have both."""
+    """Warn that earlier dives' information on these coefficients is lost, and say how to keep both."""
     sources = dict.fromkeys(present[name].source or "an earlier dive" for name in names)
     return (
         f"the new values of {', '.join(names)} did not rest on the priors that they replace, so what "
@@ -112,9 +112,9 @@ def _lost(names: "list[str]", present: "dict[str, Prior]", path: Path) -> str:
 
 
 def write(file: "VehicleFile", configuration: str, priors: "dict[str, Prior]") -> None:
-    """Write the priors into the vehicle file, once its new text is known to say all else as before.
+    """Write the priors into the vehicle file, after checking that the rest of the new text means the same as before.
 
-    Raises UsageError for a file that is part of seatrial, ConfigError for one that can't be edited so.
+    Raises UsageError for a file that is part of seatrial, ConfigError for a file whose layout can't be edited.
     """
     from dataclasses import replace
 
@@ -141,7 +141,7 @@ def write(file: "VehicleFile", configuration: str, priors: "dict[str, Prior]") -
 
 
 def _as_written(line: str, name: str) -> "Prior":
-    """A prior with the digits that the vehicle file has of it."""
+    """A prior rounded to the digits that the vehicle file holds."""
     import yaml
 
     from bridge import schema

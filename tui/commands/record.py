@@ -1,4 +1,4 @@
-"""`seatrial record`: links into a dive folder, and to everyone else on this computer."""
+"""`seatrial record`: record links into a dive folder, and share them with other programs on this computer."""
 
 import argparse
 from dataclasses import asdict
@@ -22,12 +22,12 @@ NO_HUB = "none"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    what = parser.add_mutually_exclusive_group(required=True)
-    what.add_argument("--link", action="append", metavar="SPEC", help="a link; may be given again")
-    what.add_argument(
+    actions = parser.add_mutually_exclusive_group(required=True)
+    actions.add_argument("--link", action="append", metavar="SPEC", help="a link; may be given again")
+    actions.add_argument(
         "--next", action="store_true", help="let the recording that runs go on in a new dive folder"
     )
-    what.add_argument("--end", action="store_true", help="end the recording that runs")
+    actions.add_argument("--end", action="store_true", help="end the recording that runs")
     parser.add_argument(
         "--out", default="dives", metavar="FOLDER", help="takes the dive folder (default: dives)"
     )
@@ -63,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def hub_port(text: str) -> int | None:
-    """The port of the hub, 0 for a free one, None for `none`."""
+    """Parse the hub's port: 0 for a free port, None for `none`."""
     if text == NO_HUB:
         return None
     if not text.isdecimal() or int(text) > 65535:
@@ -93,7 +93,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def order(arguments: argparse.Namespace, clock: "Clock") -> int:
-    """Ask the recording that runs for the next dive, or to end."""
+    """Order the running recording to start the next dive, or to end."""
     import time
 
     from gcs_plugin import orders
@@ -114,13 +114,17 @@ def order(arguments: argparse.Namespace, clock: "Clock") -> int:
     show.say(console, f"{finished} {became}; {after}")
     if taken_away:
         show.say(console, taken_away.split(";")[0])
-    told = {"finished": str(finished), "folder": str(present) if present else None, "taken_away": taken_away}
-    show.write_json(told, arguments.json)
+    outcome = {
+        "finished": str(finished),
+        "folder": str(present) if present else None,
+        "taken_away": taken_away,
+    }
+    show.write_json(outcome, arguments.json)
     return exit_codes.DONE
 
 
 def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> int:
-    """Record until told to stop, and say what came of it."""
+    """Record until stopped, and report the result."""
     from bridge.errors import LogError
     from bridge.vehicle.config import load_vehicle
     from gcs_plugin import orders
@@ -231,7 +235,7 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
 
 
 def sockets(links: "Sequence[str]", hub: "Hub | None") -> list[str]:
-    """What is open on networks, a sentence each."""
+    """Sentences on the open network sockets."""
     from tui.sockets import of_links, of_served
 
     served = [of_served(hub.address)] if hub else []
@@ -239,7 +243,7 @@ def sockets(links: "Sequence[str]", hub: "Hub | None") -> list[str]:
 
 
 def summary(recorder: "Recorder", dives: "list[RecordedDive]", now_s: float) -> dict[str, Any]:
-    """What was recorded, as plain data: the last dive, those before it, and the links over all of them."""
+    """Summary of the recording as plain data: the last dive, the earlier dives, and the links over all of them."""
     *earlier, last = ({"folder": str(dive.folder) if dive.folder else None} | _counts(dive) for dive in dives)
     return last | {
         "earlier": earlier,

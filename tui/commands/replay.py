@@ -1,4 +1,4 @@
-"""`seatrial replay`: a recorded dive sent to a link, on its own clock."""
+"""`seatrial replay`: send a recorded dive to a link, at its recorded times."""
 
 import argparse
 from itertools import chain
@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         with show.progress(f"replay {path.name}") as tell:
             for stamp_us, frame in Player(records, clock, time.sleep, pace):
-                if carries_key(frame.raw):  # with zeros for its key it would take a vehicle's own away
+                if carries_key(frame.raw):  # with the key zeroed, the frame would erase a vehicle's own key
                     left_out += 1
                     continue
                 link.write(frame.raw)
@@ -58,5 +58,5 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _untold(left_out: int) -> str:
-    """What was not sent, in words; nothing where all was."""
+    """Say which frames were not sent; "" if all were."""
     return f"; {left_out} of SETUP_SIGNING left out, which would set a key to sign with" if left_out else ""

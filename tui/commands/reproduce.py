@@ -54,7 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
     folder = new_folder(Path(arguments.out), clock.unix_s(), f"seed-{arguments.seed}").path
     with show.progress("reproduce") as tell:
         done = reproduce(folder, arguments.seed, clock.unix_s(), options(arguments.network), tell)
-    dives = [*(one.dive for one in done.campaigns.values()), *done.dives.values()]
+    dives = [*(campaign.dive for campaign in done.campaigns.values()), *done.dives.values()]
     with Files() as files:
         pages.publish(files, arguments, partial(page.report, done), dives, done.file, str(folder / PAGE))
         console = show.results(arguments.json)
@@ -77,14 +77,14 @@ def run(arguments: argparse.Namespace) -> int:
             show.say(console, sentence)
         show.say(console, f"recordings and results: {folder}")
         show.say(console, f"took {clock.boot_s():.0f} s")
-        found = results.to_json(done) | {"page": str(folder / PAGE), "folder": str(folder)}
-        files.json(found, str(folder / RESULT))
-        files.json(found, arguments.json)
+        outcome = results.to_json(done) | {"page": str(folder / PAGE), "folder": str(folder)}
+        files.json(outcome, str(folder / RESULT))
+        files.json(outcome, arguments.json)
     return files.code(exit_codes.DONE)
 
 
 def options(network: "Sequence[int] | None") -> "PaperOptions":
-    """The paper's network in the size asked for."""
+    """The paper's network in the requested size."""
     from identify.estimators.paper import SMALL, PaperOptions
 
     if network is None:

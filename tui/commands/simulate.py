@@ -1,4 +1,4 @@
-"""`seatrial simulate`: a mission dived by the simulated vehicle, recorded into a dive folder."""
+"""`seatrial simulate`: the simulated vehicle dives a mission, recorded into a dive folder."""
 
 import argparse
 from pathlib import Path
@@ -66,7 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def speed(text: str) -> float:
-    """A speed of simulated time: a positive number, or `max`."""
+    """Parse a speed of simulated time: a positive number, or `max`."""
     value = float("inf") if text == "max" else float(text)
     if not value > 0:
         raise ValueError
@@ -118,7 +118,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def list_sockets(links: "Sequence[str]") -> None:
-    """Say what is open on networks."""
+    """Print which network sockets are open."""
     from tui.sockets import of_links
 
     for sentence in of_links(links, "a link to the ground"):
@@ -126,7 +126,7 @@ def list_sockets(links: "Sequence[str]") -> None:
 
 
 class Troubles:
-    """Tells of systems that are refused: here, and by `say` to the ground, once there is a vehicle that can."""
+    """Reports refused systems: on the console, and by `say` to the ground once a vehicle exists that can send."""
 
     def __init__(self) -> None:
         self.say: Callable[[str], None] = lambda _: None
@@ -137,7 +137,7 @@ class Troubles:
 
 
 def configuration_of(file: "VehicleFile", mission: str) -> str:
-    """The configuration named; else the one called like the mission, or the only one."""
+    """The named configuration; else the configuration with the mission's name, or the only one."""
     configurations = file.vehicle.configurations
     chosen = file.configuration or (mission if mission in configurations else None)
     if chosen is None and len(configurations) > 1:
@@ -182,7 +182,7 @@ def dive(
             mission,
             Path(arguments.out),
             seed=arguments.seed,
-            # Faster than real time it began earlier, so that it ends as it is ended here, and not in the future.
+            # Faster than real time, the dive starts earlier so that it ends now and not in the future.
             unix_s=unix_s - simulated.lasts_s(mission) * max(0.0, 1.0 - 1.0 / times),
             parameters=parameters,
             mode=Mode(MODES[arguments.mode]) if arguments.mode else None,
@@ -191,7 +191,7 @@ def dive(
             links=links,
             pace=at_once if math.isinf(times) else real_time(times),
         )
-    found = {
+    outcome = {
         "folder": str(folder.path),
         "mission": mission.name,
         "configuration": configuration,
@@ -200,7 +200,7 @@ def dive(
         "ff_mode": parameters.mode,
     }
     show.say(show.results(arguments.json), f"{mission.duration_s:.0f} s dived: {folder.path}")
-    show.write_json(found, arguments.json)
+    show.write_json(outcome, arguments.json)
     return exit_codes.DONE
 
 
@@ -213,7 +213,7 @@ def idle(
     clock: "SystemClock",
     troubles: "Troubles",
 ) -> int:
-    """Lie afloat and disarmed, and answer on the links, until the user ends it."""
+    """Stay afloat and disarmed, and answer on the links, until the user stops it."""
     from bridge.simulator.body import Start
     from bridge.simulator.dive import SimulatedVehicle, real_time
     from tui import show
@@ -239,4 +239,4 @@ def idle(
 
 
 def at_once(_: float) -> None:
-    """The pace of simulated time that waits for nothing."""
+    """Pace of simulated time that never waits."""

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 EXAMPLE = "seatrial tui --link udpin:127.0.0.1:14550 --vehicle ruvifist"
 MOST_FPS = 30.0
 OF_RECORDING = "the recording"
-"""The name of the link that a recording serves, of whichever runs: its port is another each time."""
+"""Name of the link that the running recording serves; its port differs with every recording."""
 PASSED_ON = ("vehicle", "out", "receipts", "fps", "theme", "keymap")
-"""Options that the app of each browser gets too; its link is the recording's."""
+"""Options that are passed on to the app of each browser; its link is the recording's."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -73,7 +73,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _serve(arguments: argparse.Namespace) -> int:
-    """The app as a page: this process begins the recording and serves, and each browser gets a process of its own."""
+    """Serve the app as a page: this process starts the recording and serves, and each browser gets its own process."""
     import asyncio
     import sys
 
@@ -92,7 +92,7 @@ def _serve(arguments: argparse.Namespace) -> int:
     load_keymap(arguments.keymap, PLACES)
     host = arguments.host or "127.0.0.1"
     port = 8000 if arguments.port is None else arguments.port
-    # A key that can't be had is told before anything is begun.
+    # An unreadable key is reported before anything starts.
     secured.Opener(arguments.sign_key, SystemClock(), secured.on_words)
     _open(arguments)
     command = [sys.executable, "-m", "tui", "tui"]
@@ -116,7 +116,7 @@ def _serve(arguments: argparse.Namespace) -> int:
 
 
 def list_recording() -> None:
-    """Say what is open on networks of the recording that runs."""
+    """Print the network sockets that the running recording holds open."""
     from tui.links import holding_now, words_of
     from tui.sockets import of_links, of_served
 
@@ -127,7 +127,7 @@ def list_recording() -> None:
 
 
 def list_sockets(arguments: argparse.Namespace) -> None:
-    """Say what is open on networks, where a terminal shows it before the app and after it."""
+    """Print the open network sockets; a terminal shows them before and after the app."""
     from tui.links import holding_now
     from tui.sockets import of_links
 
@@ -170,7 +170,7 @@ def _show(arguments: argparse.Namespace) -> int:
             "the terminal app needs a terminal; `seatrial watch` writes lines to a pipe"
         )
     clock = SystemClock()
-    # What it would say is on the screen: see `refused`.
+    # Its messages appear on the screen instead: see `refused`.
     opener = secured.Opener(arguments.sign_key, clock, lambda _: None, lambda _: None, secured.later)
     name, factory = _open(arguments, opener.open)
     source = LinkSource(factory, name, clock, lambda: opener.trouble(name))
@@ -211,14 +211,14 @@ def _show(arguments: argparse.Namespace) -> int:
 
 
 def _is_terminal() -> bool:
-    """Whether someone sits there; Textual draws on standard error."""
+    """Whether a person sits at the terminal; Textual draws on standard error."""
     import sys
 
     return sys.stdin.isatty() and sys.stderr.isatty()
 
 
 def _again(arguments: argparse.Namespace) -> "Callable[[], None] | None":
-    """What begins the recording again where it has ended: with its own links where none were named."""
+    """Return the function that restarts an ended recording; without --link it uses the links of that recording."""
     from functools import partial
 
     from tui.app import recorder
@@ -235,7 +235,7 @@ def _again(arguments: argparse.Namespace) -> "Callable[[], None] | None":
 def _open(
     arguments: argparse.Namespace, open_one: "Callable[[str], Link] | None" = None
 ) -> "tuple[str, Callable[[], Link]]":
-    """The link to look at: of the recording that runs, or of one that is begun; with --unrecorded the link itself."""
+    """Return the link's name and opener: of the running recording, of one begun here, or of the --unrecorded link."""
     import time
 
     from bridge.clock import SystemClock
@@ -270,9 +270,9 @@ def _open(
         holding = recorder.begin(options, clock, time.sleep)
     if not holding.hub:
         raise LinkError(f"{words_of(holding)} serves nobody; end it first, and start it without --hub none")
-    others = [link for link in arguments.link if not holds(holding, link)]
-    if others:
+    not_held = [link for link in arguments.link if not holds(holding, link)]
+    if not_held:
         raise exit_codes.UsageError(
-            f"{words_of(holding)} does not hold {', '.join(others)}; end it first, or leave --link out"
+            f"{words_of(holding)} does not hold {', '.join(not_held)}; end it first, or leave --link out"
         )
     return OF_RECORDING, lambda: ByWay(open_link(recorder.hub()), holding.links)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 EXAMPLE = "seatrial validate dives/pid dives/both --vehicle ruvifist"
 
 MODES = ("PID", "shadow", "FF", "both")
-"""By FF_MODE."""
+"""Labels by FF_MODE."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -51,9 +51,9 @@ def run(arguments: argparse.Namespace) -> int:
     pages.check(arguments)
     file = load_vehicle(arguments.vehicle)
     columns = column_map_for(arguments.columns, arguments.dives)
-    whole = in_order([read_dive(Path(path), columns, file) for path in arguments.dives])
-    # Errors of two modes together would be those of neither.
-    dives = [in_one_mode(dive).dive for dive in whole]
+    all_dives = in_order([read_dive(Path(path), columns, file) for path in arguments.dives])
+    # Errors averaged over two modes would describe neither.
+    dives = [in_one_mode(dive).dive for dive in all_dives]
     runs = dict(zip(labels(dives), dives, strict=True))
     dvl = file.vehicle.sensors.dvl
     lever_m = dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0)
@@ -63,12 +63,12 @@ def run(arguments: argparse.Namespace) -> int:
     if rows:
         show.put(console, error_table(list(runs), rows))
         show.say(console, f"{METHOD}\n")
-        if any(axis.speeds for found in errors.values() for axis in found.axes):
+        if any(axis.speeds for tracking in errors.values() for axis in tracking.axes):
             show.put(console, speed_table(errors))
         show.put(console, _lags(errors))
     raised = {
         label: raising(dive, file) if _has_errors(errors[label]) else None
-        for label, dive in zip(runs, whole, strict=True)
+        for label, dive in zip(runs, all_dives, strict=True)
     }
     plain = [_plain(label, dive, errors[label], raised[label], lever_m) for label, dive in runs.items()]
     with Files() as files:
@@ -79,7 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
             page = partial(validation_report, file, runs, errors, raised, lever_m)
             pages.publish(files, arguments, page, dives, file)
         for label, dive in runs.items():
-            # The errors are those of what is left.
+            # The errors cover only the data that these notes leave.
             for note in dive.notes:
                 if dive.frozen or AFTERWARDS in note or note.startswith(UNHEARD):
                     show.say(console, f"note: {label}: {note}")
@@ -88,14 +88,14 @@ def run(arguments: argparse.Namespace) -> int:
                 show.say(console, line)
         for sentence in files.written:
             show.say(console, sentence)
-        nothing = [label for label, found in errors.items() if not _has_errors(found)]
+        nothing = [label for label, tracking in errors.items() if not _has_errors(tracking)]
         for label in nothing:
             show.say(show.words(), f"{runs[label].name}: {_why_nothing(runs[label])}")
     return files.code(exit_codes.NO if nothing else exit_codes.DONE)
 
 
 def raising(dive: "Dive", file: "VehicleFile") -> "Raising | None":
-    """Whether the feed-forward may be raised; None where the dive does not tell, or not in which configuration."""
+    """Judge whether the feed-forward may be raised; None if the dive or the vehicle file can't decide that."""
     from bridge.errors import ConfigError
     from identify.glance.raising import go_no_go
 
@@ -107,17 +107,20 @@ def raising(dive: "Dive", file: "VehicleFile") -> "Raising | None":
 
 
 def raising_lines(label: str, judged: "Raising") -> list[str]:
-    """Go or no-go for a dive, then a line for each criterion."""
+    """Lines for a dive: go or no-go, then each criterion."""
     from identify.glance.criteria import MARKS
 
     return [
         f"{label}: {judged.sentence}",
-        *(f"  {MARKS[one.passed]:<7} {one.what}: {one.words}" for one in judged.criteria),
+        *(
+            f"  {MARKS[criterion.passed]:<7} {criterion.what}: {criterion.words}"
+            for criterion in judged.criteria
+        ),
     ]
 
 
 def error_table(runs: Sequence[str], rows: "Sequence[Row]") -> "Table":
-    """The errors, a column a run."""
+    """Table of errors, one column per run."""
     from tui import show
 
     return show.table(
@@ -129,20 +132,20 @@ def error_table(runs: Sequence[str], rows: "Sequence[Row]") -> "Table":
 
 
 def speed_table(errors: "dict[str, TrackingErrors]") -> "Table":
-    """The error of the mean speed, by axis and speed held, a column a run."""
+    """Table of mean-speed errors by axis and commanded speed, one column per run."""
     from tui import show
 
-    units = {axis.axis: axis.unit for found in errors.values() for axis in found.axes}
+    units = {axis.axis: axis.unit for tracking in errors.values() for axis in tracking.axes}
     held = {
         (axis.axis, at.speed, label): at.error
-        for label, found in errors.items()
-        for axis in found.axes
+        for label, tracking in errors.items()
+        for axis in tracking.axes
         for at in axis.speeds
     }
     rows = [
         (f"{axis}, {unit}", f"{speed:.2f}", *(_signed(held.get((axis, speed, label))) for label in errors))
         for axis, unit in units.items()
-        for speed in sorted({speed for of, speed, _ in held if of == axis})
+        for speed in sorted({speed for name, speed, _ in held if name == axis})
     ]
     columns = ("axis", "speed held", *errors)
     return show.table(
@@ -170,7 +173,7 @@ def _why_nothing(dive: "Dive") -> str:
 
 
 def in_order(dives: "Sequence[Dive]") -> "list[Dive]":
-    """Dives by the FF_MODE that is judged: PID, shadow, FF, both, then those of which none is known."""
+    """Sort dives by the FF_MODE that is judged: PID, shadow, FF, both, then those without a known mode."""
     from identify.glance.one_mode import in_one_mode
 
     modes = [in_one_mode(dive).mode for dive in dives]
@@ -182,7 +185,7 @@ def _rank(mode: int | None) -> int:
 
 
 def labels(dives: "Sequence[Dive]") -> list[str]:
-    """What each dive is called in the table: its mode, and its name where two have the same."""
+    """Label of each dive in the table: its mode, with the dive's name if two dives share the mode."""
     modes = [_mode(dive) for dive in dives]
     named = [
         m if m and modes.count(m) == 1 else f"{dive.name} {m}".strip()
@@ -219,8 +222,8 @@ def _lags(errors: "dict[str, TrackingErrors]") -> "Table":
             _with_unit(axis.acceleration_less_delay, axis.unit),
             _with_unit(axis.pid_magnitude, "N" if axis.unit == "m/s" else "N m"),
         )
-        for label, found in errors.items()
-        for axis in found.axes
+        for label, tracking in errors.items()
+        for axis in tracking.axes
     ]
     return show.table(
         "delay behind the reference, and what the PID still does", columns, rows, numbers=columns[2:]

@@ -1,4 +1,4 @@
-"""`seatrial watch`: what an operator sees now of a vehicle: a line a second in a pipe, a live table on a terminal."""
+"""`seatrial watch`: the present state of a vehicle: a line per second in a pipe, a live table on a terminal."""
 
 import argparse
 from pathlib import Path
@@ -88,7 +88,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def code(frames: int, picture: "Picture", once: bool) -> int:
-    """What it came to; the state of sensors counts only for who asked for it `once`."""
+    """Return the exit code; poor sensors count only with `once`."""
     from tui import watched
 
     if not frames:
@@ -98,7 +98,7 @@ def code(frames: int, picture: "Picture", once: bool) -> int:
 
 
 class Look:
-    """A link that is listened to, and the newest picture of it, made once a second."""
+    """A link being read, and the newest picture of the vehicle, made once a second."""
 
     def __init__(
         self,
@@ -107,7 +107,7 @@ class Look:
         clock: "Clock",
         refused: "Callable[[], str]" = lambda: "",
     ) -> None:
-        # One that takes the place of a lost one goes on under its name.
+        # A link that replaces a lost link keeps its name.
         self._link, self._name, self._watcher, self._clock = link, link.name, watcher, clock
         self._refused = refused
         self.frames = 0
@@ -115,11 +115,11 @@ class Look:
         self.picture: Picture = watcher.picture(clock.boot_s())
 
     def wrong(self) -> str:
-        """Why the link is away, and what it refused; "" for nothing."""
+        """Return why the link is down and which frames it refused; "" for neither."""
         return "; ".join(filter(None, (self._link.fault, self._refused())))
 
     def listen(self, stop: "threading.Event") -> None:
-        """Until `stop` is set."""
+        """Read the link until `stop` is set."""
         from bridge.framing import Framer
 
         framer = Framer()
@@ -179,7 +179,7 @@ def _shown(looked: Look, arguments: argparse.Namespace) -> None:
 
 
 def screen(picture: "Picture", holding: "Holding | None", width: int, fault: str = "") -> "RenderableType":
-    """The tables for a terminal, what is not fresh dimmed; `fault` is why nothing comes."""
+    """Return the tables for a terminal, with stale rows dimmed; `fault` says why nothing arrives."""
     from rich.text import Text
 
     from gcs_plugin.watch.picture import Freshness
@@ -207,7 +207,7 @@ def screen(picture: "Picture", holding: "Holding | None", width: int, fault: str
 
 
 def _vehicle(named: str | None, holding: "Holding | None") -> "VehicleFile | None":
-    """The vehicle file named, or that of the recording that runs."""
+    """Return the named vehicle file, or that of the running recording."""
     from bridge.vehicle.config import load_vehicle
     from gcs_plugin.folder import DiveFolder
 

@@ -1,5 +1,5 @@
-"""The source paper's tables and figures beside those of the simulated vehicle, on one page.
+"""The source paper's tables and figures next to those of the simulated vehicle, on one page.
 
-published (the paper's numbers), arithmetic and points (where they do not fit together), campaigns and trials
-(the dives), measures and coupling (what is read off them), run (all of it), figures, sections, page, results (JSON)
+published (the paper's numbers), arithmetic and points (contradictions in them), campaigns and trials (the dives),
+measures and coupling (evaluation of the dives), run (all of it), figures, sections, page, results (JSON)
 """

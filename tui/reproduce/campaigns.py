@@ -22,15 +22,16 @@ CONFIGURATIONS = ("survey", "hovering")
 HEADING: HeadingReference = "linear"
 DIVE_SHARE = 0.5
 PAPER_SHARE = 0.7
-"""Of what follows the dive, the paper's training."""
+"""Share of the paper's training in the time after the dive."""
 
 
 @dataclass(frozen=True)
 class Campaign:
-    """One campaign. `paper` and `curves` are of the paper's method, `closed` is its loss solved directly.
+    """Results of one campaign.
 
-    `ours` is of the default method, `truth` what the simulated vehicle is, `coupling` the full matrices (none
-    where the campaign does not move sway).
+    `paper` and `curves`: the paper's method; `closed`: the minimum of its loss in closed form; `ours`: the default
+    method; `truth`: the simulated vehicle's coefficients; `coupling`: the full matrices (empty if the campaign does
+    not move sway).
     """
 
     configuration: str
@@ -70,7 +71,7 @@ def identified(
     options: PaperOptions,
     progress: Callable[[float], None],
 ) -> Campaign:
-    """What the paper's method, its loss and the default method make of a recorded campaign."""
+    """Identify a recorded campaign by the paper's method, by its loss in closed form and by the default method."""
     paper, curves = estimate_with_curves(
         dive, file, configuration, lambda share, _: progress(PAPER_SHARE * share), options
     )
@@ -94,7 +95,7 @@ def identified(
 def best_of_loss(
     grid: AlignedDive, file: VehicleFile, configuration: str, options: PaperOptions
 ) -> dict[str, float]:
-    """The parameters at the least of the paper's loss, over the very samples that its network trains on."""
+    """Parameters at the minimum of the paper's loss, over the very samples that its network trains on."""
     shape = file.vehicle.configurations[configuration]
     _, dofs = excited(grid)
     data = samples(grid, window_ends(grid, options.window), shape, dofs)

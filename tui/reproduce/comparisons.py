@@ -1,4 +1,4 @@
-"""Each number that the paper reads off its validation dives, beside the same from ours."""
+"""Each number that the paper reads from its validation dives, next to the same number from ours."""
 
 import math
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ PID_SURGE, PID_SWAY = "mean of the PID in surge, steady", "mean of the PID in sw
 class Comparison:
     """One number: the paper's, ours with the values of its method, ours with those of the default method.
 
-    NaN where there is none.
+    NaN means that there is no such number.
     """
 
     figure: str
@@ -37,8 +37,7 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Ratio:
-    """Hovering over survey: the paper's, ours by its method and by the default method, and the simulated "
-    "vehicle's."""
+    """Hovering over survey: the paper's ratio, ours by its method and by the default method, the true one."""
 
     what: str
     paper: float
@@ -85,29 +84,30 @@ def validation(done: Reproduction) -> tuple[Comparison, ...]:
         ("Fig. 17", PID_SWAY, p.SWAY_PID, [a.pid_effort for a in _both_axes(done, "hovering both", "sway")]),
     )
     return tuple(
-        Comparison(figure, what, number.unit, number.value, *ours) for figure, what, number, ours in rows
+        Comparison(figure, quantity, number.unit, number.value, *ours)
+        for figure, quantity, number, ours in rows
     )
 
 
 def _axis(done: Reproduction, trial: str, name: str) -> AxisErrors:
-    found = tracking_errors(done.dives[trial], lever(done.file)).axis(name)
-    assert found is not None
-    return found
+    errors = tracking_errors(done.dives[trial], lever(done.file)).axis(name)
+    assert errors is not None
+    return errors
 
 
 def _both_axes(done: Reproduction, trial: str, name: str) -> tuple[AxisErrors, AxisErrors]:
-    """Flown with the values of the paper's method, and with ours."""
+    """Errors flown with the values of the paper's method, and with ours."""
     return _axis(done, trial, name), _axis(done, f"{trial} ours", name)
 
 
 def lever(file: VehicleFile) -> Vector3:
-    """Where the DVL's transducer sits, body axes."""
+    """Position of the DVL's transducer in body axes, m; zero for a vehicle without a DVL."""
     dvl = file.vehicle.sensors.dvl
     return (0.0, 0.0, 0.0) if dvl is None else dvl.mounting.position_m
 
 
 def table_5(done: Reproduction) -> dict[str, Dive]:
-    """The dives in hovering by what steers them, in the order of the table."""
+    """Hovering dives by controller and coefficients, in the order of the table."""
     return {
         "Both, its": done.dives["hovering both"],
         "Both, ours": done.dives["hovering both ours"],
@@ -118,7 +118,7 @@ def table_5(done: Reproduction) -> dict[str, Dive]:
 
 
 def configurations(done: Reproduction) -> tuple[tuple[Ratio, ...], Demand, Demand]:
-    """Section 4's comparison of the configurations, and what 0.2 m/s took of our thrusters in survey and hovering."""
+    """Section 4's comparison of the configurations, and the thruster demand at 0.2 m/s in survey and in hovering."""
     survey, hovering = done.campaigns["survey"], done.campaigns["hovering"]
     along_survey, along_hovering = (_along(done.file, name) for name in ("survey", "hovering"))
     p = published
@@ -129,25 +129,27 @@ def configurations(done: Reproduction) -> tuple[tuple[Ratio, ...], Demand, Deman
     shapes = done.file.vehicle.configurations
     added = tuple(
         tuple(
-            one["M_u"] - shapes[name].dry_mass_kg
-            for name, one in zip(("survey", "hovering"), pair, strict=True)
+            values["M_u"] - shapes[name].dry_mass_kg
+            for name, values in zip(("survey", "hovering"), pair, strict=True)
         )
         for pair in _pairs(done)
     )
     drag = tuple(after["D_u"] / before["D_u"] for before, after in _pairs(done))
     geometry = along_survey / along_hovering
     speed = p.POWER_SPEED.value
-    before, after = (demand(one.dive, done.file, one.configuration, speed) for one in (survey, hovering))
+    before, after = (
+        demand(campaign.dive, done.file, campaign.configuration, speed) for campaign in (survey, hovering)
+    )
     ratios = (
         Ratio("X_u", paper[0], *(hovering_kg / survey_kg for survey_kg, hovering_kg in added)),
         Ratio("D_u", paper[1], *drag),
-        Ratio("thrust, eq. 17", p.THRUST_RATIO.value, *(geometry * one for one in drag)),
+        Ratio("thrust, eq. 17", p.THRUST_RATIO.value, *(geometry * ratio for ratio in drag)),
     )
     return ratios, before, after
 
 
 def _pairs(done: Reproduction) -> tuple[tuple[dict[str, float], dict[str, float]], ...]:
-    """Survey and hovering values by the paper's method, by the default one, and truly."""
+    """Survey and hovering values by the paper's method, by the default method, and of the simulated vehicle."""
     survey, hovering = done.campaigns["survey"], done.campaigns["hovering"]
     return (
         (survey.paper.values(), hovering.paper.values()),
@@ -157,7 +159,7 @@ def _pairs(done: Reproduction) -> tuple[tuple[dict[str, float], dict[str, float]
 
 
 def _along(file: VehicleFile, configuration: str) -> float:
-    """The surge share of a newton of each thruster that pushes along: the cosine of their angle."""
+    """Cosine of the angle between surge and the thrusters that drive it: surge force per newton of thrust."""
     return max(
         abs(thruster.direction[0]) for thruster in file.vehicle.configurations[configuration].thrusters
     )

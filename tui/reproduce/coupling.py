@@ -1,7 +1,8 @@
-"""Do the axes pull on one another? Full mass and damping matrices of surge, sway and yaw, by least squares.
+"""Coupling of the axes: full mass and damping matrices of surge, sway and yaw, by least squares.
 
 tau = M nu_dot + C(nu) nu + D nu with M symmetric and D full; C follows from M, whatever its shape (Fossen 2011,
-theorem 3.2): C nu = (-r p_v, r p_u, u p_v - v p_u) with the momenta p = M nu. Linear in all fifteen terms.
+theorem 3.2): C nu = (-r p_v, r p_u, u p_v - v p_u) with the momenta p = M nu. The equation is linear in all fifteen
+terms.
 """
 
 from dataclasses import dataclass
@@ -20,9 +21,9 @@ UPPER = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 @dataclass(frozen=True)
 class Term:
-    """One entry of a matrix in SI units, its standard error, and its share of its diagonal neighbours.
+    """One matrix entry in SI units, its standard error, and its size relative to the diagonal.
 
-    `share` is the value over the root of the product of the two diagonal entries of its row and column.
+    `share` is the value divided by the square root of the product of the two diagonal entries of its row and column.
     """
 
     name: str
@@ -36,9 +37,9 @@ class Term:
 
 
 def matrices(grid: AlignedDive) -> tuple[Term, ...]:
-    """All fifteen, masses first; the standard errors are a jackknife's over blocks of time.
+    """Return all fifteen terms, masses first; standard errors come from a jackknife over blocks of time.
 
-    Raises FitError where an axis never moved.
+    Raises FitError when the dive does not excite all three axes.
     """
     rows = grid.valid
     nu, nu_dot, tau = (a[rows][:, DOFS] for a in (grid.nu, grid.nu_dot, grid.tau))
@@ -52,7 +53,7 @@ def matrices(grid: AlignedDive) -> tuple[Term, ...]:
     parts = np.array_split(np.arange(len(nu)), BLOCKS)
     normals = np.array([normal[part].sum(axis=0) for part in parts])
     rights = np.array([right[part].sum(axis=0) for part in parts])
-    whole = np.linalg.solve(normals.sum(axis=0), rights.sum(axis=0))
+    solution = np.linalg.solve(normals.sum(axis=0), rights.sum(axis=0))
     without = np.array(
         [
             np.linalg.solve(normals.sum(axis=0) - n, rights.sum(axis=0) - r)
@@ -60,11 +61,11 @@ def matrices(grid: AlignedDive) -> tuple[Term, ...]:
         ]
     )
     std = np.sqrt((BLOCKS - 1) * np.mean((without - without.mean(axis=0)) ** 2, axis=0))
-    return _named(whole, std)
+    return _named(solution, std)
 
 
 def _design(nu: Array, nu_dot: Array) -> Array:
-    """(n, 3, 15): what each term does to each of the three wrenches."""
+    """Regressor, shape (n, 3, 15): the wrench in surge, sway and yaw per unit of each term."""
     u, v, r = nu.T
     columns = []
     for i, j in UPPER:

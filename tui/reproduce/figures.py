@@ -1,4 +1,4 @@
-"""The paper's figures, drawn from our dives: training curves, control action and speed, headings."""
+"""The paper's figures drawn from our dives: training curves, control action and speed, headings."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -21,7 +21,7 @@ WRENCHES = {0: "surge force X, N", 1: "sway force Y, N", 5: "yaw moment N, N m"}
 
 
 def training(campaign: Campaign, name: str, caption: str) -> Figure:
-    """Each parameter while it was trained, the best of the loss, and what the simulated vehicle is."""
+    """Training curve of each parameter, with the minimum of the loss and the simulated vehicle's true value."""
     curves = campaign.curves
     epochs = np.arange(len(curves.values), dtype=np.float64)
     ends = epochs[[0, -1]]
@@ -38,13 +38,13 @@ def training(campaign: Campaign, name: str, caption: str) -> Figure:
 
 
 def surge_or_sway(dive: Dive, dof: int, name: str, caption: str) -> Figure:
-    """Control action above, speed below, around the motion of an axis."""
+    """Control action above, speed below, around the motion in surge or sway (`dof` 0 or 1)."""
     part = dive.between(*around(dive, dof))
     return Figure(name, caption, stack([*_control(part, dof), _speed(part, dof)]))
 
 
 def phases_apart(dive: Dive, transient_s: float, name: str, caption: str) -> Figure:
-    """The speed in surge while speeding up and once steady, side by side."""
+    """Surge speed while speeding up and once steady, side by side."""
     begun_s, ended_s = span(dive, 0)
     middle_s = begun_s + transient_s
     panels = []
@@ -66,7 +66,7 @@ def turning(dive: Dive, name: str, caption: str) -> Figure:
 
 
 def heading_errors(dives: Mapping[str, Dive], name: str, caption: str) -> Figure:
-    """Reference less measured heading of several turns, a line each."""
+    """Reference minus measured heading of several turns, one line per turn."""
     lines = []
     for style, (label, dive) in enumerate(dives.items()):
         measured, wanted = heading(dive)
@@ -77,20 +77,20 @@ def heading_errors(dives: Mapping[str, Dive], name: str, caption: str) -> Figure
 
 
 def around(dive: Dive, dof: int) -> tuple[float, float]:
-    """From the rest before an axis's motion to the rest after it."""
+    """Interval in s from the rest before the motion of degree of freedom `dof` to the rest after it."""
     begun_s, ended_s = span(dive, dof)
     return begun_s - 0.5 * REST_S, ended_s + 0.75 * REST_S
 
 
 def steered_by_pid(dive: Dive) -> bool:
-    """Whether the feed-forward was only computed: then the PID does what it would have done."""
+    """Whether the feed-forward was only computed and not applied, so that the PID did all the work."""
     if dive.ff_mode is None or not len(dive.ff_mode):
         return False
     return not Mode(int(np.median(dive.ff_mode.value[:, 0]))).applies_feedforward
 
 
 def _control(dive: Dive, dof: int) -> list[Panel]:
-    """PID and feed-forward; where the PID steers, what is between them too."""
+    """PID and feed-forward; when the PID steers, also their difference."""
     start_s = dive.span_s[0]
     sources = (("PID", 3, dive.tau_pid), ("feed-forward", 2, dive.tau_ff))
     lines = [signal_line(s, dof, start_s, word, style) for word, style, s in sources if s is not None]

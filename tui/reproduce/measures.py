@@ -1,4 +1,4 @@
-"""What the paper measures of its validation dives, from ours."""
+"""The paper's measures of its validation dives, computed from ours."""
 
 import math
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ SAME_SPEED_M_S = 0.005
 
 @dataclass(frozen=True)
 class Turn:
-    """How a turn was followed: lag in s over its second half, angle past the end and mean |error| in degrees."""
+    """Tracking of a turn: lag in s over its second half, angle past the end and mean |error| in degrees."""
 
     lag_s: float
     overshoot_deg: float
@@ -27,14 +27,14 @@ class Turn:
 
 @dataclass(frozen=True)
 class Demand:
-    """What the horizontal thrusters do at a steady speed: the sum of |T| in N, and of |T|^1.5 in N^1.5."""
+    """Load of the horizontal thrusters at a steady speed: the sum of |T| in N, and of |T|^1.5 in N^1.5."""
 
     thrust_n: float
     ideal_power: float
 
 
 def heading(dive: Dive) -> tuple[Signal, Signal]:
-    """Measured and wanted heading, (n, 1) rad, unwrapped."""
+    """Measured and desired heading, (n, 1) rad, unwrapped."""
     assert dive.attitude is not None
     assert dive.nu_ref is not None
     w, x, y, z = dive.attitude.value.T
@@ -45,14 +45,14 @@ def heading(dive: Dive) -> tuple[Signal, Signal]:
 
 
 def span(dive: Dive, dof: int) -> tuple[float, float]:
-    """First and last moment at which the reference of an axis moves, boot time in s."""
+    """First and last time at which the velocity reference of degree of freedom `dof` is not zero, boot time in s."""
     assert dive.nu_ref is not None
     moving = dive.nu_ref.time_s[np.abs(dive.nu_ref.value[:, dof]) > SLOW]
     return float(moving[0]), float(moving[-1])
 
 
 def turned(dive: Dive) -> Turn:
-    """How the one turn of a dive was followed."""
+    """Measure how the dive's single turn was followed."""
     measured, wanted = heading(dive)
     assert dive.nu_ref is not None
     time_s = dive.nu_ref.time_s
@@ -82,7 +82,7 @@ def steady_speed(dive: Dive, dof: int) -> float:
 
 
 def demand(dive: Dive, file: VehicleFile, configuration: str, speed_m_s: float) -> Demand:
-    """What surge at a steady speed takes of the thrusters that can push along."""
+    """Demand on the thrusters that can push along surge, during pure surge at a steady speed."""
     assert dive.pwm is not None
     assert dive.nu_ref is not None
     shape, curve = file.vehicle.configurations[configuration], file.vehicle.thrust_curve

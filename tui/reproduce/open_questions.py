@@ -1,4 +1,4 @@
-"""What the paper leaves to the future: heave, yaw inertia in the feed-forward, terms off the diagonal."""
+"""Questions that the paper leaves open: heave, yaw inertia in the feed-forward, off-diagonal terms."""
 
 from identify.report.page import Section, Table
 from identify.report.text import MISSING, fixed, significant, unit, with_interval
@@ -18,13 +18,18 @@ TURNS = {
 def heave_section(done: Reproduction) -> Section:
     """Heave, identified from the two changes of depth of each campaign."""
     rows = []
-    for name, one in done.campaigns.items():
+    for name, campaign in done.campaigns.items():
         for coefficient in HEAVE:
-            found = one.ours[coefficient]
-            value, interval = with_interval(found.value, found.low95, found.high95)
-            shown = (value, interval) if found.identifiable else (MISSING, found.reason)
+            estimate = campaign.ours[coefficient]
+            value, interval = with_interval(estimate.value, estimate.low95, estimate.high95)
+            shown = (value, interval) if estimate.identifiable else (MISSING, estimate.reason)
             rows.append(
-                (f"{coefficient}, {unit(found.unit)}", name, *shown, significant(one.truth[coefficient], 4))
+                (
+                    f"{coefficient}, {unit(estimate.unit)}",
+                    name,
+                    *shown,
+                    significant(campaign.truth[coefficient], 4),
+                )
             )
     return Section(
         "Left open: heave",
@@ -41,14 +46,14 @@ def heave_section(done: Reproduction) -> Section:
 
 
 def yaw_section(done: Reproduction) -> Section:
-    """Yaw inertia: identified, and in the feed-forward."""
+    """Yaw inertia: identified, and used in the feed-forward."""
     runs = {label: turned(done.dives[trial]) for label, trial in TURNS.items()}
     rows = tuple(
         (label, fixed(run.lag_s, 2), fixed(run.error_deg, 1), fixed(run.overshoot_deg, 1))
         for label, run in runs.items()
     )
-    found = done.campaigns["survey"].ours["I_r"]
-    value, interval = with_interval(found.value, found.low95, found.high95)
+    inertia = done.campaigns["survey"].ours["I_r"]
+    value, interval = with_interval(inertia.value, inertia.low95, inertia.high95)
     truth = done.campaigns["survey"].truth["I_r"]
     return Section(
         "Left open: yaw inertia in the feed-forward",
@@ -75,7 +80,7 @@ def yaw_section(done: Reproduction) -> Section:
 
 
 def coupling_section(terms: tuple[Term, ...]) -> Section:
-    """Terms off the diagonal."""
+    """Off-diagonal terms of the mass and damping matrices."""
     off = [term for term in terms if not term.diagonal]
     rows = tuple(
         (

@@ -1,4 +1,4 @@
-"""The page: what it is, the paper's tables and figures beside ours, what does not fit, what was left open."""
+"""The page: method, the paper's tables and figures next to ours, contradictions in its numbers, open questions."""
 
 from bridge.vehicle.coefficients import BY_NAME
 from identify.estimators.paper import PAPER
@@ -18,7 +18,7 @@ LABELS = tuple(
 
 
 def report(done: Reproduction) -> Report:
-    """The page."""
+    """Build the page."""
     shapes = done.file.vehicle.configurations
     survey, hovering = done.campaigns["survey"], done.campaigns["hovering"]
     numbers = validation(done)
@@ -45,13 +45,20 @@ def report(done: Reproduction) -> Report:
 
 
 def verdict(done: Reproduction) -> str:
-    """The one sentence for a reader in a hurry."""
-    found = done.campaigns.values()
+    """Summarise the result in one paragraph for a reader in a hurry."""
+    campaigns = done.campaigns.values()
     misfits = len(points(done.file.vehicle.configurations["survey"].dry_mass_kg))
-    low, high = _range([100 * e for one in found for e in errors(one, one.paper.values(), "mass")])
-    damping = max(abs(e) for one in found for e in errors(one, one.paper.values(), "damping"))
+    low, high = _range(
+        [100 * e for campaign in campaigns for e in errors(campaign, campaign.paper.values(), "mass")]
+    )
+    damping = max(
+        abs(e) for campaign in campaigns for e in errors(campaign, campaign.paper.values(), "damping")
+    )
     ours = max(
-        abs(e) for one in found for kind in ("mass", "damping") for e in errors(one, one.ours.values(), kind)
+        abs(e)
+        for campaign in campaigns
+        for kind in ("mass", "damping")
+        for e in errors(campaign, campaign.ours.values(), kind)
     )
     return (
         "On a vehicle that is what its tables say, the paper's method finds damping within "
@@ -75,12 +82,12 @@ def _range(values: list[float]) -> tuple[str, str]:
 
 
 def about_section(done: Reproduction) -> Section:
-    """What was done, and what was chosen where the paper is silent."""
+    """Method, and the choices made where the paper is silent."""
     options, shape = done.options, done.file.vehicle.configurations["survey"]
-    own = (options.hidden, options.depth) == (PAPER.hidden, PAPER.depth)
+    paper_size = (options.hidden, options.depth) == (PAPER.hidden, PAPER.depth)
     size = (
         "its own size"
-        if own
+        if paper_size
         else f"the paper's, which the option network takes, is {PAPER.depth} x {PAPER.hidden}"
     )
     text = (
@@ -102,22 +109,22 @@ def about_section(done: Reproduction) -> Section:
 
 
 def misfit_section(found: tuple[Point, ...]) -> Section:
-    """Where the paper's numbers do not fit, a table a point."""
+    """Contradictions in the paper's numbers, one table per point."""
     return Section(
         "Where the numbers do not fit",
         "The arithmetic is made by the code from the paper's own figures. A point here is a question to the "
         "text, not a fault of the work that it describes.",
         tuple(
             Table(
-                (f"{number}.", one.title),
-                tuple(zip(LABELS, (one.says, one.follows, one.fits_if), strict=True)),
+                (f"{number}.", point.title),
+                tuple(zip(LABELS, (point.says, point.follows, point.fits_if), strict=True)),
             )
-            for number, one in enumerate(found, start=1)
+            for number, point in enumerate(found, start=1)
         ),
     )
 
 
 def fit_section() -> Section:
-    """Where they do."""
+    """Checks in which the paper's numbers agree."""
     rows = tuple((check.what, check.stated, check.computed) for check in checks())
     return Section("Where they fit", "", (Table(("Number", "As printed", "From its other numbers"), rows),))

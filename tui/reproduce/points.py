@@ -1,4 +1,4 @@
-"""Where the paper's numbers do not fit together, each point with its arithmetic, and where they do."""
+"""Points where the paper's numbers contradict one another, each with its arithmetic, and numbers that do agree."""
 
 import math
 from collections.abc import Callable
@@ -18,12 +18,14 @@ from tui.reproduce.arithmetic import (
 
 PROPELLERS, DIAMETER_M = 4, 0.076
 DISC_M2 = math.pi / 4 * DIAMETER_M**2
-"""Four T200, as the simulated vehicle pushes itself along with."""
+"""Four T200 propellers: number, diameter and disc area of those that drive the simulated vehicle forward."""
 
 
 @dataclass(frozen=True)
 class Point:
-    """`says`: what the paper has. `follows`: what its own numbers make of it. `fits_if` goes on "It fits if"."""
+    """A contradiction in the paper. `says`: the paper's statement. `follows`: the consequence of its own numbers.
+    `fits_if` completes the sentence "It fits if ...".
+    """
 
     title: str
     says: str
@@ -34,7 +36,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Check:
-    """A number that the paper states and the same from its other numbers."""
+    """A number that the paper states, and the same number computed from its other numbers."""
 
     what: str
     stated: str
@@ -42,12 +44,12 @@ class Check:
 
 
 def points(dry_mass_kg: float) -> tuple[Point, ...]:
-    """All points where the numbers don't fit, in the order of the page."""
+    """Return all contradictions, in the order of the page."""
     return (added_or_total(dry_mass_kg), *(point() for point in POINTS))
 
 
 def added_or_total(dry_mass_kg: float) -> Point:
-    """Is X the added or the total mass? `dry_mass_kg` is the simulated vehicle's."""
+    """Is X the added mass or the total mass? `dry_mass_kg` is the dry mass of the simulated vehicle."""
     x, damping = paper.TABLE_4["X_udot"].value, paper.TABLE_4["D_u"].value
     target, transient_s = paper.HOVERING_TARGET.value, paper.TRANSIENT.value
     stated, lighter = paper.HOVERING_ACCELERATION.value, paper.TABLE_3["X_udot"].value
@@ -71,7 +73,7 @@ def added_or_total(dry_mass_kg: float) -> Point:
 
 
 def yaw_inertia() -> Point:
-    """Algorithm 1's I_r, and what Fig. 14 says of it."""
+    """Yaw inertia: Algorithm 1 returns I_r, the tables omit it, and the lag in Fig. 14 gives its range."""
     damping, lag_s, delay_s = paper.TABLE_3["D_r"].value, paper.HEADING_LAG.value, paper.SURGE_DELAY.value
     most, least = lag_s * damping, (lag_s - delay_s) * damping
     return Point(
@@ -86,7 +88,7 @@ def yaw_inertia() -> Point:
 
 
 def overshoot() -> Point:
-    """Missing inertia makes a lag, not an overshoot."""
+    """Missing inertia causes a lag, not an overshoot."""
     return Point(
         "Overshoot of the heading",
         "Section 4 explains the overshoot in Fig. 14, like the lag, by the inertia that eq. 16 leaves out, "
@@ -102,7 +104,7 @@ def overshoot() -> Point:
 
 
 def measured_velocity() -> Point:
-    """Section 3.3 against eqs 14 to 16."""
+    """Section 3.3 (measured velocities) contradicts eqs 14 to 16 (references)."""
     return Point(
         "Measured or desired velocity",
         "Section 3.3 says that v_d of eqs 14 and 15 comes from the DVL, and its derivative and the yaw rate "
@@ -116,7 +118,7 @@ def measured_velocity() -> Point:
 
 
 def units_of_the_abstract() -> Point:
-    """The abstract's bounds."""
+    """The abstract's error bounds: a moment given in N, and a speed bound that is too wide for sway."""
     surge, sway = paper.HOVERING_STEADY.value, paper.SWAY_STEADY.value
     ratio = paper.ABSTRACT_SPEED.value / sway
     return Point(
@@ -133,7 +135,7 @@ def units_of_the_abstract() -> Point:
 
 
 def shadow_in_surge() -> Point:
-    """2.40 N of 21 N."""
+    """2.40 N between PID and feed-forward in surge, as a share of the force and as a speed offset."""
     damping, speed, apart_n = paper.TABLE_3["D_u"].value, paper.TOP_SPEED.value, paper.SHADOW_SURGE.value
     force, off, alone = damping * speed, apart_n / damping, paper.SURVEY_STEADY.value
     return Point(
@@ -149,10 +151,10 @@ def shadow_in_surge() -> Point:
 
 
 def shadow_in_yaw() -> Point:
-    """1.7 N m of how much?"""
+    """1.7 N m between PID and feed-forward in yaw, as a share of the moment at several turn angles."""
     damping, lasts_s, apart_nm = paper.TABLE_3["D_r"].value, paper.RAMP.value, paper.SHADOW_YAW.value
     moments = {angle: damping * math.radians(angle) / lasts_s for angle in (90, 180, 360)}
-    told = ", ".join(
+    shares = ", ".join(
         f"{100 * apart_nm / moment:.0f} % of the {moment:.1f} N m of {angle}°"
         for angle, moment in moments.items()
     )
@@ -161,7 +163,7 @@ def shadow_in_yaw() -> Point:
         f"{apart_nm:.1f} N m in yaw",
         f"In the {lasts_s:g} s of the ramp PID and feed-forward are nearly equal, {apart_nm:g} N m apart on "
         "average (Fig. 11). The text does not give the angle.",
-        f"Over {lasts_s:g} s that is {told}.",
+        f"Over {lasts_s:g} s that is {shares}.",
         "much of it is the PID's own noise, as above. As an error it would be a tenth of the moment only in "
         f"a turn of {tenth_deg:.0f}°.",
         {f"moment_{angle}_deg_nm": moment for angle, moment in moments.items()},
@@ -169,7 +171,7 @@ def shadow_in_yaw() -> Point:
 
 
 def distance() -> Point:
-    """Four laps in 1 050 s."""
+    """The survey's distance: four laps in 1 050 s."""
     samples, rate_hz, stated_m = (
         number.value for number in (paper.SURVEY_SAMPLES, paper.SAMPLE_HZ, paper.SURVEY_DISTANCE)
     )
@@ -190,7 +192,7 @@ def distance() -> Point:
 
 
 def power() -> Point:
-    """Thrust +60 %, power +55 %."""
+    """Eq. 17's thrust rise of 60 % against the measured power rise of 55 %."""
     thrust, rise, speed = paper.THRUST_RATIO.value, paper.POWER_RISE.value, paper.POWER_SPEED.value
     each_n, along = (
         paper.TABLE_3["D_u"].value * speed / PROPELLERS,
@@ -215,7 +217,7 @@ def power() -> Point:
 
 
 def pid_in_both() -> Point:
-    """Fig. 17 against Figs 15 and 16."""
+    """PID efforts of Fig. 17 against the steady errors of Figs 15 and 16."""
     target, settled, surge_off = (
         number.value for number in (paper.HOVERING_TARGET, paper.HOVERING_SETTLED, paper.HOVERING_STEADY)
     )
@@ -240,7 +242,7 @@ def pid_in_both() -> Point:
 
 
 def loss_without_network() -> Point:
-    """What the network has to do with the parameters."""
+    """The network shares no term of the loss with the parameters."""
     weights = lstm_weights(
         paper.INPUTS, paper.LSTM_HIDDEN, paper.LSTM_DEPTH, head=paper.HEAD, outputs=paper.OUTPUTS
     )
@@ -258,7 +260,7 @@ def loss_without_network() -> Point:
 
 
 def slips() -> Point:
-    """What a reader of the numbers may stumble over."""
+    """Misprints that could mislead a reader of the numbers."""
     return Point(
         "Slips that touch the numbers",
         "Section 4 calls the 24.40 kg and 39.60 kg D_u, the caption of Fig. 9 speaks of the survey "
@@ -285,7 +287,7 @@ POINTS: tuple[Callable[[], Point], ...] = (
 
 
 def checks() -> tuple[Check, ...]:
-    """What does fit."""
+    """Return the checks in which the paper's numbers agree."""
     x_survey, x_hovering = paper.TABLE_3["X_udot"].value, paper.TABLE_4["X_udot"].value
     d_survey, d_hovering = paper.TABLE_3["D_u"].value, paper.TABLE_4["D_u"].value
     most_m = longest_distance(paper.HOVERING_SAMPLES.value, paper.SAMPLE_HZ.value, paper.HOVERING_SPEEDS_M_S)

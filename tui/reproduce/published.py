@@ -1,6 +1,6 @@
 """The numbers of the source paper, each with its place: Vangi et al., "Deep physics for deep seas".
 
-Only what its text, tables and captions state; the curves in its figures are pictures and are not read off.
+Only numbers stated in its text, tables and captions; the curves in its figures are pictures and are not read off.
 """
 
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ SOURCE = 'Vangi, Bucci, Liverani, Colasanto, Ridolfi and Allotta, "Deep physics 
 
 @dataclass(frozen=True)
 class Published:
-    """One number of the paper; `where` names the table, figure, equation or section."""
+    """One number of the paper; `where` names its table, figure, equation or section."""
 
     value: float
     unit: str

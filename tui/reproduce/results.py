@@ -13,7 +13,7 @@ from tui.reproduce.run import Reproduction
 
 
 def to_json(done: Reproduction) -> dict[str, Any]:
-    """Everything that the page says in numbers."""
+    """Return all numbers of the page as JSON data."""
     ratios, before, after = configurations(done)
     shape = done.file.vehicle.configurations["survey"]
     runs = table_5(done)
@@ -27,13 +27,13 @@ def to_json(done: Reproduction) -> dict[str, Any]:
         "campaigns": {
             name: {
                 "published": {key: asdict(number) for key, number in PARAMETERS[name].items()},
-                "truth": dict(one.truth),
-                "paper_method": one.paper.values(),
-                "least_of_its_loss": dict(one.closed),
-                "ours": one.ours.to_json(),
-                "training": {"names": list(one.curves.names), "values": one.curves.values.tolist()},
+                "truth": dict(campaign.truth),
+                "paper_method": campaign.paper.values(),
+                "least_of_its_loss": dict(campaign.closed),
+                "ours": campaign.ours.to_json(),
+                "training": {"names": list(campaign.curves.names), "values": campaign.curves.values.tolist()},
             }
-            for name, one in done.campaigns.items()
+            for name, campaign in done.campaigns.items()
         },
         "validation": [asdict(row) for row in validation(done)],
         "table_5": {

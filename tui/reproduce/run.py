@@ -1,4 +1,4 @@
-"""Everything that the page shows: both campaigns, then the validation dives with what they identified."""
+"""Run the whole reproduction: both campaigns, then the validation dives with the identified coefficients."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -17,14 +17,14 @@ from tui.side_by_side import side_by_side
 
 CAMPAIGN_SHARE = 0.75
 SHARED = 1_000
-"""Added to the seed for the validation dives: all of them meet the same sea."""
+"""Added to the seed for the validation dives, so that all of them meet the same sea."""
 
 Tell = Callable[[float, str], None]
 
 
 @dataclass(frozen=True)
 class Reproduction:
-    """All of it; `dives` are the validation dives by the name of their trial."""
+    """Results of the whole reproduction; `dives` are the validation dives by the name of their trial."""
 
     file: VehicleFile
     options: PaperOptions
@@ -34,7 +34,7 @@ class Reproduction:
 
 
 def reproduce(root: Path, seed: int, unix_s: float, options: PaperOptions, tell: Tell) -> Reproduction:
-    """Everything; the recordings go under the new folder `root`."""
+    """Run the campaigns and the validation dives; the recordings go under the new folder `root`."""
     file = load_vehicle(VEHICLE)
 
     def heard(done: Mapping[str, float]) -> None:
@@ -47,7 +47,7 @@ def reproduce(root: Path, seed: int, unix_s: float, options: PaperOptions, tell:
 
     def flown(done: Mapping[str, float]) -> None:
         share = sum(done.values()) / len(done)
-        finished = sum(one >= 1.0 for one in done.values())
+        finished = sum(share_done >= 1.0 for share_done in done.values())
         tell(CAMPAIGN_SHARE + (1 - CAMPAIGN_SHARE) * share, f"validation: {finished} of {len(done)} dives")
 
     dives = side_by_side(
@@ -82,6 +82,6 @@ def planned(file: VehicleFile, campaigns: Mapping[str, Campaign]) -> tuple[Trial
 
 
 def flyable(found: Identification) -> dict[str, float]:
-    """The coefficients that the feed-forward of surge, sway and yaw takes, as far as they are known."""
+    """The coefficients that the feed-forward of surge, sway and yaw uses, as far as they were identified."""
     names = ("M_u", "M_v", "I_r", "D_u", "D_v", "D_r")
     return {name: value for name, value in found.values().items() if name in names}

@@ -1,4 +1,4 @@
-"""The parts of the page: the campaigns, the validation dives, the configurations."""
+"""Sections of the page on the campaigns, the validation dives and the configurations."""
 
 import math
 
@@ -28,7 +28,7 @@ TRAINED = 0.05
 DECIMALS = {"N": 2, "N m": 2, "m/s": 4, "s": 2, "°": 1}
 PLACES = {"survey": ("Table 3", "Fig. 6", "Fig. 7"), "hovering": ("Table 4", "Fig. 8", "Fig. 9")}
 ROWS = {"X_udot": "M_u", "Y_vdot": "M_v", "I_r": "I_r", "D_u": "D_u", "D_v": "D_v", "D_r": "D_r"}
-"""What the tables show, and the coefficient that each row is of: the paper's X is that less the dry mass."""
+"""The tables' parameter names, and the coefficient behind each: the paper's X is M_u, its Y M_v, less the dry mass."""
 
 
 def campaign_section(one: Campaign, shape: Configuration) -> Section:
@@ -55,7 +55,7 @@ def campaign_section(one: Campaign, shape: Configuration) -> Section:
 
 
 def _unended(one: Campaign) -> str:
-    """A warning where the training is still far from where it tends to."""
+    """Return a warning while the trained values are still far from the minimum of their loss, otherwise ""."""
     apart = {
         name: abs(value - one.closed[name]) / max(value, one.closed[name])
         for name, value in one.paper.values().items()
@@ -71,17 +71,22 @@ def _unended(one: Campaign) -> str:
 
 
 def parameter_table(one: Campaign, shape: Configuration, table: str) -> Table:
-    """The paper's values, the simulated vehicle's, and what was identified."""
+    """Parameters as the paper prints them, as the simulated vehicle has them, and as each method identified them."""
     published = PARAMETERS[one.configuration]
     by_paper = one.paper.values()
     rows = []
-    for name, of in ROWS.items():
-        if of not in by_paper:
+    for name, coefficient in ROWS.items():
+        if coefficient not in by_paper:
             continue
-        less = shape.dry_mass_kg if name != of else 0.0
-        ours = one.ours[of]
+        less = shape.dry_mass_kg if name != coefficient else 0.0
+        ours = one.ours[coefficient]
         interval = f"{significant(ours.low95 - less, 4)} to {significant(ours.high95 - less, 4)}"
-        values = (one.truth[of] - less, by_paper[of] - less, one.closed[of] - less, ours.value - less)
+        values = (
+            one.truth[coefficient] - less,
+            by_paper[coefficient] - less,
+            one.closed[coefficient] - less,
+            ours.value - less,
+        )
         rows.append(
             (
                 f"{name}, {unit(ours.unit)}",
@@ -161,10 +166,10 @@ def alone_section(done: Reproduction, numbers: tuple[Comparison, ...]) -> Sectio
 
 
 def _late_words(numbers: tuple[Comparison, ...]) -> str:
-    """What of the error while speeding up in Fig. 15 is the thrusters' delay, of which the paper doesn't tell."""
+    """How much of Fig. 15's error while speeding up is the thrusters' delay, which the paper does not separate."""
     with_it, without = (
-        next(n for n in numbers if (n.figure, n.what) == ("Fig. 15", what))
-        for what in (SPEEDING_UP, SPEEDING_UP_LATE)
+        next(n for n in numbers if (n.figure, n.what) == ("Fig. 15", quantity))
+        for quantity in (SPEEDING_UP, SPEEDING_UP_LATE)
     )
     by_paper, by_ours = (
         f"from {fixed(before, 4)} to {fixed(after, 4)} m/s"
@@ -235,10 +240,10 @@ def configuration_section(done: Reproduction) -> Section:
     ratios, before, after = configurations(done)
     rows = tuple(
         (
-            f"{one.what}, hovering over survey",
-            *(fixed(value, 3) for value in (one.paper, one.by_paper, one.by_ours, one.truth)),
+            f"{ratio.what}, hovering over survey",
+            *(fixed(value, 3) for value in (ratio.paper, ratio.by_paper, ratio.by_ours, ratio.truth)),
         )
-        for one in ratios
+        for ratio in ratios
     )
     thrust, ideal = after.thrust_n / before.thrust_n, after.ideal_power / before.ideal_power
     speed = POWER_SPEED.value

@@ -29,7 +29,7 @@ Shape = Literal["line", "heading, linear", "heading, smooth", "surge and sway"]
 
 @dataclass(frozen=True)
 class Trial:
-    """One dive: what is asked for, what the feed-forward does and by which coefficients."""
+    """One validation dive: configuration, motion, feed-forward mode, and the coefficients of the feed-forward."""
 
     name: str
     configuration: str
@@ -39,15 +39,15 @@ class Trial:
 
     @property
     def title(self) -> str:
-        """The name without its mode, which the recording's folder names anyway."""
+        """The name without its mode, which the recording's folder name contains already."""
         return " ".join(word for word in self.name.split() if word != self.mode.name.lower())
 
 
 def legs(shape: Shape) -> list[Leg]:
-    """The legs of a trial.
+    """Return the legs of a trial.
 
-    A line at the paper's top speed; a half turn in the time of its Fig. 11; its hovering speed in surge, then
-    sway. The turn's angle and the sway speed, which the paper does not give, are chosen.
+    A line at the paper's top speed; a half turn in the time of its Fig. 11; or its hovering speed in surge, then
+    sway. The turn's angle and the sway speed are our choice: the paper does not give them.
     """
     if shape == "line":
         return rest("start", REST_S) + _straight("ahead", TOP_SPEED.value, 0.0) + rest("end", REST_S)
@@ -70,7 +70,9 @@ def _straight(name: str, surge_m_s: float, sway_m_s: float) -> list[Leg]:
 
 
 def dive(trial: Trial, root: Path, seed: int, unix_s: float, progress: Callable[[float], None]) -> Dive:
-    """Dive a trial and read its recording; feed-forward alone is late for its dead zone, as the paper's was."""
+    """Simulate a trial and read its recording; with feed-forward alone the thrusters keep their dead zone, and so
+    their delay, as in the paper.
+    """
     file = load_vehicle(VEHICLE)
     mission = Mission(trial.title, tuple(legs(trial.shape)))
     folder = simulated.record_dive(
@@ -88,7 +90,7 @@ def dive(trial: Trial, root: Path, seed: int, unix_s: float, progress: Callable[
 
 
 def in_its_dead_zone(file: VehicleFile) -> VehicleFile:
-    """The vehicle by the gain tables that leave the feed-forward's thrusters their dead zone."""
+    """The vehicle with the gain tables whose feed-forward does not compensate the thrusters' dead zone."""
     shapes = {
         name: replace(shape, gains=f"paper_{shape.gains}")
         for name, shape in file.vehicle.configurations.items()
@@ -97,7 +99,7 @@ def in_its_dead_zone(file: VehicleFile) -> VehicleFile:
 
 
 def carrying(file: VehicleFile, configuration: str, coefficients: Mapping[str, float]) -> ParameterServer:
-    """The vehicle's parameters with these coefficients in force. Raises ParamRejected for one that it refuses."""
+    """The vehicle's parameters with these coefficients committed. Raises ParamRejected if the vehicle refuses one."""
     parameters = server(file, None)
     veh_cfg = file.vehicle.veh_cfg(configuration)
     for name, value in coefficients.items():
@@ -114,6 +116,6 @@ def carrying(file: VehicleFile, configuration: str, coefficients: Mapping[str, f
 def without_inertia(
     coefficients: Mapping[str, float], file: VehicleFile, configuration: str
 ) -> dict[str, float]:
-    """The same with the least yaw inertia that the vehicle's parameters take: as near to eq. 16 as it comes."""
+    """The same coefficients with the least yaw inertia that the vehicle's parameters accept: the closest to eq. 16."""
     least, _ = bounds(BY_NAME["I_r"], file.vehicle.configurations[configuration])
     return {**coefficients, "I_r": least}

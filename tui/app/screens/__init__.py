@@ -1,1 +1,1 @@
-"""Screens: `frame` is what all have in common, `table` lists them."""
+"""Screens: `frame` is their common base, `table` lists them."""

@@ -1,4 +1,4 @@
-"""A line to type, over a screen whose top line stays bright and live."""
+"""A line to type into, over a screen whose top line stays bright and live."""
 
 from typing import Final
 
@@ -23,7 +23,7 @@ ASKING: Final = (
 
 
 class AskScreen(OverScreen[str | None]):
-    """Answers what was typed once it is sent off with Enter; None where it was closed."""
+    """Returns the text typed when Enter sends it; None if it was closed."""
 
     BINDINGS = bindings(ASKING)  # type: ignore[assignment]
 

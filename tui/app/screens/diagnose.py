@@ -1,4 +1,4 @@
-"""Diagnose: where model and recording differ, what causes it, how far that shrinks it, what to dive next."""
+"""Diagnose: the gap between model and recording, its causes, how far they shrink it, and the next dive."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -23,7 +23,7 @@ MAKES: Final = {
 
 
 class DiagnoseScreen(DiveScreen):
-    """What `seatrial diagnose` found; a key chooses the dive that it is checked on."""
+    """Result of `seatrial diagnose`; a key chooses the check dive."""
 
     VERB = "diagnose"
     SECTIONS: ClassVar[dict[str, str]] = {
@@ -91,13 +91,13 @@ class DiagnoseScreen(DiveScreen):
         return self._kept.read(self.dive / JSON, self.unkept) if self.dive is not None else None
 
     def verdict(self, cells: int) -> Lines:
-        found = self.found()
-        return diagnosis_lines.verdict(found, cells) if found is not None else ()
+        diagnosis = self.found()
+        return diagnosis_lines.verdict(diagnosis, cells) if diagnosis is not None else ()
 
     def section(self, name: str, cells: int, rows: int) -> Lines:
         del rows
-        found = self.found()
-        return MAKES[name](found, cells) if found is not None else ()
+        diagnosis = self.found()
+        return MAKES[name](diagnosis, cells) if diagnosis is not None else ()
 
     def aim(self) -> tuple[str, str]:
         check = self._check_dive()
@@ -106,9 +106,9 @@ class DiagnoseScreen(DiveScreen):
     def words(self, dive: Path, vehicle: str) -> tuple[str, ...]:
         check = self._check_dive()
         leaves = (("--json", JSON), ("--report", REPORT), ("--accept", PARAM))
-        beside = (word for option, name in leaves for word in (option, str(dive / name)))
+        outputs = (word for option, name in leaves for word in (option, str(dive / name)))
         checked = ("--check", str(check)) if check is not None else ()
-        return (self.VERB, str(dive), "--vehicle", vehicle, *checked, *beside)
+        return (self.VERB, str(dive), "--vehicle", vehicle, *checked, *outputs)
 
     def _check_dive(self) -> Path | None:
         return self.others[self._other] if self._other < len(self.others) else None

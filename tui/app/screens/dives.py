@@ -1,4 +1,4 @@
-"""Dives: the recordings, what each could identify before anyone fits anything, and what to do with one."""
+"""Dives: the recordings, the coefficients that each could identify before any fit, and the work to start on one."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -30,7 +30,7 @@ VERB: Final = "dives"
 
 
 class DiveTable(Drawn):
-    """The table; a click goes to a dive."""
+    """The table; a click moves the mark to a dive."""
 
     def on_click(self, event: events.Click) -> None:
         screen = self.screen
@@ -39,7 +39,7 @@ class DiveTable(Drawn):
 
 
 class DivesScreen(StationScreen):
-    """The list above, the dive that the mark stands at below; beside each other where there is room."""
+    """The list of dives with the details of the marked dive, below it or, on a wide screen, next to it."""
 
     ACTIONS: ClassVar[tuple[Action, ...]] = (
         Action("dives.identify", "i", "begin('identify')", "Identify", "identify this dive, at once"),
@@ -113,7 +113,7 @@ class DivesScreen(StationScreen):
         self._then = ""
 
     def begin(self) -> None:
-        """Identify the dive that the crew comes from, wherever the mark stood, once the list tells which."""
+        """Identify the dive that the crew has just made, regardless of the mark, once the list is read."""
         self._at = self._over = self._goes_on = self.desk.dive = None
         self.action_again()
         self._then = "begin('identify')"
@@ -141,7 +141,7 @@ class DivesScreen(StationScreen):
             self._go(max(0, min(self._index() + rows, len(self._dives) - 1)))
 
     def go_to_line(self, y: int, rows: int) -> None:
-        """Go to the dive in that line of a table of so many."""
+        """Move the mark to the dive in line `y` of a table of `rows` lines."""
         entry = row_under(y, len(self._dives), self._index(), rows)
         if entry is not None:
             self._go(entry)
@@ -175,7 +175,7 @@ class DivesScreen(StationScreen):
             self.run_worker(self._replay(dive.folder), exclusive=True)
 
     async def _replay(self, folder: Path) -> None:
-        """Read the recording aside, then show it on Watch."""
+        """Read the recording in another thread, then show it on Watch."""
         self._unkept = ""
         try:
             self.desk.replay = await aside(lambda: open_replay(folder, self.desk.vehicle_of(folder)))
@@ -186,7 +186,7 @@ class DivesScreen(StationScreen):
         await self.begin_on("watch")
 
     def action_conditions(self) -> None:
-        """Ask for what the dive was made under; where nothing is known, by what held in the dive before."""
+        """Ask for the conditions of the dive; if none are known, start from those of the previous dive."""
         dive = self._dive()
         if dive is None:
             self._wait("conditions")
@@ -206,11 +206,11 @@ class DivesScreen(StationScreen):
         def keep(texts: Mapping[str, str]) -> None:
             DiveFolder(dive.folder).set_conditions(of_texts(texts))
 
-        # The list is read again as the screen comes back.
+        # The list is read again when this screen returns.
         self.app.push_screen(FormScreen(title, TITLES, texts_of(known), mistakes, keep))
 
     def _note(self, folder: Path, text: str | None) -> None:
-        """Keep a note, or its text for the next try; the list is read again as the screen comes back."""
+        """Save a note, or on failure keep its text for the next try. The list is reloaded when this screen returns."""
         if text is None:
             return
         self._unkept = ""
@@ -221,14 +221,14 @@ class DivesScreen(StationScreen):
             self._unkept, self._unwritten[folder] = str(error), text
 
     def _take_list(self) -> None:
-        """Take what the verb has listed, once it has."""
+        """Take the verb's list once it is complete."""
         state = self.desk.jobs.state(VERB)
         if state is None or state.done is None or state is self._list:
             return
         self._list = state
         self._trouble = "" if state.done.result is not None else " ".join(state.done.said[-1:])
         self._dives = listed(state.done.result)
-        # The mark goes to a dive that has just ended, once: it is the one that the crew comes from.
+        # The mark moves once to a dive that has just ended: it is the dive that the crew has just made.
         over = next((d.folder for d in self._dives if _same(d.folder, self._over)), None)
         if over is not None:
             self._at, self._over = over, None
@@ -244,23 +244,23 @@ class DivesScreen(StationScreen):
         self._then = ""
 
     def _wait(self, action: str) -> None:
-        """Do it once the list is there. The first of quick keys stands: a note's own letters begin nothing else."""
+        """Run the action once the list is there. The first of several quick keys counts, not a note's text after it."""
         if self.desk.jobs.runs(VERB):
             self._then = self._then or action
 
     def _tell_skipped(self) -> None:
-        """Say which newer dives are not the one that is meant, so that nobody takes an older one for the newest."""
+        """Name the newer dives that are skipped, so that nobody mistakes an older dive for the newest."""
         among = self._dives[: self._index() + 1]
         names = [dive.name for dive in among]
         if len(set(names)) < len(names):
-            names = [dive.folder.name for dive in among]  # with its date, for two bear one name
+            names = [dive.folder.name for dive in among]  # with the date, as two dives share a name
         *skipped, meant = names
         if skipped:
             newer = " and ".join(reversed(skipped))
             self.notify(f"{meant}; {newer}, recorded since, can tell nothing yet")
 
     def _index(self) -> int:
-        """Of the dive at the mark; one before the first until the list tells where it belongs, or a key moves it."""
+        """Index of the marked dive; -1 until the list or a key places the mark."""
         return next((n for n, dive in enumerate(self._dives) if dive.folder == self._at), -1)
 
     def _dive(self) -> ListedDive | None:
@@ -269,7 +269,7 @@ class DivesScreen(StationScreen):
     def _go(self, entry: int) -> None:
         self._at = self._dives[entry].folder
         self._draw()
-        for scroll in self.query(VerticalScroll):  # none yet where the key was quicker than the screen
+        for scroll in self.query(VerticalScroll):  # none yet if the key came before the screen was composed
             scroll.scroll_home(animate=False)
 
     def _draw(self) -> None:
@@ -291,7 +291,7 @@ class DivesScreen(StationScreen):
         return hanging(f"{self.desk.out}: holds no dive yet; a recording makes one", "plain", cells)
 
     def _reading(self) -> str:
-        """How far the list is, for its heading."""
+        """Progress of reading the list, for its heading."""
         state = self.desk.jobs.state(VERB)
         if state is None or not state.runs:
             return f"{len(self._dives)} in {self.desk.out}" if self._dives else ""
@@ -303,7 +303,7 @@ class DivesScreen(StationScreen):
         del rows
         dive = self._dive()
         if dive is None:
-            return ((),)  # a widget of no height would not be asked again
+            return ((),)  # a widget of zero height would not be asked again
         unkept = hanging(self._unkept, "bad", cells) if self._unkept else ()
         return (
             *unkept,

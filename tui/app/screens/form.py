@@ -1,4 +1,4 @@
-"""Lines to type, each under its title, over a screen whose top line stays bright and live."""
+"""Lines to type into, each with a title, over a screen whose top line stays bright and live."""
 
 from collections.abc import Callable, Mapping
 from typing import Final
@@ -31,10 +31,11 @@ UNKEPT: Final = "unkept"
 
 
 class FormScreen(OverScreen[None]):
-    """Keeps what stands in all lines, by their names, once one is sent off with Enter; it stays until that is done.
+    """Saves the texts of all lines, by name, when Enter is pressed in any line; it stays open until that succeeds.
 
-    `titles` and `texts` are by name. `mistakes` tells what is wrong with texts, by name: it stands below each line from
-    when that is left until it is mended. `keep` raises SeatrialError where they can't be kept, which is told too.
+    `titles` and `texts` are by name. `mistakes` returns the faults of texts by name: a fault stands below its line
+    from the moment that the line is left until it is corrected. `keep` raises SeatrialError if the texts can't be
+    saved, and that is shown too.
     """
 
     BINDINGS = bindings(FILLING)  # type: ignore[assignment]
@@ -73,9 +74,9 @@ class FormScreen(OverScreen[None]):
     def on_input_submitted(self) -> None:
         for name in self._titles:
             self._judge(name)
-        wrong = next((line for line in self.query(Input) if self._trouble(str(line.name)).display), None)
-        if wrong is not None:
-            wrong.focus()
+        faulty = next((line for line in self.query(Input) if self._trouble(str(line.name)).display), None)
+        if faulty is not None:
+            faulty.focus()
             return
         try:
             self._keep(self._typed())
@@ -97,7 +98,7 @@ class FormScreen(OverScreen[None]):
 
 
 class _Trouble(Label):
-    """What is wrong, there only while something is."""
+    """A fault, visible only while it exists."""
 
     def __init__(self, of: str) -> None:
         super().__init__("", id=f"trouble-{of}", classes="trouble", markup=False)

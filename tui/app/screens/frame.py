@@ -1,4 +1,4 @@
-"""What all screens have in common: the lines on top, the live keys at the bottom, and a view to show between."""
+"""Common base of all screens: the lines on top, the live keys at the bottom, and the view in between."""
 
 from collections.abc import Sequence
 from typing import ClassVar, Protocol, cast
@@ -21,22 +21,22 @@ from tui.app.widgets.top_line import TopLine
 
 
 class AtDesk(Protocol):
-    """The app, as a screen knows it."""
+    """The app's interface for screens."""
 
     desk: Desk
     view_only: bool
 
     async def action_begin(self, screen: str) -> None:
-        """Open a screen and let it begin its work."""
+        """Open a screen and start its work."""
         ...
 
     def may(self, node: DOMNode, action: str) -> bool:
-        """Whether an action of a node is let through; not all are where the app is view-only."""
+        """Whether an action of a node may run; a view-only app refuses some."""
         ...
 
 
 class StationScreen(Screen[None]):
-    """Subclasses give a body, their actions, and a legend: what their marks mean, by mark."""
+    """Base of the screens. Subclasses give a body, their actions, and a legend that explains their marks."""
 
     COMPONENT_CLASSES: ClassVar[set[str]] = set(ROLE_CLASSES)
     ACTIONS: ClassVar[tuple[Action, ...]] = ()
@@ -52,25 +52,25 @@ class StationScreen(Screen[None]):
 
     @property
     def desk(self) -> Desk:
-        """What the screens work on together."""
+        """State that the screens share."""
         return cast(AtDesk, self.app).desk
 
     @property
     def view_only(self) -> bool:
-        """Whether nothing is begun from here, so that no sentence may name a key that would."""
+        """Whether this app may not start anything, so that no sentence may name a key that would."""
         return cast(AtDesk, self.app).view_only
 
     @property
     def active_bindings(self) -> dict[str, ActiveBinding]:
-        """Those that do something now, in the order of the table: a keymap moves no action in footer and help."""
+        """Bindings that have an effect now, in the order of the table: a keymap does not reorder footer and help."""
         may = cast(AtDesk, self.app).may
         place = {action.id: n for n, action in enumerate((*self.ACTIONS, *EVERYWHERE))}
-        found = [
+        live = [
             (key, active)
             for key, active in super().active_bindings.items()
             if may(active.node, active.binding.action)
         ]
-        return dict(sorted(found, key=lambda one: place.get(one[1].binding.id or "", len(place))))
+        return dict(sorted(live, key=lambda one: place.get(one[1].binding.id or "", len(place))))
 
     def compose(self) -> ComposeResult:
         yield TopLine(self._tabs)
@@ -82,37 +82,39 @@ class StationScreen(Screen[None]):
         yield from ()
 
     def offers(self, action: Action) -> bool:
-        """Whether one of its actions does something now."""
+        """Whether one of its actions has an effect now."""
         return bool(self.check_action(action.call, ()))
 
     def begin(self) -> None:
-        """Begin what the screen is for, on the dive that was chosen."""
+        """Start the screen's work on the chosen dive."""
 
     async def begin_on(self, screen: str) -> None:
-        """Open another screen, and let it begin at once."""
+        """Open another screen, and start its work at once."""
         await cast(AtDesk, self.app).action_begin(screen)
 
     async def take(self, event: events.Key) -> bool:
-        """Whether it took a key for itself that no widget took, before any binding does."""
+        """Offer a key that no widget took, before any binding; return whether the screen used it."""
         del event
         return False
 
     def close_up(self) -> None:
-        """Close what the screen has opened of itself."""
+        """Close whatever the screen itself has opened."""
 
     def make_room(self, rows: int) -> None:
-        """Begin so many rows below the top, where something lies over them; 0 for nothing."""
+        """Start the content at row `rows`, below an overlay; 0 if there is none."""
         taken = max((top.region.bottom for top in self.query(TopLine)), default=0)
         for room in self.query("#room"):
             room.styles.height = max(rows - taken, 0)
 
     def show(self, view: View) -> None:
-        """Show a newer view in all that shows one."""
+        """Pass a newer view to all widgets that show it."""
         self.view = view
         for widget in self.query(LineView):
             widget.show(view)
 
     def key_of(self, action_id: str) -> str:
-        """The key that does it now, as a person reads it; "" where none does."""
-        found = (active.binding for active in self.active_bindings.values() if active.binding.id == action_id)
-        return next((self.app.get_key_display(binding) for binding in found), "")
+        """Display form of the action's key now; "" if it has none."""
+        own_bindings = (
+            active.binding for active in self.active_bindings.values() if active.binding.id == action_id
+        )
+        return next((self.app.get_key_display(binding) for binding in own_bindings), "")

@@ -1,4 +1,4 @@
-"""Help: made from the bindings that are live on the screen and the widget that it was opened over."""
+"""Help: made from the bindings that are live on the screen and the widget below it."""
 
 import textwrap
 from collections.abc import Iterator
@@ -64,21 +64,21 @@ class HelpScreen(ModalScreen[None]):
 
 
 def help_lines(app: App[None], screen: Screen[object]) -> Lines:
-    """The screen's own keys, those that work everywhere, those of the focused widget, and what the marks mean."""
+    """The screen's own keys, those that work everywhere, those of the focused widget, and the meaning of the marks."""
     title = str(screen.title or "")
     groups: dict[str, dict[str, tuple[list[str], Binding]]] = {title: {}, EVERYWHERE: {}, MOVING: {}}
     for node, binding, enabled, _ in screen.active_bindings.values():
         if not enabled or binding.system or not binding.description:
             continue
-        where = MOVING if binding.id is None else EVERYWHERE if node is app else title
-        keys, _ = groups[where].setdefault(binding.action, ([], binding))
+        group = MOVING if binding.id is None else EVERYWHERE if node is app else title
+        keys, _ = groups[group].setdefault(binding.action, ([], binding))
         keys.append(app.get_key_display(binding))
     lines: list[Line] = []
-    for where, rows in groups.items():
-        if where == MOVING and isinstance(screen, StationScreen):
+    for group, rows in groups.items():
+        if group == MOVING and isinstance(screen, StationScreen):
             lines += _legend(screen)
         if rows:
-            lines.append(((where, "strong"),))
+            lines.append(((group, "strong"),))
         for keys, binding in rows.values():
             lines += _row(" ".join(dict.fromkeys(keys)), binding.description, binding.tooltip)
         lines.append(())
@@ -96,7 +96,7 @@ def _legend(screen: StationScreen) -> Iterator[Line]:
 
 
 def _row(keys: str, words: str, sentence: str) -> Iterator[Line]:
-    column = max(WORD_CELLS, len(words) + 1)  # a longer name moves its own sentence alone
+    column = max(WORD_CELLS, len(words) + 1)  # a longer name shifts only its own sentence
     pieces = textwrap.wrap(sentence, CELLS - KEY_CELLS - column - 2) or [""]
     head: Line = ((f"  {keys:<{KEY_CELLS}}", "accent"), (f"{words:<{column}}", "plain"))
     yield (*head, (pieces[0], "quiet"))

@@ -1,4 +1,4 @@
-"""Identify: one key runs both methods on the chosen dive; their progress, and what came of it."""
+"""Identify: one key runs both methods on the chosen dive; shows their progress, then the result."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -25,8 +25,7 @@ VERB: Final = "identify"
 
 
 class IdentifyScreen(StationScreen):
-    """While it runs, bars and curves; then what was found, also while its page is written yet, and the curves by a
-    key."""
+    """Bars and curves while it runs; then the result, even while its page is being written. A key shows the curves."""
 
     ACTIONS: ClassVar[tuple[Action, ...]] = (
         Action("identify.begin", "i", "begin", "Identify", "identify the chosen dive, now"),
@@ -72,20 +71,22 @@ class IdentifyScreen(StationScreen):
     def show(self, view: View) -> None:
         state = self.desk.jobs.state(VERB)
         if state is not self._seen:
-            was, self._seen = self._seen, state
-            if state is not None and state.answered and (was is None or not was.answered):
+            before, self._seen = self._seen, state
+            if state is not None and state.answered and (before is None or not before.answered):
                 self._curves = False
                 self._look()
-                # Not after a failure: older values may lie there.
-                well = state.unkept is None and (state.done is None or state.done.code == exit_codes.DONE)
-                if self._then and well:
+                # Not after a failure: older values may still lie there.
+                succeeded = state.unkept is None and (
+                    state.done is None or state.done.code == exit_codes.DONE
+                )
+                if self._then and succeeded:
                     self.call_later(self.action_parameters)
                 self._then = False
         self._arrange()
         super().show(view)
 
     def begin(self) -> None:
-        """Identify the chosen dive, where nothing is being identified yet."""
+        """Identify the chosen dive unless an identification runs."""
         if self.check_action("begin", ()):
             self.action_begin()
 
@@ -113,11 +114,11 @@ class IdentifyScreen(StationScreen):
 
     async def action_parameters(self) -> None:
         if not self._answered:
-            # A quick key, or a crew that does something else meanwhile.
+            # The key came early, or the crew does something else meanwhile.
             self._then = True
             self._draw()
             return
-        # It may have answered since the last view, and what was found before is not what it says.
+        # The run may have answered since the last view, so an earlier result may be outdated.
         self._look()
         if self._found is not None and self._found.param is not None:
             self.desk.param = self._found.param
@@ -140,7 +141,7 @@ class IdentifyScreen(StationScreen):
             self.action_curves()
 
     def _look(self) -> None:
-        """Find the chosen dive, and what was identified from it."""
+        """Load the chosen dive and its identification."""
         self._dive = self.desk.chosen()
         if self._dive is None:
             self._found = None
@@ -149,7 +150,7 @@ class IdentifyScreen(StationScreen):
             self._found = found(self._dive, self.desk.receipts, unkept)
 
     def _state(self) -> JobState | None:
-        """The run that goes on, or the last one where it was of the chosen dive."""
+        """The running identification, or the last one if it was of the chosen dive."""
         state = self.desk.jobs.state(VERB)
         if state is None or state.runs or state.words[1] == str(self._dive):
             return state
@@ -161,7 +162,7 @@ class IdentifyScreen(StationScreen):
 
     @property
     def _answered(self) -> bool:
-        """Whether nothing is being identified, or only a page is written yet."""
+        """Whether no identification runs, or only its page is still being written."""
         state = self.desk.jobs.state(VERB)
         return state is None or state.answered
 
@@ -175,7 +176,7 @@ class IdentifyScreen(StationScreen):
             widget.again()
 
     def _arrange(self) -> None:
-        """Curves until it has answered or where they are asked for, else the result."""
+        """Show the curves until the result exists or when they are asked for, otherwise the result."""
         runs, answered = self.desk.jobs.runs(VERB), self._answered
         self.set_class(not answered or self._curves, "-curves")
         self.set_class(runs and answered and not self._curves, "-writes")

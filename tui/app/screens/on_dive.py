@@ -1,4 +1,4 @@
-"""What screens have in common that run a verb on the chosen dive and show what it left beside it."""
+"""Common base of the screens that run a verb on the chosen dive and show its result."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -20,11 +20,11 @@ from tui.app.wrapped import wrapped
 
 
 class DiveScreen(StationScreen):
-    """A verdict on top, sections below: all at once where there is room, else one at a time.
+    """A verdict on top and sections below: all at once if they fit, otherwise one at a time.
 
-    Subclasses give the verb and its sections with their titles, and answer what raises here; their actions have the
-    verb before the point: `VERB.start`, `VERB.section`, `VERB.cancel`. `dive` is the chosen one; `others` those of the
-    same vehicle and configuration, the newest first.
+    Subclasses give the verb and its sections with their titles, and implement the methods that raise
+    NotImplementedError; their action ids have the verb before the point: `VERB.start`, `VERB.section`, `VERB.cancel`.
+    `dive` is the chosen dive; `others` are dives of the same vehicle and configuration, the newest first.
     """
 
     VERB: ClassVar[str]
@@ -44,19 +44,19 @@ class DiveScreen(StationScreen):
         raise NotImplementedError
 
     def found(self) -> Any:
-        """What the verb left beside the dive; nothing where it is false."""
+        """The result that the verb left next to the dive; a false value if there is none."""
         raise NotImplementedError
 
     def verdict(self, cells: int) -> Lines:
-        """What was found, in short."""
+        """The result in short."""
         raise NotImplementedError
 
     def section(self, name: str, cells: int, rows: int) -> Lines:
-        """A section of what was found."""
+        """A section of the result."""
         raise NotImplementedError
 
     def aim(self) -> tuple[str, str]:
-        """What the verb would do: `diagnoses`, and how: `checked on DIVE`."""
+        """The verb's task in words, such as `diagnoses`, and its manner: `checked on DIVE`."""
         raise NotImplementedError
 
     def head(self, name: str) -> tuple[str, str]:
@@ -64,11 +64,11 @@ class DiveScreen(StationScreen):
         return self.SECTIONS[name], ""
 
     def beside(self, dive: Path) -> tuple[Path, ...]:
-        """Which others there are to stand beside a dive."""
+        """Other dives that may be compared with a dive."""
         return check_dives(self.desk, dive)
 
     def on_other_dive(self) -> None:
-        """Another dive was chosen."""
+        """Called when another dive was chosen."""
 
     def body(self) -> ComposeResult:
         yield Drawn(self._top, id=f"{self.VERB}-top")
@@ -108,7 +108,7 @@ class DiveScreen(StationScreen):
 
     @property
     def unkept(self) -> Any:
-        """What the verb found of the dive just now and could not leave beside it; None where it could."""
+        """The verb's new result for the dive if it could not be stored next to it; None if it could."""
         return self.desk.jobs.unkept(self.VERB, self.dive)
 
     @property
@@ -131,12 +131,12 @@ class DiveScreen(StationScreen):
         self.call_after_refresh(self.draw)
 
     def draw(self) -> None:
-        """Draw what has changed."""
+        """Redraw after a change."""
         for widget in self.query(Drawn):
             widget.again()
 
     def _look(self) -> None:
-        """Look anew at which dive is chosen, and at which others there are."""
+        """Update the chosen dive and the list of other dives."""
         dive = self.desk.chosen()
         before, self.dive = self.dive, dive
         self.others = self.beside(dive) if dive is not None else ()
@@ -156,19 +156,23 @@ class DiveScreen(StationScreen):
         job = job_lines(self.VERB, state, jobs.now_s(), cells)
         if state is not None and state.runs:
             return (*wrapped(f"{self.VERB} {Path(state.words[1]).name}", "strong", cells), *job)
-        found = bool(self.found())
-        return (*(self.verdict(cells) if found else ()), *job, *wrapped(self._offer(found), "quiet", cells))
+        has_result = bool(self.found())
+        return (
+            *(self.verdict(cells) if has_result else ()),
+            *job,
+            *wrapped(self._offer(has_result), "quiet", cells),
+        )
 
     def _offer(self, again: bool) -> str:
-        """What the key would start."""
+        """Sentence on the key and the task that it starts."""
         assert self.dive is not None
         if not self.desk.vehicle_of(self.dive):
             return f"No vehicle file is known of {self.dive.name}; start `seatrial tui` with --vehicle FILE."
         if self.view_only:
             return f"{self.dive.name}; this view only looks, and can't {self.VERB} it."
         does, how = self.aim()
-        what = f"{does} it again" if again else f"{does} {self.dive.name}"
-        return f"[{self.key_of(f'{self.VERB}.start')}] {what}, {how}."
+        task = f"{does} it again" if again else f"{does} {self.dive.name}"
+        return f"[{self.key_of(f'{self.VERB}.start')}] {task}, {how}."
 
     def _heading(self, name: str, cells: int, rows: int) -> Lines:
         del rows

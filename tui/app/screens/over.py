@@ -1,4 +1,4 @@
-"""What lies over a screen and asks, and hides none of it: the screen below makes room."""
+"""Base of boxes over a screen that ask something and hide none of it: the screen below makes room."""
 
 from typing import TypeVar
 
@@ -10,7 +10,7 @@ from tui.app.widgets.top_line import TopLine
 
 Answer = TypeVar("Answer")
 LEAST_ABOVE = 3
-"""Rows over the box: the lines on top, and one of a banner that may come."""
+"""Rows above the box: the lines on top, and one for a banner that may appear."""
 
 
 class OverScreen(ModalScreen[Answer]):
@@ -32,7 +32,7 @@ class OverScreen(ModalScreen[Answer]):
             self._below.make_room(0)
 
     def ask_for_room(self) -> None:
-        """Have the screen below begin under the box, once that has its size."""
+        """Move the screen below under the box, once the box has its size."""
         self.call_after_refresh(self._make_room)
 
     def _make_room(self) -> None:
@@ -41,6 +41,6 @@ class OverScreen(ModalScreen[Answer]):
         box = self.query_one(".box")
         above = max([LEAST_ABOVE, *(top.region.bottom for top in self._below.query(TopLine))])
         if box.styles.margin.top != above:
-            # A banner's second line must not lie under it.
+            # The banner's second line must not be hidden.
             box.styles.margin = (above, 0, box.styles.margin.bottom, 0)
         self._below.make_room(above + box.region.height)

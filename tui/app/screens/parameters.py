@@ -1,4 +1,4 @@
-"""Parameters: the vehicle beside what was identified and what was last accepted; upload and roll back, by typing."""
+"""Parameters: the vehicle's against identified and last accepted values; upload and rollback, confirmed by typing."""
 
 from functools import cached_property
 from typing import ClassVar
@@ -23,7 +23,7 @@ from tui.app.wrapped import wrapped
 
 
 class ParameterTable(Drawn):
-    """The table; a click goes to a line, one on the line itself chooses it."""
+    """The table; a click moves the mark to a line, and a click on the marked line chooses it."""
 
     def on_click(self, event: events.Click) -> None:
         screen = self.screen
@@ -32,7 +32,7 @@ class ParameterTable(Drawn):
 
 
 class ParametersScreen(StationScreen):
-    """The table above, what is to be known of a line and what is asked below."""
+    """The table above, the details of the marked line and the confirmation below."""
 
     ACTIONS: ClassVar[tuple[Action, ...]] = (
         Action(
@@ -80,7 +80,7 @@ class ParametersScreen(StationScreen):
 
     @cached_property
     def _ask(self) -> AskLine:
-        # Made before the screen is composed, for bindings are checked and keys come before that.
+        # Made before the screen is composed: bindings are checked, and keys arrive, before that.
         return AskLine(self._question, id="parameters-ask")
 
     def body(self) -> ComposeResult:
@@ -125,11 +125,11 @@ class ParametersScreen(StationScreen):
         return super().check_action(action, parameters)
 
     async def take(self, event: events.Key) -> bool:
-        """Whatever is typed once something is asked belongs to the answer, also before the line is drawn."""
+        """Pass typed keys to the answer while a question is open, even before its line is drawn."""
         return await self._ask.take(event)
 
     def close_up(self) -> None:
-        """Ask no longer; after that, go back from a roll back to the file."""
+        """Close the question; without a question, return from a rollback to the file."""
         asked = self._ask.is_open
         if asked:
             self._close()
@@ -142,7 +142,7 @@ class ParametersScreen(StationScreen):
         self._draw()
 
     def click(self, y: int, rows: int) -> None:
-        """A click on that line of a table of so many."""
+        """A click on line `y` of a table of `rows` lines."""
         entry = lines.entry_at(y, len(self._entries), self._at, rows)
         if entry is None:
             return
@@ -166,7 +166,7 @@ class ParametersScreen(StationScreen):
         self._draw()
 
     def action_upload(self) -> None:
-        """Ask for the confirmation; first read what is being read, or what is old."""
+        """Ask for the confirmation; first read the vehicle if the comparison is old."""
         self._transfer.trouble = ""
         if self._transfer.back or self._transfer.is_old():
             self._transfer.read(back=False)
@@ -177,7 +177,7 @@ class ParametersScreen(StationScreen):
         self._open()
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
-        """Enter: write what was confirmed. What was typed while the vehicle is still read stays, and waits."""
+        """Enter: write if the text confirms. Text typed while the vehicle is still being read stays, and waits."""
         transfer = self._transfer
         if transfer.reads:
             transfer.trouble = "the vehicle is still being read: nothing was sent; press Enter again after it"
@@ -191,7 +191,7 @@ class ParametersScreen(StationScreen):
         self._draw()
 
     def _open(self) -> None:
-        """Ask, also while the vehicle is still read, so that what is typed by then is typed here and nowhere else."""
+        """Ask, even while the vehicle is still being read, so that text typed meanwhile goes to the answer."""
         transfer = self._transfer
         if transfer.shown is not None:
             transfer.trouble = self._obstacle()
@@ -276,9 +276,9 @@ class ParametersScreen(StationScreen):
         entry, shown = self._entry(), self._transfer.shown
         if entry is None or shown is None:
             return ()
-        # Of what was read before a writing nothing is known to be so after it.
-        told = shown.notes if self._transfer.written is None else ()
-        notes = tuple(line for note in told for line in wrapped(note, "quiet", cells))
+        # Notes from before a write may no longer hold after it.
+        remarks = shown.notes if self._transfer.written is None else ()
+        notes = tuple(line for note in remarks for line in wrapped(note, "quiet", cells))
         became, stale_s = self._became().get(entry.name, ""), self._transfer.stale_s(self._picture)
         return (*lines.details(entry, became, stale_s, cells), *notes)
 

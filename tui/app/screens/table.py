@@ -1,4 +1,4 @@
-"""The screens: one row each. Their keys, tabs, palette entries and keymap ids follow from it."""
+"""The screens, one row each. Their keys, tabs, palette entries and keymap ids follow from it."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from tui.app.screens.watch import WatchScreen
 
 @dataclass(frozen=True)
 class Row:
-    """A screen: its id, its key, its title, what it is for, and what makes it."""
+    """A screen: its id, key, title and purpose, the function that makes it, and its actions."""
 
     id: str
     key: str
@@ -94,17 +94,17 @@ OPENING: Final = tuple(
 )
 PLACES: Final = (
     *((*EVERYWHERE, *OPENING, *row.actions) for row in SCREENS),
-    # Help closes by keys that open it elsewhere; a line that is typed into takes letters for itself.
+    # Keys that close the help may open it elsewhere; a line that is typed into takes letters for itself.
     *(
         (*(action for action in EVERYWHERE if action.always), *closing)
         for closing in (CLOSING, ASKING, FILLING)
     ),
 )
-"""Which actions are live together."""
+"""Groups of actions that are live together."""
 
 
 def tabs(shown: str, keys: Callable[[Action], str]) -> tuple[Tab, ...]:
-    """The titles, with the key that opens each, and which is shown."""
+    """The titles, with the key that opens each, and a mark on the screen shown."""
     return tuple(
         Tab(keys(action), row.title, row.id == shown) for row, action in zip(SCREENS, OPENING, strict=True)
     )

@@ -1,4 +1,4 @@
-"""Validate: may the feed-forward be raised, how well the vehicle followed, and the curves that show it."""
+"""Validate: may the feed-forward be raised, how well the vehicle tracked its reference, and the curves."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,7 +17,7 @@ MOST_BESIDE: Final = 3
 
 
 class ValidateScreen(DiveScreen):
-    """What `seatrial validate` found of the chosen dive, and of others beside it."""
+    """Result of `seatrial validate` on the chosen dive and on dives compared with it."""
 
     VERB = "validate"
     SECTIONS: ClassVar[dict[str, str]] = {
@@ -83,9 +83,9 @@ class ValidateScreen(DiveScreen):
         self.draw()
 
     def action_run(self) -> None:
-        found, at = self.found(), self._looked_at()
+        results, at = self.found(), self._looked_at()
         if at is not None:
-            self._run = found[(found.index(at) + 1) % len(found)].dive
+            self._run = results[(results.index(at) + 1) % len(results)].dive
         self.draw()
 
     def on_other_dive(self) -> None:
@@ -100,14 +100,14 @@ class ValidateScreen(DiveScreen):
         return validation_lines.verdict(run, cells) if run is not None else ()
 
     def section(self, name: str, cells: int, rows: int) -> Lines:
-        found, run = self.found(), self._looked_at()
+        results, run = self.found(), self._looked_at()
         if run is None:
             return ()
         if name == "criteria":
             return validation_lines.criteria(run, cells)
         if name == "errors":
-            return validation_lines.errors(found, run.dive, cells)
-        axes = validation_lines.axes(found)
+            return validation_lines.errors(results, run.dive, cells)
+        axes = validation_lines.axes(results)
         return validation_lines.curves(run, axes[self._axis % len(axes)], cells, rows) if axes else ()
 
     def head(self, name: str) -> tuple[str, str]:
@@ -120,8 +120,8 @@ class ValidateScreen(DiveScreen):
         return f"{title} of {run.label}", "  ".join(f"[{key}] {word}" for key, word in keys if key)
 
     def aim(self) -> tuple[str, str]:
-        others = [path.name for path in self._compared()]
-        return "validates", f"beside {', '.join(others)}" if others else "by itself"
+        names = [path.name for path in self._compared()]
+        return "validates", f"beside {', '.join(names)}" if names else "by itself"
 
     def words(self, dive: Path, vehicle: str) -> tuple[str, ...]:
         dives = map(str, (dive, *self._compared()))
@@ -132,7 +132,7 @@ class ValidateScreen(DiveScreen):
         return self.others[: self._beside]
 
     def _looked_at(self) -> Run | None:
-        """The dive that is looked at: at first the chosen one."""
-        found = self.found()
+        """The dive on display: at first the chosen dive."""
+        results = self.found()
         wanted = self._run or (self.dive.name if self.dive is not None else "")
-        return next((run for run in found if run.dive == wanted), found[0] if found else None)
+        return next((run for run in results if run.dive == wanted), results[0] if results else None)

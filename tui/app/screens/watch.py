@@ -1,4 +1,4 @@
-"""Watch: what the vehicle does now, how healthy its sensors are, and what it said."""
+"""Watch: the vehicle's present motion, the health of its sensors, and its messages."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -22,7 +22,7 @@ from tui.app.widgets.top_line import TopLine
 
 MOTION = {"u": "first", "v": "first", "w": "first", "p": "second", "q": "second", "r": "first"}
 STATE = {"depth": "first", "heading": "second", "altitude": "mini", "voltage": "mini", "current": "second"}
-"""The charts, and where there is little room: on the first page, on the second, or in one row on both."""
+"""The charts and, for a small screen, their place: on the first page, on the second, or in one row on both."""
 
 
 def _in_replay(id: str, keys: str, call: str, words: str, sentence: str, in_footer: bool = False) -> Action:
@@ -42,7 +42,7 @@ REPLAYING = (
 
 
 class WatchScreen(StationScreen):
-    """Charts at the left, sensors and thrusters at the right, words below."""
+    """Charts at the left, sensors and thrusters at the right, messages below."""
 
     ACTIONS: ClassVar[tuple[Action, ...]] = (
         Action(
@@ -112,7 +112,7 @@ class WatchScreen(StationScreen):
         self.refresh_bindings()
 
     def show(self, view: View) -> None:
-        """The vehicle; while a dive is replayed that dive, under a line that says so. The lines on top stay live."""
+        """Show the vehicle, or during a replay the dive under a line that says so. The lines on top stay live."""
         replayed = view.replay
         if self.has_class("-replay") != (replayed is not None):
             self.set_class(replayed is not None, "-replay")
@@ -142,7 +142,7 @@ class WatchScreen(StationScreen):
             self.desk.replay.faster(steps)
 
     def _replay_keys(self) -> str:
-        """The keys of the replay, as they are now."""
+        """The present keys of the replay."""
         groups = (("pause",), ("back", "on"), ("far_back", "far_on"), ("slower", "faster"), ("end",))
         words = ("pause", "10 s", "60 s", "speed", "live")
         keys = (" ".join(self.key_of(f"replay.{name}") for name in group) for group in groups)

@@ -1,1 +1,1 @@
-"""Widgets: each works out lines of text from a `View`, and draws again only those that changed."""
+"""Widgets: each turns a `View` into lines of text, and redraws only the lines that changed."""

@@ -1,4 +1,4 @@
-"""A question below a screen, with a line to type the answer into; keys that come too early for it are typed as well."""
+"""A question below a screen, with a line for the answer; keys pressed before the line is drawn are typed as well."""
 
 from collections.abc import Callable
 
@@ -12,7 +12,7 @@ from tui.app.widgets.drawn import Drawn
 
 
 class AskLine(Vertical):
-    """`question(cells, rows)` makes its words. What is sent off with Enter comes as `Input.Submitted`."""
+    """`question(cells, rows)` makes its words. Enter sends the typed text as `Input.Submitted`."""
 
     def __init__(self, question: Callable[[int, int], Lines], *, id: str) -> None:
         super().__init__(id=id)
@@ -25,16 +25,16 @@ class AskLine(Vertical):
         yield self._line
 
     def open(self) -> None:
-        """Show it, empty, and take what is typed from now on."""
+        """Show the line, empty, and take typed keys from now on."""
         self.close()
         self.is_open = True
         self.add_class("-open")
         self._line.disabled = False
-        # Only what is drawn can be typed into.
+        # Only a drawn widget can have the focus.
         self.call_after_refresh(self._line.focus)
 
     def close(self) -> None:
-        """Hide it; what stood in it is forgotten."""
+        """Hide the line and forget its text."""
         self.is_open = False
         self.remove_class("-open")
         self.empty()
@@ -42,11 +42,11 @@ class AskLine(Vertical):
         self.screen.set_focus(None)
 
     def empty(self) -> None:
-        """Let it be typed anew."""
+        """Clear the line for another try."""
         self._line.value = ""
 
     async def take(self, event: events.Key) -> bool:
-        """Type a key that was pressed before the line was drawn; False for one that it has no use for."""
+        """Type a key that was pressed before the line was drawn; False for a key that it does not use."""
         if not self.is_open:
             return False
         if event.key == "enter":

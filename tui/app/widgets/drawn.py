@@ -1,4 +1,4 @@
-"""Lines that depend on more than the view: on what a screen works on."""
+"""Lines that depend on the state of the screen in addition to the view."""
 
 from collections.abc import Callable
 
@@ -8,7 +8,7 @@ from tui.app.widgets.line_view import LineView
 
 
 class Drawn(LineView):
-    """Shows what `make(cells, rows)` answers, at each view and when it is told that something changed."""
+    """Shows the lines of `make(cells, rows)`, at each new view and whenever `again` is called."""
 
     def __init__(self, make: Callable[[int, int], Lines], *, id: str | None = None) -> None:
         super().__init__(id=id)
@@ -19,6 +19,6 @@ class Drawn(LineView):
         return self._make(cells, rows)
 
     def again(self) -> None:
-        """Draw what has changed since."""
+        """Redraw after a change."""
         if self.view is not None:
             self.show(self.view)

@@ -1,4 +1,4 @@
-"""The live keys at the bottom; those that have no room are counted beside the key of the help, which tells them all."""
+"""The live keys at the bottom; the help key shows how many do not fit, and the help lists them all."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -9,13 +9,13 @@ from tui.app.lines import Line, Lines
 from tui.app.widgets.drawn import Drawn
 
 ALWAYS = ("app.force_off", "app.help")
-"""What these do must be seen on any terminal."""
+"""Actions that must be visible on any terminal."""
 HELP = "app.help"
 
 
 @dataclass(frozen=True)
 class LiveKey:
-    """A key that does something now: Textual's name of it, how it is written, what it does, and the action."""
+    """A key that has an effect now: its name in Textual, its display form, its words, and the action."""
 
     name: str
     written: str
@@ -32,7 +32,7 @@ class LiveKey:
 
 
 def fitting(keys: Sequence[LiveKey], cells: int) -> tuple[LiveKey, ...]:
-    """`keys` without as many from the end as have no room in so many cells; never without those of `ALWAYS`."""
+    """Drop keys from the end until the rest fits into `cells`; those in `ALWAYS` are never dropped."""
     last_first = [key for key in reversed(keys) if key.action not in ALWAYS]
     for count in range(len(last_first) + 1):
         shown = tuple(_telling(key, count) for key in keys if key not in last_first[:count])
@@ -42,12 +42,12 @@ def fitting(keys: Sequence[LiveKey], cells: int) -> tuple[LiveKey, ...]:
 
 
 def _telling(key: LiveKey, left_out: int) -> LiveKey:
-    """The key of the help tells how many are left out."""
+    """The key, or for the help key a version that shows how many keys are left out."""
     return replace(key, words=f"{key.words}, {left_out} more") if left_out and key.action == HELP else key
 
 
 class KeyLine(Drawn):
-    """One line, drawn by one widget: a widget for each key, as Textual's footer has, makes another screen slow."""
+    """All keys in a single widget: a widget per key, as in Textual's footer, makes changing screens slow."""
 
     ALLOW_SELECT = False
 
@@ -61,7 +61,7 @@ class KeyLine(Drawn):
         self.screen.bindings_updated_signal.unsubscribe(self)
 
     def on_click(self, event: events.Click) -> None:
-        """A click on a key is the key."""
+        """A click on a key presses it."""
         end = 0
         for key in fitting(tuple(self._live()), self.size.width):
             end += key.cells
@@ -74,7 +74,7 @@ class KeyLine(Drawn):
         return (tuple(span for key in fitting(tuple(self._live()), cells) for span in key.spans),)
 
     def _live(self) -> Iterator[LiveKey]:
-        """The keys of the footer, the first of each action."""
+        """The keys of the footer, the first key of each action."""
         seen = set()
         for _, binding, enabled, _ in self.screen.active_bindings.values():
             if binding.show and enabled and binding.action not in seen:

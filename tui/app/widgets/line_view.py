@@ -1,4 +1,4 @@
-"""A widget that shows lines with roles, and draws again only those that changed."""
+"""A widget that shows lines with roles, and redraws only those that changed."""
 
 from collections.abc import Iterator
 from itertools import zip_longest
@@ -18,7 +18,7 @@ NOT_UNDERLINED: Final = Style(underline=False)
 
 
 class LineView(Widget):
-    """Subclasses say which lines a view is, for so many cells and rows. Its screen has the classes of the roles."""
+    """Subclasses turn a view into lines for that many cells and rows. The screen holds the roles' component classes."""
 
     def __init__(self, *, id: str | None = None, classes: str | None = None) -> None:
         super().__init__(id=id, classes=classes)
@@ -30,7 +30,7 @@ class LineView(Widget):
 
     @property
     def view(self) -> View | None:
-        """What is shown."""
+        """The view shown now."""
         return self._view
 
     def show(self, view: View) -> None:
@@ -44,7 +44,7 @@ class LineView(Widget):
             return
         for y, (old, new) in enumerate(zip_longest(before, self._lines, fillvalue=())):
             if old != new:
-                # On a slow link a few digits are a tenth of a row.
+                # Redraw only the changed digits: on a slow link, they are a tenth of the row.
                 start, end = changed(old, new)
                 self.refresh(Region(start, y, end - start, 1))
 
@@ -59,7 +59,7 @@ class LineView(Widget):
         return Strip(segments).adjust_cell_length(self.size.width, base)
 
     def _segments(self, text: str, role: Role) -> Iterator[Segment]:
-        """One span; what only fills at its ends is not underlined."""
+        """Segments of one span; leading and trailing blanks are not underlined."""
         text = harmless(text)
         style = self.screen.get_component_rich_style(f"line--{role}")
         bare = text.strip() if style.underline else text
@@ -74,7 +74,7 @@ class LineView(Widget):
     def on_resize(self, _: events.Resize) -> None:
         if self._view is not None:
             self._lines = self.lines(self._view, self.size.width, self.size.height)
-            # What was hidden comes back as high as it was, though it has other lines by now.
+            # A hidden widget returns with its old height, though its number of lines may have changed.
             self.refresh(layout=bool(self.styles.auto_dimensions and len(self._lines) != self.size.height))
 
     def on_show(self, _: events.Show) -> None:

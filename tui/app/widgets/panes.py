@@ -1,4 +1,4 @@
-"""Sensors, thrusters and the vehicle's words, and the headings above them."""
+"""Sensors, thrusters and the vehicle's messages, and the headings above them."""
 
 from collections.abc import Callable
 
@@ -9,7 +9,7 @@ from tui.app.widgets.line_view import LineView
 
 
 class Heading(LineView):
-    """A title with a rule, and a note at the right that may depend on what is shown."""
+    """A title with a rule, and a note at the right that may depend on the view."""
 
     def __init__(self, title: str, note: Callable[[View], str] = lambda _: "") -> None:
         super().__init__()
@@ -29,7 +29,7 @@ class SensorTable(LineView):
 
 
 class ThrusterHeading(LineView):
-    """The title of the bars, with the configuration that flies."""
+    """The title of the bars, with the configuration in use."""
 
     def lines(self, view: View, cells: int, rows: int) -> Lines:
         del rows
@@ -45,7 +45,7 @@ class ThrusterBars(LineView):
 
 
 class Words(LineView):
-    """What the vehicle said last, the newest first."""
+    """The vehicle's last messages, the newest first."""
 
     def lines(self, view: View, cells: int, rows: int) -> Lines:
         del rows

@@ -1,4 +1,4 @@
-"""What says that a replay is shown, where in it one is, and which keys move in it."""
+"""Bar that marks a replay, with the position in it and the keys that move it."""
 
 from collections.abc import Callable
 
@@ -9,7 +9,7 @@ from tui.app.widgets.line_view import LineView
 
 
 class ReplayBar(LineView):
-    """Two lines; `keys` tells the keys that work."""
+    """Two lines; `keys` returns the keys that work."""
 
     def __init__(self, keys: Callable[[], str]) -> None:
         super().__init__(id="replay-bar")

@@ -1,4 +1,4 @@
-"""One quantity over the last minute; in a single row a value with blocks."""
+"""One quantity over the last minute; in a single row, a value with blocks."""
 
 from tui.app.chart import chart
 from tui.app.lines import Lines
@@ -8,7 +8,7 @@ from tui.app.widgets.line_view import LineView
 
 
 class StripChart(LineView):
-    """The chart of one quantity, as large as it is."""
+    """The chart of one quantity, filling the widget."""
 
     def __init__(self, quantity: Quantity, *, classes: str | None = None) -> None:
         super().__init__(id=f"chart-{quantity.key}", classes=classes)

@@ -15,7 +15,7 @@ TABS_AT = 1
 
 
 class TopLine(LineView):
-    """Armed state, link, recording, feed-forward, UTC; the screens; what must not be overlooked."""
+    """Armed state, link, recording, feed-forward, UTC; the screens; alerts."""
 
     @dataclass
     class Chosen(Message):
