@@ -62,8 +62,7 @@ def answer_file_transfer(message: Any) -> list[Any]:
 
 
 def status_texts(text: str, severity: int, number: int) -> list[Any]:
-    """Return a STATUSTEXT of any length in pieces of 50 bytes; `number` (1 to 65535) joins the pieces of a long
-    text."""
+    """Return a STATUSTEXT of any length in pieces of 50 bytes; `number` (1 to 65535) joins those of a long text."""
     data = text.encode("ascii", errors="replace")
     pieces = [data[i : i + 50] for i in range(0, len(data), 50)] or [b""]
     together = number if len(pieces) > 1 else 0

@@ -13,7 +13,7 @@ LARGE: Final = (errno.EFBIG, f"more than the {MOST_SMALL_BYTES // 1_000_000} MB 
 
 
 def size_to_read(path: Path) -> int | None:
-    """Return the bytes in a file, None for a pipe or a device: waiting for or reading those might never end.
+    """Return the bytes in a file; None for a pipe or a device, since reading those may never end.
 
     A folder has a size too, since opening it raises a clear error. Raises OSError if `path` can't be examined.
     """

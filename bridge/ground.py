@@ -7,8 +7,7 @@ STATION_SYSTEM = 255
 
 @dataclass(frozen=True, slots=True)
 class Ground:
-    """MAVLink address whose writes and commands are accepted; `component` None accepts any component of the
-    system."""
+    """MAVLink address whose writes and commands are accepted; `component` None accepts all of the system."""
 
     system: int = STATION_SYSTEM
     component: int | None = None

@@ -90,8 +90,7 @@ class Navigator:
         self._yaw_rate, self._yaw_rate_time_s = rate, time_s
 
     def take_dvl(self, sample: DvlSample) -> None:
-        """Take a velocity and move it from the transducer to the body's origin. Without bottom lock the last one
-        holds."""
+        """Take a velocity, moved from the transducer to the body's origin. Without bottom lock the last one holds."""
         if not sample.locked:
             return
         self._velocity_time_s = sample.time_s

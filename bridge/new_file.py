@@ -1,5 +1,4 @@
-"""Creates our files in other people's folders: never writes into an entry already under the name, above all a
-link."""
+"""Creates our files in other people's folders, and never writes into an existing entry, above all not a link."""
 
 import errno
 import os
@@ -13,7 +12,7 @@ from bridge.errors import LogError
 from bridge.file_size import is_own_file
 
 PART: Final = ".part"
-"""End of a file's name while the file is being written."""
+"""Suffix of a file's name while the file is being written."""
 
 _NO_LINK: Final = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 _NO_WAIT: Final = getattr(os, "O_NONBLOCK", 0)
@@ -90,8 +89,8 @@ def remedy(error: OSError) -> str:
 def clear_way(path: Path) -> None:
     """Remove a link, a pipe or a device under the name of a result of ours. Raises OSError.
 
-    Output to a path that a user names goes through that user's own links; an entry in somebody else's dive is not the
-    user's.
+    A path that the user names may go through the user's own link, but an entry in somebody else's dive folder is not
+    the user's.
     """
     if os.path.lexists(path) and not is_own_file(path) and not stat.S_ISDIR(path.lstat().st_mode):
         path.unlink()

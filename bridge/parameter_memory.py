@@ -47,8 +47,7 @@ class Memory:
             self._load(path)
 
     def save(self, mode: float, committed: Mapping[str, float] | None) -> None:
-        """Store mode and set of this hull next to those of other hulls. Raises ParamError if the disk doesn't take
-        them."""
+        """Store mode and set of this hull next to those of other hulls. Raises ParamError if the disk refuses."""
         if self._path is not None:
             parameter_store.save(self._path, {**self._others, self._hull: Stored(mode, committed)})
 

@@ -38,8 +38,8 @@ RAISED_ARMED: Final = "FF_MODE refused: armed, shadow not good yet"
 # rigid body, and the dry mass in a vehicle file may be a guess.
 TOTAL_MASS_PARTS: Final = (0.3, 30.0)
 TOTAL_INERTIA_PARTS: Final = (0.1, 100.0)
-# Least damping, as a fraction of dry mass or inertia. With less, the rigid body alone would coast for hours: nobody
-# means that, and the feed-forward would fly half a model. A damping that is left out is 0.
+# Least damping, as a fraction of dry mass or inertia. With less, the rigid body alone would coast for hours, which is
+# never meant: the feed-forward would fly half a model. A damping that is left out is 0.
 LEAST_DAMPING_PER_S: Final = 1e-4
 # A damping is too large if all thrusters together, each on an arm of ARM_M, couldn't keep up this crawl.
 CRAWL_M_S: Final = 0.05

@@ -14,14 +14,15 @@ _STANDARD: Final = "tag:yaml.org,2002:"
 
 
 def from_yaml(text: str) -> Any:
-    """Return the data of one YAML document. Raises YAMLError with its place, and ValueError for an impossible
-    date."""
+    """Return the data of one YAML document. Raises YAMLError with its place, and ValueError for an invalid date."""
     return yaml.load(text, _Loader)
 
 
 def from_json(text: str | bytes) -> Any:
-    """Return the data of a JSON text. Raises ValueError, also if it nests without end or a number is no finite
-    float64."""
+    """Return the data of a JSON text.
+
+    Raises ValueError, also if the text nests too deeply or a number is not a finite float64.
+    """
     try:
         return json.loads(text, parse_int=_whole, parse_float=_finite, parse_constant=_none)
     except RecursionError:

@@ -37,8 +37,7 @@ OpenBus = Callable[[int], I2cBus]
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """Input of a port at `time_s`: bytes, a sample, or the fault that keeps it from giving any ("": it works
-    again)."""
+    """Input of a port at `time_s`: bytes, a sample, or the fault that prevents both ("": it works again)."""
 
     slot: str
     time_s: float

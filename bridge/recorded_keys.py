@@ -64,7 +64,7 @@ def _has_key(data: bytes, start: int, length: int) -> bool:
 
 
 def _mended(header: bytes) -> Iterator[bytes]:
-    """Yield the SETUP_SIGNING headers that this header may have been before a byte of it was damaged."""
+    """Yield the possible SETUP_SIGNING headers if start byte, length, flags or id of this header is damaged."""
     is_led, has_id = header[0] == MAGIC_2, header[ID_AT:] == SETUP_ID
     lengths = _LENGTHS if is_led and has_id and header[2] in _FLAGS else (header[1],)
     flags = _FLAGS if is_led and has_id and header[1] in _LENGTHS else (header[2],)

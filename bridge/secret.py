@@ -1,4 +1,4 @@
-"""Removes the key of MAVLink's signing, which SETUP_SIGNING carries and no recording may hold."""
+"""Keeps the key of MAVLink's signing, which SETUP_SIGNING carries, out of recordings."""
 
 from typing import Final
 
@@ -36,8 +36,10 @@ def is_setup(raw: bytes) -> bool:
 
 
 def without_key(raw: bytes) -> bytes:
-    """Return a complete frame as it may be kept: a SETUP_SIGNING unsigned and with zeros for its key, others
-    unchanged."""
+    """Return a complete frame as it may be recorded.
+
+    A SETUP_SIGNING is unsigned and has zeros for its key; any other frame is unchanged.
+    """
     if not carries_key(raw):
         return raw
     size = raw[1]

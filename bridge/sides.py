@@ -1,5 +1,4 @@
-"""The links of a bridge: reads frames from each, writes bytes to all, and reports a link that fails or is back
-once."""
+"""The links of a bridge: frames in from each, bytes out to all. Reports once that a link failed or is back."""
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -43,8 +42,10 @@ class Sides:
         return {side.link.name: side.fault for side in self._sides if side.fault}
 
     def heard(self, now_s: float) -> Iterator[tuple[int, Frame]]:
-        """Yield the frames that arrived since the last call, each with its link's number. A flood is not read to its
-        end."""
+        """Yield the frames that arrived since the last call, each with its link's number.
+
+        A flood is not read to its end.
+        """
         for number, side in enumerate(self._sides):
             for _ in range(MOST_READS_A_STEP):
                 try:

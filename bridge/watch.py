@@ -73,8 +73,10 @@ def _to_check(device: Device) -> str:
 
 
 def _judged(slot: str, device: _Device, now_s: float) -> tuple[str | None, str]:
-    """Return the kind of fault and its sentence, "" for none; kind None while a port that just opened may yet
-    speak."""
+    """Return the kind of fault and its sentence, "" for none.
+
+    The kind is None while a port that just opened may yet speak.
+    """
     if device.port_fault:
         return "port", f"{slot}: {device.port_fault}"
     if now_s - max(device.sample_s, device.open_s) > SILENT_S:

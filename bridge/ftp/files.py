@@ -20,8 +20,7 @@ class Files(Protocol):
 
 
 class Segments:
-    """The segments of a ring in `folder`. Any other name counts as missing, so that no path leads out of the
-    folder."""
+    """The segments of a ring in `folder`. Any other name counts as missing, so that no path leads out of it."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder

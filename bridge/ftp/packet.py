@@ -54,7 +54,7 @@ class Fault(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Packet:
-    """One packet. `size` is the length of `data`, except in a read request, which asks for `size` bytes."""
+    """One packet. `size` is the length of `data`; a read request asks for `size` bytes and carries none."""
 
     sequence: int
     session: int

@@ -66,8 +66,7 @@ class _Sum:
 
 
 class FileServer:
-    """Offers `files` for reading. `pace(link)` is the bytes per second that may be sent on the link with that
-    number."""
+    """Offers `files` for reading. `pace(link)` is the allowed bytes per second on the link with that number."""
 
     def __init__(self, files: Files, pace: Callable[[int], float]) -> None:
         self._files, self._pace = files, pace

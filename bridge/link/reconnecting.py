@@ -24,7 +24,7 @@ def unheard(_: str) -> None:
 
 
 class Reconnecting:
-    """Opens its link by `factory`, and again with back-off after each failure, which ends nobody's process.
+    """Opens its link by `factory`, again and again with back-off; reads and writes raise no LinkError.
 
     `fault` is the sentence of the last failure while the link is away, "" while it works. Data written meanwhile is
     lost, and each such write is counted in `counts["dropped"]`. `lost` is called with the reason when a working link

@@ -11,7 +11,7 @@ from bridge.link.addresses import no_listener
 from bridge.link.receive_buffer import ReceiveBuffer
 
 MAVLINK_1, MAVLINK_2 = 0xFE, 0xFD
-MOST_A_READ = 256  # datagrams: nobody else waits for more than these
+MOST_A_READ = 256  # datagrams: everything else waits for at most this many
 MOST_PEERS = 8
 MOST_SPEAKERS = 256
 LONG_ALONE = 200  # datagrams of one peer in a row, after which it counts as the only peer of its source
@@ -53,8 +53,7 @@ def source_of(datagram: bytes) -> Source | None:
 
 
 class UdpLink:
-    """A datagram socket; a `read` returns all waiting datagrams. Without `peer` it answers all peers that spoke to
-    it.
+    """A datagram socket; `read` returns all waiting datagrams. Without `peer` it answers all peers that spoke.
 
     Of those it answers the `MOST_PEERS` heard last, and no peer that never began a datagram with a MAVLink frame. The
     socket is never connected, so that a peer that does not listen yet raises no error. `buffer` counts the datagrams

@@ -15,7 +15,7 @@ from bridge.ring.whole import WHOLE
 from bridge.tlog import GZIP, STAMP_BYTES, load_bytes, next_record, record_of
 
 LAST: Final = 8
-"""Number of frames of a vehicle that are compared: one of them states a time that no other frame does."""
+"""Number of last frames of a vehicle that are compared: one of them states a time that no other frame does."""
 TAIL_BYTES: Final = 1 << 16
 AFTERWARDS: Final = f"after {WHOLE} was made"
 GROUNDS: Final = 240

@@ -5,8 +5,7 @@ from pathlib import Path
 from typing import Final
 
 WHOLE: Final = "telemetry.whole.tlog"
-"""Lies next to the ground's own `telemetry.tlog`, which stays unchanged: all frames of that and those that the
-vehicle kept."""
+"""Lies next to the ground's `telemetry.tlog`, which stays unchanged. Holds its frames and those the vehicle kept."""
 
 
 def standing_for(recordings: Sequence[Path]) -> list[Path]:

@@ -66,7 +66,7 @@ def _flagged(raw: bytes) -> bytes:
 
 @lru_cache(maxsize=256)
 def _turned(size: int) -> int:
-    """Bits that change in the checksum when the signed flag is inverted, for a payload of `size` bytes.
+    """XOR change of the checksum when the signed flag is inverted, for a payload of `size` bytes.
 
     A CRC is linear: the change depends only on the position of the flag, so that a frame with an unknown id can be
     signed too.

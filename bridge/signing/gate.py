@@ -58,7 +58,7 @@ class Trouble:
 
     @property
     def sentence(self) -> str:
-        """The trouble with advice, for the person at this end of the link."""
+        """The trouble and the remedy, for the person at this end of the link."""
         to_do = _TO_DO[self.refusal]
         if self.sender is None:
             return (
@@ -87,8 +87,7 @@ class Gate:
 
     `tell` gets the trouble with a component of which nothing is let in, within 3 s of the first refused frame, and
     again each half minute while that lasts. `number` is the link's number in signatures; `system` is the system that
-    this side was set to follow, None for no particular one. The link's reader and writer use the gate, but only one
-    at a time.
+    this side was set to follow, None if it follows none. The link's reader and writer use the gate, one at a time.
     """
 
     def __init__(

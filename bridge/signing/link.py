@@ -1,5 +1,4 @@
-"""Wraps a link: frames on the outside are signed, frames inside are not, and senders without the key are not
-heard."""
+"""Wraps a link: frames are signed outside and unsigned inside, and senders without the key are not heard."""
 
 from collections import Counter
 from typing import Final

@@ -101,7 +101,7 @@ class Times:
 
 
 def _kept(file: Path) -> tuple[int, dict[Stream, int]]:
-    """Return the last time sent, and the last time heard of each stream, as kept in a file.
+    """Return the kept times: the last that may have been sent, and the last heard of each stream.
 
     If the file is absent or invalid they are 0 and {}: the clock serves then.
     """
