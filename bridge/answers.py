@@ -1,4 +1,4 @@
-"""What a vehicle answers to the ground, beside its parameters: arming, motor tests, TIMESYNC, else a plain no."""
+"""Answers to the ground, other than on parameters: arming, motor tests, TIMESYNC; any other request is refused."""
 
 from collections.abc import Callable
 from typing import Any, Final
@@ -13,21 +13,21 @@ Test = Callable[[Any], int]
 
 
 def answer_timesync(message: Any, boot_s: float) -> list[Any]:
-    """The answer to a request, which has tc1 = 0; none to someone else's answer."""
+    """Return the answer to a TIMESYNC request, which has tc1 = 0; [] for another system's answer."""
     if message.tc1 != 0:
         return []
     return [dialect.MAVLink_timesync_message(round(boot_s * 1e9), message.ts1)]
 
 
 def no_test(_: Any) -> int:
-    """The MAV_RESULT of a motor test where nothing aboard turns thrusters."""
+    """MAV_RESULT of a motor test if no program on board turns thrusters."""
     return int(dialect.MAV_RESULT_UNSUPPORTED)
 
 
 def answer_command(message: Any, arm: Arm, test: Test = no_test) -> list[Any]:
-    """COMMAND_ACK to a COMMAND_LONG that was addressed here.
+    """Return the COMMAND_ACK to a COMMAND_LONG that was addressed here.
 
-    `arm` says whether it did as asked, `test` the MAV_RESULT of a motor test.
+    `arm` returns whether it did as asked, `test` returns the MAV_RESULT of a motor test.
     """
     if message.command == dialect.MAV_CMD_DO_MOTOR_TEST:
         result = test(message)
@@ -42,13 +42,16 @@ def answer_command(message: Any, arm: Arm, test: Test = no_test) -> list[Any]:
 
 
 def deny_command(message: Any) -> list[Any]:
-    """COMMAND_ACK to a COMMAND_LONG of somebody who may order nothing here."""
+    """Return the COMMAND_ACK that denies a COMMAND_LONG of a sender that may not give orders here."""
     sender = message.get_srcSystem(), message.get_srcComponent()
     return [dialect.MAVLink_command_ack_message(message.command, dialect.MAV_RESULT_DENIED, 0, 0, *sender)]
 
 
 def answer_file_transfer(message: Any) -> list[Any]:
-    """A refusal at once: a ground station that asks for parameters as a file then asks for them one by one."""
+    """Refuse a file transfer at once.
+
+    A ground station that asks for parameters as a file then requests them one by one.
+    """
     asked = message.payload
     sequence = (asked[0] | asked[1] << 8) + 1 & 0xFFFF
     head = [sequence & 0xFF, sequence >> 8, asked[2], _FTP_NAK, 1, asked[3], 0, 0, 0, 0, 0, 0]
@@ -59,7 +62,7 @@ def answer_file_transfer(message: Any) -> list[Any]:
 
 
 def status_texts(text: str, severity: int, number: int) -> list[Any]:
-    """STATUSTEXT of any length, in pieces of 50 bytes; `number` (1 to 65535) joins the pieces of a long one."""
+    """Return a STATUSTEXT of any length in pieces of 50 bytes; `number` (1 to 65535) joins those of a long text."""
     data = text.encode("ascii", errors="replace")
     pieces = [data[i : i + 50] for i in range(0, len(data), 50)] or [b""]
     together = number if len(pieces) > 1 else 0

@@ -1,4 +1,4 @@
-"""Time as an argument: the clock that a vehicle boots with, real or simulated."""
+"""Clocks, passed as an argument: the clock that a vehicle boots with, real or simulated."""
 
 import time
 from dataclasses import dataclass, field
@@ -6,7 +6,7 @@ from typing import Protocol
 
 
 class Clock(Protocol):
-    """Boot time runs forward only; Unix time is what the computer believes the date to be."""
+    """Boot time only runs forward. Unix time is the date as the computer believes it to be."""
 
     def boot_s(self) -> float: ...
 
@@ -15,7 +15,7 @@ class Clock(Protocol):
 
 @dataclass(frozen=True)
 class SystemClock:
-    """The computer's own clocks; boot time starts when the object is made."""
+    """The computer's own clocks; boot time starts when the object is created."""
 
     started_s: float = field(default_factory=time.monotonic)
 
@@ -27,7 +27,7 @@ class SystemClock:
 
 
 class EvenClock:
-    """`clock` with a Unix time that is read once and runs on with boot time: who sets the date turns nothing back."""
+    """`clock` with a Unix time that is read once and runs on with boot time: setting the date turns nothing back."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock

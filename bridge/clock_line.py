@@ -1,4 +1,4 @@
-"""One clock against another: how far it is ahead, how fast it drifts, and how well both are known."""
+"""Compares two clocks: the offset and drift between them, and the uncertainty of both."""
 
 from dataclasses import dataclass
 from typing import Any, Final
@@ -9,20 +9,20 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 CRYSTAL: Final = 1e-4
-"""Standard deviation of the drift of two crystals against one another: what is believed before anything is compared."""
+"""Standard deviation of the drift between two crystals: the prior before any comparison."""
 LEAST_S: Final = 5e-4
-"""No offset is told to be known better: both sides date their messages in milliseconds."""
+"""Least uncertainty stated for an offset: both sides stamp their messages in milliseconds."""
 ROUNDS: Final = 30
 HUBER: Final = 1.345
 NORMAL: Final = 1.4826
-"""Standard deviation of a normal distribution over its median absolute deviation."""
+"""Standard deviation of a normal distribution divided by its median absolute deviation."""
 
 
 @dataclass(frozen=True)
 class ClockLine:
-    """The other clock reads `offset_s` more at `at_s` of this one's time, and gains `drift` seconds a second.
+    """The other clock reads `offset_s` more at time `at_s` of this clock, and gains `drift` seconds a second.
 
-    `offset_std_s` and `drift_std` are standard errors, without correlation: `at_s` is the middle of what was compared.
+    `offset_std_s` and `drift_std` are standard errors. They are uncorrelated, as `at_s` is the middle of the data.
     """
 
     at_s: float
@@ -32,20 +32,20 @@ class ClockLine:
     drift_std: float
 
     def ahead_s(self, time_s: Array) -> Array:
-        """How much more the other clock reads at times (n,) of this one."""
+        """Seconds by which the other clock is ahead at times (n,) of this clock."""
         return self.offset_s + self.drift * (time_s - self.at_s)
 
     def here_s(self, other_s: Array) -> Array:
-        """Times (n,) of this clock, by times of the other."""
+        """Convert times (n,) of the other clock to times of this clock."""
         return self.at_s + (other_s - self.offset_s - self.at_s) / (1.0 + self.drift)
 
     def within_s(self, start_s: float, end_s: float) -> float:
-        """The half-width of the 95 % interval of `ahead_s`, where it is widest in a span of this clock's time."""
+        """Half-width (s) of the 95 % interval of `ahead_s`, at its widest in a span of this clock's time."""
         far_s = max(abs(start_s - self.at_s), abs(end_s - self.at_s))
         return 2.0 * float(np.hypot(self.offset_std_s, self.drift_std * far_s)) + LEAST_S
 
     def words(self, start_s: float, end_s: float) -> str:
-        """`is 12.700 s behind, gains 40 +- 3 ppm, and is known to 2 ms`, for a span of this clock's time."""
+        """Say `is 12.700 s behind, gains 40 ± 3 ppm, and is known to 2 ms`, for a span of this clock's time."""
         ahead = f"{abs(self.offset_s):.3f} s {'ahead' if self.offset_s >= 0 else 'behind'}"
         ppm, most = 1e6 * self.drift, max(1.0, 2e6 * self.drift_std)
         rate = f"{'gains' if ppm >= 0 else 'loses'} {abs(ppm):.0f} ± {most:.0f} ppm"
@@ -53,10 +53,10 @@ class ClockLine:
 
 
 def fit_clock(time_s: Array, ahead_s: Array, std_s: Array) -> ClockLine:
-    """The line through offsets (n,) found at times (n,) of this clock, each with a standard error (n,) above 0.
+    """Fit a line to offsets (n,) measured at times (n,) of this clock, each with a standard error (n,) above 0.
 
-    Robust: an offset that lies off the others counts less the farther it is (Huber 1964). What scatters more than the
-    errors say is taken for a further error that all of them have. n is at least 1.
+    Robust: the farther an offset lies from the others, the less it counts (Huber 1964). Scatter beyond the standard
+    errors is taken for a further error common to all offsets. n is at least 1.
     """
     at_s = float(np.average(time_s, weights=std_s**-2))
     level_s = float(np.median(ahead_s))
@@ -73,10 +73,10 @@ def fit_clock(time_s: Array, ahead_s: Array, std_s: Array) -> ClockLine:
         off_s = np.abs(ahead_s - level_s - design @ line)
         more_s = max(0.0, (NORMAL * float(np.median(off_s))) ** 2 - float(np.median(std_s)) ** 2) ** 0.5
         weight = np.minimum(1.0, HUBER * np.hypot(std_s, more_s) / np.maximum(off_s, 1e-12))
-    # What the offsets themselves say of their errors, whatever was stated of each (White 1980), where that is more.
+    # The errors that the scatter of the offsets shows, whatever was stated of each (White 1980), if they are larger.
     left = each * (ahead_s - level_s - design @ line)
-    told = covariance @ (design.T @ (design * left[:, None] ** 2)) @ covariance
-    widest = max(1.0, float((np.diag(told) / np.diag(covariance)).max()))
+    sandwich = covariance @ (design.T @ (design * left[:, None] ** 2)) @ covariance
+    widest = max(1.0, float((np.diag(sandwich) / np.diag(covariance)).max()))
     covariance = covariance * widest
     middle_s = at_s - covariance[0, 1] / covariance[1, 1]
     offset_s = level_s + line[0] + line[1] * (middle_s - at_s)

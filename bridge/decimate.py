@@ -1,4 +1,4 @@
-"""Fewer messages out of many samples, without losing what lies between them."""
+"""Averages many samples into fewer messages, so that the samples in between still count."""
 
 import math
 
@@ -6,14 +6,15 @@ import numpy as np
 
 from bridge.sensors.samples import FogBlock, ImuSample
 
-EARLY = 0.25  # of a period: a sample this early counts as the one that was due
-LONGEST_GAP_S = 0.1  # after which a mean starts anew: it would say nothing of the time between
+EARLY = 0.25  # of a period: a sample this early counts as the due sample
+LONGEST_GAP_S = 0.1  # a mean starts anew after a longer gap, of which it would say nothing
 
 
 class ImuMean:
-    """Means of specific force and rates over intervals of 1 / `rate_hz`, dated at the mean time of their samples.
+    """Means of specific force and rates over intervals of 1 / `rate_hz`, stamped with their samples' mean time.
 
-    Attitude, temperature and field are those of the last sample. Slower samples pass one by one.
+    Attitude, temperature and field are those of the last sample. If samples come slower than `rate_hz`, each passes
+    on its own.
     """
 
     def __init__(self, rate_hz: float) -> None:
@@ -22,7 +23,7 @@ class ImuMean:
         self._held: list[ImuSample] = []
 
     def take(self, sample: ImuSample) -> ImuSample | None:
-        """The mean that `sample` completes, if any."""
+        """Add `sample` and return the mean that it completes, if any."""
         held = self._held
         if held and not 0.0 < sample.time_s - held[-1].time_s < LONGEST_GAP_S:
             held.clear()
@@ -58,10 +59,10 @@ def _mean(samples: list[ImuSample]) -> ImuSample:
 
 
 class FogMean:
-    """Mean rates over intervals of 1 / `rate_hz`, each dated at the middle of its interval: when it was true.
+    """Mean rates over intervals of 1 / `rate_hz`, each stamped with the middle of its interval, when it was true.
 
-    Dated at its end, a mean lags by half an interval, which a fit takes for inertia. Samples marked invalid are
-    left out; an interval of nothing else gives no mean.
+    Stamped with its end, a mean would lag by half an interval, which a fit takes for inertia. Samples marked invalid
+    are left out; an interval without valid samples gives no mean.
     """
 
     def __init__(self, rate_hz: float) -> None:
@@ -73,7 +74,7 @@ class FogMean:
         self._count = 0
 
     def take(self, block: FogBlock) -> list[tuple[float, float]]:
-        """(middle of interval, mean rate) of each interval that `block` completes."""
+        """Add `block` and return (middle of interval, mean rate) of each interval that it completes."""
         times = block.time_s
         if not len(times):
             return []
@@ -84,7 +85,7 @@ class FogMean:
             self._sum, self._count = 0.0, 0
         begin = 0
         while True:
-            # The first sample at or after the end of the interval belongs to it: it tells the time up to itself.
+            # The first sample at or after the end of the interval belongs to it: a sample covers the time before it.
             last = int(np.searchsorted(times, self._end_s - 1e-9))
             until = min(last + 1, len(times))
             self._add(block, begin, until)

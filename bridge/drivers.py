@@ -1,4 +1,4 @@
-"""Which parser reads which device."""
+"""Chooses the parser for each device, and the bytes that start the device."""
 
 from bridge.sensors.clockfit import ClockFit
 from bridge.sensors.esc import EscParser
@@ -16,7 +16,7 @@ GYRO_RATE_HZ = 1000.0
 
 
 def make_parser(device: Device, thrusters: int) -> Parser | None:
-    """A fresh parser of a device's byte stream; None for the Bar30, which is asked over I2C."""
+    """Return a new parser of a device's byte stream; None for the Bar30, which is polled over I2C."""
     late_s = device.latency_s
     match device.kind:
         case "wayfinder":
@@ -32,7 +32,7 @@ def make_parser(device: Device, thrusters: int) -> Parser | None:
         case "esc":
             return EscParser(thrusters, device.poles, late_s)
         case "ublox":
-            # Its library takes a tenth of a second to import, and most dives have no use for it.
+            # Its library takes a tenth of a second to import, and most dives don't need it.
             from bridge.sensors.ublox import UbloxParser
 
             return UbloxParser(late_s)
@@ -41,7 +41,7 @@ def make_parser(device: Device, thrusters: int) -> Parser | None:
 
 
 def greeting(device: Device) -> bytes:
-    """What sets a device speaking when its port opens; b"" for one that speaks by itself.
+    """Return the bytes that start a device when its port opens; b"" if it starts by itself.
 
     Raises ConfigError for a rate that the device does not have.
     """
@@ -53,5 +53,5 @@ def greeting(device: Device) -> bytes:
 
 
 def speaks_tcp(device: Device) -> bool:
-    """Whether a device is reached over the network, where the Water Linked A50 speaks JSON."""
+    """Whether a device is reached over the network. The Water Linked A50 speaks JSON there."""
     return device.port.startswith("tcp:")

@@ -1,19 +1,19 @@
 """Every error that seatrial raises on purpose.
 
-SeatrialError                 what happened, to what, what to do: one sentence a user can act on
+SeatrialError                 a sentence a user can act on: the problem, its object and the remedy
 ├── ConfigError               a vehicle file or a setting
 ├── LinkError                 a port or a network link
-│   ├── LinkSpecError         a name that means no link
+│   ├── LinkSpecError         an invalid name of a link
 │   ├── LinkTimeout           nothing arrived within the time allowed
 │   └── LinkLost              the port or the peer went away
-├── FrameError                bytes that had to be a frame and are not
+├── FrameError                bytes that should form a frame and don't
 ├── ParamError                the vehicle's parameters
-│   ├── ParamUnknown          the vehicle does not have it
-│   ├── ParamRejected         the vehicle refused it, or it was never fit to send
+│   ├── ParamUnknown          a parameter that the vehicle does not have
+│   ├── ParamRejected         a value that the vehicle refused, or that was never fit to send
 │   │   └── ParamUnwritten    a file of parameters that can't be written
 │   └── ParamUnverified       no independent read-back within the deadline
 ├── LogError                  a recording that can't be read or written
-│   ├── NothingRecorded       a file that was begun, and holds no frame
+│   ├── NothingRecorded       a file that was created but holds no frame
 │   └── TakenAway             a file that was deleted or moved while it was written
 └── FitError                  an identification that can't be made
 """
@@ -34,7 +34,7 @@ class LinkError(SeatrialError):
 
 
 class LinkSpecError(LinkError):
-    """What was given as the name of a link means none."""
+    """The given name of a link is invalid."""
 
 
 class LinkTimeout(LinkError):
@@ -46,7 +46,7 @@ class LinkLost(LinkError):
 
 
 class FrameError(SeatrialError):
-    """Bytes that had to be a frame are not one."""
+    """Bytes that should form a frame don't."""
 
 
 class ParamError(SeatrialError):
@@ -62,7 +62,7 @@ class ParamRejected(ParamError):
 
 
 class ParamUnwritten(ParamRejected):
-    """A file of parameters, or one that an upload needs, can't be written."""
+    """A file of parameters, or a file that an upload needs, can't be written."""
 
 
 class ParamUnverified(ParamError):
@@ -74,16 +74,18 @@ class LogError(SeatrialError):
 
 
 class NothingRecorded(LogError):
-    """A file of a recording was begun, and holds no frame."""
+    """A file of a recording was created but holds no frame."""
 
 
 class TakenAway(LogError):
-    """A file was deleted while it was written, or moved to `place`, which is None for a deleted one."""
+    """A file was deleted while it was written, or moved to `place`, which is None for a deleted file."""
 
     def __init__(self, path: Path, place: str | None) -> None:
         self.path, self.place = path, place
-        what = "was deleted" if place is None else f"was moved ({place})"
-        super().__init__(f"{path}: {what} while it was written; a new file is begun in the folder, made anew")
+        event = "was deleted" if place is None else f"was moved ({place})"
+        super().__init__(
+            f"{path}: {event} while it was written; a new file is begun in the folder, made anew"
+        )
 
 
 class FitError(SeatrialError):

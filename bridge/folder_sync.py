@@ -1,4 +1,4 @@
-"""The names in a folder, put on the disk: else a loss of power may take a new file, though its bytes are there."""
+"""Puts a folder's entries on the disk: otherwise a power loss may lose a new file although its bytes are there."""
 
 import contextlib
 import os
@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def sync_folder(folder: Path) -> None:
-    """Put the names in it on the disk; nothing where its file system, or the operating system, can't."""
+    """Put the entries of the folder on the disk; do nothing if its file system or the operating system can't."""
     with contextlib.suppress(OSError):
         place = os.open(folder, os.O_RDONLY)
         try:

@@ -1,7 +1,8 @@
-"""MAVLink byte stream to frames and back, MAVLink 1 and 2, resynchronising by CRC.
+"""MAVLink 1 and 2 framing: splits a byte stream into frames, packs frames, and resynchronises by CRC.
 
-A frame whose id the dialect knows is checked by CRC-16/MCRF4XX with the message's own extra byte. An id that
-it does not know can't be checked: such a frame passes as `known=False`, to be recorded and never acted upon.
+A frame with a known message id is checked by CRC-16/MCRF4XX, which includes the CRC extra byte of that message. A
+frame with an id that the dialect does not know can't be checked: it passes with `known=False`, to be recorded and
+never acted upon.
 """
 
 import re
@@ -31,15 +32,15 @@ CRC_EXTRA: Final = {number: bytes((kind.crc_extra,)) for number, kind in dialect
     ESC_INFO: bytes((251,)),
     ESC_STATUS: bytes((10,)),
 }
-"""By message id the byte that its checksum ends with; an id that is not here can't be checked."""
+"""CRC extra byte by message id; the checksum ends with it. A frame whose id is missing here can't be checked."""
 FULL_BYTES: Final = {number: kind.unpacker.size for number, kind in dialect.mavlink_map.items()}
-"""By message id the length of a payload of which nothing is cut."""
+"""Full payload length by message id, before MAVLink 2 cuts trailing zeros."""
 _HEADER_2 = struct.Struct("<BBBBBBBHB")  # magic, length, flags, sequence, sender, 24-bit id
 
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """One whole MAVLink frame as it came; `known` says that its id is known and its CRC right."""
+    """One complete MAVLink frame as received. `known` means that its id is known and its CRC is right."""
 
     raw: bytes
     message_id: int
@@ -56,7 +57,10 @@ class Frame:
 
 
 def measure(data: bytes, start: int) -> int:
-    """Length of the frame that would begin at `start`; INCOMPLETE header, or IMPOSSIBLE as a frame."""
+    """Return the length of the frame that would begin at `start`.
+
+    INCOMPLETE if the header is cut off, IMPOSSIBLE if no frame can begin there.
+    """
     have = len(data) - start
     if have < 1:
         return INCOMPLETE
@@ -70,16 +74,16 @@ def measure(data: bytes, start: int) -> int:
     if magic == MAGIC_1:
         if have < 6:
             return INCOMPLETE
-        # MAVLink 1 does not cut zeros, so a wrong length shows at once.
+        # MAVLink 1 does not cut zeros, so a payload longer than its message shows at once that this is no frame.
         full = FULL_BYTES.get(data[start + 5])
         return IMPOSSIBLE if full is not None and data[start + 1] > full else data[start + 1] + 8
     return IMPOSSIBLE
 
 
 def frame_at(data: bytes, start: int, length: int) -> Frame | None:
-    """The frame of a known id in `data[start:start + length]`; None where id or CRC is wrong.
+    """Return the frame in `data[start:start + length]`, or None if its id is unknown or its CRC is wrong.
 
-    `length` comes from `measure`, and `data` holds that much.
+    `length` comes from `measure`, and `data` must hold that many bytes.
     """
     if data[start] == MAGIC_2:
         number = data[start + 7] | data[start + 8] << 8 | data[start + 9] << 16
@@ -101,7 +105,7 @@ def frame_at(data: bytes, start: int, length: int) -> Frame | None:
 
 
 def unchecked_frame_at(data: bytes, start: int, length: int) -> Frame:
-    """The same bytes as a frame whose CRC nobody can check."""
+    """Return the same bytes as a frame with `known=False`, for an id whose CRC can't be checked."""
     raw = data[start : start + length]
     if data[start] == MAGIC_2:
         return Frame(
@@ -111,19 +115,19 @@ def unchecked_frame_at(data: bytes, start: int, length: int) -> Frame:
 
 
 def message_id_at(data: bytes, start: int) -> int:
-    """The message id in the complete header at `start`."""
+    """Message id in the complete header at `start`."""
     if data[start] == MAGIC_2:
         return data[start + 7] | data[start + 8] << 8 | data[start + 9] << 16
     return data[start + 5]
 
 
 def has_known_id(data: bytes, start: int) -> bool:
-    """Whether the complete header at `start` names a message whose CRC can be checked."""
+    """Whether the complete header at `start` has an id whose CRC can be checked."""
     return message_id_at(data, start) in CRC_EXTRA
 
 
 def _known_headers() -> re.Pattern[bytes]:
-    """The beginning of a frame whose id is known, as far as its header tells."""
+    """Return the pattern of a frame start with a known id, judged by the header alone."""
     lows: dict[tuple[int, int], str] = {}
     for number in sorted(CRC_EXTRA):
         high = number >> 8 & 0xFF, number >> 16
@@ -137,17 +141,17 @@ _KNOWN: Final = _known_headers()
 
 
 def find_magic(data: bytes, start: int, end: int) -> int:
-    """Where the next byte that can begin a frame lies in `data[start:end]`; -1 for none."""
-    found = _MAGIC.search(data, start, end)
-    return found.start() if found else -1
+    """Offset of the next byte in `data[start:end]` that can begin a frame, or -1."""
+    match = _MAGIC.search(data, start, end)
+    return match.start() if match else -1
 
 
 class Framer:
-    """Incremental parser: `feed` bytes as they come, `flush` where the stream paused or ended.
+    """Incremental parser: `feed` bytes as they arrive, `flush` when the stream pauses or ends.
 
-    The frames found do not depend on how the stream was split, and the time that they take grows with its length alone,
-    whatever it says. `counts`: "good", "unknown" (frames), "checksum" (frames that stood where one was due, and were
-    damaged), "skipped" (bytes of no frame).
+    The resulting frames do not depend on how the stream was split. Parsing time grows only with the length of the
+    stream, whatever its bytes are. `counts`: "good" and "unknown" (frames), "checksum" (damaged frames at a place
+    where a frame was due), "skipped" (bytes outside any frame).
     """
 
     def __init__(self) -> None:
@@ -157,11 +161,11 @@ class Framer:
         self._ahead = _Ahead()
 
     def feed(self, data: bytes) -> list[Frame]:
-        """Frames that `data` completes."""
+        """Return the frames that `data` completes."""
         return self._take(data, final=False)
 
     def flush(self) -> list[Frame]:
-        """Frames held back by a start that was never completed; call where the stream paused or ended."""
+        """Return the frames held back by a start that was never completed. Call when the stream pauses or ends."""
         return self._take(b"", final=True)
 
     def _take(self, more: bytes, final: bool) -> list[Frame]:
@@ -199,7 +203,10 @@ class Framer:
         return frames
 
     def _judge(self, data: bytes, position: int, length: int, final: bool) -> "_Verdict":
-        """Whether a frame that can't be checked stands at `position`, where one is due."""
+        """Decide whether an uncheckable frame stands at `position`, where a frame is due.
+
+        A complete frame with a known id gets here only with a wrong CRC and is refused.
+        """
         undecided = _Verdict.NO if final else _Verdict.WAIT
         if length == IMPOSSIBLE:
             return _Verdict.NO
@@ -228,10 +235,10 @@ class Framer:
         return following
 
     def _search(self, data: bytes, position: int, final: bool) -> tuple[int, int]:
-        """Where the next frame stands after bytes of none, and its length.
+        """Find the next frame after bytes that belong to no frame; return its offset and length.
 
-        The length is IMPOSSIBLE where none does up to the end, and INCOMPLETE where more data have to decide. A frame
-        that can't be checked is taken only where one with a right CRC follows it at once.
+        The length is IMPOSSIBLE if no frame begins before the end of the data, and INCOMPLETE if more data must
+        decide. A frame that can't be checked is accepted only if a frame with a right CRC follows it immediately.
         """
         end = len(data)
         right = self._ahead.right(data, position, end)
@@ -240,7 +247,7 @@ class Framer:
         for match in _MAGIC.finditer(data, max(position, decided - LONGEST_FRAME), right):
             start = match.start()
             if end - start >= _HEADER_2.size:
-                # Nearly all of what only looks like a start ends here.
+                # Most false starts are rejected here.
                 if data[start] == MAGIC_1:
                     after = start + 8 + data[start + 1]
                 elif data[start + 2] & ~SIGNED:
@@ -273,19 +280,19 @@ class _Verdict(Enum):
 
 
 class _Ahead:
-    """Where frames with a right CRC begin ahead in a stream: each start is judged once, however often it is asked for.
+    """Offsets of the frames with a right CRC ahead in a stream; each start is judged only once.
 
-    Places are those in the data at hand, and are asked for in rising order.
+    Offsets are those in the current data and must be asked for in rising order.
     """
 
     def __init__(self) -> None:
         self._judged = 0
         self._right: list[int] = []
         self._open: list[tuple[int, int]] = []
-        """Starts that can't be judged yet, each with the length of data that it takes."""
+        """Starts that can't be judged yet, each with the length of data that it needs."""
 
     def renew(self, data: bytes) -> None:
-        """Judge what more data allow."""
+        """Judge the open starts again after data was added."""
         if self._open:
             opened, self._open = self._open, []
             for start, needed in opened:
@@ -295,7 +302,7 @@ class _Ahead:
                     self._judge(data, start)
 
     def drop(self, count: int) -> None:
-        """Let the first `count` bytes of the data go."""
+        """Shift the offsets after the first `count` bytes of the data were dropped."""
         self._judged = max(self._judged - count, 0)
         if self._right:
             self._right = [start - count for start in self._right if start >= count]
@@ -303,7 +310,7 @@ class _Ahead:
             self._open = [(start - count, needed - count) for start, needed in self._open if start >= count]
 
     def right(self, data: bytes, start: int, end: int) -> int:
-        """Where in `data[start:end]` the first frame with a right CRC begins; `end` where none does."""
+        """Offset in `data[start:end]` of the first frame with a right CRC, or `end`."""
         while self._right and self._right[0] < start:
             del self._right[0]
         self._judged = max(self._judged, start)
@@ -312,16 +319,16 @@ class _Ahead:
         return min(self._right[0], end) if self._right else end
 
     def first_open(self, start: int, end: int) -> int:
-        """Where in `[start, end)` the first start stands that can't be judged yet; `end` where none does."""
+        """Offset in `[start, end)` of the first start that can't be judged yet, or `end`."""
         place = bisect_left(self._open, (start,))
         return min(self._open[place][0], end) if place < len(self._open) else end
 
     def open(self, start: int, end: int) -> bool:
-        """Whether one stands in `[start, end)`."""
+        """Whether `[start, end)` has a start that can't be judged yet."""
         return self.first_open(start, end) < end
 
     def _look(self, data: bytes, end: int) -> None:
-        """Judge the starts before `end` up to the first that is right."""
+        """Judge the starts before `end`, up to the first with a right CRC."""
         whole = min(end, len(data) - _HEADER_2.size + 1)
         for match in _KNOWN.finditer(data, self._judged, max(whole, 0) + _HEADER_2.size - 1):
             start = match.start()
@@ -331,7 +338,7 @@ class _Ahead:
             if self._right:
                 self._judged = start + 1
                 return
-        # Of the last starts no header need be whole.
+        # The headers of the last starts may be incomplete.
         for match in _MAGIC.finditer(data, max(self._judged, whole), end):
             start = match.start()
             if measure(data, start) == INCOMPLETE:
@@ -344,7 +351,7 @@ class _Ahead:
         self._judged = max(end, self._judged)
 
     def _judge(self, data: bytes, start: int) -> None:
-        """Judge a start whose header is whole, and of a known id."""
+        """Judge a start that has a complete header and a known id."""
         size = data[start + 1]
         if data[start] == MAGIC_2:
             number = data[start + 7] | data[start + 8] << 8 | data[start + 9] << 16
@@ -366,7 +373,7 @@ _DECODER = dialect.MAVLink(None)
 
 
 def decode(frame: Frame) -> Any | None:
-    """The pymavlink message of a frame; None where its id is unknown to pymavlink or it can't be read."""
+    """Return the pymavlink message of a frame, or None if pymavlink does not know its id or can't decode it."""
     if not frame.known or frame.message_id not in FULL_BYTES:
         return None
     try:
@@ -376,7 +383,7 @@ def decode(frame: Frame) -> Any | None:
 
 
 class Encoder:
-    """Packs messages into MAVLink 2 frames of one sender, numbered in its own sequence."""
+    """Packs messages into MAVLink 2 frames of one sender, with its own sequence numbers."""
 
     def __init__(self, system: int, component: int) -> None:
         self.system = system
@@ -384,15 +391,15 @@ class Encoder:
         self._packer = dialect.MAVLink(None, srcSystem=system, srcComponent=component)
 
     def encode(self, message: Any) -> bytes:
-        """The frame of a pymavlink message. Raises struct.error where a value does not fit its field."""
+        """Return the frame of a pymavlink message. Raises struct.error if a value does not fit its field."""
         raw: bytes = message.pack(self._packer)
         self._packer.seq = (self._packer.seq + 1) & 0xFF
         return raw
 
     def frame(self, message_id: int, payload: bytes) -> bytes:
-        """The frame of a payload in wire order, for the messages that come most often.
+        """Return the frame of a payload in wire order; used for the most frequent messages.
 
-        Raises KeyError for an id whose CRC extra nobody knows.
+        Raises KeyError for an id without a known CRC extra.
         """
         extra = CRC_EXTRA[message_id]
         body = payload.rstrip(b"\0") or payload[:1]

@@ -1,4 +1,4 @@
-"""Who gives the vehicle orders."""
+"""The address that may give the vehicle orders."""
 
 from dataclasses import dataclass
 
@@ -7,13 +7,13 @@ STATION_SYSTEM = 255
 
 @dataclass(frozen=True, slots=True)
 class Ground:
-    """The MAVLink address whose writes and commands are taken; any component of the system where it is None."""
+    """MAVLink address whose writes and commands are accepted; `component` None accepts all of the system."""
 
     system: int = STATION_SYSTEM
     component: int | None = None
 
     def gives(self, system: int, component: int) -> bool:
-        """Whether an order from that address is the ground's."""
+        """Whether an order from this address comes from the ground."""
         return system == self.system and self.component in (None, component)
 
     def __str__(self) -> str:

@@ -1,4 +1,4 @@
-"""The motor test (MAV_CMD_DO_MOTOR_TEST): one thruster for a short while, on a vehicle that is armed and idle."""
+"""The motor test (MAV_CMD_DO_MOTOR_TEST): turns one thruster for a short while on an armed, idle vehicle."""
 
 import math
 from typing import Any, Final
@@ -13,14 +13,14 @@ LONGEST_S: Final = 3.0
 
 
 class MotorTests:
-    """What runs now. It ends by itself, so that a link that dies leaves no thruster turning."""
+    """The running motor test. It ends by itself, so that a lost link leaves no thruster turning."""
 
     def __init__(self, thrusters: int) -> None:
         self._thrusters = thrusters
         self._running: tuple[int, float, float] | None = None
 
     def ask(self, message: Any, armed: bool, now_s: float) -> int:
-        """Start, replace or (at neutral) end a test as COMMAND_LONG asks; the MAV_RESULT."""
+        """Start, replace or (at neutral) end a test as COMMAND_LONG asks; return the MAV_RESULT."""
         thruster, kind, pwm_us, for_s = message.param1, message.param2, message.param3, message.param4
         numbers = (thruster, pwm_us, for_s)
         if kind != dialect.MOTOR_TEST_THROTTLE_PWM or not all(map(math.isfinite, numbers)):
@@ -35,7 +35,7 @@ class MotorTests:
         return int(dialect.MAV_RESULT_ACCEPTED)
 
     def pwm_us(self, armed: bool, now_s: float) -> tuple[float, ...]:
-        """Pulse widths of every thruster now; neutral but for the one under test."""
+        """Pulse widths (us) of all thrusters now: neutral except for the thruster under test."""
         widths = [NEUTRAL_US] * self._thrusters
         if not armed or (self._running is not None and now_s >= self._running[2]):
             self._running = None

@@ -1,4 +1,4 @@
-"""Where the vehicle is and how it moves, as the controller sees it: the latest of every sensor."""
+"""Navigation state for the controller: depth, attitude and motion, from the latest sample of each sensor."""
 
 import math
 from dataclasses import dataclass, replace
@@ -7,15 +7,16 @@ from bridge.sensors.samples import NAN3, DvlSample, ImuSample, PressureSample, Q
 from bridge.vehicle.config import Vehicle
 
 FOG_STALE_S = 0.5
-OLDEST_S = 1.0  # ten readings of a DVL at 10 Hz: a dropout, and no longer one
+OLDEST_S = 1.0  # ten readings of a DVL at 10 Hz: beyond that it is no mere dropout
 
 
 @dataclass(frozen=True, slots=True)
 class Navigation:
-    """The latest values (SI, FRD) with their times of validity; NaN until first heard.
+    """Latest values (SI, FRD) with their times of validity; NaN until the first sample.
 
-    `velocity` is that of the body's origin, held through dropouts. `rate` takes yaw from the fibre-optic gyro
-    where there is one. `heading_rad` is unwrapped. `voltage_v` is the battery's of late, NaN where none is heard.
+    `velocity` is that of the body's origin, held through dropouts. The yaw component of `rate` comes from the
+    fibre-optic gyro if there is one. `heading_rad` is unwrapped. `voltage_v` is the recent battery voltage, NaN if
+    unknown.
     """
 
     velocity: Vector3 = NAN3
@@ -31,7 +32,10 @@ class Navigation:
 
 
 def known_at(navigation: Navigation, now_s: float) -> Navigation:
-    """What may still be acted upon: values older than `OLDEST_S` are NaN, so that nothing steers by a dead sensor."""
+    """Return the values that may still be acted upon.
+
+    Values older than `OLDEST_S` become NaN, so that nothing steers by a dead sensor.
+    """
     nan = math.nan
     known = navigation
     if not now_s - navigation.velocity_time_s <= OLDEST_S:
@@ -46,7 +50,7 @@ def known_at(navigation: Navigation, now_s: float) -> Navigation:
 
 
 class Navigator:
-    """Keeps the latest of every sensor; takes samples in body axes."""
+    """Keeps the latest values of all sensors; takes samples in body axes."""
 
     def __init__(self, vehicle: Vehicle) -> None:
         self._water = vehicle.water
@@ -61,7 +65,7 @@ class Navigator:
 
     @property
     def navigation(self) -> Navigation:
-        """The latest of everything."""
+        """Latest values of all sensors, without the battery voltage."""
         return Navigation(
             self._velocity,
             self._velocity_time_s,
@@ -75,18 +79,18 @@ class Navigator:
         )
 
     def take_imu(self, sample: ImuSample) -> None:
-        """Rates and, where the device tells it, attitude."""
+        """Take the rates and, if the device provides it, the attitude."""
         self._rate, self._rate_time_s = sample.rate, sample.time_s
         if sample.attitude is not None:
             self._attitude, self._attitude_time_s = sample.attitude, sample.time_s
             self._heading_rad = unwrapped(yaw_of(sample.attitude), self._heading_rad)
 
     def take_yaw_rate(self, time_s: float, rate: float) -> None:
-        """A mean yaw rate of the fibre-optic gyro."""
+        """Take a mean yaw rate (rad/s) of the fibre-optic gyro."""
         self._yaw_rate, self._yaw_rate_time_s = rate, time_s
 
     def take_dvl(self, sample: DvlSample) -> None:
-        """Velocity, moved from the transducer to the body's origin; without bottom lock the last one holds."""
+        """Take a velocity, moved from the transducer to the body's origin. Without bottom lock the last one holds."""
         if not sample.locked:
             return
         self._velocity_time_s = sample.time_s
@@ -98,7 +102,7 @@ class Navigator:
         self._velocity = (u, v, w)
 
     def take_pressure(self, sample: PressureSample) -> None:
-        """Depth below the surface pressure of the vehicle file."""
+        """Compute the depth from an absolute pressure and the vehicle file's surface pressure and water density."""
         water = self._water
         above_pa = sample.pressure_pa - 100 * water.surface_pressure_hpa
         self._depth_m = above_pa / (water.density_kg_m3 * water.gravity_m_s2)
@@ -112,13 +116,13 @@ class Navigator:
 
 
 def yaw_of(attitude: Quaternion) -> float:
-    """Heading (rad, -pi to pi) of an attitude w x y z from body to north-east-down."""
+    """Heading (rad, -pi to pi) of an attitude quaternion w x y z from body to north-east-down."""
     w, x, y, z = attitude
     return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
 def unwrapped(angle: float, near: float) -> float:
-    """`angle` plus the whole turns that bring it nearest to `near`; itself where either is NaN."""
+    """Return `angle` plus the whole turns that bring it nearest to `near`; unchanged if either is NaN."""
     if near != near or angle != angle:
         return angle
     return angle + math.tau * round((near - angle) / math.tau)

@@ -1,4 +1,4 @@
-"""Files of ours in a folder of somebody else's: nothing that lay under the name, a link above all, is written to."""
+"""Creates our files in other people's folders, and never writes into an existing entry, above all not a link."""
 
 import errno
 import os
@@ -12,7 +12,7 @@ from bridge.errors import LogError
 from bridge.file_size import is_own_file
 
 PART: Final = ".part"
-"""What a name ends with while its file is written."""
+"""Suffix of a file's name while the file is being written."""
 
 _NO_LINK: Final = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 _NO_WAIT: Final = getattr(os, "O_NONBLOCK", 0)
@@ -22,9 +22,9 @@ _IN_THE_WAY: Final = (errno.EISDIR, errno.ENOTDIR, errno.EEXIST, errno.ENOTEMPTY
 
 
 def open_new(path: Path) -> BinaryIO:
-    """Open for writing what was not there before; what was is taken away. Raises OSError.
+    """Create a file for writing; an entry already under its name is removed first. Raises OSError.
 
-    A folder of somebody else's may hold a link under the name of a partial file, to a file of ours.
+    In a folder of somebody else, the name of a partial file may be a link to a file of ours.
     """
     path.unlink(missing_ok=True)
     return open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _NO_LINK, 0o666), "wb")
@@ -32,9 +32,9 @@ def open_new(path: Path) -> BinaryIO:
 
 @contextmanager
 def whole(path: Path) -> Iterator[BinaryIO]:
-    """A file to write that then stands at `path`, whole or not at all; what was there stays till then.
+    """Write a file that then is at `path` complete or not at all; the previous file stays until then.
 
-    Several programs may do so at once, and the last one's stands. Raises OSError.
+    Several programs may do so at once, and the last to finish wins. Raises OSError.
     """
     with _in_place_of(path, path.with_name(f"{path.name}.{os.getpid()}{PART}")) as file:
         yield file
@@ -42,9 +42,10 @@ def whole(path: Path) -> Iterator[BinaryIO]:
 
 @contextmanager
 def replacing(path: Path, again: str) -> Iterator[BinaryIO]:
-    """As `whole`, on the disk before it stands, and for what is large: the next one writes over what a kill left.
+    """Like `whole`, but for large files: synced to the disk first, and the partial file has a fixed name.
 
-    `again` ends the sentence of the LogError that is raised where it can't be written.
+    The next run thus overwrites what a killed run left. `again` ends the sentence of the LogError that is raised if
+    the file can't be written.
     """
     partial = path.with_name(path.name + PART)
     try:
@@ -69,13 +70,13 @@ def _in_place_of(path: Path, partial: Path) -> Iterator[BinaryIO]:
 
 
 def to_disk(file: BinaryIO) -> None:
-    """What was written outlives a power cut from here on. Raises OSError."""
+    """Sync the file to the disk, so that it outlives a power cut from here on. Raises OSError."""
     file.flush()
     os.fsync(file.fileno())
 
 
 def remedy(error: OSError) -> str:
-    """What to do where a file can't be written."""
+    """Say what to do if a file can't be written."""
     if error.errno in _FULL:
         return "free disk space"
     if error.errno in _IN_THE_WAY:
@@ -86,16 +87,17 @@ def remedy(error: OSError) -> str:
 
 
 def clear_way(path: Path) -> None:
-    """Take away a link, a pipe or a device that lies under the name of a result of ours. Raises OSError.
+    """Remove a link, a pipe or a device under the name of a result of ours. Raises OSError.
 
-    What is written where a person says goes through a link of his; what a dive of somebody else's holds is not his.
+    A path that the user names may go through the user's own link, but an entry in somebody else's dive folder is not
+    the user's.
     """
     if os.path.lexists(path) and not is_own_file(path) and not stat.S_ISDIR(path.lstat().st_mode):
         path.unlink()
 
 
 def open_own(path: Path) -> BinaryIO:
-    """Open for writing at its end a file that may be there already, and is made where it is not.
+    """Open a file for appending, and create it if it is missing.
 
     Raises OSError, also for a link, a pipe or a device under its name, which are neither followed nor waited for.
     """

@@ -1,8 +1,8 @@
-"""What of the store is in force after a start: the mode, and the set where it was committed on this very hull.
+"""The part of the store that is in force after a start: the mode, and the set if it was committed on this hull.
 
-A model of another hull or other thrusters may be within all bounds and push a vehicle into the quay. So each set is
-kept with the mark of the hull on which it was committed (`bridge.vehicle.hull`) and is in force on that hull alone. It
-stays in the store, and comes back with its hull.
+A model of another hull or other thrusters may lie within all bounds and still push a vehicle into the quay. So each
+set is kept with the mark of the hull on which it was committed (`bridge.vehicle.hull`) and is in force on that hull
+only. On other hulls it stays in the store, and it is in force again when its hull is back.
 """
 
 from collections.abc import Mapping
@@ -25,12 +25,13 @@ OF_NONE: Final = (
 
 
 class Memory:
-    """What the file at `path` keeps for `hull`; nothing is kept where `path` is None.
+    """Contents of the file at `path` for the hull with the mark `hull`; nothing is kept if `path` is None.
 
-    `mode` is FF_MODE. `committed` is the set that was committed on this hull, whole; None where none was. `why` says
-    in words for the crew why the feed-forward has to stay at zero all the same, as a set is kept that is of another
-    hull; () where there is no such reason. `offered` is what to stage in that case, None for the vehicle file's model:
-    the set of an earlier version, which told no hull. `texts` and `trouble` say what was wrong with the file.
+    `mode` is FF_MODE. `committed` is the complete set that was committed on this hull, None if there is none. `why`
+    holds texts for the crew about why the feed-forward must stay at zero although the store holds a set: the set is
+    of another hull, or of an unknown one; () if there is no such reason. `offered` is the set to stage in that case,
+    which an earlier version stored without a hull mark; None stands for the vehicle file's model. `texts` and
+    `trouble` say what is wrong with the file or its sets, for STATUSTEXT and as a sentence.
     """
 
     def __init__(self, path: Path | None, hull: str, table: Mapping[str, Parameter]) -> None:
@@ -46,31 +47,34 @@ class Memory:
             self._load(path)
 
     def save(self, mode: float, committed: Mapping[str, float] | None) -> None:
-        """Keep both for this hull, beside what is kept for others. Raises ParamError where the disk doesn't take it."""
+        """Store mode and set of this hull next to those of other hulls. Raises ParamError if the disk refuses."""
         if self._path is not None:
             parameter_store.save(self._path, {**self._others, self._hull: Stored(mode, committed)})
 
     def _load(self, path: Path) -> None:
         try:
             self._others = parameter_store.load(path)
-            own = self._others.pop(self._hull, None)
-            if own is not None and not self._fits(own):
+            ours = self._others.pop(self._hull, None)
+            if ours is not None and not self._fits(ours):
                 raise ParamError("stored parameters don't fit this vehicle file")
         except ParamError:
             self._others = {}
             self.texts.append("stored parameters unusable, defaults in force")
             self._put_aside(path)
             return
-        if own is None:
-            own = self._the_files_own_model()
-        if own is not None:
-            self.mode, self.committed = own.mode, self._whole(own)
+        if ours is None:
+            ours = self._the_files_own_model()
+        if ours is not None:
+            self.mode, self.committed = ours.mode, self._whole(ours)
         if self.committed is None:
             self._doubt(path)
 
     def _the_files_own_model(self) -> Stored | None:
-        """What an earlier version kept where no set was committed: the model of this very file, or none. It is taken
-        over; None where a set was committed, or nothing is kept of an earlier version."""
+        """Take over the mode that an earlier version stored if no set was committed then, and return it.
+
+        A stored set that equals this vehicle file's model counts as not committed. None if another set was committed,
+        or if nothing is stored by an earlier version.
+        """
         untold = self._others.get(UNTOLD)
         if untold is None or not self._fits(untold):
             return None
@@ -81,7 +85,7 @@ class Memory:
         return Stored(untold.mode, None)
 
     def _doubt(self, path: Path) -> None:
-        """Where nothing was committed on this hull: say so if something was on another."""
+        """Report that nothing was committed on this hull if something was committed on another."""
         hulls = {hull for hull, stored in self._others.items() if stored.active is not None}
         if hulls == {UNTOLD}:
             untold = self._others[UNTOLD]
@@ -112,7 +116,7 @@ class Memory:
         )
 
     def _whole(self, stored: Stored) -> dict[str, float] | None:
-        """Its set with a value for every row."""
+        """Return the stored set with a value for every row of the table, or None if no set is stored."""
         if stored.active is None:
             return None
         return {name: stored.active.get(name, row.default) for name, row in self._table.items()}

@@ -1,4 +1,4 @@
-"""One row of a vehicle's table of parameters, and what a number becomes in it."""
+"""One row of a vehicle's parameter table, and the rounding of values to float32."""
 
 import math
 import struct
@@ -8,7 +8,7 @@ FLOAT = struct.Struct("<f")
 
 
 def to_float32(value: float) -> float:
-    """`value` as the wire carries it; an infinity where it is too large, and one zero only."""
+    """Return `value` as the wire carries it: infinity if it is too large, and never -0."""
     try:
         return float(FLOAT.unpack(FLOAT.pack(value))[0]) + 0.0
     except OverflowError:
@@ -17,8 +17,10 @@ def to_float32(value: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """One row of the vehicle's table. 0.0 means: not set, whatever the bounds. `later`: a store of an earlier version
-    lacks it."""
+    """One row of the vehicle's parameter table.
+
+    The value 0.0 means not set, whatever the bounds. `later`: a store of an earlier version lacks this row.
+    """
 
     name: str
     low: float

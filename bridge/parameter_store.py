@@ -1,6 +1,6 @@
-"""The file that keeps a vehicle's parameters through a restart: small, replaced whole or not at all.
+"""The file that keeps a vehicle's parameters through a restart: small, replaced as a whole or not at all.
 
-For each hull that the vehicle has had, told apart by its mark, it keeps the mode and the set that was committed.
+For each hull that the vehicle has had, identified by its mark, it keeps the mode and the committed set.
 """
 
 import json
@@ -17,21 +17,21 @@ from bridge.folder_sync import sync_folder
 from bridge.plain import from_json
 
 UNTOLD: Final = ""
-"""In place of a hull's mark, of what an earlier version kept: it told none."""
+"""Stands for the hull mark in data of an earlier version, which stored none."""
 
 
 @dataclass(frozen=True)
 class Stored:
-    """Of one hull the mode, and the active set by parameter id; None where no set was ever committed on it."""
+    """Mode and active set (by parameter id) of one hull; `active` is None if no set was ever committed on it."""
 
     mode: float
     active: Mapping[str, float] | None
 
 
 def save(path: Path, hulls: Mapping[str, Stored]) -> None:
-    """Replace the file in one step, on the disk before this returns; what it keeps of each hull, by its mark.
+    """Replace the file in one step by the entries of `hulls`, by hull mark. It is on the disk when this returns.
 
-    Raises ParamError where it can't.
+    Raises ParamError if that fails.
     """
     kept = {
         mark: {"mode": stored.mode, "active": None if stored.active is None else dict(stored.active)}
@@ -52,8 +52,10 @@ def save(path: Path, hulls: Mapping[str, Stored]) -> None:
 
 
 def load(path: Path) -> dict[str, Stored]:
-    """What the file keeps of each hull, by its mark; nothing where there is no file. That of an earlier version is
-    `UNTOLD`'s. Raises ParamError where it is damaged."""
+    """Return the entry of each hull by its mark; {} if there is no file.
+
+    The data of an earlier version is the entry of `UNTOLD`. Raises ParamError if the file is damaged.
+    """
     try:
         data = from_json(read_small(path))
     except FileNotFoundError:
@@ -61,7 +63,9 @@ def load(path: Path) -> dict[str, Stored]:
     except (OSError, ValueError) as error:
         raise ParamError(f"{path}: stored parameters can't be read ({error}); upload them again") from None
     kept = data["hulls"] if isinstance(data, dict) and set(data) == {"hulls"} else {UNTOLD: data}
-    hulls = {mark: _checked(one) for mark, one in kept.items()} if isinstance(kept, dict) else {UNTOLD: None}
+    hulls = (
+        {mark: _checked(entry) for mark, entry in kept.items()} if isinstance(kept, dict) else {UNTOLD: None}
+    )
     whole = {mark: stored for mark, stored in hulls.items() if stored is not None}
     if len(whole) < len(hulls):
         raise ParamError(f"{path}: stored parameters are damaged; upload them again")
@@ -69,7 +73,7 @@ def load(path: Path) -> dict[str, Stored]:
 
 
 def put_aside(path: Path) -> Path:
-    """Keep a damaged file under a name of its own. Raises ParamError where that fails."""
+    """Rename a damaged file to a free name and return its new path. Raises ParamError if that fails."""
     number = 1
     while (aside := path.with_name(f"{path.name}.damaged-{number}")).exists():
         number += 1

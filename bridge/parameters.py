@@ -1,8 +1,8 @@
 """The vehicle's parameter server: MAVLink's parameter protocol, REAL32 only.
 
-Coefficients are written into a staged set. Writing its CRC to FF_COMMIT makes the whole set active at once: the vehicle
-never runs on half of a model. FF_ACTIVE tells the CRC of the set in force. It is refused while armed and the
-feed-forward acts: no model changes under a vehicle that flies by it.
+Coefficients are written into a staged set. Writing the CRC of that set to FF_COMMIT makes the whole set active at
+once: the vehicle never runs on half of a model. FF_ACTIVE reads as the CRC of the active set. A commit is refused
+while the vehicle is armed and the feed-forward acts: no model changes under a vehicle that flies by it.
 """
 
 import math
@@ -33,30 +33,31 @@ APPLYING_MODES: Final = (2.0, 3.0)
 _SAID_AS: Final = {Mode.ALONE: "only", Mode.BOTH: "both"}
 RAISED_ARMED: Final = "FF_MODE refused: armed, shadow not good yet"
 
-# What no vehicle leaves, as parts of its dry mass and of its rigid body's inertia: a slender hull's added mass in
-# heave or a flat one's in pitch is several times its own, and a dry mass in a vehicle file may be a guess.
+# Limits of total mass and inertia for any vehicle, as fractions of its dry mass and rigid-body inertia. They are wide:
+# the added mass of a slender hull in heave, or the added inertia of a flat hull in pitch, is several times that of the
+# rigid body, and the dry mass in a vehicle file may be a guess.
 TOTAL_MASS_PARTS: Final = (0.3, 30.0)
 TOTAL_INERTIA_PARTS: Final = (0.1, 100.0)
-# A damping, as a part of dry mass or inertia, is too small to be meant where the rigid body alone would coast for
-# hours: the feed-forward would fly half a model by it. One that is left out is 0.
+# Least damping, as a fraction of dry mass or inertia. With less, the rigid body alone would coast for hours, which is
+# never meant: the feed-forward would fly half a model. A damping that is left out is 0.
 LEAST_DAMPING_PER_S: Final = 1e-4
-# It is too large where all thrusters together couldn't keep up this crawl, each on an arm of this length.
+# A damping is too large if all thrusters together, each on an arm of ARM_M, couldn't keep up this crawl.
 CRAWL_M_S: Final = 0.05
 CRAWL_RAD_S: Final = 0.02
 ARM_M: Final = 1.0
 
 
 def set_crc(values: Mapping[str, float]) -> int:
-    """The number that stands for a set of parameters: 24 bits, so that a float32 carries it exactly; never 0.
+    """Checksum of a set of parameters: 24 bits, so that a float32 carries it exactly; never 0.
 
-    The low 24 bits of the CRC-32 of every name, "=" and its value's float32 bits (little-endian), by name.
+    The low 24 bits of the CRC-32 over every name, "=" and its value's float32 bits (little-endian), sorted by name.
     """
     text = b"".join(name.encode() + b"=" + FLOAT.pack(values[name] + 0.0) for name in sorted(values))
     return zlib.crc32(text) & 0xFFFFFF or 1
 
 
 class Refusal(IntEnum):
-    """Why a write was refused, as PARAM_ERROR says it (MAV_PARAM_ERROR)."""
+    """Why a write was refused, as PARAM_ERROR reports it (MAV_PARAM_ERROR)."""
 
     UNKNOWN = 1
     OUT_OF_RANGE = 2
@@ -66,11 +67,11 @@ class Refusal(IntEnum):
 
 
 def vehicle_table(vehicle: Vehicle) -> tuple[Parameter, ...]:
-    """The coefficients of every configuration, what the vehicle file gives as its model being the default; behind them
-    those of effects, which are absent at first.
+    """Parameter table of a vehicle: the model coefficients of every configuration, then those of the effects.
 
-    Their bounds are those of the coefficients, drawn in to what a vehicle of this mass and thrust can have.
-    Raises ConfigError where that model is out of bounds.
+    The default of a model coefficient is its value in the vehicle file's model, that of an effect is 0 (absent). The
+    bounds of a model coefficient are narrowed to values that a vehicle of this mass and thrust can have. Raises
+    ConfigError if the vehicle file's model is out of bounds.
     """
     table = tuple(
         Parameter(
@@ -92,23 +93,23 @@ def vehicle_table(vehicle: Vehicle) -> tuple[Parameter, ...]:
             )
     effects = tuple(
         Parameter(
-            one.parameter_id(veh_cfg),
-            to_float32(one.low),
-            to_float32(one.high),
+            effect.parameter_id(veh_cfg),
+            to_float32(effect.low),
+            to_float32(effect.high),
             0.0,
             veh_cfg,
-            one.name,
+            effect.name,
             True,
         )
         for name, shape in vehicle.configurations.items()
         for veh_cfg in (vehicle.veh_cfg(name),)
-        for one in effect_coefficients(shape)
+        for effect in effect_coefficients(shape)
     )
     return table + effects
 
 
 def bounds(coefficient: Coefficient, shape: Configuration) -> tuple[float, float]:
-    """The least and the greatest value of a coefficient that a vehicle of this configuration can have."""
+    """Return the least and the greatest value of a coefficient for a vehicle of this configuration."""
     if coefficient.kind == "mass" and coefficient.dof < 3:
         low, high = (part * shape.dry_mass_kg for part in TOTAL_MASS_PARTS)
     elif coefficient.kind == "mass":
@@ -121,16 +122,16 @@ def bounds(coefficient: Coefficient, shape: Configuration) -> tuple[float, float
 
 
 class ParameterServer:
-    """Answers parameter messages for one component; the file `store_path` keeps the committed set and the mode.
+    """Answers parameter messages for one component. The file `store_path` keeps the committed set and the mode.
 
-    A parameter's index is its place in the table; FF_MODE, FF_COMMIT, FF_ACTIVE and FF_VERSION follow. Where no set was
-    ever committed, the table's defaults are active where they set anything. FF_COMMIT reads as FF_ACTIVE. `hull` is the
-    mark of what a model hangs on (`hull_mark`): where sets were committed on other hulls alone, none is active.
-    `trouble` says what was wrong with the file, or with the set in it, at the start, "" for nothing.
+    A parameter's index is its row in the table; FF_MODE, FF_COMMIT, FF_ACTIVE and FF_VERSION follow. If no set was
+    ever committed, the table's defaults are active, unless all of them are 0. FF_COMMIT reads as FF_ACTIVE. `hull` is
+    the mark of everything that a model depends on (`hull_mark`): if sets were committed only on other hulls, none is
+    active. `trouble` says what was wrong at the start with the file or with the set in it, "" for nothing.
 
-    While armed the mode is raised only where `unproven` gives "": why the feed-forward has not been good in shadow, as
-    the controller sees it (`Autopilot.unproven`). Where no controller has set it nothing is proven. Disarmed it may be
-    raised, lowered it may always be.
+    While armed, the mode can be raised only if `unproven` returns "". Otherwise it returns why the feed-forward has
+    not been good in shadow, as judged by the controller (`Autopilot.unproven`). Until a controller sets it, nothing
+    is proven. While disarmed the mode may be raised; it may always be lowered.
     """
 
     def __init__(
@@ -165,25 +166,25 @@ class ParameterServer:
 
     @property
     def mode(self) -> int:
-        """FF_MODE."""
+        """Value of FF_MODE."""
         return int(self._mode)
 
     @property
     def active_crc(self) -> int:
-        """The CRC of the set in force, 0 where there is none."""
+        """CRC of the active set, 0 if there is none."""
         return 0 if self._active is None else set_crc(self._active)
 
     @property
     def staged_crc(self) -> int:
-        """The CRC that FF_COMMIT asks for."""
+        """CRC of the staged set, which a write to FF_COMMIT must match."""
         return set_crc(self._staged)
 
     def active(self, veh_cfg: int) -> Mapping[str, float]:
-        """The coefficients in force for a configuration, by name; what is not set, and so 0, is left out."""
+        """Active coefficients of a configuration, by name; coefficients that are not set (0) are left out."""
         return self._by_configuration.get(veh_cfg, {})
 
     def value(self, name: str) -> float:
-        """What a read answers. Raises KeyError for an unknown name."""
+        """Return the value that a read gets. Raises KeyError for an unknown name."""
         if name == MODE:
             return self._mode
         if name in (COMMIT, ACTIVE):
@@ -191,7 +192,7 @@ class ParameterServer:
         return float(CONTRACT_VERSION) if name == VERSION else self._staged[name]
 
     def write(self, name: str, value: float, armed: bool) -> Refusal | None:
-        """Set one parameter as PARAM_SET does; why it was refused, None where it was taken."""
+        """Set one parameter as PARAM_SET does. Return why it was refused, or None if it was accepted."""
         if name not in self.names:
             return Refusal.UNKNOWN
         if name in (ACTIVE, VERSION):
@@ -209,7 +210,10 @@ class ParameterServer:
         return None
 
     def handle(self, message: Any, armed: bool) -> list[Any]:
-        """The answers (pymavlink messages) to a message; none to what does not concern these parameters."""
+        """Return the answers (pymavlink messages) to a message; [] if it does not concern these parameters.
+
+        The values of a requested list come from `step`.
+        """
         kind = message.get_type()
         if kind == "PARAM_REQUEST_LIST" and self._is_mine(message, broadcast=True):
             self._to_list = len(self.names)
@@ -220,7 +224,7 @@ class ParameterServer:
         return []
 
     def step(self, most: int) -> list[Any]:
-        """Up to `most` values of a list that was asked for; a second request makes it go round once more."""
+        """Return up to `most` values of a requested list. A second request makes the list go round once more."""
         count = min(most, self._to_list)
         values = []
         for _ in range(count):
@@ -230,7 +234,10 @@ class ParameterServer:
         return values
 
     def take_texts(self) -> list[str]:
-        """What the crew must know, each once, for STATUSTEXT; after a start that the feed-forward acts as stored."""
+        """Return the warnings for the crew since the last call, for STATUSTEXT.
+
+        After a start with a stored mode that acts, they include that the feed-forward acts once armed.
+        """
         texts, self._texts = self._texts, []
         came_up, self._came_up_acting = self._came_up_acting, False
         if came_up and self._mode in APPLYING_MODES:
@@ -238,7 +245,7 @@ class ParameterServer:
         return texts
 
     def take_news(self) -> list[str]:
-        """What went as it should, each once, for STATUSTEXT: nothing to warn of."""
+        """Return the reports of success since the last call, for STATUSTEXT; none of them is a warning."""
         news, self._news = self._news, []
         return news
 
@@ -246,7 +253,7 @@ class ParameterServer:
         if value not in (0.0, 1.0, 2.0, 3.0):
             return Refusal.OUT_OF_RANGE
         if value in APPLYING_MODES and self._active is None:
-            # The crew may not have listened yet when the vehicle started.
+            # The crew may have missed the messages of the start.
             self._texts += (
                 ["FF_MODE refused: no active set", *self._memory.why] if armed else self._memory.why
             )
@@ -259,7 +266,7 @@ class ParameterServer:
             self._texts += [RAISED_ARMED, unproven]
             return Refusal.DENIED
         self._mode = value
-        # Switching off must work on a full disk too, so a mode that can't be stored is in force all the same.
+        # Switching off must work on a full disk too, so a mode takes effect even if it can't be stored.
         self._save()
         return None
 
@@ -300,11 +307,11 @@ class ParameterServer:
         else:
             refusal = self.write(name, message.param_value, armed)
         answers = [] if refusal is None else [self._error(message, refusal)]
-        # A refused write is also answered by the value that still holds: not all clients know PARAM_ERROR.
+        # A refused write is also answered with the current value: not all clients know PARAM_ERROR.
         return answers if refusal is Refusal.UNKNOWN else [*answers, self._told(name)]
 
     def deny(self, message: Any) -> list[Any]:
-        """The answers to a PARAM_SET of somebody who may write nothing: that it is refused, and what still holds."""
+        """Return the answers to a PARAM_SET of a sender that may write nothing: the refusal and the current value."""
         if message.param_id not in self.names:
             return [self._error(message, Refusal.UNKNOWN)]
         return [self._error(message, Refusal.DENIED), self._told(message.param_id)]
@@ -331,7 +338,7 @@ class ParameterServer:
         sets: dict[int, dict[str, float]] = {}
         for name, value in (self._active or {}).items():
             row = self._table[name]
-            # No hull in water has a linear damping of exactly 0: taken for a value it would make half a model fly.
+            # No hull in water has a linear damping of exactly 0: as a value it would make half a model fly.
             if value != 0.0:
                 sets.setdefault(row.veh_cfg, {})[row.coefficient] = value
         return sets

@@ -1,4 +1,4 @@
-"""Plain data from YAML and JSON of whoever wrote it: no tags, and no more depth or values than a file of ours needs."""
+"""Reads plain data from untrusted YAML and JSON: no tags, and no more depth or values than a file of ours needs."""
 
 import json
 import math
@@ -14,13 +14,15 @@ _STANDARD: Final = "tag:yaml.org,2002:"
 
 
 def from_yaml(text: str) -> Any:
-    """The data of one YAML document. Raises YAMLError, with its place, and ValueError for a date that is none."""
+    """Return the data of one YAML document. Raises YAMLError with its place, and ValueError for an invalid date."""
     return yaml.load(text, _Loader)
 
 
 def from_json(text: str | bytes) -> Any:
-    """The data of a JSON text. Raises ValueError, also where it nests without end or a number is no finite
-    float64."""
+    """Return the data of a JSON text.
+
+    Raises ValueError, also if the text nests too deeply or a number is not a finite float64.
+    """
     try:
         return json.loads(text, parse_int=_whole, parse_float=_finite, parse_constant=_none)
     except RecursionError:
@@ -34,7 +36,7 @@ def _whole(digits: str) -> int:
 
 
 def _finite(digits: str) -> float:
-    """Infinity is what becomes of digits that no float64 holds, and nobody meant that."""
+    """Refuse digits that no float64 holds: Python reads them as infinity, which nobody meant."""
     value = float(digits)
     if math.isinf(value):
         raise ValueError("a number beyond what a float64 holds")
@@ -42,14 +44,14 @@ def _finite(digits: str) -> float:
 
 
 def _none(name: str) -> float:
-    """JSON has no such constants, though Python's module writes and reads them."""
+    """Refuse NaN and infinities: JSON has no such constants, though Python's module writes and reads them."""
     raise ValueError(f"a number that is {name}")
 
 
 class _Loader(yaml.SafeLoader):
-    """A safe loader that takes a key written twice for the slip that it is, and no tag whatever.
+    """A safe loader that refuses duplicate keys and all tags.
 
-    A name (`&`) may be used again (`*`), as long as what all of them stand for stays of a bounded size.
+    An anchor (`&`) may be used again (`*`), as long as the data that all aliases stand for stays of a bounded size.
     """
 
     def __init__(self, stream: str) -> None:

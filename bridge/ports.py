@@ -1,7 +1,7 @@
-"""The bridge in real time: a thread a port reads bytes with their time of arrival, one loop does all else.
+"""Runs the bridge in real time: a thread per port reads bytes with their arrival time, one loop does the rest.
 
-A port that goes away, or is not there yet, is tried again and again; the others go on. What arrives while the
-loop is far behind is dropped, counted in the bridge's `counts["arrivals lost"]`, and told.
+A port that is lost, or not there yet, is retried again and again; the other ports go on. If the loop is far behind,
+new arrivals are dropped, counted in the bridge's `counts["arrivals lost"]`, and reported.
 """
 
 import math
@@ -37,7 +37,7 @@ OpenBus = Callable[[int], I2cBus]
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """What a port gave at `time_s`: bytes, a sample, or why it gives nothing ("": it works again)."""
+    """Input of a port at `time_s`: bytes, a sample, or the fault that prevents both ("": it works again)."""
 
     slot: str
     time_s: float
@@ -50,7 +50,7 @@ Put = Callable[[Arrival], bool]
 
 
 class Inbox:
-    """Arrivals on their way from the ports' threads to the loop, as many as may wait; the others are counted."""
+    """Bounded queue of arrivals from the ports' threads to the loop. Arrivals that find no room are counted."""
 
     def __init__(self, most: int) -> None:
         self._queue: queue.Queue[Arrival] = queue.Queue(most)
@@ -58,7 +58,7 @@ class Inbox:
         self._lost = 0
 
     def put(self, arrival: Arrival) -> bool:
-        """Whether there was room. A loop that is far behind is better served by what comes next than by all."""
+        """Queue an arrival; False if there is no room. A loop that far behind is better off skipping some."""
         try:
             self._queue.put_nowait(arrival)
         except queue.Full:
@@ -68,31 +68,31 @@ class Inbox:
         return True
 
     def waiting(self) -> Iterator[Arrival]:
-        """What has arrived until now."""
+        """Yield the arrivals that are queued now."""
         for _ in range(self._queue.qsize()):
             yield self._queue.get()
 
     def next(self, timeout_s: float) -> Iterator[Arrival]:
-        """The next arrival; none where none comes in time."""
+        """Yield the next arrival, or nothing if none comes in time."""
         with suppress(queue.Empty):
             yield self._queue.get(timeout=timeout_s)
 
     def take_lost(self) -> int:
-        """How many found no room since the last call."""
+        """Return the number of arrivals that found no room since the last call."""
         with self._lock:
             lost, self._lost = self._lost, 0
         return lost
 
 
 class Losses:
-    """Tells the crew of lost arrivals: at once, then no more than every `TELL_LOST_EVERY_S`."""
+    """Texts about lost arrivals for the crew: the first at once, then at most one every `TELL_LOST_EVERY_S`."""
 
     def __init__(self) -> None:
         self._untold = 0
         self._due_s = -math.inf
 
     def told(self, lost: int, now_s: float) -> str:
-        """What to say now that `lost` more were, "" for nothing."""
+        """Add `lost` arrivals and return the text that is due now, "" for none."""
         self._untold += lost
         if not self._untold or now_s < self._due_s:
             return ""
@@ -109,10 +109,10 @@ def run_ports(
     act: Callable[[], None] = lambda: None,
     open_bus: OpenBus = SmbusBus,
 ) -> None:
-    """Read every device of the vehicle file until `stop` is set; `act` runs before each step of the bridge.
+    """Read all devices in the vehicle file until `stop` is set; `act` runs before each step of the bridge.
 
-    A device without a port is said and left out. Raises ConfigError where a port's name or a device's rate
-    can't be used.
+    A device without a port is reported and left out. Raises ConfigError if a port's name or a device's rate can't be
+    used.
     """
     inbox = Inbox(MOST_WAITING)
     devices = vehicle.sensors.present()
@@ -136,7 +136,7 @@ def run_ports(
 
 
 def port_spec(device: Device) -> str:
-    """The link that a device's port names."""
+    """Return the link name for a device's port."""
     return device.port if speaks_tcp(device) else f"serial:{device.port}:{device.baud}"
 
 
@@ -144,7 +144,7 @@ def _work(bridge: Bridge, clock: Clock, stop: Event, inbox: Inbox, act: Callable
     losses = Losses()
     due_s = clock.boot_s()
     while not stop.is_set():
-        # What has arrived comes first: steps that take longer than their period must not leave sensors unheard.
+        # Queued arrivals come first: steps that take longer than their period must not leave sensors unread.
         for arrival in inbox.waiting():
             _give(bridge, arrival)
         wait_s = due_s - clock.boot_s()
@@ -190,13 +190,13 @@ def _read_stream(slot: str, device: Device, words: bytes, clock: Clock, stop: Ev
 
     spec = port_spec(device)
     port = Reconnecting(connect, clock, spec)
-    told = ""
+    reported = ""
     while not stop.is_set():
         data = port.read(READ_S)
         fault = port.fault
-        # One that finds no room is told again: else the crew would never hear of it.
-        if fault != told and put(Arrival(slot, clock.boot_s(), fault=fault.removeprefix(f"{spec}: "))):
-            told = fault
+        # A fault that finds no room is put again: otherwise the crew would never hear of it.
+        if fault != reported and put(Arrival(slot, clock.boot_s(), fault=fault.removeprefix(f"{spec}: "))):
+            reported = fault
         if data:
             put(Arrival(slot, clock.boot_s(), data))
     port.close()
@@ -214,7 +214,7 @@ def _poll_depth(
     period_s = 1 / (device.rate_hz or DEPTH_RATE_HZ)
     bus: I2cBus | None = None
     sensor: Bar30 | None = None
-    retry_s, told = FIRST_RETRY_S, ""
+    retry_s, reported = FIRST_RETRY_S, ""
     while not stop.is_set():
         begun_s = clock.boot_s()
         try:
@@ -222,19 +222,19 @@ def _poll_depth(
             sensor = sensor or Bar30(bus, time.sleep, address)
             sample = sensor.measure(clock)
         except LinkError as error:
-            # The bus too is opened anew: an adapter that was unplugged leaves a dead one behind.
+            # The bus is reopened too: an adapter that was unplugged leaves a dead bus behind.
             if bus is not None:
                 bus.close()
             bus = sensor = None
             fault = str(error)
-            if fault != told and put(Arrival(slot, clock.boot_s(), fault=fault)):
-                told = fault
+            if fault != reported and put(Arrival(slot, clock.boot_s(), fault=fault)):
+                reported = fault
             stop.wait(retry_s)
             retry_s = next_retry_s(retry_s)
             continue
         retry_s = FIRST_RETRY_S
-        if told and put(Arrival(slot, clock.boot_s(), fault="")):
-            told = ""
+        if reported and put(Arrival(slot, clock.boot_s(), fault="")):
+            reported = ""
         if sample is not None:
             put(Arrival(slot, sample.time_s, sample=sample))
         stop.wait(max(0.0, begun_s + period_s - clock.boot_s()))

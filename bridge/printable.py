@@ -1,12 +1,12 @@
-"""Text from outside made fit for a screen: a vehicle, a file or a name may hold what steers a terminal."""
+"""Makes text from outside fit for a screen: a vehicle, a file or a name may hold characters that steer a terminal."""
 
 import unicodedata
 
 
 def printable(text: str, mark: str = "", keep: str = "") -> str:
-    """`text` with `mark` for each character that could steer a terminal or hide in it, but for those in `keep`.
+    """Return `text` with `mark` for each character not in `keep` that could steer a terminal or hide in it.
 
-    These are control characters (ESC, C1, line ends), those that turn the direction of writing, and surrogates.
+    These are control characters (ESC, C1, line ends), characters that turn the direction of writing, and surrogates.
     """
     if text.isascii() and text.isprintable():
         return text

@@ -1,4 +1,4 @@
-"""Keys that sign frames in what other programs recorded: none of ours has one, and none goes into a file of ours."""
+"""Finds signing keys in recordings of other programs: ours hold none, and no file that we write gets one."""
 
 import re
 from collections.abc import Iterator
@@ -17,17 +17,17 @@ _ID: Final = re.compile(rb"\x00(?=\x01\x00)")
 _WRONG_ID: Final = re.compile(
     rb"\xfd(?=[\x0b-\x2a][\x00\x01].{4}(?:\x00\x01[^\x00]|\x00[^\x01]\x00|[^\x00]\x01\x00))", re.DOTALL
 )
-"""All of a header but one byte of the id."""
+"""A SETUP_SIGNING header in which one byte of the id is wrong."""
 
 
 def holds_key(path: Path) -> bool:
-    """Whether a recording holds a key that is not all zeros, be the frame with it damaged. Raises LogError."""
+    """Whether a recording holds a key that is not all zeros, even in a damaged frame. Raises LogError."""
     data, _ = load_bytes(path)
     return any(_is_key(data, start) for start in _starts(data))
 
 
 def _starts(data: bytes) -> Iterator[int]:
-    """Where a SETUP_SIGNING may begin of whose header no more than one byte is wrong."""
+    """Yield the offsets at which a SETUP_SIGNING may begin, if at most one byte of its header is wrong."""
     for found in _ID.finditer(data, ID_AT):
         yield found.start() - ID_AT
     for found in _WRONG_ID.finditer(data):
@@ -35,8 +35,11 @@ def _starts(data: bytes) -> Iterator[int]:
 
 
 def _is_key(data: bytes, start: int) -> bool:
-    """Whether what looks like a SETUP_SIGNING is one: its CRC is right, or is with one byte of its header mended, or it
-    is no longer than one is and a time stands before it, so that it is only damaged."""
+    """Whether the bytes at `start`, which look like a SETUP_SIGNING, hold a key.
+
+    They do if the CRC is right, or is right once a wrong byte of the header is mended. They also do if length and
+    flags fit a SETUP_SIGNING and a plausible time precedes it: the frame is then only damaged.
+    """
     header = data[start : start + HEADER_BYTES]
     if len(header) < HEADER_BYTES:
         return False
@@ -61,7 +64,7 @@ def _has_key(data: bytes, start: int, length: int) -> bool:
 
 
 def _mended(header: bytes) -> Iterator[bytes]:
-    """The headers of a SETUP_SIGNING from which this one differs in one byte."""
+    """Yield the possible SETUP_SIGNING headers if start byte, length, flags or id of this header is damaged."""
     is_led, has_id = header[0] == MAGIC_2, header[ID_AT:] == SETUP_ID
     lengths = _LENGTHS if is_led and has_id and header[2] in _FLAGS else (header[1],)
     flags = _FLAGS if is_led and has_id and header[1] in _LENGTHS else (header[2],)

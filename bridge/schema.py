@@ -1,4 +1,4 @@
-"""Nested frozen dataclasses from plain YAML data, with errors that name the file, the key and its nearest kin."""
+"""Builds nested frozen dataclasses from plain YAML data; errors name the file, the key and the nearest known key."""
 
 import dataclasses
 import difflib
@@ -21,7 +21,7 @@ LONGEST_SHOWN: Final = 80
 
 
 def load_yaml(path: Path) -> Any:
-    """The plain data of a YAML file. Raises ConfigError where it can't be read as one."""
+    """Return the plain data of a YAML file. Raises ConfigError if the file can't be read as YAML."""
     try:
         if size_to_read(path) is None:
             raise ConfigError(f"{path}: is no file, but a pipe or a device; give a YAML file")
@@ -41,16 +41,16 @@ def load_yaml(path: Path) -> Any:
         return plain.from_yaml(text)
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
-        where = f" at line {mark.line + 1}, column {mark.column + 1}" if mark else ""
+        place = f" at line {mark.line + 1}, column {mark.column + 1}" if mark else ""
         problem = getattr(error, "problem", None) or "malformed"
         advice = "mend that line" if mark else "give a YAML file"
-        raise ConfigError(f"{path}: not valid YAML{where} ({problem}); {advice}") from None
+        raise ConfigError(f"{path}: not valid YAML{place} ({problem}); {advice}") from None
     except ValueError as error:
         raise ConfigError(f"{path}: a value in it can't be read ({error}); mend that value") from None
 
 
 def why_unread(error: OSError | UnicodeDecodeError) -> str:
-    """Why a file could not be read as text, as what follows its name."""
+    """Say why a file could not be read as text, in words that follow its name."""
     if isinstance(error, IsADirectoryError):
         return "is a folder"
     if isinstance(error, UnicodeDecodeError):
@@ -59,10 +59,10 @@ def why_unread(error: OSError | UnicodeDecodeError) -> str:
 
 
 def build(cls: type[T], data: Any, where: str) -> T:
-    """An instance of dataclass `cls` from plain `data`; `where` names the place in messages.
+    """Return an instance of dataclass `cls` from plain `data`; `where` names the place in error messages.
 
-    Raises ConfigError for an unknown or missing key, a value of the wrong kind, NaN, or whatever
-    the class's own `__post_init__` refuses with ValueError.
+    Raises ConfigError for an unknown or missing key, a value of the wrong type, a number that is not finite, or a
+    value that the class refuses in `__post_init__` with ValueError.
     """
     if not isinstance(data, dict):
         raise ConfigError(_no_keys(data, where))

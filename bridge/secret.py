@@ -1,4 +1,4 @@
-"""What no recording may hold: the key of MAVLink's signing, which SETUP_SIGNING carries."""
+"""Keeps the key of MAVLink's signing, which SETUP_SIGNING carries, out of recordings."""
 
 from typing import Final
 
@@ -12,29 +12,34 @@ SETUP_ID: Final[bytes] = SETUP_SIGNING.to_bytes(3, "little")
 ID_AT: Final = 7
 HEADER_BYTES: Final = 10
 KEY_AT: Final = 10
-"""Where the key lies in the payload: after an initial time of 8 bytes and whom it is for."""
+"""Offset of the key in the payload, after the initial time (8 bytes) and the target system and component."""
 
 
 def carries_key(raw: bytes) -> bool:
-    """Whether a whole frame is a SETUP_SIGNING, which MAVLink 1 has no number for, or is one but for a wrong byte of
-    its id: no other damage passes for a frame."""
+    """Whether a complete frame is a SETUP_SIGNING, or would be but for one wrong byte of its id.
+
+    MAVLink 1 has no number for this message. With any other damage the bytes do not pass for a frame.
+    """
     number = raw[ID_AT:HEADER_BYTES]
     if number == SETUP_ID:
         return raw[0] == MAGIC_2
     if len(number) < len(SETUP_ID) or raw[0] != MAGIC_2 or int.from_bytes(number, "little") in CRC_EXTRA:
         return False
-    is_near = sum(one != right for one, right in zip(number, SETUP_ID, strict=True)) == 1
+    is_near = sum(byte != right for byte, right in zip(number, SETUP_ID, strict=True)) == 1
     return is_near and is_setup(raw[:ID_AT] + SETUP_ID + raw[HEADER_BYTES:])
 
 
 def is_setup(raw: bytes) -> bool:
-    """Whether the CRC of a frame that is named SETUP_SIGNING is right; False where it is cut."""
+    """Whether a frame with the id of SETUP_SIGNING has a right CRC; False if the frame is cut."""
     end = HEADER_BYTES + raw[1]
     return mcrf4xx(raw[1:end] + CRC_EXTRA[SETUP_SIGNING]).to_bytes(2, "little") == raw[end : end + 2]
 
 
 def without_key(raw: bytes) -> bytes:
-    """A whole frame as it may be kept: a SETUP_SIGNING with zeros for its key, unsigned; any other as it is."""
+    """Return a complete frame as it may be recorded.
+
+    A SETUP_SIGNING is unsigned and has zeros for its key; any other frame is unchanged.
+    """
     if not carries_key(raw):
         return raw
     size = raw[1]

@@ -1,7 +1,7 @@
-"""The bridge: bytes of the devices in, frames of the telemetry contract out, answers to the ground.
+"""The bridge: device bytes in, frames of the telemetry contract out, answers to the ground.
 
-No thread and no clock of its own: who drives it (`ports` in real time, the simulator in lock-step) hands it
-bytes with their time of arrival, and calls `step` at the control rate.
+It has no thread and no clock of its own. The caller (`ports` in real time, the simulator in lock-step) passes in
+bytes with their arrival time and calls `step` at the control rate.
 """
 
 from collections import Counter
@@ -51,10 +51,10 @@ from bridge.watch import SensorWatch
 
 BEAT_S: Final = 1.0
 MOST_VALUES_A_STEP: Final = 5  # 100 parameter values a second at 20 Hz: 4 kB/s
-DENIALS_HZ, MOST_DENIALS = 10.0, 50  # an order and a few tries of it; a flood is not answered by another
+DENIALS_HZ, MOST_DENIALS = 10.0, 50  # an order and a few retries; a flood of orders gets no flood of denials
 STRANGER_AGAIN_S, STRANGERS_EVERY_S = 10.0, 1.0
-WRITES_HZ, MOST_WRITES = 200.0, 1000  # a set of all parameters at once, and no more than the loop can answer
-STORES_HZ, MOST_STORES = 5.0, 50  # those that wait for the disk
+WRITES_HZ, MOST_WRITES = 200.0, 1000  # a set of all parameters at once, but no more than the loop can answer
+STORES_HZ, MOST_STORES = 5.0, 50  # writes that wait for the disk
 
 _QUESTIONS: Final = frozenset(
     (
@@ -72,42 +72,41 @@ _ORDERS: Final = frozenset(("PARAM_SET", "COMMAND_LONG"))
 
 
 class Ring(Protocol):
-    """What keeps on board the frames that are sent; nothing in it waits for a disk."""
+    """Keeps the sent frames on board. No method waits for the disk."""
 
     @property
     def identity(self) -> int:
-        """What tells this boot from all others, told once a second as BOOT_ID."""
+        """Identity of this boot, different from that of any other boot; sent once a second as BOOT_ID."""
         ...
 
     def put(self, unix_us: int, boot_s: float, frames: Sequence[bytes]) -> None:
-        """Take over whole frames that are sent now."""
+        """Take over complete frames that are being sent now."""
         ...
 
     def take_texts(self) -> list[str]:
-        """What the crew is to be told of it."""
+        """Return the ring's new messages for the crew."""
         ...
 
 
 class FileAnswers(Protocol):
-    """What answers MAVLink FTP; a peer is the link's number, system and component. Nothing in it waits for a disk."""
+    """Answers MAVLink FTP. A peer is (link number, system, component). No method waits for the disk."""
 
     def hear(self, peer: tuple[int, int, int], payload: bytes, now_s: float) -> None:
-        """A packet came."""
+        """Take a packet that arrived."""
         ...
 
     def due(self, now_s: float) -> list[tuple[tuple[int, int, int], bytes]]:
-        """The packets that go out now, and to whom."""
+        """Return the packets to send now, each with its peer."""
         ...
 
 
 class Bridge:
-    """One vehicle's bridge. Orders (writes, arming) are taken from `ground` alone.
+    """Bridge of one vehicle. It takes orders (parameter writes, arming, motor tests) only from `ground`.
 
-    `ring` keeps what is sent, link or no link; None where nothing is kept. `files` answers MAVLink FTP; where it is
-    None that is refused.
-    `motor_tests` is set by what drives the thrusters while no mission runs, None where nothing does.
-    `counts`: "unfit" (readings that fit no message), "refused" (orders from strangers), "too fast" (writes
-    that were dropped).
+    `ring` keeps the sent frames, with or without a link; None keeps nothing. `files` answers MAVLink FTP; None
+    refuses FTP requests. `motor_tests` is set by the program that drives the thrusters while no mission runs, and
+    stays None if no program does. `counts`: "unfit" (readings that fit no message), "refused" (orders from
+    strangers), "too fast" (dropped parameter writes).
     """
 
     def __init__(
@@ -134,7 +133,7 @@ class Bridge:
         self._parameters = parameters
         self._ground = ground
         self._ring, self._files = ring, files
-        # Its stamps run on the boot clock: one that is set mid-dive can't turn them back.
+        # The ring's stamps run on the boot clock: setting the date in mid-dive can't turn them back.
         self._unix_at_boot_s = clock.unix_s() - clock.boot_s()
         self._encoder = Encoder(parameters.system, parameters.component)
         self._devices = vehicle.sensors.present()
@@ -160,47 +159,47 @@ class Bridge:
 
     @property
     def navigation(self) -> Navigation:
-        """The latest of every sensor."""
+        """Latest values of all sensors."""
         return replace(self._navigator.navigation, voltage_v=self._feedback.voltage_v(self._clock.boot_s()))
 
     @property
     def link_faults(self) -> dict[str, str]:
-        """Why links do not work, by name."""
+        """Why links do not work, by link name."""
         return self._sides.faults
 
     @property
     def device_faults(self) -> dict[str, str]:
-        """What is wrong with devices, by slot: no port, silent, or without sense; a sentence each, as of `step`."""
+        """Faults of devices by slot as of the last `step`, a sentence each: no port, silent, or senseless bytes."""
         return self._watch.faults
 
     def port_fault(self, slot: str, fault: str) -> None:
-        """Why the port of the device in `slot` can't be read and what to do; "" once it can."""
+        """Note why the port of the device in `slot` can't be read and what to do; "" once it can be read."""
         if fault:
             self._watch.port_failed(slot, fault)
         else:
             self._watch.port_opened(slot, self._clock.boot_s())
 
     def receive(self, slot: str, data: bytes, time_s: float) -> None:
-        """Bytes of the device in `slot` (dvl, imu, fog, esc, gnss), the last of which came at `time_s`."""
+        """Take bytes of the device in `slot` (dvl, imu, fog, esc, gnss); the last byte arrived at `time_s`."""
         self._watch.bytes_came(slot, time_s)
         self.accept(slot, self.parsers[slot].feed(data, time_s))
 
     def accept(self, slot: str, samples: Iterable[Sample]) -> None:
-        """Samples of the device in `slot`, in its own axes."""
+        """Take samples of the device in `slot`, in the device's own axes."""
         mounting = self._devices[slot].mounting
         for sample in samples:
             self._watch.sample_came(slot, self._clock.boot_s())
             self._take(to_body(sample, mounting))
 
     def publish(self, actuation: Actuation) -> None:
-        """Tell what the controller did in this tick."""
+        """Send the controller's actuation of this tick."""
         self._veh_cfg = actuation.veh_cfg
         self._feedback.command(actuation.pwm_us)
         for reading in compose.actuation_readings(actuation):
             self._send(reading)
 
     def rest(self) -> tuple[float, ...]:
-        """The pulse widths of a tick without a mission: neutral, or what a motor test asks; told to the ground.
+        """Return the pulse widths (us) of a tick without a mission, neutral or for a motor test, and send them.
 
         Needs `motor_tests`.
         """
@@ -212,13 +211,13 @@ class Bridge:
         return pwm_us
 
     def say(self, text: str, severity: int = dialect.MAV_SEVERITY_WARNING) -> None:
-        """Tell the crew in words."""
+        """Send the crew a text (STATUSTEXT)."""
         self._text_number = self._text_number % 65535 + 1
         for message in status_texts(text, severity, self._text_number):
             self._queue.append(self._encoder.encode(message))
 
     def arm(self, wanted: bool) -> bool:
-        """Arm or disarm; False where that is refused, which is then told in words."""
+        """Arm or disarm. If arming is refused, send the reason to the crew and return False."""
         if wanted and self._parameters.mode in APPLYING_MODES and not self._parameters.active_crc:
             self.say("arming refused: FF_MODE needs an active set")
             return False
@@ -226,7 +225,7 @@ class Bridge:
         return True
 
     def step(self) -> None:
-        """Listen, answer, and send what is due. Call at the control rate."""
+        """Read the links, answer, and send everything that is due. Call at the control rate."""
         now_s = self._clock.boot_s()
         for number, frame in self._sides.heard(now_s):
             self._hear(number, frame)
@@ -243,8 +242,8 @@ class Bridge:
         if now_s >= self._beat_due_s:
             self._beat_due_s = max(self._beat_due_s + BEAT_S, now_s)
             self._beat(now_s)
-        kept = self._ring.take_texts() if self._ring else ()
-        for text in (*self._parameters.take_texts(), *self._watch.texts(now_s), *kept):
+        ring_texts = self._ring.take_texts() if self._ring else ()
+        for text in (*self._parameters.take_texts(), *self._watch.texts(now_s), *ring_texts):
             self.say(text)
         for text in self._parameters.take_news():
             self.say(text, dialect.MAV_SEVERITY_NOTICE)
@@ -302,19 +301,19 @@ class Bridge:
         return float(dialect.MAV_TYPE_SUBMARINE), float(dialect.MAV_AUTOPILOT_GENERIC)
 
     def _hear(self, number: int, frame: Frame) -> None:
-        """A frame came on the link of that number."""
-        own = (self._encoder.system, self._encoder.component)
-        if frame.message_id not in _QUESTIONS or (frame.system, frame.component) == own:
+        """Handle a frame that arrived on the link with this number."""
+        own_address = (self._encoder.system, self._encoder.component)
+        if frame.message_id not in _QUESTIONS or (frame.system, frame.component) == own_address:
             return
         message = decode(frame)
         if message is None:
             return
         if message.get_type() == "TIMESYNC":
-            # Only the one who asked can use the answer: it measures the way there and back.
+            # Only the link that asked can use the answer: it measures the round trip.
             answers = answer_timesync(message, self._clock.boot_s())
             self._sides.write(number, [self._encoder.encode(answer) for answer in answers])
         elif message.get_type() == "FILE_TRANSFER_PROTOCOL" and self._files is not None:
-            if (message.target_system, message.target_component) == own:
+            if (message.target_system, message.target_component) == own_address:
                 peer = (number, frame.system, frame.component)
                 self._files.hear(peer, frame.payload[_FTP_TARGET_BYTES:], self._clock.boot_s())
         else:
@@ -341,7 +340,7 @@ class Bridge:
         return self.motor_tests.ask(message, self.armed, self._clock.boot_s())
 
     def _may_write(self, message: Any) -> bool:
-        """Whether a write does not come too fast for the loop and the disk; off is taken at any time."""
+        """Whether the loop and the disk can keep up with this write. FF_MODE 0 (off) is always accepted."""
         if message.param_id == MODE and message.param_value == 0.0:
             return True
         now_s = self._clock.boot_s()
@@ -354,10 +353,10 @@ class Bridge:
         return False
 
     def _refuse(self, source: Ground, message: Any) -> list[Any]:
-        """Answers who may order nothing, and tells why, again for a crew that was not there the first time."""
+        """Deny a stranger's order and report it, again after a while for a crew that missed the first report."""
         self.counts["refused"] += 1
         now_s = self._clock.boot_s()
-        # Another component of the ground's own system is told apart; of others the system says enough.
+        # A stranger in the ground's own system is named with its component, any other by its system alone.
         stranger = str(source if source.system == self._ground.system else Ground(source.system))
         if now_s >= max(self._strangers.get(stranger, now_s), self._stranger_due_s):
             self._strangers[stranger] = now_s + STRANGER_AGAIN_S
@@ -377,12 +376,12 @@ class Bridge:
         self._sides.end_step()
 
     def _send_files(self) -> None:
-        """To the side that asked alone, and never into the ring, which would fill with itself."""
+        """Send FTP answers only to the link that asked, never into the ring, which would fill with itself."""
         if self._files is None:
             return
-        asked: dict[int, list[bytes]] = {}
+        by_link: dict[int, list[bytes]] = {}
         for (number, *target), payload in self._files.due(self._clock.boot_s()):
             frame = self._encoder.frame(_FTP, bytes((0, *target)) + payload)
-            asked.setdefault(number, []).append(frame)
-        for number, frames in asked.items():
+            by_link.setdefault(number, []).append(frame)
+        for number, frames in by_link.items():
             self._sides.write(number, frames)

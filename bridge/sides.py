@@ -1,4 +1,4 @@
-"""The links of a bridge: frames in from each, bytes out to all; one that fails is told of once, and once it is back."""
+"""The links of a bridge: frames in from each, bytes out to all. Reports once that a link failed or is back."""
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -16,9 +16,9 @@ MOST_READS_A_STEP: Final = 64
 
 @dataclass
 class _Side:
-    """One link with its own framer; `fault` is why it fails, "" once a whole step went through it.
+    """One link with its own framer. `fault` is why it fails, "" after a whole step without failure.
 
-    `dropped` is how many writes it has lost of which the crew knows.
+    `dropped` is the number of its lost writes that the crew knows of.
     """
 
     link: Link
@@ -30,7 +30,7 @@ class _Side:
 
 
 class Sides:
-    """Links by their number; `say` tells the crew of one that is lost or back."""
+    """Links by number; `say` tells the crew when a link is lost or back."""
 
     def __init__(self, links: Sequence[Link], say: Callable[[str], None]) -> None:
         self._sides = [_Side(link) for link in links]
@@ -38,11 +38,14 @@ class Sides:
 
     @property
     def faults(self) -> dict[str, str]:
-        """Why links do not work, by name."""
+        """Why links do not work, by link name."""
         return {side.link.name: side.fault for side in self._sides if side.fault}
 
     def heard(self, now_s: float) -> Iterator[tuple[int, Frame]]:
-        """The frames that came since, each with its link's number; a flood is not read to its end."""
+        """Yield the frames that arrived since the last call, each with its link's number.
+
+        A flood is not read to its end.
+        """
         for number, side in enumerate(self._sides):
             for _ in range(MOST_READS_A_STEP):
                 try:
@@ -51,7 +54,7 @@ class Sides:
                     self._failed(side, str(error))
                     break
                 if not data:
-                    # A link that mends itself raises nothing: it says in words that it is away.
+                    # A link that reconnects by itself raises nothing: its `fault` says that it is away.
                     away = getattr(side.link, "fault", "")
                     if away:
                         self._failed(side, away)
@@ -62,7 +65,7 @@ class Sides:
                 yield from ((number, frame) for frame in side.framer.feed(data))
 
     def write(self, number: int, frames: Sequence[bytes]) -> None:
-        """Send frames on one link, as few writes as can carry them."""
+        """Send frames on one link, in as few writes as can carry them."""
         for data in _batches(frames):
             self._write(self._sides[number], data)
 
@@ -73,7 +76,7 @@ class Sides:
                 self._write(side, data)
 
     def end_step(self) -> None:
-        """Tell of links through which a whole step went again."""
+        """Report the failed links that worked again for a whole step."""
         for side in self._sides:
             if side.fault and not side.failed:
                 self._is_back(side)
@@ -86,7 +89,7 @@ class Sides:
             self._failed(side, str(error))
 
     def _is_back(self, side: _Side) -> None:
-        # A link that mends itself knows how often it was written to meanwhile.
+        # A link that reconnects by itself counts the writes that were lost meanwhile.
         dropped = getattr(side.link, "counts", Counter())["dropped"]
         lost = f", {dropped - side.dropped} writes lost" if dropped > side.dropped else ""
         self._say(f"link back: {side.link.name}{lost}")
@@ -99,7 +102,7 @@ class Sides:
 
 
 def _batches(frames: Sequence[bytes]) -> Iterable[bytes]:
-    """The frames in order, joined as far as one write carries them."""
+    """Yield the frames in order, joined up to the size of one write."""
     batch: list[bytes] = []
     size = 0
     for frame in frames:

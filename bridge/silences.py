@@ -1,8 +1,9 @@
-"""What was not heard of a sender that went on meanwhile: the silences of a recording, by its times and boot times.
+"""Finds the silences in a recording: spans in which a sender went on sending and was not heard.
 
-A link that queues brings late what was sent, and nothing is missing; a ground that stood still has no gap of its own,
-though its sender's clock went on. So a silence counts by the sender's own clock wherever that is told. One that says
-little, or is silent by design, goes on with its next number each time it speaks: nothing of it is missing.
+The input is arrival times, boot times and sequence numbers. A link that queues frames delivers them late, and nothing
+is missing. A ground computer that stood still shows no gap by its own clock, although the sender's clock went on. So
+a silence is measured by the sender's clock whenever its frames state the boot time. A sender that says little, or is
+silent by design, goes on with the next sequence number each time it speaks: nothing of it is missing.
 """
 
 from collections.abc import Iterable, Sequence
@@ -13,16 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 ROUND: Final = 256
-"""A sequence number has 8 bits."""
+"""Sequence numbers have 8 bits."""
 LEAST_S: Final = 5.0
 TIMES_USUAL: Final = 10.0
-"""A silence is longer than both: so many seconds, and so many times the usual spacing."""
+"""A silence is longer than both LEAST_S and this many times the usual spacing."""
 BACK_S: Final = 2.0
-"""A boot clock that ran back by more belongs to a sender that started anew."""
+"""A boot clock that ran back by more than this belongs to a sender that restarted."""
 AROUND: Final = 5
-"""Boot times on either side of a pause of which the middle one counts: one frame that came late changes nothing."""
+"""Number of boot times on either side of a pause whose median counts: a single late frame changes nothing."""
 MOST: Final = 1000
-"""Pauses that are looked at, the longest: a recording may claim any number of them."""
+"""Only this many of the longest pauses are examined: a recording may claim any number of them."""
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
@@ -30,7 +31,7 @@ Rows = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class Silence:
-    """`seconds` of a sender's time that were not heard; `begins_s`: when it was heard last, by the recording."""
+    """`seconds` of a sender's time that were not heard. `begins_s`: recording time at which it was last heard."""
 
     begins_s: float
     seconds: float
@@ -38,9 +39,10 @@ class Silence:
 
 @dataclass(frozen=True, slots=True)
 class Pause:
-    """From the frame in `row` to the sender's next: `seconds` of its own time where `told` says that its clock told it.
+    """The step from the frame in `row` to the sender's next frame.
 
-    `goes_on` where the next frame bears the next number; `anew` where its clock ran back meanwhile.
+    `seconds` is measured by the sender's clock if `told`, otherwise by arrival. `goes_on`: the next frame has the
+    next sequence number. `anew`: the sender's clock ran back in between.
     """
 
     row: int
@@ -53,53 +55,57 @@ class Pause:
 
 @dataclass
 class Spacing:
-    """How long the steps between frames are, LEAST_S at the most: their sum, and the sum of their squares."""
+    """Sum, and sum of squares, of the steps between frames that are no longer than LEAST_S."""
 
     seconds: float = 0.0
     squares: float = 0.0
 
 
 def silences(arrival_s: Array, boot_s: Array, number: Rows) -> tuple[Silence, ...]:
-    """Those of one sender's frames (n,) in the order of a recording: when each arrived, the boot time that it states,
-    NaN for none, and its sequence number."""
+    """Return the silences of one sender, whose frames (n,) are in the order of the recording.
+
+    `arrival_s`: arrival times. `boot_s`: boot times that the frames state, NaN if they state none. `number`: sequence
+    numbers.
+    """
     steps_s = np.diff(arrival_s)
     short_s = steps_s[(steps_s > 0.0) & (steps_s <= LEAST_S)]
     spacing = Spacing(float(short_s.sum()), float(np.square(short_s).sum()))
-    found = unheard(pauses(arrival_s, boot_s, number), spacing)
-    return tuple(Silence(pause.begins_s, pause.seconds) for pause in found)
+    missed = unheard(pauses(arrival_s, boot_s, number), spacing)
+    return tuple(Silence(pause.begins_s, pause.seconds) for pause in missed)
 
 
 def unheard(found: Sequence[Pause], spacing: Spacing) -> list[Pause]:
-    """The pauses in which a sender went on unheard; `spacing` is that of all other steps.
+    """Return the pauses in which a sender went on unheard; `spacing` is that of all other steps.
 
-    Of 256 silences one ends with the next number by chance: the only pause that does is no proof of a design.
+    One in 256 silences ends with the next sequence number by chance, so a single pause that does is no proof of a
+    sender that is silent by design.
     """
     meant = [pause for pause in found if pause.goes_on]
     if len(meant) == 1 and spacing.seconds:
         meant = []
     total_s = spacing.seconds + sum(pause.seconds for pause in meant)
     squares = spacing.squares + sum(pause.seconds**2 for pause in meant)
-    # The mean step at a random instant, not of a random frame: many frames at once do not make a sender quick.
+    # The mean step at a random instant, not of a random frame: a burst of frames does not make a sender fast.
     least_s = max(LEAST_S, TIMES_USUAL * squares / total_s if total_s else 0.0)
     return [pause for pause in found if pause not in meant and pause.seconds > least_s]
 
 
 def pauses(arrival_s: Array, boot_s: Array, number: Rows, least_s: float = LEAST_S) -> list[Pause]:
-    """Where one sender's frames lie further apart than `least_s` by arrival, or LEAST_S by its own clock."""
+    """Find the steps between one sender's frames that exceed `least_s` by arrival, or LEAST_S by its own clock."""
     steps_s = np.diff(arrival_s)
-    told = np.flatnonzero(np.isfinite(boot_s))
-    ahead_s = boot_s[told] - arrival_s[told]
+    dated = np.flatnonzero(np.isfinite(boot_s))
+    ahead_s = boot_s[dated] - arrival_s[dated]
     far = np.flatnonzero(steps_s > least_s)
     if len(far) > MOST:
         far = far[np.argsort(-steps_s[far], kind="stable")[:MOST]]
-    rows = sorted({*far.tolist(), *_jumps(steps_s, told, ahead_s, least_s)})
+    rows = sorted({*far.tolist(), *_jumps(steps_s, dated, ahead_s, least_s)})
     made = []
     for place, row in enumerate(rows):
         first = rows[place - 1] if place else -1
         last = rows[place + 1] if place + 1 < len(rows) else len(arrival_s)
-        at = int(np.searchsorted(told, row, "right"))
-        before = ahead_s[max(at - AROUND, np.searchsorted(told, first, "right")) : at]
-        after = ahead_s[at : min(at + AROUND, np.searchsorted(told, last, "right"))]
+        at = int(np.searchsorted(dated, row, "right"))
+        before = ahead_s[max(at - AROUND, np.searchsorted(dated, first, "right")) : at]
+        after = ahead_s[at : min(at + AROUND, np.searchsorted(dated, last, "right"))]
         goes_on = int(number[row + 1] - number[row]) % ROUND == 1
         step_s, begins_s = float(steps_s[row]), float(arrival_s[row])
         if not len(before) or not len(after):
@@ -112,9 +118,9 @@ def pauses(arrival_s: Array, boot_s: Array, number: Rows, least_s: float = LEAST
 
 
 def of_clocks(begins_s: float, step_s: float, before_s: float, after_s: float) -> tuple[float, bool]:
-    """Seconds unheard over a step of `step_s` from `begins_s` on, and whether the sender started anew meanwhile.
+    """Return the seconds unheard in a step of `step_s` from `begins_s` on, and whether the sender restarted in it.
 
-    `before_s` and `after_s`: how far its boot clock was ahead of that of the arrivals.
+    `before_s` and `after_s`: how far its boot clock was ahead of the arrival clock before and after the step.
     """
     booted_s = begins_s + step_s + after_s
     if booted_s < begins_s + before_s - BACK_S:
@@ -123,22 +129,22 @@ def of_clocks(begins_s: float, step_s: float, before_s: float, after_s: float) -
 
 
 def longest(found: Iterable[Silence]) -> Silence | None:
-    """None where there is none."""
+    """Return the longest silence, or None if there are none."""
     return max(found, key=lambda silence: silence.seconds, default=None)
 
 
 def way_to_mend(ring: bool) -> str:
-    """What brings the frames; `ring` where the vehicle keeps a recording of its own."""
+    """Say how to get the missing frames. `ring`: the vehicle keeps a recording of its own."""
     if ring:
         return "`seatrial fetch` brings what the vehicle kept of it"
     return "another recording of the dive may have it, see `seatrial merge`"
 
 
 def _jumps(steps_s: Array, told: Rows, ahead_s: Array, least_s: float) -> list[int]:
-    """Rows without a pause by arrival after which the boot clock has gone on by LEAST_S more."""
+    """Rows without a pause by arrival after which the boot clock advances by over LEAST_S more than the arrivals."""
     rows: list[int] = []
     further = np.flatnonzero(np.diff(ahead_s) > LEAST_S)
-    if len(further) > MOST:  # two clocks in turns, and neither tells anything
+    if len(further) > MOST:  # two clocks alternate, and neither is evidence of a pause
         return rows
     for at in further.tolist():
         between = steps_s[told[at] : told[at + 1]]

@@ -1,6 +1,6 @@
-"""A file that is still written while somebody deletes it, or moves it away with its folder.
+"""Handles a file that somebody deletes, or moves with its folder, while it is still being written.
 
-The system says nothing of it: each write goes well, and a deleted file is gone once it is closed.
+The system does not report it: each write succeeds, and a deleted file is gone once it is closed.
 """
 
 import contextlib
@@ -12,17 +12,17 @@ from bridge.errors import TakenAway
 
 COPIED_BYTES: Final = 1 << 20
 DELETED_ONCE_CLOSED: Final = (".nfs", ".fuse_hidden")
-"""How network disks rename what was deleted while it is open."""
+"""Prefixes to which network disks rename a file that is deleted while open."""
 
 
 def see(file: int, path: Path) -> None:
-    """Raises TakenAway where the open `file` lies no more at `path`, OSError where that can't be told."""
+    """Raise TakenAway if the open `file` is no longer at `path`, OSError if that can't be determined."""
     here, place = os.fstat(file), _place(file)
     with contextlib.suppress(FileNotFoundError, NotADirectoryError):
         there = path.stat()
         if os.path.samestat(here, there):
             return
-        # Some network disks number a file anew at each look.
+        # Some network disks give a file a new number each time it is examined.
         if there.st_dev == here.st_dev and place == os.path.realpath(path):
             return
     deleted = here.st_nlink == 0 or os.path.basename(place).startswith(DELETED_ONCE_CLOSED)
@@ -30,7 +30,7 @@ def see(file: int, path: Path) -> None:
 
 
 def write_again(file: int, path: Path) -> int:
-    """What the open `file` holds, in a new one at `path`, returned open. Raises OSError, and leaves nothing then."""
+    """Copy the open `file` to a new file at `path` and return that, open. Raises OSError, and then leaves no file."""
     path.parent.mkdir(parents=True, exist_ok=True)
     new = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o644)
     try:
@@ -47,7 +47,7 @@ def write_again(file: int, path: Path) -> int:
 
 
 def _place(file: int) -> str:
-    """Where a file is now, as far as the system tells; "elsewhere" where it does not."""
+    """Current path of an open file as far as the system reports it, otherwise "elsewhere"."""
     try:
         place = os.readlink(f"/proc/self/fd/{file}")
     except OSError:

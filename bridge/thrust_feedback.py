@@ -1,4 +1,4 @@
-"""What the speed controllers tell: shaft speeds with the sign that they leave out, and the battery."""
+"""Feedback of the speed controllers: shaft speeds, with the sign that the controllers omit, and the battery."""
 
 import math
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ MOST_THRUSTERS = 58
 
 
 class ThrustFeedback:
-    """The latest of every speed controller. Its sign is that of the last command away from neutral."""
+    """Latest sample of each speed controller. The sign of a speed is that of the last command away from neutral."""
 
     def __init__(self) -> None:
         self._latest: dict[int, EscSample] = {}
@@ -20,7 +20,7 @@ class ThrustFeedback:
         self._news = False
 
     def command(self, pwm_us: Sequence[float]) -> None:
-        """The pulses that the thrusters now get."""
+        """Take the pulse widths (us) that the thrusters now get."""
         self._signs += [1.0] * (len(pwm_us) - len(self._signs))
         for index, pulse in enumerate(pwm_us):
             if pulse != NEUTRAL_US:
@@ -32,7 +32,7 @@ class ThrustFeedback:
             self._news = True
 
     def rpm_reading(self) -> Reading | None:
-        """Signed shaft speeds, NaN for a silent controller; None where nothing came since the last call."""
+        """Signed shaft speeds (rpm), NaN for a silent controller; None if no sample came since the last call."""
         if not self._news:
             return None
         self._news = False
@@ -42,14 +42,14 @@ class ThrustFeedback:
         return Reading("rpm", time_s, (*speeds, *(0.0,) * (MOST_THRUSTERS - count)))
 
     def battery_reading(self, now_s: float) -> Reading | None:
-        """Mean voltage and total current of the controllers heard of late; None for none."""
+        """Mean voltage and total current of the controllers heard recently; None if there are none."""
         heard = self._heard(now_s)
         if not heard:
             return None
         return Reading("battery", now_s, (self.voltage_v(now_s), sum(sample.current_a for sample in heard)))
 
     def voltage_v(self, now_s: float) -> float:
-        """Mean voltage of the controllers heard of late, NaN for none."""
+        """Mean voltage of the controllers heard recently; NaN if there are none."""
         heard = self._heard(now_s)
         return sum(sample.voltage_v for sample in heard) / len(heard) if heard else math.nan
 

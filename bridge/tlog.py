@@ -1,7 +1,7 @@
-"""The recording: 8-byte big-endian Unix microseconds, then the raw frame, repeated; no header.
+"""Recordings: 8-byte big-endian Unix microseconds, then the raw frame, repeated; no header.
 
-Writing is unbuffered: what was written survives the death of the program. Reading salvages: whatever was cut,
-flipped or inserted, every intact frame comes out, with the best time that the file still tells.
+Writing is unbuffered, so that written records survive a crash of the program. Reading salvages: whatever was cut,
+flipped or inserted, every intact frame comes out, with the best time that can still be derived from the file.
 """
 
 import contextlib
@@ -40,18 +40,18 @@ STAMP_BYTES: Final = 8
 GZIP: Final = b"\x1f\x8b"
 LATEST_US: Final = 4_102_444_800_000_000  # the year 2100: a later stamp is damage, or no stamp at all
 OUTLIER_US: Final = 100_000
-UNFOLD_BYTES: Final = 1024  # small, because zlib throws away all that came from the piece that ends in damage
+UNFOLD_BYTES: Final = 1024  # small, because zlib discards all output of the piece that ends in damage
 MOST_BYTES: Final = 2 << 30
-"""The most that is read of one file, plain or unfolded: 25 kB/s for a day. A recording is untrusted, its reader keeps
-some bytes for each of its own, and a gzip file may unfold without end."""
-MOST_FOLDS: Final = 100  # recordings and tables fold some four times; nothing true is as even as this
+"""The most that is read of one file, plain or decompressed: 25 kB/s for a day. A recording is untrusted, its reader
+needs several bytes of memory for each byte of the file, and a gzip file may decompress without end."""
+MOST_FOLDS: Final = 100  # recordings and tables compress about fourfold; no real file is this uniform
 FEW_BYTES: Final = 1 << 24
 _STAMP = struct.Struct(">Q")
 
 
 def record_of(unix_us: int, raw: bytes) -> bytes:
-    """The bytes of one record, in every recording that is written here: without a key that signs frames, and without
-    what files hold that went by."""
+    """Return the bytes of one record as every recording written here holds it: without signing keys and without the
+    contents of transferred files."""
     return _STAMP.pack(unix_us) + _as_kept(raw)
 
 
@@ -60,16 +60,16 @@ def _as_kept(raw: bytes) -> bytes:
 
 
 class TlogWriter:
-    """A new recording at `path`; each record is in the operating system's hands when `write` returns.
+    """A new recording at `path`. Each record is with the operating system when `write` returns.
 
-    Raises LogError where the file exists, can't be made or can't be written.
+    Raises LogError if the file exists, can't be created or can't be written.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self._is_named = False
         try:
-            # To be read as well: one that somebody deletes is written once more.
+            # Opened for reading too: `restore` copies a recording that somebody deleted.
             self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o644)
         except FileExistsError:
             raise LogError(f"{path}: exists already and is never overwritten; give another name") from None
@@ -79,7 +79,7 @@ class TlogWriter:
             ) from None
 
     def write(self, unix_us: int, raw: bytes) -> None:
-        """Append one record, whole, but for a key that signs frames and what files hold: no recording has either."""
+        """Append one complete record, except for signing keys and file contents, which no recording holds."""
         record = record_of(unix_us, raw)
         try:
             while record:
@@ -88,7 +88,7 @@ class TlogWriter:
             raise LogError(f"{self.path}: can't be written ({error.strerror}); free disk space") from None
 
     def sync(self) -> None:
-        """Wait until all of it is on the disk: about 3 ms, so keep it off the receive path."""
+        """Wait until all records are on the disk. Takes about 3 ms: keep it off the receive path."""
         try:
             os.fsync(self._file)
         except OSError as error:
@@ -96,18 +96,18 @@ class TlogWriter:
                 f"{self.path}: can't be put on the disk ({error.strerror}); check the disk"
             ) from None
         if not self._is_named:
-            # The file's own name, and that of its folder, which may be as new.
+            # The folder entry of the file, and that of its folder, which may be new too.
             sync_folder(self.path.parent)
             sync_folder(self.path.parent.parent)
             self._is_named = True
 
     def look(self) -> None:
-        """See that it still lies under its name. Raises TakenAway where it does not."""
-        with contextlib.suppress(OSError):  # a disk that fails can't tell, and says so where it is synced
+        """Check that the file is still under its name. Raises TakenAway if it is not."""
+        with contextlib.suppress(OSError):  # a failing disk can't answer; `sync` reports it
             taken_away.see(self._file, self.path)
 
     def restore(self) -> None:
-        """Write it once more under its name, whole, where it was deleted; not while `write` may be called."""
+        """Write a deleted recording again, complete, under its name. Don't call while `write` may be running."""
         try:
             new = taken_away.write_again(self._file, self.path)
         except OSError as error:
@@ -131,23 +131,24 @@ class TlogWriter:
 
 
 def read_tlog(path: Path) -> Iterator[Record]:
-    """Every intact record of a `.tlog` or `.tlog.gz` as (Unix microseconds, frame).
+    """Iterate over the intact records of a `.tlog` or `.tlog.gz` as (Unix microseconds, frame).
 
-    Raises LogError where there is no such file, or no MAVLink frame in it.
+    Raises LogError if the file is missing or holds no MAVLink frame.
     """
     return iter(TlogReader(path))
 
 
 class TlogReader:
-    """The records of a `.tlog` or `.tlog.gz`, to be iterated over; `counts` is complete after the first pass.
+    """Iterable over the records of a `.tlog` or `.tlog.gz`. `counts` is complete after the first pass.
 
-    What other programs recorded may hold keys that sign frames, and bytes of files: no frame that is read bears any.
+    Recordings of other programs may hold signing keys and contents of transferred files; both are removed from the
+    frames.
 
-    `counts`: "records"; "unknown" (records whose id nobody can check); "checksum" (records lost to damage);
-    "skipped" (bytes of no record); "stamps mended" (records whose time was damaged, given their neighbour's);
-    "cut" (1 where the file ends within a record, or its compression does).
+    `counts`: "records"; "unknown" (records with an id that can't be checked); "checksum" (records lost to damage);
+    "skipped" (bytes outside any record); "stamps mended" (records with a damaged time, given their neighbour's);
+    "cut" (1 if the file ends within a record, or its gzip data is cut or damaged).
 
-    Raises LogError where there is no such file, it is empty, or no MAVLink frame is in it.
+    Raises LogError if the file is missing, is empty, or holds no MAVLink frame.
     """
 
     def __init__(self, path: Path) -> None:
@@ -164,9 +165,9 @@ class TlogReader:
 
 
 def load_recording(path: Path) -> tuple[bytes, bool]:
-    """The bytes of a `.tlog` or `.tlog.gz`, unfolded, and whether its compression was whole.
+    """Return the bytes of a `.tlog` or `.tlog.gz`, decompressed, and whether its gzip data was complete.
 
-    Raises LogError where there is no such file, NothingRecorded where it is empty, or no MAVLink frame is in it.
+    Raises LogError if the file is missing, NothingRecorded if it is empty or holds no MAVLink frame.
     """
     data, whole = load_bytes(path)
     if not data:
@@ -177,10 +178,10 @@ def load_recording(path: Path) -> tuple[bytes, bool]:
 
 
 def of_those_that_hold_frames(paths: Sequence[Path], read: Callable[[Path], T]) -> Iterator[T]:
-    """What `read` makes of each file of one recording, without those that were begun and hold nothing.
+    """Yield `read(path)` for each file of one recording, skipping files that hold no frame.
 
-    A recorder that is killed, or a disk that is full, leaves such a file beside good ones. Raises what `read` does,
-    and NothingRecorded where no file holds a frame.
+    A killed recorder or a full disk leaves such files next to good ones. Raises the errors of `read`, and
+    NothingRecorded if no file holds a frame.
     """
     held, nothing = False, None
     for path in paths:
@@ -196,7 +197,7 @@ def of_those_that_hold_frames(paths: Sequence[Path], read: Callable[[Path], T]) 
 
 
 def load_bytes(path: Path) -> tuple[bytes, bool]:
-    """What a file holds, unfolded where it is gzip, and whether it was whole.
+    """Return the contents of a file, decompressed if gzip, and whether they are complete.
 
     Raises LogError, also for a pipe or a device, and for a file of more than MOST_BYTES.
     """
@@ -220,8 +221,7 @@ def load_bytes(path: Path) -> tuple[bytes, bool]:
 
 
 def _unfold(data: bytes) -> tuple[bytes, bool]:
-    """All that a gzip file gives up to where it was cut or damaged, or unfolds beyond all measure, and whether it was
-    whole."""
+    """Decompress gzip data up to its end, a cut, damage or an excessive size; also return whether it is complete."""
     parts: list[bytes] = []
     size, most = 0, min(max(MOST_FOLDS * len(data), FEW_BYTES), MOST_BYTES)
     while data:
@@ -243,7 +243,7 @@ def _unfold(data: bytes) -> tuple[bytes, bool]:
 
 
 def _salvage(data: bytes, counts: Counter[str]) -> Iterator[tuple[int | None, Frame]]:
-    """Every intact record, its stamp None where that is lost or can't be one."""
+    """Yield every intact record; its stamp is None if lost or impossible."""
     position, records = 0, 0
     while (record := next_record(data, position, counts)) is not None:
         position, stamp, frame = record
@@ -254,9 +254,9 @@ def _salvage(data: bytes, counts: Counter[str]) -> Iterator[tuple[int | None, Fr
 
 
 def next_record(data: bytes, position: int, counts: Counter[str]) -> tuple[int, int | None, Frame] | None:
-    """The first intact record from `position` on: where it ends, its stamp, its frame; None where there is none.
+    """Return the first intact record from `position` on as (end, stamp, frame), or None.
 
-    The stamp is None where it is lost or can't be one. What lies before the record is added to `counts`.
+    The stamp is None if it is lost or impossible. Damage before the record is added to `counts`.
     """
     end = len(data)
     if position >= end:
@@ -268,11 +268,11 @@ def next_record(data: bytes, position: int, counts: Counter[str]) -> tuple[int, 
         if frame is not None:
             stamp = _STAMP.unpack_from(data, position)[0]
             return start + length, stamp if stamp < LATEST_US else None, frame
-    found = _next_known(data, position, end)
-    if found is None:
+    match = _next_known(data, position, end)
+    if match is None:
         _count_tail(data, position, counts)
         return None
-    start, frame = found
+    start, frame = match
     begin = start - STAMP_BYTES
     counts["checksum"] += 1
     counts["skipped"] += max(begin, position) - position
@@ -281,7 +281,8 @@ def next_record(data: bytes, position: int, counts: Counter[str]) -> tuple[int, 
 
 
 def _unchecked(data: bytes, start: int, length: int, counts: Counter[str]) -> Frame | None:
-    """A frame of an unknown id, where stamps stand before and after it and no known one hides in it."""
+    """Return a frame with an unknown id if a valid stamp precedes it, a record or the end of the file follows, and no
+    known frame hides in it."""
     if has_known_id(data, start) or _STAMP.unpack_from(data, start - STAMP_BYTES)[0] >= LATEST_US:
         return None
     after = start + length
@@ -298,7 +299,7 @@ def _unchecked(data: bytes, start: int, length: int, counts: Counter[str]) -> Fr
 
 
 def _next_known(data: bytes, start: int, end: int) -> tuple[int, Frame] | None:
-    """Where the first frame with a right CRC begins in `data[start:end]`, and the frame."""
+    """Return the first frame with a right CRC that begins in `data[start:end]`, with its offset."""
     position = find_magic(data, start, end)
     while position >= 0:
         length = measure(data, position)
@@ -321,7 +322,7 @@ def _count_tail(data: bytes, position: int, counts: Counter[str]) -> None:
 
 
 def _mend_stamps(records: Iterator[tuple[int | None, Frame]], counts: Counter[str]) -> Iterator[Record]:
-    """Give a record whose stamp is lost, or lies far outside its neighbours', the time of the one before."""
+    """Give a record whose stamp is lost, or lies far outside its neighbours', the time of the previous record."""
     before: int | None = None
     waiting: list[tuple[int | None, Frame]] = []
     for stamp, frame in chain(records, [_END]):
@@ -341,9 +342,10 @@ _END: Final = (0, Frame(b"", 0, 0, 0, 0, False))
 
 
 def mended(stamp: int | None, before: int | None, following: int | None) -> int:
-    """A record's stamp, or that of the record before it where its own is lost or an outlier.
+    """Return a record's stamp, or that of the previous record if its own is lost or an outlier.
 
-    `before` is already mended, `following` the next that is not lost; None where there is none.
+    `before` is the previous stamp, already mended; `following` is the next stamp that is not lost. Either may be None
+    at an end of the recording; without `before`, `following` is used.
     """
     neighbours = [near for near in (before, following) if near is not None]
     if stamp is None:

@@ -1,4 +1,4 @@
-"""Tells a crew which device has no port, which is silent, which speaks without sense, and which is back."""
+"""Reports to the crew which device has no port, is silent, sends bytes that make no sense, or is back."""
 
 import math
 from collections.abc import Mapping
@@ -12,8 +12,10 @@ SILENT_S = 3.0
 
 @dataclass
 class _Device:
-    """`to_check` is what to look at where it makes no sense; `open_s` is when its port opened, inf while it has none;
-    `told` is what the crew knows of it."""
+    """State of one device. `to_check`: what to check if its bytes make no sense.
+
+    `open_s`: when its port opened, inf while it has none. `told`: the kind of fault that the crew knows of.
+    """
 
     to_check: str
     bytes_s: float
@@ -25,7 +27,7 @@ class _Device:
 
 
 class SensorWatch:
-    """What the devices of the vehicle's slots last gave: port, bytes and samples apart."""
+    """Watches the devices in the vehicle's slots: port, bytes and samples of each, separately."""
 
     def __init__(self, devices: Mapping[str, Device], now_s: float) -> None:
         self._devices = {
@@ -34,11 +36,11 @@ class SensorWatch:
 
     @property
     def faults(self) -> dict[str, str]:
-        """What is wrong with a device now, as a sentence, by slot; nothing for those that are well."""
+        """Current faults by slot, as sentences; healthy devices are left out."""
         return {slot: device.fault for slot, device in self._devices.items() if device.fault}
 
     def port_failed(self, slot: str, fault: str) -> None:
-        """The port of a device can't be opened, or went away; `fault` says why and what to do."""
+        """Note that a device's port can't be opened or was lost; `fault` says why and what to do."""
         self._devices[slot].port_fault, self._devices[slot].open_s = fault, math.inf
 
     def port_opened(self, slot: str, time_s: float) -> None:
@@ -51,14 +53,14 @@ class SensorWatch:
         self._devices[slot].sample_s = time_s
 
     def texts(self, now_s: float) -> list[str]:
-        """One short sentence for each slot that lost its port, fell silent, or came back, since the last call."""
+        """Return a short sentence for each slot that lost its port, fell silent or came back since the last call."""
         texts = []
         for slot, device in self._devices.items():
             kind, text = _judged(slot, device, now_s)
             if kind is None:
                 continue
             device.fault = text
-            # The words of a fault may change while it lasts; the crew is told of each kind once.
+            # The wording of a fault may change while it lasts; the crew hears of each kind once.
             if kind != device.told:
                 texts.append(text or f"{slot} is back")
             device.told = kind
@@ -66,12 +68,15 @@ class SensorWatch:
 
 
 def _to_check(device: Device) -> str:
-    """Of a device on the network its kind and address, which has no baud."""
+    """Say what to check: kind and address of a network device, which has no baud rate, otherwise the baud rate."""
     return f"that {device.port} is its {device.kind}" if speaks_tcp(device) else "its baud"
 
 
 def _judged(slot: str, device: _Device, now_s: float) -> tuple[str | None, str]:
-    """The kind of fault and its sentence, "" for none; None while a port that just opened may yet speak."""
+    """Return the kind of fault and its sentence, "" for none.
+
+    The kind is None while a port that just opened may yet speak.
+    """
     if device.port_fault:
         return "port", f"{slot}: {device.port_fault}"
     if now_s - max(device.sample_s, device.open_s) > SILENT_S:

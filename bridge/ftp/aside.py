@@ -1,4 +1,4 @@
-"""A file server beside the bridge's loop: the disk is read in a thread of its own, and the loop waits for nothing."""
+"""Runs a file server outside the bridge's loop: a thread of its own reads the disk, and the loop never waits."""
 
 from collections import deque
 from contextlib import suppress
@@ -16,7 +16,10 @@ ENDING_S: Final = 3.0
 
 
 class ServedAside:
-    """`hear` and `due` of a `FileServer`, at once; its work is done in a thread. Answers are due by the next call."""
+    """Offers `hear` and `due` of a `FileServer` that return at once; a thread does the work.
+
+    Answers are ready at a later call of `due`.
+    """
 
     def __init__(self, server: FileServer, clock: Clock) -> None:
         self._server, self._clock = server, clock
@@ -27,18 +30,18 @@ class ServedAside:
         self._thread.start()
 
     def hear(self, peer: Peer, payload: bytes, now_s: float) -> None:
-        """A packet came; one that finds no room is asked for again."""
+        """Queue a packet that arrived. A packet that finds no room is dropped, and asked for again."""
         del now_s
         with suppress(Full):
             self._heard.put_nowait((peer, payload))
 
     def due(self, now_s: float) -> list[tuple[Peer, bytes]]:
-        """What is ready to go out."""
+        """Return the answers that are ready to send."""
         del now_s
         return [self._answers.popleft() for _ in range(len(self._answers))]
 
     def close(self) -> None:
-        """End; a disk that stalls is not waited for long."""
+        """End the thread; a disk that stalls is not waited for long."""
         self._stop.set()
         self._thread.join(ENDING_S)
 
@@ -48,6 +51,6 @@ class ServedAside:
                 self._server.hear(*self._heard.get(timeout=TICK_S), self._clock.boot_s())
                 for _ in range(self._heard.qsize()):
                     self._server.hear(*self._heard.get_nowait(), self._clock.boot_s())
-            # A loop that does not fetch its answers gets no more of them.
+            # No more answers are made while the loop does not fetch them.
             if len(self._answers) < MOST_ANSWERS:
                 self._answers.extend(self._server.due(self._clock.boot_s()))

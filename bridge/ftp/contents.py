@@ -1,4 +1,4 @@
-"""What files hold, as it goes by on a link: no recording keeps it, for a file may hold what no recording may."""
+"""Keeps the contents of transferred files out of recordings: a file may hold data that no recording may hold."""
 
 from typing import Final
 
@@ -10,13 +10,15 @@ from bridge.ftp.packet import Op
 
 FILE_TRANSFER: Final[int] = dialect.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL
 OP_AT, REQUEST_AT, CONTENTS_AT = 6, 8, 15
-"""In the payload, where three bytes that say for whom it is stand before the packet."""
+"""Offsets in the payload, in which three bytes for the target stand before the packet."""
 _ID_2: Final[bytes] = FILE_TRANSFER.to_bytes(3, "little")
 
 
 def without_contents(raw: bytes) -> bytes:
-    """A whole frame as it may be kept: one that carries bytes of a file with zeros for them, unsigned; any other as it
-    is."""
+    """Return a complete frame as it may be recorded.
+
+    If it carries bytes of a file, it has zeros in their place and is unsigned; any other frame is unchanged.
+    """
     if raw[7:10] == _ID_2 and raw[0] == MAGIC_2:
         header = bytes((MAGIC_2, raw[1], 0)) + raw[3:10]
     elif raw[5:6] == _ID_2[:1] and raw[0] == MAGIC_1:

@@ -1,4 +1,4 @@
-"""The files that are handed out: a ring's segments by their names, and nothing else."""
+"""The files that the server offers: a ring's segments by their names, and nothing else."""
 
 from pathlib import Path
 from typing import Protocol
@@ -8,19 +8,19 @@ from bridge.ring.segments import segment_named, segments_in
 
 
 class Files(Protocol):
-    """Files in one folder. All raise OSError where the disk fails, FileNotFoundError for a name that is not there."""
+    """Files in one folder. All methods raise OSError if the disk fails, FileNotFoundError for an unknown name."""
 
     def sizes(self) -> list[tuple[str, int]]:
-        """Name and size in bytes of each, in their order."""
+        """Name and size in bytes of each file, in order."""
         ...
 
     def read(self, name: str, offset: int, size: int) -> bytes:
-        """Up to `size` bytes from `offset` on; b"" at the end."""
+        """Return up to `size` bytes from `offset` on; b"" at the end."""
         ...
 
 
 class Segments:
-    """The segments of a ring in `folder`. A name that is no segment's is not there, so that no path leads out."""
+    """The segments of a ring in `folder`. Any other name counts as missing, so that no path leads out of it."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder

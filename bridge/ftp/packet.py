@@ -1,7 +1,7 @@
-"""A packet of MAVLink FTP, which rides in the 251 bytes of FILE_TRANSFER_PROTOCOL.
+"""A packet of MAVLink FTP, carried in the 251 bytes of FILE_TRANSFER_PROTOCOL.
 
-Source: the MAVLink developer guide, File Transfer Protocol. Little-endian: sequence u16, session u8, opcode u8,
-size u8, request opcode u8, burst complete u8, padding u8, offset u32, then up to 239 bytes.
+Source: the MAVLink developer guide, File Transfer Protocol. Little-endian: sequence u16, session u8, opcode u8, size
+u8, request opcode u8, burst complete u8, padding u8, offset u32, then up to 239 bytes.
 """
 
 import struct
@@ -15,7 +15,7 @@ _HEAD: Final = struct.Struct("<HBBBBBBI")
 
 
 class Op(IntEnum):
-    """What is asked, and the two answers."""
+    """Opcodes of requests, and of the two answers."""
 
     NONE = 0
     TERMINATE = 1
@@ -38,7 +38,7 @@ class Op(IntEnum):
 
 
 class Fault(IntEnum):
-    """Why something is refused: the first byte of a NAK's data."""
+    """Why a request is refused: the first byte of a NAK's data."""
 
     FAIL = 1
     ERRNO = 2
@@ -54,7 +54,7 @@ class Fault(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Packet:
-    """One packet. `size` is that of `data`, except where a read asks for so many bytes and carries none."""
+    """One packet. `size` is the length of `data`; a read request asks for `size` bytes and carries none."""
 
     sequence: int
     session: int
@@ -66,13 +66,13 @@ class Packet:
     data: bytes = b""
 
     def encode(self) -> bytes:
-        """The bytes without the zeros that fill up the 251; MAVLink 2 would cut them again."""
+        """Return the bytes without the zeros that fill up the 251; MAVLink 2 would cut them again."""
         head = (self.sequence, self.session, self.op, self.size, self.request, self.complete, 0, self.offset)
         return _HEAD.pack(*head) + self.data
 
 
 def decode(payload: bytes) -> Packet:
-    """The packet in a payload of any length: what is missing is zero, and no more data is taken than `size` says."""
+    """Return the packet in a payload of any length: missing bytes are zero, and data beyond `size` is ignored."""
     whole = payload[:PAYLOAD_BYTES].ljust(PAYLOAD_BYTES, b"\0")
     sequence, session, op, size, request, complete, _, offset = _HEAD.unpack_from(whole)
     data = whole[_HEAD.size : _HEAD.size + size]
@@ -82,7 +82,7 @@ def decode(payload: bytes) -> Packet:
 def acknowledged(
     asked: Packet, data: bytes = b"", offset: int | None = None, session: int | None = None
 ) -> Packet:
-    """The answer to a request that is granted."""
+    """Return the answer that grants a request."""
     return Packet(
         asked.sequence + 1 & 0xFFFF,
         asked.session if session is None else session,
@@ -95,7 +95,7 @@ def acknowledged(
 
 
 def refused(asked: Packet, fault: Fault) -> Packet:
-    """The answer to a request that is not."""
+    """Return the answer that refuses a request."""
     return Packet(
         asked.sequence + 1 & 0xFFFF,
         asked.session,

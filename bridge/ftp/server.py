@@ -1,7 +1,7 @@
-"""A server of MAVLink FTP that only lets read: packets with their time in, packets out. No thread, no clock of its own.
+"""A read-only MAVLink FTP server: packets with their time in, packets out. No thread, no clock of its own.
 
-A session is a name and nothing more, so that nothing is held open, and one that is asked for twice is one. Answers to
-each link keep within its pace, for telemetry goes first; what finds no room is dropped, and asked for again.
+A session is only a name: no file is held open, and opening a file twice gives the same session. Answers to each link
+keep within its pace, as telemetry has priority. Requests that find no room are dropped, and asked for again.
 """
 
 import zlib
@@ -14,7 +14,7 @@ from bridge.ftp.files import Files
 from bridge.ftp.packet import DATA_BYTES, Fault, Op, Packet, acknowledged, decode, refused
 
 Peer = tuple[int, int, int]
-"""The link's number, and who speaks there: system and component."""
+"""Link number, and the client's system and component."""
 
 MOST_SESSIONS: Final = 16
 MOST_WAITING: Final = 256
@@ -24,7 +24,7 @@ BURST_PACKETS: Final = 64
 CRC_BYTES_A_STEP: Final = 1 << 18
 LONGEST_SAVING_S: Final = 0.1
 FRAME_BYTES: Final = 27
-"""What a packet has around its data on the wire."""
+"""Bytes on the wire around a packet's data."""
 
 _WRITES: Final = frozenset(
     (Op.CREATE, Op.WRITE, Op.REMOVE, Op.MAKE_FOLDER, Op.REMOVE_FOLDER, Op.OPEN_WRITE, Op.TRUNCATE, Op.RENAME)
@@ -33,7 +33,10 @@ _WRITES: Final = frozenset(
 
 @dataclass
 class _Session:
-    """A file that somebody reads. `burst` is the packet that asked for one, moved on to what is due next."""
+    """A file that a peer reads. `burst` is its burst request, advanced to the packet that is due next.
+
+    `left` is the number of packets left in the burst.
+    """
 
     peer: Peer
     name: str
@@ -44,7 +47,7 @@ class _Session:
 
 @dataclass
 class _Lane:
-    """One link: what was asked there, and how many bytes may go out now."""
+    """One link: its waiting requests, and how many bytes may be sent now."""
 
     earned_s: float
     allowed: float
@@ -53,7 +56,7 @@ class _Lane:
 
 @dataclass
 class _Sum:
-    """A checksum under way."""
+    """A checksum in progress."""
 
     peer: Peer
     asked: Packet
@@ -63,7 +66,7 @@ class _Sum:
 
 
 class FileServer:
-    """Hands out `files`. `pace(link)` is how many bytes a second may go out on the link of that number."""
+    """Offers `files` for reading. `pace(link)` is the allowed bytes per second on the link with that number."""
 
     def __init__(self, files: Files, pace: Callable[[int], float]) -> None:
         self._files, self._pace = files, pace
@@ -73,14 +76,14 @@ class FileServer:
         self._sums: list[_Sum] = []
 
     def hear(self, peer: Peer, payload: bytes, now_s: float) -> None:
-        """A packet came; its answer is due later."""
+        """Take a packet that arrived; its answer comes from a later `due`."""
         lane = self._lanes.setdefault(peer[0], _Lane(now_s, self._most_saved(peer[0])))
         if len(lane.asked) < MOST_WAITING:
             lane.asked.append((peer, decode(payload)))
 
     def due(self, now_s: float) -> list[tuple[Peer, bytes]]:
-        """What goes out now, and to whom."""
-        for number in [n for n, one in self._sessions.items() if one.used_s < now_s - IDLE_S]:
+        """Return the packets to send now, each with its peer."""
+        for number in [n for n, session in self._sessions.items() if session.used_s < now_s - IDLE_S]:
             del self._sessions[number]
         out: list[tuple[Peer, bytes]] = []
         for link, lane in self._lanes.items():
@@ -94,7 +97,7 @@ class FileServer:
         return out + [(peer, packet.encode()) for peer, packet in self._summed()]
 
     def _most_saved(self, link: int) -> float:
-        """How many bytes may go out at once: a packet, where the pace is slow."""
+        """Most bytes that may be sent at once: at least one packet, even at a slow pace."""
         return max(self._pace(link) * LONGEST_SAVING_S, float(DATA_BYTES + FRAME_BYTES))
 
     def _lane_due(self, link: int, lane: _Lane, now_s: float) -> Iterator[tuple[Peer, Packet]]:
@@ -104,7 +107,7 @@ class FileServer:
             if answer is not None:
                 yield peer, answer
         bursting = deque(
-            number for number, one in self._sessions.items() if one.peer[0] == link and one.burst
+            number for number, reading in self._sessions.items() if reading.peer[0] == link and reading.burst
         )
         while bursting and lane.allowed > 0:
             number = bursting.popleft()
@@ -114,7 +117,7 @@ class FileServer:
                 bursting.append(number)
 
     def _answer(self, peer: Peer, asked: Packet, now_s: float) -> Packet | None:
-        """The answer; None where there is none, or none yet."""
+        """Return the answer to a request; None if it gets none, or gets it later."""
         try:
             if asked.op == Op.LIST:
                 return self._listed(peer, asked)
@@ -129,16 +132,16 @@ class FileServer:
         except OSError:
             return refused(asked, Fault.FAIL)
         if asked.op == Op.RESET:
-            self._sessions = {n: one for n, one in self._sessions.items() if one.peer != peer}
+            self._sessions = {n: session for n, session in self._sessions.items() if session.peer != peer}
             return acknowledged(asked)
-        if asked.op in (Op.ACK, Op.NAK):  # never answered: two that do so would never end
+        if asked.op in (Op.ACK, Op.NAK):  # never answered: two servers would answer each other without end
             return None
         return refused(asked, Fault.PROTECTED if asked.op in _WRITES else Fault.UNKNOWN)
 
     def _listed(self, peer: Peer, asked: Packet) -> Packet:
         if _name(asked.data) not in ("", "."):
             raise FileNotFoundError
-        # As it was when it was begun: one that changes meanwhile would make who lists it by index miss a file.
+        # The list stays as it was at its begin: if it changed, a client that lists by index could miss a file.
         if asked.offset == 0 or peer not in self._listings:
             if len(self._listings) >= MOST_LISTINGS:
                 self._listings.pop(next(iter(self._listings)), None)
@@ -155,11 +158,13 @@ class FileServer:
         size = dict(self._files.sizes()).get(name)
         if size is None:
             raise FileNotFoundError
-        same = (n for n, one in self._sessions.items() if (one.peer, one.name) == (peer, name))
+        same = (n for n, session in self._sessions.items() if (session.peer, session.name) == (peer, name))
         free = (n for n in range(MOST_SESSIONS) if n not in self._sessions)
-        # One whose end was lost on its way gives room to its own peer's next.
-        own = sorted((one.used_s, n) for n, one in self._sessions.items() if one.peer == peer)
-        number = next(same, next(free, own[0][1] if own else None))
+        # A session whose TERMINATE was lost gives room to the next session of its own peer.
+        oldest_first = sorted(
+            (session.used_s, n) for n, session in self._sessions.items() if session.peer == peer
+        )
+        number = next(same, next(free, oldest_first[0][1] if oldest_first else None))
         if number is None:
             return refused(asked, Fault.NO_SESSIONS)
         self._sessions[number] = _Session(peer, name, now_s)
@@ -207,15 +212,15 @@ class FileServer:
         self._files.read(name, 0, 1)
         if len(self._sums) >= MOST_LISTINGS:
             return refused(asked, Fault.FAIL)
-        for one in self._sums:
-            if (one.peer, one.name) == (peer, name):  # asked again: what is done of it stays done
-                one.asked = asked
+        for pending in self._sums:
+            if (pending.peer, pending.name) == (peer, name):  # asked again: the work done so far is kept
+                pending.asked = asked
                 return None
         self._sums.append(_Sum(peer, asked, name))
         return None
 
     def _summed(self) -> list[tuple[Peer, Packet]]:
-        """The first checksum a piece further; its answer where it is done."""
+        """Continue the first checksum by a piece; return its answer once it is complete."""
         if not self._sums:
             return []
         work = self._sums[0]
@@ -232,15 +237,15 @@ class FileServer:
 
 
 def crc32(data: bytes, crc: int = 0) -> int:
-    """The checksum of MAVLink FTP: that of zlib, begun at 0 and not turned over at the end; `crc` is that so far."""
+    """Checksum of MAVLink FTP: zlib's, but begun at 0 and not inverted at the end. `crc` is the checksum so far."""
     return zlib.crc32(data, crc ^ 0xFFFFFFFF) ^ 0xFFFFFFFF
 
 
 def _name(data: bytes) -> str:
-    """The name of a path at the root; what holds other bytes than ASCII is nobody's name."""
+    """Name of a path at the root. Bytes other than ASCII are replaced, so that such a name matches no file."""
     return data.split(b"\0")[0].decode("ascii", "replace").removeprefix("/")
 
 
 def _is_free(asked: Packet) -> bool:
-    """Whether it is refused at once, whatever the pace: nobody is to wait for that."""
+    """Whether a request is refused at once, whatever the pace: no client should wait for that."""
     return asked.op in _WRITES or (asked.op == Op.OPEN_READ and asked.data.startswith(b"@"))

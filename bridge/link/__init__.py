@@ -1,1 +1,1 @@
-"""Links that carry bytes: serial, UDP, TCP, memory, and a lossy one with switches. See `base.Link`."""
+"""Links that carry bytes: serial, UDP, TCP, memory, and a lossy link with switches. See `base.Link`."""

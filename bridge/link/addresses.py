@@ -1,4 +1,4 @@
-"""What this computer is called on its networks, and why a link can't listen there."""
+"""The addresses of this computer on its networks, and the reason why a link can't listen at an address."""
 
 import errno
 import fcntl
@@ -13,18 +13,18 @@ FIRST_FREE_PORT = 1024
 
 
 def own_addresses() -> list[str]:
-    """The IPv4 addresses of this computer, as far as its system tells them."""
-    found = []
+    """Return the IPv4 addresses of this computer, as far as its system reports them."""
+    addresses = []
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         for _, interface in socket.if_nameindex():
             with suppress(OSError):
                 asked = struct.pack("256s", interface.encode()[:15])
-                found.append(socket.inet_ntoa(fcntl.ioctl(probe.fileno(), SIOCGIFADDR, asked)[20:24]))
-    return found or ["127.0.0.1"]
+                addresses.append(socket.inet_ntoa(fcntl.ioctl(probe.fileno(), SIOCGIFADDR, asked)[20:24]))
+    return addresses or ["127.0.0.1"]
 
 
 def no_listener(name: str, host: str, port: int, error: OSError) -> LinkError:
-    """The error of a link that can't listen at `host` and `port`."""
+    """Return the error of a link that can't listen at `host` and `port`."""
     if isinstance(error, socket.gaierror):
         return LinkError(f"{name}: the host '{host}' is unknown ({error.strerror}); check the name")
     if error.errno == errno.EADDRNOTAVAIL:

@@ -1,4 +1,4 @@
-"""What every link can do."""
+"""The interface of every link."""
 
 from typing import Protocol
 
@@ -8,11 +8,11 @@ class Link(Protocol):
 
     @property
     def name(self) -> str:
-        """How a person names it: `serial:/dev/ttyUSB0:115200`, `udpin:127.0.0.1:14550`."""
+        """Name as a person writes it: `serial:/dev/ttyUSB0:115200`, `udpin:127.0.0.1:14550`."""
         ...
 
     def read(self, timeout_s: float) -> bytes:
-        """Bytes that are there, waiting up to `timeout_s` for the first; b"" for none.
+        """Return the bytes that have arrived, waiting up to `timeout_s` for the first; b"" for none.
 
         Raises LinkLost when the port or the peer has gone.
         """

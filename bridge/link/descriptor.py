@@ -1,4 +1,4 @@
-"""A link over a file descriptor: what serial ports, pseudo-terminals and TCP connections share."""
+"""A link over a file descriptor, shared by serial ports, pseudo-terminals and TCP connections."""
 
 import os
 import select
@@ -12,10 +12,10 @@ BACKLOG_BYTES = 65536
 
 
 class DescriptorLink:
-    """Reads and writes a non-blocking descriptor; `release` closes what owns it.
+    """Reads and writes a non-blocking descriptor; `release` closes the object that owns it.
 
-    A peer that takes no bytes never stalls the writer: what does not go out waits, up to `BACKLOG_BYTES`,
-    and beyond that new data is dropped whole and counted in `counts["dropped"]`.
+    A peer that takes no bytes never stalls the writer: unsent bytes wait, up to `BACKLOG_BYTES`. Beyond that, new
+    data is dropped whole and counted in `counts["dropped"]`.
     """
 
     def __init__(self, name: str, descriptor: int, release: Callable[[], None]) -> None:
@@ -24,7 +24,7 @@ class DescriptorLink:
         self._descriptor = descriptor
         self._release = release
         self._backlog = b""
-        # Read into, over and over: a new one for each read would tear holes into the memory of a thread that reads.
+        # Reused for each read: a new buffer every time would fragment the memory of the reading thread.
         self._read_into = memoryview(bytearray(READ_BYTES))
         os.set_blocking(descriptor, False)
 
@@ -33,7 +33,7 @@ class DescriptorLink:
         try:
             self._send_backlog()
         except OSError:
-            # A peer that takes nothing any more may have said why: that is read first, and then its end.
+            # A peer that accepts no more bytes may have said why: read that first, and then its end.
             self._backlog = b""
         try:
             ready, _, _ = select.select([self._descriptor], [], [], max(0.0, timeout_s))

@@ -1,4 +1,4 @@
-"""A link that misbehaves frame by frame, with switches to flip while it runs."""
+"""A link that disturbs frames one by one, with switches to flip while it runs."""
 
 import random
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ OVERTAKEN_S = 0.2
 
 @dataclass
 class Faults:
-    """What happens to each frame, as probabilities; `cut` lets nothing through."""
+    """Probabilities of the faults of each frame, and its delay; `cut` lets no frame through."""
 
     loss: float = 0.0
     duplicate: float = 0.0
@@ -23,7 +23,7 @@ class Faults:
 
 
 class Lossy:
-    """Wraps a link; what is written suffers `outgoing`, what is read `incoming`; both start as given."""
+    """Wraps a link. Written frames suffer the faults `outgoing`, read frames `incoming`; both start as given."""
 
     def __init__(
         self,
@@ -63,7 +63,7 @@ class Lossy:
 
 
 class _Way:
-    """One direction: frames with the time at which they come out, in the order in which they do."""
+    """One direction: frames in the order in which they come out, each with its time."""
 
     def __init__(self, faults: Faults, rng: random.Random) -> None:
         self._faults = faults

@@ -1,4 +1,4 @@
-"""Two link ends in one process: what one writes the other reads; for lock-step."""
+"""Two link ends in one process, each of which reads the bytes that the other writes; for lock-step."""
 
 from collections import deque
 from threading import Condition
@@ -18,7 +18,7 @@ class MemoryLink:
         self._peer: MemoryLink | None = None
 
     def join(self, peer: "MemoryLink") -> None:
-        """Know the other end, so that its closing is noticed."""
+        """Set the other end, so that its closing is noticed."""
         self._peer = peer
 
     def read(self, timeout_s: float) -> bytes:
@@ -49,7 +49,7 @@ class MemoryLink:
 
 
 def memory_pair() -> tuple[MemoryLink, MemoryLink]:
-    """Two ends joined to each other."""
+    """Return two ends that are joined to each other."""
     there: deque[bytes] = deque()
     back: deque[bytes] = deque()
     changed = Condition()

@@ -1,4 +1,4 @@
-"""Links by the names that people give them."""
+"""Opens links by the names that people give them."""
 
 from collections.abc import Callable
 
@@ -20,21 +20,21 @@ _NETWORK: dict[str, Callable[[str, int], Link]] = {
 
 
 def open_link(spec: str) -> Link:
-    """The link that `spec` names; a network host left out is this computer alone.
+    """Open the link that `spec` names. If a network host is left out, it is this computer only.
 
-    Raises LinkSpecError where `spec` can't be read, LinkError where what it names can't be opened.
+    Raises LinkSpecError if `spec` can't be parsed, LinkError if the link can't be opened.
     """
     kind, place, number = parse_link(spec)
     return open_serial(place, number) if kind == "serial" else _NETWORK[kind](place, number)
 
 
 def parse_link(spec: str) -> tuple[str, str, int]:
-    """Kind, serial port or host, and baud rate or port number of a link's name. Raises LinkSpecError."""
-    kind, _, rest = spec.partition(":")
-    if kind == "serial" and rest:
-        return kind, *_port_and_baud(rest)
-    if kind in _NETWORK and rest:
-        return kind, *_host_and_port(spec, rest)
+    """Return kind, serial port or host, and baud rate or port number of a link's name. Raises LinkSpecError."""
+    kind, _, address = spec.partition(":")
+    if kind == "serial" and address:
+        return kind, *_port_and_baud(address)
+    if kind in _NETWORK and address:
+        return kind, *_host_and_port(spec, address)
     raise LinkSpecError(f"'{spec}' is not a link; give {FORMS}")
 
 

@@ -8,7 +8,7 @@ from bridge.link.descriptor import DescriptorLink
 
 
 def open_pty() -> tuple[DescriptorLink, str]:
-    """The device's end, and the path of the port that a reader opens; raw bytes both ways.
+    """Return the device's end, and the path of the port for a reader to open; raw bytes both ways.
 
     Closing the device's end pulls the plug: the reader's port is lost.
     """

@@ -1,7 +1,7 @@
-"""The system's buffer of a datagram socket: asked to be large, read in one go, and what did not fit counted.
+"""The system's receive buffer of a datagram socket: set to a large size, and its losses counted.
 
-Where datagrams come faster than they are read, the system drops what does not fit, and nobody on the network can
-tell it from a loss on the way. Linux tells of it with each datagram, by SO_RXQ_OVFL (socket(7)).
+If datagrams arrive faster than they are read, the system drops those that do not fit, and nobody on the network can
+tell that from a loss on the way. Linux reports the drops with each datagram, by SO_RXQ_OVFL (socket(7)).
 """
 
 import socket
@@ -10,9 +10,8 @@ import sys
 from contextlib import suppress
 from typing import Any, Final
 
-ASKED_BYTES: Final = (
-    4 << 20
-)  # a second and more of 10 000 short datagrams a second, each with the system's own 768 B
+# Over a second of 10 000 short datagrams a second, each with 768 B of the system's own (Linux doubles this size).
+ASKED_BYTES: Final = 4 << 20
 LARGEST_DATAGRAM: Final = 65535
 SO_RXQ_OVFL: Final = 40
 ROUND: Final = 1 << 32
@@ -20,9 +19,9 @@ COUNTER: Final = struct.Struct("=I")
 
 
 class ReceiveBuffer:
-    """Of one socket. `given_bytes` is what the system let have of `asked_bytes`, `dropped` the datagrams that it lost.
+    """Buffer of one socket. `given_bytes` is the size granted of `asked_bytes`, `dropped` the datagrams it lost.
 
-    A drop is known with the next datagram that did fit. Where the system does not count, `dropped` stays 0.
+    A drop becomes known with the next datagram that fits. If the system does not count drops, `dropped` stays 0.
     """
 
     def __init__(self, sock: socket.socket, asked_bytes: int = ASKED_BYTES) -> None:
@@ -35,18 +34,18 @@ class ReceiveBuffer:
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, asked_bytes)
         self.given_bytes = sock.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF)
         if sys.platform == "linux":
-            # Linux doubles what is asked for, and tells the double, for its own needs.
+            # Linux doubles the requested size for its own needs, and reports the double.
             self.given_bytes //= 2
             with suppress(OSError):
                 sock.setsockopt(socket.SOL_SOCKET, SO_RXQ_OVFL, 1)
                 self._room = socket.CMSG_SPACE(COUNTER.size)
 
     def receive(self) -> tuple[bytes, Any]:
-        """The next datagram and its sender's address. Raises BlockingIOError for none, OSError."""
+        """Return the next datagram and its sender's address. Raises BlockingIOError if there is none, OSError."""
         if not self._room:
             return self._socket.recvfrom(LARGEST_DATAGRAM)
-        data, told, _, sender = self._socket.recvmsg(LARGEST_DATAGRAM, self._room)
-        for level, kind, value in told:
+        data, ancillary, _, sender = self._socket.recvmsg(LARGEST_DATAGRAM, self._room)
+        for level, kind, value in ancillary:
             if level == socket.SOL_SOCKET and kind == SO_RXQ_OVFL and len(value) == COUNTER.size:
                 (counted,) = COUNTER.unpack(value)
                 self.dropped += (counted - self._counted) % ROUND
@@ -55,7 +54,7 @@ class ReceiveBuffer:
 
     @property
     def words(self) -> str:
-        """Who lost what, and what to do; "" where nothing was lost here."""
+        """Say who lost datagrams and what to do; "" if none were lost on this computer."""
         if not self.dropped:
             return ""
         lost = f"this computer was too slow and lost {self.dropped} datagrams itself, not the link"

@@ -1,4 +1,4 @@
-"""A link that comes back: a port unplugged, a peer restarted."""
+"""A link that comes back after a port was unplugged or a peer was restarted."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -11,24 +11,24 @@ from bridge.link.base import Link
 
 FIRST_RETRY_S = 0.25
 SLOWEST_RETRY_S = 1.0
-PATIENCE_S = 0.01  # enough for what is on this computer
+PATIENCE_S = 0.01  # enough for a port of this computer
 
 
 def next_retry_s(retry_s: float) -> float:
-    """How long to wait after one more failure."""
+    """Return the time to wait after one more failure."""
     return min(2 * retry_s, SLOWEST_RETRY_S)
 
 
 def unheard(_: str) -> None:
-    """Who hears of losses where nobody was named."""
+    """Ignore a loss: the listener if none was given."""
 
 
 class Reconnecting:
-    """Opens its link by `factory`, again and again with back-off, and loses nobody's process over it.
+    """Opens its link by `factory`, again and again with back-off; reads and writes raise no LinkError.
 
-    `fault` is the sentence of the last failure while the link is away, "" while it works. What is written
-    meanwhile is lost, and each such write counted in `counts["dropped"]`. `lost` hears why a link that worked was lost,
-    each sentence once.
+    `fault` is the sentence of the last failure while the link is away, "" while it works. Data written meanwhile is
+    lost, and each such write is counted in `counts["dropped"]`. `lost` is called with the reason when a working link
+    is lost, once for each sentence.
     """
 
     def __init__(
@@ -102,10 +102,10 @@ class Reconnecting:
 
 
 class Aside:
-    """A factory that opens its links in a thread, for one who must not wait for a network.
+    """A factory that opens its links in a thread, for a caller that must not wait for a network.
 
-    Called, it gives the link that has been opened since; while there is none it raises LinkError at once, with
-    the sentence of the last failure. One reader only.
+    A call returns the link that has been opened since. While there is none, it raises LinkError within `PATIENCE_S`,
+    with the sentence of the last failure. One reader only.
     """
 
     def __init__(self, factory: Callable[[], Link], name: str) -> None:

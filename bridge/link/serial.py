@@ -12,7 +12,7 @@ DEFAULT_BAUD = 115200
 
 
 def open_serial(port: str, baud: int = DEFAULT_BAUD) -> DescriptorLink:
-    """The port at `port`. Raises LinkError where it is absent, busy, forbidden or no serial port."""
+    """Open the serial port `port`. Raises LinkError if it is absent, busy, forbidden or no serial port."""
     name = f"serial:{port}:{baud}"
     try:
         opened: Any = serial.Serial(port, baud, timeout=0, exclusive=True)

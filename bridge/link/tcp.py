@@ -6,11 +6,11 @@ from bridge.errors import LinkError, LinkLost
 from bridge.link.addresses import no_listener
 from bridge.link.descriptor import DescriptorLink
 
-CONNECT_S = 2.0  # with the longest pause between tries: a device is back 3 s after its cable
+CONNECT_S = 2.0  # plus the longest pause between tries: a device is back 3 s after its cable
 
 
 def open_tcp(host: str, port: int) -> DescriptorLink:
-    """A connection. Raises LinkError where nobody answers there."""
+    """Connect to a peer. Raises LinkError if nobody answers there."""
     name = f"tcp:{host}:{port}"
     try:
         sock = socket.create_connection((host, port), CONNECT_S)
@@ -24,7 +24,7 @@ def open_tcp(host: str, port: int) -> DescriptorLink:
 
 def _connection(name: str, sock: socket.socket) -> DescriptorLink:
     sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-    # A peer whose cable was pulled says nothing: ask it, so that it is known to be gone within about 10 s.
+    # A peer whose cable was pulled is silent: probe it, so that its loss is known within about 10 s.
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     for option, value in (("TCP_KEEPIDLE", 4), ("TCP_KEEPINTVL", 2), ("TCP_KEEPCNT", 3)):
         if hasattr(socket, option):
@@ -33,7 +33,7 @@ def _connection(name: str, sock: socket.socket) -> DescriptorLink:
 
 
 class TcpServer:
-    """A listening link: the first to connect is served until it leaves, then the next."""
+    """A listening link: serves the first peer that connects until it leaves, then the next."""
 
     def __init__(self, name: str, listener: socket.socket) -> None:
         self.name = name
@@ -87,7 +87,7 @@ class TcpServer:
 
 
 def open_tcpin(host: str, port: int) -> TcpServer:
-    """A listener on `host`. Raises LinkError where the address is not this computer's, or is taken."""
+    """Listen on `host`. Raises LinkError if the address is not this computer's, or is taken."""
     name = f"tcpin:{host}:{port}"
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

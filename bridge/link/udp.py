@@ -1,4 +1,4 @@
-"""UDP: `udpin` binds and learns its peers from what they send, `udpout` sends to one peer."""
+"""UDP: `udpin` binds and learns its peers from the datagrams they send, `udpout` sends to one peer."""
 
 import select
 import socket
@@ -11,10 +11,10 @@ from bridge.link.addresses import no_listener
 from bridge.link.receive_buffer import ReceiveBuffer
 
 MAVLINK_1, MAVLINK_2 = 0xFE, 0xFD
-MOST_A_READ = 256  # datagrams: nobody else waits longer than for these
+MOST_A_READ = 256  # datagrams: everything else waits for at most this many
 MOST_PEERS = 8
 MOST_SPEAKERS = 256
-LONG_ALONE = 200  # datagrams of one peer, after which nobody else is taken to speak as the same source
+LONG_ALONE = 200  # datagrams of one peer in a row, after which it counts as the only peer of its source
 
 Address = tuple[str, int]
 Source = tuple[int, int]
@@ -22,7 +22,10 @@ Source = tuple[int, int]
 
 @dataclass
 class _Speaker:
-    """Who speaks as one MAVLink source: the peer that did last, those that did before it, how long it is alone."""
+    """The peers that speak as one MAVLink source.
+
+    `peer` spoke last, `before` are the peers that spoke before it, and `alone` counts the datagrams of `peer` since.
+    """
 
     peer: Address
     before: deque[Address] = field(default_factory=lambda: deque(maxlen=MOST_PEERS))
@@ -36,24 +39,25 @@ class _Speaker:
                 self.before.clear()
                 self.contested = False
             return
-        # One that starts anew gets another port and never comes back to its old one.
+        # A restarted program gets another port and never comes back to its old one.
         self.contested = self.contested or peer in self.before
         self.before.append(self.peer)
         self.peer, self.alone = peer, 0
 
 
 def source_of(datagram: bytes) -> Source | None:
-    """The (system, component) of a datagram's first MAVLink frame, by its header alone; None for no frame."""
+    """Return the (system, component) of a datagram's first MAVLink frame, by its header alone; None for no frame."""
     if len(datagram) > 6 and datagram[0] == MAVLINK_2:
         return datagram[5], datagram[6]
     return (datagram[3], datagram[4]) if len(datagram) > 4 and datagram[0] == MAVLINK_1 else None
 
 
 class UdpLink:
-    """A datagram socket; a `read` gives all datagrams that are there. Without `peer` it answers all that spoke to it.
+    """A datagram socket; `read` returns all waiting datagrams. Without `peer` it answers all peers that spoke.
 
-    Of those it answers the `MOST_PEERS` that were heard last, and none who never began a datagram with a MAVLink frame.
-    It is never connected: a peer that does not listen yet then raises no error. `buffer` tells what this computer lost.
+    Of those it answers the `MOST_PEERS` heard last, and no peer that never began a datagram with a MAVLink frame. The
+    socket is never connected, so that a peer that does not listen yet raises no error. `buffer` counts the datagrams
+    that this computer lost.
     """
 
     def __init__(self, name: str, sock: socket.socket, peer: Address | None) -> None:
@@ -62,7 +66,7 @@ class UdpLink:
         self._socket = sock
         self._peers: list[Address] = [] if peer is None else [peer]
         self._learns = peer is None
-        # In the order in which they were last heard.
+        # In the order in which they were heard last.
         self._speakers: OrderedDict[Source, _Speaker] = OrderedDict()
         self._socket.setblocking(False)
 
@@ -95,20 +99,20 @@ class UdpLink:
 
     @property
     def contested(self) -> frozenset[Source]:
-        """MAVLink sources as which several peers speak by turns: an order to one of these reaches them all."""
+        """MAVLink sources as which several peers speak in turns: an order to such a source reaches all of them."""
         return frozenset(source for source, speaker in self._speakers.items() if speaker.contested)
 
     def _waiting(self) -> list[bytes]:
-        """The datagrams that are there, of those who may speak."""
-        found: list[bytes] = []
+        """Return the waiting datagrams of the peers that may speak."""
+        datagrams: list[bytes] = []
         for _ in range(MOST_A_READ):
             try:
                 data, sender = self.buffer.receive()
             except BlockingIOError:
                 break
             except (OSError, ValueError) as error:
-                # What came before the fault is not lost; a fault that stays is found by the next read.
-                if found:
+                # Datagrams before the fault are not lost; a fault that stays is met by the next read.
+                if datagrams:
                     break
                 raise self._lost(error) from None
             peer = (sender[0], sender[1])
@@ -116,8 +120,8 @@ class UdpLink:
                 self._learn(peer, data)
             elif peer not in self._peers:
                 continue
-            found.append(data)
-        return found
+            datagrams.append(data)
+        return datagrams
 
     def _learn(self, peer: Address, data: bytes) -> None:
         source = source_of(data)
@@ -138,7 +142,7 @@ class UdpLink:
 
 
 def open_udpin(host: str, port: int) -> UdpLink:
-    """A socket bound to `host`. Raises LinkError where the address is not this computer's, or is taken."""
+    """Open a socket bound to `host`. Raises LinkError if the address is not this computer's, or is taken."""
     name = f"udpin:{host}:{port}"
     sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     try:
@@ -150,28 +154,31 @@ def open_udpin(host: str, port: int) -> UdpLink:
 
 
 def open_udpout(host: str, port: int) -> UdpLink:
-    """A socket that speaks to one peer, which need not listen yet. Raises LinkError for an unknown host."""
+    """Open a socket that speaks to one peer, which need not listen yet. Raises LinkError for an unknown host."""
     name = f"udpout:{host}:{port}"
     try:
         family, peer = _resolved(host, port)
     except OSError as error:
         raise LinkError(f"{name}: the host '{host}' is unknown ({error.strerror}); check the name") from None
     sock = socket.socket(family, socket.SOCK_DGRAM)
-    # Where nothing leads to the peer yet, the system chooses with the first datagram that goes out.
+    # Without a route to the peer yet, the system chooses the address with the first outgoing datagram.
     with suppress(OSError):
         sock.bind((_own_towards(family, peer), 0))
     return UdpLink(name, sock, peer)
 
 
 def _resolved(host: str, port: int) -> tuple[int, Address]:
-    """Family and address of a peer, by IPv4 where it has both."""
-    found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
-    family, *_, address = min(found, key=lambda entry: entry[0] != socket.AF_INET)
+    """Return family and address of a peer, IPv4 if it has both."""
+    addresses = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
+    family, *_, address = min(addresses, key=lambda entry: entry[0] != socket.AF_INET)
     return family, (str(address[0]), port)
 
 
 def _own_towards(family: int, peer: Address) -> str:
-    """This computer's address on the way to `peer`, so that other networks can't reach the socket; sends nothing."""
+    """Return this computer's address on the way to `peer`; sends nothing.
+
+    A socket bound to it can't be reached from other networks.
+    """
     with socket.socket(family, socket.SOCK_DGRAM) as probe:
         probe.connect(peer)
         return str(probe.getsockname()[0])

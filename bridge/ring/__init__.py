@@ -1,1 +1,1 @@
-"""The ring: the vehicle's own recording of what it sends, bounded, so that a dive without a link is not lost."""
+"""The ring: the vehicle's own bounded recording of the frames it sends, so that a dive without a link is not lost."""

@@ -1,4 +1,7 @@
-"""The ring on the disk: records into the newest segment, the oldest goes first. All of it may wait for the disk."""
+"""The ring on the disk: records go into the newest segment, the oldest segments are deleted.
+
+Every call may have to wait for the disk.
+"""
 
 import contextlib
 from dataclasses import dataclass
@@ -14,16 +17,16 @@ MEGABYTE: Final = 1_000_000
 
 @dataclass(frozen=True)
 class Bounds:
-    """How large a ring may become, and each segment of it, in bytes."""
+    """Size limits of a ring and of each of its segments, in bytes."""
 
     total: int = 1000 * MEGABYTE
     segment: int = 4 * MEGABYTE
 
 
 class RingFiles:
-    """The segments of one boot, known by `identity`, in `folder`, which is made where it is missing.
+    """The segments of one boot, known by `identity`, in `folder`, which is created if missing.
 
-    Nothing is touched before the first `write`: a vehicle starts with a disk that fails as well. Files that are no
+    Nothing is touched before the first `write`, so that a vehicle starts with a failing disk too. Files that are no
     segments are left alone.
     """
 
@@ -35,7 +38,7 @@ class RingFiles:
         self._writer: TlogWriter | None = None
 
     def write(self, unix_us: int, boot_ms: int, raw: bytes) -> None:
-        """Append one record. Raises LogError where that fails; the next one then begins a new segment."""
+        """Append one record. Raises LogError if that fails; the next record then begins a new segment."""
         if self._writer is not None and self._size + STAMP_BYTES + len(raw) > self._bounds.segment:
             self.sync()
             self.close()
@@ -49,9 +52,9 @@ class RingFiles:
         self._size += STAMP_BYTES + len(raw)
 
     def sync(self) -> None:
-        """Put on the disk what was written. Raises LogError where that fails.
+        """Put the written records on the disk. Raises LogError if that fails.
 
-        Raises TakenAway where somebody deleted or moved the segment: a deleted one is written once more.
+        Raises TakenAway if somebody deleted or moved the segment; a deleted segment is written again.
         """
         if self._writer is None:
             return
@@ -73,7 +76,7 @@ class RingFiles:
             self._writer = None
 
     def _give_up(self) -> None:
-        """End a segment that can't be written, with what it holds; one without a record would only be litter."""
+        """End a segment that can't be written, with its records; an empty segment would be litter and is deleted."""
         writer = self._writer
         with contextlib.suppress(LogError):
             self.sync()
@@ -95,7 +98,7 @@ class RingFiles:
         return TlogWriter(self._folder / segment.name)
 
     def _make_room(self, present: list[tuple[Segment, int]]) -> None:
-        """Let the oldest go until one more segment fits."""
+        """Delete the oldest segments until one more segment fits."""
         total = sum(size for _, size in present)
         for segment, size in present:
             if total + self._bounds.segment <= self._bounds.total:

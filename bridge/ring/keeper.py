@@ -1,7 +1,8 @@
-"""The ring beside the bridge's loop: frames are taken over at once, and written in a thread of their own.
+"""Keeps the ring outside the bridge's loop: takes frames over at once and writes them in a thread of its own.
 
-A disk that is full, fails or stalls holds nothing up: what can't be written waits in memory up to a bound, then the
-oldest is lost and counted, and the crew is told when it begins, each minute while it lasts, and when it is over.
+A disk that is full, fails or stalls delays nothing. Frames that can't be written wait in memory up to a bound; then
+the oldest are lost and counted. The crew gets a text when this begins, each minute while writing fails, and when it
+is over.
 """
 
 import secrets
@@ -18,13 +19,13 @@ from bridge.ring.files import Bounds, RingFiles
 MOST_WAITING_BYTES: Final = 8_000_000
 SYNC_EVERY_S: Final = 0.5
 RETRY_S: Final = 2.0
-TELL_AGAIN_S: Final = 60.0  # who joins the link later is to hear of it too
+TELL_AGAIN_S: Final = 60.0  # for a crew that joins the link later
 ENDING_S: Final = 3.0
 IDENTITY_BITS: Final = 31  # a positive int32 on the wire
 
 
 class Files(Protocol):
-    """Where records go; `write` and `sync` raise LogError where that fails, TakenAway where the files are gone."""
+    """Storage for records. `write` and `sync` raise LogError if they fail, TakenAway if the files are gone."""
 
     def write(self, unix_us: int, boot_ms: int, raw: bytes) -> None: ...
 
@@ -34,16 +35,16 @@ class Files(Protocol):
 
 
 def new_identity() -> int:
-    """What tells this boot from all others."""
+    """Return a random number that distinguishes this boot from all others."""
     return secrets.randbits(IDENTITY_BITS) or 1
 
 
 def _nobody(_: str) -> None:
-    """Who hears of a ring where nobody was named."""
+    """Ignore a text: the listener of a ring if none was set."""
 
 
 def ring_in(folder: Path, bounds: Bounds, clock: Clock) -> "RingKeeper":
-    """The ring of this boot in a folder, not yet begun."""
+    """Return the ring of this boot in a folder, not yet begun."""
     identity = new_identity()
     return RingKeeper(RingFiles(folder, bounds, identity), identity, clock)
 
@@ -51,7 +52,7 @@ def ring_in(folder: Path, bounds: Bounds, clock: Clock) -> "RingKeeper":
 class RingKeeper:
     """Keeps the frames of one boot, known by `identity`. `put` and `take_texts` never wait for the disk.
 
-    `begin` starts the thread that writes; without it, as in lock-step, `work` is called instead.
+    `begin` starts the thread that writes. Without it, as in lock-step, call `work` instead.
     """
 
     def __init__(self, files: Files, identity: int, clock: Clock) -> None:
@@ -66,15 +67,15 @@ class RingKeeper:
         self._retry_s = self._sync_s = clock.boot_s()
         self._thread: Thread | None = None
         self.tell: Callable[[str], None] = _nobody
-        """Hears in the thread that writes, in a sentence, that the files were taken away."""
+        """Called in the writing thread, with a sentence, when the files were deleted or moved."""
 
     def begin(self) -> None:
-        """Write from now on, in a thread."""
+        """Start a thread that writes from now on."""
         self._thread = Thread(target=self._run, name="ring", daemon=True)
         self._thread.start()
 
     def put(self, unix_us: int, boot_s: float, frames: Sequence[bytes]) -> None:
-        """Take over whole frames that were sent at that time."""
+        """Take over complete frames that were sent at that time."""
         boot_ms = round(boot_s * 1e3)
         with self._lock:
             for raw in frames:
@@ -88,13 +89,13 @@ class RingKeeper:
         self._wake.set()
 
     def take_texts(self) -> list[str]:
-        """What the crew is to be told, since the last call."""
+        """Return the texts for the crew since the last call."""
         with self._lock:
             texts, self._texts = self._texts, []
         return texts
 
     def work(self) -> None:
-        """Write what waits, as far as that can be done now, and twice a second put it on the disk."""
+        """Write the waiting frames as far as possible now, and sync them to the disk twice a second."""
         now_s = self._clock.boot_s()
         if now_s < self._retry_s:
             return
@@ -109,7 +110,7 @@ class RingKeeper:
             self._fail(str(error), now_s)
 
     def close(self) -> None:
-        """Write what waits, and end. A disk that stalls is not waited for long."""
+        """Write the waiting frames, and end. A disk that stalls is not waited for long."""
         self._stop.set()
         self._wake.set()
         if self._thread is None:
@@ -146,9 +147,9 @@ class RingKeeper:
             self._recover()
 
     def _begin_anew(self, taken: TakenAway) -> None:
-        what = "deleted" if taken.place is None else "moved away"
+        fate = "deleted" if taken.place is None else "moved away"
         with self._lock:
-            self._texts.append(f"ring: files were {what}, it begins anew")
+            self._texts.append(f"ring: files were {fate}, it begins anew")
         self.tell(f"ring: {taken}")
 
     def _fail(self, fault: str, now_s: float) -> None:
@@ -159,7 +160,7 @@ class RingKeeper:
                 self._texts.append(f"ring: not written, {fault}")
 
     def _recover(self) -> None:
-        """Tell that nothing waits any more, after a failure or where some found no room."""
+        """Report that nothing waits any more, after a failure or after frames that found no room."""
         with self._lock:
             if self._waiting or not (self._failed or self._lost):
                 return

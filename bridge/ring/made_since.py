@@ -1,7 +1,7 @@
-"""What a dive's whole recording lacks of those that it was made of, since they went on or came after it was made.
+"""Finds recordings of a dive that went on, or arrived, after the dive's complete recording was made of them.
 
-All that the ground heard is in it, byte for byte, so that the last frames of each recording tell. What it had of the
-vehicle's transfer of files is left out of it, and is not asked for.
+The complete recording holds everything that the ground heard, byte for byte, so that the last frames of each
+recording show whether it lacks any. Frames of file transfers are left out of it and are not looked for.
 """
 
 from collections import Counter
@@ -15,17 +15,17 @@ from bridge.ring.whole import WHOLE
 from bridge.tlog import GZIP, STAMP_BYTES, load_bytes, next_record, record_of
 
 LAST: Final = 8
-"""Frames of a vehicle: one of them states a time that no other does."""
+"""Number of last frames of a vehicle that are compared: one of them states a time that no other frame does."""
 TAIL_BYTES: Final = 1 << 16
 AFTERWARDS: Final = f"after {WHOLE} was made"
 GROUNDS: Final = 240
-"""System ids from here on are ground stations', whose heartbeats come again byte for byte."""
+"""System ids from here on are ground stations', whose heartbeats repeat byte for byte."""
 
 
 def lacked(recordings: Sequence[Path]) -> list[Path]:
-    """Those of a dive's recordings of which the whole one among them lacks frames; none where there is no whole one.
+    """Return the recordings of a dive with frames that its complete recording lacks; [] without a complete recording.
 
-    One that can't be read lacks nothing that could be told.
+    A recording that can't be read counts as lacking nothing.
     """
     whole = next((path for path in recordings if path.name == WHOLE), None)
     if whole is None:
@@ -34,12 +34,16 @@ def lacked(recordings: Sequence[Path]) -> list[Path]:
         held = load_bytes(whole)[0]
     except LogError:
         return []
-    # Most lie at its end.
-    return [one for one in recordings if one != whole and any(held.rfind(raw) < 0 for raw in _last(one))]
+    # Searched from the end, as most lie there.
+    return [
+        recording
+        for recording in recordings
+        if recording != whole and any(held.rfind(raw) < 0 for raw in _last(recording))
+    ]
 
 
 def lacked_words(folder: Path, lacking: Iterable[Path]) -> str:
-    """A sentence for the crew; "" where nothing is lacking."""
+    """Return a sentence for the crew; "" if nothing is lacking."""
     files = list(lacking)
     if not files:
         return ""
@@ -51,17 +55,17 @@ def lacked_words(folder: Path, lacking: Iterable[Path]) -> str:
 
 
 def _last(recording: Path) -> list[bytes]:
-    """Its last frames of a vehicle, as a whole recording would hold them."""
+    """The last frames of a vehicle in a recording, in the form that a complete recording would hold."""
     try:
         data = _tail(recording, TAIL_BYTES)
-        found = _of_vehicles(data)
-        return found or _of_vehicles(load_bytes(recording)[0])
+        frames = _of_vehicles(data)
+        return frames or _of_vehicles(load_bytes(recording)[0])
     except (LogError, OSError):
         return []
 
 
 def _tail(recording: Path, most: int) -> bytes:
-    """Up to its last `most` bytes; all of one that is folded."""
+    """Up to the last `most` bytes of a recording; all bytes, decompressed, if it is gzip."""
     if not recording.is_file():
         return b""
     with recording.open("rb") as file:
@@ -72,9 +76,9 @@ def _tail(recording: Path, most: int) -> bytes:
 
 
 def _of_vehicles(data: bytes) -> list[bytes]:
-    position, found = 0, []
+    position, frames = 0, []
     while (record := next_record(data, position, Counter())) is not None:
         position, _, frame = record
         if frame.system < GROUNDS and frame.message_id != FILE_TRANSFER and frame.known:
-            found.append(record_of(0, frame.raw)[STAMP_BYTES:])
-    return found[-LAST:]
+            frames.append(record_of(0, frame.raw)[STAMP_BYTES:])
+    return frames[-LAST:]

@@ -1,7 +1,7 @@
-"""The segments of a ring: whole `.tlog` files whose names alone tell their order, their boot and where they begin.
+"""The segments of a ring: complete `.tlog` files whose names alone give their order, boot and start time.
 
-No wall clock is in a name: a small computer often has none until a net gives it one. A boot has a number, which
-orders it after those that the folder holds, and an identity drawn at random, which tells it from any other boot of any
+Names hold no wall-clock time: a small computer often has none until a network provides it. A boot has a number, which
+orders it after those already in the folder, and a random identity, which distinguishes it from any other boot in any
 folder. Within a boot, time is boot time, which never runs back.
 """
 
@@ -19,7 +19,7 @@ MOST_BOOTS: Final = 999_999
 
 @dataclass(frozen=True, order=True, slots=True)
 class Segment:
-    """One file: the `number`-th of the `boot`-th boot, which is known by `identity`, from `begins_ms` of boot time."""
+    """One file: segment `number` of boot number `boot`, known by `identity`; begins at boot time `begins_ms`."""
 
     boot: int
     identity: int
@@ -28,32 +28,35 @@ class Segment:
 
     @property
     def name(self) -> str:
-        """`000012-3f9a1c00-000003-0000754000.tlog`; names sort as segments do."""
+        """File name such as `000012-3f9a1c00-000003-0000754000.tlog`; names sort as segments do."""
         return f"{self.boot:06d}-{self.identity:08x}-{self.number:06d}-{self.begins_ms:010d}.tlog"
 
 
 def segment_named(name: str) -> Segment | None:
-    """The segment of that name; None for any other file."""
-    found = _NAME.fullmatch(name)
-    if found is None:
+    """Return the segment with that file name; None for any other file."""
+    match = _NAME.fullmatch(name)
+    if match is None:
         return None
-    return Segment(int(found[1]), int(found[2], 16), int(found[3]), int(found[4]))
+    return Segment(int(match[1]), int(match[2], 16), int(match[3]), int(match[4]))
 
 
 def segments_in(folder: Path) -> list[tuple[Segment, int]]:
-    """The segments in a folder with their sizes in bytes, oldest first. Raises OSError where it can't be read."""
-    found = []
+    """Return the segments in a folder with their sizes in bytes, oldest first.
+
+    Raises OSError if the folder can't be read.
+    """
+    segments = []
     for path in folder.iterdir():
         segment = segment_named(path.name)
         if segment is None or not is_own_file(path):
             continue
         try:
-            found.append((segment, path.stat().st_size))
-        except FileNotFoundError:  # the ring has let it go meanwhile
+            segments.append((segment, path.stat().st_size))
+        except FileNotFoundError:  # the ring has deleted it meanwhile
             continue
-    return sorted(found)
+    return sorted(segments)
 
 
 def following(segments: Iterable[Segment]) -> int:
-    """The number of a boot that comes after all of these."""
+    """Return the number of a boot that comes after all of these segments."""
     return min(max((segment.boot for segment in segments), default=0) + 1, MOST_BOOTS)

@@ -1,1 +1,1 @@
-"""MAVLink 2 signing: who holds the key is heard, nobody else; a key lies in a file that its owner alone can read."""
+"""MAVLink 2 signing: only senders with the key are heard; a key is in a file that only its owner can read."""

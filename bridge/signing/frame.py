@@ -1,7 +1,7 @@
-"""The signature of one MAVLink 2 frame, as the MAVLink guide's page on message signing lays it down.
+"""The signature of one MAVLink 2 frame, as defined on the MAVLink guide's page on message signing.
 
-Thirteen bytes after the checksum: the link's number, the time in steps of 10 us since 2015 in 6 bytes (little endian),
-and the first 6 bytes of SHA-256 over key, header, payload, checksum, link and time.
+Thirteen bytes after the checksum: the link's number, the time in steps of 10 us since 2015 in 6 bytes (little
+endian), and the first 6 bytes of SHA-256 over key, header, payload, checksum, link and time.
 """
 
 import hashlib
@@ -21,15 +21,15 @@ TIME_BYTES: Final = 6
 
 
 def is_signed(raw: bytes) -> bool:
-    """Whether a whole frame bears a signature, of whatever key."""
+    """Whether a complete frame carries a signature, of any key."""
     return raw[0] == MAGIC_2 and bool(raw[FLAGS_AT] & SIGNED)
 
 
 def signed(raw: bytes, secret: bytes, link: int, time: int) -> bytes:
-    """A whole frame with a signature made with `secret` (32 bytes), which takes the place of one that it bears.
+    """Return a complete frame signed with `secret` (32 bytes); it replaces a signature that the frame carries.
 
     link: 0 to 255; time: steps of 10 us since 2015, below 2^48. Raises FrameError for MAVLink 1, which has no room
-    for one.
+    for a signature.
     """
     if raw[0] != MAGIC_2:
         raise FrameError("a frame of MAVLink 1 can't be signed; let what sends it speak MAVLink 2")
@@ -38,7 +38,7 @@ def signed(raw: bytes, secret: bytes, link: int, time: int) -> bytes:
 
 
 def unsigned(raw: bytes) -> bytes:
-    """A whole frame without its signature; its checksum is as right or wrong as it was."""
+    """Return a complete frame without its signature; its checksum stays as right or wrong as it was."""
     return _flagged(raw[:-SIGNATURE_BYTES]) if is_signed(raw) else raw
 
 
@@ -48,7 +48,7 @@ def is_of(raw: bytes, secret: bytes) -> bool:
 
 
 def link_and_time(raw: bytes) -> tuple[int, int]:
-    """What the signature of a signed frame says: link, and steps of 10 us since 2015."""
+    """Return the link number and the time (steps of 10 us since 2015) in a frame's signature."""
     return raw[-SIGNATURE_BYTES], int.from_bytes(raw[-DIGEST_BYTES - TIME_BYTES : -DIGEST_BYTES], "little")
 
 
@@ -57,7 +57,7 @@ def _digest(secret: bytes, stamped: bytes) -> bytes:
 
 
 def _flagged(raw: bytes) -> bytes:
-    """A frame without signature, with the flag that tells of one turned over and the checksum that follows from it."""
+    """Return a frame without signature, with its signed flag inverted and its checksum changed accordingly."""
     end = HEADER_BYTES + raw[1]
     checksum = int.from_bytes(raw[end : end + 2], "little") ^ _turned(raw[1])
     flags = bytes((raw[FLAGS_AT] ^ SIGNED,))
@@ -66,9 +66,10 @@ def _flagged(raw: bytes) -> bytes:
 
 @lru_cache(maxsize=256)
 def _turned(size: int) -> int:
-    """By what a checksum changes with that flag, for a payload of `size` bytes.
+    """XOR change of the checksum when the signed flag is inverted, for a payload of `size` bytes.
 
-    A CRC is linear: the change depends on the flag's place alone, so that a message need not be known to be signed.
+    A CRC is linear: the change depends only on the position of the flag, so that a frame with an unknown id can be
+    signed too.
     """
     zeros = bytes(HEADER_BYTES + size)
     return int(mcrf4xx(zeros[: FLAGS_AT - 1] + bytes((SIGNED,)) + zeros[FLAGS_AT:]) ^ mcrf4xx(zeros))

@@ -1,8 +1,8 @@
-"""Who is let in on a signed link, who is not, and when the crew must hear of it.
+"""Decides who is let in on a signed link, and when the crew must hear of a sender that is refused.
 
-Anyone can make up senders, so that places in memory and words are bounded. Each reason has places of its own, and
-within it those who signed rightly before, or whom this side was told to follow, have theirs: strangers of one kind
-take none of another. Who finds no place is told of in one sentence for all of these.
+Anyone can invent senders, so memory and messages are bounded. Each reason for a refusal has its own places. Within a
+reason, senders that signed correctly before, or that this side was set to follow, have places apart from strangers.
+Strangers of one kind thus take no places of another. All senders of a kind that find no place share one message.
 """
 
 from collections import Counter
@@ -17,18 +17,18 @@ from bridge.signing.key import SigningKey
 from bridge.signing.times import Refusal, Times
 
 RADIO_STATUS: Final = 109
-"""What a radio says of itself; it holds no key, so that the guide lets this one in unsigned."""
+"""Status of a radio, which holds no key; the guide lets this message in unsigned."""
 PATIENCE_S: Final = 2.0
 GONE_S: Final = 5.0
 AGAIN_EVERY_S: Final = 30.0
 MOST_TOLD: Final = 8
-"""Senders of one kind that are named at a time: who invents systems must not drown what matters."""
+"""Senders of one kind that are named at a time: invented systems must not drown the reports that matter."""
 
 Sender = tuple[int, int]
-"""System, component."""
+"""System and component."""
 
 _TO_DO: Final = {
-    # Anyone can send this: to leave the key out here is no advice on a stranger's word.
+    # Anyone can send unsigned frames: a stranger's word is no reason to advise leaving the key out here.
     Refusal.UNSIGNED: (
         "is not signed; give its side the same key with --sign-key if it is yours, and none to a stranger"
     ),
@@ -47,7 +47,10 @@ _TO_DO: Final = {
 
 @dataclass(frozen=True)
 class Trouble:
-    """The sender (system, component) of which nothing is let in on a link, and why; None for more than are named."""
+    """A sender (system, component) of which nothing is let in on a link, and why.
+
+    `sender` is None for all senders beyond those that are named.
+    """
 
     link: str
     sender: Sender | None
@@ -55,7 +58,7 @@ class Trouble:
 
     @property
     def sentence(self) -> str:
-        """For who reads it beside the link."""
+        """The trouble and the remedy, for the person at this end of the link."""
         to_do = _TO_DO[self.refusal]
         if self.sender is None:
             return (
@@ -66,7 +69,7 @@ class Trouble:
 
     @property
     def brief(self) -> str:
-        """For a vehicle to say to its ground."""
+        """The trouble in short, for a vehicle to send to its ground."""
         who = "more systems are" if self.sender is None else f"system {self.sender[0]}/{self.sender[1]} is"
         return f"{who} refused: {self.refusal.value}"
 
@@ -80,11 +83,11 @@ class _Refused:
 
 
 class Gate:
-    """Signs what goes out on the link `name` and judges what comes in, counted by kind in `counts`.
+    """Signs outgoing frames on the link `name` and judges incoming ones; `counts` holds the refusals by reason.
 
-    `tell` hears of a component of which nothing is let in within 3 s of the first frame refused, and each half minute
-    while that lasts. `number` is the link's in signatures, `system` whom this side was told to follow, None for nobody.
-    Used by the link's reader and writer, one at a time.
+    `tell` gets the trouble with a component of which nothing is let in, within 3 s of the first refused frame, and
+    again each half minute while that lasts. `number` is the link's number in signatures; `system` is the system that
+    this side was set to follow, None if it follows none. The link's reader and writer use the gate, one at a time.
     """
 
     def __init__(
@@ -105,13 +108,13 @@ class Gate:
 
     @property
     def words(self) -> str:
-        """What was refused so far: `12 unsigned, 3 of another key refused`; "" for nothing."""
+        """Refusals so far, such as `12 unsigned, 3 of another key refused`; "" if there were none."""
         parts = [f"{self.counts[refusal]} {refusal.value}" for refusal in Refusal if self.counts.get(refusal)]
         return f"{', '.join(parts)} refused" if parts else ""
 
     @property
     def trouble(self) -> str:
-        """What the crew must do where nothing of a component is let in; "" where all is well."""
+        """Advice for the crew if nothing of a component is let in; "" if all is well."""
         now_s = self._clock.boot_s()
         lasting = [item for item in list(self._refused.items()) if now_s - item[1].since_s >= PATIENCE_S]
         if not lasting:
@@ -121,15 +124,15 @@ class Gate:
 
     @property
     def fault(self) -> str:
-        """Why the times can't be kept over a restart, "" where they can."""
+        """Why the times can't be kept over a restart, "" if they can."""
         return self._times.fault
 
     def out(self, raw: bytes) -> bytes:
-        """A whole frame as it goes out. Raises FrameError for MAVLink 1, which can't be signed."""
+        """Return a complete outgoing frame, signed. Raises FrameError for MAVLink 1, which can't be signed."""
         return signed(raw, self._secret, self._number, self._times.next())
 
     def admit(self, frame: Frame) -> bytes:
-        """A frame that came, without its signature; b"" where it is refused."""
+        """Return an incoming frame without its signature; b"" if it is refused."""
         if frame.message_id == RADIO_STATUS and not is_signed(frame.raw):
             return frame.raw
         refusal, sender = self._judge(frame), (frame.system, frame.component)
@@ -144,7 +147,7 @@ class Gate:
         return b""
 
     def look(self) -> None:
-        """Tell what is due; to be called with every read."""
+        """Report the troubles that are due. Call with every read."""
         now_s = self._clock.boot_s()
         for (refusal, sender), entry in list(self._refused.items()):
             if now_s >= entry.tell_s:
@@ -154,7 +157,7 @@ class Gate:
                 del self._refused[refusal, sender]
 
     def close(self) -> None:
-        """Keep the times of the signatures."""
+        """Save the times of the signatures."""
         self._times.close()
 
     def _judge(self, frame: Frame) -> Refusal | None:
@@ -166,17 +169,20 @@ class Gate:
         return self._times.take((frame.system, frame.component, link), time)
 
     def _place(self, refusal: Refusal, sender: Sender, now_s: float) -> _Refused:
-        """A place for one that has none: its own, or that of all for whom there is none."""
+        """Return a place for a sender that has none: its own, or the shared place if its kind has no more."""
         known = sender[0] == self._system or self._times.knows(sender[0])
         alike = sum(
-            reason is refusal and other is not None and entry.known is known
-            for (reason, other), entry in self._refused.items()
+            reason is refusal and placed is not None and entry.known is known
+            for (reason, placed), entry in self._refused.items()
         )
-        whose = sender if alike < MOST_TOLD else None
-        return self._refused.setdefault((refusal, whose), _Refused(now_s, now_s, now_s + PATIENCE_S, known))
+        named = sender if alike < MOST_TOLD else None
+        return self._refused.setdefault((refusal, named), _Refused(now_s, now_s, now_s + PATIENCE_S, known))
 
 
 def _matters(item: tuple[tuple[Refusal, Sender | None], _Refused]) -> tuple[bool, bool, bool]:
-    """What comes first where one sentence must do: the known, what was signed at all, then that there are more."""
+    """Sort key for the trouble to show if only one can be shown, the smallest first.
+
+    Known senders come first, then frames that were signed at all, then the note that there are more senders.
+    """
     (refusal, sender), entry = item
     return (sender is None or not entry.known, refusal is Refusal.UNSIGNED, sender is not None)

@@ -1,4 +1,4 @@
-"""The key that signs a link: 32 bytes in a file that nobody but its owner may read, one line of 64 hex digits."""
+"""The key that signs a link: 32 bytes in a file that only its owner may read, as one line of 64 hex digits."""
 
 import hashlib
 import os
@@ -20,29 +20,29 @@ _LONGEST: Final = 4096
 
 @dataclass(frozen=True)
 class SigningKey:
-    """A key; its bytes show in no text that is made of it."""
+    """A signing key. Its bytes show in no text that is made of the object."""
 
     secret: bytes = field(repr=False)
 
     @property
     def fingerprint(self) -> str:
-        """What tells it from other keys, and nothing of it: `3f2a-91bc-04de-77a1`."""
+        """Text that distinguishes the key from others and reveals nothing of it: `3f2a-91bc-04de-77a1`."""
         digest = hashlib.sha256(b"fingerprint of a signing key" + self.secret).hexdigest()
         return "-".join(digest[start : start + 4] for start in range(0, 16, 4))
 
 
 def of_passphrase(phrase: str) -> SigningKey:
-    """The key that MAVProxy and QGroundControl make of a passphrase: its SHA-256."""
+    """Return the key that MAVProxy and QGroundControl derive from a passphrase: its SHA-256."""
     return SigningKey(hashlib.sha256(phrase.encode()).digest())
 
 
 def new_key() -> SigningKey:
-    """A key that nobody can guess."""
+    """Return a random key that nobody can guess."""
     return SigningKey(secrets.token_bytes(KEY_BYTES))
 
 
 def write_key(path: Path, key: SigningKey) -> None:
-    """Write `key` to a new file of mode 0600. Raises ConfigError where there is one already, or none can be made."""
+    """Write `key` to a new file of mode 0600. Raises ConfigError if the file exists or can't be made."""
     try:
         descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, MODE)
     except FileExistsError:
@@ -63,7 +63,7 @@ def write_key(path: Path, key: SigningKey) -> None:
 
 
 def read_key(path: Path) -> SigningKey:
-    """The key in a file. Raises ConfigError where others may read the file, or it holds no key."""
+    """Return the key in a file. Raises ConfigError if others may read the file, or if it holds no key."""
     if path.exists() and not path.is_file():
         raise ConfigError(f"{path}: is no file; name the file that holds the key")
     try:

@@ -1,4 +1,4 @@
-"""A link without a key: it takes what comes, and the crew is told where the other side signs."""
+"""A link without a key: it accepts every frame, and the crew gets a warning if the other side signs."""
 
 from collections.abc import Callable
 from typing import Final
@@ -8,11 +8,11 @@ from bridge.link.base import Link
 from bridge.signing.frame import is_signed
 
 MOST_LOOKED_AT: Final = 200
-"""Frames after which nobody looks any more: who signs signs each."""
+"""Number of frames that are examined: a system that signs does so in each of its frames."""
 
 
 class KeylessLink:
-    """Passes all on as it is; `tell` hears once, in a sentence, of a system that signs what it sends."""
+    """Passes all bytes on unchanged. Calls `tell` once, with a sentence, if a system signs its frames."""
 
     def __init__(self, link: Link, tell: Callable[[str], None]) -> None:
         self.name = link.name
@@ -22,7 +22,7 @@ class KeylessLink:
 
     @property
     def contested(self) -> frozenset[tuple[int, int]]:
-        """What the link inside knows of sources as which several peers speak."""
+        """Sources as which several peers speak, as known to the wrapped link."""
         return getattr(self._link, "contested", frozenset())
 
     def read(self, timeout_s: float) -> bytes:

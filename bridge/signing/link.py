@@ -1,4 +1,4 @@
-"""A link that wraps a link: outside all is signed, inside nothing is, and nobody without the key is heard."""
+"""Wraps a link: frames are signed outside and unsigned inside, and senders without the key are not heard."""
 
 from collections import Counter
 from typing import Final
@@ -10,16 +10,16 @@ from bridge.link.base import Link
 from bridge.link.receive_buffer import ReceiveBuffer
 from bridge.signing.gate import Gate
 
-LARGEST_WRITE: Final = 1400  # signed frames too must fit a datagram on every network
+LARGEST_WRITE: Final = 1400  # signed frames must also fit a datagram on every network
 MOST_REFUSED_A_READ: Final = 64
 PAUSE_S: Final = 0.5
 
 
 class SignedLink:
-    """Frames that come in are checked and handed on without their signature; what is written goes out signed.
+    """Checks incoming frames and passes them on without their signature; signs outgoing frames.
 
-    Bytes that are no frame are not handed on, nor is a frame sent that can't be signed:
-    `counts["dropped"]` counts these.
+    Incoming bytes that are no frame are not passed on. Outgoing bytes that are no frame, and frames that can't be
+    signed, are not sent; `counts["dropped"]` counts these.
     """
 
     def __init__(self, link: Link, gate: Gate, clock: Clock) -> None:
@@ -31,16 +31,16 @@ class SignedLink:
 
     @property
     def contested(self) -> frozenset[tuple[int, int]]:
-        """What the link inside knows of sources as which several peers speak."""
+        """Sources as which several peers speak, as known to the wrapped link."""
         return getattr(self._link, "contested", frozenset())
 
     @property
     def buffer(self) -> ReceiveBuffer | None:
-        """The receive buffer of the link inside, where it has one of its own."""
+        """The receive buffer of the wrapped link, None if it has none of its own."""
         return getattr(self._link, "buffer", None)
 
     def read(self, timeout_s: float) -> bytes:
-        # A stranger's datagrams must not keep those of the vehicle waiting.
+        # A stranger's datagrams must not delay those of the vehicle.
         for _ in range(MOST_REFUSED_A_READ):
             data = self._link.read(timeout_s)
             admitted = self._admitted(data)

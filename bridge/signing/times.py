@@ -1,8 +1,9 @@
-"""The times of signatures: never the same twice, never back, kept over restarts.
+"""The times of signatures: never the same twice, never going back, kept over restarts.
 
-A frame is refused where its stream (system, component, link) said that time or a later one before, or where it is more
-than a minute behind the newest that is known here: this computer's clock, or a later time that was heard. What is sent
-takes the newest as well, so that a side whose clock is behind learns the time from the first frame that it takes.
+A frame is refused if its stream (system, component, link) sent that time or a later one before, or if it is more than
+a minute behind the newest time known here: this computer's clock, or a later time that was received. Outgoing frames
+take the newest time as well, so that a side whose clock is behind learns the time from the first frame that it
+accepts.
 """
 
 import json
@@ -22,11 +23,11 @@ LATEST: Final = (1 << 48) - 1
 KEEP_EVERY_S: Final = 60.0
 
 Stream = tuple[int, int, int]
-"""System, component, link."""
+"""System, component and link number."""
 
 
 class Refusal(Enum):
-    """Why a frame is not let in; the value follows a number of frames."""
+    """Why a frame is not let in. In messages, the value follows a number of frames."""
 
     UNSIGNED = "unsigned"
     OTHER_KEY = "of another key"
@@ -35,9 +36,9 @@ class Refusal(Enum):
 
 
 class Times:
-    """The times of one link. `file` keeps them over restarts; None for one that forgets.
+    """The times of one link. `file` keeps them over restarts; without a file they are forgotten.
 
-    `fault` says why they can't be kept, "" where they can.
+    `fault` says why they can't be kept, "" if they can.
     """
 
     def __init__(self, clock: Clock, file: Path | None = None) -> None:
@@ -49,16 +50,16 @@ class Times:
         self._keep_due_s = clock.boot_s()
 
     def next(self) -> int:
-        """The time of the next frame that is sent, later than of each before."""
+        """Return the time for the next outgoing frame, later than all before."""
         self._sent = min(max(self._now(), self._sent + 1), LATEST)
-        # What may be sent before the next keeping is kept already: one that is killed never says a time twice.
+        # The file already holds a time that is later than any sent before the next save: a killed program repeats none.
         if self._sent >= self._reserved:
             self._reserved = self._sent + MINUTE
             self._keep()
         return self._sent
 
     def take(self, stream: Stream, time: int) -> Refusal | None:
-        """Take the time of a frame whose signature is right, or say why it is refused."""
+        """Accept the time of a frame whose signature is right, or return why the frame is refused."""
         if time <= self._heard.get(stream, -1):
             return Refusal.REPLAYED
         if time + MINUTE < self._now():
@@ -70,11 +71,11 @@ class Times:
         return None
 
     def knows(self, system: int) -> bool:
-        """Whether a frame of that system was ever taken."""
+        """Whether a frame of that system was ever accepted."""
         return any(heard == system for heard, _, _ in self._heard)
 
     def close(self) -> None:
-        """Keep them as they are now."""
+        """Save the times as they are now."""
         self._reserved = self._sent
         self._keep()
 
@@ -100,10 +101,13 @@ class Times:
 
 
 def _kept(file: Path) -> tuple[int, dict[Stream, int]]:
-    """What a file keeps; nothing where it is absent or says something else: the clock serves then."""
+    """Return the kept times: the last that may have been sent, and the last heard of each stream.
+
+    If the file is absent or invalid they are 0 and {}: the clock serves then.
+    """
     try:
-        told = from_json(read_small(file))
-        return _time(told["sent"]), {_stream(name): _time(time) for name, time in told["heard"].items()}
+        kept = from_json(read_small(file))
+        return _time(kept["sent"]), {_stream(name): _time(time) for name, time in kept["heard"].items()}
     except (OSError, ValueError, LookupError, TypeError, AttributeError):
         return 0, {}
 
