@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from bridge.errors import LogError, ParamUnwritten
-from tui import exit_codes, show, told
+from tui import exit_codes, progress, show
 from tui.whole_file import replace_file
 
 
@@ -67,8 +67,8 @@ class Files:
             try:
                 show.write_json(data, target)
             except LogError as error:
-                if told.asked(os.environ):
-                    _tell(told.Told(told.UNKEPT, 1.0, str(error), show.plain(data)))
+                if progress.asked(os.environ):
+                    _tell(progress.Report(progress.UNKEPT, 1.0, str(error), result=show.plain(data)))
                 raise
 
         return self.attempt(write)
@@ -78,7 +78,7 @@ class Files:
         return exit_codes.BAD_INPUT if self._failed else answered
 
 
-def _tell(one: told.Told) -> None:
+def _tell(report: progress.Report) -> None:
     with suppress(BrokenPipeError):
-        sys.stderr.write(told.line(one))
+        sys.stderr.write(progress.line(report))
         sys.stderr.flush()

@@ -19,8 +19,8 @@ from typing import Any
 
 from bridge.new_file import clear_way
 from bridge.plain import from_json
-from tui import told
-from tui.told import Told
+from tui import progress
+from tui.progress import Report
 
 PATIENCE_S = 3.0
 """How long a verb that is asked to stop may take to leave things as they should be."""
@@ -43,7 +43,7 @@ class Done:
     said: tuple[str, ...]
 
 
-async def work(words: Sequence[str], hear: Callable[[Told], None]) -> Done:
+async def work(words: Sequence[str], hear: Callable[[Report], None]) -> Done:
     """Run the verb and its arguments in `words` to its end. Cancelled, it ends the verb and all that this started.
 
     A `--json FILE` among the words is where its result lies afterwards as well.
@@ -60,7 +60,7 @@ async def work(words: Sequence[str], hear: Callable[[Told], None]) -> Done:
             stdin=asyncio.subprocess.DEVNULL,
             stdout=asyncio.subprocess.DEVNULL,
             stderr=asyncio.subprocess.PIPE,
-            env=os.environ | {told.VARIABLE: told.FORM},
+            env=os.environ | {progress.VARIABLE: progress.FORM},
             start_new_session=True,
             limit=LONGEST_LINE_BYTES,
         )
@@ -83,12 +83,12 @@ def _written_ns(path: Path) -> int:
     return path.stat().st_mtime_ns if path.exists() else 0
 
 
-async def _listen(process: asyncio.subprocess.Process, hear: Callable[[Told], None]) -> tuple[str, ...]:
+async def _listen(process: asyncio.subprocess.Process, hear: Callable[[Report], None]) -> tuple[str, ...]:
     assert process.stderr is not None
     said: deque[str] = deque(maxlen=MOST_SAID)
     async for raw in process.stderr:
         line = raw.decode("utf-8", "replace").rstrip()
-        heard = told.read(line)
+        heard = progress.read(line)
         if heard is not None:
             hear(heard)
         elif line:

@@ -49,7 +49,7 @@ def publish(
 ) -> None:
     """Write what was asked for, `page` or else where --report says, with progress, for drawing takes long."""
     from tui import show
-    from tui.told import PAGE
+    from tui.progress import PAGE
 
     with show.progress(PAGE) as tell:
         tell(0.0, WRITING)

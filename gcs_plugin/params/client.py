@@ -27,7 +27,7 @@ from gcs_plugin.params.receipt import Receipt, begin, finish
 from gcs_plugin.params.sidecar import Sidecar
 from gcs_plugin.params.transfer import ReadValue, Result, SetValue, Source
 from gcs_plugin.params.turn import Newest, Turn
-from gcs_plugin.params.upload import Ending, Upload
+from gcs_plugin.params.upload import Ending, Stage, Upload
 from gcs_plugin.params.while_armed import obstacle
 from gcs_plugin.station import GROUND_STATION
 from gcs_plugin.twins import Twins
@@ -81,17 +81,18 @@ def _unheard(name: str, result: Result) -> None:
     del name, result
 
 
-def _unseen(stage: str, done: int, total: int) -> None:
+def _unseen(words: str, done: int, total: int, stage: Stage | None) -> None:
     """Progress that nobody watches."""
-    del stage, done, total
+    del words, done, total, stage
 
 
 class ParameterClient:
     """Reads and writes one vehicle's parameters over `link`.
 
     Every wait is a read of `link` with a timeout: a link whose `read` steps a simulation runs it along.
-    `progress` hears the stage (and for how long nothing was answered), and how many of how many are done; `line` what
-    became of each parameter that changes, as soon as it is known.
+    `progress` gets words for the crew (the stage, and for how long nothing was answered), how many of how many
+    parameters are done, and the stage of an upload, None while parameters are read. `line` gets the result of each
+    parameter that changes, as soon as it is known.
     Nothing is asked or written where two vehicles share the address: LinkError.
     """
 
@@ -100,7 +101,7 @@ class ParameterClient:
         link: Link,
         clock: Clock,
         timing: Timing | None = None,
-        progress: Callable[[str, int, int], None] = _unseen,
+        progress: Callable[[str, int, int, Stage | None], None] = _unseen,
         line: Callable[[str, Result], None] = _unheard,
     ) -> None:
         self._link, self._clock = link, clock
@@ -188,7 +189,7 @@ class ParameterClient:
             self._refuse_twins()
             now_s = self._clock.boot_s()
             heard_s = now_s if len(listing.values) != before else heard_s
-            self._tell("reading", len(listing.values), listing.count or 0, now_s - heard_s)
+            self._tell(None, len(listing.values), listing.count or 0, now_s - heard_s)
         if listing.count is None:
             raise LinkTimeout(
                 f"{self._vehicle_text()} sent no parameter within {timeout_s:.0f} s; "
@@ -257,7 +258,7 @@ class ParameterClient:
             if trouble and upload.ending is None:
                 # Not one more write: it would reach the other vehicle too, or nobody.
                 upload.give_up(f"{trouble}; {upload.left_behind}")
-            self._tell(upload.stage.value, *upload.progress, upload.unanswered_s(now_s))
+            self._tell(upload.stage, *upload.progress, upload.unanswered_s(now_s))
             for name, result in upload.proven.items():
                 if told.get(name) != result:
                     told[name] = result
@@ -275,9 +276,9 @@ class ParameterClient:
         if fault:
             raise LinkError(fault)
 
-    def _tell(self, stage: str, done: int, total: int, unanswered_s: float) -> None:
+    def _tell(self, stage: Stage | None, done: int, total: int, unanswered_s: float) -> None:
         silent = f", no answer for {unanswered_s:.0f} s" if unanswered_s >= TELL_SILENCE_S else ""
-        self._progress(f"{stage}{silent}", done, total)
+        self._progress(f"{'reading' if stage is None else stage.value}{silent}", done, total, stage)
 
     def _await_heartbeat(self) -> None:
         """Wait for the vehicle's own next heartbeat."""

@@ -11,7 +11,7 @@ from tui.app import braille
 from tui.app.chart import AXIS_CELLS, curve_row
 from tui.app.lines import Line, Lines, Span, apart, cut
 from tui.show import number as significant
-from tui.told import Told
+from tui.progress import Report
 
 LEAST_PASSES: Final = 4
 LEAST_SPAN: Final = 0.001  # share of the value, so that a constant value still has an axis
@@ -27,9 +27,9 @@ class Passes:
     half: Array
 
 
-def passes_of(told: Sequence[Told]) -> tuple[Passes, ...]:
+def passes_of(told: Sequence[Report]) -> tuple[Passes, ...]:
     """Collect the passes of each parameter from the reports; NaN for a pass that omits it."""
-    steps = [values for report in told if not report.is_answer and (values := report.values)]
+    steps = [values for report in told if not report.answered and (values := report.values)]
     names = dict.fromkeys(name for values in steps for name in values)
     nothing = (np.nan, np.nan)
     return tuple(

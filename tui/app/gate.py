@@ -11,7 +11,7 @@ from textual.actions import parse
 from tui import exit_codes, job
 from tui.app.actions import Action
 from tui.job import Done
-from tui.told import Told
+from tui.progress import Report
 
 OURS: Final = "tui."
 UNLISTED: Final = frozenset({"use_theme"})
@@ -33,7 +33,7 @@ class Gate:
         return getattr(method, "__module__", "").startswith(OURS) and name not in self._looking
 
 
-async def looking_work(words: Sequence[str], hear: Callable[[Told], None]) -> Done:
+async def looking_work(words: Sequence[str], hear: Callable[[Report], None]) -> Done:
     """`tui.job.work` for a view-only app: only verbs that look may run."""
     if words[0] in LOOKING_VERBS:
         return await job.work(words, hear)

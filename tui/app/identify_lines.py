@@ -14,7 +14,7 @@ from tui.app.lines import Line, Lines, Role, cut, heading, width
 from tui.app.shown import day, number, stopwatch
 from tui.app.wrapped import hanging
 from tui.show import number as significant
-from tui.told import PAGE, UNKEPT, Told
+from tui.progress import PAGE, UNKEPT, Report
 
 BAR_CELLS: Final = 24
 NAME_CELLS: Final = 12
@@ -54,7 +54,7 @@ def _dive(state: JobState) -> str:
     return state.words[1].rstrip("/").rpartition("/")[2] if len(state.words) > 1 else ""
 
 
-def _bar(method: str, told: Told, cells: int) -> Line:
+def _bar(method: str, told: Report, cells: int) -> Line:
     full = round(min(max(told.share, 0.0), 1.0) * BAR_CELLS)
     line: Line = (
         (f"{cut(method, NAME_CELLS):<{NAME_CELLS}}", "plain"),
@@ -62,18 +62,15 @@ def _bar(method: str, told: Told, cells: int) -> Line:
         ("░" * (BAR_CELLS - full), "rule"),
         (f" {100 * told.share:>3.0f} %  ", "strong"),
     )
-    words = told.words.removeprefix(f"{method}: ")
-    if told.values:
-        words = words.split(":")[0]
-    return (*line, (cut(words, max(cells - width(line), 0)), "quiet"))
+    return (*line, (cut(told.words, max(cells - width(line), 0)), "quiet"))
 
 
-def curves(told: Sequence[Told], cells: int, rows: int) -> Lines:
+def curves(told: Sequence[Report], cells: int, rows: int) -> Lines:
     """A chart per reported parameter in a grid that fills the space, next to it the values of other methods."""
     passes, answered = passes_of(told), answers(told)
     if not passes:
         return _answers(answered, cells)
-    method_shown = next(_method(item) for item in told if item.values and not item.is_answer)
+    method_shown = next(item.of for item in told if item.values and not item.answered)
     compared = {method: values for method, values in answered.items() if method != method_shown}
     columns = 4 if cells >= WIDE else 2
     below = -(-len(passes) // columns)
@@ -89,13 +86,9 @@ def curves(told: Sequence[Told], cells: int, rows: int) -> Lines:
     return tuple(lines)
 
 
-def answers(told: Sequence[Told]) -> dict[str, dict[str, tuple[float, float]]]:
+def answers(told: Sequence[Report]) -> dict[str, dict[str, tuple[float, float]]]:
     """Answers by method: each value with half of its 95 % interval."""
-    return {_method(report): report.values for report in told if report.is_answer and report.values}
-
-
-def _method(told: Told) -> str:
-    return told.of.split(":")[0]
+    return {report.of: dict(report.values) for report in told if report.answered and report.values}
 
 
 def _answers(answered: Mapping[str, Mapping[str, tuple[float, float]]], cells: int) -> Lines:

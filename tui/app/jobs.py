@@ -12,9 +12,9 @@ from typing import Any
 from bridge.errors import ConfigError
 from tui import exit_codes, job
 from tui.job import Done
-from tui.told import PAGE, UNKEPT, Told
+from tui.progress import PAGE, UNKEPT, Report
 
-Work = Callable[[Sequence[str], Callable[[Told], None]], Awaitable[Done]]
+Work = Callable[[Sequence[str], Callable[[Report], None]], Awaitable[Done]]
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class JobState:
 
     words: tuple[str, ...]
     began_s: float
-    told: tuple[Told, ...] = ()
+    told: tuple[Report, ...] = ()
     done: Done | None = None
     ended_s: float | None = None
     cancelled: bool = False
@@ -97,7 +97,7 @@ class Jobs:
         return True
 
     async def _work_of(self, verb: str, words: tuple[str, ...]) -> Done:
-        def hear(told: Told) -> None:
+        def hear(told: Report) -> None:
             self._change(verb, told=(*self._states[verb].told, told))
 
         try:

@@ -10,7 +10,7 @@ from tui.app.jobs import JobState
 from tui.app.lines import Line, Lines, cut
 from tui.app.parameter_lines import DOUBT, EQUAL
 from tui.app.wrapped import bar, wrapped
-from tui.told import WRITING
+from tui.progress import WRITING
 
 BAR_CELLS = 24
 READ_FIRST: Final = "The vehicle is read before anything is written."
@@ -37,7 +37,7 @@ def writing(written: JobState | None, cells: int, retries: str) -> Lines:
     if written.done is None:
         last = written.told[-1] if written.told else None
         share, words = (last.share, last.words) if last is not None else (0.0, "looking for the vehicle")
-        step = _doing(words) if last is not None and last.of == WRITING else READ_FIRST
+        step = _doing(last.stage) if last is not None and last.of == WRITING else READ_FIRST
         return (*wrapped(step, "strong", cells), progress(share, words, cells))
     result = written.done.result
     if result is None:
@@ -61,11 +61,11 @@ def _changed(result: Mapping[str, Any]) -> bool:
     return any(row["after"] is None or row["after"] != row["before"] for row in result["parameters"])
 
 
-def _doing(words: str) -> str:
-    """Describe the current step of writing from the words of its stage."""
-    if words.startswith((Stage.UNDO.value, Stage.UNDO_COMMIT.value)):
+def _doing(stage: str) -> str:
+    """Describe the current step of writing by the name of its stage."""
+    if stage in (Stage.UNDO.name, Stage.UNDO_COMMIT.name):
         return "It failed: what was written is taken back."
-    if words.startswith(Stage.COMMIT.value):
+    if stage == Stage.COMMIT.name:
         return "All lines are read back; the vehicle is told to fly them."
     return "The parameters are being written."
 
@@ -74,7 +74,8 @@ def became(written: JobState | None, shown: Comparison | None) -> dict[str, str]
     """Result of each line that was written, as far as it is known."""
     if written is None:
         return {}
-    results = dict(line for report in written.told if (line := report.line) is not None)
+    lines = (report.written for report in written.told)
+    results = {line.name: line.became for line in lines if line is not None}
     done = written.done
     if done is not None and done.result is not None and shown is not None:
         for row in done.result["parameters"]:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from gcs_plugin.params.turn import Newest
     from tui.parameter_files import Targets
     from tui.parameter_plan import Planned
+    from gcs_plugin.params.upload import Stage
     from tui.show import Tell
 
 EXAMPLE = "seatrial params upload hovering.json --vehicle ruvifist --link udpin:127.0.0.1:14550"
@@ -125,22 +126,22 @@ class Watch:
         self._tell: Tell | None = None
         self._share = 0.0
 
-    def __call__(self, stage: str, done: int, total: int) -> None:
+    def __call__(self, words: str, done: int, total: int, stage: "Stage | None") -> None:
         self._share = done / max(total, 1)
         if self._tell is not None:
-            self._tell(self._share, stage)
+            self._tell(self._share, words, stage="" if stage is None else stage.name)
 
     def line(self, name: str, result: "Result") -> None:
         """Report the result of one parameter to a program that reads the progress; a bar has no line for it."""
         import os
 
         from gcs_plugin.params.transfer import Outcome
-        from tui import told
+        from tui import progress
 
-        if self._tell is not None and told.asked(os.environ):
+        if self._tell is not None and progress.asked(os.environ):
             equal = result.outcome is Outcome.APPLIED
             words = f"{_text(result.seen)} read back equal" if equal else result.sentence
-            self._tell(self._share, told.line_words(name, words))
+            self._tell(self._share, name, written=progress.Written(name, words))
 
     @contextmanager
     def bar(self, sentence: str) -> Iterator[None]:
@@ -257,7 +258,7 @@ def apply(
     from gcs_plugin.params.plan import Verdict, unit_of
     from gcs_plugin.params.receipt import RECEIPT, new_preimage, path_of
     from gcs_plugin.params.staging import about_to
-    from tui import show, told
+    from tui import progress, show
 
     plan = planned.plan
     planned.tell(arguments.json, (Verdict.READ_ONLY, Verdict.SAME))
@@ -266,7 +267,7 @@ def apply(
         show.say(show.words(), "nothing was sent")
         return exit_codes.INTERRUPTED
     back = arguments.action == "rollback"
-    with watch.bar(told.WRITING):
+    with watch.bar(progress.WRITING):
         receipt = client.apply(
             plan,
             new_preimage(Path(arguments.receipts), unix_s),

@@ -19,7 +19,7 @@ from tui.app.screens.frame import StationScreen
 from tui.app.view import View
 from tui.app.widgets.drawn import Drawn
 from tui.app.wrapped import hanging
-from tui.told import Told
+from tui.progress import Report
 
 VERB: Final = "identify"
 
@@ -166,7 +166,7 @@ class IdentifyScreen(StationScreen):
         state = self.desk.jobs.state(VERB)
         return state is None or state.answered
 
-    def _told(self) -> tuple[Told, ...]:
+    def _told(self) -> tuple[Report, ...]:
         state = self._state()
         return () if state is None else state.told
 

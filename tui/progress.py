@@ -1,0 +1,84 @@
+"""Progress reports of a verb as lines of JSON, for a program that started it and reads along."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+VARIABLE, FORM = "SEATRIAL_PROGRESS", "json"
+
+PAGE = "page"
+"""`Report.of` while a verb writes its page: its result exists by then."""
+
+WRITING = "writing"
+"""`Report.of` while parameters are written; before that the vehicle is looked for and read."""
+
+UNKEPT = "unkept"
+"""`Report.of` for a result that could not be written to its file; `words` say why, `result` holds it."""
+
+Interval = tuple[float, float]
+"""A value and half of its 95 % interval, in SI units."""
+
+
+@dataclass(frozen=True)
+class Written:
+    """A parameter that was just written, and what became of it, in words for the crew."""
+
+    name: str
+    became: str
+
+
+@dataclass(frozen=True)
+class Report:
+    """How far a verb is: `of` names the part of its work, `share` is done (0 to 1), `words` say what it does now.
+
+    stage: code of the stage of an upload. values: parameters as far as they are fitted, by name; answered: these are
+    the final ones. written: the parameter that was just written. result: plain data, with UNKEPT.
+    """
+
+    of: str
+    share: float
+    words: str
+    stage: str = ""
+    values: Mapping[str, Interval] = field(default_factory=dict)
+    answered: bool = False
+    written: Written | None = None
+    result: Any = None
+
+
+def asked(environment: Mapping[str, str]) -> bool:
+    """Return whether the program that started this process reads its reports with `read`."""
+    return environment.get(VARIABLE) == FORM
+
+
+def line(report: Report) -> str:
+    """Return a report as one line of JSON; `read` is its inverse."""
+    data: dict[str, Any] = {"of": report.of, "share": report.share, "words": report.words}
+    if report.stage:
+        data["stage"] = report.stage
+    if report.values or report.answered:
+        data |= {"values": {name: list(value) for name, value in report.values.items()}, "answered": report.answered}
+    if report.written is not None:
+        data["written"] = [report.written.name, report.written.became]
+    if report.result is not None:
+        data["result"] = report.result
+    return json.dumps(data, allow_nan=False) + "\n"
+
+
+def read(text: str) -> Report | None:
+    """Return the report of a line; None for any other line, such as a note or an error."""
+    try:
+        data = json.loads(text)
+        written = data.get("written")
+        return Report(
+            str(data["of"]),
+            float(data["share"]),
+            str(data["words"]),
+            str(data.get("stage", "")),
+            {str(name): (float(value), float(half)) for name, (value, half) in data.get("values", {}).items()},
+            bool(data.get("answered", False)),
+            None if written is None else Written(*map(str, written)),
+            data.get("result"),
+        )
+    except (ValueError, TypeError, KeyError, AttributeError):
+        return None
