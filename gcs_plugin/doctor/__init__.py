@@ -2,5 +2,5 @@
 
 `findings` defines its results; `observe` listens to a link; `checks` judges what arrived, `identity` which vehicle
 sent it; `wet_record`, `pulses`, `response`, `turns`, `wet`, `latency` make the wet check, without I/O except for
-`pulse_run`, which orders the pulses from the vehicle.
+`pulse_run`, which sends the orders to the vehicle.
 """

@@ -22,10 +22,7 @@ DISK_WARN_BYTES: Final = 500_000_000
 DISK_FAIL_BYTES: Final = 20_000_000
 RATE_TOLERANCE: Final = 0.8
 OF_A_MISSION: Final = ("tau_cmd", "nu_fb", "nu_ref")
-EXTRAS: Final = (
-    "esc",
-    "gnss",
-)  # optional devices: a vehicle whose file does not name them is not expected to have them
+EXTRAS: Final = ("esc", "gnss")  # optional devices, expected only if the vehicle file names them
 
 
 @dataclass(frozen=True, slots=True)

@@ -46,7 +46,7 @@ class Latency:
 def latencies(
     vehicle: Vehicle, configuration: Configuration, curve: Curve, record: WetRecord, diagnosis: Diagnosis
 ) -> list[Latency]:
-    """The latency of every sensor that spoke, with the thrusters and mountings that the diagnosis found."""
+    """Estimate the latency of every sensor with data, using the thrusters and mountings found by the diagnosis."""
     want = response.expected(vehicle, configuration, curve, diagnosis.pulses)
     lag_s = vehicle.thrust_curve.lag_s
     series = {"dvl": record.velocity, "imu": record.rate, "fog": record.fog}
