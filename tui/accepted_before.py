@@ -27,12 +27,12 @@ def accepted_before(path: Path, configuration: str) -> AcceptedBefore:
     A value that its identification doubts is not taken: its error would be reported as a change of the vehicle.
     Raises UsageError for a file of another configuration, and for a file in which every value is doubted.
     """
-    file_shape, known = priors_of(path, 0.0, Leave())
+    of, known = priors_of(path, 0.0, Leave())
     # A diagnosis looks for changes of the linear model.
     priors = {name: prior for name, prior in known.items() if name in BY_NAME}
-    if file_shape != configuration:
+    if of != configuration:
         raise UsageError(
-            f"--accepted {path}: is of configuration '{file_shape}', the dive of '{configuration}'; give what was accepted for "
+            f"--accepted {path}: is of configuration '{of}', the dive of '{configuration}'; give what was accepted for "
             "that one"
         )
     doubted = doubted_of(path)

@@ -69,7 +69,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def command() -> int:
-    """Run `main` as a process of its own, without the collector's slow last pass: the system frees all memory anyway."""
+    """Run `main` as a whole process, without the collector's slow last pass: the system frees all memory anyway."""
     try:
         code = main()
         # All output is written: an interrupt now would only disturb the interpreter's exit.

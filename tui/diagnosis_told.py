@@ -8,7 +8,7 @@ from identify.diagnose.result import Diagnosis, Found
 
 
 def with_words(found: Diagnosis, check: str = "") -> dict[str, Any]:
-    """Add `told` to `plain`: sentences, evidence in nats, drifts of the dive itself. `check`: name of the check dive."""
+    """Add `told` to `plain`: sentences, evidence in nats, drifts of the dive itself. `check`: the check dive."""
     after = [item.total for item in found.gap.after if item.horizon_s == wording.DRIFT_S]
     more = {
         "dive": found.dive,
