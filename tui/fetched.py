@@ -179,7 +179,7 @@ def _paths(mirror: Mirror, chosen: Listing) -> list[Path]:
 
 
 def _of_keys(ground: Sequence[Path], ring: Sequence[Path]) -> str:
-    """What to say about a signing key in the recordings. The ring's files stay byte for byte as the vehicle has them."""
+    """What to say about a signing key in the recordings. The ring's files stay exactly as the vehicle has them."""
     holding_key = [path for path in ring if not is_folded(path) and holds_key(path)]
     if not holding_key and not any(map(holds_key, ground)):
         return ""

@@ -132,23 +132,17 @@ def _apart(folder: DiveFolder, file: Path, error: Apart) -> str:
         position = f"begins {error.after_s:.0f} s after the dive's recording ends"
     else:
         position = f"ends {-error.after_s:.0f} s before the dive's recording begins"
-    finding = (
-        f"{file}: is of the same start of the same vehicle, {position}, and has nothing in common with it"
-    )
+    base = f"{file}: is of the same start of the same vehicle, {position}, and has nothing in common with it"
     if abs(error.ahead_s) > SAME_CLOCK_S:
         return (
-            f"{finding}; its clock is {abs(error.ahead_s):.1f} s {'ahead' if error.ahead_s > 0 else 'behind'}, so that it "
+            f"{base}; its clock is {abs(error.ahead_s):.1f} s {'ahead' if error.ahead_s > 0 else 'behind'}, so that it "
             "can't be read beside it: give one that overlaps both as well"
         )
     if error.after_s < 0:
-        return (
-            f"{finding}; put the dive's recordings into the folder of this one, under the numbers that follow"
-        )
+        return f"{base}; put the dive's recordings into the folder of this one, under the numbers that follow"
     numbers = {path.name for path in folder.heard()}
     name = next(name for name in (f"telemetry.{k}.tlog" for k in range(2, 1 << 20)) if name not in numbers)
-    return (
-        f"{finding}; put it into the folder as {name}, and all that reads the dive reads it after the others"
-    )
+    return f"{base}; put it into the folder as {name}, and all that reads the dive reads it after the others"
 
 
 def _own(folder: DiveFolder, file: Path, source: tuple[int, int]) -> Merged:

@@ -1,4 +1,4 @@
-"""Progress as a program reads it: a line of JSON each time that a verb tells how far it is."""
+"""Progress for a program to read: a line of JSON each time that a verb reports its progress."""
 
 import json
 import re
@@ -9,16 +9,16 @@ from typing import Any
 VARIABLE, FORM = "SEATRIAL_PROGRESS", "json"
 
 PAGE = "page"
-"""What is told of while the page of a verb is written: its result is there by then."""
+"""Name of the progress while a verb writes its page: the result exists by then."""
 
 WRITING = "writing"
-"""What is told of while parameters are written; before that the vehicle is looked for and read."""
+"""Name of the progress while parameters are written; before that, the vehicle is looked for and read."""
 
 ANSWERED = "answered"
-"""Begins what a method tells once it is done, with its values."""
+"""Begins the words of a method that has finished, followed by its values."""
 
 UNKEPT = "unkept"
-"""What is told of where the result of a verb can't be written to its place: why not, and the result itself."""
+"""Name of the report that a verb's result can't be written to its file: the reason, and the result itself."""
 
 _LINE = re.compile(r"(\w+): (.+)")
 _VALUE = re.compile(r"(\w+) (\S+) ± (\S+?)(?:,|$)")
@@ -26,8 +26,8 @@ _VALUE = re.compile(r"(\w+) (\S+) ± (\S+?)(?:,|$)")
 
 @dataclass(frozen=True)
 class Told:
-    """How far something is: what it is, the share of it that is done (0 to 1), and what it does now; with UNKEPT the
-    result as plain data, else None."""
+    """Progress of a job: its name, the share done (0 to 1), and its present action; with UNKEPT the result as plain
+    data, otherwise None."""
 
     of: str
     share: float
@@ -36,28 +36,28 @@ class Told:
 
     @property
     def values(self) -> dict[str, tuple[float, float]]:
-        """The parameters that the words tell so far, with the half of their 95 % intervals; SI units."""
+        """The parameters in the words so far, with half of their 95 % intervals; SI units."""
         return {name: (float(value), float(half)) for name, value, half in _VALUE.findall(self.words)}
 
     @property
     def is_answer(self) -> bool:
-        """Whether a method is done, and the values are those that it answers."""
+        """Whether a method is done, so that the values are its answer."""
         return self.share >= 1.0 and f"{ANSWERED}: " in self.words
 
     @property
     def line(self) -> tuple[str, str] | None:
-        """The parameter that was just written, and what became of it; None for words that tell something else."""
+        """The parameter that was just written, and its outcome; None for other words."""
         match = _LINE.fullmatch(self.words)
         return (match.group(1), match.group(2)) if match else None
 
 
 def line_words(name: str, became: str) -> str:
-    """Words that `Told.line` reads."""
+    """Make the words that `Told.line` reads."""
     return f"{name}: {became}"
 
 
 def asked(environment: Mapping[str, str]) -> bool:
-    """Whether whoever started this process reads its progress by `read`."""
+    """Whether the program that started this process reads its progress by `read`."""
     return environment.get(VARIABLE) == FORM
 
 
@@ -69,7 +69,7 @@ def line(told: Told) -> str:
 
 
 def read(text: str) -> Told | None:
-    """What a line tells; None for one that is no progress, such as a note or an error."""
+    """Decode a line of progress; None for any other line, such as a note or an error."""
     try:
         data = json.loads(text)
         return Told(str(data["of"]), float(data["share"]), str(data["words"]), data.get("result"))
