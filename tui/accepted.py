@@ -17,7 +17,8 @@ from tui.exit_codes import UsageError
 from tui.parameter_files import Leave, check_outcome, read_identification
 
 AGEING = {"mass": 0.03, "damping": 0.10, "quadratic": 0.10}
-"""Relative: water and weed taken along, 1 to 5 kg on 100; fouling and a tether, tens of % over weeks."""
+"""Relative standard deviations: water and weed taken along, 1 to 5 kg on 100; fouling and a tether, tens of % over
+weeks."""
 
 
 @dataclass(frozen=True)

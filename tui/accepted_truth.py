@@ -21,8 +21,7 @@ SIMULATED = (
 
 
 def accepted_truth(path: Path, file: VehicleFile, configuration: str) -> tuple[Truth, tuple[str, ...]]:
-    """The model of an accepted `.param` in the water of the vehicle's own truth, and its parts that can't be
-    simulated.
+    """The model of an accepted `.param` in the water of the vehicle's own truth, and its parts left out.
 
     Values that were not identified come from that truth, otherwise from the vehicle file's model. Raises UsageError
     for a file of another vehicle or configuration, ConfigError if a coefficient is found nowhere.

@@ -35,14 +35,14 @@ def run(arguments: Namespace) -> int:
     real, sim = (read_dive(Path(path), columns, file) for path in (arguments.dive, arguments.against))
     configuration = configuration_of_both(real, sim, file)
     with show.progress(f"{real.name} against {sim.name}") as tell:
-        found = against(real, sim, file, configuration, progress=tell)
+        gap = against(real, sim, file, configuration, progress=tell)
     # Files first: the reader of the table may close the pipe before its end.
     with Files() as files:
-        files.json(plain(found), arguments.json)
+        files.json(plain(gap), arguments.json)
         if pages.wanted(arguments):
-            pages.publish(files, arguments, partial(against_report, found), (real, sim), file)
+            pages.publish(files, arguments, partial(against_report, gap), (real, sim), file)
         console = show.results(arguments.json)
-        for line in (*told(found), *files.written):
+        for line in (*told(gap), *files.written):
             show.say(console, line)
     return files.code(exit_codes.DONE)
 

@@ -18,8 +18,7 @@ def add_vehicle(parser: argparse.ArgumentParser) -> None:
 def actions_of(
     parser: argparse.ArgumentParser, actions: Mapping[str, tuple[str, str]]
 ) -> Iterator[tuple[str, argparse.ArgumentParser]]:
-    """Add a parser for each action of a command and yield it with its name; `actions` has a sentence and an example
-    each."""
+    """Add and yield a parser for each action of a command, by name; `actions` has a sentence and an example each."""
     parsers = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
     for name, (sentence, example) in actions.items():
         yield (

@@ -23,8 +23,7 @@ def asked(client: ParameterClient, question: str, to_do: str) -> str:
 
 @contextmanager
 def _listening(client: ParameterClient) -> Iterator[None]:
-    """Keep reading the link meanwhile, so that old data is not taken for new later, and no hub drops this program as
-    slow."""
+    """Keep reading the link meanwhile: otherwise old data passes for new later, or a hub drops this program as slow."""
     stop = threading.Event()
     thread = threading.Thread(target=client.listen, args=(stop,), name="listen", daemon=True)
     thread.start()

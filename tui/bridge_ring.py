@@ -46,7 +46,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def ring_for(arguments: argparse.Namespace, clock: "Clock") -> "RingKeeper | None":
-    """Make the ring that the options ask for, not yet begun. Raises UsageError for an unusable folder or sizes."""
+    """Make the ring that the options ask for, not yet begun; None without one.
+
+    Raises UsageError for an unusable folder or sizes.
+    """
     from bridge.ring.files import Bounds
     from bridge.ring.keeper import ring_in
     from tui.exit_codes import UsageError
@@ -70,7 +73,7 @@ def ring_for(arguments: argparse.Namespace, clock: "Clock") -> "RingKeeper | Non
 
 
 def files_for(arguments: argparse.Namespace, clock: "Clock") -> "ServedAside | None":
-    """Make the server that hands out the ring's files over the bridge's links, at each link's own pace."""
+    """Make the server of the ring's files on the bridge's links, at each link's own pace; None without a ring."""
     from bridge.ftp.aside import ServedAside
     from bridge.ftp.files import Segments
     from bridge.ftp.server import FileServer

@@ -56,8 +56,7 @@ class Demo:
 
 
 def run(root: Path, seed: int, unix_s: float, tell: Tell) -> Demo:
-    """Run the demo; the recordings, identifications, uploaded parameters and the receipt go into the new folder
-    `root`."""
+    """Run the demo; recordings, identifications, uploaded parameters and receipt go into the new folder `root`."""
     file = load_vehicle(VEHICLE)
     campaigns = _campaigns(root, seed, unix_s, tell)
     tell(CAMPAIGN_SHARE, "upload with read-back")
@@ -131,8 +130,7 @@ def _validation(
     mode: Mode,
     progress: Callable[[float], None],
 ) -> Dive:
-    """Make a validation dive in hovering with the parameters in the vehicle's store; the sea is the same for every
-    mode."""
+    """Make a validation dive in hovering with the parameters in the vehicle's store; every mode has the same sea."""
     configuration = "hovering"
     mission = mission_named("validation", file.vehicle.configurations[configuration])
     parameters = server(file, store)

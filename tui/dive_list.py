@@ -107,8 +107,7 @@ def dive_folders(root: Path) -> list[Path]:
 def row_of(
     folder: Path, named: VehicleFile | None = None, otherwise: str = "", load: Load = load_vehicle
 ) -> DiveRow:
-    """Read a dive; `named` is the vehicle file to judge it by, otherwise the one in `dive.yaml`, otherwise
-    `otherwise`."""
+    """Read a dive and judge it by the vehicle file `named`, else by that in `dive.yaml`, else by `otherwise`."""
     about, damaged, vehicle, trouble = About(), "", named, ""
     try:
         about = DiveFolder(folder).about()
@@ -279,8 +278,7 @@ def _configuration(dive: "Dive", vehicle: VehicleFile) -> str:
 
 
 def _key(folder: Path, files: list[Path], vehicle: VehicleFile | None) -> dict[str, Any]:
-    """Everything that a glance depends on. `beside`: recordings that are not read, since a whole recording replaces
-    them."""
+    """Everything that a glance depends on. `beside`: recordings not read, since a whole recording replaces them."""
     return {
         "version": VERSION,
         "recordings": [_state(file) for file in files],

@@ -62,7 +62,7 @@ class Fetched:
 
     @property
     def words(self) -> str:
-        """`1200 of 96000 frames had not been heard: the dive is whole in dives/.../telemetry.whole.tlog`."""
+        """`1200 of 96000 frames had not been heard; the dive is whole in dives/.../telemetry.whole.tlog`."""
         if self.damaged:
             subject, complete = (
                 "all that can be read is",

@@ -39,8 +39,7 @@ def tell(console: Console, dive: Dive, answer: Identification) -> None:
 
 
 def tell_comparison(console: Console, compared: Comparison) -> None:
-    """Show both methods' values side by side, and why one is missing; the first method's doubts explain
-    disagreements."""
+    """Show both methods' values side by side, and why any is missing; disagreements are among the first's doubts."""
     methods = (compared.first.method, compared.second.method)
     rows = [
         (

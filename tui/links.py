@@ -22,8 +22,7 @@ LOOK_AGAIN_S: Final = 1.0
 
 
 class ByWay:
-    """A link to the hub of a recording, named after the links that it records: the hub's port says nothing to the
-    user.
+    """A link to a recording's hub, named after the recorded links: the hub's port says nothing to the user.
 
     Its loss is reported by cause: the recording has ended, hangs, or has dropped this program. `wait` lets time pass.
     """

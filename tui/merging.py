@@ -19,8 +19,7 @@ from gcs_plugin.in_use import alone_at
 from tui.whole_words import beyond_words, guessed_words, lacking_words, steps_words
 
 FEWEST, LEAST_SHARE = 20, 0.3
-"""Frames that both must have, and their share of those heard meanwhile: two vehicles occasionally send the same
-bytes."""
+"""Least number and share of common frames: two vehicles occasionally send the same bytes."""
 TLOGS, LOGS = (".tlog", ".tlog.gz"), (".bin",)
 SAME_CLOCK_S = 1.0
 BY_BOOT = "It has no frame in common with the dive, and is dated by the vehicle's time since boot"

@@ -168,8 +168,7 @@ def _sidecar_of(data: Mapping[str, Any], ids: Mapping[str, str], doubted: dict[s
 
 @dataclass(frozen=True)
 class AcceptedModel:
-    """A parameter file with its sidecar as a model: values, 95 % intervals and doubts by coefficient name; and
-    effects."""
+    """A parameter file with its sidecar as a model: values, 95 % intervals and doubts by coefficient; effects."""
 
     file: VehicleFile
     configuration: str

@@ -108,5 +108,5 @@ class RecordingState:
         )
 
     def _other(self) -> Holding | None:
-        other = held(self._clock.unix_s())
-        return other if other is not None and other.pid != os.getpid() else None
+        holding = held(self._clock.unix_s())
+        return holding if holding is not None and holding.pid != os.getpid() else None

@@ -25,8 +25,7 @@ def add_argument(parser: argparse.ArgumentParser) -> None:
 
 
 class Opener:
-    """Opens links, and opens them again; with a key each is signed, and a reopened link continues its signature
-    times.
+    """Opens links, also again; with a key each is signed, and a reopened link continues its signature times.
 
     `tell` is called about a system of which no frame is accepted, `warn` if the other side signs and this side has no
     key. `listed` gets a sentence about each socket when it is first opened; by default the sentence goes to the crew,

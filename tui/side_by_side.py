@@ -22,8 +22,7 @@ def side_by_side(
     tell: Callable[[Mapping[str, float]], None],
     processes: int = 2,
 ) -> dict[str, Result]:
-    """Return the result of each job, by its name; a job must be picklable, such as a `partial` of a module's
-    function.
+    """Return the result of each job, by name; a job must be picklable, like a `partial` of a module's function.
 
     `tell` gets the share done of every job, whenever a job has come further.
     """

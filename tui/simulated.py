@@ -23,8 +23,7 @@ AFLOAT_M = 0.2
 
 
 def lasts_s(mission: Mission) -> float:
-    """How long its recording lasts: dated to begin that long ago, a recording made at once has no stamp in the
-    future."""
+    """How long its recording lasts: dated that far back, a recording made at once has no stamp in the future."""
     return WARM_UP_S + mission.duration_s
 
 

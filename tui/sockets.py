@@ -44,7 +44,6 @@ def of_links(specs: Iterable[str], what: str) -> list[str]:
 
 
 def of_served(hub: str) -> str:
-    """Sentence about the socket on which a recording serves other programs, who open the link `hub`. Raises
-    LinkSpecError."""
+    """Sentence about the socket on which a recording serves the link `hub` to others. Raises LinkSpecError."""
     _, host, port = parse_link(hub)
     return listening("TCP", host, port, "what is recorded, for params, doctor, ff and others")

@@ -15,8 +15,7 @@ LEAST_CHANGE_KG_M3: Final = 0.1
 
 
 def under_conditions(file: VehicleFile, dive: Path) -> tuple[VehicleFile, tuple[str, ...]]:
-    """The vehicle file for a dive folder, or a recording in it; and the changes made for its `dive.yaml`, in
-    sentences.
+    """The vehicle file for a dive folder, or a recording in it, and the changes by its `dive.yaml`, in sentences.
 
     The mass carried adds to the dry mass, and to the total masses of the file's model, which assume that dry mass.
     """

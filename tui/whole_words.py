@@ -23,7 +23,8 @@ def lacking_words(holes: Sequence[Hole], lost: int) -> str:
 
 
 def steps_words(steps: Sequence[Step], begins_us: int) -> str:
-    """`It was set by -60.0 s at 1:00 of the dive; each part is dated by itself`; "" if the clock went on evenly."""
+    """`It was set, or began anew, by -60.0 s at 1:00 of the dive; each part is dated by itself`; "" if the clock went
+    on evenly."""
     if not steps:
         return ""
     parts = [

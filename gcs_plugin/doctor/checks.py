@@ -176,7 +176,7 @@ def check_bottom_lock(observed: Observed) -> Finding | None:
 
 
 def check_gravity(observed: Observed) -> Finding | None:
-    """Whether the IMU at rest measures gravity, pointing upwards; None without an IMU."""
+    """Whether the IMU at rest measures an upward specific force of 1 g; None without an IMU."""
     arrivals = observed.arrivals.get("imu", [])
     if not arrivals:
         return None
@@ -216,8 +216,7 @@ def dry_findings(
     others: Sequence[Finding] = (),
     configuration: str | None = None,
 ) -> list[Finding]:
-    """Run every check, in the order in which a crew would ask; if nothing arrived, only the checks that still make
-    sense.
+    """Run every check, in the order in which a crew would ask; if nothing arrived, only those that still make sense.
 
     `configuration` is the configuration that the user named.
     """

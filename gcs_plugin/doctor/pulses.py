@@ -34,8 +34,9 @@ class PlannedPulse:
 def pulses(vehicle: Vehicle, configuration: str, curve: Curve) -> tuple[PlannedPulse, ...]:
     """A rest, then each thruster forwards once; the next begins when the vehicle has had time to settle.
 
-    No pulse is planned to take the vehicle beyond a slow walk of 0.15 m/s or 0.5 rad/s, or a thruster beyond a
-    quarter of its limit. Raises ConfigError for an unknown configuration or one without thrusters.
+    No pulse is planned to take the vehicle beyond a slow walk of 0.15 m/s or 0.5 rad/s, unless that is less than 1 N
+    of thrust, or a thruster beyond a quarter of its limit. Raises ConfigError for an unknown configuration or one
+    without thrusters.
     """
     shape = vehicle.configurations[vehicle.configuration_named(configuration)]
     count = len(shape.thrusters)

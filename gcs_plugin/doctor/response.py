@@ -105,8 +105,7 @@ def measured(record: WetRecord, pulses: Sequence[Pulse]) -> dict[str, Array]:
 
 
 def noise(record: WetRecord, pulses: Sequence[Pulse]) -> dict[str, Array]:
-    """Standard deviation (k,) by sensor of the same features in the rest before the first pulse; 0 if that is too
-    short.
+    """Standard deviation (k,) by sensor of the same features at rest before the first pulse; 0 if too short.
 
     It contains the sensor's noise and any other motion of the vehicle.
     """

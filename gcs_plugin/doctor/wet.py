@@ -248,14 +248,14 @@ def findings(diagnosis: Diagnosis, vehicle: Vehicle) -> list[Finding]:
 
 def _thruster_finding(diagnosis: Diagnosis, channel: int) -> Finding:
     name = f"thruster {channel + 1}"
-    sure = diagnosis.confidence[name]
+    conf = diagnosis.confidence[name]
     if not diagnosis.responds[channel]:
-        return fail(name, f"{name} moved nothing; check its power, its lead and its propeller", sure)
+        return fail(name, f"{name} moved nothing; check its power, its lead and its propeller", conf)
     driven, backwards = int(diagnosis.thruster_of[channel]), diagnosis.sign[channel] < 0
     if driven == channel and not backwards:
-        if sure < SURE:
-            return warn(name, f"{name} seems right, but its pulse was too weak to be sure", sure)
-        return ok(name, f"{name} is where the vehicle file has it, and pushes forwards", sure)
+        if conf < SURE:
+            return warn(name, f"{name} seems right, but its pulse was too weak to be sure", conf)
+        return ok(name, f"{name} is where the vehicle file has it, and pushes forwards", conf)
     trouble = []
     if driven != channel:
         swapped = int(diagnosis.thruster_of[driven]) == channel
@@ -266,17 +266,17 @@ def _thruster_finding(diagnosis: Diagnosis, channel: int) -> Finding:
             f"{name} pushes backwards; swap two of its motor leads, or turn its direction in the file"
         )
     sentence = "; ".join(trouble)
-    return fail(name, sentence, sure) if sure >= SURE else warn(name, f"it seems that {sentence}", sure)
+    return fail(name, sentence, conf) if conf >= SURE else warn(name, f"it seems that {sentence}", conf)
 
 
 def _mounting_finding(diagnosis: Diagnosis, vehicle: Vehicle, sensor: str, turn: Array) -> Finding:
-    sure, label = diagnosis.confidence[sensor], LABELS[sensor]
+    conf, label = diagnosis.confidence[sensor], LABELS[sensor]
     if np.array_equal(turn, np.eye(len(turn))):
-        if sure < SURE:
+        if conf < SURE:
             return warn(
-                sensor, f"{label}: its mounting seems right, but the pulses were too weak to be sure", sure
+                sensor, f"{label}: its mounting seems right, but the pulses were too weak to be sure", conf
             )
-        return ok(sensor, f"{label}: its mounting is right", sure)
+        return ok(sensor, f"{label}: its mounting is right", conf)
     device = getattr(vehicle.sensors, sensor)
     mounting = device.mounting if device is not None else Mounting()
     if sensor == "fog":
@@ -288,4 +288,4 @@ def _mounting_finding(diagnosis: Diagnosis, vehicle: Vehicle, sensor: str, turn:
         sentence = (
             f"{label}: {turns.describe(turn)}; set its mounting to rotation_deg [{angles}], signs [{signs}]"
         )
-    return fail(sensor, sentence, sure) if sure >= SURE else warn(sensor, f"it seems that {sentence}", sure)
+    return fail(sensor, sentence, conf) if conf >= SURE else warn(sensor, f"it seems that {sentence}", conf)

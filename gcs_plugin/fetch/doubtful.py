@@ -9,8 +9,7 @@ Stretch = tuple[int, int]
 
 
 def doubtful(data: bytes) -> list[Stretch]:
-    """Return the stretches that are not intact records, by offset: damage, impossible stamps, frames of unknown
-    types.
+    """Return all stretches that are no intact records, by offset: damage, impossible stamps, unknown frame types.
 
     A ring writes complete records back to back, so most segments have no such stretch.
     """

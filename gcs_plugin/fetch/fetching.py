@@ -119,8 +119,7 @@ class Fetching:
             self._ask_list()
 
     def _begin(self) -> None:
-        """Choose segments once the list is complete. Raises LogError if none is wanted, or the disk has no room for
-        them."""
+        """Choose segments once the list is complete. Raises LogError if none is wanted, or the disk is too small."""
         listing = self._listed.listing()
         self.chosen = self._choose(listing)
         if listing:

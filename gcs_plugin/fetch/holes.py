@@ -35,8 +35,7 @@ def holes_in(records: Sequence[tuple[int, bytes]], source: tuple[int, int]) -> t
 
 
 def lost_in(records: Sequence[tuple[int, bytes]], source: tuple[int, int]) -> int:
-    """Count the frames of a vehicle's component missing outside the gaps; a lower bound, as sequence numbers wrap at
-    256."""
+    """Count the component's frames missing outside the gaps; a lower bound, as sequence numbers wrap at 256."""
     frames = [(stamp_us, raw) for stamp_us, raw in records if sender(raw) == source]
     return sum(
         (sequence(after) - sequence(before) - 1) % SEQUENCES

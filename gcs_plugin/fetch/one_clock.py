@@ -101,8 +101,7 @@ class _Offsets:
         return fit_clock(here_s, ahead_s, np.full(len(here_s), JITTER_S))
 
     def by_other(self, stamp_us: Array) -> Array:
-        """Convert times (n,) to the other clock; before the first and after the last common frame, extrapolate by the
-        drift."""
+        """Convert times (n,) to the other clock; extrapolate by the drift outside the common frames."""
         nearest_us = np.clip(stamp_us, self.least_at_us[0], self.least_at_us[-1])
         ahead_us = np.interp(nearest_us, self.least_at_us, self.least_us)
         return stamp_us + ahead_us - self.line.drift * (stamp_us - nearest_us)
@@ -238,8 +237,7 @@ def _steps(
     by_piece: Sequence[Sequence[Anchor]],
     dated: Array,
 ) -> list[Step]:
-    """Return the steps within a boot, between neighbouring pieces that have frames in common with the other
-    recording."""
+    """Return the steps within a boot, between neighbouring pieces that both have common frames."""
     known = [(begins, earlier) for (begins, _), earlier in zip(pieces, by_piece, strict=True) if earlier]
     return [
         Step(round(dated[begins]), round(_middle_us(earlier[-COMPARED:]) - _middle_us(later[:COMPARED])))

@@ -62,8 +62,7 @@ def remade(
 
 
 def renew(folder: DiveFolder, source: tuple[int, int]) -> Whole | None:
-    """Add to the whole recording what it lacks of the dive's other recordings; None if it doesn't exist or lacks
-    nothing.
+    """Add frames of the dive's other recordings to its whole one; None if that is missing or lacks nothing.
 
     Raises LogError as `made_whole` does.
     """

@@ -103,8 +103,7 @@ class Whole:
 
 
 class RingFrames:
-    """The frames of segments, oldest first, to be iterated over once. An empty or cut file yields the frames it
-    holds.
+    """The frames of segments, oldest first, for a single iteration. A cut file yields the frames it holds.
 
     `damaged`: for each damaged place, the number of the frame after it; complete when the iteration is over. Raises
     LogError.
@@ -296,9 +295,8 @@ def _within(
 
 
 def _share(timed: Iterable[Sequence[bool]]) -> float:
-    """For each type with MANY or more messages, the share of True from the first True to the last; the least of
-    these."""
-    spans = [np.flatnonzero(found) for found in timed if len(found) >= MANY]
+    """Least share of True from the first True to the last, over types with MANY or more messages."""
+    spans = [np.flatnonzero(seen) for seen in timed if len(seen) >= MANY]
     shares = [len(true) / int(np.ptp(true) + 1) if len(true) > 1 else 0.0 for true in spans]
     return min(shares, default=0.0)
 

@@ -149,7 +149,7 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
             self.say_line(f"seatrial: {trouble}")
 
     def _send(self, message: Any) -> None:
-        """Send on the link that last carried the vehicle, as MAVProxy, so that its sequence numbers and signing stay
+        """Send on the link that last carried the vehicle, as MAVProxy, to keep its sequence numbers and signing
         valid."""
         tap = self._taps.named(self._fleet.link_of((message.target_system, message.target_component)))
         if tap is None:

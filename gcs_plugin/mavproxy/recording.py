@@ -44,8 +44,7 @@ class _Frames:
 
 
 class Recording:
-    """Records from its creation until `close`, one dive or several; `say` gets problems and a line for each finished
-    dive.
+    """Records from its creation until `close`, one dive or several; `say` gets problems and the end of each dive.
 
     A separate thread syncs the disk. `finished` is the dive that ended last, `folder` the folder of the current dive.
     """

@@ -124,8 +124,7 @@ class Recordings:
         return dive
 
     def _next(self) -> None:
-        """Continue in a new dive folder. Another process is asked by a separate command, because that may take a
-        while."""
+        """Continue in a new dive folder. Another process is asked by a separate command, as it may take long."""
         if self._own is not None:
             self._own.go_on()
             return

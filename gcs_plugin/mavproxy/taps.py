@@ -17,8 +17,7 @@ MOST_WAITING: Final = 10_000
 
 
 class Tap:
-    """A link of MAVProxy, with the data that passed through it since the last call; used as a `Link` only for its
-    name."""
+    """A link of MAVProxy, with the data that passed since the last call; a `Link` only by its name."""
 
     def __init__(self, connection: Any) -> None:
         self.connection = connection

@@ -33,7 +33,10 @@ class Channel:
         self.heard_s = self.said_s = -math.inf
 
     def take(self, teller: Teller, values: Values, time_s: float) -> bool:
-        """Take values from the present source or from a better one. Return whether they were taken."""
+        """Take values from the present source, from a better one, or from any if the present one is silent.
+
+        Return whether the values were taken.
+        """
         if teller != self.teller:
             if teller[0] >= self.teller[0] and time_s - self.heard_s < YIELDS_AFTER_S:
                 return False

@@ -38,8 +38,8 @@ class Armed(Enum):
 
 @dataclass(frozen=True)
 class SensorRow:
-    """A sensor. `rate_hz` is its recent rate, `expected_hz` the least it should be; `words` say what is wrong, if
-    anything."""
+    """A sensor. `rate_hz` is its recent rate, `expected_hz` the least required rate; `words` describe a problem, if
+    any."""
 
     name: str
     signal: str

@@ -1,5 +1,4 @@
-"""Turn readings into quantities: depth from pressure, velocity at the body's origin, heading; each with its
-reference."""
+"""Turn readings into quantities with references: depth from pressure, velocity at the body's origin, heading."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence

@@ -16,8 +16,7 @@ OFF_CENTRE: Final = 0.2
 
 
 def name_of(thruster: Thruster, reach_m: float) -> str:
-    """Name such as `fore port`, `vertical aft starboard`, `lateral fore`; `reach_m` is the farthest thruster's
-    distance."""
+    """`fore port`, `vertical aft starboard`, `lateral fore`; `reach_m` is the farthest thruster's distance."""
     x, y, _ = thruster.position_m
     _, sideways, down = (abs(c) for c in thruster.direction)
     words = ["vertical"] if down > MOSTLY else ["lateral"] if sideways > MOSTLY else []

@@ -168,8 +168,7 @@ class Watcher:
         return self.system != file_system and self._has_passed_by(now_s)
 
     def _has_passed_by(self, now_s: float) -> bool:
-        """Whether the watched vehicle sent a heartbeat or two and no more: another boat's, or an echo of the last
-        dive."""
+        """Whether the watched vehicle sent only a heartbeat or two: another boat's, or an echo of the last dive."""
         newest_s = max((beat.time_s for beat in self._system_beats.values()), default=-math.inf)
         most = max((count for count, _ in self._beats_counted.values()), default=0)
         return most < SETTLED_BEATS and now_s - newest_s > PASSED_S

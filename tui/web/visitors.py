@@ -12,8 +12,7 @@ LOCAL_NAMES = ("localhost", "local", "internal", "lan")
 
 
 def refusal(host: str, origin: str | None, own: str) -> str:
-    """Reason to refuse a request with these headers, "" to accept it; `own` is the host that the page was started
-    with."""
+    """Reason to refuse a request with these headers, "" to accept it; `own` is the host given for the page."""
     name = _name(host)
     if not (_is_local(name) or name == own):
         return (
