@@ -54,10 +54,10 @@ class AxisSpan:
 class Glance:
     """The contents of a recording at a glance. `loss` is NaN if no sequence numbers are recorded.
 
-    `relative_std` by coefficient, inf for a coefficient that could not be identified; empty if `why_not` says why
-    nothing is known. `error` is set if the recording can't be read at all; `stray` reports bytes in it that belong to
-    no message, `restarts` the vehicle's restarts and the run that is used, `lacking` the frames of other recordings
-    that the whole recording lacks. `unheard_s` is the longest silence within the recording, 0 if there is none, and
+    `relative_std` by coefficient, inf for a coefficient that could not be identified; None if unknown, and `why_not`
+    says why. `error` is set if the recording can't be read at all; `stray` reports bytes in it that belong to no
+    message, `restarts` the vehicle's restarts and the run that is used, `lacking` the frames of other recordings that
+    the whole recording lacks. `unheard_s` is the longest silence within the recording, 0 if there is none, and
     `unheard` says when it was and how to get its frames.
     """
 
@@ -157,9 +157,7 @@ def rows_of(
     for number, folder in enumerate(folders):
         progress(number / len(folders), f"look at {folder.name}")
         rows.append(row_of(folder, named, otherwise, load))
-    return sorted(
-        rows, key=lambda row: order(row.folder)
-    )  # some dates became known only by reading the dives
+    return sorted(rows, key=lambda row: order(row.folder))  # some dates are known only now
 
 
 def kept_glance(folder: Path) -> Glance | None:

@@ -231,7 +231,9 @@ def known_now(clock: Clock, spec: str | None = None) -> tuple[KnownVehicle, ...]
     now_unix_s = clock.unix_s()
     first = held(now_unix_s)
     running = [*([first] if first is not None else []), *held_beside(now_unix_s)]
-    holding = first if spec is None else next((vehicle for vehicle in running if holds(vehicle, spec)), None)
+    holding = (
+        first if spec is None else next((recording for recording in running if holds(recording, spec)), None)
+    )
     if holding is None:
         return ()
     boot_s = clock.boot_s()

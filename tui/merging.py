@@ -19,7 +19,7 @@ from gcs_plugin.in_use import alone_at
 from tui.whole_words import beyond_words, guessed_words, lacking_words, steps_words
 
 FEWEST, LEAST_SHARE = 20, 0.3
-"""Least number and share of common frames: two vehicles occasionally send the same bytes."""
+"""Least number of common frames, and least share of those heard meanwhile; two vehicles may send equal bytes."""
 TLOGS, LOGS = (".tlog", ".tlog.gz"), (".bin",)
 SAME_CLOCK_S = 1.0
 BY_BOOT = "It has no frame in common with the dive, and is dated by the vehicle's time since boot"
@@ -72,7 +72,7 @@ def merge_all(folder: DiveFolder, files: Sequence[Path]) -> Iterator[Merged | Re
 
 
 def merge(folder: DiveFolder, file: Path) -> Merged:
-    """Add a recording to a dive. The file and all earlier recordings stay unchanged.
+    """Add a recording to a dive. The file and the dive's original recordings stay unchanged.
 
     Raises LogError if it can't be read, is of another vehicle, dive or boot, if the dive is still recorded, or if
     another process is at work on it: then nothing is changed.

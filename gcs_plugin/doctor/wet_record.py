@@ -126,7 +126,8 @@ class _Servos:
             self._ahead_s.append(time_s - self._sensor[1])
 
     def rows(self) -> Rows:
-        """Times and pulse widths on the clock of the sensor readings; messages that arrive together are simultaneous."""
+        """Times and pulse widths on the clock of the sensor readings; messages that arrive together count as one
+        time."""
         ahead_s = median(self._ahead_s) if self._ahead_s else 0.0
         return [(time_s - ahead_s, values) for time_s, values in self._rows]
 

@@ -17,7 +17,7 @@ SEQUENCES: Final = 256
 
 
 def as_sent(records: Iterable[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
-    """Sort records with rising stamps, in us, so that each sender's frames follow its sequence; stamps stay in place."""
+    """Sort records with rising stamps, in us, so that each sender's frames follow its sequence; stamps stay put."""
     out: list[tuple[int, bytes]] = []
     tails: dict[tuple[int, int], list[int]] = defaultdict(list)
     for stamp_us, raw in records:

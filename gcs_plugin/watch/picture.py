@@ -38,8 +38,7 @@ class Armed(Enum):
 
 @dataclass(frozen=True)
 class SensorRow:
-    """A sensor. `rate_hz` is its recent rate, `expected_hz` the least required rate; `words` describe a problem, if
-    any."""
+    """A sensor. `rate_hz` is its recent rate, `expected_hz` the least required rate; `words` name a problem, if any."""
 
     name: str
     signal: str
