@@ -1,1 +1,1 @@
-"""The operator's faces: the `seatrial` command (cli) and what it shows."""
+"""The user interfaces: the `seatrial` command (cli) and its output."""

@@ -1,4 +1,4 @@
-"""`python -m tui`: the `seatrial` command, where a program starts it with its own Python."""
+"""`python -m tui`: the `seatrial` command, for programs that start it with their own Python."""
 
 from tui.cli import command
 

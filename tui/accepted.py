@@ -1,4 +1,4 @@
-"""What an earlier identification becomes as priors: its values, wider by what a vehicle changes between dives."""
+"""Turn an earlier identification into priors: its values, with widths enlarged for changes between dives."""
 
 import math
 from collections.abc import Mapping
@@ -17,12 +17,13 @@ from tui.exit_codes import UsageError
 from tui.parameter_files import Leave, check_outcome, read_identification
 
 AGEING = {"mass": 0.03, "damping": 0.10, "quadratic": 0.10}
-"""Relative: water and weed taken along, 1 to 5 kg on 100; fouling and a tether, tens of % over weeks."""
+"""Relative standard deviations: water and weed taken along, 1 to 5 kg on 100; fouling and a tether, tens of % over
+weeks."""
 
 
 @dataclass(frozen=True)
 class _Origin:
-    """Where accepted values come from: in words, what the recording is known by, the dives before it."""
+    """Origin of accepted values: in words, the recording's identifiers, and the dives before it."""
 
     source: str
     dive_sha256: str
@@ -33,15 +34,16 @@ class _Origin:
 def priors_of(path: Path, widen: float | None, leave: Leave) -> tuple[str, dict[str, Prior]]:
     """Configuration and priors from the JSON of `identify`, or a `.param` with its sidecar.
 
-    They rest on thrust as it stands in the vehicle file: what a weighed prior made of it is taken out, for the weighed
-    one stays and tells it again. `widen` (relative) is added to every width in quadrature; None takes AGEING. Raises
-    UsageError for another file, and for one that did not converge, unless `leave` lets it pass.
+    The priors assume the thrust of the vehicle file: a correction of thrust by a weighed prior is taken out, because
+    the weighed prior stays in the file and would apply it again. `widen` (relative) is added to every width in
+    quadrature; None takes AGEING. Raises UsageError for another kind of file, and for an identification that did not
+    converge, unless `leave` lets it pass.
     """
     return _of_json(path, widen, leave) if path.suffix == ".json" else _of_sidecar(path, widen, leave)
 
 
 def doubted_of(path: Path) -> dict[str, str]:
-    """What speaks against each coefficient that the identification doubts, from either file. Raises UsageError."""
+    """The reason against each coefficient that the identification doubts, from either file. Raises UsageError."""
     if path.suffix == ".json":
         return doubted_in(read_identification(path))
     try:
@@ -52,24 +54,24 @@ def doubted_of(path: Path) -> dict[str, str]:
 
 
 def effects_of(path: Path) -> tuple[AcceptedEffect, ...]:
-    """The effects that `diagnose --accept` wrote beside a `.param`; an identification has none."""
+    """The effects that `diagnose --accept` wrote into a `.param`'s sidecar; an identification has none."""
     sidecar = None if path.suffix == ".json" else read_sidecar(path)
     return () if sidecar is None else sidecar.effects
 
 
 def merged(present: Mapping[str, Prior], accepted: Mapping[str, Prior]) -> dict[str, Prior]:
-    """Accepted values in place of earlier ones; what was weighed stays, for a dive is no better force standard."""
+    """Replace earlier values by accepted ones, but keep weighed values: a dive is no better force standard."""
     weighed = {name: prior for name, prior in present.items() if prior.rests_on == "weight"}
     both = {**present, **accepted, **weighed}
     return {name: both[name] for name in OF_HULL if name in both}
 
 
 def left_behind(present: Mapping[str, Prior], after: Mapping[str, Prior]) -> list[str]:
-    """Names whose earlier dive is no part of what replaces it; a prior that names no dive is not judged."""
-    own = {name: set(before.dives) - set(before.earlier_dives) for name, before in present.items()}
+    """Names whose earlier dive is not among the dives of the new prior; a prior that names no dive is not judged."""
+    own_dives = {name: set(before.dives) - set(before.earlier_dives) for name, before in present.items()}
     return [
         name
-        for name, dives in own.items()
+        for name, dives in own_dives.items()
         if name in after and dives and not dives.intersection(after[name].dives)
     ]
 
@@ -77,18 +79,22 @@ def left_behind(present: Mapping[str, Prior], after: Mapping[str, Prior]) -> lis
 def _of_json(path: Path, widen: float | None, leave: Leave) -> tuple[str, dict[str, Prior]]:
     data = read_identification(path)
     check_outcome(path, data["outcome"], leave, "written")
-    told = data.get("dive")
-    dive = told if isinstance(told, dict) else {}
+    dive_data = data.get("dive")
+    dive = dive_data if isinstance(dive_data, dict) else {}
     source = _source(dive.get("name"), dive.get("date"), str(data.get("method", "identified")))
     earlier = data.get("prior_dives")
     before = tuple(map(str, earlier)) if isinstance(earlier, list) else ()
     origin = _Origin(source, str(dive.get("sha256", "")), str(dive.get("opening", "")), before)
-    found = {}
-    for one in data["parameters"]:
-        name, value, std = one.get("name"), one.get("given_thrust"), one.get("given_thrust_std")
-        if name in OF_HULL and one.get("identifiable") is True and _positive(value) and _positive(std):
-            found[name] = _aged(name, value, std / value, widen, origin)
-    return str(data["configuration"]), _some(path, found)
+    priors = {}
+    for parameter in data["parameters"]:
+        name, value, std = (
+            parameter.get("name"),
+            parameter.get("given_thrust"),
+            parameter.get("given_thrust_std"),
+        )
+        if name in OF_HULL and parameter.get("identifiable") is True and _positive(value) and _positive(std):
+            priors[name] = _aged(name, value, std / value, widen, origin)
+    return str(data["configuration"]), _some(path, priors)
 
 
 def _of_sidecar(path: Path, widen: float | None, leave: Leave) -> tuple[str, dict[str, Prior]]:
@@ -101,32 +107,32 @@ def _of_sidecar(path: Path, widen: float | None, leave: Leave) -> tuple[str, dic
     check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave, "written")
     source = _source(sidecar.dive, sidecar.dived, sidecar.method)
     origin = _Origin(source, sidecar.dive_sha256, sidecar.dive_opening, sidecar.prior_dives)
-    # Quadratic drag beside effects is one of those, of a hull that has none.
+    # Next to effects, quadratic drag is itself an effect, of a hull that has none.
     known = BY_NAME if sidecar.effects else OF_HULL
-    found = {}
+    priors = {}
     for interval in sidecar.intervals.values():
         name, low, high = interval.coefficient, interval.low95, interval.high95
         if name in known and 0 < low < high:
             relative = math.log(high / low) / (2 * Z95)
             value = math.sqrt(low * high) / (1.0 + sidecar.thrust_shift)
-            found[name] = _aged(name, value, relative, widen, origin)
-    return sidecar.configuration, _some(path, found)
+            priors[name] = _aged(name, value, relative, widen, origin)
+    return sidecar.configuration, _some(path, priors)
 
 
 def _why_no_sidecar(path: Path) -> str:
     if not path.exists():
         return "no such file; check the name"
-    what = "is a folder" if path.is_dir() else "has no sidecar that tells its intervals"
-    return f"{what}; give the JSON of `seatrial identify`, or a .param with its sidecar"
+    problem = "is a folder" if path.is_dir() else "has no sidecar that tells its intervals"
+    return f"{problem}; give the JSON of `seatrial identify`, or a .param with its sidecar"
 
 
 def _source(dive: str | None, date: str | None, method: str) -> str:
-    """`hovering-7 of 2026-11-20, likelihood`."""
+    """Describe a source: `hovering-7 of 2026-11-20, likelihood`."""
     return f"{dive or 'a dive'}{f' of {date}' if date else ''}, {method}"
 
 
 def _aged(name: str, value: float, relative_std: float, widen: float | None, origin: _Origin) -> Prior:
-    """A prior of this value, wider by ageing."""
+    """A prior of this value, widened for ageing."""
     share = AGEING[OF_HULL[name].kind] if widen is None else widen
     std = value * math.hypot(relative_std, share)
     return Prior(

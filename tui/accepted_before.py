@@ -1,4 +1,4 @@
-"""What was accepted earlier, as a diagnosis holds it against a dive: what has changed since is what is asked for."""
+"""Load the values accepted earlier, for a diagnosis that looks for changes of the vehicle since then."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +14,7 @@ from tui.parameter_files import Leave
 
 @dataclass(frozen=True)
 class AcceptedBefore:
-    """Values as well as they were known then, effects, and in sentences what was not taken."""
+    """Accepted values with their precision at the time, effects, and sentences about values that were not taken."""
 
     values: dict[str, Prior] | None = None
     effects: tuple[AcceptedEffect, ...] = ()
@@ -22,13 +22,13 @@ class AcceptedBefore:
 
 
 def accepted_before(path: Path, configuration: str) -> AcceptedBefore:
-    """What a file of `identify` or of `diagnose --accept` holds, without ageing.
+    """Read a file of `identify` or of `diagnose --accept`, without ageing.
 
-    A value that its identification doubts is not taken: its error would be called a change of the vehicle. Raises
-    UsageError for a file of another configuration, and for one in which all is doubted.
+    A value that its identification doubts is not taken: its error would be reported as a change of the vehicle.
+    Raises UsageError for a file of another configuration, and for a file in which every value is doubted.
     """
     of, known = priors_of(path, 0.0, Leave())
-    # A diagnosis asks for changes of the linear model.
+    # A diagnosis looks for changes of the linear model.
     priors = {name: prior for name, prior in known.items() if name in BY_NAME}
     if of != configuration:
         raise UsageError(

@@ -1,4 +1,4 @@
-"""What `diagnose --accept` wrote as what a simulated vehicle truly is."""
+"""Use the model that `diagnose --accept` wrote as the truth of a simulated vehicle."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -21,10 +21,10 @@ SIMULATED = (
 
 
 def accepted_truth(path: Path, file: VehicleFile, configuration: str) -> tuple[Truth, tuple[str, ...]]:
-    """The model of an accepted `.param` in the water of the vehicle's own truth, and what of it can't be simulated.
+    """The model of an accepted `.param` in the water of the vehicle's own truth, and its parts left out.
 
-    What was not identified is as in that truth, or else as in the vehicle file's model. Raises UsageError for a file of
-    another vehicle or configuration, ConfigError where a coefficient is nowhere to be had.
+    Values that were not identified come from that truth, otherwise from the vehicle file's model. Raises UsageError
+    for a file of another vehicle or configuration, ConfigError if a coefficient is found nowhere.
     """
     accepted = accepted_model(path, file, Leave(doubts=True))
     if accepted.configuration != configuration:
@@ -34,9 +34,13 @@ def accepted_truth(path: Path, file: VehicleFile, configuration: str) -> tuple[T
     linear = {name: value for name, value in accepted.values.items() if name in BY_NAME}
     shape = file.vehicle.configurations[configuration]
     shapes = file.vehicle.configurations | {configuration: replace(shape, model=shape.model | linear)}
-    own = load_truth(replace(file, vehicle=replace(file.vehicle, configurations=shapes)), configuration)
+    truth = load_truth(replace(file, vehicle=replace(file.vehicle, configurations=shapes)), configuration)
     effects = {name: value for name, value in accepted.values.items() if name not in linear}
     held = {name: value for name, value in effects.items() if name in PLANTED or GAIN.fullmatch(name)}
-    lost = [one.label for one in accepted.effects if one.name not in SIMULATED and one.label not in SIMULATED]
-    told = (f"not simulated: {', '.join(lost)}",) if lost else ()
-    return replace(own, model=own.model | linear, effects=held), told
+    lost = [
+        effect.label
+        for effect in accepted.effects
+        if effect.name not in SIMULATED and effect.label not in SIMULATED
+    ]
+    notes = (f"not simulated: {', '.join(lost)}",) if lost else ()
+    return replace(truth, model=truth.model | linear, effects=held), notes

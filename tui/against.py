@@ -35,20 +35,20 @@ def run(arguments: Namespace) -> int:
     real, sim = (read_dive(Path(path), columns, file) for path in (arguments.dive, arguments.against))
     configuration = configuration_of_both(real, sim, file)
     with show.progress(f"{real.name} against {sim.name}") as tell:
-        found = against(real, sim, file, configuration, progress=tell)
-    # Files first: whoever reads the table may leave before its end.
+        gap = against(real, sim, file, configuration, progress=tell)
+    # Files first: the reader of the table may close the pipe before its end.
     with Files() as files:
-        files.json(plain(found), arguments.json)
+        files.json(plain(gap), arguments.json)
         if pages.wanted(arguments):
-            pages.publish(files, arguments, partial(against_report, found), (real, sim), file)
+            pages.publish(files, arguments, partial(against_report, gap), (real, sim), file)
         console = show.results(arguments.json)
-        for line in (*told(found), *files.written):
+        for line in (*told(gap), *files.written):
             show.say(console, line)
     return files.code(exit_codes.DONE)
 
 
 def told(found: "Against") -> tuple[str, ...]:
-    """The verdict, then what else there is to say, indented."""
+    """The verdict, then all other sentences, indented."""
     from identify.diagnose import wording, wording_against, wording_verdict
 
     lines = (
@@ -64,12 +64,12 @@ def told(found: "Against") -> tuple[str, ...]:
 
 
 def configuration_of_both(real: "Dive", sim: "Dive", file: "VehicleFile") -> str:
-    """The configuration that was named, or else that of the real dive. Raises LogError where the simulator says that
-    it was in another."""
+    """The configuration that the user named, otherwise that of the real dive. Raises LogError if the simulator says
+    that it was in another."""
     from bridge.errors import LogError
 
-    own, its = real.configuration_index(), sim.configuration_index()
-    configuration = file.configuration or file.vehicle.configuration_at(own)
+    real_index, its = real.configuration_index(), sim.configuration_index()
+    configuration = file.configuration or file.vehicle.configuration_at(real_index)
     if file.configuration is None and its is not None and file.vehicle.configuration_at(its) != configuration:
         raise LogError(
             f"{sim.name}: was driven in configuration '{file.vehicle.configuration_at(its)}', {real.name} in "

@@ -1,11 +1,11 @@
-"""Arguments that several commands have in common."""
+"""Arguments shared by several commands."""
 
 import argparse
 from collections.abc import Iterator, Mapping
 
 
 def add_vehicle(parser: argparse.ArgumentParser) -> None:
-    """The vehicle file of one dive."""
+    """Add `--vehicle`, the vehicle file of a dive."""
     parser.add_argument(
         "--vehicle",
         required=True,
@@ -18,7 +18,7 @@ def add_vehicle(parser: argparse.ArgumentParser) -> None:
 def actions_of(
     parser: argparse.ArgumentParser, actions: Mapping[str, tuple[str, str]]
 ) -> Iterator[tuple[str, argparse.ArgumentParser]]:
-    """The parsers of the actions of a command, each by its name; of each there are a sentence and an example."""
+    """Add and yield a parser for each action of a command, by name; `actions` has a sentence and an example each."""
     parsers = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
     for name, (sentence, example) in actions.items():
         yield (

@@ -1,4 +1,4 @@
-"""Questions to whoever sits at the terminal, while a vehicle is on the line."""
+"""Ask the user at the terminal while a vehicle is connected."""
 
 import sys
 import threading
@@ -11,7 +11,7 @@ from tui.show import harmless
 
 
 def asked(client: ParameterClient, question: str, to_do: str) -> str:
-    """What is typed. Raises UsageError where nobody is there, `to_do` being what --yes would do."""
+    """Return the answer typed. Raises UsageError if stdin is no terminal; `to_do` says what --yes would do."""
     if not sys.stdin.isatty():
         raise UsageError(
             f"nobody to ask, standard input is no terminal; give --yes to {to_do} without asking"
@@ -23,7 +23,7 @@ def asked(client: ParameterClient, question: str, to_do: str) -> str:
 
 @contextmanager
 def _listening(client: ParameterClient) -> Iterator[None]:
-    """The link is read meanwhile: nothing that waited in it is later taken for new, and no hub drops who stalls."""
+    """Keep reading the link meanwhile: otherwise old data passes for new later, or a hub drops this program as slow."""
     stop = threading.Event()
     thread = threading.Thread(target=client.listen, args=(stop,), name="listen", daemon=True)
     thread.start()

@@ -11,11 +11,11 @@ from tui import show
 from tui.show import Table
 
 PARAMETERS_WIDE = 4
-"""So many parameters beside number and date fit into 80 columns."""
+"""Number of parameters that fit into 80 columns next to number and date."""
 
 
 def dive_table(rows: Sequence[Row]) -> Table:
-    """Every dive, with the number that stands for it in the other tables, and why it gave nothing where it did not."""
+    """Every dive, with the number that the other tables use for it, and the reason if it gave no result."""
     lines = [
         (str(number), utc(row.unix_s), row.configuration or "-", f"{row.dive}: {row.error or _ended(row)}")
         for number, row in enumerate(rows, start=1)
@@ -30,25 +30,25 @@ def parameter_tables(
     names = names_in(group)
     tables = []
     for first in range(0, len(names), PARAMETERS_WIDE):
-        some = names[first : first + PARAMETERS_WIDE]
-        columns = [f"{name} {BY_NAME[name].unit}" for name in some]
+        shown = names[first : first + PARAMETERS_WIDE]
+        columns = [f"{name} {BY_NAME[name].unit}" for name in shown]
         lines = [
             (
                 f"{1 + rows.index(row)}{'' if drift.counts(row) else '*'}",
                 utc(row.unix_s),
-                *(_cell(row.values.get(name)) + doubt_mark(row, name, drift) for name in some),
+                *(_cell(row.values.get(name)) + doubt_mark(row, name, drift) for name in shown),
             )
             for row in group
         ]
-        title = f"{configuration}: {', '.join(some)}, with half of their 95 % intervals"
+        title = f"{configuration}: {', '.join(shown)}, with half of their 95 % intervals"
         title += "" if all(map(drift.counts, group)) else "; *: in no trend, for it did not converge"
-        title += f"; {MARKS}" if any(name in row.doubted for row in group for name in some) else ""
+        title += f"; {MARKS}" if any(name in row.doubted for row in group for name in shown) else ""
         tables.append(show.table(title, ("no.", "date, UTC", *columns), lines, numbers=("no.", *columns)))
     return tables
 
 
 def trend_table(drift: Drift, configuration: str) -> Table:
-    """What each parameter changes by from the first dive to the last, in per cent of where it begins."""
+    """Change of each parameter from the first dive to the last, in per cent of its value at the first."""
     lines = []
     for name, trend in drift.trends.items():
         change, low, high = (f"{trend.percent(v):+.1f}" for v in (trend.change, trend.low95, trend.high95))
@@ -75,7 +75,7 @@ def drifts_to_json(drifts: Mapping[str, Drift]) -> dict[str, object]:
 
 
 def _ended(row: Row) -> str:
-    """`converged, but doubts M_w`."""
+    """Outcome of a dive: `converged, but doubts M_w`."""
     names = [name for name in names_in([row]) if name in row.doubted]
     if not names:
         return row.outcome

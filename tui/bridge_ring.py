@@ -1,4 +1,4 @@
-"""The vehicle's own recording as `seatrial bridge` takes it: where it lies, and how large it may become."""
+"""Options of `seatrial bridge` for the vehicle's own recording: its folder and how large it may become."""
 
 import argparse
 from pathlib import Path
@@ -19,7 +19,7 @@ MOST_SEGMENT_MB: Final = 4000
 """MAVLink FTP reaches 4 GiB into a file."""
 NETWORK_BYTES_S: Final = 200_000.0
 SERIAL_SHARE: Final = 0.25
-"""Of what a serial port carries: the rest is the telemetry's."""
+"""Share of a serial port's capacity; the telemetry keeps the rest."""
 BITS_A_BYTE: Final = 10
 
 
@@ -46,7 +46,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def ring_for(arguments: argparse.Namespace, clock: "Clock") -> "RingKeeper | None":
-    """The ring that was asked for, not yet begun. Raises UsageError for a folder or sizes that can't be."""
+    """Make the ring that the options ask for, not yet begun; None without one.
+
+    Raises UsageError for an unusable folder or sizes.
+    """
     from bridge.ring.files import Bounds
     from bridge.ring.keeper import ring_in
     from tui.exit_codes import UsageError
@@ -70,7 +73,7 @@ def ring_for(arguments: argparse.Namespace, clock: "Clock") -> "RingKeeper | Non
 
 
 def files_for(arguments: argparse.Namespace, clock: "Clock") -> "ServedAside | None":
-    """What hands out the ring over the bridge's links, each at its own pace."""
+    """Make the server of the ring's files on the bridge's links, at each link's own pace; None without a ring."""
     from bridge.ftp.aside import ServedAside
     from bridge.ftp.files import Segments
     from bridge.ftp.server import FileServer
@@ -82,7 +85,7 @@ def files_for(arguments: argparse.Namespace, clock: "Clock") -> "ServedAside | N
 
 
 def pace_of(spec: str) -> float:
-    """How many bytes a second of files a link may carry beside its telemetry."""
+    """Bytes per second of files that a link may carry in addition to its telemetry."""
     from bridge.link.open import parse_link
 
     kind, _, number = parse_link(spec)
@@ -90,7 +93,7 @@ def pace_of(spec: str) -> float:
 
 
 def words(arguments: argparse.Namespace) -> str:
-    """What is kept on board, in a few words."""
+    """Describe in a few words what is kept on board."""
     if arguments.ring is None:
         return "nothing is kept on board (see --ring)"
     return f"up to {arguments.ring_mb} MB kept in {arguments.ring}"

@@ -52,7 +52,7 @@ STOPPED = "stopped before it was done"
 
 
 class Command(Protocol):
-    """What a module of `tui.commands` holds."""
+    """Interface of a module of `tui.commands`."""
 
     EXAMPLE: str
 
@@ -62,17 +62,17 @@ class Command(Protocol):
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser whose complaints are a UsageError: one sentence that names the help to read."""
+    """A parser that reports errors as a UsageError: one sentence that names the help to read."""
 
     def error(self, message: str) -> NoReturn:
         raise exit_codes.UsageError(f"{message}; see {self.prog} --help")
 
 
 def command() -> int:
-    """`main` as a process of its own, of which the system frees all: the collector's last walk would take a while."""
+    """Run `main` as a whole process, without the collector's slow last pass: the system frees all memory anyway."""
     try:
         code = main()
-        # All is written and said: who stops it now only waits for the interpreter to end.
+        # All output is written: an interrupt now would only disturb the interpreter's exit.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         return code
     finally:
@@ -80,8 +80,8 @@ def command() -> int:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command line and answer its exit code."""
-    # Before numpy is imported: matrices are small here, and a second thread would spin where another method works.
+    """Run a command line and return its exit code."""
+    # Set before numpy is imported: matrices are small here, and a second thread would spin on another method's core.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         return _run(sys.argv[1:] if argv is None else list(argv))
@@ -96,8 +96,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return exit_codes.DONE
     except OSError as error:
-        what = f"{error.filename}: " if error.filename else ""
-        return _complain(f"{what}{error.strerror or error}; check the path, its permissions and the disk",
+        subject = f"{error.filename}: " if error.filename else ""
+        return _complain(f"{subject}{error.strerror or error}; check the path, its permissions and the disk",
                          exit_codes.BAD_INPUT)  # fmt: skip
     except KeyboardInterrupt:
         return _complain(STOPPED, exit_codes.INTERRUPTED)
@@ -108,12 +108,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def load(verb: str) -> Command:
-    """The module of a verb; `import` is a word of Python's own, so its file has another name."""
+    """Load the module of a verb; `import` is a Python keyword, so its module is named `import_`."""
     return cast(Command, importlib.import_module(f"tui.commands.{'import_' if verb == 'import' else verb}"))
 
 
 def verb_parser(verb: str) -> argparse.ArgumentParser:
-    """The parser of one verb."""
+    """Make the parser of a verb."""
     command = load(verb)
     parser = _Parser(
         prog=f"seatrial {verb}",
@@ -169,14 +169,14 @@ def _version() -> str:
 
 
 def _is_interrupt(error: BaseException | None) -> bool:
-    """Whether Ctrl-C is behind an error: compiled code that it meets raises a SystemError from it."""
+    """Whether Ctrl-C caused an error: compiled code that is interrupted raises a SystemError from it."""
     while error is not None and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__ or error.__context__
     return error is not None
 
 
 def _complain(sentence: str, code: int) -> int:
-    """One line on standard error; on a terminal broken between words."""
+    """Print one line on standard error, on a terminal broken between words; return `code`."""
     line = printable(f"seatrial: {' '.join(sentence.split())}", "?")
     if sys.stderr.isatty():
         width = shutil.get_terminal_size().columns

@@ -8,10 +8,10 @@ from tui.exit_codes import UsageError
 
 
 def column_map_for(name: str | None, recordings: Sequence[str]) -> Path | None:
-    """The column map that was named, None for none.
+    """Path of the column map that was named; None if none was.
 
-    Raises UsageError where there is no such map, and where none of the recordings is a table: whoever names a map means
-    to read one. LogError where a recording is not there.
+    Raises UsageError if the map doesn't exist, or if no recording is a table: a user who names a map wants to read a
+    table. Raises LogError if a recording doesn't exist.
     """
     from identify.ingest.open import recording_files
 

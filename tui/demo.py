@@ -29,14 +29,14 @@ CAMPAIGNS = ("survey", "hovering")
 MODES = {"PID": Mode.OFF, "FF": Mode.ALONE, "both": Mode.BOTH}
 CAMPAIGN_SHARE, UPLOAD_SHARE = 0.72, 0.03
 DIVE_SHARE = 0.75
-"""Of a campaign's work the dive itself; the rest is the identification."""
+"""Share of the dive itself in a campaign's work; the rest is the identification."""
 
 Tell = Callable[[float, str], None]
 
 
 @dataclass(frozen=True)
 class Campaign:
-    """One paper mission: the dive as recorded, and what was identified from it."""
+    """A mission of the paper: the recorded dive, and the identification from it."""
 
     configuration: str
     folder: Path
@@ -47,7 +47,7 @@ class Campaign:
 
 @dataclass(frozen=True)
 class Demo:
-    """All that the demo shows. `runs` are the validation dives by mode, in hovering."""
+    """All results of the demo. `runs` are the validation dives by mode, in hovering."""
 
     file: VehicleFile
     campaigns: tuple[Campaign, ...]
@@ -56,14 +56,14 @@ class Demo:
 
 
 def run(root: Path, seed: int, unix_s: float, tell: Tell) -> Demo:
-    """Everything; under the new folder `root` what was recorded, identified and uploaded, and the receipt."""
+    """Run the demo; recordings, identifications, uploaded parameters and receipt go into the new folder `root`."""
     file = load_vehicle(VEHICLE)
     campaigns = _campaigns(root, seed, unix_s, tell)
     tell(CAMPAIGN_SHARE, "upload with read-back")
     store = root / "vehicle-parameters.json"
-    for one in campaigns:
-        show.write_json(one.identification.to_json(), str(root / f"{one.configuration}.json"))
-        write_identified(root / f"{one.configuration}.param", one.identification, file)
+    for result in campaigns:
+        show.write_json(result.identification.to_json(), str(root / f"{result.configuration}.json"))
+        write_identified(root / f"{result.configuration}.param", result.identification, file)
     receipt = _upload(file, campaigns, root, seed, store)
     show.write_json(receipt.to_json(), str(root / "receipt.json"))
     runs = {}
@@ -76,7 +76,7 @@ def run(root: Path, seed: int, unix_s: float, tell: Tell) -> Demo:
 
 
 def _part(tell: Tell, begun: float, whole: float, words: str) -> Callable[[float], None]:
-    """The progress of one part of the demo."""
+    """Progress callback for a part of the demo."""
     return lambda share: tell(begun + whole * share, f"dive: {words}")
 
 
@@ -90,14 +90,14 @@ def campaign(
         file, configuration, mission, root, seed, unix_s, lambda share: progress(DIVE_SHARE * share)
     )
     dive = read_dive(folder.path, None, file)
-    found = estimator(DEFAULT)(
+    identification = estimator(DEFAULT)(
         dive, file, configuration, lambda share, _: progress(DIVE_SHARE + (1 - DIVE_SHARE) * share)
     )
-    return Campaign(configuration, folder.path, dive, found, load_truth(file, configuration).model)
+    return Campaign(configuration, folder.path, dive, identification, load_truth(file, configuration).model)
 
 
 def _campaigns(root: Path, seed: int, unix_s: float, tell: Tell) -> tuple[Campaign, ...]:
-    """Both campaigns side by side, a process each."""
+    """Run both campaigns in parallel, each in its own process."""
 
     def heard(done: Mapping[str, float]) -> None:
         words = ", ".join(f"{c} {'dives' if s < DIVE_SHARE else 'identified'}" for c, s in done.items())
@@ -110,11 +110,11 @@ def _campaigns(root: Path, seed: int, unix_s: float, tell: Tell) -> tuple[Campai
 def _upload(
     file: VehicleFile, campaigns: tuple[Campaign, ...], root: Path, seed: int, store: Path
 ) -> Receipt:
-    """Both parameter sets in one plan, through the real client, into the vehicle's store."""
+    """Upload both parameter sets in one plan, through the real client, into the vehicle's store."""
     targets: dict[str, float] = {}
-    for one in campaigns:
-        veh_cfg = file.vehicle.veh_cfg(one.configuration)
-        targets |= parameters_from_identification(one.identification.to_json(), veh_cfg)
+    for result in campaigns:
+        veh_cfg = file.vehicle.veh_cfg(result.configuration)
+        targets |= parameters_from_identification(result.identification.to_json(), veh_cfg)
     link, clock = simulated.afloat(file, CAMPAIGNS[0], seed, server(file, store))
     client = ParameterClient(link, clock)
     client.find_vehicle()
@@ -130,7 +130,7 @@ def _validation(
     mode: Mode,
     progress: Callable[[float], None],
 ) -> Dive:
-    """One validation dive in hovering with what the vehicle's store holds; the same sea for every mode."""
+    """Make a validation dive in hovering with the parameters in the vehicle's store; every mode has the same sea."""
     configuration = "hovering"
     mission = mission_named("validation", file.vehicle.configurations[configuration])
     parameters = server(file, store)
@@ -149,7 +149,7 @@ def _validation(
 
 
 def inside(one: Campaign) -> dict[str, bool]:
-    """For each identifiable coefficient whether its 95 % interval holds the truth."""
+    """For each identifiable coefficient, whether its 95 % interval contains the truth."""
     return {
         p.name: p.low95 <= one.truth[p.name] <= p.high95
         for p in one.identification.parameters

@@ -1,4 +1,4 @@
-"""A diagnosis as `diagnose --json` writes it: the answer, and behind it what a page shows and a person reads."""
+"""A diagnosis as `diagnose --json` writes it: the answer, followed by the texts and values shown on a page."""
 
 from typing import Any
 
@@ -8,20 +8,19 @@ from identify.diagnose.result import Diagnosis, Found
 
 
 def with_words(found: Diagnosis, check: str = "") -> dict[str, Any]:
-    """`plain`, with `told` behind it: sentences, evidence in nats, drifts of the dive itself. `check`: that dive's
-    name."""
-    after = [one.total for one in found.gap.after if one.horizon_s == wording.DRIFT_S]
+    """Add `told` to `plain`: sentences, evidence in nats, drifts of the dive itself. `check`: the check dive."""
+    after = [item.total for item in found.gap.after if item.horizon_s == wording.DRIFT_S]
     more = {
         "dive": found.dive,
         "check": check,
         "configuration": found.configuration,
         "verdict": wording_verdict.verdict_sentence(found),
         "after": after[0] if after else None,
-        "causes": [_cause(one) for one in found.found],
+        "causes": [_cause(item) for item in found.found],
         "tried": [
-            {"name": wording.candidate_words(one.effect), "gain_nats": one.gain_nats, "why": one.why}
-            for one in found.tried
-            if not one.accepted and one.gain_nats > 0
+            {"name": wording.candidate_words(item.effect), "gain_nats": item.gain_nats, "why": item.why}
+            for item in found.tried
+            if not item.accepted and item.gain_nats > 0
         ],
         "heldout": None
         if found.heldout is None

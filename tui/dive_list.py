@@ -1,7 +1,7 @@
-"""Dives as a list shows them: when, how long, what was lost, what each could identify, what was learnt from it.
+"""Dives as a list shows them: date, length, loss, coefficients that each could identify, and results so far.
 
-What takes reading the recording is kept beside it in a small file, which may be thrown away: it is made again, as it is
-where the recording, the vehicle file or this program is another.
+Everything that requires reading the recording is cached next to it in a small file, which may be deleted. It is made
+again if missing, or if the recording, the vehicle file or this program has changed.
 """
 
 import contextlib
@@ -42,7 +42,7 @@ GOOD, FAIR = 0.1, 0.3
 
 @dataclass(frozen=True)
 class AxisSpan:
-    """One axis: seconds with thrust and readings, and how far thrust and speed went; NaN for not recorded."""
+    """An axis: seconds with thrust and readings, and the range of thrust and speed; NaN if not recorded."""
 
     axis: str
     seconds: float
@@ -52,13 +52,13 @@ class AxisSpan:
 
 @dataclass(frozen=True)
 class Glance:
-    """What the recording itself tells. `loss` is NaN where no sequence numbers are recorded.
+    """The contents of a recording at a glance. `loss` is NaN if no sequence numbers are recorded.
 
-    `relative_std` by coefficient, inf for what could not be identified; empty where `why_not` says why nobody knows.
-    `error` where the recording can't be read at all; `stray` tells of bytes in it that belong to no message,
-    `restarts` of the vehicle's and of the run that is used, `lacking` of what the whole recording lacks of the others.
-    `unheard_s` is the longest silence within the recording, 0
-    for none, and `unheard` says when it was and what brings the frames.
+    `relative_std` by coefficient, inf for a coefficient that could not be identified; None if unknown, and `why_not`
+    says why. `error` is set if the recording can't be read at all; `stray` reports bytes in it that belong to no
+    message, `restarts` the vehicle's restarts and the run that is used, `lacking` the frames of other recordings that
+    the whole recording lacks. `unheard_s` is the longest silence within the recording, 0 if there is none, and
+    `unheard` says when it was and how to get its frames.
     """
 
     began_unix_s: float | None = None
@@ -77,9 +77,9 @@ class Glance:
 
 @dataclass(frozen=True)
 class DiveRow:
-    """One dive of a list; `notes` and `events` are the crew's own words, each event with its time.
+    """A dive in a list; `notes` and `events` are the crew's own words, each event with its time.
 
-    `conditions` is what the dive was made under, in a line. `damaged` says why its `dive.yaml` can't be read,
+    `conditions` describes the dive's conditions in a line. `damaged` says why its `dive.yaml` can't be read,
     `underway` that it is being recorded and holds nothing yet.
     """
 
@@ -96,18 +96,18 @@ class DiveRow:
 
 
 def dive_folders(root: Path) -> list[Path]:
-    """`root` itself where it is a dive folder, else those in it, the oldest first. Raises LogError where `root` is
-    none."""
+    """`root` itself if it is a dive folder, otherwise the dive folders in it, the oldest first. Raises LogError if
+    `root` is no folder."""
     if not root.is_dir():
-        what = "is a file" if root.exists() else "no such folder"
-        raise LogError(f"{root}: {what}; give the folder that holds the dives")
+        problem = "is a file" if root.exists() else "no such folder"
+        raise LogError(f"{root}: {problem}; give the folder that holds the dives")
     return [root] if recordings(root) else [folder.path for folder in list_folders(root)]
 
 
 def row_of(
     folder: Path, named: VehicleFile | None = None, otherwise: str = "", load: Load = load_vehicle
 ) -> DiveRow:
-    """One dive; `named` is the vehicle file to judge it by, else the one that `dive.yaml` names, else `otherwise`."""
+    """Read a dive and judge it by the vehicle file `named`, else by that in `dive.yaml`, else by `otherwise`."""
     about, damaged, vehicle, trouble = About(), "", named, ""
     try:
         about = DiveFolder(folder).about()
@@ -157,11 +157,11 @@ def rows_of(
     for number, folder in enumerate(folders):
         progress(number / len(folders), f"look at {folder.name}")
         rows.append(row_of(folder, named, otherwise, load))
-    return sorted(rows, key=lambda row: order(row.folder))  # by what was told meanwhile of some
+    return sorted(rows, key=lambda row: order(row.folder))  # some dates are known only now
 
 
 def kept_glance(folder: Path) -> Glance | None:
-    """What was told of a dive when it was last read, by whatever vehicle file; None where it has changed since."""
+    """The cached glance at a dive, made with any vehicle file; None if the recordings have changed since."""
     try:
         kept = from_json(read_small(folder / GLANCE))["key"]
         states = {str(state[0]): state for state in (*kept["recordings"], *kept["beside"])}
@@ -173,16 +173,16 @@ def kept_glance(folder: Path) -> Glance | None:
 
 
 def short_name(folder: Path) -> str:
-    """`hovering` of `2026-11-20T0912Z-hovering`; the whole name of a folder that is called otherwise."""
+    """`hovering` of `2026-11-20T0912Z-hovering`; the whole name if a folder is named in another way."""
     name = folder.resolve().name
-    date, mark, rest = name.partition("Z-")
-    return rest if mark and rest and date[:4].isdecimal() else name
+    date, mark, title = name.partition("Z-")
+    return title if mark and title and date[:4].isdecimal() else name
 
 
 def letters(relative_std: dict[str, float] | None, kind: str) -> str:
-    """One letter for each of the six coefficients of a kind ("mass", "damping"), by its axis.
+    """A letter for each of the six coefficients of a kind ("mass", "damping"), by its axis.
 
-    A capital where it would be known to 10 %, a small one to 30 %, a dot where not at all; dashes where nobody knows.
+    A capital if it would be known to 10 %, a small letter to 30 %, a dot if not at all; dashes if nothing is known.
     """
     from bridge.vehicle.coefficients import COEFFICIENTS
 
@@ -208,27 +208,27 @@ def _recordings(folder: Path) -> list[Path]:
 
 
 def _looked(folder: Path, vehicle: VehicleFile | None) -> Glance:
-    """What reading the recording tells."""
+    """Read the recording for a glance."""
     from identify.dates import date_of
     from identify.ingest.open import read_dive
     from identify.ingest.runs import RESTARTED
 
     columns = folder / "columns.yaml"
-    # A pipe would be waited for without an end.
-    odd = next((file for file in recordings(folder) if file.exists() and not file.is_file()), None)
-    if odd is not None:
-        return Glance(began_unix_s=began(folder), error=f"{odd}: is no file; take it away")
+    # Reading a pipe would block forever.
+    not_a_file = next((file for file in recordings(folder) if file.exists() and not file.is_file()), None)
+    if not_a_file is not None:
+        return Glance(began_unix_s=began(folder), error=f"{not_a_file}: is no file; take it away")
     try:
         dive = read_dive(folder, columns if columns.exists() else None, vehicle)
     except SeatrialError as error:
         return Glance(began_unix_s=began(folder), error=str(error))
-    told, why_not = _excitation(dive, vehicle)
+    relative_std, why_not = _excitation(dive, vehicle)
     loss = _loss(folder)
     return Glance(
         began_unix_s=date_of(dive)[0],
         duration_s=dive.duration_s,
         loss=math.nan if loss is None else loss.share,
-        relative_std=told,
+        relative_std=relative_std,
         spans=_spans(dive, vehicle),
         why_not=why_not,
         stray=stray_bytes(folder),
@@ -240,12 +240,12 @@ def _looked(folder: Path, vehicle: VehicleFile | None) -> Glance:
 
 
 def _loss(folder: Path) -> "Loss | None":
-    """None where no sequence numbers are recorded."""
+    """Loss in the recordings; None if no sequence numbers are recorded."""
     from identify.glance.loss import loss_of
 
     files = [file for file in _recordings(folder) if file.name.endswith((".tlog", ".tlog.gz"))]
-    beside = [file for file in recordings(folder) if file not in files]
-    return loss_of(files, str(folder), beside) if files else None
+    unread = [file for file in recordings(folder) if file not in files]
+    return loss_of(files, str(folder), unread) if files else None
 
 
 def _excitation(dive: "Dive", vehicle: VehicleFile | None) -> tuple[dict[str, float] | None, str]:
@@ -254,10 +254,10 @@ def _excitation(dive: "Dive", vehicle: VehicleFile | None) -> tuple[dict[str, fl
     if vehicle is None:
         return None, "no vehicle file is known; give one with --vehicle"
     try:
-        found = excitation(dive, vehicle, _configuration(dive, vehicle))
+        result = excitation(dive, vehicle, _configuration(dive, vehicle))
     except SeatrialError as error:
         return None, str(error)
-    return {one.name: one.relative_std for one in found.coefficients}, found.note
+    return {coefficient.name: coefficient.relative_std for coefficient in result.coefficients}, result.note
 
 
 def _spans(dive: "Dive", vehicle: VehicleFile | None) -> tuple[AxisSpan, ...]:
@@ -265,10 +265,10 @@ def _spans(dive: "Dive", vehicle: VehicleFile | None) -> tuple[AxisSpan, ...]:
 
     try:
         configuration = "" if vehicle is None else _configuration(dive, vehicle)
-        found = spans(dive, vehicle, configuration)
+        axes = spans(dive, vehicle, configuration)
     except SeatrialError:
-        found = spans(dive)
-    return tuple(AxisSpan(s.axis, s.seconds, s.thrust, s.speed) for s in found)
+        axes = spans(dive)
+    return tuple(AxisSpan(s.axis, s.seconds, s.thrust, s.speed) for s in axes)
 
 
 def _configuration(dive: "Dive", vehicle: VehicleFile) -> str:
@@ -276,7 +276,7 @@ def _configuration(dive: "Dive", vehicle: VehicleFile) -> str:
 
 
 def _key(folder: Path, files: list[Path], vehicle: VehicleFile | None) -> dict[str, Any]:
-    """What a glance depends on. `beside`: recordings that are not read, since a whole one stands for them."""
+    """Everything that a glance depends on. `beside`: recordings not read, since a whole recording replaces them."""
     return {
         "version": VERSION,
         "recordings": [_state(file) for file in files],
@@ -286,7 +286,7 @@ def _key(folder: Path, files: list[Path], vehicle: VehicleFile | None) -> dict[s
 
 
 def _state(file: Path) -> list[str | int]:
-    """Name, size and time of change of a recording; zeros for one that can't be opened."""
+    """Name, size and time of change of a recording; zeros if it can't be opened."""
     try:
         state = file.stat()
     except OSError:
@@ -295,41 +295,44 @@ def _state(file: Path) -> list[str | int]:
 
 
 def _kept(folder: Path, key: dict[str, Any]) -> Glance | None:
-    """The glance that was kept; None where there is none, or of something else."""
+    """The cached glance; None if there is none, or it has another key."""
     file = folder / GLANCE
     try:
         data = from_json(read_small(file))
         if data["key"] != key:
             return None
-        told, spans = _without_null(data["glance"]), data["glance"]["spans"]
-        std = told.get("relative_std", {})
-        known = told | {"relative_std": _without_null(std), "spans": [_without_null(one) for one in spans]}
+        values, spans = _without_null(data["glance"]), data["glance"]["spans"]
+        std = values.get("relative_std", {})
+        known = values | {
+            "relative_std": _without_null(std),
+            "spans": [_without_null(span) for span in spans],
+        }
         glance = schema.build(Glance, known, str(file))
     except (OSError, ValueError, KeyError, TypeError, AttributeError, ConfigError):
         return None
     if glance.began_unix_s is not None and not is_date(glance.began_unix_s):
         return None
-    if "relative_std" not in told:
+    if "relative_std" not in values:
         return replace(glance, relative_std=None)
-    found = glance.relative_std or {}
-    return replace(glance, relative_std={name: found.get(name, math.inf) for name in std})
+    finite = glance.relative_std or {}
+    return replace(glance, relative_std={name: finite.get(name, math.inf) for name in std})
 
 
 def _without_null(data: dict[str, Any]) -> dict[str, Any]:
-    """What is told of it: JSON has no numbers that do not exist."""
+    """Drop null values: they stand for numbers that JSON can't represent."""
     return {key: value for key, value in data.items() if value is not None}
 
 
 def _keep(folder: Path, key: dict[str, Any], glance: Glance) -> None:
-    """Keep it, whole or not at all; a folder that can't be written does without."""
+    """Cache a glance, completely or not at all; a folder that can't be written has no cache."""
     file = folder / GLANCE
     text = json.dumps(plain({"key": key, "glance": asdict(glance)}), allow_nan=False)
-    with contextlib.suppress(OSError), whole(file) as made:
-        made.write(text.encode())
+    with contextlib.suppress(OSError), whole(file) as out:
+        out.write(text.encode())
 
 
 def _learnt(folder: Path) -> Iterator[str]:
-    """What the files beside a recording say, in words."""
+    """Describe the result files next to a recording."""
     for path in sorted(folder.iterdir()):
         if path.suffix == ".param":
             yield f"parameters {path.name}"
@@ -344,8 +347,8 @@ def _of_result(path: Path) -> Iterator[str]:
         data = from_json(read_small(path))
     except (OSError, ValueError):
         return
-    for one in data if isinstance(data, list) else [data]:
-        if isinstance(one, dict) and "outcome" in one and "parameters" in one:
-            yield f"identified by {one.get('method', '?')}: {one['outcome']}"
-        elif isinstance(one, dict) and isinstance(one.get("verdict"), str):
-            yield f"diagnosed: {one['verdict']}"
+    for result in data if isinstance(data, list) else [data]:
+        if isinstance(result, dict) and "outcome" in result and "parameters" in result:
+            yield f"identified by {result.get('method', '?')}: {result['outcome']}"
+        elif isinstance(result, dict) and isinstance(result.get("verdict"), str):
+            yield f"diagnosed: {result['verdict']}"

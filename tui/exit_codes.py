@@ -1,4 +1,4 @@
-"""What the exit code of every verb means: one list, shown by `seatrial --help` and in docs/commands.md."""
+"""Meaning of every verb's exit codes: a single list, shown by `seatrial --help` and in docs/commands.md."""
 
 from bridge.errors import FitError, LinkError, LinkSpecError, ParamError, ParamUnwritten, SeatrialError
 
@@ -20,7 +20,7 @@ MEANINGS = {
 
 
 class UsageError(SeatrialError):
-    """The command line asks for something that can't be."""
+    """The command line asks for something impossible."""
 
 
 def of(error: SeatrialError) -> int:

@@ -1,4 +1,4 @@
-"""A dive made whole of what the vehicle kept, or made of that alone."""
+"""Complete a dive with the vehicle's own recording, or make one from that recording alone."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -31,17 +31,16 @@ HURT_BEYOND = (
     "The vehicle's recording is damaged before or after this dive (places: {count}), which costs it nothing"
 )
 FETCH_SHARE = 0.9
-"""Of the work; the rest is putting both recordings together."""
+"""Share of the work; the rest is merging both recordings."""
 
 
 @dataclass(frozen=True)
 class Fetched:
-    """What came of it: the recording, its frames, and how many of them only the vehicle had.
+    """Result of a fetch: the recording, its frames, and how many of them only the vehicle had.
 
-    `damaged`: at how many places of the vehicle's recording, as it was fetched, there is no frame; `damaged_beyond`: at
-    how many more, before or after the dive.
-    `key`: what is to be said of a key that signs frames; "" where there was none.
-    `holes`, `lost`, `beyond` and `guessed` as `Whole` has them.
+    `damaged`: number of places without a readable frame in the vehicle's recording, as fetched; `damaged_beyond`:
+    number of further such places before or after the dive. `key`: what to say about a signing key in the recordings;
+    "" if they hold none. `holes`, `lost`, `beyond` and `guessed` as in `Whole`.
     """
 
     path: Path
@@ -58,28 +57,28 @@ class Fetched:
 
     @property
     def is_whole(self) -> bool:
-        """Whether nothing shows that some of it lacks everywhere."""
+        """Whether there is no sign of frames that every recording lacks."""
         return not (self.holes or self.lost)
 
     @property
     def words(self) -> str:
-        """`1200 of 96000 frames had not been heard: the dive is whole in dives/.../telemetry.whole.tlog`."""
+        """`1200 of 96000 frames had not been heard; the dive is whole in dives/.../telemetry.whole.tlog`."""
         if self.damaged:
-            what, all_there = (
+            subject, complete = (
                 "all that can be read is",
                 f"all {self.frames} frames that can be read are there",
             )
         elif self.is_whole:
-            what, all_there = "the dive is whole", f"nothing is missing, all {self.frames} frames are there"
+            subject, complete = "the dive is whole", f"nothing is missing, all {self.frames} frames are there"
         else:
-            what, all_there = (
+            subject, complete = (
                 "what there is of the dive is",
                 f"all {self.frames} frames that anybody has are there",
             )
         if self.missing:
-            told = f"{self.missing} of {self.frames} frames had not been heard; {what} in {self.path}"
+            summary = f"{self.missing} of {self.frames} frames had not been heard; {subject} in {self.path}"
         else:
-            told = f"{all_there}: {self.path}"
+            summary = f"{complete}: {self.path}"
         lacking = lacking_words(self.holes, self.lost)
         more = [
             f"{lacking}, the vehicle neither: {LET_GO}" if lacking else "",
@@ -88,12 +87,12 @@ class Fetched:
             guessed_words(self.guessed),
             beyond_words(self.beyond),
         ]
-        return ". ".join((told, *filter(None, more))) + self.key
+        return ". ".join((summary, *filter(None, more))) + self.key
 
 
 @dataclass(frozen=True)
 class Fetcher:
-    """Fetches over `link`, for `patience_s` without an answer."""
+    """Fetches over `link`, waiting `patience_s` for an answer."""
 
     link: Link
     clock: Clock
@@ -101,8 +100,8 @@ class Fetcher:
     tell: Tell
 
     def whole(self, folder: DiveFolder) -> Fetched:
-        """Make a dive whole. Raises LogError where the ring has nothing of it or another
-        fetch is at work or the dive is still recorded, LinkError where it can't be had."""
+        """Complete a dive. Raises LogError if the ring has nothing of it, another fetch is running or the dive is
+        still recorded, LinkError if the vehicle can't deliver it."""
         refuse_recorded(folder, self.clock.unix_s(), AGAIN)
         boots = heard_in(folder)
         mirror = Mirror(folder.path.resolve().parent / MIRROR)
@@ -132,7 +131,7 @@ class Fetcher:
     def new(
         self, root: Path, vehicle: tuple[int, int], minutes: float | None, name: str, about: About
     ) -> Fetched:
-        """A dive folder of the vehicle's newest boot, or of its last minutes. Raises as `whole`."""
+        """Make a dive folder of the vehicle's newest boot, or of its last minutes. Raises as `whole`."""
         mirror = Mirror(root / MIRROR)
         most_ms = None if minutes is None else round(minutes * 60_000)
         with mirror.alone():
@@ -162,7 +161,7 @@ class Fetcher:
 
 
 def heard_in(folder: DiveFolder) -> list[Boot]:
-    """The boots that a dive's recording tells of. Raises LogError where it tells of none."""
+    """The boots in a dive's recording. Raises LogError if it states none."""
     frames = (f for records in of_those_that_hold_frames(folder.heard(), read_tlog) for _, f in records)
     boots = boots_heard(frames)
     if not boots:
@@ -174,16 +173,16 @@ def heard_in(folder: DiveFolder) -> list[Boot]:
 
 
 def _paths(mirror: Mirror, chosen: Listing) -> list[Path]:
-    """Where what there is of the segments lies."""
+    """Paths of the segments in the mirror, as far as they exist."""
     paths = (mirror.path(segment.name) for segment, _ in chosen)
     return [path for path in paths if path.exists()]
 
 
 def _of_keys(ground: Sequence[Path], ring: Sequence[Path]) -> str:
-    """What is to be said of a key that recordings hold. The ring's files stay byte for byte as the vehicle has them."""
-    kept = [path for path in ring if not is_folded(path) and holds_key(path)]
-    if not kept and not any(map(holds_key, ground)):
+    """What to say about a signing key in the recordings. The ring's files stay exactly as the vehicle has them."""
+    holding_key = [path for path in ring if not is_folded(path) and holds_key(path)]
+    if not holding_key and not any(map(holds_key, ground)):
         return ""
     return f". {LEFT_OUT}" + (
-        f" The vehicle's own file still has it: clear {kept[0].parent}." if kept else ""
+        f" The vehicle's own file still has it: clear {holding_key[0].parent}." if holding_key else ""
     )

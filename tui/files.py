@@ -1,4 +1,4 @@
-"""The files that a verb leaves: each is tried for itself, and what can't be written is named after all else is said."""
+"""Write the files of a verb independently; those that can't be written are named after all other output."""
 
 import os
 import sys
@@ -14,9 +14,9 @@ from tui.whole_file import replace_file
 
 
 class Files:
-    """Within `with`, the files of one verb; at its end each that could not be written is named on standard error.
+    """Within `with`, the files of a verb; at its end, each that could not be written is named on standard error.
 
-    No file keeps the answer from being shown, nor another file from being written. `written` is what was, in sentences.
+    A failed file prevents neither the output nor another file. `written` lists the files written, in sentences.
     """
 
     def __init__(self) -> None:
@@ -33,10 +33,10 @@ class Files:
             show.say(show.words(), f"seatrial: {' '.join(sentence.split())}")
 
     def attempt(self, write: Callable[[], object], sentence: str = "") -> bool:
-        """Whether `write` could; then `sentence` is among those that were written, unless it is empty."""
+        """Run `write` and return whether it succeeded; if so, add `sentence` to `written`, unless it is empty."""
         try:
             write()
-        except BrokenPipeError:  # whoever reads standard output has left
+        except BrokenPipeError:  # the reader of standard output has closed it
             raise
         except (LogError, ParamUnwritten) as error:
             self._failed.append(str(error))
@@ -50,7 +50,7 @@ class Files:
         return True
 
     def text(self, path: Path, text: str, sentence: str = "") -> bool:
-        """`attempt` to put `text` where `path` is, whole or not at all."""
+        """`attempt` to write `text` to `path`, completely or not at all."""
 
         def write() -> None:
             try:
@@ -61,7 +61,7 @@ class Files:
         return self.attempt(write, sentence)
 
     def json(self, data: Any, target: str | None) -> bool:
-        """As `show.write_json`; where that can't be, a program that reads along is told the data itself."""
+        """As `show.write_json`; if that fails, a program that follows the progress gets the data itself."""
 
         def write() -> None:
             try:
@@ -74,7 +74,7 @@ class Files:
         return self.attempt(write)
 
     def code(self, answered: int) -> int:
-        """The exit code: that of a place that can't be written where one could not, else that of the answer."""
+        """The exit code: BAD_INPUT if a file could not be written, otherwise that of the answer."""
         return exit_codes.BAD_INPUT if self._failed else answered
 
 

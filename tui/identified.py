@@ -1,4 +1,4 @@
-"""An identification as the terminal shows it: its table, its reasons, its doubts, and a second method beside it."""
+"""Show an identification in the terminal: its table, its reasons, its doubts, and a comparison with a second method."""
 
 from collections.abc import Sequence
 
@@ -17,7 +17,7 @@ LAST_COLUMN = "identifiable"
 
 
 def tell(console: Console, dive: Dive, answer: Identification) -> None:
-    """The result as a table, and what to know about it; where one reason left nothing to show, that reason."""
+    """Show the result as a table with its notes; if a single reason left nothing to show, only that reason."""
     reasons = list(dict.fromkeys(p.reason for p in answer.parameters if not p.identifiable))
     title = f"{dive.name}: {answer.method}, configuration {answer.configuration}, {answer.outcome.value}"
     if len(reasons) == 1 and not any(p.identifiable for p in answer.parameters):
@@ -39,12 +39,15 @@ def tell(console: Console, dive: Dive, answer: Identification) -> None:
 
 
 def tell_comparison(console: Console, compared: Comparison) -> None:
-    """Both methods' values side by side, and why one has none; why they disagree is among the doubts of the first."""
+    """Show both methods' values side by side, and why any is missing; disagreements are among the first's doubts."""
     methods = (compared.first.method, compared.second.method)
     rows = [
         (
             d.name,
-            *(show.number(one.value) if one.identifiable else "-" for one in (d.first, d.second)),
+            *(
+                show.number(estimate.value) if estimate.identifiable else "-"
+                for estimate in (d.first, d.second)
+            ),
             d.first.unit,
             show.number(d.distance, 2),
             "disagree" if d.disagrees else "",

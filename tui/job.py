@@ -1,7 +1,7 @@
-"""A verb at work in a process of its own: the program that waits hears its progress, and can end it for good.
+"""Run a verb in a process of its own: the program that waits follows its progress and can end it for good.
 
-What a job does is what the verb does, for it is the verb. One whose listener is gone goes on to its end: an upload is
-not cut short because a terminal was closed.
+A job does exactly what the verb does, because it is the verb. If its listener is gone, it goes on to its end: an
+upload is not cut short because a terminal was closed.
 """
 
 import asyncio
@@ -23,20 +23,23 @@ from tui import progress
 from tui.progress import Report
 
 PATIENCE_S = 3.0
-"""How long a verb that is asked to stop may take to leave things as they should be."""
+"""How long a verb that is asked to stop may take to finish cleanly."""
 
 MOST_SAID = 50
 LONGEST_LINE_BYTES = 1 << 28
-"""A result that finds no place on the disk is one line of what a verb tells."""
+"""A result that can't be written to disk is a single line of the verb's output."""
 
 LEAVES = ("--json", "--param", "--report", "--accept")
-"""Options that name what a verb leaves beside a dive, by names of ours."""
+"""Options that name the files a verb leaves next to a dive, under names chosen by this program."""
 
 
 @dataclass(frozen=True)
 class Done:
-    """How a verb ended: its exit code (`tui.exit_codes`), its result as it wrote it to `--json`, None where there is
-    none, and what it said beside its progress, the last lines."""
+    """How a verb ended.
+
+    Its exit code (`tui.exit_codes`), its result as written to `--json`, None if there is none, and its last lines of
+    output other than progress.
+    """
 
     code: int
     result: Any
@@ -44,9 +47,9 @@ class Done:
 
 
 async def work(words: Sequence[str], hear: Callable[[Report], None]) -> Done:
-    """Run the verb and its arguments in `words` to its end. Cancelled, it ends the verb and all that this started.
+    """Run the verb and its arguments in `words` to the end. If cancelled, end the verb and every process it started.
 
-    A `--json FILE` among the words is where its result lies afterwards as well.
+    If `words` contain `--json FILE`, the result is also in that file afterwards.
     """
     for option, place in pairwise(words):
         if option in LEAVES:
@@ -69,7 +72,7 @@ async def work(words: Sequence[str], hear: Callable[[Report], None]) -> Done:
             code = await process.wait()
         finally:
             await _end(process)
-        # What lay there before is the result of another run.
+        # An unchanged file is the result of an earlier run.
         return Done(code, _result(result) if _written_ns(result) != before_ns else None, said)
 
 
@@ -79,7 +82,7 @@ def _own_target(words: Sequence[str]) -> Path | None:
 
 
 def _written_ns(path: Path) -> int:
-    """When a file was last written, 0 where there is none."""
+    """Time of a file's last change, in ns; 0 if there is no file."""
     return path.stat().st_mtime_ns if path.exists() else 0
 
 
@@ -97,7 +100,7 @@ async def _listen(process: asyncio.subprocess.Process, hear: Callable[[Report], 
 
 
 async def _end(process: asyncio.subprocess.Process) -> None:
-    """End the process and those that it started, if it still runs: as Ctrl-C does, then at once."""
+    """End the process and its children if it still runs: by SIGINT as Ctrl-C does, then at once."""
     if process.returncode is not None:
         return
     _signal(process.pid, signal.SIGINT)
@@ -118,5 +121,5 @@ def _result(path: Path) -> Any:
         return None
     try:
         return from_json(path.read_text(encoding="utf-8"))
-    except ValueError:  # cut off while it was written
+    except ValueError:  # cut off while being written
         return None

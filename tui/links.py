@@ -1,4 +1,4 @@
-"""Who holds a link: a recording that runs, whose hub then is the way to the vehicle, or nobody yet."""
+"""Find the way to a link: through the hub of a running recording that holds it, or directly if nobody does."""
 
 import time
 from collections.abc import Callable, Iterable
@@ -15,16 +15,16 @@ from tui.exit_codes import UsageError
 
 LOOK_EVERY_S: Final = 0.1
 LOOKS: Final = 25
-"""A recording tells of itself once a second, so that one that goes on has told anew by then."""
+"""A recording updates its status once a second, so within this many looks a running one has updated it."""
 SILENT_S: Final = 3.0
-"""Of a recording that has passed nothing on yet, either; who looks for a vehicle gives up after 5 s."""
+"""Patience with a recording that has not passed anything on yet; a search for a vehicle gives up after 5 s."""
 LOOK_AGAIN_S: Final = 1.0
 
 
 class ByWay:
-    """A link to the hub of a recording, called by the links that it records: the hub's port says nobody anything.
+    """A link to a recording's hub, named after the recorded links: the hub's port says nothing to the user.
 
-    Its loss is told as what it is: the recording has ended, hangs, or has let this program go. `wait` lets time pass.
+    Its loss is reported by cause: the recording has ended, hangs, or has dropped this program. `wait` lets time pass.
     """
 
     def __init__(self, hub: Link, links: Iterable[str], wait: Callable[[float], None] = time.sleep) -> None:
@@ -55,7 +55,7 @@ class ByWay:
         try:
             self._hub.write(data)
         except LinkLost:
-            # Why it was let go may still wait to be read.
+            # The reason for dropping this program may still wait to be read.
             while self.read(0.0):
                 pass
             raise self._its_end() from None
@@ -64,7 +64,7 @@ class ByWay:
         self._hub.close()
 
     def _watch(self, came: bool) -> None:
-        """Raise LinkLost where nothing comes since the recording hangs."""
+        """Raise LinkLost if nothing comes because the recording hangs."""
         now_s = self._clock.boot_s()
         if came:
             self._silent_s, self._look_s = FRESH_S, now_s + FRESH_S
@@ -75,7 +75,7 @@ class ByWay:
                 raise LinkLost(hangs(holding) if self._silent_s == FRESH_S else _may_hang(holding))
 
     def _its_end(self) -> LinkLost:
-        """Why the connection ended: one that was killed is there for a moment yet, so that it must tell anew."""
+        """Why the connection ended: a killed recording stays listed for a moment, so wait for a new status."""
         before = _serving(self._hub.name)
         for _ in range(LOOKS):
             now = _serving(self._hub.name)
@@ -98,14 +98,14 @@ def _may_hang(holding: Holding) -> str:
 
 
 def holding_now() -> Holding | None:
-    """The recording that runs, if one does."""
+    """The running recording, if any."""
     from bridge.clock import SystemClock
 
     return held(SystemClock().unix_s())
 
 
 def recordings_now() -> list[Holding]:
-    """All recordings that run, first the one by which others go."""
+    """All running recordings, first the default one that other programs go through."""
     from bridge.clock import SystemClock
 
     first = holding_now()
@@ -113,23 +113,23 @@ def recordings_now() -> list[Holding]:
 
 
 def holder_of(spec: str) -> Holding | None:
-    """The recording that runs and holds this link."""
-    return next((one for one in recordings_now() if holds(one, spec)), None)
+    """The running recording that holds this link."""
+    return next((holding for holding in recordings_now() if holds(holding, spec)), None)
 
 
 def _is_first(holding: Holding) -> bool:
-    """Whether it is the one by which others go that name no link."""
+    """Whether it is the recording that other programs go through if they name no link."""
     first = holding_now()
     return first is not None and first.pid == holding.pid
 
 
 def _serving(hub: str) -> Holding | None:
-    """The recording that runs and serves there."""
-    return next((one for one in recordings_now() if one.hub == hub), None)
+    """The running recording with its hub at this address."""
+    return next((holding for holding in recordings_now() if holding.hub == hub), None)
 
 
 def usable_now() -> Holding | None:
-    """The recording that runs, if one does, for who needs it. Raises LinkError where one hangs."""
+    """The running recording, if any, for a program that needs it. Raises LinkError if a recording hangs."""
     holding = holding_now()
     if holding is None and (stuck := _hung_now()) is not None:
         raise LinkError(hangs(stuck))
@@ -143,17 +143,17 @@ def _hung_now() -> Holding | None:
 
 
 def serving_now() -> bool:
-    """Whether a recording runs by which a vehicle can be reached. Raises LinkError where one hangs."""
+    """Whether a vehicle can be reached through a running recording. Raises LinkError if a recording hangs."""
     holding = usable_now()
     return holding is not None and bool(holding.hub)
 
 
 def link_for(spec: str | None, open_one: Callable[[str], Link] | None = None) -> Link:
-    """The link to the vehicle: by way of the recording that runs where `spec` is None, or one of its links.
+    """The link to the vehicle: through the running recording if `spec` is None, or if a recording holds that link.
 
-    `open_one` opens one of its own, None as it is; one by way of a recording is not signed here: the recording signs.
-    Raises UsageError where nothing is named and nothing runs, LinkError where the link can't be had, also since a
-    recording that hangs keeps it.
+    Any other link is opened by `open_one`, None for `open_link`. A link through a recording is not signed here: the
+    recording signs. Raises UsageError if nothing is named and nothing runs, LinkError if the link can't be opened,
+    for example because a recording that hangs holds it.
     """
     from bridge.link.open import open_link
     from tui import show
@@ -167,8 +167,8 @@ def link_for(spec: str | None, open_one: Callable[[str], Link] | None = None) ->
     if holding is None:
         return _opened(str(spec), open_one or open_link)
     if not holding.hub:
-        what = f"{spec}: " if spec else ""
-        raise LinkError(f"{what}{words_of(holding)} holds the link and serves nobody; end it first")
+        prefix = f"{spec}: " if spec else ""
+        raise LinkError(f"{prefix}{words_of(holding)} holds the link and serves nobody; end it first")
     hub = open_link(holding.hub)
     show.say(show.words(), f"by way of {words_of(holding)}")
     for sentence in of_link(holding.hub, "what it serves"):
@@ -177,7 +177,7 @@ def link_for(spec: str | None, open_one: Callable[[str], Link] | None = None) ->
 
 
 def _opened(spec: str, open_one: Callable[[str], Link]) -> Link:
-    """The link of that name. What a recording that hangs keeps may open all the same: one to a far port, say."""
+    """Open the link of that name. It may open although a recording that hangs holds it, for example to a far port."""
     try:
         return open_one(spec)
     except LinkError:
@@ -194,10 +194,10 @@ def coming_back(
     open_one: Callable[[str], Link] | None = None,
     lost: Callable[[str], None] = unheard,
 ) -> Reconnecting:
-    """`link`, which `link_for(spec, open_one)` gave; where it is lost, what then takes its place, under its name.
+    """`link`, as `link_for(spec, open_one)` returned it, replaced under the same name whenever it is lost.
 
-    `lost` hears why it was lost, each sentence once. One by way of a recording comes back by way of a recording alone:
-    whoever took the vehicle's port meanwhile would keep the next recording from it.
+    `lost` gets the reason for each loss, each sentence once. A link through a recording comes back only through a
+    recording: a program that took the vehicle's port meanwhile would keep the next recording from it.
     """
     from bridge.link.open import open_link
 
@@ -205,7 +205,7 @@ def coming_back(
     second = spec if holding is not None and not _is_first(holding) else None
 
     def again() -> Link:
-        if second is not None:  # the first may be of another vehicle
+        if second is not None:  # the first recording may be of another vehicle
             return _of_recording(holder_of(second))
         if spec is not None and holding is None:
             return (open_one or open_link)(spec)
@@ -217,7 +217,7 @@ def coming_back(
 
 
 def _of_recording(holding: Holding | None) -> Link:
-    """The link that a recording serves. Raises LinkError where there is none, or it serves nobody."""
+    """The link that a recording serves. Raises LinkError if there is no recording, or it serves nobody."""
     from bridge.link.open import open_link
 
     if holding is None or not holding.hub:
@@ -226,23 +226,30 @@ def _of_recording(holding: Holding | None) -> Link:
 
 
 def known_now(clock: Clock, spec: str | None = None) -> tuple[KnownVehicle, ...]:
-    """Whom the recording that runs has heard, by `clock`: whom an OFF by way of it is for; by any other link nobody."""
+    """Vehicles that the running recording has heard, timed by `clock`: those that an OFF sent through it is for.
+    Empty for any other link."""
     now_unix_s = clock.unix_s()
     first = held(now_unix_s)
     running = [*([first] if first is not None else []), *held_beside(now_unix_s)]
-    holding = first if spec is None else next((one for one in running if holds(one, spec)), None)
+    holding = (
+        first if spec is None else next((recording for recording in running if holds(recording, spec)), None)
+    )
     if holding is None:
         return ()
     boot_s = clock.boot_s()
     heard = (
-        KnownVehicle((one.system, one.component), one.holds, boot_s - max(0.0, now_unix_s - one.heard_unix_s))
-        for one in holding.vehicles
+        KnownVehicle(
+            (vehicle.system, vehicle.component),
+            vehicle.holds,
+            boot_s - max(0.0, now_unix_s - vehicle.heard_unix_s),
+        )
+        for vehicle in holding.vehicles
     )
-    return tuple(one for one in heard if still_known(one, boot_s))
+    return tuple(vehicle for vehicle in heard if still_known(vehicle, boot_s))
 
 
 def refuse_second(specs: Iterable[str]) -> None:
-    """Raise LinkError where a recording that runs, or that hangs, holds one of these links."""
+    """Raise LinkError if a recording that runs or hangs holds one of these links."""
     stuck = _hung_now()
     for spec in specs:
         if stuck is not None and holds(stuck, spec):
@@ -256,10 +263,10 @@ def refuse_second(specs: Iterable[str]) -> None:
 
 
 def words_of(holding: Holding) -> str:
-    """A recording as a person finds it."""
+    """Describe a recording so that a person can find it."""
     return f"the recording of process {holding.pid} into {holding.folder}"
 
 
 def holds(holding: Holding, spec: str) -> bool:
-    """Whether a recording holds the link of that name, however it is spelt."""
+    """Whether a recording holds the link of that name, in any spelling."""
     return among(spec, holding.links)

@@ -31,7 +31,7 @@ def size(text: str) -> int:
 
 
 def port(text: str) -> int:
-    """A port of TCP or UDP; 0 is any that is free."""
+    """A TCP or UDP port; 0 means any free port."""
     value = _whole(text, 0)
     if value > 65535:
         raise argparse.ArgumentTypeError(f"'{text}' is no port; give a number up to 65535")

@@ -1,4 +1,4 @@
-"""The places that a verb will write to, looked at before it reads anything: no hour's work ends in a misspelt path."""
+"""Check the files that a verb will write before it reads anything, so that no hour's work ends in a misspelt path."""
 
 import argparse
 import glob
@@ -13,10 +13,10 @@ from tui.show import STANDARD_OUTPUT
 
 PARAMETER_SUFFIXES = (".param", ".parm", ".params")
 WRITTEN = ("json", "csv", "param", "report", "out", "parameters", "predict")
-"""Options of all verbs that name a file to write; what names a folder is no file and does no harm here."""
+"""Options of all verbs that name a file to write; an option that names a folder does no harm here."""
 
 READ = ("dives", "dive", "folder", "file", "files", "after", "mission", "check", "against", "accepted")
-"""Words and options of all verbs that name files or folders to read, beside the vehicle file and its column map."""
+"""Words and options of all verbs that name files or folders to read, besides the vehicle file and its column map."""
 
 VEHICLES = ("vehicle", "otherwise")
 """Options of all verbs that name a vehicle file."""
@@ -26,7 +26,7 @@ DIVE_FOLDER_FILES = ("dive.yaml", "columns.yaml")
 
 
 def check_file(option: str, target: str | None, suffixes: tuple[str, ...] = ()) -> None:
-    """Raise UsageError where a file named by `option` could not be written; None and `-` always can."""
+    """Raise UsageError if the file named by `option` can't be written; None and `-` always can."""
     if target is None or target == STANDARD_OUTPUT:
         return
     path = Path(target)
@@ -41,26 +41,26 @@ def check_file(option: str, target: str | None, suffixes: tuple[str, ...] = ()) 
 
 
 def check_files(targets: Mapping[str, str | None]) -> None:
-    """`check_file` for each option, and that no two of them name one file."""
+    """`check_file` for each option, and check that no two of them name the same file."""
     taken: dict[Path, str] = {}
     for option, target in targets.items():
         check_file(option, target)
         if target is None or target == STANDARD_OUTPUT:
             continue
-        other = taken.setdefault(Path(target).absolute(), option)
-        if other != option:
-            raise UsageError(f"{option} {target}: {other} names the same file; name another")
+        first_option = taken.setdefault(Path(target).absolute(), option)
+        if first_option != option:
+            raise UsageError(f"{option} {target}: {first_option} names the same file; name another")
 
 
 def check_new_folder(option: str, target: str) -> None:
-    """Raise UsageError where the folder named by `option` exists or could not be made."""
+    """Raise UsageError if the folder named by `option` exists or can't be made."""
     if Path(target).exists():
         raise UsageError(f"{option} {target}: exists already and is never overwritten; name another folder")
     check_folder(option, target)
 
 
 def check_folder(option: str, target: str) -> None:
-    """Raise UsageError where a folder named by `option` is none and could not be made."""
+    """Raise UsageError if `option` names neither a folder nor a path at which a folder can be made."""
     path = Path(target)
     place = next(above for above in (path, *path.absolute().parents) if os.path.lexists(above))
     if place.is_symlink() and not place.exists():
@@ -72,15 +72,15 @@ def check_folder(option: str, target: str) -> None:
 
 
 def check_no_folder(option: str, target: str) -> None:
-    """Raise UsageError where a folder stands at the file named by `option`."""
+    """Raise UsageError if a folder is at the file path named by `option`."""
     if Path(target).is_dir():
         raise UsageError(f"{option} {target}: is a folder; name a file")
 
 
 def check_inputs_stay(arguments: argparse.Namespace) -> None:
-    """Raise UsageError where an option of any verb would write over a file that the same command reads.
+    """Raise UsageError if an option of any verb would overwrite a file that the same command reads.
 
-    Files count as one through links of either kind. Raises ConfigError where the vehicle file can't be read.
+    Links of either kind to a file count as the same file. Raises ConfigError if the vehicle file can't be read.
     """
     targets = {f"--{name}": getattr(arguments, name, None) for name in WRITTEN}
     given = {option: Path(name) for option, name in targets.items() if name not in (None, STANDARD_OUTPUT)}
@@ -99,7 +99,7 @@ def check_inputs_stay(arguments: argparse.Namespace) -> None:
 
 
 def _inputs(arguments: argparse.Namespace) -> Iterator[Path]:
-    """The files that are there and that a command reads."""
+    """The existing files that a command reads."""
     for name in READ:
         words = getattr(arguments, name, None) or ()
         for word in (words,) if isinstance(words, str) else words:
@@ -122,7 +122,7 @@ def _first(*places: Path) -> list[Path]:
 
 
 def _of_dives(folder: Path) -> Iterator[Path]:
-    """The recordings in a folder and below it, and what else makes them dives."""
+    """The recordings in a folder and its subfolders, and the other files that make them dives."""
     for place, _, names in os.walk(folder):
         for name in names:
             of_dive = name.startswith("telemetry") or name in DIVE_FOLDER_FILES

@@ -1,4 +1,4 @@
-"""The page of a verb and its figures, to where `--report` and `--figures` say."""
+"""Write a verb's page and its figures to the places given by `--report` and `--figures`."""
 
 import argparse
 from pathlib import Path
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from tui.files import Files
 
 UNTOLD = ("report", "figures", "json", "csv", "out")
-"""Where a result goes is no setting of it."""
+"""The places of results are not settings."""
 
 WRITING = "writing the page"
 
@@ -27,7 +27,7 @@ def add_figures(parser: argparse.ArgumentParser) -> None:
 
 
 def check(arguments: argparse.Namespace) -> None:
-    """Raise UsageError, before anything is read, where the figures could not be written."""
+    """Raise UsageError, before anything is read, if the figures could not be written."""
     from tui.outputs import check_folder
 
     if arguments.figures:
@@ -47,7 +47,7 @@ def publish(
     file: "VehicleFile",
     page: str | None = None,
 ) -> None:
-    """Write what was asked for, `page` or else where --report says, with progress, for drawing takes long."""
+    """Write the page to `page`, otherwise to --report, and the figures, with progress, because drawing takes long."""
     from tui import show
     from tui.progress import PAGE
 
@@ -74,7 +74,7 @@ def publish(
 
 
 def settings(arguments: argparse.Namespace) -> dict[str, str]:
-    """What was given on the command line, or stood there by itself, in the words of its options."""
+    """The command line's settings, given or by default, under the names of their options."""
     return {
         name.replace("_", " "): " ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
         for name, value in vars(arguments).items()

@@ -1,4 +1,4 @@
-"""Parameter files on their way between `identify` and `params`: any file in, `.param` with its sidecar out."""
+"""Parameter files between `identify` and `params`: read any of their files, write `.param` with its sidecar."""
 
 import math
 from collections.abc import Collection, Mapping, Sequence
@@ -33,11 +33,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Targets:
-    """What is to be sent: parameter id to value, and what to know of where it came from; `whole`: it is a model, beside
-    which no effect that was accepted earlier holds; `left_out` are the lines of the file that were not chosen;
-    `sidecar` tells intervals and origin, where it has one; `rigid` mass or inertia of the rigid body and its standard
-    deviation, by the id of the total, and `kept` the least and the greatest value that such a vehicle takes, by id,
-    where a vehicle file was given; `system` the vehicle that alone may have them."""
+    """Values to be sent, parameter id to value, with their origin.
+
+    `notes` are sentences about the origin; `whole`: the values are a complete model, so effects accepted earlier no
+    longer hold; `left_out` are the lines of the file that were not chosen; `sidecar` has intervals and origin, if the
+    file has a sidecar. If a vehicle file was given, `rigid` is mass or inertia of the rigid body and its standard
+    deviation, by the id of the total, and `kept` the least and the greatest value that such a vehicle takes, by id.
+    `system` is the only vehicle that may have the values.
+    """
 
     values: dict[str, float]
     notes: tuple[str, ...] = ()
@@ -51,7 +54,7 @@ class Targets:
 
 @dataclass(frozen=True)
 class Leave:
-    """What the user lets pass: values of another vehicle, values of an identification that did not converge."""
+    """Checks that the user waives: values of another vehicle, values of an identification that did not converge."""
 
     any_vehicle: bool = False
     doubts: bool = False
@@ -60,10 +63,10 @@ class Leave:
 def targets_of(
     path: Path, leave: Leave, only: Collection[str] | None = None, vehicle: str | None = None
 ) -> Targets:
-    """The values of a parameter file, and what its sidecar knows of them, where it has one; with a vehicle file, it has
-    to be of that vehicle, by its sidecar, else by its own first words.
+    """Read a parameter file with its sidecar, if it has one.
 
-    Raises UsageError for a file that can't or should not be sent: nothing was sent then.
+    If `vehicle` names a vehicle file, the values must be of that vehicle, by the sidecar or else by the file's own
+    header. Raises UsageError for a file that can't or should not be sent: nothing was sent then.
     """
     try:
         values, sidecar = read_parameters(path), read_sidecar(path)
@@ -84,22 +87,22 @@ def targets_of(
         )
     check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave, "sent")
     if file is not None and sidecar.vehicle:
-        of = {"name": sidecar.vehicle, "sha256": sidecar.vehicle_sha256}
-        about = {"vehicle": of, "configuration": sidecar.configuration}
+        owner = {"name": sidecar.vehicle, "sha256": sidecar.vehicle_sha256}
+        about = {"vehicle": owner, "configuration": sidecar.configuration}
         warnings = _check_vehicle(path, about, file, leave.any_vehicle)
     notes = (
         *warnings,
         f"from {sidecar.dive or 'a dive'} of {sidecar.vehicle or 'a vehicle'}, configuration "
         f"{sidecar.configuration}, by {sidecar.method}: {sidecar.outcome or 'outcome unknown'}",
     )
-    found = Targets(values, notes, True, sidecar, rigid=rigid, kept=kept, system=system)
-    return _narrowed(path, found, only, sidecar.doubted)
+    targets = Targets(values, notes, True, sidecar, rigid=rigid, kept=kept, system=system)
+    return _narrowed(path, targets, only, sidecar.doubted)
 
 
 def targets_of_identification(
     path: Path, vehicle: str | None, leave: Leave, only: Collection[str] | None = None
 ) -> Targets:
-    """The values of the JSON that `identify` wrote. Raises UsageError for one that can't or should not be sent."""
+    """Values of the JSON that `identify` wrote. Raises UsageError for a file that can't or should not be sent."""
     if vehicle is None:
         raise UsageError(f"{path}: an identification needs --vehicle FILE, to know its VEH_CFG; add it")
     file = load_vehicle(vehicle)
@@ -116,35 +119,33 @@ def targets_of_identification(
     doubts = (f"warning: {doubt['sentence']}" for doubt in data.get("doubts", ()))
     notes = (*warnings, f"outcome: {outcome}", *doubts, *(f"note: {note}" for note in data.get("notes", ())))
     doubted = doubted_in(data)
-    sidecar = _sidecar_of(data, {one.name: one.parameter_id(veh_cfg) for one in OF_HULL.values()}, doubted)
-    found = Targets(values, notes, True, sidecar, rigid=_rigid_bodies(file), kept=_kept_by(file))
-    return _narrowed(path, found, only, doubted)
+    sidecar = _sidecar_of(data, {c.name: c.parameter_id(veh_cfg) for c in OF_HULL.values()}, doubted)
+    targets = Targets(values, notes, True, sidecar, rigid=_rigid_bodies(file), kept=_kept_by(file))
+    return _narrowed(path, targets, only, doubted)
 
 
 def _rigid_bodies(file: VehicleFile) -> dict[str, tuple[float, float]]:
     """Mass or inertia of the rigid body and its standard deviation, by the id of each total mass."""
     return {
-        one.parameter_id(file.vehicle.veh_cfg(name)): shape.rigid_body(one.dof)
+        mass.parameter_id(file.vehicle.veh_cfg(name)): shape.rigid_body(mass.dof)
         for name, shape in file.vehicle.configurations.items()
-        for one in MASSES
+        for mass in MASSES
     }
 
 
 def _kept_by(file: VehicleFile) -> dict[str, tuple[float, float]]:
-    """The least and the greatest value of each parameter that a vehicle of this file takes, in any of its shapes."""
-    found: dict[str, tuple[float, float]] = {}
+    """The least and the greatest value of each parameter that a vehicle of this file takes, in any configuration."""
+    limits: dict[str, tuple[float, float]] = {}
     for name, shape in file.vehicle.configurations.items():
         veh_cfg = file.vehicle.veh_cfg(name)
-        found |= {one.parameter_id(veh_cfg): bounds(one, shape) for one in COEFFICIENTS}
+        limits |= {c.parameter_id(veh_cfg): bounds(c, shape) for c in COEFFICIENTS}
         of_effects = effect_coefficients(shape)
-        found |= {
-            one.parameter_id(veh_cfg): (to_float32(one.low), to_float32(one.high)) for one in of_effects
-        }
-    return found
+        limits |= {c.parameter_id(veh_cfg): (to_float32(c.low), to_float32(c.high)) for c in of_effects}
+    return limits
 
 
 def _sidecar_of(data: Mapping[str, Any], ids: Mapping[str, str], doubted: dict[str, str]) -> Sidecar:
-    """What the sidecar of an identification's values says, from its JSON; `ids`: parameter ids by coefficient."""
+    """Make the sidecar of an identification's values from its JSON; `ids`: parameter ids by coefficient."""
     dive = data["dive"] if isinstance(data.get("dive"), dict) else {}
     thrust = data.get("thrust_scale") or {}
     return Sidecar(
@@ -167,8 +168,7 @@ def _sidecar_of(data: Mapping[str, Any], ids: Mapping[str, str], doubted: dict[s
 
 @dataclass(frozen=True)
 class AcceptedModel:
-    """A parameter file with its sidecar as a model: by coefficient name values, 95 % intervals, and what speaks against
-    values; and the effects."""
+    """A parameter file with its sidecar as a model: values, 95 % intervals and doubts by coefficient; effects."""
 
     file: VehicleFile
     configuration: str
@@ -179,8 +179,11 @@ class AcceptedModel:
 
 
 def accepted_model(path: Path, file: VehicleFile, leave: Leave) -> AcceptedModel:
-    """The model that `diagnose --accept` or `identify --param` wrote. Raises UsageError for one of another vehicle,
-    one without a sidecar, and one that did not converge."""
+    """The model that `diagnose --accept` or `identify --param` wrote.
+
+    Raises UsageError for a model of another vehicle, without a sidecar, or of an identification that did not
+    converge.
+    """
     try:
         values, sidecar = read_parameters(path), read_sidecar(path)
     except ParamError as error:
@@ -201,14 +204,14 @@ def accepted_model(path: Path, file: VehicleFile, leave: Leave) -> AcceptedModel
         file,
         sidecar.configuration,
         {coefficient.name: values[name] for name, coefficient in named.items() if values[name]},
-        {one.coefficient: (one.low95, one.high95) for one in sidecar.intervals.values()},
+        {interval.coefficient: (interval.low95, interval.high95) for interval in sidecar.intervals.values()},
         sidecar.effects,
         sidecar.doubted,
     )
 
 
 def check_outcome(path: Path, outcome: str, leave: Leave, done: str) -> None:
-    """Raise UsageError for an identification that did not converge, unless that may pass; nothing was `done` then."""
+    """Raise UsageError for an identification that did not converge, unless that is waived; nothing was `done` then."""
     if outcome != Outcome.CONVERGED.value and not leave.doubts:
         raise UsageError(
             f"{path}: the identification ended with '{outcome}', so its values may be wrong: nothing was {done}; "
@@ -219,8 +222,9 @@ def check_outcome(path: Path, outcome: str, leave: Leave, done: str) -> None:
 def _narrowed(
     path: Path, found: Targets, only: Collection[str] | None, doubted: Mapping[str, str]
 ) -> Targets:
-    """What is left of the values, and a line for each of these that is doubted."""
-    # What it takes back of effects that the vehicle holds may be chosen as well; which these are, the vehicle says.
+    """Keep the chosen values, and add a warning line for each of them that is doubted."""
+    # Effects that the vehicle holds and a whole model takes back may be chosen too; only the vehicle knows its
+    # effects.
     missing = [
         name
         for name in only or ()
@@ -229,14 +233,14 @@ def _narrowed(
     ]
     if missing:
         raise UsageError(f"{path}: has no {', '.join(missing)}; it has {', '.join(sorted(found.values))}")
-    kept = {name: value for name, value in found.values.items() if only is None or name in only}
-    taken = {coefficient.name for name in kept if (coefficient := coefficient_of(name)) is not None}
+    chosen = {name: value for name, value in found.values.items() if only is None or name in only}
+    taken = {coefficient.name for name in chosen if (coefficient := coefficient_of(name)) is not None}
     notes = (*found.notes, *(f"warning: {line}" for line in told(doubted, taken)))
-    return replace(found, values=kept, notes=notes, left_out=frozenset(found.values) - frozenset(kept))
+    return replace(found, values=chosen, notes=notes, left_out=frozenset(found.values) - frozenset(chosen))
 
 
 def write_identified(path: Path, answer: Identification, file: VehicleFile) -> None:
-    """Write what was identified as a parameter file, and its sidecar beside it. Raises ParamRejected."""
+    """Write an identification as a parameter file with its sidecar. Raises ParamRejected."""
     data = answer.to_json()
     veh_cfg = file.vehicle.veh_cfg(answer.configuration)
     values = parameters_from_identification(data, veh_cfg)
@@ -278,20 +282,20 @@ def write_accepted(
     doubted: Mapping[str, str],
     by_recording: Outcome,
 ) -> None:
-    """Write what accepting a diagnosis comes to as a parameter file, and its sidecar beside it.
+    """Write the result of accepting a diagnosis as a parameter file with its sidecar.
 
-    `doubted`: what the recording says against values, by coefficient, and `by_recording` what that comes to. Where
-    something is left that no cause explains, data and model disagree. Raises ParamRejected.
+    `doubted`: the recording's evidence against values, by coefficient, and `by_recording` the outcome it leads to. If
+    a gap is left that no cause explains, the outcome is that data and model disagree. Raises ParamRejected.
     """
     accepted, configuration = found.accepted, found.configuration
     outcome = Outcome.DISAGREES if found.verdict in ("partly", "unknown") else by_recording
     veh_cfg = file.vehicle.veh_cfg(configuration)
     shape = file.vehicle.configurations[configuration]
-    ids = {one.name: one.parameter_id(veh_cfg) for one in COEFFICIENTS}
-    ids |= {one.name: one.parameter_id(veh_cfg) for one in effect_coefficients(shape)}
-    values = {ids[name]: float32.rounded(one.value) for name, one in accepted.values.items()}
-    # What was accepted earlier and is no more is taken back by whatever tool sends the file.
-    values |= {i: 0.0 for one in effect_coefficients(shape) if (i := ids[one.name]) not in values}
+    ids = {item.name: item.parameter_id(veh_cfg) for item in COEFFICIENTS}
+    ids |= {item.name: item.parameter_id(veh_cfg) for item in effect_coefficients(shape)}
+    values = {ids[name]: float32.rounded(item.value) for name, item in accepted.values.items()}
+    # Zero takes back an effect that was accepted earlier and is no longer, whichever tool sends the file.
+    values |= {i: 0.0 for item in effect_coefficients(shape) if (i := ids[item.name]) not in values}
     names = ", ".join(effect.label for effect in accepted.effects)
     words = (
         f"{file.vehicle.name}, configuration {configuration}, by diagnose from {dive.name}",
@@ -310,9 +314,9 @@ def write_accepted(
             "diagnose",
             version("seatrial"),
             {
-                ids[name]: Interval(name, one.unit, one.low95, one.high95)
-                for name, one in accepted.values.items()
-                if math.isfinite(one.low95) and math.isfinite(one.high95)
+                ids[name]: Interval(name, item.unit, item.low95, item.high95)
+                for name, item in accepted.values.items()
+                if math.isfinite(item.low95) and math.isfinite(item.high95)
             },
             file.vehicle.name,
             dive.name,
@@ -325,7 +329,7 @@ def write_accepted(
 
 
 def _write_both(path: Path, values: Mapping[str, float], words: Sequence[str], sidecar: Sidecar) -> None:
-    """A parameter file with its sidecar, or none: without it, nothing would tell of its doubts any more."""
+    """Write a parameter file with its sidecar, or neither: without the sidecar, the doubts would be lost."""
     write_parameters(path, values, words)
     try:
         write_sidecar(path, sidecar)
@@ -335,7 +339,7 @@ def _write_both(path: Path, values: Mapping[str, float], words: Sequence[str], s
 
 
 def _check_vehicle(path: Path, data: Mapping[str, Any], file: VehicleFile, any_vehicle: bool) -> list[str]:
-    """What to warn of. Raises UsageError where the values belong to another vehicle or another shape of it."""
+    """Return warnings. Raises UsageError if the values belong to another vehicle or another configuration of it."""
     name, shape = data["vehicle"]["name"], data["configuration"]
     misfits = []
     if name != file.vehicle.name:
@@ -353,7 +357,7 @@ def _check_vehicle(path: Path, data: Mapping[str, Any], file: VehicleFile, any_v
 
 
 def read_identification(path: Path) -> dict[str, Any]:
-    """An identification's JSON with all that is used here. Raises UsageError for another file."""
+    """Read an identification's JSON and check the parts used here. Raises UsageError for another file."""
     data = _read(path)
     if not _is_identification(data):
         raise UsageError(

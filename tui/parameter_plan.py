@@ -1,4 +1,4 @@
-"""What `params` would do with a vehicle: the plan beside what was last accepted, as a table and as JSON."""
+"""The plan of `params` for a vehicle, compared with the values last accepted, as a table and as JSON."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -29,8 +29,11 @@ TAKEN_BACK = "no part of this model, taken back"
 
 @dataclass(frozen=True)
 class Planned:
-    """A plan, line by line beside what was last accepted; `back` are the effects that it takes back, and `left` what
-    is to be told of an upload that was never finished."""
+    """A plan, line by line compared with the values last accepted.
+
+    `back` are the effects that it takes back, `left` sentences about the vehicle's staged set and an unfinished
+    upload.
+    """
 
     file: Path
     targets: Targets
@@ -41,7 +44,7 @@ class Planned:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is to be known of it beside its lines."""
+        """Sentences about the plan, in addition to its lines."""
         notes = (*self.left, *self.targets.notes)
         if not self.back:
             return notes
@@ -50,29 +53,29 @@ class Planned:
 
     @property
     def whole(self) -> bool:
-        """Whether it is a model with all of its lines."""
+        """Whether it is a complete model with all of its lines."""
         return self.targets.whole and not self.targets.left_out
 
     def table(self, hidden: Collection[Verdict]) -> show.Table | None:
-        """Its lines, without those of some verdicts; None where none are left."""
-        cells = [one.cells() for one in self.lines if one.row.verdict not in hidden]
+        """Its lines, without those of the `hidden` verdicts; None if none are left."""
+        cells = [line.cells() for line in self.lines if line.row.verdict not in hidden]
         return show.table("", COLUMNS, cells, numbers=NUMBERS) if cells else None
 
     def tell(self, json_target: str | None, hidden: Collection[Verdict]) -> None:
-        """Table and summary where tables go."""
+        """Print table and summary."""
         console = show.results(json_target)
         table = self.table(hidden)
         if table is not None:
             show.put(console, table)
-        if any(one.change is not None for one in self.lines):
+        if any(line.change is not None for line in self.lines):
             show.say(console, LEGEND)
         show.say(console, self.plan.summary())
 
     def to_json(self, client: ParameterClient) -> dict[str, Any]:
         """The form that `params diff --json` writes. `writes`: an upload would write something, if only a commit.
 
-        `active_crc` and `staged_crc` are those of the set that flies, 0 for none, and of the set that the vehicle
-        holds: where they differ, that one does not fly. Null for a vehicle that takes no sets.
+        `active_crc` and `staged_crc` are those of the set in use, 0 for none, and of the set that the vehicle holds:
+        if they differ, the set held is not in use. Null for a vehicle that takes no sets.
         """
         system, component = client.vehicle
         rehearsed = self._rehearsed(client.vehicle)
@@ -114,10 +117,10 @@ def planned(
     system: int,
     accepts: Collection[str] = (),
 ) -> Planned:
-    """The plan of bringing a vehicle that holds `present` to what a file asks for, or to those lines of it; `accepts`
-    are lines that are written although they are implausible.
+    """Plan to bring a vehicle that holds `present` to the values of a file, or to those of its lines in `only`.
 
-    Raises UsageError for a line that it does not come to, and a file of another vehicle.
+    `accepts` are lines that are written although they are implausible. Raises UsageError for a line in `only` that
+    needs no change, and for a file of another vehicle.
     """
     _check_system(file, targets, system)
     targets = replace(targets, notes=(*unchecked(file, targets.sidecar), *targets.notes))
@@ -134,14 +137,14 @@ def planned(
 def planned_back(
     file: Path, targets: Targets, present: Mapping[str, float], receipts: Path, system: int
 ) -> Planned:
-    """The plan of going back to the values before an upload. Raises UsageError for those of another vehicle."""
+    """Plan to go back to the values before an upload. Raises UsageError for values of another vehicle."""
     _check_system(file, targets, system)
     plan = make_plan(not_raised(targets.values, present), present)
     return _beside(file, targets, plan, (), None, receipts, system)
 
 
 def newest(receipts: Path, system: int) -> Path:
-    """The values before the last upload that stands. Raises UsageError where there was none."""
+    """File with the values before the last upload that still stands. Raises UsageError if there was none."""
     try:
         return before_newest(receipts, system)
     except ParamRejected as error:
@@ -176,6 +179,6 @@ def _beside(
 
 
 def left_behind(receipts: Path, system: int, present: Mapping[str, float]) -> tuple[str, ...]:
-    """What to tell of an upload to that vehicle that was never finished; nothing where there is none."""
+    """Sentences about an upload to that vehicle that was never finished; empty if there is none."""
     left = unfinished(receipts, system)
     return () if left is None else told(left, present)

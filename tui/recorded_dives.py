@@ -1,4 +1,4 @@
-"""The dive folders of one recording, one after the other."""
+"""The successive dive folders of a recording."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -19,7 +19,7 @@ from tui import show
 
 @dataclass(frozen=True)
 class RecordedDive:
-    """A dive that is over; `folder` is None where nothing was heard in it, and none is kept."""
+    """A dive that is over; `folder` is None if nothing was heard in it, and no folder is kept."""
 
     folder: Path | None
     count: Count
@@ -36,14 +36,14 @@ class RecordedDive:
 
     @property
     def advice(self) -> str:
-        """What brings the frames of a silence; "" without one."""
+        """How to get the frames of a silence; "" without a silence."""
         if self.folder is None or not self.count.unheard_s:
             return ""
         return f"{self.count.unheard_s:.0f} s unheard: {way_to_mend(self.count.keeps_ring)}"
 
 
 class RecordedDives:
-    """Makes a folder under `root` for each dive, the first at once. `about` is what is known of all of them."""
+    """Makes a folder under `root` for each dive, the first at once. `about` describes all of them."""
 
     def __init__(self, root: Path, name: str, about: About, clock: Clock, *, same_conditions: bool) -> None:
         self._root, self._name, self._about, self._clock = root, name, about, EvenClock(clock)
@@ -52,15 +52,15 @@ class RecordedDives:
         self.folder = self._new()
 
     def free_bytes(self) -> int:
-        """What the disk has left."""
+        """Free space on the disk."""
         return self.folder.free_bytes()
 
     def open_file(self) -> Callable[[int], TlogWriter]:
-        """What makes the files of the present dive."""
+        """Factory for the files of the present dive."""
         return _opener(self.folder)
 
     def go_on(self, recorder: Recorder, begun: Callable[[Path], None]) -> None:
-        """Let it begin the next dive; `begun` hears of its folder. Raises LogError where none can be made."""
+        """Let the recorder begin the next dive; `begun` gets its folder. Raises LogError if no folder can be made."""
         following = self._new()
         try:
             recorder.go_on(_opener(following), partial(self._change, following, begun))
@@ -69,7 +69,7 @@ class RecordedDives:
             raise
 
     def end(self, count: Count) -> RecordedDive:
-        """The present dive is over; where nothing was heard in it, its folder goes."""
+        """End the present dive; if nothing was heard in it, discard its folder."""
         if not count.heard:
             self.folder.discard()
         dive = RecordedDive(self.folder.path if count.heard else None, count)
@@ -80,8 +80,8 @@ class RecordedDives:
         dive = self.end(count)
         self.folder = following
         begun(following.path)
-        for said in filter(None, (dive.words, dive.advice)):
-            show.say(show.words(), said)
+        for sentence in filter(None, (dive.words, dive.advice)):
+            show.say(show.words(), sentence)
         show.say(show.words(), f"the next dive goes into {following.path}")
 
     def _new(self) -> DiveFolder:
@@ -93,11 +93,11 @@ class RecordedDives:
             folder.discard()
             raise
         if before != NOTHING_SAID:
-            taken = "taken" if self._same_conditions else "`seatrial conditions --same` takes that"
-            show.say(show.words(), f"conditions of the dive before: {before.words}; {taken}")
+            note = "taken" if self._same_conditions else "`seatrial conditions --same` takes that"
+            show.say(show.words(), f"conditions of the dive before: {before.words}; {note}")
         return folder
 
 
 def _opener(folder: DiveFolder) -> Callable[[int], TlogWriter]:
-    """Makes its files; a folder that somebody takes away says again what it said at first."""
+    """Factory for the files of a folder; a folder that someone removed is described again as it was at first."""
     return partial(folder.open_telemetry, about=folder.about())

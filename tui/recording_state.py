@@ -1,4 +1,4 @@
-"""What others on this computer learn of a recording, once a second, by the file of `gcs_plugin.holder`."""
+"""Report a recording's state to other programs on this computer, once a second, in the file of `gcs_plugin.holder`."""
 
 import os
 from pathlib import Path
@@ -17,9 +17,10 @@ MOST_NOTICES = 5
 
 
 class RecordingState:
-    """Of the recording of `links` into `folder`; while there is another, by whose links others go, in a second file.
+    """State of the recording of `links` into `folder`; in a second file while another recording is the default.
 
-    `hub` is where it serves its links, "" where it serves nobody; `opener` opened them, with the key in `sign_key`.
+    `hub` is the address at which it serves its links, "" if it serves nobody; `opener` opened them, with the key in
+    `sign_key`.
     """
 
     def __init__(
@@ -41,30 +42,30 @@ class RecordingState:
 
     @property
     def way(self) -> str:
-        """How others come to the links of this recording, in a sentence."""
-        other = self._other()
-        if other is not None:
-            own = (
+        """How other programs reach the links of this recording, in a sentence."""
+        first = self._other()
+        if first is not None:
+            own_links = (
                 f"; the links of this one are at {self._hub}, or by their names with --link"
                 if self._hub
                 else ""
             )
-            return f"params, doctor, ff and note go by way of {words_of(other)}{own}"
+            return f"params, doctor, ff and note go by way of {words_of(first)}{own_links}"
         if not self._hub:
             return "its links serve nobody else"
         return f"params, doctor, ff and note go by way of it, at {self._hub}"
 
     def begin(self, folder: Path) -> None:
-        """A dive begins now, in this folder."""
-        # One assignment: another thread may be telling it.
+        """Begin a dive in this folder."""
+        # A single assignment, because another thread may be writing the state.
         self._dive = (folder, utc_text(self._own_clock.unix_s()))
 
     def notice(self, said: Notice) -> None:
-        """Something that an operator must hear of."""
+        """Keep a notice that an operator must read."""
         self._notices = (*self._notices, f"{said.level}: {said.sentence}")[-MOST_NOTICES:]
 
     def tell(self, recorder: Recorder) -> None:
-        """Write it now; where that fails, say so once."""
+        """Write the state now; if that fails, say so once."""
         folder, began_utc = self._dive
         holding = Holding(
             os.getpid(),
@@ -96,14 +97,14 @@ class RecordingState:
             self._fault = str(error)
 
     def end(self) -> None:
-        """Take it back."""
+        """Remove the state."""
         release()
 
     def _vehicles(self, recorder: Recorder) -> tuple[HeardVehicle, ...]:
         boot_s, unix_s = self._clock.boot_s(), self._clock.unix_s()
         return tuple(
-            HeardVehicle(*one.source, one.holds, round(unix_s - boot_s + one.heard_s, 3))
-            for one in recorder.vehicles
+            HeardVehicle(*vehicle.source, vehicle.holds, round(unix_s - boot_s + vehicle.heard_s, 3))
+            for vehicle in recorder.vehicles
         )
 
     def _other(self) -> Holding | None:

@@ -1,4 +1,4 @@
-"""Verbs that run until they are stopped: Ctrl-C and SIGTERM end them between two writes, never within one."""
+"""Run verbs until they are stopped: Ctrl-C and SIGTERM end them between two writes, never within a write."""
 
 import signal
 import threading
@@ -19,8 +19,8 @@ def until_stopped(
 ) -> None:
     """Run `work` in a thread of its own until the user stops it, `seconds` have passed, or it ends.
 
-    `work` returns soon after its event is set. `each` is called a few times a second with the time since the
-    start, and ends it by answering True. Whatever `work` raises is raised here.
+    `work` returns soon after its event is set. `each` is called a few times a second with the time since the start,
+    and ends the run by returning True. An exception of `work` is raised here.
     """
     stop = threading.Event()
     start_s = clock.boot_s()

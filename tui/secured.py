@@ -1,4 +1,4 @@
-"""Links opened by name, signed where a key is named: the option `--sign-key` of every verb that opens one."""
+"""Open links by name, signed if a key is given: the option `--sign-key` of every verb that opens a link."""
 
 import argparse
 import os
@@ -16,7 +16,7 @@ OPTION = "--sign-key"
 
 
 def add_argument(parser: argparse.ArgumentParser) -> None:
-    """The option that names the key."""
+    """Add the option that names the key."""
     parser.add_argument(
         OPTION,
         metavar="FILE",
@@ -25,12 +25,13 @@ def add_argument(parser: argparse.ArgumentParser) -> None:
 
 
 class Opener:
-    """Opens links, and opens them again; with a key each is signed, and goes on where it was.
+    """Opens links, also again; with a key each is signed, and a reopened link continues its signature times.
 
-    `tell` hears of a system of which nothing is let in, `warn` where the other side signs and this one has no key.
-    `listed` hears of each socket once, as it is opened first: words go to the crew, but for who lists them later.
-    `system` is whom the verb was told to speak with: whoever else is refused, the crew hears of that one.
-    Raises ConfigError where the key can't be had.
+    `tell` is called about a system of which no frame is accepted, `warn` if the other side signs and this side has no
+    key. `listed` gets a sentence about each socket when it is first opened; by default the sentence goes to the crew,
+    `later` ignores it for a caller that lists its sockets afterwards. `system` is the system that the verb was asked
+    to speak with: if it is refused, the crew learns of it, however many others are refused. Raises ConfigError if the
+    key can't be read.
     """
 
     def __init__(
@@ -55,7 +56,7 @@ class Opener:
             self._key = read_key(Path(key_file))
 
     def open(self, spec: str) -> "Link":
-        """The link of that name. Raises LinkSpecError, LinkError."""
+        """Open the link of that name. Raises LinkSpecError, LinkError."""
         from bridge.link.open import open_link
 
         link = open_link(spec)
@@ -74,18 +75,18 @@ class Opener:
         return SignedLink(link, self._gate(spec), self._clock)
 
     def words(self, spec: str) -> str:
-        """What was refused so far on the link of that name; "" for nothing."""
+        """Number and kind of frames refused so far on the link of that name; "" for none."""
         gate = self.gates.get(spec)
         return gate.words if gate else ""
 
     def trouble(self, spec: str) -> str:
-        """What the crew must do where nothing of a system is let in on that link; "" where all is well."""
+        """Advice for the crew if all frames of a system are refused on that link; "" otherwise."""
         gate = self.gates.get(spec)
         return gate.trouble if gate else ""
 
     @property
     def way(self) -> str:
-        """Whether links are signed, in a sentence; "" where they are not."""
+        """Whether links are signed, in a sentence; "" if they are not."""
         return f"links are signed with the key {self._key.fingerprint}" if self._key else ""
 
     def _gate(self, spec: str) -> "Gate":
@@ -101,27 +102,27 @@ class Opener:
 
 
 def on_words(trouble: "Trouble") -> None:
-    """Tell the crew of it where words go."""
+    """Tell the crew of a system whose frames are refused, on standard error."""
     say_warning(trouble.sentence)
 
 
 def say_warning(sentence: str) -> None:
-    """Warn the crew of something where words go."""
+    """Warn the crew on standard error."""
     say(f"warning: {sentence}")
 
 
 def say(sentence: str) -> None:
-    """Tell the crew of something where words go."""
+    """Say something to the crew on standard error."""
     from tui import show
 
     show.say(show.words(), sentence)
 
 
 def later(_: str) -> None:
-    """What hears of the sockets of who lists them itself, once all that it begins with is open."""
+    """Ignore a socket: for a caller that lists all sockets itself once everything is open."""
 
 
 def times_file(fingerprint: str, spec: str) -> Path:
-    """Where the times of the signatures on a link are kept."""
+    """File with the times of the signatures on a link."""
     home = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
     return Path(home) / "seatrial" / "signing" / f"{fingerprint}-{re.sub(r'[^A-Za-z0-9.]', '_', spec)}.json"

@@ -1,7 +1,7 @@
-"""What a verb shows: tables and sentences for people, progress while they wait, JSON for programs.
+"""Output of the verbs: tables and sentences for people, progress while they wait, JSON for programs.
 
-Results go to standard output, everything else to standard error; where `--json -` claims standard output,
-the tables follow to standard error.
+Results go to standard output, everything else to standard error; if `--json -` claims standard output, the tables go
+to standard error as well.
 """
 
 import json
@@ -40,7 +40,7 @@ MARK = "?"
 
 
 class _HarmlessConsole(Console):
-    """A console on which no text can steer the terminal, whoever it comes from: only its own styles do."""
+    """A console on which no text can steer the terminal, whatever its origin: only the console's own styles do."""
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
         for segment in super().render(renderable, options):
@@ -48,17 +48,17 @@ class _HarmlessConsole(Console):
 
 
 def harmless(text: str) -> str:
-    """`text` with a mark for each character that could steer a terminal; lines stay lines."""
+    """`text` with a mark for each character that could steer a terminal; line breaks are kept."""
     return printable(text, MARK, "\n\t")
 
 
 def results(json_target: str | None = None) -> Console:
-    """Where tables go."""
+    """Console for tables."""
     return _console(to_errors=json_target == STANDARD_OUTPUT)
 
 
 def words() -> Console:
-    """Where everything goes that is no result: notes, questions, progress."""
+    """Console for all output except results: notes, questions, progress."""
     return _console(to_errors=True)
 
 
@@ -70,17 +70,17 @@ def _console(*, to_errors: bool) -> Console:
 
 
 def _has_width(console: Console) -> bool:
-    """Whether somebody reads on lines of a certain width: at a terminal, or as COLUMNS says."""
+    """Whether lines have a certain width: at a terminal, or set by COLUMNS."""
     return console.is_terminal or os.environ.get("COLUMNS", "").isdigit()
 
 
 def say(console: Console, sentence: str) -> None:
-    """A sentence, broken between words where the lines have a width; a word that is longer, as a path, stays whole."""
+    """Print a sentence, wrapped between words if lines have a width; a longer word, such as a path, stays whole."""
     console.print(wrapped(sentence, console.width) if _has_width(console) else sentence, soft_wrap=True)
 
 
 def wrapped(text: str, width: int) -> str:
-    """`text` on lines of `width`, broken between words."""
+    """Wrap `text` into lines of `width`, broken between words."""
     return "\n".join(
         textwrap.fill(line, width, break_long_words=False, break_on_hyphens=False)
         for line in text.split("\n")
@@ -89,7 +89,7 @@ def wrapped(text: str, width: int) -> str:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of text; the columns named in `numbers` are set flush right."""
+    """A table of text; the columns named in `numbers` are aligned right."""
 
     title: str
     columns: Sequence[str]
@@ -97,9 +97,9 @@ class Table:
     numbers: Sequence[str] = ()
 
     def widths(self, width: int) -> list[int]:
-        """The width of each column in lines of `width`: cells stay whole, but for the words of the last column.
+        """The width of each column for lines of `width`: cells stay whole, except the words of the last column.
 
-        Headings go over several lines where there is no room for them. A table with more than fits is wider.
+        Headings wrap over several lines if there is no room for them. A table that does not fit is wider.
         """
         cells = [max((len(row[i]) for row in self.rows), default=0) for i in range(len(self.columns))]
         room = width - len(BETWEEN_COLUMNS) * (len(cells) - 1)
@@ -126,12 +126,12 @@ class Table:
         return out
 
     def depths(self, width: int) -> list[int]:
-        """How many of the last of those lines each row takes."""
+        """Number of lines that each row takes at the end of `lines`."""
         last = self.widths(width)[-1]
         return [max(len(textwrap.wrap(row[-1], last)), 1) for row in self.rows]
 
     def _aligned(self, cells: Sequence[Sequence[str]], widths: Sequence[int]) -> list[str]:
-        """The lines of one row; `cells` holds the lines of each cell, equally many."""
+        """The lines of a row; `cells` holds the lines of each cell, equally many."""
         out = []
         for line in zip(*cells, strict=True):
             aligned = [
@@ -145,7 +145,7 @@ class Table:
 def table(
     title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[str] = ()
 ) -> Table:
-    """A table of text; the columns named in `numbers` are set flush right, the last may wrap."""
+    """A table of text; the columns named in `numbers` are aligned right, the last may wrap."""
     return Table(title, columns, rows, numbers)
 
 
@@ -161,7 +161,7 @@ def _longest_word(text: str) -> int:
 
 
 def number(value: float | None, digits: int = 4) -> str:
-    """A number to so many significant digits; `-` for one that does not exist."""
+    """A number to so many significant digits; `-` if it is None or not finite."""
     if value is None or not math.isfinite(value):
         return "-"
     if value == 0:
@@ -173,7 +173,7 @@ def number(value: float | None, digits: int = 4) -> str:
 
 @contextmanager
 def progress(sentence: str) -> Iterator[Tell]:
-    """Progress on standard error: call what it gives with a fraction done and a sentence.
+    """Show progress on standard error: call the function yielded with the fraction done and a sentence.
 
     A bar on a terminal, elsewhere a line every few seconds.
     """
@@ -183,10 +183,10 @@ def progress(sentence: str) -> Iterator[Tell]:
 
 @contextmanager
 def bars(sentences: Sequence[str]) -> Iterator[tuple[Tell, ...]]:
-    """The progress of several things at once, each as `progress` shows it; may be told from different threads.
+    """Progress of several jobs at once, each shown as by `progress`; may be called from different threads.
 
-    Each line is whole and begins with the words of its own thing; of several, each tells its end. A program that
-    reads it asks for lines of JSON by the environment (`tui.told`).
+    Each line is complete and begins with the words of its own job; of several jobs, each reports its end. A program
+    that reads the progress asks for lines of JSON by an environment variable (`tui.told`).
     """
     console = words()
     if told.asked(os.environ):
@@ -209,7 +209,7 @@ def bars(sentences: Sequence[str]) -> Iterator[tuple[Tell, ...]]:
 
 
 def _to_program(sentence: str, share: float, what: str) -> None:
-    # One write a line: several threads may tell at the same time. A verb goes on when its listener is gone.
+    # A single write per line, since several threads may report at once. A verb goes on when its listener is gone.
     with suppress(BrokenPipeError):
         sys.stderr.write(told.line(told.Told(sentence, share, what)))
         sys.stderr.flush()
@@ -237,7 +237,7 @@ def _lines(console: Console, sentence: str, clock: Clock) -> Tell:
 
 
 def _named_lines(console: Console, sentence: str, clock: Clock) -> Tell:
-    """Words and share a line for one of several: at its end, and before it once a tenth, not more than every few s."""
+    """Print a job's words and share when it ends, and before that once a tenth, at most every few seconds."""
     told_s, tenth = clock.boot_s(), 0
 
     def tell(done: float, what: str) -> None:
@@ -251,9 +251,9 @@ def _named_lines(console: Console, sentence: str, clock: Clock) -> Tell:
 
 
 def write_json(data: Any, target: str | None) -> None:
-    """Write `data` as JSON to a file, whole or not at all, or to standard output for `-`; nothing where it is None.
+    """Write `data` as JSON to a file, completely or not at all, or to standard output for `-`; do nothing for None.
 
-    Raises LogError where the file can't be written.
+    Raises LogError if the file can't be written.
     """
     if target is None:
         return
@@ -268,7 +268,7 @@ def write_json(data: Any, target: str | None) -> None:
 
 
 def plain(data: Any) -> Any:
-    """`data` with numbers that do not exist as null and paths as text."""
+    """`data` with non-finite numbers as null and paths as text."""
     if isinstance(data, dict):
         return {str(key): plain(value) for key, value in data.items()}
     if isinstance(data, list | tuple):

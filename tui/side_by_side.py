@@ -1,4 +1,4 @@
-"""Jobs side by side, a process each, which tell how far they are and end with the process that waits for them."""
+"""Run jobs in parallel, each in its own process; they report their progress and end with the process that waits."""
 
 import multiprocessing
 import os
@@ -22,9 +22,9 @@ def side_by_side(
     tell: Callable[[Mapping[str, float]], None],
     processes: int = 2,
 ) -> dict[str, Result]:
-    """What each job returns, by its name; a job must be picklable, as a `partial` of a module's function is.
+    """Return the result of each job, by name; a job must be picklable, like a `partial` of a module's function.
 
-    `tell` hears the share of every job that is done, whenever one has come further.
+    `tell` gets the share done of every job, whenever a job has come further.
     """
     context = multiprocessing.get_context("spawn")
     shares: multiprocessing.Queue[tuple[str, float]] = context.Queue()
@@ -51,7 +51,7 @@ def _join(shares: "multiprocessing.Queue[tuple[str, float]]") -> None:
 
 
 def _leave_with_parent() -> None:
-    """End this process when the one that started it is gone: nobody waits for the job then."""
+    """End this process when its parent is gone: nobody waits for the job then."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()

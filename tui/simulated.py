@@ -1,4 +1,4 @@
-"""The simulated vehicle as the ground meets it: dives recorded by the real recorder, a link that runs it along."""
+"""The simulated vehicle as seen from the ground: dives recorded by the real recorder, and a link that runs it."""
 
 import shutil
 from collections.abc import Callable, Sequence
@@ -23,7 +23,7 @@ AFLOAT_M = 0.2
 
 
 def lasts_s(mission: Mission) -> float:
-    """How long its recording lasts: begun that long ago, one that is made at once has no stamp from the future."""
+    """How long its recording lasts: dated that far back, a recording made at once has no stamp in the future."""
     return WARM_UP_S + mission.duration_s
 
 
@@ -44,8 +44,8 @@ def record_dive(
 ) -> DiveFolder:
     """Dive a mission into a new folder under `root`; the recorder reads the vehicle's link tick by tick.
 
-    `mode` None leaves FF_MODE as the parameters have it; `truth` None is that beside the vehicle file. `links` get the
-    same frames, `pace` may wait for a tick.
+    `mode` None leaves FF_MODE as in the parameters; `truth` None means the truth file next to the vehicle file.
+    `links` get the same frames, `pace` may delay a tick.
     """
     truth = truth or load_truth(file, configuration)
     applied = Mode(parameters.mode) if mode is None else mode
@@ -109,7 +109,7 @@ def dive_with_pid(
     unix_s: float,
     progress: Callable[[float], None],
 ) -> DiveFolder:
-    """Dive a mission with the PID alone, so that it ends at `unix_s`; its parameters are forgotten."""
+    """Dive a mission with the PID alone, so that it ends at `unix_s`; its parameters are not stored."""
     return record_dive(
         file,
         configuration,
@@ -124,12 +124,12 @@ def dive_with_pid(
 
 
 def _elsewhere(_unix_s: float, _data: bytes) -> None:
-    """The frames of a tick go to the recorder by way of a link, so they are not wanted here."""
+    """Ignore the frames of a tick: they reach the recorder through a link."""
 
 
 @dataclass(frozen=True)
 class AlongsideLink:
-    """The ground's end of a link to an idle simulated vehicle, which lives on while the ground waits for it."""
+    """The ground's end of a link to an idle simulated vehicle, which keeps running while the ground waits for it."""
 
     vehicle: SimulatedVehicle
     ground: Link

@@ -1,4 +1,4 @@
-"""What this process has open on networks, in a sentence each: address, for what, reachable from where."""
+"""The network sockets of this process, in a sentence each: address, purpose, reachable from which networks."""
 
 from collections.abc import Iterable
 
@@ -10,7 +10,7 @@ EVERY_ADDRESS = ("0.0.0.0", "::")
 
 
 def whence(host: str) -> str:
-    """From where an address of this computer can be reached."""
+    """The networks that reach an address of this computer."""
     from tui.web.visitors import is_loopback
 
     if is_loopback(host):
@@ -19,13 +19,13 @@ def whence(host: str) -> str:
 
 
 def listening(protocol: str, host: str, port: int, what: str) -> str:
-    """A socket that hears whoever reaches it."""
+    """Sentence about a socket that accepts anyone who reaches it."""
     number = f"port {port}" if port else "a free port"
     return f"open: {host} {number} ({protocol}): {what}, reachable from {whence(host)}"
 
 
 def of_link(spec: str, what: str) -> list[str]:
-    """The socket of a link by its name; none for a serial port."""
+    """Sentence about the socket of a link; none for a serial port."""
     try:
         kind, host, port = parse_link(spec)
     except LinkSpecError:
@@ -39,11 +39,11 @@ def of_link(spec: str, what: str) -> list[str]:
 
 
 def of_links(specs: Iterable[str], what: str) -> list[str]:
-    """The sockets of several links."""
+    """The sentences about the sockets of several links."""
     return [sentence for spec in specs for sentence in of_link(spec, what)]
 
 
 def of_served(hub: str) -> str:
-    """The socket by which a recording serves others; `hub` is the link that they open. Raises LinkSpecError."""
+    """Sentence about the socket on which a recording serves the link `hub` to others. Raises LinkSpecError."""
     _, host, port = parse_link(hub)
     return listening("TCP", host, port, "what is recorded, for params, doctor, ff and others")

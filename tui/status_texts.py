@@ -1,4 +1,4 @@
-"""What vehicles say in words while they are recorded, and that one of them has started anew."""
+"""Pass on the texts of vehicles while they are recorded, and warn when a vehicle has restarted."""
 
 from collections.abc import Callable
 from typing import Any
@@ -12,14 +12,14 @@ Tell = Callable[[str], None]
 
 
 class StatusTexts(words.StatusTexts):
-    """Hears every frame of a link; `tell` gets each text whole, with whose it is."""
+    """Takes every frame of a link; `tell` gets each complete text with the number of its vehicle."""
 
     def __init__(self, tell: Tell) -> None:
         super().__init__(lambda source, _severity, text: tell(f"vehicle {source[0]}: {text}"))
 
 
 class TellingRecorder(Recorder):
-    """A recorder that hands on what vehicles say in words, and warns of one that started anew."""
+    """A recorder that passes on the texts of vehicles and warns of restarts."""
 
     def __init__(self, tell: Tell, *of_recorder: Any) -> None:
         self._texts = StatusTexts(tell)

@@ -1,4 +1,4 @@
-"""Bytes of a recording that belong to no message: how many, and where."""
+"""Find the bytes of a recording that belong to no message: how many, and at which place."""
 
 from pathlib import Path
 from typing import Final
@@ -6,13 +6,13 @@ from typing import Final
 from bridge.errors import LogError
 
 OF_A_RECORD: Final = 30
-"""Bytes behind the last payload that may still be its own: checksum, signature; and what a cut leaves of a stamp."""
+"""Bytes after the last payload that may still belong to it: checksum, signature, and a partial stamp after a cut."""
 
 
 def stray_bytes(recording: Path) -> str:
-    """A sentence of a recording or a dive folder, "" where each byte of its `.tlog` belongs to a message.
+    """A sentence about a recording or a dive folder; "" if each byte of its `.tlog` belongs to a message.
 
-    Raises LogError where there is none.
+    Raises LogError if there is no recording.
     """
     from identify.ingest.open import recording_files
 
@@ -25,16 +25,16 @@ def _of(file: Path, name: str) -> str:
     from identify.ingest.salvage import locate
 
     try:
-        found = locate(file)
+        located = locate(file)
     except LogError:
-        # What reads the dive says of a file that holds nothing, or can't be read.
+        # The reader of the dive reports a file that is empty or can't be read.
         return ""
-    count = found.counts["skipped"]
+    count = located.counts["skipped"]
     if not count:
         return ""
-    behind = len(found.data) - int(found.start[-1] + found.length[-1]) if len(found.start) else count
+    behind = len(located.data) - int(located.start[-1] + located.length[-1]) if len(located.start) else count
     if behind >= count:
-        where = "at its end"
+        position = "at its end"
     else:
-        where = "between its messages and at its end" if behind > OF_A_RECORD else "between its messages"
-    return f"{name}: {count} bytes {where} belong to no message and were left out"
+        position = "between its messages and at its end" if behind > OF_A_RECORD else "between its messages"
+    return f"{name}: {count} bytes {position} belong to no message and were left out"

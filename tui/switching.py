@@ -1,4 +1,4 @@
-"""A switch of the feed-forward over a link: frames in, messages out, until it is done or may stop."""
+"""Switch the feed-forward over a link: frames in, messages out, until it is done or may stop."""
 
 import threading
 from collections.abc import Callable
@@ -23,7 +23,7 @@ Tell = Callable[[str], None]
 
 
 class Line:
-    """One link with a switch on it; `tell` hears what vehicles say in words."""
+    """A link with a switch on it; `tell` gets the texts of vehicles."""
 
     def __init__(self, link: Link, clock: Clock, switch: Switch, system: int | None, tell: Tell) -> None:
         self._link, self._clock, self._switch, self._system = link, clock, switch, system
@@ -32,13 +32,13 @@ class Line:
         self._beat_s = clock.boot_s()
 
     def step(self) -> None:
-        """Send what is due and take what comes. Raises LinkError where the link is lost."""
+        """Send the messages due and take the frames that have come. Raises LinkError if the link is lost."""
         now_s = self._clock.boot_s()
-        # Once seen, for good: sequence numbers that drift past each other hide them for a while.
+        # Two vehicles seen once stay reported: drifting sequence numbers can hide them for a while.
         self._switch.twins = self._switch.twins or self._twins.fault(self._system)
         messages = self._switch.tick(now_s)
         if not self._switch.heard and now_s >= self._beat_s:
-            # A vehicle that listens on UDP learns from this where the ground is.
+            # A vehicle that listens on UDP learns the ground's address from this.
             self._beat_s = now_s + BEAT_EVERY_S
             messages.append(ground_heartbeat())
         self._marks.mark(messages)
@@ -55,14 +55,14 @@ class Line:
 
 
 def drive(line: Line, over: Callable[[], bool]) -> None:
-    """Step until `over`. Raises LinkError where the link is lost."""
+    """Step until `over`. Raises LinkError if the link is lost."""
     while not over():
         line.step()
 
 
 def drive_on(line: Line, over: Callable[[], bool], again: Callable[[], Line], tell: Tell) -> None:
-    """Step until `over`, through every loss of the link, and close it; `tell` hears why it was lost."""
-    pause, told = threading.Event(), ""
+    """Step until `over`, through every loss of the link, then close it; `tell` gets the reason for each loss."""
+    pause, reported = threading.Event(), ""
     now: Line | None = line
     try:
         while not over():
@@ -75,16 +75,16 @@ def drive_on(line: Line, over: Callable[[], bool], again: Callable[[], Line], te
             except LinkError as error:
                 now.close()
                 now = None
-                if str(error) != told:
-                    told = str(error)
-                    tell(told)
+                if str(error) != reported:
+                    reported = str(error)
+                    tell(reported)
     finally:
         if now is not None:
             now.close()
 
 
 def _opened(again: Callable[[], Line]) -> Line | None:
-    """Another line, None where there is none yet."""
+    """Open another line; None if that is not possible yet."""
     try:
         return again()
     except (LinkError, UsageError):

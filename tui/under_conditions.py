@@ -1,5 +1,4 @@
-"""What a dive's conditions change for what is worked out of it: water and mass of the vehicle file, and causes that can
-not be."""
+"""Apply a dive's conditions to its analysis: water and mass of the vehicle file, and causes that are ruled out."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -12,38 +11,38 @@ from gcs_plugin.folder import DiveFolder
 TETHER: Final = "tether"
 TOTAL_MASSES: Final = ("M_u", "M_v", "M_w")
 LEAST_CHANGE_KG_M3: Final = 0.1
-"""Of the density: 1 mm of depth at 10 m."""
+"""Least change of density that is applied: 1 mm of depth at 10 m."""
 
 
 def under_conditions(file: VehicleFile, dive: Path) -> tuple[VehicleFile, tuple[str, ...]]:
-    """The file for a dive folder, or a recording in one; what was changed by its `dive.yaml`, in sentences.
+    """The vehicle file for a dive folder, or a recording in it, and the changes by its `dive.yaml`, in sentences.
 
-    The mass adds to the dry mass, and to the total masses of the file's model, which was of that dry mass.
+    The mass carried adds to the dry mass, and to the total masses of the file's model, which assume that dry mass.
     """
     conditions = _of(dive)
-    vehicle, told = file.vehicle, []
+    vehicle, changes = file.vehicle, []
     density, filed = conditions.density_kg_m3, vehicle.water.density_kg_m3
     if density is not None and abs(density - filed) >= LEAST_CHANGE_KG_M3:
         vehicle = replace(vehicle, water=replace(vehicle.water, density_kg_m3=density))
-        told.append(
+        changes.append(
             f"water of {density:.1f} kg/m3 by the dive's temperature and salinity, not the vehicle file's {filed:.1f}"
         )
     if carried_kg := conditions.carried_kg:
         shapes = {name: _heavier(shape, carried_kg) for name, shape in vehicle.configurations.items()}
         vehicle = replace(vehicle, configurations=shapes)
-        told.append(f"{carried_kg:+g} kg of ballast and payload on top of the vehicle file's dry mass")
-    return replace(file, vehicle=vehicle), tuple(f"{dive.name}: {sentence}" for sentence in told)
+        changes.append(f"{carried_kg:+g} kg of ballast and payload on top of the vehicle file's dry mass")
+    return replace(file, vehicle=vehicle), tuple(f"{dive.name}: {sentence}" for sentence in changes)
 
 
 def can_not_be(dive: Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Effects that can't be causes of a dive's gap by its `dive.yaml`, and why, in sentences."""
+    """Effects that the `dive.yaml` rules out as causes of a dive's gap, and the reason, in sentences."""
     if _of(dive).tether_out_m != 0.0:
         return (), ()
     return (TETHER,), (f"{dive.name}: no tether was out, so a tether is not among the causes",)
 
 
 def _of(dive: Path) -> Conditions:
-    """The conditions of a dive folder, or of a recording in one."""
+    """The conditions of a dive folder, or of a recording in it."""
     return DiveFolder(dive if dive.is_dir() else dive.parent).about().conditions
 
 

@@ -1,4 +1,4 @@
-"""A vehicle's own parameters, kept in a file: what the bridge and the simulated vehicle start with."""
+"""A vehicle's own parameters, kept in a file: the bridge and the simulated vehicle start with them."""
 
 from pathlib import Path
 
@@ -9,8 +9,8 @@ from tui import show
 
 
 def server(file: VehicleFile, store: Path | None) -> ParameterServer:
-    """Those of the vehicle of a file, kept in `store`; forgotten at the end where that is None. What is wrong with the
-    store is said."""
+    """Make the parameter server of a vehicle file, stored in `store`, or only in memory if that is None. A problem
+    with the store is reported."""
     vehicle = file.vehicle
     parameters = ParameterServer(
         store,

@@ -1,6 +1,6 @@
-"""A picture of a vehicle in words: one line, tables, plain data.
+"""A picture of a vehicle in words: a line, tables, plain data.
 
-A value that is stale bears its age, one that is gone is `--`.
+A stale value is shown with its age, a value that is gone as `--`.
 """
 
 import math
@@ -23,7 +23,7 @@ POOR = (Condition.BAD, Condition.MISSING)
 
 
 def valued(value: float, unit: str, age_s: float, freshness: Freshness) -> str:
-    """A number, without its unit."""
+    """Format a number, without its unit."""
     if freshness is Freshness.GONE:
         return GONE
     if not math.isfinite(value):
@@ -36,26 +36,26 @@ def valued(value: float, unit: str, age_s: float, freshness: Freshness) -> str:
 
 
 def now_of(trace: Trace) -> str:
-    """Its newest value."""
+    """The newest value."""
     value = float(trace.value[-1]) if len(trace.value) else math.nan
     return valued(value, trace.unit, trace.age_s, trace.freshness)
 
 
 def asked_of(trace: Trace) -> str:
-    """What it should be now; empty where nothing is asked for."""
+    """The reference now; empty if there is none."""
     if trace.reference is None or not math.isfinite(trace.reference[-1]):
         return ""
     return valued(float(trace.reference[-1]), trace.unit, 0.0, Freshness.FRESH)
 
 
 def beside_asked(trace: Trace) -> str:
-    """`0.29/0.30`, or the value alone."""
-    asked = asked_of(trace)
-    return f"{now_of(trace)}/{asked}" if asked else now_of(trace)
+    """Value and reference as `0.29/0.30`, or the value alone."""
+    reference = asked_of(trace)
+    return f"{now_of(trace)}/{reference}" if reference else now_of(trace)
 
 
 def armed_words(picture: Picture) -> str:
-    """Its state; where no heartbeat came for a while, how old that is."""
+    """The armed state; if no heartbeat came for a while, with its age."""
     lost = picture.links and picture.links[0].lost
     if picture.armed is Armed.UNKNOWN or not lost:
         return picture.armed.value
@@ -63,7 +63,7 @@ def armed_words(picture: Picture) -> str:
 
 
 def link_words(row: LinkRow) -> str:
-    """`LINK 0.4 s  loss 2 %  284 Hz  sys 1/1`."""
+    """`LINK 0.4 s loss 2 % 284 Hz sys 1/1`."""
     if row.age_s == math.inf:
         return f"LINK without HEARTBEAT  {row.rate_hz:.0f} Hz  sys {row.system}/{row.component}"
     if row.lost:
@@ -74,7 +74,7 @@ def link_words(row: LinkRow) -> str:
 
 
 def mode_words(picture: Picture) -> str:
-    """What the feed-forward does, empty where it never told."""
+    """Mode of the feed-forward; empty if the vehicle never reported it."""
     mode = picture.ff_mode
     if mode is None:
         return ""
@@ -83,7 +83,7 @@ def mode_words(picture: Picture) -> str:
 
 
 def recording_words(holding: "Holding | None") -> str:
-    """Whether a recording runs, and for how long the disk lasts."""
+    """Whether a recording runs, and how long the disk will last."""
     if holding is None:
         return "NOT RECORDING"
     left = f"  {holding.disk_left_s / 3600:.0f} h left" if math.isfinite(holding.disk_left_s) else ""
@@ -95,7 +95,7 @@ def recording_words(holding: "Holding | None") -> str:
 
 
 def trouble(picture: Picture) -> list[str]:
-    """What is wrong, the worst first; nothing is known to be before the vehicle beats."""
+    """All problems, the worst first; none are known before the vehicle's first heartbeat."""
     if picture.armed is Armed.UNKNOWN:
         return []
     rows = sorted(
@@ -106,7 +106,7 @@ def trouble(picture: Picture) -> list[str]:
 
 
 def line(picture: Picture, holding: "Holding | None", fault: str = "") -> str:
-    """All of it in a line; `fault` is why nothing comes."""
+    """The whole picture in a line; `fault` says why nothing comes."""
     traces = picture.traces
     parts = [
         armed_words(picture),
@@ -123,21 +123,21 @@ def line(picture: Picture, holding: "Holding | None", fault: str = "") -> str:
 
 
 def header(picture: Picture, holding: "Holding | None", fault: str = "") -> list[str]:
-    """Armed, links and recording, a line each; `fault` is why nothing comes."""
+    """Armed state, links and recording, a line each; `fault` says why nothing comes."""
     first = [armed_words(picture), mode_words(picture), picture.configuration]
     links = [f"{link_words(row)}  {row.name}" for row in picture.links] or ["NO LINK"]
-    told = [f"{SEVERITIES[min(said.severity, 7)]}: {said.text}" for said in picture.said[-3:]]
+    texts = [f"{SEVERITIES[min(said.severity, 7)]}: {said.text}" for said in picture.said[-3:]]
     return [
         "  ".join(filter(None, first)),
         *links,
         recording_words(holding),
         *filter(None, (fault, picture.twins)),
-        *told,
+        *texts,
     ]
 
 
 def sensor_table(picture: Picture) -> show.Table:
-    """Each sensor, how often and since when it speaks, and what is wrong with it."""
+    """Each sensor, its rate and age, and its problem, if any."""
     rows = [
         (row.name, row.condition.value, _rate(row), show.number(row.expected_hz, 3), _age(row), row.words)
         for row in picture.sensors
@@ -147,7 +147,7 @@ def sensor_table(picture: Picture) -> show.Table:
 
 
 def quantity_table(picture: Picture) -> show.Table:
-    """Each quantity beside what is asked for."""
+    """Each quantity with its reference."""
     rows = [
         (key, trace.name, now_of(trace), asked_of(trace), trace.unit) for key, trace in picture.traces.items()
     ]
@@ -166,13 +166,13 @@ def thruster_table(picture: Picture) -> show.Table:
 
 
 def tables(picture: Picture) -> Sequence[show.Table]:
-    """Those that have rows."""
-    made = (quantity_table(picture), sensor_table(picture), thruster_table(picture))
-    return [table for table in made if table.rows]
+    """The tables that have rows."""
+    candidates = (quantity_table(picture), sensor_table(picture), thruster_table(picture))
+    return [table for table in candidates if table.rows]
 
 
 def plain(picture: Picture) -> dict[str, Any]:
-    """The picture as plain data; of each trace the newest value."""
+    """The picture as plain data, with only the newest value of each trace."""
     return {
         "armed": picture.armed.value,
         "armed_age_s": picture.armed_age_s,

@@ -1,4 +1,4 @@
-"""The wet check as the operator starts it: confirmed by name, recorded, armed for as long as it takes."""
+"""Run the wet check for the operator: confirmed by name, recorded, armed only as long as it takes."""
 
 import sys
 from collections.abc import Callable
@@ -23,7 +23,7 @@ Progress = Callable[[int, int], None]
 
 
 class Recorded:
-    """A link whose every frame is also written to a recording."""
+    """A link whose received frames are also written to a recording."""
 
     def __init__(self, link: Link, writer: TlogWriter, clock: Clock) -> None:
         self.name = link.name
@@ -32,7 +32,7 @@ class Recorded:
 
     @property
     def contested(self) -> frozenset[tuple[int, int]]:
-        """MAVLink sources as which several peers speak, where the link knows them."""
+        """MAVLink sources that several peers use at once, if the link can detect them."""
         return getattr(self._link, "contested", frozenset())
 
     def read(self, timeout_s: float) -> bytes:
@@ -59,7 +59,7 @@ def wet_check(
 ) -> list[Finding]:
     """Arm, push with each thruster once, disarm, and judge; the recording goes into a dive folder under `out`.
 
-    Raises LinkError where the vehicle refuses or goes silent, LogError where its frames hold no wet check.
+    Raises LinkError if the vehicle refuses or goes silent, LogError if its frames hold no wet check.
     """
     vehicle = file.vehicle
     planned = pulses(vehicle, configuration, thrust_curve(vehicle.thrust_curve, file.path.parent))
@@ -86,7 +86,7 @@ def _disarm_anyway(link: Link, clock: Clock, target: tuple[int, int]) -> None:
 
 
 def confirmed(vehicle_name: str, typed: str | None) -> None:
-    """Ask for the vehicle's name where it was not given and somebody is there. Raises ConfigError without it."""
+    """Ask for the vehicle's name if it was not given and stdin is a terminal. Raises ConfigError without it."""
     if typed is None and sys.stdin.isatty():
         print(
             f"after some seconds of listening each thruster of '{vehicle_name}' turns once: the vehicle in the "

@@ -1,4 +1,4 @@
-"""A file that is written whole or not at all."""
+"""Write a file completely or not at all."""
 
 import os
 from pathlib import Path
@@ -7,9 +7,9 @@ from bridge.new_file import to_disk, whole
 
 
 def replace_file(path: Path, text: str) -> None:
-    """Put `text` where `path` is; where that fails, what lay there stays as it was. Raises OSError.
+    """Write `text` to `path`; if that fails, a file that was there stays unchanged. Raises OSError.
 
-    What is no plain file, as a pipe, and what lies in a folder that takes no new file, is written in its place.
+    A path that is no plain file, such as a pipe, or whose folder takes no new file, is written in place.
     """
     path = path.resolve()
     if (path.exists() and not path.is_file()) or not os.access(path.parent, os.W_OK):

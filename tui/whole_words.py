@@ -1,4 +1,4 @@
-"""What a crew is told of recordings that were put together: what nobody has, what was left out, what was guessed."""
+"""Sentences for the crew about merged recordings: frames missing everywhere, left out, or dated by a guess."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -8,34 +8,35 @@ from gcs_plugin.fetch.one_clock import Step
 from identify.ingest.unheard import clock
 
 TOLD: Final = 3
-"""Of many, as many are told one by one."""
+"""Number of entries that are named individually if there are many."""
 
 
 def lacking_words(holes: Sequence[Hole], lost: int) -> str:
-    """`58 s of it, from 0:18 on, nobody has`; "" where nothing shows that anything lacks."""
+    """`58 s of it, from 0:18 on, nobody has`; "" if nothing shows that frames are missing."""
     longest = sorted(sorted(holes, key=lambda hole: -hole.length_s)[:TOLD], key=lambda hole: hole.after_s)
-    told = [f"{hole.length_s:.0f} s of it, from {clock(hole.after_s)} on" for hole in longest]
+    parts = [f"{hole.length_s:.0f} s of it, from {clock(hole.after_s)} on" for hole in longest]
     if len(holes) > len(longest):
-        told.append(f"{len(holes) - len(longest)} shorter times")
+        parts.append(f"{len(holes) - len(longest)} shorter times")
     if lost:
-        told.append(f"{lost} {'single frames' if lost > 1 else 'single frame'}")
-    return f"{_listed(told)}, nobody has" if told else ""
+        parts.append(f"{lost} {'single frames' if lost > 1 else 'single frame'}")
+    return f"{_listed(parts)}, nobody has" if parts else ""
 
 
 def steps_words(steps: Sequence[Step], begins_us: int) -> str:
-    """`It was set by -60.0 s at 1:00 of the dive; each part is dated by itself`; "" where it went on evenly."""
+    """`It was set, or began anew, by -60.0 s at 1:00 of the dive; each part is dated by itself`; "" if the clock went
+    on evenly."""
     if not steps:
         return ""
-    told = [
+    parts = [
         f"by {step.by_us * 1e-6:+.1f} s at {clock((step.at_us - begins_us) * 1e-6)}" for step in steps[:TOLD]
     ]
     if len(steps) > TOLD:
-        told.append(f"{len(steps) - TOLD} times more")
-    return f"It was set, or began anew, {_listed(told)} of the dive; each part is dated by itself"
+        parts.append(f"{len(steps) - TOLD} times more")
+    return f"It was set, or began anew, {_listed(parts)} of the dive; each part is dated by itself"
 
 
 def beyond_words(beyond: int) -> str:
-    """What was left out for its time; "" for nothing."""
+    """Number of frames left out because of their time; "" for none."""
     if not beyond:
         return ""
     were = "frame of it was" if beyond == 1 else "frames of it were"
@@ -44,7 +45,7 @@ def beyond_words(beyond: int) -> str:
 
 
 def guessed_words(guessed: int) -> str:
-    """What has no date of its own; "" for nothing."""
+    """Number of frames that are dated by a guess; "" for none."""
     if not guessed:
         return ""
     return (

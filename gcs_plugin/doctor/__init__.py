@@ -1,6 +1,6 @@
-"""The doctor: findings on links, clocks, disk and sensors; in the water, on thrusters and mountings.
+"""The doctor: checks links, clocks, disk and sensors, and in the water also thrusters and mountings.
 
-`findings` what it says; `observe` listens; `checks` judges what was heard, `identity` of whom; `wet_record`, `pulses`,
-`response`, `turns`, `wet`, `latency` are the wet doctor's, pure but for `pulse_run`, which asks the vehicle
-for the pulses.
+`findings` defines its results; `observe` listens to a link; `checks` judges what arrived, `identity` which vehicle
+sent it; `wet_record`, `pulses`, `response`, `turns`, `wet`, `latency` make the wet check, without I/O except for
+`pulse_run`, which sends the orders to the vehicle.
 """

@@ -1,4 +1,4 @@
-"""The dry doctor: each check judges one thing that was heard, and says it in a sentence."""
+"""The dry doctor: each check judges one aspect of the traffic heard and reports it in a sentence."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -22,12 +22,12 @@ DISK_WARN_BYTES: Final = 500_000_000
 DISK_FAIL_BYTES: Final = 20_000_000
 RATE_TOLERANCE: Final = 0.8
 OF_A_MISSION: Final = ("tau_cmd", "nu_fb", "nu_ref")
-EXTRAS: Final = ("esc", "gnss")  # devices that nobody misses unless a vehicle file names them
+EXTRAS: Final = ("esc", "gnss")  # optional devices, expected only if the vehicle file names them
 
 
 @dataclass(frozen=True, slots=True)
 class Expected:
-    """One line of the telemetry contract: the least rate of a signal, and which device must be aboard for it."""
+    """A line of the telemetry contract: a signal's least rate, and the device that must be aboard to send it."""
 
     signal: str
     label: str
@@ -55,7 +55,7 @@ CONTRACT: Final = (
 
 
 def check_heartbeat(observed: Observed) -> Finding:
-    """Whether a vehicle beats on the link, now."""
+    """Whether a vehicle sends heartbeats on the link now."""
     beats = observed.arrivals.get("alive", [])
     if not observed.frames:
         return fail(
@@ -77,7 +77,7 @@ def check_heartbeat(observed: Observed) -> Finding:
 
 
 def check_loss(observed: Observed) -> Finding:
-    """How much of what was sent is seen here."""
+    """Share of the frames sent that were lost on the way, for the sender with the largest loss."""
     if observed.health.left_out:
         return warn("loss", f"{observed.link}: {CROWDED}; find out who does")
     sources = [s for s in observed.health.sources if s.received + s.lost >= 20]
@@ -95,7 +95,7 @@ def check_loss(observed: Observed) -> Finding:
 
 
 def check_timesync(observed: Observed) -> Finding:
-    """Whether the vehicle tells its time, and how quickly."""
+    """Whether the vehicle answers TIMESYNC, and how quickly."""
     if not observed.time_answers:
         return warn(
             "time", f"{observed.link}: nobody answers TIMESYNC, latencies can't be told; update the bridge"
@@ -110,13 +110,13 @@ def check_timesync(observed: Observed) -> Finding:
 
 
 def check_date(observed: Observed) -> Finding:
-    """Whether vehicle and ground agree on the date."""
+    """Whether the vehicle's date agrees with the ground's."""
     clocks = observed.arrivals.get("clock", [])
     if not clocks:
         return warn("date", "no SYSTEM_TIME arrived, the recording's date is the ground's alone")
     last = clocks[-1]
-    there_s = last.reading.values[0] + observed.ended_s - last.time_s
-    apart_s = there_s - observed.unix_s
+    vehicle_unix_s = last.reading.values[0] + observed.ended_s - last.time_s
+    apart_s = vehicle_unix_s - observed.unix_s
     if abs(apart_s) > CLOCK_WARN_S:
         way = "ahead of" if apart_s > 0 else "behind"
         return warn(
@@ -126,7 +126,7 @@ def check_date(observed: Observed) -> Finding:
 
 
 def check_disk(free_bytes: int, place: str) -> Finding:
-    """Whether there is room for a dive's recording."""
+    """Whether the disk has room for a dive's recording."""
     sentence = f"{place}: {free_bytes / 1e9:.1f} GB free"
     if free_bytes < DISK_FAIL_BYTES:
         return fail("disk", f"{sentence}, not enough for a dive; free some space")
@@ -136,7 +136,7 @@ def check_disk(free_bytes: int, place: str) -> Finding:
 
 
 def check_signal(observed: Observed, expected: Expected, vehicle: Vehicle | None) -> Finding | None:
-    """Rate and age of one signal of the contract; None where this vehicle does not carry its device."""
+    """Rate and age of a signal of the contract; None if this vehicle does not carry the device for it."""
     if vehicle is not None and expected.device and expected.device not in vehicle.sensors.present():
         return None
     arrivals = observed.arrivals.get(expected.signal, [])
@@ -164,7 +164,7 @@ def check_signal(observed: Observed, expected: Expected, vehicle: Vehicle | None
 
 
 def check_bottom_lock(observed: Observed) -> Finding | None:
-    """How often the DVL sees the bottom; None without a DVL."""
+    """Share of the DVL's pings with bottom lock; None without a DVL."""
     arrivals = observed.arrivals.get("dvl", [])
     if not arrivals:
         return None
@@ -176,7 +176,7 @@ def check_bottom_lock(observed: Observed) -> Finding | None:
 
 
 def check_gravity(observed: Observed) -> Finding | None:
-    """Whether the IMU at rest feels gravity, upwards; None without an IMU."""
+    """Whether the IMU at rest measures an upward specific force of 1 g; None without an IMU."""
     arrivals = observed.arrivals.get("imu", [])
     if not arrivals:
         return None
@@ -200,7 +200,7 @@ def check_gravity(observed: Observed) -> Finding | None:
 
 
 def check_parameters(read_all: Callable[[], dict[str, float]]) -> Finding:
-    """Whether the vehicle's parameters can be read; `read_all` raises SeatrialError where not."""
+    """Whether the vehicle's parameters can be read; `read_all` raises SeatrialError if not."""
     try:
         values = read_all()
     except SeatrialError as error:
@@ -216,9 +216,9 @@ def dry_findings(
     others: Sequence[Finding] = (),
     configuration: str | None = None,
 ) -> list[Finding]:
-    """Every check in the order in which a crew would ask; where nothing beats, only what still makes sense.
+    """Run every check, in the order in which a crew would ask; if nothing arrived, only those that still make sense.
 
-    `configuration` is the one that the user named.
+    `configuration` is the configuration that the user named.
     """
     first = check_heartbeat(observed)
     disk = check_disk(free_bytes, place)
@@ -232,14 +232,14 @@ def dry_findings(
         ]
     optional += [check_signal(observed, expected, vehicle) for expected in CONTRACT]
     optional += [check_bottom_lock(observed), check_gravity(observed)]
-    found = [finding for finding in optional if finding is not None]
+    sensor_findings = [finding for finding in optional if finding is not None]
     return [
         first,
         check_loss(observed),
         check_timesync(observed),
         check_date(observed),
         disk,
-        *found,
+        *sensor_findings,
         *others,
     ]
 

@@ -1,4 +1,4 @@
-"""What the doctor says: a name, a level and a sentence."""
+"""The doctor's results: a name, a level and a sentence each."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from typing import Any
 
 
 class Level(Enum):
-    """How bad it is; the value is the word that a user reads."""
+    """How bad a finding is; the value is the word that a user reads."""
 
     OK = "ok"
     WARN = "warning"
@@ -16,7 +16,7 @@ class Level(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One result; `confidence` runs from 0 to 1, None where there is nothing to weigh."""
+    """A single result; `confidence` runs from 0 to 1, None if the check weighs no evidence."""
 
     name: str
     level: Level
@@ -43,6 +43,6 @@ def fail(name: str, sentence: str, confidence: float | None = None) -> Finding:
 
 
 def worst(findings: Iterable[Finding]) -> Level:
-    """The worst level of all; ok for none."""
+    """The worst level of all findings; OK if there are none."""
     levels = {finding.level for finding in findings}
     return next((level for level in (Level.FAIL, Level.WARN) if level in levels), Level.OK)

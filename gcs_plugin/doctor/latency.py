@@ -1,8 +1,8 @@
-"""How late each sensor is: its responses against the thrust that was commanded, through a first-order model.
+"""Estimate each sensor's latency from its response to the commanded thrust, through a first-order model.
 
-A speed answers a force F as x' = F - x / T. The time constant T of the real vehicle is not known, so it is
-fitted with the latency, over all pulses at once: for each pair the best gain and offset follow by least
-squares. Only axes without a righting moment are used: surge, sway and heave for the DVL, yaw for the gyros.
+A speed x responds to a force F as x' = F - x / T. The time constant T of the real vehicle is unknown, so it is fitted
+together with the latency over all pulses at once; for each pair, the best gain and offset follow by least squares.
+Only axes without a righting moment are used: surge, sway and heave for the DVL, yaw for the gyros.
 """
 
 from collections.abc import Callable, Sequence
@@ -29,14 +29,14 @@ TIME_CONSTANTS_S: Final = (0.2, 0.5, 1.2, 3.0, 8.0)
 LOG_TAU: Final = (-2.5, 3.5)
 BEFORE_S: Final = 0.5
 AFTER_S: Final = 1.2
-LEAST_SHARE: Final = 0.3  # of the largest expected response: weaker pulses tell nothing of timing
+LEAST_SHARE: Final = 0.3  # of the largest expected response: weaker pulses give no timing
 LATE_S: Final = 0.05
 EDGE_STD_S: Final = 0.004  # how well the edges of the pulses and the thrusters' lag are known
 
 
 @dataclass(frozen=True, slots=True)
 class Latency:
-    """How late one sensor's readings are against their own time stamps; `std_s` from the curvature of the fit."""
+    """How late a sensor's readings are against their own time stamps; `std_s` from the curvature of the fit."""
 
     sensor: str
     latency_s: float
@@ -46,11 +46,11 @@ class Latency:
 def latencies(
     vehicle: Vehicle, configuration: Configuration, curve: Curve, record: WetRecord, diagnosis: Diagnosis
 ) -> list[Latency]:
-    """The latency of every sensor that spoke, with the thrusters and mountings that the diagnosis found."""
+    """Estimate the latency of every sensor with data, using the thrusters and mountings found by the diagnosis."""
     want = response.expected(vehicle, configuration, curve, diagnosis.pulses)
     lag_s = vehicle.thrust_curve.lag_s
     series = {"dvl": record.velocity, "imu": record.rate, "fog": record.fog}
-    found = []
+    estimates = []
     for sensor, values in series.items():
         if values is None or sensor not in diagnosis.turn:
             continue
@@ -59,26 +59,26 @@ def latencies(
         directions = _directions(expected, diagnosis, sensor)
         latency = _fit(true, diagnosis.pulses, directions, lag_s)
         if latency is not None:
-            found.append(Latency(sensor, *latency))
-    return found
+            estimates.append(Latency(sensor, *latency))
+    return estimates
 
 
 def _directions(expected: Array, diagnosis: Diagnosis, sensor: str) -> Array:
-    """(pulses, k) which way each pulse moves the sensor, zero where too little to tell a time from."""
+    """Direction (pulses, k) in which each pulse moves the sensor; zero if the response is too small to show a time."""
     channels = np.arange(len(diagnosis.pulses))
-    own = diagnosis.sign[:, None] * expected[channels, diagnosis.thruster_of]
+    effect = diagnosis.sign[:, None] * expected[channels, diagnosis.thruster_of]
     if sensor == "imu":
-        own = own * np.array([0.0, 0.0, 1.0])
-    size = np.linalg.norm(own, axis=1)
+        effect = effect * np.array([0.0, 0.0, 1.0])
+    size = np.linalg.norm(effect, axis=1)
     strong = (size > LEAST_SHARE * size.max(initial=0.0)) & diagnosis.responds & (size > 0)
-    unit = own / np.maximum(size, 1e-12)[:, None]
+    unit = effect / np.maximum(size, 1e-12)[:, None]
     return np.where(strong[:, None], unit, 0.0)
 
 
 def _fit(
     series: Series, pulses: Sequence[Pulse], directions: Array, lag_s: float
 ) -> tuple[float, float] | None:
-    """Latency and its standard deviation, None where no pulse tells one."""
+    """Latency and its standard deviation; None if no pulse shows it, or the fit ends at the edge of the range."""
     stretches = []
     for pulse, direction in zip(pulses, directions, strict=True):
         part = series.between(pulse.start_s - BEFORE_S, pulse.end_s + AFTER_S)
@@ -105,7 +105,7 @@ def _fit(
 
 
 def _curvature(function: Callable[[Array], float], x: Array) -> Array:
-    """(2, 2) second derivatives by central differences."""
+    """Second derivatives (2, 2) by central differences."""
     steps = np.diag([0.005, 0.1])
     second = np.empty((2, 2))
     for i in range(2):
@@ -117,7 +117,7 @@ def _curvature(function: Callable[[Array], float], x: Array) -> Array:
 
 
 def _unexplained(stretch: tuple[Pulse, Array, Array], shift_s: float, tau_s: float, lag_s: float) -> float:
-    """Sum of squares left of one stretch after the best gain and offset."""
+    """Sum of squares left in a stretch after the best gain and offset."""
     pulse, time_s, value = stretch
     shape = speed_shape(time_s - pulse.start_s - shift_s, pulse.end_s - pulse.start_s, tau_s, lag_s)
     shape, value = shape - shape.mean(), value - value.mean()
@@ -126,7 +126,7 @@ def _unexplained(stretch: tuple[Pulse, Array, Array], shift_s: float, tau_s: flo
 
 
 def speed_shape(time_s: Array, on_s: float, tau_s: float, lag_s: float) -> Array:
-    """x' = F - x / tau at `time_s` after F rose to 1 through a lag, to fall back after `on_s`."""
+    """Response of x' = F - x / tau at `time_s`, after F rose to 1 through a lag, to fall back after `on_s`."""
     return _step_response(time_s, tau_s, lag_s) - _step_response(time_s - on_s, tau_s, lag_s)
 
 
@@ -140,7 +140,7 @@ def _step_response(time_s: Array, tau_s: float, lag_s: float) -> Array:
 
 
 def latency_findings(found: Sequence[Latency]) -> list[Finding]:
-    """The latencies in sentences."""
+    """Describe the latencies in sentences."""
     sentences = []
     for latency in found:
         name, label = f"{latency.sensor} latency", LABELS[latency.sensor]

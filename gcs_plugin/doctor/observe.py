@@ -1,4 +1,4 @@
-"""Listening: what a link says for a while, and how a vehicle answers TIMESYNC."""
+"""Listen to a link for a while, and measure how a vehicle answers TIMESYNC."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -22,7 +22,7 @@ ASK_TIME_EVERY_S: Final = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """A reading with the ground's own time of its arrival."""
+    """A reading and when it arrived, by the ground's clock."""
 
     time_s: float
     reading: Reading
@@ -30,7 +30,7 @@ class Arrival:
 
 @dataclass(frozen=True, slots=True)
 class TimeAnswer:
-    """One TIMESYNC exchange: the ground's clock halfway, the vehicle's clock, and how long it took."""
+    """A TIMESYNC exchange: the ground's clock halfway, the vehicle's clock, and the duration of the round trip."""
 
     ground_s: float
     vehicle_s: float
@@ -44,9 +44,9 @@ class TimeAnswer:
 
 @dataclass
 class Observed:
-    """What one link said. `arrivals` by signal; `unix_s` is the ground's Unix time when the listening ended.
+    """The traffic heard on a link. `arrivals` by signal; `unix_s` is the ground's Unix time when the listening ended.
 
-    `twins` says that two vehicles share one address, "" where none do.
+    `twins` says that two vehicles share an address, "" if none do.
     """
 
     link: str
@@ -61,7 +61,7 @@ class Observed:
     unix_s: float = 0.0
 
     def take(self, frame: Frame, now_s: float) -> None:
-        """Note one frame."""
+        """Take a frame into account."""
         self.frames += 1
         reading = decode_reading(frame)
         if reading is not None and frame.system != GROUND_STATION[0]:
@@ -74,7 +74,7 @@ class Observed:
             message = decode(frame)
             if message is not None and message.tc1 != 0 and frame.system != GROUND_STATION[0]:
                 sent_s = message.ts1 / 1e9
-                # Someone else's exchange, or one of before: not an answer to this listening.
+                # A reply to another ground station, or to a request from before this listening, does not count.
                 if 0.0 <= now_s - sent_s <= 10.0:
                     halfway_s = (now_s + sent_s) / 2
                     self.time_answers.append(TimeAnswer(halfway_s, message.tc1 / 1e9, now_s - sent_s))
@@ -86,14 +86,14 @@ def observe(
     duration_s: float,
     on_frame: Callable[[Frame], None] = lambda _: None,
 ) -> Observed:
-    """Listen for `duration_s`, asking for the time every half second."""
+    """Listen for `duration_s`, sending a TIMESYNC request every half second."""
     observed, health, framer, twins = Observed(link.name), LinkHealth(), Framer(), Twins(link)
     encoder = Encoder(*GROUND_STATION)
     start_s = ask_s = clock.boot_s()
     while (now_s := clock.boot_s()) - start_s < duration_s:
         if now_s >= ask_s:
             ask_s = now_s + ASK_TIME_EVERY_S
-            # Zero would read as an answer's echo of nothing.
+            # A zero could be taken for an empty reply.
             link.write(encoder.encode(dialect.MAVLink_timesync_message(0, max(1, round(now_s * 1e9)))))
         for frame in framer.feed(link.read(POLL_S)):
             arrived_s = clock.boot_s()

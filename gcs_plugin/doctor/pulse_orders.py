@@ -1,4 +1,4 @@
-"""How a vehicle is told to turn one thruster: MAV_CMD_DO_MOTOR_TEST, once, or over and over for ArduSub."""
+"""Order a vehicle to turn a thruster by MAV_CMD_DO_MOTOR_TEST: once per pulse, or repeatedly for ArduSub."""
 
 import math
 from dataclasses import dataclass
@@ -17,14 +17,14 @@ STICK_CENTRE: Final = 500  # of MANUAL_CONTROL's z
 
 @dataclass(frozen=True, slots=True)
 class MotorTest:
-    """One order: `thruster` counts from 0; the vehicle goes back to neutral by itself after `timeout_s`."""
+    """An order: `thruster` counts from 0; the vehicle returns to neutral by itself after `timeout_s`."""
 
     thruster: int
     pwm_us: float
     timeout_s: float
 
     def message(self, system: int, component: int, first: int = 1) -> dialect.MAVLink_command_long_message:
-        """The order as COMMAND_LONG: motors count from `first` there, in the order of the vehicle's file."""
+        """Encode the order as COMMAND_LONG: motors count from `first` there, in the order of the vehicle's file."""
         return dialect.MAVLink_command_long_message(
             system,
             component,
@@ -41,7 +41,7 @@ class MotorTest:
 
 
 class Orders(Protocol):
-    """Messages that make an order, and those that keep a vehicle in its motor test between orders."""
+    """Makes the messages of an order, and those that keep a vehicle in its motor test between orders."""
 
     def order(self, test: MotorTest, now_s: float) -> list[Any]: ...
 
@@ -49,7 +49,7 @@ class Orders(Protocol):
 
 
 class OneOrder:
-    """One message an order: the vehicle ends each test by itself."""
+    """Sends a single message per order: the vehicle ends each test by itself."""
 
     def __init__(self, target: tuple[int, int]) -> None:
         self._target = target
@@ -64,10 +64,10 @@ class OneOrder:
 
 
 class ArduSubOrders:
-    """ArduSub's motors count from 0, and it knows no time: an order holds until the next, and where none comes for
-    0.5 s it disarms itself (ArduSub/motors.cpp). So every order is repeated, and neutral between them.
+    """Repeats every order, and neutral between orders, because ArduSub ignores the timeout and counts motors from 0.
 
-    Its failsafes want a pilot and a ground station too, and it tells its outputs only twice a second unless asked.
+    In ArduSub an order holds until the next, and without an order for 0.5 s it disarms itself (ArduSub/motors.cpp).
+    Its failsafes also expect a pilot and a ground station, and it sends its outputs only twice a second unless asked.
     """
 
     def __init__(self, target: tuple[int, int]) -> None:
@@ -102,6 +102,6 @@ class ArduSubOrders:
 
 
 def orders_for(autopilot: int, target: tuple[int, int]) -> Orders:
-    """How the component `target` that beats with this MAV_AUTOPILOT takes orders."""
+    """The kind of orders for component `target`, whose heartbeat has this MAV_AUTOPILOT."""
     ardupilot = autopilot == dialect.MAV_AUTOPILOT_ARDUPILOTMEGA
     return ArduSubOrders(target) if ardupilot else OneOrder(target)

@@ -1,7 +1,7 @@
-"""Running the pulses of a wet check: one thruster at a time, stopped at any sign of trouble.
+"""Run the pulses of a wet check: one thruster at a time, stopped at any sign of trouble.
 
-The vehicle stops each pulse by itself when its time is up or no order comes, so that a dead link leaves no
-thruster running.
+The vehicle ends each pulse by itself when its time is up or no order comes, so a dead link leaves no thruster
+running.
 """
 
 from collections.abc import Callable
@@ -53,7 +53,7 @@ class _State(Enum):
 
 
 class PulseRun:
-    """The schedule as a pure state machine; `trouble` says why it stopped early, "" where it did not."""
+    """The schedule of pulses as a state machine without I/O; `trouble` says why it stopped early, "" if it did not."""
 
     def __init__(self, planned: tuple[PlannedPulse, ...], start_s: float) -> None:
         self._planned = planned
@@ -71,11 +71,11 @@ class PulseRun:
 
     @property
     def progress(self) -> tuple[int, int]:
-        """Pulses over, pulses in all."""
+        """Number of finished pulses, and of all pulses."""
         return self._index, len(self._planned)
 
     def on_heartbeat(self, armed: bool, state: int, time_s: float) -> list[MotorTest]:
-        """The vehicle beat; anything but armed and well stops the run."""
+        """Handle a heartbeat of the vehicle; any state except armed and well stops the run."""
         self._last_beat_s = time_s
         if self.done:
             return []
@@ -86,7 +86,7 @@ class PulseRun:
         return []
 
     def on_answer(self, result: int, time_s: float) -> list[MotorTest]:
-        """A COMMAND_ACK to the motor test arrived."""
+        """Handle a COMMAND_ACK to the motor test."""
         if self._state is not _State.ASKED:
             return []
         if result != dialect.MAV_RESULT_ACCEPTED:
@@ -95,7 +95,7 @@ class PulseRun:
         return []
 
     def tick(self, time_s: float) -> list[MotorTest]:
-        """What to order now."""
+        """Return the orders to send now."""
         if self.done:
             return []
         if time_s - self._last_beat_s > SILENCE_S:
@@ -108,12 +108,12 @@ class PulseRun:
             return self._stop("the vehicle does not answer the motor test")
         self._tries += 1
         self._state, self._asked_s = _State.ASKED, time_s
-        # An order whose answer was lost may have run: let it settle before the next try.
+        # An order whose answer was lost may have run: let the vehicle settle before the next try.
         self._due_s = time_s + self._pulse.duration_s + max(ANSWER_S, LEAST_GAP_S)
         return [MotorTest(self._pulse.thruster, self._pulse.pwm_us, self._pulse.duration_s)]
 
     def stop(self, sentence: str) -> list[MotorTest]:
-        """Stop now, as when the operator says so."""
+        """Stop now, for example because the operator asks for it."""
         return [] if self.done else self._stop(sentence)
 
     @property
@@ -138,7 +138,7 @@ class PulseRun:
 
 
 def confirm(vehicle_name: str, typed: str | None) -> None:
-    """Thrusters turn only for one who typed the vehicle's name. Raises ConfigError otherwise."""
+    """Allow thrusters to turn only if the vehicle's name was typed. Raises ConfigError otherwise."""
     if typed != vehicle_name:
         wrong = f"'{typed}' is not this vehicle's name; " if typed else ""
         raise ConfigError(
@@ -155,10 +155,10 @@ def run_pulses(
     settle_s: float = LEAST_GAP_S,
     on_progress: Callable[[int, int], None] = lambda *_: None,
 ) -> list[Frame]:
-    """Run the pulses with the vehicle `target` (system, component): what turns its thrusters.
+    """Run the pulses with the vehicle `target` (system, component), the component that turns its thrusters.
 
-    Every frame that its system sent meanwhile: a companion may read its sensors. `confirm` comes before it.
-    Raises LinkError where the vehicle refused, or where the run had to be stopped.
+    Returns every frame that its system sent meanwhile, since a companion may read its sensors. Call `confirm` first.
+    Raises LinkError if the vehicle refused, or the run had to be stopped.
     """
     framer, encoder = Framer(), Encoder(*GROUND_STATION)
     run = PulseRun(planned, clock.boot_s())
@@ -210,13 +210,13 @@ def run_pulses(
 
 
 def _orders_of(frame: Frame, target: tuple[int, int]) -> Orders | None:
-    """How the vehicle takes orders, by its HEARTBEAT; None for another frame."""
+    """The kind of orders that the vehicle takes, by its HEARTBEAT; None for another frame."""
     message = decode(frame) if frame.message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT else None
     return None if message is None else orders_for(message.autopilot, target)
 
 
 def _words(frame: Frame) -> list[str]:
-    """What a STATUSTEXT says."""
+    """Text of a STATUSTEXT; empty for another frame."""
     message = decode(frame) if frame.message_id == dialect.MAVLINK_MSG_ID_STATUSTEXT else None
     return [] if message is None else [printable(message.text)]
 

@@ -1,4 +1,4 @@
-"""The pulses of a wet check: one short push a thruster, kept small, with time to settle between them."""
+"""Plan the pulses of a wet check: one short push per thruster, kept small, with time to settle between them."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -22,7 +22,7 @@ LEAST_N: Final = 1.0
 
 @dataclass(frozen=True, slots=True)
 class PlannedPulse:
-    """One push: `thruster` counts from 0, `start_s` from the beginning of the check."""
+    """A single push: `thruster` counts from 0, `start_s` from the beginning of the check."""
 
     thruster: int
     start_s: float
@@ -34,8 +34,9 @@ class PlannedPulse:
 def pulses(vehicle: Vehicle, configuration: str, curve: Curve) -> tuple[PlannedPulse, ...]:
     """A rest, then each thruster forwards once; the next begins when the vehicle has had time to settle.
 
-    No pulse takes the vehicle beyond a slow walk of 0.15 m/s or 0.5 rad/s, or a thruster beyond a quarter
-    of its limit. Raises ConfigError for an unknown configuration or one without thrusters.
+    No pulse is planned to take the vehicle beyond a slow walk of 0.15 m/s or 0.5 rad/s, unless that is less than 1 N
+    of thrust, or a thruster beyond a quarter of its limit. Raises ConfigError for an unknown configuration or one
+    without thrusters.
     """
     shape = vehicle.configurations[vehicle.configuration_named(configuration)]
     count = len(shape.thrusters)

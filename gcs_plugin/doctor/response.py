@@ -1,8 +1,8 @@
-"""What a pulse does to a vehicle, expected and measured: small feature vectors, one a pulse and sensor.
+"""Response of a vehicle to a pulse, expected and measured: a small feature vector for each pulse and sensor.
 
-Expected comes from the linear model at rest, M nu_dot + D nu + G theta = B T: with the righting moment,
-because a roll or pitch after a pulse swings back within seconds. Only the first part of a response is used,
-while the sign is sure.
+The expected response comes from the linear model at rest, M nu_dot + D nu + G theta = B T, including the righting
+moment, because a roll or pitch after a pulse swings back within seconds. Only the first part of a response is used,
+while its sign is certain.
 """
 
 from collections.abc import Sequence
@@ -22,14 +22,15 @@ Array = NDArray[np.float64]
 STEP_S: Final = 0.01
 BASELINE_S: Final = 0.8
 WINDOWS: Final = {"dvl": (0.5, 1.2), "rate": (0.3, 0.6), "force": (0.1, 0.5), "fog": (0.3, 0.6)}
-ADDED_SHARE: Final = (1.3, 1.6, 2.0, 1.6, 1.6, 1.6)  # total over rigid-body mass where the file has no model
+ADDED_SHARE: Final = (1.3, 1.6, 2.0, 1.6, 1.6, 1.6)  # total over rigid-body mass if the file has no model
 DAMPING_TIME_S: Final = 3.0
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Simulated responses to one newton of each of n thrusters alone: `time_s` (k,) after the pulse began,
-    `nu` (k, n, 6), `force` (k, n, 3) the change of specific force.
+    """Simulated responses to one newton from each of n thrusters alone.
+
+    `time_s` (k,) since the pulse began, `nu` (k, n, 6), `force` (k, n, 3) the change of specific force.
     """
 
     time_s: Array
@@ -38,7 +39,7 @@ class Motion:
 
 
 def nominal(configuration: Configuration) -> tuple[Array, Array]:
-    """Total mass (6,) and linear damping (6,): the file's model where it has one, else a rule of thumb."""
+    """Total mass (6,) and linear damping (6,): from the file's model if it has values, otherwise by a rule of thumb."""
     rigid = [configuration.dry_mass_kg] * 3 + list(configuration.inertia_kgm2)
     mass = np.array([configuration.model.get(c.name, rigid[c.dof] * ADDED_SHARE[c.dof]) for c in MASSES])
     damping = [configuration.model.get(c.name, mass[c.dof] / DAMPING_TIME_S) for c in DAMPINGS]
@@ -46,7 +47,7 @@ def nominal(configuration: Configuration) -> tuple[Array, Array]:
 
 
 def motion(configuration: Configuration, on_s: float, lag_s: float) -> Motion:
-    """The linear responses to a pulse of `on_s`."""
+    """Simulate the linear responses to a pulse of `on_s`."""
     mass, damping = nominal(configuration)
     righting = np.zeros(6)
     weight = configuration.dry_mass_kg * GRAVITY_M_S2
@@ -61,7 +62,7 @@ def motion(configuration: Configuration, on_s: float, lag_s: float) -> Motion:
         nu_dot = (wrench * thrust - damping * nu[k - 1] - righting * angle) / mass
         nu[k] = nu[k - 1] + STEP_S * nu_dot
         angle += STEP_S * nu[k]
-        # Specific force: acceleration less gravity as the tilted body sees it, without its part at rest.
+        # Specific force: acceleration minus gravity as seen by the tilted body, without its value at rest.
         force[k] = nu_dot[:, :3]
         force[k, :, 0] += GRAVITY_M_S2 * angle[:, 4]
         force[k, :, 1] -= GRAVITY_M_S2 * angle[:, 3]
@@ -71,7 +72,7 @@ def motion(configuration: Configuration, on_s: float, lag_s: float) -> Motion:
 def expected(
     vehicle: Vehicle, configuration: Configuration, curve: Curve, pulses: Sequence[Pulse]
 ) -> dict[str, Array]:
-    """(pulses, thrusters, k) by sensor: what each pulse would do if it drove each thruster, forwards."""
+    """Response (pulses, thrusters, k) by sensor that each pulse would cause if it drove each thruster, forwards."""
     levers = {
         slot: np.array(device.mounting.position_m) for slot, device in vehicle.sensors.present().items()
     }
@@ -85,16 +86,16 @@ def expected(
         "fog": turning[..., 2:],
     }
     thrust_n = curve.thrust([pulse.pwm_us for pulse in pulses])
-    found = {}
+    features = {}
     for name, value in series.items():
         start_s, end_s = WINDOWS[name]
         inside = (moved.time_s >= start_s) & (moved.time_s < end_s)
-        found[name] = thrust_n[:, None, None] * value[inside].mean(axis=0)
-    return found
+        features[name] = thrust_n[:, None, None] * value[inside].mean(axis=0)
+    return features
 
 
 def measured(record: WetRecord, pulses: Sequence[Pulse]) -> dict[str, Array]:
-    """(pulses, k) by sensor: what each felt; NaN where it said nothing around a pulse."""
+    """Response (pulses, k) by sensor that each pulse caused; NaN if the sensor has no data around a pulse."""
     series = {"dvl": record.velocity, "rate": record.rate, "force": record.force, "fog": record.fog}
     return {
         name: np.array([_felt(values, pulse, WINDOWS[name]) for pulse in pulses])
@@ -104,12 +105,12 @@ def measured(record: WetRecord, pulses: Sequence[Pulse]) -> dict[str, Array]:
 
 
 def noise(record: WetRecord, pulses: Sequence[Pulse]) -> dict[str, Array]:
-    """(k,) by sensor: standard deviation of the same features in the rest before the first pulse, 0 where too short.
+    """Standard deviation (k,) by sensor of the same features at rest before the first pulse; 0 if too short.
 
-    It holds the sensor's noise and whatever else moves the vehicle.
+    It contains the sensor's noise and any other motion of the vehicle.
     """
     series = {"dvl": record.velocity, "rate": record.rate, "force": record.force, "fog": record.fog}
-    found = {}
+    std = {}
     for name, values in series.items():
         if values is None:
             continue
@@ -117,8 +118,8 @@ def noise(record: WetRecord, pulses: Sequence[Pulse]) -> dict[str, Array]:
         still = [Pulse(0, start_s, start_s, 0.0) for start_s in np.arange(first_s, last_s, 0.25)]
         felt = np.array([_felt(values, pulse, WINDOWS[name]) for pulse in still])
         felt = felt[np.isfinite(felt).all(axis=1)] if len(still) else felt
-        found[name] = felt.std(axis=0) if len(felt) > 3 else np.zeros(values.value.shape[1])
-    return found
+        std[name] = felt.std(axis=0) if len(felt) > 3 else np.zeros(values.value.shape[1])
+    return std
 
 
 def _felt(series: Series, pulse: Pulse, window: tuple[float, float]) -> Array:
@@ -130,7 +131,7 @@ def _felt(series: Series, pulse: Pulse, window: tuple[float, float]) -> Array:
 
 
 def rest_force(record: WetRecord, pulses: Sequence[Pulse]) -> Array | None:
-    """(3,) specific force before the first pulse, None where the IMU said nothing."""
+    """Specific force (3,) before the first pulse; None if the IMU has no data."""
     if record.force is None or not pulses:
         return None
     return record.force.mean(-np.inf, pulses[0].start_s)

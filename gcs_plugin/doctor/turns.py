@@ -21,7 +21,7 @@ def _all_turns() -> tuple[Array, ...]:
             matrix = np.zeros((3, 3))
             matrix[range(3), order] = signs
             turns.append(matrix)
-    # The identity first, then the proper turns, then the mirrors, each by how little they turn.
+    # The identity first, then the proper turns, then the mirrors, each sorted by how little they turn.
     return tuple(sorted(turns, key=lambda m: (bool(np.linalg.det(m) < 0), -np.trace(m))))
 
 
@@ -31,7 +31,7 @@ IDENTITY: Final = 0
 
 @dataclass(frozen=True, slots=True)
 class Correction:
-    """What the vehicle file should say of a mounting instead."""
+    """The values that the vehicle file should have for a mounting instead."""
 
     rotation_deg: Vector3
     signs: Vector3
@@ -42,7 +42,7 @@ def is_mirror(turn: Array) -> bool:
 
 
 def describe(turn: Array) -> str:
-    """How what is measured comes from what is true: `x shows -y, y shows x`."""
+    """Describe the measured axes by the true ones: `x shows -y, y shows x`."""
     parts = []
     for row, name in enumerate("xyz"):
         column = int(np.abs(turn[row]).argmax())
@@ -52,10 +52,9 @@ def describe(turn: Array) -> str:
 
 
 def corrected(mounting: Mounting, turn: Array) -> Correction:
-    """The mounting that undoes `turn`, where measured = turn @ true under the present `mounting`.
+    """Return the mounting that undoes `turn`, given measured = turn @ true under the present `mounting`.
 
-    The signs stay as they are for a turn; for a mirror one more of them changes, the one that leaves least
-    rotation.
+    The signs stay as they are for a turn. For a mirror one more sign changes: the choice that leaves least rotation.
     """
     matrix = turn.T @ np.array(mounting_matrix(mounting))
     now = np.array(mounting.signs)
@@ -70,7 +69,7 @@ def euler_deg(rotation: Array) -> Vector3:
     """Roll, pitch and yaw in degrees of Rz(yaw) Ry(pitch) Rx(roll)."""
     pitch = math.asin(max(-1.0, min(1.0, -rotation[2, 0])))
     if abs(rotation[2, 0]) > 1.0 - 1e-9:
-        # Straight up or down, roll and yaw are one angle: all of it is called yaw.
+        # Straight up or down, roll and yaw are the same angle: all of it is called yaw.
         roll, yaw = 0.0, math.atan2(-rotation[0, 1], rotation[1, 1])
     else:
         roll = math.atan2(rotation[2, 1], rotation[2, 2])

@@ -1,10 +1,9 @@
-"""The wet doctor: which thrusters are swapped, reversed or dead, and how DVL, IMU and gyro are really mounted.
+"""The wet doctor: finds swapped, reversed or dead thrusters, and the true mountings of DVL, IMU and gyro.
 
-Every hypothesis is tried: 48 ways to mount the DVL, 48 for the IMU, two for the fibre-optic gyro, and for
-each the assignment of channels to thrusters, forwards or reversed, that explains the pulses best (a linear
-assignment problem, so none is missed). A hypothesis pays for what it leaves unexplained, and for each fault
-that it claims: the simplest story that fits wins. How far the next best story is behind gives the
-confidence.
+Every hypothesis is tried: 48 ways to mount the DVL, 48 for the IMU, two for the fibre-optic gyro, and for each the
+assignment of channels to thrusters, forwards or reversed, that explains the pulses best (a linear assignment problem,
+so none is missed). A hypothesis pays for the response it leaves unexplained and for each fault that it claims: the
+simplest explanation that fits wins. Its distance to the next best explanation gives the confidence.
 """
 
 from collections.abc import Sequence
@@ -41,9 +40,10 @@ LABELS: Final = {"dvl": "DVL", "imu": "IMU", "fog": "fibre-optic gyro"}
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """What the pulses tell. `thruster_of` (channels,) which thruster each channel drives, `sign` (channels,) +1 or -1;
-    `responds` (channels,) bool; `turn` by sensor, measured = turn @ true; `confidence` by `thruster N` and
-    sensor.
+    """The best explanation of the pulses.
+
+    `thruster_of` (channels,) is the thruster that each channel drives, `sign` (channels,) +1 or -1; `responds`
+    (channels,) bool; `turn` by sensor, measured = turn @ true; `confidence` by `thruster N` and sensor.
     """
 
     pulses: tuple[Pulse, ...]
@@ -55,15 +55,15 @@ class Diagnosis:
 
 
 def diagnose(vehicle: Vehicle, configuration: Configuration, curve: Curve, record: WetRecord) -> Diagnosis:
-    """The best explanation of a wet check. Raises LogError where a thruster had no pulse, or no sensor spoke."""
+    """Find the best explanation of a wet check. Raises LogError if a thruster had no pulse, or no sensor has data."""
     pulses = _one_pulse_each(find_pulses(record.pwm), len(configuration.thrusters))
     felt = response.measured(record, pulses)
     if not felt:
         raise LogError("no sensor said anything during the pulses; check that DVL, IMU or gyro are recorded")
     want = response.expected(vehicle, configuration, curve, pulses)
     scale = {name: _scale(felt[name], want[name]) for name in felt}
-    noise, rest = response.noise(record, pulses), response.rest_force(record, pulses)
-    evidence = _Evidence(felt, want, noise, scale, rest)
+    noise, rest_force = response.noise(record, pulses), response.rest_force(record, pulses)
+    evidence = _Evidence(felt, want, noise, scale, rest_force)
     dvl = [_cost(evidence, "dvl", turn) for turn in turns.TURNS]
     imu = [_imu_cost(evidence, turn) for turn in turns.TURNS]
     fog = [_cost(evidence, "fog", np.array([[sign]])) for sign in (1.0, -1.0)]
@@ -81,18 +81,18 @@ def _one_pulse_each(pulses: Sequence[Pulse], thrusters: int) -> tuple[Pulse, ...
 
 
 def _scale(felt: Array, want: Array) -> float:
-    """How much larger what was felt is than expected: the same under any turn, swap or reversal."""
-    own = want[np.arange(len(want)), np.arange(len(want))]
+    """Ratio of the measured to the expected response, which no turn, swap or reversal changes."""
+    in_place = want[np.arange(len(want)), np.arange(len(want))]
     good = np.isfinite(felt).all(axis=1)
-    size = np.sqrt((own[good] ** 2).sum())
+    size = np.sqrt((in_place[good] ** 2).sum())
     return float(np.sqrt((felt[good] ** 2).sum()) / size) if size > 0 and good.any() else 1.0
 
 
 @dataclass(frozen=True)
 class _Evidence:
-    """What the pulses did and were expected to do, by sensor: `felt` (channels, k), `want` (channels, thrusters, k),
-    `noise` (k,), `scale` how much larger it came out over all; `rest` (3,) the specific force before the
-    first.
+    """Responses to the pulses by sensor: measured `felt` (channels, k) and expected `want` (channels, thrusters, k).
+
+    `noise` (k,); `scale`: overall ratio of measured to expected; `rest` (3,): specific force before the first pulse.
     """
 
     felt: dict[str, Array]
@@ -107,10 +107,10 @@ class _Evidence:
 
 
 def _cost(evidence: _Evidence, name: str, turn: Array) -> Array:
-    """(channels, thrusters, 3) what stays unexplained if a sensor sits so: forwards, reversed, dead.
+    """Unexplained response (channels, thrusters, 3) if a sensor is mounted with `turn`: forwards, reversed, dead.
 
-    Each axis counts in units of what the model may be wrong by, and of the noise. Mass and inertia are
-    known only roughly, so each axis may have a gain of its own, within limits.
+    Each axis counts in units of the model's error and the noise. Mass and inertia are known only roughly, so each
+    axis may have its own gain, within limits.
     """
     count = evidence.channels
     if name not in evidence.felt:
@@ -119,15 +119,15 @@ def _cost(evidence: _Evidence, name: str, turn: Array) -> Array:
     true = evidence.felt[name] @ turn / evidence.scale[name]
     sigma = evidence.noise[name] @ np.abs(turn) / evidence.scale[name]
     good = np.isfinite(true).all(axis=1)
-    own = want[np.arange(count), np.arange(count)]
+    in_place = want[np.arange(count), np.arange(count)]
     rms_felt = np.sqrt((true[good] ** 2).mean(axis=0)) if good.any() else np.ones(true.shape[1])
-    rms_want = np.sqrt((own**2).mean(axis=0))
+    rms_want = np.sqrt((in_place**2).mean(axis=0))
     whole = np.sqrt((rms_want**2).sum()) + 1e-12
     gain = np.clip(rms_felt / np.maximum(rms_want, 0.05 * whole), 1 / AXIS_GAIN_LIMIT, AXIS_GAIN_LIMIT)
     unit = np.sqrt((MODEL_ERROR * rms_want) ** 2 + (CROSS_TALK * whole) ** 2 + (sigma / gain) ** 2)
     stories = np.stack([want, -want, np.zeros_like(want)], axis=-1)
     off = ((true / gain)[:, None, :, None] - stories) / unit[None, None, :, None]
-    # Beyond a few units it is wrong, and how wrong tells no more.
+    # Beyond a few units the explanation is wrong; a larger distance adds no information.
     left = (off**2 / (1.0 + off**2 / WRONG)).sum(axis=2)
     left[~good] = 0.0
     return np.asarray(WEIGHTS[name] * left)
@@ -142,7 +142,7 @@ def _imu_cost(evidence: _Evidence, turn: Array) -> Array:
 
 
 def _penalty(count: int) -> Array:
-    """(channels, thrusters, 3) what a claim costs: nothing for what the file says."""
+    """Cost (channels, thrusters, 3) of each claim; zero if it agrees with the vehicle file."""
     penalty = np.full((count, count, 3), THRUSTER_FAULT)
     same = np.eye(count, dtype=bool)
     penalty[same, 0] = 0.0
@@ -189,25 +189,25 @@ def _search(
         confidence[f"thruster {channel + 1}"] = _confidence(
             _second_best(combined, int(channel), int(thruster_of[channel]), int(story[channel])) - bare
         )
-    found = {"dvl": turns.TURNS[d], "imu": turns.TURNS[i], "fog": np.array([[1.0 - 2.0 * f]])}
+    turns_found = {"dvl": turns.TURNS[d], "imu": turns.TURNS[i], "fog": np.array([[1.0 - 2.0 * f]])}
     present = {"dvl": "dvl" in felt, "imu": "rate" in felt, "fog": "fog" in felt}
-    turn = {name: matrix for name, matrix in found.items() if present[name]}
+    turn = {name: matrix for name, matrix in turns_found.items() if present[name]}
     sign = np.where(story == BACKWARDS, -1.0, 1.0)
     return Diagnosis(pulses, thruster_of, sign, story != DEAD, turn, confidence)
 
 
 def _scores(dvl: list[Array], imu: list[Array], fog: list[Array], penalty: Array) -> Array:
-    """(dvl, imu, fog) the cost of the best assignment under each hypothesis.
+    """Cost (dvl, imu, fog) of the best assignment under each hypothesis.
 
-    Where a bound shows that it can't come within `FAR` of the best, the bound stands for it.
+    If a lower bound shows that a hypothesis can't come within `FAR` of the best, its score is that bound.
     """
     score = np.empty((len(dvl), len(imu), len(fog)))
     left = np.array(imu)
     claims = np.array([_claim(index) for index in range(len(imu))])
-    for d, own in enumerate(dvl):
-        for f, other in enumerate(fog):
-            # Every channel must drive some thruster, so the sum of the cheapest is no more than the cost.
-            cheapest = (left + (own + other + penalty)).min(axis=(2, 3))
+    for d, dvl_cost in enumerate(dvl):
+        for f, fog_cost in enumerate(fog):
+            # Every channel must drive some thruster, so the sum of the cheapest choices is a lower bound of the cost.
+            cheapest = (left + (dvl_cost + fog_cost + penalty)).min(axis=(2, 3))
             score[d, :, f] = cheapest.sum(axis=1) + claims + _claim(d) + (MOUNTING_FAULT if f else 0.0)
     best = np.inf
     for flat in np.argsort(score, axis=None):
@@ -223,60 +223,60 @@ def _scores(dvl: list[Array], imu: list[Array], fog: list[Array], penalty: Array
 
 
 def _second_best(combined: Array, channel: int, thruster: int, story: int) -> float:
-    """The cost of the best story in which this channel does something else."""
-    other = combined.copy()
-    other[channel, thruster, story] = 1e6
-    cheapest = other.min(axis=2)
+    """Cost of the best explanation in which this channel does something else."""
+    without = combined.copy()
+    without[channel, thruster, story] = 1e6
+    cheapest = without.min(axis=2)
     rows, columns = linear_sum_assignment(cheapest)
     return float(cheapest[rows, columns].sum())
 
 
 def _confidence(margin: float) -> float:
-    """From the distance to the next best story, as a log-likelihood ratio: 0.63 where it is 2 units worse."""
+    """Confidence from the distance to the next best explanation, as a log-likelihood ratio: 0.63 at a distance of 2."""
     return float(1.0 - np.exp(-0.5 * max(margin, 0.0)))
 
 
 def findings(diagnosis: Diagnosis, vehicle: Vehicle) -> list[Finding]:
-    """The diagnosis in sentences, with what to do."""
-    found = []
+    """Describe the diagnosis in sentences, with advice."""
+    sentences = []
     for channel in range(len(diagnosis.pulses)):
-        found.append(_thruster_finding(diagnosis, channel))
+        sentences.append(_thruster_finding(diagnosis, channel))
     for sensor, turn in diagnosis.turn.items():
-        found.append(_mounting_finding(diagnosis, vehicle, sensor, turn))
-    return found
+        sentences.append(_mounting_finding(diagnosis, vehicle, sensor, turn))
+    return sentences
 
 
 def _thruster_finding(diagnosis: Diagnosis, channel: int) -> Finding:
     name = f"thruster {channel + 1}"
-    sure = diagnosis.confidence[name]
+    conf = diagnosis.confidence[name]
     if not diagnosis.responds[channel]:
-        return fail(name, f"{name} moved nothing; check its power, its lead and its propeller", sure)
-    other, backwards = int(diagnosis.thruster_of[channel]), diagnosis.sign[channel] < 0
-    if other == channel and not backwards:
-        if sure < SURE:
-            return warn(name, f"{name} seems right, but its pulse was too weak to be sure", sure)
-        return ok(name, f"{name} is where the vehicle file has it, and pushes forwards", sure)
+        return fail(name, f"{name} moved nothing; check its power, its lead and its propeller", conf)
+    driven, backwards = int(diagnosis.thruster_of[channel]), diagnosis.sign[channel] < 0
+    if driven == channel and not backwards:
+        if conf < SURE:
+            return warn(name, f"{name} seems right, but its pulse was too weak to be sure", conf)
+        return ok(name, f"{name} is where the vehicle file has it, and pushes forwards", conf)
     trouble = []
-    if other != channel:
-        swapped = int(diagnosis.thruster_of[other]) == channel
+    if driven != channel:
+        swapped = int(diagnosis.thruster_of[driven]) == channel
         how = "are swapped" if swapped else "do not agree: the first drives the second"
-        trouble.append(f"{name} and thruster {other + 1} {how}; swap their signal leads")
+        trouble.append(f"{name} and thruster {driven + 1} {how}; swap their signal leads")
     if backwards:
         trouble.append(
             f"{name} pushes backwards; swap two of its motor leads, or turn its direction in the file"
         )
     sentence = "; ".join(trouble)
-    return fail(name, sentence, sure) if sure >= SURE else warn(name, f"it seems that {sentence}", sure)
+    return fail(name, sentence, conf) if conf >= SURE else warn(name, f"it seems that {sentence}", conf)
 
 
 def _mounting_finding(diagnosis: Diagnosis, vehicle: Vehicle, sensor: str, turn: Array) -> Finding:
-    sure, label = diagnosis.confidence[sensor], LABELS[sensor]
+    conf, label = diagnosis.confidence[sensor], LABELS[sensor]
     if np.array_equal(turn, np.eye(len(turn))):
-        if sure < SURE:
+        if conf < SURE:
             return warn(
-                sensor, f"{label}: its mounting seems right, but the pulses were too weak to be sure", sure
+                sensor, f"{label}: its mounting seems right, but the pulses were too weak to be sure", conf
             )
-        return ok(sensor, f"{label}: its mounting is right", sure)
+        return ok(sensor, f"{label}: its mounting is right", conf)
     device = getattr(vehicle.sensors, sensor)
     mounting = device.mounting if device is not None else Mounting()
     if sensor == "fog":
@@ -288,4 +288,4 @@ def _mounting_finding(diagnosis: Diagnosis, vehicle: Vehicle, sensor: str, turn:
         sentence = (
             f"{label}: {turns.describe(turn)}; set its mounting to rotation_deg [{angles}], signs [{signs}]"
         )
-    return fail(sensor, sentence, sure) if sure >= SURE else warn(sensor, f"it seems that {sentence}", sure)
+    return fail(sensor, sentence, conf) if conf >= SURE else warn(sensor, f"it seems that {sentence}", conf)

@@ -1,4 +1,4 @@
-"""What a wet check needs of a recording: thruster commands and what each sensor felt, on the vehicle's clock."""
+"""Extract the data of a wet check from a recording: thruster commands and sensor readings, on the vehicle's clock."""
 
 import math
 from collections.abc import Iterable
@@ -28,13 +28,13 @@ Rows = list[tuple[float, tuple[float, ...]]]
 
 @dataclass(frozen=True)
 class Series:
-    """Samples in order of time: `time_s` (n,) boot time of validity, `value` (n, k) SI."""
+    """Samples in order of time: `time_s` (n,) boot time of validity, `value` (n, k) in SI units."""
 
     time_s: Array
     value: Array
 
     def mean(self, start_s: float, end_s: float) -> Array | None:
-        """(k,) mean in [start_s, end_s), None where there is no sample."""
+        """Mean (k,) in [start_s, end_s); None without a sample."""
         inside = (self.time_s >= start_s) & (self.time_s < end_s)
         return np.asarray(self.value[inside].mean(axis=0)) if inside.any() else None
 
@@ -45,9 +45,8 @@ class Series:
 
 @dataclass(frozen=True)
 class WetRecord:
-    """One wet check. `pwm` (n, thrusters) us; body axes as configured: `velocity` (n, 3) at the DVL's transducer,
-    `force` and `rate` (n, 3) of the IMU, `fog` (n, 1) yaw rate. None for a sensor that said nothing.
-    """
+    """The data of a wet check. `pwm` (n, thrusters) us; in body axes as configured: `velocity` (n, 3) at the DVL's
+    transducer, `force` and `rate` (n, 3) of the IMU, `fog` (n, 1) yaw rate. None for a sensor without data."""
 
     pwm: Series
     velocity: Series | None = None
@@ -58,7 +57,7 @@ class WetRecord:
 
 @dataclass(frozen=True, slots=True)
 class Pulse:
-    """One thruster alone off neutral: `thruster` counts from 0."""
+    """A stretch with a single thruster off neutral: `thruster` counts from 0."""
 
     thruster: int
     start_s: float
@@ -67,9 +66,10 @@ class Pulse:
 
 
 def record_of(frames: Iterable[Frame], thrusters: int) -> WetRecord:
-    """The wet check in a vehicle's frames. Raises LogError where the thruster commands are missing.
+    """Extract the wet check from a vehicle's frames. Raises LogError if the thruster commands are missing.
 
-    Where the autopilot tells the commands and a companion the sensors, both clocks are brought to the latter's.
+    If the autopilot sends the commands and a companion the sensor readings, the commands are put on the companion's
+    clock.
     """
     rows: dict[str, Rows] = {}
     servos = _Servos(thrusters)
@@ -98,7 +98,7 @@ def record_of(frames: Iterable[Frame], thrusters: int) -> WetRecord:
 
 
 class _Servos:
-    """ArduPilot's SERVO_OUTPUT_RAW of output port 0: its time is 32 bits of microseconds, which wrap after 71.6 min."""
+    """ArduPilot's SERVO_OUTPUT_RAW of output port 0, whose 32-bit microseconds wrap around after 71.6 min."""
 
     def __init__(self, thrusters: int) -> None:
         self._thrusters = thrusters
@@ -108,11 +108,11 @@ class _Servos:
         self._ahead_s: list[float] = []
 
     def sensor_told(self, frame: Frame, time_s: float) -> None:
-        """A sensor's reading of `time_s` came."""
+        """Note the sender and time of a sensor reading."""
         self._sensor = frame.component, time_s
 
     def take(self, frame: Frame) -> None:
-        """A SERVO_OUTPUT_RAW came."""
+        """Take a SERVO_OUTPUT_RAW."""
         message = decode_message(frame)
         if message is None or message.port != 0:
             return
@@ -126,7 +126,8 @@ class _Servos:
             self._ahead_s.append(time_s - self._sensor[1])
 
     def rows(self) -> Rows:
-        """Times and pulse widths, on the clock of whoever told the sensors: what arrives together was said together."""
+        """Times and pulse widths on the clock of the sensor readings; messages that arrive together count as one
+        time."""
         ahead_s = median(self._ahead_s) if self._ahead_s else 0.0
         return [(time_s - ahead_s, values) for time_s, values in self._rows]
 
@@ -141,7 +142,7 @@ def _series(rows: Rows, columns: slice) -> Series | None:
 
 
 def find_pulses(pwm: Series) -> list[Pulse]:
-    """The stretches in which one thruster alone was commanded: a command holds from its own time to the next's."""
+    """Find the stretches with a single thruster off neutral; a command holds until the time of the next."""
     off = np.abs(pwm.value - NEUTRAL_US) > OFF_NEUTRAL_US
     lone = np.where(off.sum(axis=1) == 1, off.argmax(axis=1), -1)
     pulses: list[Pulse] = []
@@ -149,7 +150,7 @@ def find_pulses(pwm: Series) -> list[Pulse]:
     for index in range(1, len(lone) + 1):
         if index < len(lone) and lone[index] == lone[start]:
             continue
-        # Only what begins and ends within the record has known edges.
+        # Only a stretch that begins and ends within the record has known edges.
         if lone[start] >= 0 and start > 0 and index < len(lone):
             edges = (pwm.time_s[start], pwm.time_s[index])
             level = float(np.median(pwm.value[start:index, lone[start]]))

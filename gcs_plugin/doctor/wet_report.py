@@ -1,4 +1,4 @@
-"""From the frames of a wet check, live or recorded, to findings."""
+"""Turn the frames of a wet check, live or recorded, into findings."""
 
 from collections.abc import Iterable
 
@@ -12,7 +12,7 @@ from gcs_plugin.doctor.wet_record import record_of
 
 
 def wet_findings(file: VehicleFile, configuration: str, frames: Iterable[Frame]) -> list[Finding]:
-    """Thrusters, mountings and latencies. Raises LogError where the frames hold no wet check."""
+    """Findings on thrusters, mountings and latencies. Raises LogError if the frames hold no wet check."""
     vehicle = file.vehicle
     shape = vehicle.configurations[vehicle.configuration_named(configuration)]
     curve = thrust_curve(vehicle.thrust_curve, file.path.parent)

@@ -1,1 +1,1 @@
-"""Fetching: what the vehicle kept of a dive and the ground never heard, over the same link."""
+"""Fetch the parts of a dive that the vehicle recorded and the ground never heard, over the same link."""

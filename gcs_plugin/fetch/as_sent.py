@@ -1,6 +1,6 @@
-"""Frames of several recorders in the order in which each sender sent them: its sequence numbers tell.
+"""Put the merged frames of several recorders into the order in which each sender sent them, by its sequence numbers.
 
-Two recorders date one frame by milliseconds apart, so that by their stamps alone neighbours may change places.
+Two recorders stamp the same frame milliseconds apart, so the stamps alone may swap neighbouring frames.
 """
 
 from collections import defaultdict
@@ -11,13 +11,13 @@ from bridge.framing import MAGIC_2
 
 WITHIN_US: Final = 250_000
 NEAR: Final = 64
-"""Frames that one may have been overtaken by; a number farther back is of a sender that started anew, or of the next
-round of 256."""
+"""How many frames of its sender may have overtaken a frame. A number farther back means that the sender restarted, or
+belongs to the next round of 256."""
 SEQUENCES: Final = 256
 
 
 def as_sent(records: Iterable[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
-    """Records whose stamps rise, in us, with the frames of each sender in its order; every stamp stays in its place."""
+    """Sort records with rising stamps, in us, so that each sender's frames follow its sequence; stamps stay put."""
     out: list[tuple[int, bytes]] = []
     tails: dict[tuple[int, int], list[int]] = defaultdict(list)
     for stamp_us, raw in records:
@@ -40,10 +40,10 @@ def as_sent(records: Iterable[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
 
 
 def sender(raw: bytes) -> tuple[int, int]:
-    """System and component of a whole frame."""
+    """System and component of a complete frame."""
     return (raw[5], raw[6]) if raw[0] == MAGIC_2 else (raw[3], raw[4])
 
 
 def sequence(raw: bytes) -> int:
-    """The sequence number of a whole frame."""
+    """Sequence number of a complete frame."""
     return raw[4] if raw[0] == MAGIC_2 else raw[2]

@@ -1,4 +1,4 @@
-"""The fetching over a link: thin I/O around the pure machine."""
+"""Run a `Fetching` over a link: this module reads, writes and times out; the protocol is in `fetching`."""
 
 from collections.abc import Callable
 from typing import Final
@@ -30,11 +30,11 @@ def fetch(
 ) -> None:
     """Drive `fetching` over `link` until it is done. Every wait is a read of the link with a timeout.
 
-    Raises LinkTimeout where the vehicle answers nothing for `patience_s`, LinkError for what it can't give: what was
-    fetched stays, and the next time goes on from there.
+    Raises LinkTimeout if the vehicle gives no useful answer for `patience_s`, and LinkError if it can't deliver. The
+    bytes fetched so far are kept, and the next fetch resumes after them.
     """
     encoder, framer = Encoder(*GROUND_STATION), Framer()
-    beat_s = told_s = clock.boot_s()
+    beat_s = report_s = clock.boot_s()
     while not fetching.done:
         now_s = clock.boot_s()
         out = [encoder.frame(_FTP, bytes((0, *vehicle)) + packet.encode()) for packet in fetching.tick(now_s)]
@@ -49,8 +49,8 @@ def fetch(
             target, payload = frame.payload[:_TARGET_BYTES], frame.payload[_TARGET_BYTES:]
             if target == bytes((0, *GROUND_STATION)):
                 fetching.on_packet(decode(payload), clock.boot_s())
-        if clock.boot_s() >= told_s:
-            told_s = clock.boot_s() + TELL_EVERY_S
+        if clock.boot_s() >= report_s:
+            report_s = clock.boot_s() + TELL_EVERY_S
             progress(fetching)
         if clock.boot_s() - fetching.heard_s > patience_s:
             raise LinkTimeout(

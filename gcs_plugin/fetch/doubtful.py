@@ -1,41 +1,43 @@
-"""What in a segment no checksum of a frame speaks for: only the vehicle can tell whether it has the same there."""
+"""Find the bytes of a segment that no frame's checksum confirms: only the vehicle can say whether it has the same."""
 
 from collections import Counter
 
 from bridge.tlog import STAMP_BYTES, next_record
 
 Stretch = tuple[int, int]
-"""Where it begins, and how many bytes it has."""
+"""Offset and length in bytes."""
 
 
 def doubtful(data: bytes) -> list[Stretch]:
-    """What is no intact record, in its order: damage, stamps that can be none, and frames of a kind that nobody knows.
+    """Return all stretches that are no intact records, by offset: damage, impossible stamps, unknown frame types.
 
-    A ring writes whole records in a row, so that most segments have none.
+    A ring writes complete records back to back, so most segments have no such stretch.
     """
-    found: list[Stretch] = []
+    stretches: list[Stretch] = []
     position, passed = 0, Counter[str]()
     while (record := next_record(data, position, passed)) is not None:
         end, stamp_us, frame = record
-        begins = end - len(frame.raw) - (0 if stamp_us is None else STAMP_BYTES)
-        sound = begins if frame.known else end
-        if sound > position:
-            found.append((position, sound - position))
+        frame_begins = end - len(frame.raw) - (0 if stamp_us is None else STAMP_BYTES)
+        intact_from = frame_begins if frame.known else end
+        if intact_from > position:
+            stretches.append((position, intact_from - position))
         position = end
     if position < len(data):
-        found.append((position, len(data) - position))
-    return found
+        stretches.append((position, len(data) - position))
+    return stretches
 
 
 def damaged_before(data: bytes) -> list[int]:
-    """Before which of its intact records, by their number from 0, something is damaged; how many there are where it is
-    the end that is. What was only cut is no damage."""
-    found: list[int] = []
+    """For each damaged place, return the number, from 0, of the intact record after it.
+
+    For damage at the end this is the number of all records. A file that was only cut off counts as undamaged.
+    """
+    numbers: list[int] = []
     position, number, counts = 0, 0, Counter[str]()
     while True:
         known = counts["checksum"]
         record = next_record(data, position, counts)
-        found += [number] * (counts["checksum"] - known)
+        numbers += [number] * (counts["checksum"] - known)
         if record is None:
-            return found
+            return numbers
         position, number = record[0], number + 1

@@ -1,8 +1,9 @@
-"""The fetching of segments: the list, then each one's bytes in order, then its checksum.
+"""Fetch segments from the vehicle: the list, then the bytes of each segment in order, then its checksum.
 
-Pure but for the mirror on the disk, which always holds a beginning without a hole: whoever is cut off, killed or has
-the vehicle start anew goes on where that ends. No answer is trusted: one that nobody asked for means nothing, and only
-what brings the end nearer counts as heard, so that no vehicle keeps the ground at it with words alone.
+Does no I/O except to the mirror on disk. The mirror always holds the beginning of a segment without a gap, so a fetch
+resumes at its end after a lost link, a killed program or a restart of the vehicle. No answer is trusted: an answer
+without a request is ignored, and only progress counts as hearing the vehicle, so a vehicle can't keep the ground busy
+with answers that bring nothing.
 """
 
 from collections.abc import Callable, Hashable
@@ -17,9 +18,9 @@ from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.requests import MOST_AT_ONCE, Requests
 
 MOST_TRIES: Final = 3
-"""Of a segment whose checksum is wrong."""
+"""How often a segment may arrive with a wrong checksum."""
 MOST_AHEAD: Final = 1 << 18
-"""Bytes that may wait in memory for one that lacks before them."""
+"""Bytes that may wait in memory for an earlier piece that is still missing."""
 SUM_BYTES: Final = 4
 
 
@@ -33,10 +34,10 @@ class _Stage(Enum):
 
 
 class Fetching:
-    """Brings what `choose` names of the vehicle's segments into `mirror`.
+    """Fetch the segments that `choose` picks from the vehicle's list into `mirror`.
 
-    Send what `tick` gives, hand every packet that comes to `on_packet`, until it is `done`. `fault` is why it can't go
-    on, "" for nothing. `heard_s` is when it last came nearer to its end.
+    Send the packets of `tick` and pass every packet received to `on_packet`, until `done`. `fault` says why the fetch
+    failed; "" means no failure. `heard_s` is the time of its last progress.
     """
 
     def __init__(self, mirror: Mirror, choose: Callable[[Listing], Listing], now_s: float) -> None:
@@ -59,27 +60,27 @@ class Fetching:
 
     @property
     def done(self) -> bool:
-        """Whether there is nothing more to fetch, or it can't be fetched."""
+        """Whether everything is fetched, or the fetch failed."""
         return self._stage is _Stage.DONE
 
     @property
     def held_bytes(self) -> int:
-        """How much of what was chosen is there."""
+        """How many bytes of the chosen segments are in the mirror."""
         return self._held
 
     @property
     def total_bytes(self) -> int:
-        """How much was chosen."""
+        """Size of the chosen segments, in bytes."""
         return sum(size for _, size in self.chosen)
 
     def tick(self, now_s: float) -> list[Packet]:
-        """What is to be sent now."""
+        """Return the packets to send now."""
         if self._stage is _Stage.READ:
             self._ask_reads()
         return self._requests.tick(now_s)
 
     def on_packet(self, packet: Packet, now_s: float) -> None:
-        """A packet of the vehicle came. Raises LogError where the disk takes nothing."""
+        """Handle a packet from the vehicle. Raises LogError if the disk can't be written."""
         key = self._requests.answered(packet, now_s)
         if key is None:
             return
@@ -118,19 +119,19 @@ class Fetching:
             self._ask_list()
 
     def _begin(self) -> None:
-        """The list is there. Raises LogError where nothing of it is wanted, or it has no room."""
+        """Choose segments once the list is complete. Raises LogError if none is wanted, or the disk is too small."""
         listing = self._listed.listing()
         self.chosen = self._choose(listing)
         if listing:
             self._newest = listing[-1][0]
         self._held = sum(min(self._mirror.size(segment.name), size) for segment, size in self.chosen)
-        # What lacks, and as much as all of it for the recording that is made of it.
+        # The missing bytes, plus the size of all segments for the recording that is made from them.
         self._mirror.need(2 * self.total_bytes - self._held)
         self._left = self.chosen[::-1]
         self._next()
 
     def _next(self) -> None:
-        """Begin the next segment of which something lacks, or ask whether one that is there is the vehicle's."""
+        """Begin the next segment: request an incomplete segment's missing bytes, or a complete segment's checksum."""
         self._requests.forget()
         self._pieces.clear()
         self._nearer()
@@ -148,8 +149,10 @@ class Fetching:
 
     @property
     def _is_growing(self) -> bool:
-        """Whether the vehicle may still write to it: then nobody knows the checksum of what was listed. What is whole
-        here was closed there, so that its checksum is asked for all the same."""
+        """Whether the vehicle may still write to this segment, so that the checksum of the listed bytes is unknown.
+
+        A segment that is complete here was closed on the vehicle, so its checksum is requested all the same.
+        """
         return self._segment == self._newest
 
     def _open(self) -> None:
@@ -178,8 +181,11 @@ class Fetching:
             self._open()
 
     def _doubt(self) -> None:
-        """No checksum tells yet whether what is there is the vehicle's: ask for the last of it, which shows whether it
-        is of the same file, then for all that is no intact frame."""
+        """Compare bytes of a growing segment with the vehicle's, because no checksum can confirm them yet.
+
+        The last bytes come first, to show whether this is still the same file; then everything that is not an intact
+        frame.
+        """
         name, size = self._segment.name, min(DATA_BYTES, self._kept)
         if self._doubted is None:
             self._doubted = self._mirror.doubtful(name)[::-1]
@@ -189,7 +195,7 @@ class Fetching:
         self._compare()
 
     def _compare(self) -> None:
-        """Ask for the next that is in doubt; where nothing is, read on."""
+        """Request the next doubtful bytes for comparison; when none are left, continue reading."""
         if self._doubted:
             at, size = self._doubted[-1]
             self._stage = _Stage.COMPARE
@@ -219,7 +225,7 @@ class Fetching:
             self._compare()
 
     def _drop(self) -> None:
-        """What is there of a segment is none of it."""
+        """Discard the bytes here of a segment: they are not the vehicle's."""
         self._held -= min(self._mirror.size(self._segment.name), self._size)
         self._mirror.drop(self._segment.name)
         self._kept = self._asked = 0
@@ -239,7 +245,7 @@ class Fetching:
         assert isinstance(key, tuple)
         offset, size = key
         if not granted:
-            if fault is Fault.SESSION:  # it started anew, or has forgotten us
+            if fault is Fault.SESSION:  # the vehicle restarted, or has forgotten this session
                 self._open()
             elif fault is Fault.NOT_FOUND:
                 self._gone()
@@ -257,7 +263,7 @@ class Fetching:
         self._keep()
 
     def _keep(self) -> None:
-        """Put on the disk what follows on what is there."""
+        """Write the pieces to disk that directly follow the bytes held."""
         ready = []
         at = self._kept
         while at in self._pieces:
@@ -273,14 +279,14 @@ class Fetching:
             self._finish()
 
     def _shrink(self, offset: int) -> None:
-        """The vehicle lost the end of it, as where its power went."""
+        """End the segment at `offset`: the vehicle lost the rest of it, for example in a power failure."""
         self._size = min(self._size, offset)
         self._asked = min(self._asked, self._size)
         if self._kept >= self._size:
             self._finish()
 
     def _finish(self) -> None:
-        """All bytes are there: of a segment that is closed the checksum is asked for."""
+        """All bytes have arrived: request the checksum, unless the segment is still growing."""
         self._requests.forget()
         self._pieces.clear()
         if self._is_growing:
@@ -295,9 +301,9 @@ class Fetching:
 
     def _on_sum(self, packet: Packet, granted: bool, fault: Fault) -> None:
         name = self._segment.name
-        there = self._mirror.is_whole(name)
+        complete = self._mirror.is_whole(name)
         if not granted:
-            if there:  # the vehicle can't tell any more; it could when it was fetched
+            if complete:  # the vehicle can no longer compute it; the checksum was right when this was fetched
                 self._next()
             elif fault is Fault.NOT_FOUND:
                 self._gone()
@@ -305,11 +311,11 @@ class Fetching:
                 self._ask_sum()
             return
         if packet.data[:SUM_BYTES] == self._mirror.checksum(name).to_bytes(SUM_BYTES, "little"):
-            if not there:
+            if not complete:
                 self._mirror.finish(name)
             self._next()
             return
-        if there:
+        if complete:
             self._held -= min(self._mirror.size(name), self._size)
             self._mirror.set_aside(name)
         else:
@@ -321,7 +327,7 @@ class Fetching:
             self._open()
 
     def _gone(self) -> None:
-        """The ring has let it go: what there is of it stays."""
+        """The ring has deleted the segment: keep the bytes fetched so far."""
         self._next()
 
     def _fail(self, fault: str) -> None:

@@ -1,4 +1,4 @@
-"""What nobody has of a dive: a vehicle that sent on while none of its frames was recorded."""
+"""Find the gaps in a dive: times at which the vehicle sent frames and no recording has any of them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,35 +17,35 @@ _SYSTEM_TIME: Final[int] = dialect.MAVLINK_MSG_ID_SYSTEM_TIME
 
 @dataclass(frozen=True)
 class Hole:
-    """`length_s` of a dive of which nobody has a frame, `after_s` after its first frame."""
+    """A gap of `length_s` in which no recording has a frame, beginning `after_s` after the dive's first frame."""
 
     after_s: float
     length_s: float
 
 
 def holes_in(records: Sequence[tuple[int, bytes]], source: tuple[int, int]) -> tuple[Hole, ...]:
-    """The holes in what is recorded of a vehicle's component, in its order, by stamps in Unix microseconds."""
-    own = [((stamp_us - records[0][0]) * 1e-6, raw) for stamp_us, raw in records if sender(raw) == source]
-    found = silences(
-        np.array([time_s for time_s, _ in own]),
-        np.array([_boot_s(raw) for _, raw in own]),
-        np.array([sequence(raw) for _, raw in own], np.int64),
+    """Return the gaps in the records of a vehicle's component, in recorded order, with stamps in Unix microseconds."""
+    frames = [((stamp_us - records[0][0]) * 1e-6, raw) for stamp_us, raw in records if sender(raw) == source]
+    gaps = silences(
+        np.array([time_s for time_s, _ in frames]),
+        np.array([_boot_s(raw) for _, raw in frames]),
+        np.array([sequence(raw) for _, raw in frames], np.int64),
     )
-    return tuple(Hole(silence.begins_s, silence.seconds) for silence in found)
+    return tuple(Hole(silence.begins_s, silence.seconds) for silence in gaps)
 
 
 def lost_in(records: Sequence[tuple[int, bytes]], source: tuple[int, int]) -> int:
-    """How many frames of a vehicle's component lack elsewhere, at the least: sequence numbers come again after 255."""
-    own = [(stamp_us, raw) for stamp_us, raw in records if sender(raw) == source]
+    """Count the component's frames missing outside the gaps; a lower bound, as sequence numbers wrap at 256."""
+    frames = [(stamp_us, raw) for stamp_us, raw in records if sender(raw) == source]
     return sum(
         (sequence(after) - sequence(before) - 1) % SEQUENCES
-        for (before_us, before), (after_us, after) in pairwise(own)
+        for (before_us, before), (after_us, after) in pairwise(frames)
         if after_us - before_us <= LEAST_S * 1e6 and after != before
     )
 
 
 def _boot_s(raw: bytes) -> float:
-    """The time since boot that a frame states; NaN for none."""
+    """Time since boot that a SYSTEM_TIME frame states, in s; NaN for any other frame."""
     if message_id_at(raw, 0) != _SYSTEM_TIME or (frame := frame_at(raw, 0, len(raw))) is None:
         return np.nan
     message = decode(frame)

@@ -1,4 +1,4 @@
-"""The vehicle's list of its segments, asked for piece by piece and believed as far as it can be true."""
+"""Collect the vehicle's list of its segments, requested piece by piece, and ignore entries that can't be true."""
 
 from typing import Final
 
@@ -10,12 +10,12 @@ Listing = list[tuple[Segment, int]]
 
 MOST_SEGMENTS: Final = 100_000
 MOST_BYTES: Final = 0xFFFFFFFF
-"""MAVLink FTP tells an offset in 32 bits: of a longer file nobody could ask for the end."""
+"""MAVLink FTP states an offset in 32 bits, so the end of a longer file can't be requested."""
 _SIZE_DIGITS: Final = 10
 
 
 class Listed:
-    """What was listed so far; `index` is that of the entry to ask for next."""
+    """The entries listed so far; `index` is the index of the next entry to request."""
 
     def __init__(self) -> None:
         self.index = 0
@@ -23,11 +23,11 @@ class Listed:
 
     @property
     def is_too_long(self) -> bool:
-        """Whether it lists more than any ring holds: then nobody knows whether it ends."""
+        """Whether the list is longer than any ring's, so that it may never end."""
         return len(self._sizes) > MOST_SEGMENTS
 
     def hear(self, packet: Packet) -> bool:
-        """An answer that grants the next entries came. Whether it brought a segment that was not listed yet."""
+        """Take an answer with the next entries. Return whether it brought a segment that was not listed yet."""
         if packet.offset != self.index:
             return False
         before = len(self._sizes)
@@ -46,5 +46,5 @@ class Listed:
         return len(self._sizes) > before
 
     def listing(self) -> Listing:
-        """The segments, oldest first."""
+        """Return the segments, oldest first."""
         return sorted(self._sizes.items())

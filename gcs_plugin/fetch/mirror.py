@@ -1,7 +1,7 @@
-"""What the ground has of vehicles' rings: each segment under its own name, so that no byte is fetched twice.
+"""The ground's copy of vehicles' rings: each segment under its own name, so that no byte is fetched twice.
 
-A segment that is not whole yet is a `.part`: the beginning of it, without a hole, whenever the program ends. A
-`.other-N` was whole under a name under which the vehicle now has something else.
+An incomplete segment is a `.part`: its beginning without a gap, whenever the program ends. A `.other-N` is a complete
+segment whose name the vehicle now uses for a different one.
 """
 
 import contextlib
@@ -25,16 +25,16 @@ LOCK: Final = "fetching.lock"
 
 
 class Mirror:
-    """Segments in `folder`, made where it is missing. Every method that writes raises LogError where it can't."""
+    """Segments in `folder`, which is created when needed. Every method that writes raises LogError if writing fails."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
 
     @contextlib.contextmanager
     def alone(self) -> Iterator[None]:
-        """While nobody else writes into it; the system lets go of it where a process is killed.
+        """Keep other processes from writing to the mirror; the system releases the lock if this process is killed.
 
-        Raises LogError where another does, or it can't be written.
+        Raises LogError if another process holds the lock, or the lock file can't be written.
         """
         with self._opened(LOCK) as file:
             if not locked(file.fileno()):
@@ -44,8 +44,11 @@ class Mirror:
             yield
 
     def _opened(self, name: str) -> BinaryIO:
-        """A file of the mirror, to be written at its end. Raises LogError, also where something else lies there: a
-        folder of somebody else's may hold a link out of it, or a pipe that nobody reads."""
+        """Open a file of the mirror for appending.
+
+        Raises LogError, also if something other than a regular file has this name: a folder that came from someone
+        else may hold a link that leads out of it, or a pipe that nobody reads.
+        """
         path = self._folder / name
         try:
             if self._folder.is_symlink():
@@ -60,8 +63,8 @@ class Mirror:
             raise _unwritten(path, error) from None
 
     def need(self, more: int) -> None:
-        """Raises LogError where the disk has no room for so many bytes more: a disk that is full records nothing."""
-        place = next(one for one in (self._folder, *self._folder.parents) if one.exists())
+        """Raise LogError if the disk has no room for `more` bytes: nothing can be recorded on a full disk."""
+        place = next(folder for folder in (self._folder, *self._folder.parents) if folder.exists())
         free = shutil.disk_usage(place).free
         if more > free:
             raise LogError(
@@ -70,11 +73,11 @@ class Mirror:
             )
 
     def path(self, name: str) -> Path:
-        """Where what there is of a segment lies."""
+        """Path of a segment: the complete file, otherwise its `.part`, which may not exist yet."""
         return self._folder / (name if self.is_whole(name) else name + PART)
 
     def size(self, name: str) -> int:
-        """How many of its first bytes are there. Raises LogError where what should hold them is no file."""
+        """How many of the segment's first bytes are here. Raises LogError if its path is not a regular file."""
         path = self.path(name)
         if not os.path.lexists(path):
             return 0
@@ -83,11 +86,11 @@ class Mirror:
         return path.stat().st_size
 
     def is_whole(self, name: str) -> bool:
-        """Whether all of it is there, and its checksum was right."""
+        """Whether the complete segment is here, with its checksum confirmed."""
         return is_own_file(self._folder / name)
 
     def append(self, name: str, data: bytes) -> None:
-        """The next bytes of it."""
+        """Append the next bytes of a segment."""
         path = self._folder / (name + PART)
         try:
             with self._opened(path.name) as file:
@@ -96,7 +99,7 @@ class Mirror:
             raise _unwritten(path, error) from None
 
     def checksum(self, name: str) -> int:
-        """MAVLink FTP's, of what there is."""
+        """Checksum of the bytes here, as MAVLink FTP computes it."""
         crc = 0
         with contextlib.suppress(FileNotFoundError), self.path(name).open("rb") as file:
             while data := file.read(PIECE_BYTES):
@@ -104,7 +107,7 @@ class Mirror:
         return crc
 
     def piece(self, name: str, at: int, size: int) -> bytes:
-        """Bytes of what there is. Raises LogError where it can't be read."""
+        """Read `size` bytes of a segment at offset `at`. Raises LogError if it can't be read."""
         path = self.path(name)
         try:
             with path.open("rb") as file:
@@ -114,7 +117,7 @@ class Mirror:
             raise _unread(path, error) from None
 
     def doubtful(self, name: str) -> list[Stretch]:
-        """What of it only the vehicle can speak for. Raises LogError where it can't be read."""
+        """Return the stretches that only the vehicle can confirm. Raises LogError if the segment can't be read."""
         path = self.path(name)
         try:
             size = path.stat().st_size
@@ -123,10 +126,10 @@ class Mirror:
             raise _unread(path, error) from None
 
     def finish(self, name: str) -> None:
-        """It is whole."""
+        """Mark a segment as complete."""
         path = self._folder / (name + PART)
         try:
-            # Of one that was begun and holds nothing there is no file yet.
+            # A segment that is empty so far has no file yet.
             with self._opened(path.name) as file:
                 os.fsync(file.fileno())
             path.replace(self._folder / name)
@@ -134,18 +137,18 @@ class Mirror:
             raise _unwritten(self._folder / name, error) from None
 
     def set_aside(self, name: str) -> None:
-        """Keep what is whole under another name: the vehicle has something else under this one."""
+        """Keep a complete segment under another name: the vehicle has a different segment under this name."""
         path = self._folder / name
-        others = (path.with_name(f"{name}.other-{number}") for number in count(1))
+        candidates = (path.with_name(f"{name}.other-{number}") for number in count(1))
         try:
-            path.rename(next(other for other in others if not other.exists()))
+            path.rename(next(candidate for candidate in candidates if not candidate.exists()))
         except OSError as error:
             raise LogError(
                 f"{path}: can't be set aside ({error.strerror}); check the disk and fetch again"
             ) from None
 
     def drop(self, name: str) -> None:
-        """Begin it anew."""
+        """Delete the incomplete segment, to begin it anew."""
         with contextlib.suppress(OSError):
             (self._folder / (name + PART)).unlink()
 

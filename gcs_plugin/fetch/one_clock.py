@@ -1,8 +1,8 @@
-"""A recording put on the clock of another, by what both hold: piece by piece, where its own clock steps.
+"""Put a recording on the clock of another by the frames that both hold, in pieces where its own clock steps.
 
-Where both have a frame, its time in the one minus its time in the other is at its least where the link was quickest,
-so that the least of every ten seconds is the difference of the clocks. A clock that was set, or that began anew with
-its vehicle, runs back or leaps between two frames: what stands before and after is compared by itself.
+The difference between a frame's two stamps is smallest when the link was quickest, so the smallest difference in
+every ten seconds is the offset between the clocks. A clock that was set, or that restarted with its vehicle, jumps
+back or ahead between two frames: the pieces before and after the jump are compared separately.
 """
 
 from bisect import bisect_left
@@ -22,25 +22,26 @@ from bridge.framing import decode, frame_at, message_id_at
 
 BLOCK_US: Final = 10_000_000
 BACK_US: Final = 50_000
-"""No recorder whose clock goes on dates a frame so much earlier than the one before it."""
+"""A recorder whose clock runs on never stamps a frame this much earlier than the frame before."""
 LEAP_US: Final = 200_000
-"""A longer time without a frame may be a clock that was set forward."""
+"""A longer time without a frame may mean that the clock was set ahead."""
 STEP_US: Final = 250_000
-"""A smaller step is not told from a link that is late."""
+"""A smaller step can't be distinguished from a late link."""
 EARLY_US: Final = 30_000_000
-"""Before most of its ten seconds, which a link may delay: that is another frame of the same bytes."""
+"""How far an offset may lie below the median of its ten seconds, as links delay frames. Beyond it, the match is a
+different frame with the same bytes."""
 COMPARED: Final = 20
-"""Frames before and after a step, at the most: how much the clocks differ is their median."""
+"""Number of common frames compared on each side of a step, at most; the clock offset is their median."""
 JITTER_S: Final = 2e-3
-"""Of the middle of what ten seconds say, at the least."""
+"""Least standard error of the median offset of ten seconds."""
 _SYSTEM_TIME: Final[int] = dialect.MAVLINK_MSG_ID_SYSTEM_TIME
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Kept:
-    """A frame of a recording: its number in it, the boot that its file is named for, its time by the recording's own
-    clock in Unix microseconds."""
+    """A frame of a recording: its number in it, the boot in the name of its file, its stamp in Unix microseconds by
+    the recording's own clock, and its bytes."""
 
     number: int
     boot: int
@@ -50,7 +51,7 @@ class Kept:
 
 @dataclass(frozen=True)
 class Anchor:
-    """A frame that both have: its place in the one recording, and how much later the other dates it."""
+    """A frame that both recordings have: its index in the one, and how much later the other stamps it."""
 
     place: int
     ahead_us: int
@@ -58,7 +59,7 @@ class Anchor:
 
 @dataclass(frozen=True)
 class Step:
-    """At `at_us` of the other clock this one was set by `by_us`, or began anew."""
+    """At time `at_us` of the other clock, this clock was set by `by_us`, or restarted."""
 
     at_us: int
     by_us: int
@@ -68,8 +69,8 @@ class Step:
 class OneClock:
     """When each frame was sent by the other clock, in us, never running back.
 
-    `clock`: that of the piece of which most is in common, against the other. `guessed`: how many frames are of pieces
-    without a frame in common, which begin where the one before ended.
+    `clock`: line of this clock against the other, from the piece with the most frames in common. `guessed`: number of
+    frames in pieces without a common frame; such a piece is placed at the end of the one before.
     """
 
     dated: list[int]
@@ -80,9 +81,12 @@ class OneClock:
 
 @dataclass(frozen=True)
 class _Offsets:
-    """How much the other clock is ahead at times of this one, both (n,) in us, by blocks of ten seconds: at the least,
-    and in the middle. The least dates what was stamped before it was sent; where both sides stamped what arrived, one
-    link is late as often as the other. `count`: of frames."""
+    """How far the other clock is ahead at times of this one, in us, each array (n,) over blocks of ten seconds.
+
+    `least` is the smallest offset in a block, `usual` the median. The least dates frames that were stamped before
+    they were sent; if both sides stamped frames on arrival, each link is late as often as the other. `count`: number
+    of frames.
+    """
 
     least_at_us: Array
     least_us: Array
@@ -92,42 +96,43 @@ class _Offsets:
 
     @property
     def line(self) -> ClockLine:
-        """What this clock is ahead, by the other's time."""
+        """Line of how far this clock is ahead of the other, over the other's time."""
         here_s, ahead_s = (self.usual_at_us + self.usual_us) * 1e-6, -self.usual_us * 1e-6
         return fit_clock(here_s, ahead_s, np.full(len(here_s), JITTER_S))
 
     def by_other(self, stamp_us: Array) -> Array:
-        """Times (n,) by the other clock; before the first and after the last frame in common by the drift."""
+        """Convert times (n,) to the other clock; extrapolate by the drift outside the common frames."""
         nearest_us = np.clip(stamp_us, self.least_at_us[0], self.least_at_us[-1])
         ahead_us = np.interp(nearest_us, self.least_at_us, self.least_us)
         return stamp_us + ahead_us - self.line.drift * (stamp_us - nearest_us)
 
 
 def put_on(kept: Sequence[Kept], anchors: Sequence[Anchor]) -> OneClock:
-    """Date a recording's frames, in the order in which they were recorded, by another's clock.
+    """Date the frames of a recording, in recorded order, by another recording's clock.
 
     `anchors`, at least one, rise by place.
     """
-    stamps = np.array([one.stamp_us for one in kept], np.float64)
+    stamps = np.array([item.stamp_us for item in kept], np.float64)
     cuts = _cuts(kept, anchors)
     pieces = list(zip([0, *cuts], [*cuts, len(kept)], strict=True))
     by_piece = [_between(anchors, begins, ends) for begins, ends in pieces]
-    offsets = [_offsets(kept, some) if some else None for some in by_piece]
+    offsets = [_offsets(kept, piece_anchors) if piece_anchors else None for piece_anchors in by_piece]
     dated = np.full(len(kept), np.nan)
-    for (begins, ends), found in zip(pieces, offsets, strict=True):
-        if found is not None:
-            dated[begins:ends] = found.by_other(stamps[begins:ends])
-    for (begins, ends), found in zip(pieces, offsets, strict=True):
-        if found is None:
+    for (begins, ends), offset in zip(pieces, offsets, strict=True):
+        if offset is not None:
+            dated[begins:ends] = offset.by_other(stamps[begins:ends])
+    for (begins, ends), offset in zip(pieces, offsets, strict=True):
+        if offset is None:
             dated[begins:ends] = _guessed(stamps[begins:ends], dated[:begins], dated[ends:])
-    known = [found for found in offsets if found is not None]
+    known = [offset for offset in offsets if offset is not None]
     guessed = sum(
-        ends - begins for (begins, ends), found in zip(pieces, offsets, strict=True) if found is None
+        ends - begins for (begins, ends), offset in zip(pieces, offsets, strict=True) if offset is None
     )
-    # A recording has no time before 1970, and one whose clock stands there may have heard the last first.
+    # No recording has a time before 1970, and a recorder whose clock stands there may have heard the last frame
+    # first.
     rising = np.maximum.accumulate(np.maximum(dated, 0.0))
     return OneClock(
-        [round(one) for one in rising.tolist()],
+        [round(item) for item in rising.tolist()],
         max(known, key=lambda one: one.count).line,
         tuple(_steps(kept, pieces, by_piece, rising)),
         guessed,
@@ -135,7 +140,7 @@ def put_on(kept: Sequence[Kept], anchors: Sequence[Anchor]) -> OneClock:
 
 
 def _guessed(stamps: Array, before: Array, after: Array) -> Array:
-    """A piece of which nobody else has a frame begins where the one before it ended, and ends before the next."""
+    """Date a piece without common frames: it begins at the end of the piece before and ends before the next."""
     begins_us = np.nanmax(before, initial=-np.inf)
     ends_us = np.nanmin(after, initial=np.inf)
     begins_us = begins_us if np.isfinite(begins_us) else ends_us
@@ -143,15 +148,15 @@ def _guessed(stamps: Array, before: Array, after: Array) -> Array:
 
 
 def _cuts(kept: Sequence[Kept], anchors: Sequence[Anchor]) -> list[int]:
-    """Before which frames another piece begins."""
-    places = [one.place for one in anchors]
+    """Return the indices of the frames at which a new piece begins."""
+    places = [frame.place for frame in anchors]
     ticks = _ticks(kept)
     ticked = [place for place, _, _ in ticks]
     cuts: list[int] = []
     for place in range(1, len(kept)):
-        one, before = kept[place], kept[place - 1]
-        passed_us = one.stamp_us - before.stamp_us
-        if one.boot != before.boot:
+        frame, previous = kept[place], kept[place - 1]
+        passed_us = frame.stamp_us - previous.stamp_us
+        if frame.boot != previous.boot:
             cuts.append(place)
         elif not -BACK_US <= passed_us <= LEAP_US:
             middle = bisect_left(places, place)
@@ -162,7 +167,7 @@ def _cuts(kept: Sequence[Kept], anchors: Sequence[Anchor]) -> list[int]:
             )
             if earlier and later:
                 by_us = _middle_us(later) - _middle_us(earlier)
-                # What comes after was not heard before.
+                # Common frames after the step were sent after those before it.
                 is_step = abs(by_us) > STEP_US and passed_us + by_us > -STEP_US
             else:
                 is_step = passed_us < -STEP_US or _is_set(ticks, bisect_left(ticked, place), passed_us)
@@ -172,28 +177,28 @@ def _cuts(kept: Sequence[Kept], anchors: Sequence[Anchor]) -> list[int]:
 
 
 def _is_set(ticks: Sequence[tuple[int, int, int]], after: int, passed_us: int) -> bool:
-    """Whether a vehicle's own clock says that another time passed than the recorder's does; `after`: which of its
-    words is the first after the leap."""
+    """Whether the vehicle's boot clock shows that another time passed than the recorder's clock says; `after`: index
+    of the first tick after the leap."""
     if not 0 < after < len(ticks):
         return False
     (_, before_us, before_boot_us), (_, after_us, after_boot_us) = ticks[after - 1], ticks[after]
     differs_us = (after_us - before_us) - (after_boot_us - before_boot_us)
-    # One that started anew since says nothing of the time before.
+    # A vehicle that restarted in between says nothing about the time before.
     return after_boot_us >= before_boot_us and abs(differs_us) > max(STEP_US, abs(passed_us) // 100)
 
 
 def _ticks(kept: Sequence[Kept]) -> list[tuple[int, int, int]]:
-    """The place, stamp and time since boot, both in us, of each word that one component says of its boot clock."""
-    found: dict[tuple[int, int], list[tuple[int, int, int]]] = defaultdict(list)
-    for place, one in enumerate(kept):
-        if message_id_at(one.raw, 0) != _SYSTEM_TIME:
+    """Index, stamp and time since boot, both in us, of each SYSTEM_TIME of the component that sent most of them."""
+    by_source: dict[tuple[int, int], list[tuple[int, int, int]]] = defaultdict(list)
+    for place, record in enumerate(kept):
+        if message_id_at(record.raw, 0) != _SYSTEM_TIME:
             continue
-        frame = frame_at(one.raw, 0, len(one.raw))
+        frame = frame_at(record.raw, 0, len(record.raw))
         message = decode(frame) if frame is not None else None
         if frame is not None and message is not None:
             boot_us = 1000 * message.time_boot_ms
-            found[frame.system, frame.component].append((place, one.stamp_us, boot_us))
-    return max(found.values(), key=len, default=[])
+            by_source[frame.system, frame.component].append((place, record.stamp_us, boot_us))
+    return max(by_source.values(), key=len, default=[])
 
 
 def _between(anchors: Sequence[Anchor], begins: int, ends: int) -> Sequence[Anchor]:
@@ -203,16 +208,16 @@ def _between(anchors: Sequence[Anchor], begins: int, ends: int) -> Sequence[Anch
 
 def _offsets(kept: Sequence[Kept], anchors: Sequence[Anchor]) -> _Offsets:
     blocks: dict[int, list[tuple[int, int]]] = defaultdict(list)
-    for one in anchors:
-        stamp_us = kept[one.place].stamp_us
-        blocks[stamp_us // BLOCK_US].append((one.ahead_us, stamp_us))
+    for anchor in anchors:
+        stamp_us = kept[anchor.place].stamp_us
+        blocks[stamp_us // BLOCK_US].append((anchor.ahead_us, stamp_us))
     usual = [
         (np.median([ahead_us for ahead_us, _ in block]), np.mean([at_us for _, at_us in block]))
         for block in blocks.values()
     ]
     least = sorted(
         (
-            min(one for one in block if one[0] >= middle_us - EARLY_US)
+            min(anchor for anchor in block if anchor[0] >= middle_us - EARLY_US)
             for block, (middle_us, _) in zip(blocks.values(), usual, strict=True)
         ),
         key=itemgetter(1),
@@ -232,14 +237,14 @@ def _steps(
     by_piece: Sequence[Sequence[Anchor]],
     dated: Array,
 ) -> list[Step]:
-    """Those within a boot, between pieces that both have frames in common."""
-    known = [(begins, some) for (begins, _), some in zip(pieces, by_piece, strict=True) if some]
+    """Return the steps within a boot, between neighbouring pieces that both have common frames."""
+    known = [(begins, earlier) for (begins, _), earlier in zip(pieces, by_piece, strict=True) if earlier]
     return [
-        Step(round(dated[begins]), round(_middle_us(some[-COMPARED:]) - _middle_us(later[:COMPARED])))
-        for (_, some), (begins, later) in pairwise(known)
-        if kept[some[0].place].boot == kept[later[0].place].boot
+        Step(round(dated[begins]), round(_middle_us(earlier[-COMPARED:]) - _middle_us(later[:COMPARED])))
+        for (_, earlier), (begins, later) in pairwise(known)
+        if kept[earlier[0].place].boot == kept[later[0].place].boot
     ]
 
 
 def _middle_us(anchors: Sequence[Anchor]) -> float:
-    return float(np.median([one.ahead_us for one in anchors]))
+    return float(np.median([anchor.ahead_us for anchor in anchors]))

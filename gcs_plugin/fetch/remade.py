@@ -1,4 +1,4 @@
-"""A dive's whole recording made, or made anew: never of a dive that is still recorded, nor without what came since."""
+"""Make or remake a dive's whole recording: never while the dive is recorded, always with all that came since."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -14,21 +14,23 @@ from gcs_plugin.holder import Holding, held, held_beside, hung
 from gcs_plugin.in_use import LOOK_EVERY_S, holder_of, is_written
 
 CLOSED_WITHIN_S: Final = 3.0
-"""After a dive is over: its files are put on the disk first."""
+"""How long to wait after the end of a dive for its files to be synced to disk and closed."""
 
 
 def refuse_recorded(
     folder: DiveFolder, now_unix_s: float, again: str, wait: Callable[[float], None] = time.sleep
 ) -> None:
-    """Raise LogError, whose sentence ends with `again`, where a recorder still writes this dive: what it would write
-    after the whole recording was made, nobody would read."""
+    """Raise LogError, ending with `again`, if a recorder still writes this dive.
+
+    Frames that it wrote after the whole recording was made would never be read.
+    """
     holding = held(now_unix_s) or hung(now_unix_s)
     if holding is not None and _is_of(holding, folder):
         raise LogError(
             f"{folder.path}: is still recorded, by process {holding.pid}; let that go on in the next dive "
             f"(`seatrial record --next`) or end it (`seatrial record --end`), and {again}"
         )
-    if (second := next((one for one in held_beside(now_unix_s) if _is_of(one, folder)), None)) is not None:
+    if (second := next((hold for hold in held_beside(now_unix_s) if _is_of(hold, folder)), None)) is not None:
         raise _by_second(folder, second.pid, again)
     looks = round(CLOSED_WITHIN_S / LOOK_EVERY_S)
     while (written := next(filter(is_written, folder.heard()), None)) is not None and looks > 0:
@@ -42,9 +44,10 @@ def refuse_recorded(
 def remade(
     folder: DiveFolder, source: tuple[int, int], make: Callable[[Sequence[Path]], Whole], again: str
 ) -> Whole:
-    """What `make` makes of the dive's recordings and more, put in the dive's folder; `source` as `made_whole` takes it.
+    """Apply `make` to the dive's recordings and put the result in the dive's folder; `source` as in `made_whole`.
 
-    Raises LogError as `make` does, and where a recording grew meanwhile: its whole one is as it was.
+    Raises LogError as `make` does, and if a recording grew meanwhile; the previous whole recording then stays
+    unchanged.
     """
     before = _sizes(folder)
     renew(folder, source)
@@ -59,7 +62,7 @@ def remade(
 
 
 def renew(folder: DiveFolder, source: tuple[int, int]) -> Whole | None:
-    """Put into the whole recording what it lacks of the dive's others; None where there is none, or it lacks nothing.
+    """Add frames of the dive's other recordings to its whole one; None if that is missing or lacks nothing.
 
     Raises LogError as `made_whole` does.
     """

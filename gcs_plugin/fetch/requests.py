@@ -1,7 +1,8 @@
-"""Requests of MAVLink FTP under way over a bad link: each is sent again until it is answered, and answered once.
+"""MAVLink FTP requests under way over a bad link: each is sent again until answered, and each answer counts once.
 
-Pure: packets with their time in, packets out. An answer is known by its sequence number, of which every sending has its
-own, so that the round trip is measured on what was truly answered (Karn), and a copy or a straggler means nothing.
+Does no I/O: packets and times go in, packets come out. Every transmission has its own sequence number, and the answer
+is recognised by it. So the round trip is measured on the transmission that was truly answered (Karn), and a duplicate
+or late answer to a finished request is ignored.
 """
 
 from collections import deque
@@ -12,7 +13,7 @@ from typing import Final
 from bridge.ftp.packet import Packet
 
 MOST_A_S: Final = 800.0
-"""Of some 27 bytes each: the hub of a recording takes 32 kB a second from each of its clients."""
+"""Requests per second, of some 27 bytes each: the hub of a recording takes 32 kB a second from each of its clients."""
 MOST_AT_ONCE: Final = 32
 FIRST_WAIT_S: Final = 1.0
 LEAST_WAIT_S: Final = 0.15
@@ -27,7 +28,7 @@ class _Asked:
 
 
 class Requests:
-    """What is asked, by a key of the one who asks."""
+    """Unanswered requests, each under a key that the caller chose."""
 
     def __init__(self, now_s: float) -> None:
         self._open: dict[Hashable, _Asked] = {}
@@ -41,12 +42,12 @@ class Requests:
         return len(self._open)
 
     def ask(self, key: Hashable, packet: Packet) -> None:
-        """Send it, with a sequence number of its own, until it is answered."""
+        """Send a packet, each time with a new sequence number, until it is answered."""
         self._open[key] = _Asked(packet)
         self._new.append(key)
 
     def forget(self) -> None:
-        """Ask nothing any more of all that is under way."""
+        """Drop all requests under way."""
         self._open.clear()
         self._new.clear()
         self._sent.clear()
@@ -59,10 +60,10 @@ class Requests:
         return min(max(2.0 * self._round_trip_s, LEAST_WAIT_S), LONGEST_WAIT_S)
 
     def tick(self, now_s: float) -> list[Packet]:
-        """What is to be sent now."""
+        """Return the packets to send now."""
         earned = max(0.0, now_s - self._earned_s) * MOST_A_S
         self._allowed, self._earned_s = min(float(MOST_AT_ONCE), self._allowed + earned), now_s
-        late = [key for key, one in self._open.items() if one.sequences and now_s - one.sent_s >= self.wait_s]
+        late = [key for key, req in self._open.items() if req.sequences and now_s - req.sent_s >= self.wait_s]
         out = []
         while self._allowed >= 1.0 and (late or self._new):
             key = late.pop(0) if late else self._new.popleft()
@@ -78,7 +79,7 @@ class Requests:
         return out
 
     def answered(self, packet: Packet, now_s: float) -> Hashable | None:
-        """The key of the request that this packet answers; None for one that answers none."""
+        """Return the key of the request that this packet answers; None if it answers none."""
         key, sent_s = self._sent.get(packet.sequence, (None, now_s))
         asked = self._open.get(key) if key is not None else None
         if asked is None or packet.request != asked.packet.op:

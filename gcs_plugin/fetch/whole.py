@@ -1,8 +1,8 @@
-"""The ground's recording of a dive and the vehicle's own as one: every frame once, the vehicle's in its own order.
+"""Merge the ground's recording of a dive with the vehicle's own: every frame once, the vehicle's frames in its order.
 
-What both have are the same bytes: same system, component, sequence and content, at about the same time. The vehicle's
-frames are dated on the ground's clock: where both have a frame, time of arrival minus time on board is at its least
-where the link was quickest, so that the least of every ten seconds is the difference of the clocks.
+A frame that both recordings have is the same bytes (same system, component, sequence and content) at about the same
+time. The vehicle's frames are dated on the ground's clock: for a common frame, time of arrival minus time on board is
+smallest when the link was quickest, so the smallest value in every ten seconds is the offset between the clocks.
 """
 
 import heapq
@@ -34,11 +34,11 @@ from gcs_plugin.fetch.same_boot import by_boot_time
 
 EARLIEST_US: Final = -1_000_000
 LATEST_US: Final = 30_000_000
-"""A frame that arrives later after it was sent is another one of the same bytes."""
+"""A frame that arrives longer after it was sent is a different frame with the same bytes."""
 AGAIN_US: Final = 200_000
 MANY: Final = 50
 FEW_ASTRAY, MOST_ASTRAY = 20, 0.05
-"""So many, or so many of all that both have, may be other frames of the same bytes after all."""
+"""Up to this many common frames, or this share of them, may be different frames with the same bytes after all."""
 STRANGERS: Final = (
     "the vehicle's own recording and the ground's have no frame in common; "
     "check that this is the vehicle's dive"
@@ -55,12 +55,15 @@ Dated = tuple[int, bytes]
 
 
 class Strangers(LogError):
-    """Two recordings have hardly a frame in common."""
+    """Two recordings that have hardly a frame in common."""
 
 
 class Apart(Strangers):
-    """Two recordings of one boot of a vehicle, of which one ends before the other begins: `after_s` seconds after the
-    dive's, below 0 before it. `ahead_s`: how much its clock is ahead of the dive's."""
+    """Two recordings of one boot of a vehicle, of which one ends before the other begins.
+
+    `after_s`: seconds from the dive's end to its beginning; below 0, from the dive's beginning to its end. `ahead_s`:
+    how much its clock is ahead of the dive's.
+    """
 
     def __init__(self, words: str, after_s: float, ahead_s: float) -> None:
         super().__init__(words)
@@ -69,17 +72,18 @@ class Apart(Strangers):
 
 @dataclass(frozen=True)
 class Whole:
-    """What came of it: how many frames the ground had heard of the vehicle, and how many were missing.
+    """The merged recording: how many frames the ground had heard of the vehicle, and how many were missing.
 
-    `common`: how many both have. `share`: of each kind of message that states its time and that both hold, what share
-    of those heard is also in the vehicle's recording, from the first that is to the last, at the least. `beyond`: how
-    many of its frames were sent before the first or after the last that the ground heard, and are left out. `damaged`:
-    at how many places of it there is no frame; `damaged_beyond`: at how many more, which certainly lie before or after.
-    `clock`: that of the recording on board against the ground's, of the piece of which most is in common; `steps`: when
-    it was set meanwhile; `guessed`: how many of its frames are dated by no frame in common.
-    `holes`: the times of which neither has anything; `lost`: how many frames beside those neither has, by the vehicle's
-    sequence numbers; 0 where it sent files meanwhile, whose frames are not kept.
-    `by_boot`: whether both have no frame in common, and were put together by the vehicle's time since boot.
+    `common`: number of frames in both. `share`: for each type of message that states its time and is in both, the
+    share of the messages heard, between the first and the last common one, that the vehicle's recording also has; the
+    least over the types. `beyond`: number of the vehicle's frames sent before the first or after the last that the
+    ground heard; they are left out. `damaged`: number of places in the vehicle's recording without a readable frame;
+    `damaged_beyond`: number of further places that certainly lie before or after the dive. `clock`: the clock on
+    board against the ground's, from the piece with the most common frames; `steps`: when it was set meanwhile;
+    `guessed`: number of the vehicle's frames in pieces without a common frame. `holes`: times in which neither has a
+    frame; `lost`: number of frames that both lack outside the holes, by the vehicle's sequence numbers; 0 if it sent
+    files meanwhile, because those frames are not kept. `by_boot`: whether no frame is common and the recordings were
+    aligned by the vehicle's time since boot.
     """
 
     records: list[Dated]
@@ -99,10 +103,10 @@ class Whole:
 
 
 class RingFrames:
-    """The frames of segments, oldest first, to be iterated over once; one that is empty or cut gives what it holds.
+    """The frames of segments, oldest first, for a single iteration. A cut file yields the frames it holds.
 
-    `damaged`: each place where there is none, by the number of the frame after it, complete after that.
-    Raises LogError.
+    `damaged`: for each damaged place, the number of the frame after it; complete when the iteration is over. Raises
+    LogError.
     """
 
     def __init__(self, files: Sequence[Path]) -> None:
@@ -129,30 +133,30 @@ class RingFrames:
 
 
 def is_folded(path: Path) -> bool:
-    """Whether it would be unfolded: no ring writes gzip, and what unfolds on a vehicle's word may have no end."""
+    """Whether the file is gzip. No ring writes gzip, and a vehicle's gzip file may unfold without end."""
     try:
         if size_to_read(path) is None:
             return False
         with path.open("rb") as file:
             return file.read(len(GZIP)) == GZIP
-    except OSError:  # who reads it next says why
+    except OSError:  # the next reader reports the error
         return False
 
 
 def made_whole(
     ground: Sequence[Path], ring: Sequence[Path], source: tuple[int, int], strangers: str = STRANGERS
 ) -> Whole:
-    """Both recordings of one dive as one; `source` is the vehicle's system and component.
+    """Merge both recordings of one dive; `source` is the vehicle's system and component.
 
-    Raises LogError where a file can't be read or no clock line puts both together; Strangers, with the sentence
-    `strangers`, where they have no frame in common.
+    Raises LogError if a file can't be read or no clock line aligns the recordings; Strangers, with the sentence
+    `strangers`, if they have no frame in common.
     """
     aboard = RingFrames(ring)
     kept = _once(aboard)
     heard = [record for records in of_those_that_hold_frames(ground, _forward) for record in records]
     places: dict[bytes, list[int]] = defaultdict(list)
-    for place, one in enumerate(kept):
-        places[one.raw].append(place)
+    for place, frame_aboard in enumerate(kept):
+        places[frame_aboard.raw].append(place)
     anchors = _anchors(kept, heard, places)
     booted = [] if anchors else by_boot_time(kept, heard, source)
     if not anchors and not booted:
@@ -161,38 +165,40 @@ def made_whole(
     dated = clock.dated
     _refuse_astray(kept, anchors, dated, ring)
     both: set[int] = set()
-    others: list[tuple[int, Frame]] = []
-    own: list[tuple[int, int | None]] = []
+    ground_only: list[tuple[int, Frame]] = []
+    from_vehicle: list[tuple[int, int | None]] = []
     copies = 0
-    timed: dict[int, list[bool]] = {message_id_at(one.raw, 0): [] for one in kept}
+    timed: dict[int, list[bool]] = {message_id_at(frame_aboard.raw, 0): [] for frame_aboard in kept}
     for stamp_us, frame in heard:
-        found = _place(places.get(frame.raw, ()), dated, stamp_us)
+        place_aboard = _place(places.get(frame.raw, ()), dated, stamp_us)
         if frame.message_id in timed and frame.message_id in TIMED:
-            timed[frame.message_id].append(found is not None)
-        if found is not None:
-            both.add(found)
+            timed[frame.message_id].append(place_aboard is not None)
+        if place_aboard is not None:
+            both.add(place_aboard)
             copies += 1
         elif frame.message_id != _TRANSFER:
-            others.append((stamp_us, frame))
+            ground_only.append((stamp_us, frame))
         if frame.system == source[0] and frame.message_id != _TRANSFER:
-            own.append((stamp_us, found))
+            from_vehicle.append((stamp_us, place_aboard))
     if not both and not booted:
         raise Strangers(strangers)
-    first, last = _span(both, own, dated)
+    first, last = _span(both, from_vehicle, dated)
     if first > last:
-        begins_us, ends_us = min(own, key=itemgetter(0))[0], max(own, key=itemgetter(0))[0]
+        begins_us, ends_us = min(from_vehicle, key=itemgetter(0))[0], max(from_vehicle, key=itemgetter(0))[0]
         after_us = dated[0] - ends_us if dated[0] > ends_us else dated[-1] - begins_us
         raise Apart(strangers, after_us * 1e-6, float(clock.clock.offset_s))
-    inside = zip(dated[first : last + 1], (one.raw for one in kept[first : last + 1]), strict=True)
-    left = sorted(((stamp_us, frame.raw) for stamp_us, frame in others), key=itemgetter(0))
+    inside = zip(
+        dated[first : last + 1], (frame_aboard.raw for frame_aboard in kept[first : last + 1]), strict=True
+    )
+    left = sorted(((stamp_us, frame.raw) for stamp_us, frame in ground_only), key=itemgetter(0))
     records = as_sent(heapq.merge(inside, left, key=itemgetter(0)))
-    told = copies + sum((frame.system, frame.component) == source for _, frame in others)
+    heard_count = copies + sum((frame.system, frame.component) == source for _, frame in ground_only)
     span = last + 1 - first
-    strange_us = [stamp_us for stamp_us, frame in others if (frame.system, frame.component) == source]
+    strange_us = [stamp_us for stamp_us, frame in ground_only if (frame.system, frame.component) == source]
     damaged = _within(aboard.damaged, kept, dated, (first, last), strange_us)
     return Whole(
         records,
-        told,
+        heard_count,
         span - len(both),
         len(both),
         _share(timed.values()),
@@ -215,7 +221,7 @@ def _has_files(heard: Iterable[tuple[int, Frame]], source: tuple[int, int]) -> b
 
 
 def _forward(path: Path) -> list[tuple[int, Frame]]:
-    """A recording of the dive's own, whose clock all the rest is put on. Raises LogError where that was set back."""
+    """Read a recording of the ground, whose clock is the reference. Raises LogError if this clock was set back."""
     records = list(read_tlog(path))
     for (before_us, _), (after_us, _) in pairwise(records):
         if before_us - after_us > STEP_US:
@@ -229,11 +235,11 @@ def _forward(path: Path) -> list[tuple[int, Frame]]:
 def _span(
     both: Collection[int], own: Sequence[tuple[int, int | None]], dated: Sequence[int]
 ) -> tuple[int, int]:
-    """The first and the last place of the dive. `own`: when the ground heard each frame of the vehicle, and which place
-    it has.
+    """First and last place of the dive in the vehicle's recording.
 
-    Where the first that was heard is in the vehicle's recording, the dive begins with it; else with what was sent after
-    it was heard. So at the end.
+    `own`: for each frame of the vehicle that the ground heard, the time and the frame's place, None if the vehicle's
+    recording lacks it. If the first frame heard is in the vehicle's recording, the dive begins with it; otherwise
+    with the first frame sent after that time. The end is found in the same way.
     """
     first, last = min(both, default=len(dated)), max(both, default=-1)
     begins_us, begins = min(own, key=itemgetter(0), default=(0, first))
@@ -246,20 +252,22 @@ def _span(
 
 
 def _once(kept: Iterable[Kept]) -> list[Kept]:
-    """Without a frame that comes again at once, as where two links of one vehicle were recorded: a sequence number
-    comes again only after 255 others. A clock that was set back shows no frame again by its time."""
+    """Drop a frame that is repeated at once, as when two links of one vehicle were recorded.
+
+    A sequence number repeats only after 255 others. When the clock was set back, the frames before no longer count.
+    """
     last_us: dict[tuple[int, bytes], int] = {}
     out: list[Kept] = []
     newest_us = 0
-    for one in kept:
-        if one.stamp_us < newest_us - AGAIN_US:
+    for frame in kept:
+        if frame.stamp_us < newest_us - AGAIN_US:
             last_us.clear()
             newest_us = 0
-        newest_us = max(newest_us, one.stamp_us)
-        before_us = last_us.get((one.boot, one.raw))
-        last_us[one.boot, one.raw] = one.stamp_us
-        if before_us is None or abs(one.stamp_us - before_us) > AGAIN_US:
-            out.append(one)
+        newest_us = max(newest_us, frame.stamp_us)
+        before_us = last_us.get((frame.boot, frame.raw))
+        last_us[frame.boot, frame.raw] = frame.stamp_us
+        if before_us is None or abs(frame.stamp_us - before_us) > AGAIN_US:
+            out.append(frame)
     return out
 
 
@@ -270,10 +278,11 @@ def _within(
     both: tuple[int, int],
     strange_us: Sequence[int],
 ) -> int:
-    """How many of the damaged places may be of the dive. `both`: the first and the last frame that both have;
-    `strange_us`: when the ground heard frames of the vehicle that its recording lacks, perhaps for the damage.
+    """Count the damaged places that may belong to the dive.
 
-    A place before a frame that was sent before all that was heard is of the time before; so at the end.
+    `both`: the first and the last place of the dive; `strange_us`: when the ground heard frames of the vehicle that
+    its recording lacks, perhaps because of the damage. A place before a frame that was sent before everything heard
+    belongs to the time before the dive; likewise at the end.
     """
     first, last = both
     begins_us = min((dated[first], *(stamp_us - LATEST_US for stamp_us in strange_us)))
@@ -286,19 +295,19 @@ def _within(
 
 
 def _share(timed: Iterable[Sequence[bool]]) -> float:
-    """The least share of what is true from the first to the last of any, over kinds with MANY or more."""
-    spans = [np.flatnonzero(found) for found in timed if len(found) >= MANY]
+    """Least share of True from the first True to the last, over types with MANY or more messages."""
+    spans = [np.flatnonzero(seen) for seen in timed if len(seen) >= MANY]
     shares = [len(true) / int(np.ptp(true) + 1) if len(true) > 1 else 0.0 for true in spans]
     return min(shares, default=0.0)
 
 
 def newest_frames(files: Sequence[Path], most_us: int | None) -> tuple[list[Dated], int]:
-    """The frames of segments, or the last `most_us` of them, and at how many places there is none.
+    """Return the frames of segments, or the last `most_us` of them, and the number of damaged places among them.
 
-    Raises LogError where they hold no frame.
+    Raises LogError if they hold no frame.
     """
     aboard = RingFrames(files)
-    records = [(one.stamp_us, one.raw) for one in aboard]
+    records = [(frame.stamp_us, frame.raw) for frame in aboard]
     if not records:
         raise LogError("the vehicle's own recording holds no frame yet; wait a second and fetch again")
     begins_us = records[-1][0] - most_us if most_us is not None else 0
@@ -308,7 +317,7 @@ def newest_frames(files: Sequence[Path], most_us: int | None) -> tuple[list[Date
 
 
 def write_records(path: Path, records: Iterable[Dated]) -> None:
-    """A recording at `path`, whole or not at all, in place of the one before. Raises LogError."""
+    """Write a recording to `path`, completely or not at all, in place of any previous file. Raises LogError."""
     with replacing(path, "try again") as file:
         for stamp_us, raw in records:
             file.write(record_of(stamp_us, raw))
@@ -317,24 +326,24 @@ def write_records(path: Path, records: Iterable[Dated]) -> None:
 def _anchors(
     kept: Sequence[Kept], heard: Sequence[tuple[int, Frame]], places: dict[bytes, list[int]]
 ) -> list[Anchor]:
-    """Of frames that state their own time: others may come again, and be lost in between."""
+    """Find anchors: frames that state their own time and are unique aboard. Others may repeat, with repeats lost."""
     met: set[bytes] = set()
     anchors = []
     for stamp_us, frame in heard:
-        found = places.get(frame.raw, ())
-        if len(found) != 1 or frame.raw in met or frame.message_id not in TIMED:
+        found_at = places.get(frame.raw, ())
+        if len(found_at) != 1 or frame.raw in met or frame.message_id not in TIMED:
             continue
         met.add(frame.raw)
-        anchors.append(Anchor(found[0], stamp_us - kept[found[0]].stamp_us))
+        anchors.append(Anchor(found_at[0], stamp_us - kept[found_at[0]].stamp_us))
     return sorted(anchors, key=lambda one: one.place)
 
 
 def _refuse_astray(
     kept: Sequence[Kept], anchors: Sequence[Anchor], dated: Sequence[int], ring: Sequence[Path]
 ) -> None:
-    """Raise LogError where many of the frames that both have come to two times: they would be there twice."""
-    late_us = [kept[one.place].stamp_us + one.ahead_us - dated[one.place] for one in anchors]
-    astray = sum(not EARLIEST_US <= one <= LATEST_US for one in late_us)
+    """Raise LogError if many common frames get two different times: the merged recording would hold them twice."""
+    late_us = [kept[anchor.place].stamp_us + anchor.ahead_us - dated[anchor.place] for anchor in anchors]
+    astray = sum(not EARLIEST_US <= anchor <= LATEST_US for anchor in late_us)
     if astray > max(FEW_ASTRAY, MOST_ASTRAY * len(anchors)):
         raise LogError(
             f"{ring[0]}: its clock and the dive's go by no common time: of {len(anchors)} frames that both have, "
@@ -344,7 +353,7 @@ def _refuse_astray(
 
 
 def _place(places: Sequence[int], dated: Sequence[int], stamp_us: int) -> int | None:
-    """Which of the vehicle's frames of the same bytes arrived then; None where none can have."""
+    """Place of the vehicle's frame with these bytes that arrived at `stamp_us`; None if none can have."""
     latest = bisect_left(places, stamp_us - EARLIEST_US, key=dated.__getitem__) - 1
     if latest < 0 or stamp_us - dated[places[latest]] > LATEST_US:
         return None
@@ -352,7 +361,7 @@ def _place(places: Sequence[int], dated: Sequence[int], stamp_us: int) -> int | 
 
 
 def _rising(records: Iterable[Dated]) -> Iterator[Dated]:
-    """With stamps that never run back."""
+    """Yield the records with stamps that never run back."""
     newest_us = 0
     for stamp_us, raw in records:
         newest_us = max(newest_us, stamp_us)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The module that MAVProxy loads: its commands, and a little of everything in each idle moment."""
+"""The module that MAVProxy loads: its commands, and a little work of each kind in every idle moment."""
 
 import atexit
 import contextlib
@@ -27,7 +27,7 @@ LOAD_NAME: Final = "gcs_plugin.mavproxy"
 
 
 class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
-    """What each command does is in a file of its own; nothing here waits for anything."""
+    """Dispatches each command to the class that carries it out; nothing here blocks."""
 
     def __init__(self, mpstate: Any) -> None:
         super().__init__(mpstate, LOAD_NAME, "sea trials", public=True, multi_vehicle=True)
@@ -35,7 +35,7 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
         self._parameters = Parameters(self._fleet, self._clock, self.say_line)
         self._switching = Switching(self._fleet, self._clock, self.say_line)
         self._work = Work(self._clock, self.say_line)
-        # Ctrl-C ends MAVProxy without unloading its modules, and does not reach a process of another session.
+        # Ctrl-C ends MAVProxy without unloading its modules, and does not reach a process in a group of its own.
         atexit.register(self._work.kill)
         self._recordings = Recordings(
             self._clock,
@@ -53,7 +53,7 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
         self.add_completion_function("(SEATRIAL_VEHICLE)", self._vehicles)
 
     def command(self, words: list[str]) -> None:
-        """The console command."""
+        """Handle a `seatrial` command typed on the console."""
         try:
             if not self._do(words):
                 self.say_line(typed.USAGE)
@@ -61,7 +61,7 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
             self.say_line(f"seatrial: {error}")
 
     def idle_task(self) -> None:
-        """Hear what passed, and go on with whatever is going on."""
+        """Process the frames that passed on all links, then advance everything in progress."""
         now_s = self._clock.boot_s()
         for tap in self._taps.on(self.mpstate.mav_master):
             self._hear(tap, now_s)
@@ -75,7 +75,7 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
         self._work.tick()
 
     def unload(self) -> None:
-        """MAVProxy takes the module out, or ends."""
+        """Clean up when MAVProxy unloads the module or ends."""
         self._work.kill()
         atexit.unregister(self._work.kill)
         self._recordings.stop()
@@ -83,37 +83,37 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
         self.remove_command("seatrial")
 
     def say_line(self, line: str) -> None:
-        """A line on MAVProxy's console."""
+        """Print a line on MAVProxy's console."""
         self.console.writeln(printable(line, "?"))
 
     def _do(self, words: list[str]) -> bool:
         match words:
             case ["status"]:
                 self._status()
-            case ["record", *rest]:
-                return self._recordings.command(rest)
-            case ["identify" | "diagnose" as verb, *rest]:
+            case ["record", *arguments]:
+                return self._recordings.command(arguments)
+            case ["identify" | "diagnose" as verb, *arguments]:
                 self._work.check_idle()
-                named = bool(rest) and not rest[0].startswith("--")
+                named = bool(arguments) and not arguments[0].startswith("--")
                 self._work.begin(
                     verb,
-                    Path(rest[0]) if named else self._recordings.newest(),
-                    rest[1:] if named else rest,
+                    Path(arguments[0]) if named else self._recordings.newest(),
+                    arguments[1:] if named else arguments,
                     self._file,
                 )
             case ["cancel"]:
                 if not any([self._work.cancel(), self._parameters.cancel(), self._switching.cancel()]):
                     self.say_line("nothing runs that could be ended")
-            case ["params", *rest]:
-                return self._parameters.command(rest)
-            case ["ff", *rest]:
-                return self._switching.command(rest)
-            case ["vehicle", *rest] if len(rest) <= 1:
-                self._vehicle(*rest)
-            case ["file", *rest] if len(rest) <= 1:
-                self._vehicle_file(*rest)
-            case ["help", *rest] if len(rest) <= 1:
-                for line in typed.help_lines(rest[0] if rest else None):
+            case ["params", *arguments]:
+                return self._parameters.command(arguments)
+            case ["ff", *arguments]:
+                return self._switching.command(arguments)
+            case ["vehicle", *arguments] if len(arguments) <= 1:
+                self._vehicle(*arguments)
+            case ["file", *arguments] if len(arguments) <= 1:
+                self._vehicle_file(*arguments)
+            case ["help", *arguments] if len(arguments) <= 1:
+                for line in typed.help_lines(arguments[0] if arguments else None):
                     self.say_line(line)
             case _:
                 return False
@@ -138,7 +138,7 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
                     self._ff_mode[frame.system] = reading.values[0]
 
     def _switch(self, messages: list[Any]) -> None:
-        """Send what switches: a vehicle whose link is gone keeps it from no other."""
+        """Send the messages of a mode switch; if one vehicle's link is gone, the others still get theirs."""
         troubles = {}
         for message in messages:
             try:
@@ -149,7 +149,8 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
             self.say_line(f"seatrial: {trouble}")
 
     def _send(self, message: Any) -> None:
-        """On the link that last carried the vehicle, as MAVProxy, so that its sequence and its signing hold."""
+        """Send on the link that last carried the vehicle, as MAVProxy, to keep its sequence numbers and signing
+        valid."""
         tap = self._taps.named(self._fleet.link_of((message.target_system, message.target_component)))
         if tap is None:
             raise LinkError(
@@ -173,8 +174,8 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
             self.say_line("nothing heard yet")
         with contextlib.suppress(LinkError):
             self.say_line("meant: vehicle {}, component {}".format(*self._fleet.meant(now_s)))
-        told = self._recordings, self._work, self._parameters, self._switching
-        for line in (line for one in told for line in one.status()):
+        parts = self._recordings, self._work, self._parameters, self._switching
+        for line in (line for part in parts for line in part.status()):
             self.say_line(line)
 
     def _vehicle(self, name: str | None = None) -> None:
@@ -183,12 +184,12 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
             if name != "any" and not name.isdecimal():
                 raise LinkError(f"'{name}' is no system number; give one, or any")
             self._fleet.choose(None if name == "any" else int(name), now_s)
-        there = ", ".join(map(str, self._fleet.systems(now_s))) or "none"
+        systems = ", ".join(map(str, self._fleet.systems(now_s))) or "none"
         meant = "any" if self._fleet.chosen is None else str(self._fleet.chosen)
-        self.say_line(f"vehicle: {meant} (systems that beat: {there})")
+        self.say_line(f"vehicle: {meant} (systems that beat: {systems})")
 
     def _vehicles(self, text: str) -> list[str]:
-        """Completions of a vehicle's number."""
+        """Completions of a vehicle's system number."""
         names = ["any", *map(str, self._fleet.systems(self._clock.boot_s()))]
         return [name for name in names if name.startswith(text)]
 

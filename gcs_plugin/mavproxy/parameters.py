@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`seatrial params`: compare, upload and roll back, from one idle moment of MAVProxy to the next."""
+"""`seatrial params`: compare, upload and roll back, spread over MAVProxy's idle moments."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -34,7 +34,7 @@ RECEIPTS: Final = Path("receipts")
 
 @dataclass
 class _Work:
-    """An errand with what was typed for it."""
+    """An errand together with the command that was typed for it."""
 
     errand: Errand
     wanted: Wanted
@@ -53,7 +53,7 @@ class _Work:
 
 
 class Parameters:
-    """At most one errand at a time. `say` tells the crew a line, `clock` the time."""
+    """Runs at most one errand at a time. `say` shows the crew a line, `clock` gives the time."""
 
     def __init__(self, fleet: Fleet, clock: Clock, say: Callable[[str], None]) -> None:
         self._fleet, self._clock, self._say = fleet, clock, say
@@ -61,36 +61,36 @@ class Parameters:
 
     @property
     def busy(self) -> bool:
-        """Whether something is being read or written."""
+        """Whether parameters are being read or written."""
         return self._work is not None and self._work.errand.step in (Step.READING, Step.WRITING)
 
     def command(self, words: list[str]) -> bool:
-        """`params WORDS`; False for what is no such command. Raises SeatrialError."""
+        """Handle `params WORDS`; False for an unknown command. Raises SeatrialError."""
         match words:
             case ["diff", file]:
                 self._begin("diff", Path(file), (), False, False)
             case ["upload", file, *names]:
-                rest, accepts = _parted(names)
-                chosen = tuple(name for name in rest if name != DESPITE)
-                self._begin("upload", Path(file), chosen, DESPITE in rest, False, accepts)
+                arguments, accepts = _parted(names)
+                chosen = tuple(name for name in arguments if name != DESPITE)
+                self._begin("upload", Path(file), chosen, DESPITE in arguments, False, accepts)
             case ["yes", code]:
                 self._agree(code)
-            case ["rollback", *rest] if len(rest) <= 2:
-                files = [word for word in rest if word != ARMED]
+            case ["rollback", *arguments] if len(arguments) <= 2:
+                files = [word for word in arguments if word != ARMED]
                 if len(files) > 1:
                     return False
                 before = Path(files[0]) if files else self._before()
-                self._begin("rollback", before, (), True, ARMED in rest)
+                self._begin("rollback", before, (), True, ARMED in arguments)
             case _:
                 return False
         return True
 
     def _before(self) -> Path:
-        """What was held before the last upload that stands, whoever made it."""
+        """File with the values held before the last upload that still stands, whoever made it."""
         return before_newest(RECEIPTS, self._fleet.meant(self._clock.boot_s())[0])
 
     def cancel(self) -> bool:
-        """Stop what runs; False where nothing does."""
+        """Stop the current errand; False if none is running."""
         if self._work is None:
             return False
         work, reading = self._work, self._work.errand.step in (Step.READING, Step.AGREE)
@@ -102,7 +102,7 @@ class Parameters:
         return True
 
     def status(self) -> list[str]:
-        """What goes on, a line for it."""
+        """A line about the current errand, if any."""
         if self._work is None:
             return []
         if self._work.errand.step is Step.AGREE:
@@ -112,13 +112,13 @@ class Parameters:
         return [f"params: {self._progress(self._work)}"]
 
     def on_news(self, news: News) -> None:
-        """A message arrived that parameters may wait for."""
+        """Handle a message that the errand may wait for."""
         if self._work is not None:
             now_s = self._clock.boot_s()
             self._work.errand.on_message(news.message, news.source, now_s, news.rebooted)
 
     def tick(self) -> list[Any]:
-        """The messages to send now."""
+        """Return the messages to send now."""
         work = self._work
         if work is None or work.errand.step is Step.AGREE:
             return []
@@ -165,7 +165,7 @@ class Parameters:
         self._work.read_at = newest(RECEIPTS, source[0])
 
     def _planned(self, work: _Work, now_s: float) -> None:
-        """The plan is there: show it, and go on as far as may be."""
+        """Show the plan once it is made, and go on as far as is allowed without a further command."""
         errand = work.errand
         try:
             if work.names:
@@ -192,7 +192,8 @@ class Parameters:
             plan.check()
             rehearsed = errand.rehearsed(now_s)
             armed = self._refuse_acting(errand, rehearsed.needs_disarmed)
-            # What the vehicle holds already needs no word, but a receipt: it is taken back, or accepted, all the same.
+            # Values that the vehicle holds already need no confirmation, but a receipt: they too can be rolled back
+            # or accepted.
             at_once = work.action == "rollback" and (work.armed_said or not armed)
             if at_once or rehearsed.ending is not None:
                 self._write(work, armed)
@@ -211,7 +212,7 @@ class Parameters:
             self._say(str(error))
 
     def _judge(self, work: _Work) -> None:
-        """Take what is implausible out of what is written, but for what was accepted by name."""
+        """Take implausible values out of the plan, except those that the user accepted by name."""
         errand, sidecar = work.errand, work.wanted.sidecar
         assert errand.plan is not None
         accepted = last_accepted(RECEIPTS, errand.source[0])
@@ -245,7 +246,7 @@ class Parameters:
         self._write(work, said_armed)
 
     def _refuse_acting(self, errand: Errand, needs_disarmed: bool) -> bool:
-        """Whether it is armed. Raises ParamRejected where it would then refuse what is to be written."""
+        """Return whether the vehicle is armed. Raises ParamRejected if it would refuse these writes while armed."""
         assert errand.plan is not None
         armed = self._fleet.armed(errand.source[0])
         against = obstacle(errand.plan.present)
@@ -279,7 +280,7 @@ class Parameters:
             raise
 
     def _receive(self, work: _Work) -> None:
-        """Tell and keep what became of an upload."""
+        """Show the result of an upload and save its receipt."""
         ending, plan = work.errand.ending, work.errand.plan
         assert ending is not None
         assert plan is not None
@@ -312,7 +313,7 @@ class Parameters:
         lines = compared(plan, sidecar.intervals if sidecar else {}, accepted)
         rows: list[Sequence[str]] = [
             COLUMNS,
-            *(one.cells() for one in lines if one.row.verdict not in hidden),
+            *(comparison.cells() for comparison in lines if comparison.row.verdict not in hidden),
         ]
         for line in _aligned(rows) if len(rows) > 1 else []:
             self._say(line)
@@ -331,7 +332,7 @@ class Parameters:
 
 
 def _parted(names: list[str]) -> tuple[list[str], tuple[str, ...]]:
-    """What stands before the word that accepts implausible values, and the names behind it."""
+    """Split the words at the option that accepts implausible values: the words before it, the names after it."""
     if ACCEPT_IMPLAUSIBLE not in names:
         return names, ()
     place = names.index(ACCEPT_IMPLAUSIBLE)
@@ -351,7 +352,7 @@ def _became(line: Line) -> tuple[str, ...]:
 
 
 def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    """A table: names and units to the left, numbers to the right, words behind them."""
+    """Format a table: names and units aligned left, numbers right, text last."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return [
         "  ".join((*map(str.ljust, row[:2], widths), *map(str.rjust, row[2:-1], widths[2:-1]), row[-1]))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A recording of everything on MAVProxy's links, both ways, in a dive folder."""
+"""Record all traffic on MAVProxy's links, in both directions, into a dive folder."""
 
 import threading
 from collections import deque
@@ -21,7 +21,7 @@ TELL_RATE_AFTER_S: Final = 5.0
 
 
 class _Frames:
-    """The link that the recorder reads: frames of all links as they passed."""
+    """The link that the recorder reads: the frames of all links in the order in which they passed."""
 
     name = "MAVProxy"
 
@@ -44,9 +44,9 @@ class _Frames:
 
 
 class Recording:
-    """Records from its making until `close`, one dive or several; `say` hears of trouble, and of each that is over.
+    """Records from its creation until `close`, one dive or several; `say` gets problems and the end of each dive.
 
-    The disk is synced in a thread of its own. `finished` is the dive that was over last, `folder` the present one's.
+    A separate thread syncs the disk. `finished` is the dive that ended last, `folder` the folder of the current dive.
     """
 
     def __init__(
@@ -69,15 +69,15 @@ class Recording:
         self._syncer.start()
 
     def keep(self, frame: Frame) -> None:
-        """A frame passed, either way."""
+        """Take a frame that passed, in either direction."""
         self._frames.waiting.append(frame.raw)
 
     def step(self) -> None:
-        """Write what came."""
+        """Write the frames that have come."""
         self._recorder.step(0.0)
 
     def go_on(self) -> None:
-        """Begin the next dive in a new folder, between two frames. Raises LogError where none can be made."""
+        """Begin the next dive in a new folder, between two frames. Raises LogError if no folder can be made."""
         following = self._new()
         try:
             self._recorder.go_on(self._opener(following), partial(self._change, following))
@@ -86,22 +86,22 @@ class Recording:
             raise
 
     def close(self) -> None:
-        """End it."""
+        """End the recording."""
         self._stop.set()
         self._syncer.join()
         self._recorder.close()
         self._over(self._recorder.count)
 
     def free_bytes(self) -> int:
-        """What the disk has left."""
+        """Free space on the disk."""
         return self.folder.free_bytes()
 
     def unix_s(self) -> float:
-        """Now, on the clock of its stamps, which nobody sets."""
+        """Current time on the clock of the recording's stamps, which follows no change of the computer's clock."""
         return self._clock.unix_s()
 
     def words(self) -> str:
-        """How it goes."""
+        """Describe the progress: folder, duration, number of frames and disk space left."""
         span_s = max(self._clock.boot_s() - self.began_s, 1e-3)
         rate = self._recorder.recorded_bytes / span_s if span_s >= TELL_RATE_AFTER_S else 0.0
         free = self.free_bytes()
@@ -122,7 +122,7 @@ class Recording:
         self._say(self.words())
 
     def _over(self, count: Count) -> None:
-        """Tell what the dive that is over holds; where nothing was heard in it, its folder goes."""
+        """Say how much the finished dive holds; discard its folder if nothing was heard."""
         if not count.heard:
             self.folder.discard()
             self._say("nothing passed in this dive, and no dive folder is kept")
@@ -139,6 +139,6 @@ class Recording:
 
 
 def progress(span_s: float, frames: int, left: str) -> str:
-    """`00:12:31, 1234 frames, 41 h of disk left`."""
+    """Format as `00:12:31, 1234 frames, 41 h of disk left`."""
     clock = f"{int(span_s) // 3600:02d}:{int(span_s) // 60 % 60:02d}:{int(span_s) % 60:02d}"
     return f"{clock}, {frames} frames, {left}"

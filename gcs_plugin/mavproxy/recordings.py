@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`seatrial record`: MAVProxy's own recording, and that of another process by whose hub it hears the vehicle."""
+"""`seatrial record`: MAVProxy's own recording, and that of another process whose hub MAVProxy is connected to."""
 
 from collections.abc import Callable
 from math import isfinite
@@ -21,7 +21,10 @@ BEGIN: Final = "`seatrial record start` begins"
 
 
 class Recordings:
-    """At most one of its own. `links` tells MAVProxy's links by name, `vehicle` the file that a dive is to name."""
+    """Manages at most one recording of MAVProxy's own.
+
+    `links` returns the names of MAVProxy's links, `vehicle` the vehicle file to be named in a dive.
+    """
 
     def __init__(
         self,
@@ -37,7 +40,7 @@ class Recordings:
         self._finished: Path | None = None
 
     def command(self, words: list[str]) -> bool:
-        """`record WORDS`; False for what is no such command. Raises SeatrialError."""
+        """Handle `record WORDS`; False for an unknown command. Raises SeatrialError."""
         match words:
             case ["start", *folder] if len(folder) <= 1:
                 self.stop()
@@ -59,12 +62,12 @@ class Recordings:
         return True
 
     def keep(self, frame: Frame) -> None:
-        """A frame passed, either way."""
+        """Take a frame that passed, in either direction."""
         if self._own is not None:
             self._own.keep(frame)
 
     def tick(self) -> None:
-        """Write what came, and tell what became of the next dive of another process."""
+        """Write the frames that have come, and show the output of another process's change to the next dive."""
         if self._own is not None:
             self._own.step()
         if self._order is None:
@@ -75,38 +78,38 @@ class Recordings:
             self._order = None
 
     def stop(self) -> None:
-        """End MAVProxy's own recording where there is one."""
-        own, self._own = self._own, None
-        if own is not None:
-            own.step()
-            own.close()
-            self._finished = own.finished or self._finished
+        """End MAVProxy's own recording, if any."""
+        recording, self._own = self._own, None
+        if recording is not None:
+            recording.step()
+            recording.close()
+            self._finished = recording.finished or self._finished
 
     def status(self) -> list[str]:
-        """Who records into what, and what nobody records."""
-        found = [self._own.words()] if self._own is not None else []
-        other = self._other()
-        if other is not None:
-            found.append(_words(other, self._clock.unix_s()))
+        """Lines on who records into which folder, and which links nobody records."""
+        lines = [self._own.words()] if self._own is not None else []
+        holding = self._other()
+        if holding is not None:
+            lines.append(_words(holding, self._clock.unix_s()))
         if self._own is not None:
-            return found
-        bare = [name for name in self._links() if other is None or not same_link(name, other.hub)]
-        if other is not None and bare:
-            found.append(f"NOT RECORDING {', '.join(bare)}")
-        elif other is None:
+            return lines
+        bare = [name for name in self._links() if holding is None or not same_link(name, holding.hub)]
+        if holding is not None and bare:
+            lines.append(f"NOT RECORDING {', '.join(bare)}")
+        elif holding is None:
             elsewhere = held(self._clock.unix_s())
             who = f"; process {elsewhere.pid} records {', '.join(elsewhere.links)}" if elsewhere else ""
-            found.append(f"NOT RECORDING{who}")
-        return found
+            lines.append(f"NOT RECORDING{who}")
+        return lines
 
     def newest(self) -> Path:
-        """The dive that was over last, never the one that is being recorded. Raises LogError where there is none."""
-        other, dive, present = self._other(), self._finished, None
+        """The dive that ended last, never the one being recorded. Raises LogError if none has ended."""
+        holding, dive, present = self._other(), self._finished, None
         if self._own is not None:
             present = self._own.folder.path
             dive = self._own.finished or dive or newest_dive(self._root, present)
-        elif other is not None:
-            present = Path(other.folder)
+        elif holding is not None:
+            present = Path(holding.folder)
             dive = newest_dive(present.parent, present)
         else:
             dive = dive or newest_dive(self._root)
@@ -121,7 +124,7 @@ class Recordings:
         return dive
 
     def _next(self) -> None:
-        """Go on in a new dive folder; another process is asked by a command of its own, for that may take a while."""
+        """Continue in a new dive folder. Another process is asked by a separate command, as it may take long."""
         if self._own is not None:
             self._own.go_on()
             return
@@ -133,7 +136,7 @@ class Recordings:
         self._order = Job("record --next", words, as_wide(), self._clock.boot_s())
 
     def _noted(self) -> tuple[DiveFolder, float]:
-        """Folder of the dive that is being recorded, and Unix time by its recording. Raises LogError where none is."""
+        """Folder of the dive being recorded, and Unix time by its recording. Raises LogError if nothing is recorded."""
         if self._own is not None:
             return self._own.folder, self._own.unix_s()
         holding = self._other()
@@ -142,7 +145,7 @@ class Recordings:
         return DiveFolder(Path(holding.folder)), holding.own_unix_s(self._clock.unix_s())
 
     def _other(self) -> Holding | None:
-        """The recording of another process by whose hub MAVProxy hears the vehicle."""
+        """The recording of another process whose hub carries the vehicle to MAVProxy, if any."""
         holding = held(self._clock.unix_s())
         return holding if holding is not None and among(holding.hub, self._links()) else None
 
@@ -154,7 +157,7 @@ class Recordings:
 
 
 def _words(holding: Holding, unix_s: float) -> str:
-    """A recording of another process, and how it goes."""
+    """Describe another process's recording and its progress."""
     left = (
         f"{holding.disk_left_s / 3600:.0f} h of disk left"
         if isfinite(holding.disk_left_s)

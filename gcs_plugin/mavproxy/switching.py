@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`seatrial ff`: the feed-forward off at once, or another mode after a second word."""
+"""`seatrial ff`: switch the feed-forward off at once, or to another mode after a confirmation."""
 
 from collections.abc import Callable
 from typing import Any, Final
@@ -20,14 +20,14 @@ from gcs_plugin.params.transfer import Source
 MODES: Final = {word: mode for mode, word in WORDS.items()}
 TELL_EVERY_S: Final = 2.0
 GIVE_UP_S: Final = 30.0
-"""For another mode than off, which never gives up by itself."""
+"""For any mode except off: switching to off never gives up by itself."""
 AGREE_WITHIN_S: Final = 60.0
 LACKING_S: Final = 5.0
-"""A vehicle that says at first that it has no such parameter may still be starting."""
+"""How long a vehicle may report that it lacks the parameter: it may still be starting."""
 
 
 class Switching:
-    """At most one switch at a time; `off` takes the place of any other."""
+    """Runs at most one switch at a time; `off` replaces any other."""
 
     def __init__(self, fleet: Fleet, clock: Clock, say: Callable[[str], None]) -> None:
         self._fleet, self._clock, self._say = fleet, clock, say
@@ -39,10 +39,11 @@ class Switching:
         self._active: dict[Source, float] = {}
 
     def command(self, words: list[str]) -> bool:
-        """`ff WORDS`; False for what is no such command. Raises SeatrialError."""
+        """Handle `ff WORDS`; False for an unknown command. Raises SeatrialError."""
         match words:
             case [mode] if MODES.get(mode) is Mode.OFF:
-                # A stop asks nobody: of the vehicle chosen, else of every one that is or was heard.
+                # Off needs no confirmation. It goes to the vehicle chosen, otherwise to every vehicle that is or was
+                # heard.
                 self._begin(Switch(Mode.OFF, self._fleet.chosen, self._known.at(self._clock.boot_s())))
             case [mode] if mode in MODES:
                 self._ask(mode)
@@ -53,19 +54,19 @@ class Switching:
         return True
 
     def on_frame(self, frame: Frame) -> None:
-        """A frame arrived."""
+        """Handle a frame that arrived."""
         now_s = self._clock.boot_s()
         self._known.on_frame(frame, now_s)
         if self._switch is not None:
             self._switch.on_frame(frame, now_s)
 
     def on_news(self, news: News) -> None:
-        """Whether a vehicle has parameters in force is heard whoever asks for it."""
+        """Note from any PARAM_VALUE, whoever requested it, whether a vehicle has parameters in force."""
         if news.message.get_type() == "PARAM_VALUE" and news.message.param_id == ACTIVE:
             self._active[news.source] = news.message.param_value
 
     def tick(self) -> list[Any]:
-        """The messages to send now."""
+        """Return the messages to send now."""
         switch, now_s = self._switch, self._clock.boot_s()
         if switch is None:
             return []
@@ -92,14 +93,14 @@ class Switching:
         return messages
 
     def cancel(self) -> bool:
-        """Stop sending; False where nothing is sent."""
+        """Stop sending; False if nothing is being sent."""
         if self._switch is None:
             return False
         self._end("stopped by the user, ")
         return True
 
     def status(self) -> list[str]:
-        """What is being switched, a line for it."""
+        """A line about the switch in progress, if any."""
         return [f"ff: {self._switch.words}"] if self._switch is not None else []
 
     def _ask(self, mode: str) -> None:

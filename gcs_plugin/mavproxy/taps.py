@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""MAVProxy's links listened in on: what each reads and what each writes, every byte, in order.
+"""Listen in on MAVProxy's links: every byte that each link reads and writes, in order.
 
-MAVProxy hands its modules neither what it sends, nor which link a message came on, nor the frames that it does not
-know or holds for delayed; its links' own `recv` and `write` pass all of it.
+MAVProxy does not pass on to its modules the messages it sends, the link a message came on, or frames that it doesn't
+know or takes for delayed. The `recv` and `write` of its links see all of these.
 """
 
 from collections import deque
@@ -13,11 +13,11 @@ from bridge.framing import Frame, Framer
 
 PAUSE_S: Final = 0.5
 MOST_WAITING: Final = 10_000
-"""Chunks kept for who does not ask: half a minute of the busiest link."""
+"""Chunks kept until the next `take`: half a minute of the busiest link."""
 
 
 class Tap:
-    """One link of MAVProxy, with what passed through it since the last call; a `Link` by its name alone."""
+    """A link of MAVProxy, with the data that passed since the last call; a `Link` only by its name."""
 
     def __init__(self, connection: Any) -> None:
         self.connection = connection
@@ -29,26 +29,26 @@ class Tap:
         connection.recv, connection.write = self._read_through, self._write_through
 
     def remove(self) -> None:
-        """Leave the link as it was."""
+        """Restore the link's own methods."""
         for name, ours in (("recv", self._read_through), ("write", self._write_through)):
-            # Whoever wrapped it after us keeps working through us.
+            # If someone wrapped the link after us, their wrapper keeps working through ours.
             if getattr(self.connection, name) == ours:
                 delattr(self.connection, name)
 
     def take(self, now_s: float) -> list[tuple[bool, Frame]]:
-        """Frames since the last call in the order in which they passed; True for what was sent."""
-        found = []
+        """Frames since the last call, in the order in which they passed; True for a frame that was sent."""
+        frames = []
         if self._chunks:
             self._last_s = now_s
         elif now_s - self._last_s >= PAUSE_S:
-            found += [(sent, frame) for sent, framer in self._framers.items() for frame in framer.flush()]
+            frames += [(sent, frame) for sent, framer in self._framers.items() for frame in framer.flush()]
         while self._chunks:
             sent, data = self._chunks.popleft()
-            found += [(sent, frame) for frame in self._framers[sent].feed(data)]
-        return found
+            frames += [(sent, frame) for frame in self._framers[sent].feed(data)]
+        return frames
 
     def read(self, timeout_s: float) -> bytes:
-        """Nothing: `take` has the frames."""
+        """Return nothing: `take` has the frames."""
         del timeout_s
         return b""
 
@@ -57,7 +57,7 @@ class Tap:
         self.connection.write(data)
 
     def close(self) -> None:
-        """The link is MAVProxy's."""
+        """Do nothing: the link is MAVProxy's."""
 
     def _read_through(self, *words: Any, **named: Any) -> Any:
         data = self._recv(*words, **named)
@@ -71,13 +71,13 @@ class Tap:
 
 
 class Taps:
-    """A tap for each of MAVProxy's links, also for those that are added later."""
+    """A tap for each of MAVProxy's links, including links added later."""
 
     def __init__(self) -> None:
         self._taps: list[Tap] = []
 
     def on(self, connections: Sequence[Any]) -> list[Tap]:
-        """The taps of `connections`, which are all links that there are now."""
+        """Return the taps of `connections`, all links at present; tap new links and release closed ones."""
         for tap in self._taps:
             if not any(tap.connection is connection for connection in connections):
                 tap.remove()
@@ -88,15 +88,15 @@ class Taps:
 
     @property
     def names(self) -> list[str]:
-        """The names of the links."""
+        """Names of the links."""
         return [tap.name for tap in self._taps]
 
     def named(self, name: str) -> Tap | None:
-        """The tap of the link of that name."""
+        """The tap of the link with that name."""
         return next((tap for tap in self._taps if tap.name == name), None)
 
     def remove(self) -> None:
-        """Leave every link as it was."""
+        """Restore every link's own methods."""
         for tap in self._taps:
             tap.remove()
         self._taps = []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is typed in MAVProxy: the commands with their help, and MAVProxy's completions of them."""
+"""The words typed in MAVProxy: the commands with their help, and their completions."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -65,7 +65,7 @@ _PARAMETERS: Final = (".param", ".parm", ".params")
 
 
 def help_lines(command: str | None) -> list[str]:
-    """The help of one command, or of all."""
+    """Help lines of one command, or of all."""
     if command is not None and command not in HELP:
         return [f"there is no command '{command}'; {USAGE}"]
     rows = [HELP[command]] if command is not None else HELP.values()
@@ -95,7 +95,7 @@ def vehicle_files(text: str) -> list[str]:
 
 
 def newest_dive(root: Path, but: Path | None = None) -> Path | None:
-    """The dive folder under `root` that was begun last, `but` this one; None where there is none with a recording."""
+    """The dive folder under `root` that was begun last and holds a recording, except `but`; None if there is none."""
     made = [folder.path for folder in list_folders(root) if folder.telemetry() and folder.path != but]
     return made[-1] if made else None
 
@@ -103,16 +103,16 @@ def newest_dive(root: Path, but: Path | None = None) -> Path | None:
 def _files(text: str, wanted: Callable[[Path], bool]) -> list[str]:
     stem = text.rpartition("/")[0]
     folder = Path(stem or ("/" if text.startswith("/") else "."))
-    # What is whole already must be in the list: MAVProxy completes the word after it only then.
-    found = [text.rstrip("/"), text] if text and Path(text).exists() else []
+    # Text that is already complete must be in the list: only then does MAVProxy complete the next word.
+    completions = [text.rstrip("/"), text] if text and Path(text).exists() else []
     if not folder.is_dir():
-        return found
+        return completions
     for path in sorted(folder.iterdir()):
         name = f"{text[: len(text) - len(text.rpartition('/')[2])]}{path.name}"
-        if not name.startswith(text) or name in found:
+        if not name.startswith(text) or name in completions:
             continue
         if path.is_dir():
-            found.append(name if (path / "telemetry.tlog").exists() else f"{name}/")
+            completions.append(name if (path / "telemetry.tlog").exists() else f"{name}/")
         elif wanted(path):
-            found.append(name)
-    return found
+            completions.append(name)
+    return completions

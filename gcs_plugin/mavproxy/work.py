@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`seatrial identify` and `diagnose`: the command of that name in a process of its own, told line by line."""
+"""Run `seatrial identify` and `diagnose` in a process of their own and show their output line by line."""
 
 import contextlib
 from collections.abc import Callable
@@ -16,12 +16,12 @@ LEAVES: Final = {
     "identify": (("--json", "identified.json"), ("--param", "identified.param")),
     "diagnose": (("--json", "diagnosis.json"), ("--report", "diagnosis.html")),
 }
-"""Where each puts what it found, beside the dive, where the user does not say."""
+"""Files in which each command leaves its result, in or next to the dive, unless the user names others."""
 ENDED: Final = {0: "done", 1: "done, and there is something to read before its values are used", 4: "stopped"}
 
 
 class Work:
-    """At most one command at a time."""
+    """Runs at most one command at a time."""
 
     def __init__(self, clock: Clock, say: Callable[[str], None]) -> None:
         self._clock, self._say = clock, say
@@ -29,7 +29,7 @@ class Work:
         self._left, self._written_ns = Path(), 0
 
     def begin(self, verb: str, dive: Path, options: list[str], vehicle: str) -> None:
-        """Run `verb` on `dive`. Raises ConfigError where one runs already, or no vehicle file is known."""
+        """Run `verb` on `dive`. Raises ConfigError if a command is running, or no vehicle file is known."""
         self.check_idle()
         if not dive.exists():
             raise ConfigError(f"{dive}: no such dive; check the name")
@@ -39,7 +39,7 @@ class Work:
         for option, name in LEAVES[verb]:
             if option not in options:
                 place = dive / name if dive.is_dir() else dive.with_name(f"{dive.stem}-{name}")
-                with contextlib.suppress(OSError):  # the verb says why it can't write there
+                with contextlib.suppress(OSError):  # the command itself will report why it can't write there
                     clear_way(place)
                 words += [option, str(place)]
         self._left = Path([*words, ""][words.index(LEAVES[verb][1][0]) + 1])
@@ -48,12 +48,12 @@ class Work:
         self._say(f"{verb}: {dive}, in a process of its own; `seatrial cancel` ends it")
 
     def check_idle(self) -> None:
-        """Raise ConfigError where a command runs."""
+        """Raise ConfigError if a command is running."""
         if self._job is not None:
             raise ConfigError(f"{self._job.title} runs; wait for it, or `seatrial cancel`")
 
     def tick(self) -> None:
-        """Tell the lines that came."""
+        """Show the new lines of the command's output, and its result once it has ended."""
         job, now_s = self._job, self._clock.boot_s()
         if job is None:
             return
@@ -61,39 +61,39 @@ class Work:
             self._say(line)
         if job.code is not None:
             self._job = None
-            how = (
+            ending = (
                 "stopped by the user"
                 if job.cancelled
                 else ENDED.get(job.code, f"failed, exit code {job.code}")
             )
-            self._say(f"{job.title}: {how}, after {now_s - job.began_s:.0f} s")
+            self._say(f"{job.title}: {ending}, after {now_s - job.began_s:.0f} s")
             if job.code in (0, 1) and not job.cancelled and _written_ns(self._left) != self._written_ns:
                 self._say(
                     f"{'seatrial params upload' if self._left.suffix == '.param' else 'report:'} {self._left}"
                 )
 
     def cancel(self) -> bool:
-        """Stop it; False where nothing runs."""
+        """Stop the command; False if none is running."""
         if self._job is None:
             return False
         self._job.cancel(self._clock.boot_s())
         return True
 
     def status(self) -> list[str]:
-        """What runs, a line for it."""
+        """A line about the command that is running, if any."""
         if self._job is None:
             return []
         return [f"{self._job.title}: runs for {self._clock.boot_s() - self._job.began_s:.0f} s"]
 
     def kill(self) -> None:
-        """End it at once, as when MAVProxy ends."""
+        """End the command at once, as when MAVProxy ends."""
         if self._job is not None:
             self._job.kill()
             self._job = None
 
 
 def _vehicle_of(dive: Path) -> str:
-    """The vehicle file that a dive folder names. Raises ConfigError where it names none."""
+    """The vehicle file that a dive folder names. Raises ConfigError if it names none that exists."""
     about = DiveFolder(dive).about() if dive.is_dir() else None
     if about is None or about.vehicle_path is None:
         raise ConfigError(
@@ -103,5 +103,5 @@ def _vehicle_of(dive: Path) -> str:
 
 
 def _written_ns(path: Path) -> int:
-    """When a file was last written, 0 where there is none."""
+    """Time of a file's last change, in ns; 0 if there is no file."""
     return path.stat().st_mtime_ns if path.is_file() else 0

@@ -1,5 +1,5 @@
-"""What an operator sees now: frames -> `Picture`. Pure: no I/O, and time is an argument.
+"""What an operator sees of a vehicle now: frames -> `Picture`. No I/O, and time is an argument.
 
-`picture` the types; `freshness` how old is too old; `traces` the last minute; `hearing` which message tells a signal,
-ArduSub's too; `sensors` what is bad about it; `words` STATUSTEXT, `links` who speaks; `watcher` puts it together.
+`picture` defines the types; `freshness` ages; `traces` holds the last minute; `hearing` maps messages to signals,
+ArduSub's included; `sensors` judges them; `words` reads STATUSTEXT, `links` the senders; `watcher` combines all.
 """

@@ -1,4 +1,4 @@
-"""Which set of parameters a vehicle says that it flies, whoever asked it or made it do so."""
+"""The parameter set that a vehicle says it flies, whoever asked it or changed the set."""
 
 import math
 import re
@@ -14,9 +14,9 @@ _PARAM_VALUE: Final[int] = dialect.MAVLINK_MSG_ID_PARAM_VALUE
 
 
 class ActiveSet:
-    """Hears the frames and the words of one vehicle: FF_ACTIVE and FF_COMMIT, which reads alike, and its news.
+    """Follows the frames and texts of a vehicle: FF_ACTIVE, FF_COMMIT (read in the same way), and its news in words.
 
-    `number` is the set's, None where it was not told yet; `told_s` when it was told last.
+    `number` is the set's number, None if not yet known; `told_s` is the time of the last message that stated it.
     """
 
     def __init__(self) -> None:
@@ -24,7 +24,7 @@ class ActiveSet:
         self.told_s = -math.inf
 
     def hear(self, frame: Frame, arrived_s: float) -> None:
-        """A frame of the vehicle came."""
+        """Take a frame of the vehicle."""
         if frame.message_id != _PARAM_VALUE:
             return
         message = decode(frame)
@@ -32,7 +32,7 @@ class ActiveSet:
             self.number, self.told_s = int(message.param_value), arrived_s
 
     def read(self, text: str, arrived_s: float) -> None:
-        """The vehicle said something in words."""
+        """Take a text of the vehicle."""
         news = _NEWS.fullmatch(text)
         if news is not None:
             self.number, self.told_s = int(news.group(1)), arrived_s

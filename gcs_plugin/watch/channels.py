@@ -1,4 +1,4 @@
-"""Who tells a signal, how often, since when it says nothing: one channel a signal, however many could tell it."""
+"""A channel for each signal: who sends it, how often, and since when it has no value, among any number of sources."""
 
 import math
 from collections import deque
@@ -10,16 +10,16 @@ from gcs_plugin.watch.hearing import Values
 TIMES_KEPT: Final = 64
 RATE_OVER_S: Final = 10.0
 YIELDS_AFTER_S: Final = 3.0
-"""A teller that is silent for so long leaves its signal to the next one, be that a worse one."""
+"""A source silent for this long loses its signal to the next one, even if that is worse."""
 
 Teller = tuple[int, int]
-"""Rank, component."""
+"""Rank and component of a source."""
 
 
 class Channel:
-    """What one signal last said. `says` judges whether values say anything.
+    """The last values of a signal. `says` tests whether values are valid.
 
-    `said_s` is when they last did, `heard_s` when anything came, `first_s` when for the first time.
+    `said_s` is when they last were, `heard_s` when anything last came, `first_s` when anything first came.
     """
 
     __slots__ = ("_says", "_times_s", "first_s", "heard_s", "said_s", "teller", "values")
@@ -33,7 +33,10 @@ class Channel:
         self.heard_s = self.said_s = -math.inf
 
     def take(self, teller: Teller, values: Values, time_s: float) -> bool:
-        """Whether these values are taken: a better teller's, or those of the one that tells by now."""
+        """Take values from the present source, from a better one, or from any if the present one is silent.
+
+        Return whether the values were taken.
+        """
         if teller != self.teller:
             if teller[0] >= self.teller[0] and time_s - self.heard_s < YIELDS_AFTER_S:
                 return False
@@ -48,17 +51,17 @@ class Channel:
         return True
 
     def age_s(self, now_s: float) -> float:
-        """inf where nothing ever came."""
+        """Time since the last values; inf if none ever came."""
         return now_s - self.heard_s
 
     def mute_s(self, now_s: float) -> float:
-        """For how long it has said nothing, whether it spoke or not."""
+        """Time without valid values, even if other values came."""
         return now_s - (self.said_s if self.said_s > -math.inf else self.first_s)
 
     def rate_hz(self, now_s: float, silent_after_s: float) -> float:
-        """As heard over the last seconds; a silence longer than `silent_after_s` counts in."""
-        lately = [time_s for time_s in self._times_s if now_s - time_s <= RATE_OVER_S]
-        if len(lately) < 2:
+        """Rate over the last seconds; a silence longer than `silent_after_s` lowers it."""
+        recent_s = [time_s for time_s in self._times_s if now_s - time_s <= RATE_OVER_S]
+        if len(recent_s) < 2:
             return 0.0
-        until_s = now_s if now_s - lately[-1] > silent_after_s else lately[-1]
-        return (len(lately) - 1) / (until_s - lately[0]) if until_s > lately[0] else 0.0
+        until_s = now_s if now_s - recent_s[-1] > silent_after_s else recent_s[-1]
+        return (len(recent_s) - 1) / (until_s - recent_s[0]) if until_s > recent_s[0] else 0.0

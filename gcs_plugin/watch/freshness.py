@@ -1,4 +1,4 @@
-"""How old is too old: after 3 expected periods a value is stale, after 10 it is gone."""
+"""How old a value may be: after 3 expected periods it is stale, after 10 it is gone."""
 
 from typing import Final
 
@@ -7,16 +7,16 @@ from gcs_plugin.watch.picture import Freshness
 STALE_PERIODS: Final = 3.0
 GONE_PERIODS: Final = 10.0
 SHORTEST_PERIOD_S: Final = 0.1
-"""Links hand frames on in batches: what comes more often is no older for a pause of a few of its own periods."""
+"""Links deliver frames in batches: a faster signal is not stale after a pause of a few of its own periods."""
 
 
 def period_s(expected_hz: float) -> float:
-    """The period that ages are counted in."""
+    """Period in which ages are counted."""
     return max(1.0 / expected_hz, SHORTEST_PERIOD_S)
 
 
 def freshness(age_s: float, expected_hz: float) -> Freshness:
-    """Of a value that should come at `expected_hz`; its age is inf where it never came."""
+    """Freshness of a value that should come at `expected_hz`; its age is inf if it never came."""
     periods = age_s / period_s(expected_hz)
     if periods > GONE_PERIODS:
         return Freshness.GONE

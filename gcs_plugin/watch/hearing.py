@@ -1,7 +1,7 @@
-"""Which message tells which signal, how good a teller it is, and its values: the contract's own, then ArduSub's.
+"""Map messages to signals, with their rank as a source and their values: first the contract's, then ArduSub's.
 
-Signals are those of `bridge.messages`, and: `rates` (3, rad/s), `velocity` (3, m/s, body axes), `velocity_ned`
-(3, earth axes, of an autopilot's filter), `depth` (m, as stated). Rank 0 is the best teller of a signal.
+The signals are those of `bridge.messages`, and: `rates` (3, rad/s), `velocity` (3, m/s, body axes), `velocity_ned`
+(3, earth axes, from an autopilot's filter), `depth` (m, as stated). Rank 0 is the best source of a signal.
 """
 
 import math
@@ -25,7 +25,7 @@ OF_THE_CONTRACT: Final = frozenset(row.message.id for row in TABLE)
 
 
 class Heard(NamedTuple):
-    """What one message tells of one signal."""
+    """The values of a signal in a message."""
 
     signal: str
     rank: int
@@ -33,7 +33,7 @@ class Heard(NamedTuple):
 
 
 def _fields(message: Any, *names: str) -> Callable[[Wire], Values]:
-    """Takes the fields named out of the wire's own order of them."""
+    """Return a function that picks the named fields from the fields in wire order."""
     places = tuple(message.ordered_fieldnames.index(name) for name in names)
     return lambda wire: tuple(wire[place] for place in places)
 
@@ -68,7 +68,7 @@ def _attitude(wire: Wire) -> tuple[Heard, ...]:
 
 
 def _inertial(message: Any, rank: int) -> Callable[[Wire], tuple[Heard, ...]]:
-    """An IMU in thousandths of g and of rad/s; a second one that the board lacks is reported as zeros."""
+    """Decode an IMU in thousandths of g and of rad/s; a second IMU that the board lacks is reported as zeros."""
     take = _fields(message, *_INERTIAL)
 
     def told(wire: Wire) -> tuple[Heard, ...]:
@@ -82,7 +82,7 @@ def _inertial(message: Any, rank: int) -> Callable[[Wire], tuple[Heard, ...]]:
 
 
 def _servos(wire: Wire) -> tuple[Heard, ...]:
-    """One value an output of the first port, up to the first that is never driven."""
+    """One value for each output of the first port, up to the first output that is never driven."""
     if _PORT(wire)[0] != 0:
         return ()
     pulses = _PULSES(wire)
@@ -97,7 +97,7 @@ def _sys_status(wire: Wire) -> tuple[Heard, ...]:
 
 
 def _position_delta(wire: Wire) -> tuple[Heard, ...]:
-    """Mean velocity over the step, as DVL drivers for ArduSub tell it."""
+    """Mean velocity over the step, as DVL drivers for ArduSub send it."""
     step_us, delta_m = wire[1], wire[5:8]
     if step_us <= 0:
         return ()
@@ -128,21 +128,21 @@ _ARDUSUB: Final[dict[int, tuple[Any, Callable[[Wire], tuple[Heard, ...]]]]] = {
 }
 TELLING: Final = OF_THE_CONTRACT | _ARDUSUB.keys()
 FROM_ANYONE: Final = frozenset((dialect.MAVLINK_MSG_ID_VISION_POSITION_DELTA,))
-"""What a driver may say under a ground station's name."""
+"""Messages that a driver may send under a ground station's name."""
 
 
 def heard(frame: Frame) -> tuple[Heard, ...]:
-    """What a frame with a checked CRC tells; nothing for a message that is no teller."""
+    """Decode the signals in a frame with a checked CRC; empty for a message without any."""
     number = frame.message_id
     if number in OF_THE_CONTRACT:
         reading = decode_reading(frame)
         return () if reading is None else _of_reading(reading.signal, reading.values)
-    found = _ARDUSUB.get(number)
-    if found is None:
+    entry = _ARDUSUB.get(number)
+    if entry is None:
         return ()
-    message, told = found
+    message, decoder = entry
     size = message.unpacker.size
-    return told(message.unpacker.unpack(frame.payload[:size].ljust(size, b"\0")))
+    return decoder(message.unpacker.unpack(frame.payload[:size].ljust(size, b"\0")))
 
 
 def _of_reading(signal: str, values: Values) -> tuple[Heard, ...]:

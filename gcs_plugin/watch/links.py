@@ -1,4 +1,4 @@
-"""Who speaks on a link: heartbeats, loss and rate of each sender over the last seconds, and two under one address."""
+"""The senders on a link: heartbeats, loss and rate of each over the last seconds, and two under one address."""
 
 import math
 from collections import deque
@@ -29,7 +29,7 @@ Counts = dict[Source, tuple[int, int]]
 
 @dataclass(frozen=True, slots=True)
 class Beat:
-    """One HEARTBEAT."""
+    """A HEARTBEAT."""
 
     kind: int
     autopilot: int
@@ -42,7 +42,7 @@ class Beat:
 
     @property
     def is_autopilot(self) -> bool:
-        """Whether it commands thrusters by itself, as an autopilot or a vehicle without one."""
+        """Whether it commands thrusters by itself, as an autopilot or a vehicle without one does."""
         return not self.is_station and self.autopilot != _NO_AUTOPILOT
 
     @property
@@ -55,7 +55,7 @@ class Beat:
 
 
 def beat_of(frame: Frame, time_s: float) -> Beat:
-    """What a HEARTBEAT says: on the wire custom_mode (4 bytes), type, autopilot, base_mode, system_status."""
+    """Decode a HEARTBEAT, on the wire custom_mode (4 bytes), type, autopilot, base_mode, system_status."""
     payload = frame.payload.ljust(_HEARTBEAT_BYTES, b"\0")
     kind, autopilot, mode, status = payload[4:8]
     if status in _FAILSAFE:
@@ -66,7 +66,7 @@ def beat_of(frame: Frame, time_s: float) -> Beat:
 
 
 class WatchedLink:
-    """One link, from the first of its frames on."""
+    """A link, from its first frame on."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -83,14 +83,14 @@ class WatchedLink:
         self._twins.on_frame(frame, time_s)
 
     def beat(self, source: Source, beat: Beat) -> None:
-        """A sender on it beats."""
+        """Note the heartbeat of a sender."""
         self._beats.put(source, beat.time_s, beat)
 
     def twins(self, system: int | None) -> str:
         return self._twins.fault(system)
 
     def rows(self, now_s: float) -> list[LinkRow]:
-        """Those who beat, but for ground stations; where nobody does, those who send."""
+        """Rows of all senders of heartbeats except ground stations; if there are none, of all other senders."""
         counts = self._now()
         beats = dict(self._beats.items())
         senders = [source for source, beat in beats.items() if not beat.is_station]
@@ -100,7 +100,7 @@ class WatchedLink:
 
     def _row(self, source: Source, now: tuple[int, int], now_s: float) -> LinkRow:
         then_s, before = self._base(now_s)
-        # Who left his place and has another since counts from nothing again.
+        # A sender that was dropped from the list and came back counts from zero again.
         received, lost = (max(a - b, 0) for a, b in zip(now, before.get(source, (0, 0)), strict=True))
         beat = self._beats.get(source)
         age_s = math.inf if beat is None else now_s - beat.time_s
@@ -109,9 +109,9 @@ class WatchedLink:
         return LinkRow(self.name, *source, age_s, loss, rate_hz, age_s > LOST_S)
 
     def _base(self, now_s: float) -> tuple[float, Counts]:
-        """The oldest counts of the last seconds; the newest of all where the link has been silent since."""
-        lately = (item for item in self._counts if now_s - item[0] <= OVER_S)
-        return next(lately, self._counts[-1])
+        """The oldest counts of the last seconds; the newest of all if the link has been silent since."""
+        recent = (item for item in self._counts if now_s - item[0] <= OVER_S)
+        return next(recent, self._counts[-1])
 
     def _now(self) -> Counts:
         return {(s.system, s.component): (s.received, s.lost) for s in self._health.snapshot(0.0).sources}

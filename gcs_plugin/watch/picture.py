@@ -1,4 +1,4 @@
-"""What an operator sees of one vehicle at one instant. SI units; ages and rates are as seen here, by arrival."""
+"""The state of a vehicle at an instant, as an operator sees it. SI units; ages and rates by arrival on the ground."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ class Freshness(Enum):
 
 
 class Condition(Enum):
-    """How a sensor is; the value is the word for it."""
+    """Condition of a sensor; the value is the word shown for it."""
 
     OK = "ok"
     DEGRADED = "degraded"
@@ -28,7 +28,7 @@ class Condition(Enum):
 
 
 class Armed(Enum):
-    """Armed state; FAILSAFE where the vehicle calls its own state critical or an emergency."""
+    """Armed state; FAILSAFE if the vehicle calls its own state critical or an emergency."""
 
     UNKNOWN = "UNKNOWN"
     DISARMED = "DISARMED"
@@ -38,7 +38,7 @@ class Armed(Enum):
 
 @dataclass(frozen=True)
 class SensorRow:
-    """One sensor. `rate_hz` as seen lately, `expected_hz` the least it should be; `words` say what is wrong, if so."""
+    """A sensor. `rate_hz` is its recent rate, `expected_hz` the least required rate; `words` name a problem, if any."""
 
     name: str
     signal: str
@@ -52,9 +52,9 @@ class SensorRow:
 
 @dataclass(frozen=True)
 class Trace:
-    """The last 60 s of one quantity, (n,) each, on the clock of `Picture.now_s`; NaN where a reading says nothing.
+    """The last 60 s of a quantity, (n,) each, on the clock of `Picture.now_s`; NaN for a reading without a value.
 
-    `reference` is what the controller was asked for at these times; None where it was asked for nothing.
+    `reference` is the controller's reference at these times; None if it had none.
     """
 
     name: str
@@ -68,8 +68,8 @@ class Trace:
 
 @dataclass(frozen=True)
 class LinkRow:
-    """One sender on a link. `age_s` since its last HEARTBEAT, `lost` where that is over 3 s; `loss` and `rate_hz` of
-    its frames over the last 10 s, as seen here: routers can falsify them."""
+    """A sender on a link. `age_s` since its last HEARTBEAT, `lost` if that is over 3 s; `loss` and `rate_hz` of its
+    frames over the last 10 s, as seen here: routers can falsify them."""
 
     name: str
     system: int
@@ -82,7 +82,7 @@ class LinkRow:
 
 @dataclass(frozen=True)
 class ThrusterRow:
-    """One thruster, numbered from 1; NaN for what is not told."""
+    """A thruster, numbered from 1; NaN for a value that was not sent."""
 
     number: int
     name: str
@@ -94,8 +94,8 @@ class ThrusterRow:
 
 @dataclass(frozen=True)
 class Said:
-    """A STATUSTEXT, or that the vehicle started anew. `utc_s` is Unix time, NaN where neither side knows the date;
-    severity as MAVLink has it, 0 to 7."""
+    """A STATUSTEXT, or a restart of the vehicle. `utc_s` is Unix time, NaN if neither side knows the date; severity
+    as in MAVLink, 0 to 7."""
 
     utc_s: float
     severity: int
@@ -104,11 +104,13 @@ class Said:
 
 @dataclass(frozen=True)
 class Picture:
-    """The vehicle watched. `links`: its own senders first, the one that tells the armed state before the others, then
-    other systems, but for those that are long gone. `traces` by u v w p q r depth altitude heading voltage current, all
-    always there. `said`: the newest last. `active_set` is the number of the parameters that it last said it flies
-    (FF_ACTIVE), None where it did not. `twins` says that two vehicles share its address, "" where none do;
-    `configuration` "" where unknown."""
+    """The vehicle watched.
+
+    `links`: its own senders first, the sender of the armed state before the others, then other systems, except those
+    that are long gone. `traces` by u v w p q r depth altitude heading voltage current, always complete. `said`: the
+    newest last. `active_set` is the number of the parameter set that it last said it flies (FF_ACTIVE), None if
+    unknown. `twins` says that two vehicles share its address, "" if none do; `configuration` is "" if unknown.
+    """
 
     now_s: float
     armed: Armed

@@ -1,4 +1,4 @@
-"""What readings come to: depth from pressure, velocity at the body's origin, heading; each with what was asked for."""
+"""Turn readings into quantities with references: depth from pressure, velocity at the body's origin, heading."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -16,7 +16,7 @@ REFERENCE_HOLDS_S: Final = 1.0
 FOG_YIELDS_S: Final = 1.0
 HEADING_REFERENCE, DEPTH_REFERENCE = 12, 13  # places in NU_REF
 
-# Trace: its name, its unit, whose signal sets its freshness.
+# Trace: its name, its unit, and the signal that sets its freshness.
 TRACES: Final = {
     "u": ("surge", "m/s", "dvl"),
     "v": ("sway", "m/s", "dvl"),
@@ -33,7 +33,7 @@ TRACES: Final = {
 
 
 class Quantities:
-    """The traces of one vehicle; `channels` are its signals, as they were last told."""
+    """The traces of a vehicle; `channels` hold the last values of its signals."""
 
     def __init__(self, vehicle: Vehicle | None, channels: Mapping[str, Channel]) -> None:
         self._channels = channels
@@ -51,17 +51,17 @@ class Quantities:
         }  # fmt: skip
 
     def take(self, signal: str, values: Values, time_s: float) -> None:
-        """What a signal just said; many signals are no quantity."""
+        """Take the values of a signal; many signals give no quantity."""
         taker = self._takers.get(signal)
         if taker is not None:
             taker(values, time_s)
 
     def traces(self, now_s: float, expected_hz: Callable[[str], float]) -> dict[str, Trace]:
-        """The last minute of each; `expected_hz` says how often a signal should come."""
+        """The last minute of each quantity; `expected_hz` returns how often a signal should come."""
         return {key: self._trace(key, now_s, expected_hz) for key in TRACES}
 
     def locked_share(self, now_s: float) -> float:
-        """Share of the velocities of the last minute that were any; NaN without a DVL."""
+        """Share of valid velocities in the last minute; NaN without a DVL."""
         if self._channels["dvl"].heard_s == -math.inf:
             return math.nan
         return self._rings["u"].said_share(now_s - KEPT_S)
@@ -79,7 +79,7 @@ class Quantities:
         self._reference, self._reference_s = values, time_s
 
     def _put(self, keys: Sequence[str], values: Sequence[float], first: int, time_s: float) -> None:
-        """Values whose references stand in NU_REF from the place `first` on."""
+        """Add values whose references are in NU_REF from index `first` on."""
         if time_s - self._reference_s <= REFERENCE_HOLDS_S:
             for place, key in enumerate(keys):
                 self._rings[key].put(time_s, values[place], self._reference[first + place])
@@ -95,7 +95,7 @@ class Quantities:
         self._put(("r",), values, 5, time_s)
 
     def _velocity(self, values: Values, time_s: float) -> None:
-        """At the body's origin: less what turning makes at the DVL's own place."""
+        """Velocity at the body's origin: subtract the velocity at the DVL's position due to rotation."""
         rates = self._channels["rates"].values
         if self._has_lever and rates:
             (p, q, r), (x, y, z) = rates, self._lever
@@ -104,7 +104,7 @@ class Quantities:
         self._put(("u", "v", "w"), values, 0, time_s)
 
     def _velocity_ned(self, values: Values, time_s: float) -> None:
-        """Of an autopilot's filter, where no DVL is heard; turned into body axes."""
+        """Velocity of an autopilot's filter, turned into body axes; used if no DVL is heard."""
         attitude = self._channels["attitude"].values
         if self._channels["velocity"].heard_s == -math.inf and attitude:
             self._put(("u", "v", "w"), _to_body(attitude, values), 0, time_s)
@@ -125,8 +125,8 @@ class Quantities:
     def _attitude(self, values: Values, time_s: float) -> None:
         w, x, y, z = values[:4]
         heading = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-        asked = self._reference_at(HEADING_REFERENCE, time_s)
-        self._rings["heading"].put(time_s, math.degrees(heading) % 360.0, math.degrees(asked) % 360.0)
+        reference = self._reference_at(HEADING_REFERENCE, time_s)
+        self._rings["heading"].put(time_s, math.degrees(heading) % 360.0, math.degrees(reference) % 360.0)
 
     def _battery(self, values: Values, time_s: float) -> None:
         self._rings["voltage"].put(time_s, values[0])
@@ -134,7 +134,7 @@ class Quantities:
 
 
 def _to_body(quaternion: Values, ned: Values) -> Values:
-    """An earth vector in body axes, by the attitude w x y z from body to earth."""
+    """Turn an earth vector into body axes, by the attitude w x y z from body to earth."""
     w, x, y, z = quaternion[:4]
     n, e, d = ned
     return (

@@ -1,6 +1,6 @@
-"""The sensors' table: what each is called, how often it should speak, how it says nothing; and the rows made of it.
+"""The table of sensors: names, least rates, tests for valid readings; and the rows made from it.
 
-Names and least rates are the telemetry contract's, as the doctor knows it. ArduPilot vehicles are asked for less.
+Names and least rates are those of the telemetry contract in the doctor. ArduPilot vehicles need only lower rates.
 """
 
 import math
@@ -16,13 +16,13 @@ from gcs_plugin.watch.hearing import Values
 from gcs_plugin.watch.picture import Condition, Freshness, SensorRow
 
 ARDUPILOT_HZ: Final = 2.0
-"""What ground stations ask an ArduPilot vehicle for at the least."""
+"""The rate at which ground stations request data from an ArduPilot vehicle, at the least."""
 
-COMPANION: Final = 191  # the bridge beside an autopilot keeps to the contract
-LEAST_NORM, MOST_NORM = 0.9, 1.1  # of an attitude
-LEAST_PRESSURE_PA: Final = 30_000.0  # below any lake's
+COMPANION: Final = 191  # a bridge next to an autopilot keeps to the contract
+LEAST_NORM, MOST_NORM = 0.9, 1.1  # squared norm of an attitude quaternion
+LEAST_PRESSURE_PA: Final = 30_000.0  # less than the air pressure at any lake
 LEAST_VOLTAGE: Final = 0.85
-"""Of the voltage that the thrust curve was measured at; thrust is then a quarter less."""
+"""Share of the voltage at which the thrust curve was measured; thrust is then a quarter less."""
 
 WELL_LOCKED: Final = 0.9
 FIRST_LOOK_S: Final = 5.0
@@ -45,7 +45,7 @@ def _first(values: Values) -> bool:
 
 
 def is_pressure(values: Values) -> bool:
-    """Whether there is air or water around."""
+    """Whether the pressure is that of air or water."""
     return values[0] > LEAST_PRESSURE_PA
 
 
@@ -63,14 +63,14 @@ def _volts(values: Values) -> bool:
 
 
 def always(values: Values) -> bool:
-    """For signals that can't say nothing."""
+    """For signals whose values are always valid."""
     del values
     return True
 
 
 @dataclass(frozen=True, slots=True)
 class Sensor:
-    """One row of the table; `silent` is said of readings of which `says` holds that they say nothing."""
+    """A row of the table; `says` tests whether a reading has a value, `silent` describes readings without a value."""
 
     signal: str
     says: Callable[[Values], bool]
@@ -93,7 +93,7 @@ _EXPECTED: Final = {expected.signal: expected for expected in CONTRACT}
 
 
 def expected_hz(signal: str, vehicle: Vehicle | None, component: int, of_ardupilot: bool) -> float:
-    """How often a signal should come at the least, told by this component."""
+    """Least rate of a signal from this component."""
     row = _EXPECTED[signal]
     device = None if vehicle is None else vehicle.sensors.present().get(row.device)
     hz = row.least_hz if device is None or not device.rate_hz else min(row.least_hz, device.rate_hz)
@@ -101,7 +101,7 @@ def expected_hz(signal: str, vehicle: Vehicle | None, component: int, of_ardupil
 
 
 def is_expected(signal: str, vehicle: Vehicle | None) -> bool:
-    """Whether the vehicle file names what tells this signal."""
+    """Whether the vehicle file names the device of this signal."""
     return vehicle is not None and _EXPECTED[signal].device in vehicle.sensors.present()
 
 
@@ -114,8 +114,8 @@ def sensor_rows(
 ) -> tuple[SensorRow, ...]:
     """A row for each sensor that the vehicle file names or that was heard, in the order of the table.
 
-    `hz_of` says how often a signal should come, as `expected_hz`. `locked_share`: of the DVL's pings in the last
-    minute, NaN for none.
+    `hz_of` returns a signal's least rate, as `expected_hz` does. `locked_share`: share of the DVL's pings in the last
+    minute with bottom lock, NaN without pings.
     """
     rows = []
     for sensor in SENSORS:
@@ -159,7 +159,7 @@ def _weak(
     hz: float,
     locked_share: float,
 ) -> tuple[Condition, str]:
-    """What is less than it should be of a sensor that speaks."""
+    """Shortcomings of a sensor that sends valid values."""
     if signal == "gnss":
         fixed = channel.values[0] >= 2
         return Condition.OK, "" if fixed else "no fix"

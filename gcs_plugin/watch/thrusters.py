@@ -1,4 +1,4 @@
-"""What a thruster is called, by where it sits and which way it pushes, and how each is."""
+"""Name thrusters by their position and direction, and show the state of each."""
 
 import math
 from typing import Final
@@ -12,11 +12,11 @@ MOSTLY: Final = 0.8
 """Cosine of the angle up to which a thruster counts as pushing along an axis."""
 
 OFF_CENTRE: Final = 0.2
-"""Share of the farthest thruster's distance from which one sits to a side."""
+"""Share of the farthest thruster's distance beyond which a thruster counts as off the centre line."""
 
 
 def name_of(thruster: Thruster, reach_m: float) -> str:
-    """`fore port`, `vertical aft starboard`, `lateral fore`; `reach_m` is how far out the farthest one sits."""
+    """`fore port`, `vertical aft starboard`, `lateral fore`; `reach_m` is the farthest thruster's distance."""
     x, y, _ = thruster.position_m
     _, sideways, down = (abs(c) for c in thruster.direction)
     words = ["vertical"] if down > MOSTLY else ["lateral"] if sideways > MOSTLY else []
@@ -28,7 +28,7 @@ def name_of(thruster: Thruster, reach_m: float) -> str:
 
 
 def names_of(configuration: Configuration) -> tuple[str, ...]:
-    """One a thruster, in the file's order."""
+    """The name of each thruster, in the file's order."""
     reach_m = max((math.hypot(*t.position_m[:2]) for t in configuration.thrusters), default=0.0)
     return tuple(name_of(thruster, reach_m) for thruster in configuration.thrusters)
 
@@ -36,7 +36,7 @@ def names_of(configuration: Configuration) -> tuple[str, ...]:
 def thruster_rows(
     pwm: Channel, rpm: Channel, names: tuple[str, ...], now_s: float, expected_hz: float
 ) -> tuple[ThrusterRow, ...]:
-    """A row for each thruster of the vehicle file; where there is none, for each output."""
+    """A row for each thruster of the vehicle file; without a file, for each output."""
     count = len(names) or len(pwm.values)
     age_s = pwm.age_s(now_s)
     fresh = freshness(age_s, expected_hz)

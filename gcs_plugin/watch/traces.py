@@ -14,7 +14,7 @@ PLACES: Final = 1 + round(KEPT_S * MOST_HZ)
 
 
 class Ring:
-    """Values with their times and references; of several within one step the newest is kept."""
+    """Values with their times and references; of several values within a step, the newest is kept."""
 
     __slots__ = ("_count", "_place", "_reference", "_step_ends_s", "_time_s", "_value", "last_s")
 
@@ -27,7 +27,7 @@ class Ring:
         self._step_ends_s = -math.inf
 
     def put(self, time_s: float, value: float, reference: float = math.nan) -> None:
-        """A value that came at `time_s`; earlier than the one before it counts as with it."""
+        """Add a value that came at `time_s`; a time earlier than the previous value's counts as equal to it."""
         time_s = max(time_s, self.last_s)
         if time_s >= self._step_ends_s:
             self._step_ends_s = time_s + STEP_S
@@ -38,16 +38,16 @@ class Ring:
         self.last_s = time_s
 
     def since(self, start_s: float) -> tuple[Array, Array, Array | None]:
-        """Times, values and references from `start_s` on; None where there is no reference at any."""
+        """Times, values and references from `start_s` on; the references are None if none is known."""
         first = (self._place + 1 - self._count) % PLACES
         order = np.arange(first, first + self._count) % PLACES
         time_s = self._time_s[order]
         order = order[np.searchsorted(time_s, start_s) :]
         reference = self._reference[order]
-        told = np.isfinite(reference).any()
-        return self._time_s[order], self._value[order], reference if told else None
+        has_reference = np.isfinite(reference).any()
+        return self._time_s[order], self._value[order], reference if has_reference else None
 
     def said_share(self, start_s: float) -> float:
-        """Share of the values from `start_s` on that are numbers; NaN where there are none."""
+        """Share of the values from `start_s` on that are numbers; NaN if there are no values."""
         _, value, _ = self.since(start_s)
         return float(np.isfinite(value).mean()) if len(value) else math.nan

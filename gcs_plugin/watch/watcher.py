@@ -1,7 +1,7 @@
-"""Frames in, a `Picture` out: what an operator sees of one vehicle, whoever else speaks on its links.
+"""Turn frames into a `Picture`: the state of one vehicle, whichever other senders are on its links.
 
-It watches the first system that beats as a vehicle, or the one it is told to; as soon as the one that the vehicle file
-names beats, that one.
+It watches the first system with a vehicle's heartbeat, or the system it is given. As soon as the system named in the
+vehicle file sends a heartbeat, it watches that one.
 """
 
 import math
@@ -28,15 +28,15 @@ from gcs_plugin.watch.words import StatusTexts
 
 TEXTS_KEPT: Final = 20
 TWICE_WITHIN_S: Final = 1.0
-"""The same frame again within so long came over a second link."""
+"""The same frame again within this time came over a second link."""
 
 SETTLED_BEATS: Final = 3
 SETTLING_S: Final = 0.5
-"""A component that beat so often, so far apart, is of a vehicle that a crew looks at: it is watched however long it is
-silent."""
+"""A component with this many heartbeats, this far apart, belongs to a vehicle that a crew looks at: it stays watched
+however long it is silent."""
 
 PASSED_S: Final = 10.0
-"""Who beat less often, and not for so long, has passed by where another beats."""
+"""A vehicle with fewer heartbeats, and none for this long, has passed by if another vehicle sends heartbeats."""
 
 HAS_DATE_UNIX_S: Final = 1e9
 _HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
@@ -51,11 +51,11 @@ _OTHERS: Final = (
 
 
 class Watcher:
-    """Feed it every frame, of all links, both ways; ask it for a picture as often as one is looked at.
+    """Feed it every frame, of all links and both directions; ask it for a picture as often as needed.
 
-    `system` is the vehicle to watch; without it that of the file, else the first that beats, unless it only passes by.
-    `unix_at_zero_s` is Unix time less the time of `feed`; where it is not given,
-    the vehicle's own clock dates what it says.
+    `system` is the vehicle to watch; by default the vehicle of the file, otherwise the first that sends heartbeats,
+    unless it only passes by. `unix_at_zero_s` is Unix time minus the time of `feed`; without it, texts are dated by
+    the vehicle's clock.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class Watcher:
         self._begin(system)
 
     def _begin(self, system: int | None) -> None:
-        """Forget whatever was heard; from now on `system` is watched."""
+        """Forget everything heard, and watch `system` from now on."""
         self.system = system
         self._system_beats: dict[int, Beat] = {}
         self._beats_counted: dict[int, tuple[int, float]] = {}
@@ -86,7 +86,7 @@ class Watcher:
         self._restarts = Restarts()
 
     def feed(self, frame: Frame, arrived_s: float, link: str) -> None:
-        """One frame as it came; `arrived_s` never runs back."""
+        """Take a frame; `arrived_s` never runs back."""
         watched = self._links.get(link)
         if watched is None:
             watched = self._links[link] = WatchedLink(link)
@@ -97,8 +97,8 @@ class Watcher:
         number = frame.message_id
         if number == _HEARTBEAT:
             self._beat(frame, arrived_s, watched)
-        own = frame.system == self.system
-        if not (own or number in FROM_ANYONE) or self._is_twice(frame, arrived_s):
+        from_vehicle = frame.system == self.system
+        if not (from_vehicle or number in FROM_ANYONE) or self._is_twice(frame, arrived_s):
             return
         if number in TELLING:
             for signal, rank, values in heard(frame):
@@ -106,7 +106,7 @@ class Watcher:
                     self._quantities.take(signal, values, arrived_s)
         if number == _SYSTEM_TIME:
             self._date(arrived_s)
-        if own:
+        if from_vehicle:
             self._active_set.hear(frame, arrived_s)
             self._look_for_restart(frame, arrived_s)
         if number in _OF_WORDS:
@@ -114,7 +114,7 @@ class Watcher:
             self._texts.hear(frame)
 
     def picture(self, now_s: float) -> Picture:
-        """What there is to see at `now_s`, on the clock of `feed`."""
+        """The picture at `now_s`, on the clock of `feed`."""
         commander = self._commander()
         beat = _SILENT_BEAT if commander is None else self._system_beats[commander]
         channels, quantities = self._channels, self._quantities
@@ -142,7 +142,7 @@ class Watcher:
             twins=self._twins(),
         )
 
-    # Who speaks.
+    # The senders.
 
     def _twins(self) -> str:
         faults = (link.twins(self.system) for link in self._links.values())
@@ -162,24 +162,24 @@ class Watcher:
     def _is_to_be_watched(self, system: int, now_s: float) -> bool:
         if self._asked_for is not None or system == self.system:
             return False
-        own = None if self._vehicle is None else self._vehicle.system_id
-        if self.system is None or system == own:
+        file_system = None if self._vehicle is None else self._vehicle.system_id
+        if self.system is None or system == file_system:
             return True
-        return self.system != own and self._has_passed_by(now_s)
+        return self.system != file_system and self._has_passed_by(now_s)
 
     def _has_passed_by(self, now_s: float) -> bool:
-        """Whether whoever is watched beat a time or two and no more: another boat's, or an echo of the last dive."""
+        """Whether the watched vehicle sent only a heartbeat or two: another boat's, or an echo of the last dive."""
         newest_s = max((beat.time_s for beat in self._system_beats.values()), default=-math.inf)
         most = max((count for count, _ in self._beats_counted.values()), default=0)
         return most < SETTLED_BEATS and now_s - newest_s > PASSED_S
 
     def _commander(self) -> int | None:
-        """The component whose word counts for armed or not: an autopilot before a companion computer."""
+        """The component that decides whether the vehicle is armed: an autopilot before a companion computer."""
         beats = self._system_beats
         return min(beats, key=lambda component: (not beats[component].is_autopilot, component), default=None)
 
     def _is_twice(self, frame: Frame, arrived_s: float) -> bool:
-        # In the order in which they came: those that are too old to matter stand at the front.
+        # Entries are in order of arrival: those that are too old stand at the front.
         recent = self._recent
         while recent and arrived_s - recent[oldest := next(iter(recent))][1] >= TWICE_WITHIN_S:
             del recent[oldest]
@@ -190,13 +190,13 @@ class Watcher:
 
     def _link_rows(self, now_s: float, commander: int | None) -> tuple[LinkRow, ...]:
         def place(row: LinkRow) -> tuple[bool, bool, float]:
-            # Of links that are lost the one that was heard last comes first: its age is the vehicle's.
+            # Among lost links, the link heard last comes first: its age is the vehicle's.
             silent_s = row.age_s if row.lost else 0.0
             return row.system != self.system, row.component != commander, silent_s
 
         rows = (row for link in self._links.values() for row in link.rows(now_s))
-        there = (row for row in rows if row.system == self.system or not GONE_S < row.age_s < math.inf)
-        return tuple(sorted(there, key=place))
+        shown = (row for row in rows if row.system == self.system or not GONE_S < row.age_s < math.inf)
+        return tuple(sorted(shown, key=place))
 
     def _tell(self, source: Source, severity: int, text: str) -> None:
         del source
@@ -211,25 +211,25 @@ class Watcher:
 
     @property
     def _unix_at_zero_s(self) -> float:
-        """Unix time less the time of `feed`, NaN where neither side knows the date."""
+        """Unix time minus the time of `feed`; NaN if neither side knows the date."""
         return self._vehicle_unix_s if math.isnan(self._ground_unix_s) else self._ground_unix_s
 
     def _date(self, arrived_s: float) -> None:
-        told = self._channels["clock"].values
-        if told and told[0] > HAS_DATE_UNIX_S:
-            self._vehicle_unix_s = told[0] - arrived_s
+        values = self._channels["clock"].values
+        if values and values[0] > HAS_DATE_UNIX_S:
+            self._vehicle_unix_s = values[0] - arrived_s
 
-    # What it is.
+    # The vehicle itself.
 
     def _configuration(self) -> str:
-        """By VEH_CFG; else as the user named it, or the only one there is."""
+        """The configuration by VEH_CFG, otherwise by the user's choice, otherwise the only configuration there is."""
         if self._file is None or self._vehicle is None:
             return ""
-        told = _whole(self._channels["veh_cfg"].values)
-        if told is None and self._file.configuration is not None:
+        veh_cfg = _whole(self._channels["veh_cfg"].values)
+        if veh_cfg is None and self._file.configuration is not None:
             return self._file.configuration
         try:
-            return self._vehicle.configuration_at(told)
+            return self._vehicle.configuration_at(veh_cfg)
         except ConfigError:
             return ""
 

@@ -1,4 +1,4 @@
-"""STATUSTEXT: what vehicles say in words, long ones joined from their pieces, fit for a screen."""
+"""STATUSTEXT messages of vehicles: long texts joined from their pieces, printable on a screen."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ LONGEST_CHARACTERS: Final = 1000
 MOST_BEGUN: Final = 256
 
 Tell = Callable[[tuple[int, int], int, str], None]
-"""Hears (system, component), severity and text."""
+"""Called with (system, component), severity and text."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +25,7 @@ class _Begun:
 
 
 class StatusTexts:
-    """Hears every frame of a link; `tell` gets each text once it is whole, or at its sender's next heartbeat."""
+    """Takes every frame of a link; `tell` gets each text once it is complete, or at its sender's next heartbeat."""
 
     def __init__(self, tell: Tell) -> None:
         self._tell = tell

@@ -1,4 +1,4 @@
-"""The page's server: textual-serve's, with our page, its sockets told, and strangers' pages kept out."""
+"""The page's server: textual-serve's, with our page, announced sockets, and protection from foreign pages."""
 
 import asyncio
 import contextlib
@@ -16,17 +16,17 @@ from tui.web.visitors import refusal
 
 PAGE: Final = Path(__file__).with_name("page")
 MOST_VISITORS: Final = 4
-"""Each is a process of its own, of 100 MB and a few per cent of a core."""
+"""Each visitor is a process of its own, of 100 MB and a few per cent of a core."""
 ENDING_S: Final = 2.0
 POLICY: Final = (
     "default-src 'self'; script-src 'self' 'unsafe-inline'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; "
     "connect-src 'self' ws: wss:; frame-ancestors 'self'"
 )
-"""Nothing comes from the net, and no other site draws the page under its own."""
+"""Nothing is loaded from the internet, and no other site may frame the page."""
 
 
 class PageServer(Server):
-    """Runs `command` for each browser, while there is room."""
+    """Runs `command` for each browser, up to `most` at a time."""
 
     def __init__(self, command: Sequence[str], host: str, port: int, most: int = MOST_VISITORS) -> None:
         super().__init__(shlex.join(command), host, port, "seatrial", templates_path=PAGE)

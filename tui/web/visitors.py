@@ -1,18 +1,18 @@
-"""Whose requests the page takes: those of a browser that was sent here by its user, not by a stranger's page.
+"""Decide which requests the page accepts: those of a browser that its user sent here, not a stranger's page.
 
-A page of the net may open a web socket to this computer from the browser of whoever looks at it, and may give its own
-name this computer's address (DNS rebinding). The first is told by `Origin`, the second by a `Host` that can be bought.
+A page on the internet may open a web socket to this computer from a visitor's browser, and may give its own name this
+computer's address (DNS rebinding). The first shows in `Origin`, the second in a `Host` name that can be registered.
 """
 
 import ipaddress
 from urllib.parse import urlsplit
 
 LOCAL_NAMES = ("localhost", "local", "internal", "lan")
-"""Names that end so are given by this computer, mDNS or a router, and to nobody by a registrar."""
+"""Names with these endings are given by this computer, mDNS or a router; no registrar sells them."""
 
 
 def refusal(host: str, origin: str | None, own: str) -> str:
-    """Why a request with these headers is not taken, "" where it is; `own` is the host that the page was told."""
+    """Reason to refuse a request with these headers, "" to accept it; `own` is the host given for the page."""
     name = _name(host)
     if not (_is_local(name) or name == own):
         return (
@@ -24,7 +24,7 @@ def refusal(host: str, origin: str | None, own: str) -> str:
 
 
 def is_loopback(host: str) -> bool:
-    """Whether only this computer reaches it."""
+    """Whether only this computer reaches the address."""
     if host == "localhost":
         return True
     try:
@@ -34,7 +34,7 @@ def is_loopback(host: str) -> bool:
 
 
 def warning(host: str, control: bool) -> str:
-    """What has to be said of an address before it is opened; "" for loopback."""
+    """The warning about an address before it is opened; "" for loopback."""
     if is_loopback(host):
         return ""
     if control:
@@ -46,7 +46,7 @@ def warning(host: str, control: bool) -> str:
 
 
 def in_url(address: str) -> str:
-    """An address as it stands in a URL; one that means all of this computer's is opened by loopback here."""
+    """An address as written in a URL; the wildcard addresses become loopback."""
     if address in ("0.0.0.0", "::"):
         return "127.0.0.1" if address == "0.0.0.0" else "[::1]"
     return f"[{address}]" if ":" in address else address
