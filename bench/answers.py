@@ -59,7 +59,7 @@ def answered(name: str, dive: Dive, file: VehicleFile, configuration: str) -> Da
     """A method's answer to a dive as JSON; an empty one with its reason where it refuses."""
     started = time.perf_counter()
     try:
-        found = method(name)(dive, file, configuration, lambda _share, _words: None)
+        found = method(name)(dive, file, configuration, lambda *_report: None)
     except FitError as error:
         return {
             "value": {}, "half95": {}, "trim": [0.0] * 6, "outcome": "refused", "refusal": str(error),

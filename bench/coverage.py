@@ -72,7 +72,7 @@ def dive_job(configuration: str, seed: int) -> Data:
     with tempfile.TemporaryDirectory() as folder:
         one = dived(configuration, configuration, seed, Path(folder))
         try:
-            found = estimator(DEFAULT)(one.dive, one.file, configuration, lambda _share, _words: None)
+            found = estimator(DEFAULT)(one.dive, one.file, configuration, lambda *_report: None)
         except FitError as error:
             return {"configuration": configuration, "seed": seed, "outcome": str(error), "trials": []}
     stated = [p for p in found.parameters if p.identifiable and p.name in one.truth]

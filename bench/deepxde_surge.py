@@ -94,9 +94,7 @@ def inverse_problem(seed: int, minutes: float) -> Data:
     begun = time.perf_counter()
     values, steps = solved(surge_of(mission), mission.drawn.configuration.dry_mass_kg, minutes)
     middle = time.perf_counter()
-    found = estimator("likelihood")(
-        mission.dive, mission.file, mission.configuration, lambda _share, _words: None
-    )
+    found = estimator("likelihood")(mission.dive, mission.file, mission.configuration, lambda *_report: None)
     return {
         "kind": mission.kind,
         "truth": {name: mission.truth[name] for name in ("M_u", "D_u")},

@@ -43,7 +43,7 @@ def page(cache: Path, seeds: tuple[int, ...]) -> str:
 def trained(seed: int) -> Data:
     """Truth, network's and closed form's value of each coefficient that the paper's method learns from a mission."""
     mission = draw_one(seed)
-    begun = (mission.dive, mission.file, mission.configuration, lambda _share, _words: None)
+    begun = (mission.dive, mission.file, mission.configuration, lambda *_report: None)
     try:
         network, curves = estimate_with_curves(*begun)
         closed = closed_form.estimate(*begun)

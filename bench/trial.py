@@ -37,7 +37,7 @@ def method_job(method: str, seed: int) -> Data:
     stated: dict[str, list[float | bool | None]] = {}
     outcome = "refused"
     try:
-        found = estimate(mission.dive, mission.file, mission.configuration, lambda _share, _words: None)
+        found = estimate(mission.dive, mission.file, mission.configuration, lambda *_report: None)
     except FitError:
         return {
             "seed": seed, "method": method, "stated": stated, "refused": list(mission.truth), "outcome": outcome,

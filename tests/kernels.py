@@ -66,7 +66,7 @@ def compared() -> None:
     cramer_rao(draw_one(SEED, seconds=SECONDS))
 
 
-def _quiet(_share: float, _words: str) -> None:
+def _quiet(*_report: object) -> None:
     pass
 
 

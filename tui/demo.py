@@ -91,7 +91,7 @@ def campaign(
     )
     dive = read_dive(folder.path, None, file)
     identification = estimator(DEFAULT)(
-        dive, file, configuration, lambda share, _: progress(DIVE_SHARE + (1 - DIVE_SHARE) * share)
+        dive, file, configuration, lambda share, *_: progress(DIVE_SHARE + (1 - DIVE_SHARE) * share)
     )
     return Campaign(configuration, folder.path, dive, identification, load_truth(file, configuration).model)
 

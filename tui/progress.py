@@ -57,7 +57,10 @@ def line(report: Report) -> str:
     if report.stage:
         data["stage"] = report.stage
     if report.values or report.answered:
-        data |= {"values": {name: list(value) for name, value in report.values.items()}, "answered": report.answered}
+        data |= {
+            "values": {name: list(value) for name, value in report.values.items()},
+            "answered": report.answered,
+        }
     if report.written is not None:
         data["written"] = [report.written.name, report.written.became]
     if report.result is not None:
@@ -75,7 +78,10 @@ def read(text: str) -> Report | None:
             float(data["share"]),
             str(data["words"]),
             str(data.get("stage", "")),
-            {str(name): (float(value), float(half)) for name, (value, half) in data.get("values", {}).items()},
+            {
+                str(name): (float(value), float(half))
+                for name, (value, half) in data.get("values", {}).items()
+            },
             bool(data.get("answered", False)),
             None if written is None else Written(*map(str, written)),
             data.get("result"),

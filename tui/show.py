@@ -9,12 +9,11 @@ import math
 import os
 import sys
 import textwrap
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
@@ -23,10 +22,10 @@ from rich.segment import Segment
 from bridge.clock import Clock, SystemClock
 from bridge.errors import LogError
 from bridge.printable import printable
-from tui import told
+from identify.progress import NO_VALUES, Values
+from tui import progress as reports
+from tui.progress import Written
 from tui.whole_file import replace_file
-
-Tell = Callable[[float, str], None]
 
 STANDARD_OUTPUT = "-"
 LINE_EVERY_S = 5.0
@@ -37,6 +36,22 @@ LONGEST_WORD = 20
 
 
 MARK = "?"
+
+
+class Tell(Protocol):
+    """Takes the share of a job that is done (0 to 1), what it does now in words, and what a program reads of it: see
+    `tui.progress.Report`."""
+
+    def __call__(
+        self,
+        share: float,
+        words: str,
+        values: Values = NO_VALUES,
+        answered: bool = False,
+        *,
+        stage: str = "",
+        written: Written | None = None,
+    ) -> None: ...
 
 
 class _HarmlessConsole(Console):
@@ -171,30 +186,55 @@ def number(value: float | None, digits: int = 4) -> str:
     return f"{rounded:.{min(max(places, 0), 9)}f}"
 
 
+@dataclass(frozen=True)
+class _Job:
+    """A job whose progress is shown: `of` is its name for a program, `sentence` is shown until it reports, and `prefix`
+    stands before its words."""
+
+    of: str
+    sentence: str
+    prefix: str = ""
+
+    def words(self, words: str, values: Values, answered: bool) -> str:
+        """A report in words for a person."""
+        if not words:
+            return self.sentence
+        fitted = ", ".join(f"{name} {value:.4g} ± {half:.2g}" for name, (value, half) in values.items())
+        fitted = fitted or ("no value" if answered else "")
+        return f"{self.prefix}{words}{': ' if fitted else ''}{fitted}"
+
+
 @contextmanager
 def progress(sentence: str) -> Iterator[Tell]:
     """Show progress on standard error: call the function yielded with the fraction done and a sentence.
 
     A bar on a terminal, elsewhere a line every few seconds.
     """
-    with bars((sentence,)) as (tell,):
+    with _shown((_Job(sentence, sentence),)) as (tell,):
         yield tell
 
 
 @contextmanager
-def bars(sentences: Sequence[str]) -> Iterator[tuple[Tell, ...]]:
+def bars(jobs: Mapping[str, str]) -> Iterator[tuple[Tell, ...]]:
     """Progress of several jobs at once, each shown as by `progress`; may be called from different threads.
 
-    Each line is complete and begins with the words of its own job; of several jobs, each reports its end. A program
-    that reads the progress asks for lines of JSON by an environment variable (`tui.told`).
+    `jobs`: the sentence that each shows at first, by its name, which begins each of its lines. Of several jobs, each
+    reports its end.
     """
+    with _shown([_Job(name, sentence, f"{name}: ") for name, sentence in jobs.items()]) as tells:
+        yield tells
+
+
+@contextmanager
+def _shown(jobs: Sequence[_Job]) -> Iterator[tuple[Tell, ...]]:
+    """A program that reads the progress asks for lines of JSON by an environment variable (`tui.progress`)."""
     console = words()
-    if told.asked(os.environ):
-        yield tuple(partial(_to_program, sentence) for sentence in sentences)
+    if reports.asked(os.environ):
+        yield tuple(_to_program(job) for job in jobs)
         return
     if not console.is_terminal:
-        lines = _lines if len(sentences) == 1 else _named_lines
-        yield tuple(lines(console, sentence, SystemClock()) for sentence in sentences)
+        lines = _lines if len(jobs) == 1 else _named_lines
+        yield tuple(lines(console, job, SystemClock()) for job in jobs)
         return
     shown = Progress(
         TextColumn("{task.description}", markup=False),
@@ -205,47 +245,64 @@ def bars(sentences: Sequence[str]) -> Iterator[tuple[Tell, ...]]:
         transient=True,
     )
     with shown:
-        yield tuple(_bar(shown, sentence) for sentence in sentences)
+        yield tuple(_bar(shown, job) for job in jobs)
 
 
-def _to_program(sentence: str, share: float, what: str) -> None:
-    # A single write per line, since several threads may report at once. A verb goes on when its listener is gone.
-    with suppress(BrokenPipeError):
-        sys.stderr.write(told.line(told.Told(sentence, share, what)))
-        sys.stderr.flush()
-
-
-def _bar(shown: Progress, sentence: str) -> Tell:
-    task = shown.add_task(sentence, total=1.0)
-
-    def tell(done: float, what: str) -> None:
-        shown.update(task, completed=done, description=what or sentence)
+def _to_program(job: _Job) -> Tell:
+    def tell(
+        share: float,
+        words: str,
+        values: Values = NO_VALUES,
+        answered: bool = False,
+        stage: str = "",
+        written: Written | None = None,
+    ) -> None:
+        # A single write per line, since several threads may report at once. A verb goes on when its listener is gone.
+        with suppress(BrokenPipeError):
+            report = reports.Report(job.of, share, words, stage, values, answered, written)
+            sys.stderr.write(reports.line(report))
+            sys.stderr.flush()
 
     return tell
 
 
-def _lines(console: Console, sentence: str, clock: Clock) -> Tell:
+def _bar(shown: Progress, job: _Job) -> Tell:
+    task = shown.add_task(job.sentence, total=1.0)
+
+    def tell(
+        share: float, words: str, values: Values = NO_VALUES, answered: bool = False, **_details: object
+    ) -> None:
+        shown.update(task, completed=share, description=job.words(words, values, answered))
+
+    return tell
+
+
+def _lines(console: Console, job: _Job, clock: Clock) -> Tell:
     told_s = clock.boot_s()
 
-    def tell(done: float, what: str) -> None:
+    def tell(
+        share: float, words: str, values: Values = NO_VALUES, answered: bool = False, **_details: object
+    ) -> None:
         nonlocal told_s
         if clock.boot_s() - told_s >= LINE_EVERY_S:
             told_s = clock.boot_s()
-            console.print(f"{done:4.0%} {what or sentence}", soft_wrap=True)
+            console.print(f"{share:4.0%} {job.words(words, values, answered)}", soft_wrap=True)
 
     return tell
 
 
-def _named_lines(console: Console, sentence: str, clock: Clock) -> Tell:
+def _named_lines(console: Console, job: _Job, clock: Clock) -> Tell:
     """Print a job's words and share when it ends, and before that once a tenth, at most every few seconds."""
     told_s, tenth = clock.boot_s(), 0
 
-    def tell(done: float, what: str) -> None:
+    def tell(
+        share: float, words: str, values: Values = NO_VALUES, answered: bool = False, **_details: object
+    ) -> None:
         nonlocal told_s, tenth
-        reached = int(10 * done + 1e-9)
-        if reached > tenth and (done >= 1.0 or clock.boot_s() - told_s >= LINE_EVERY_S):
+        reached = int(10 * share + 1e-9)
+        if reached > tenth and (share >= 1.0 or clock.boot_s() - told_s >= LINE_EVERY_S):
             told_s, tenth = clock.boot_s(), reached
-            console.print(f"{what or sentence} ({done:.0%})", soft_wrap=True)
+            console.print(f"{job.words(words, values, answered)} ({share:.0%})", soft_wrap=True)
 
     return tell
 

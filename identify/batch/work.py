@@ -47,5 +47,5 @@ def _mean_voltage_v(dive: Dive) -> float | None:
     return float(np.nanmean(dive.voltage.value))
 
 
-def _silently(_share: float, _what: str) -> None:
+def _silently(*_report: object) -> None:
     """A worker has nobody to tell how far one dive is."""

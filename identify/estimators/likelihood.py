@@ -8,7 +8,7 @@ from the Fisher information.
 """
 
 import time
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from functools import partial
 
 import numpy as np
@@ -60,6 +60,7 @@ from identify.identification import (
 )
 from identify.identification import estimate as as_estimate
 from identify.nuisance import Nuisance
+from identify.progress import Progress
 
 Array = NDArray[np.float64]
 
@@ -72,9 +73,7 @@ VAGUE_TIME_CONSTANT = 0.45
 SHORTEST_STEP_S = 1e-3
 
 
-def estimate(
-    dive: Dive, file: VehicleFile, configuration: str, progress: Callable[[float, str], None]
-) -> Identification:
+def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progress) -> Identification:
     """Total masses and linear dampings of all axes that the dive drives, with 95 % intervals.
 
     Raises FitError where the recording is too short, or holds no thruster command at all.

@@ -8,7 +8,6 @@ acceleration pulls the masses towards zero (`paper_noise`).
 
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,9 +32,8 @@ from identify.estimators.paper_physics import (
 from identify.filters import AlignedDive, aligned
 from identify.identification import Estimate, Identification, Outcome, added_mass
 from identify.identification import estimate as one_estimate
+from identify.progress import Progress
 from identify.unpushed import refuse_unpushed
-
-Progress = Callable[[float, str], None]
 
 FEWEST_WINDOWS = 50
 AT_ZERO = 1e-3

@@ -10,8 +10,8 @@ from identify.answer import answered
 from identify.dive import Dive
 from identify.estimators.solvable import in_numbers, solvable
 from identify.identification import Identification
+from identify.progress import Progress
 
-Progress = Callable[[float, str], None]
 Estimator = Callable[[Dive, VehicleFile, str, Progress], Identification]
 
 METHODS = {

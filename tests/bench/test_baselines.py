@@ -42,7 +42,7 @@ def test_least_squares_states_the_textbooks_interval() -> None:
 
 def test_only_axes_that_the_dive_pushes_are_fitted() -> None:
     mission = draw_one(100_010)
-    found = least_squares.estimate(mission.dive, mission.file, mission.configuration, lambda _s, _w: None)
+    found = least_squares.estimate(mission.dive, mission.file, mission.configuration, lambda *_report: None)
     pushed = {axis.dof for axis in axis_terms(mission.dive, mission.file, mission.configuration, 20.0, 1.0)}
     assert [p.identifiable for p in found.parameters[:6]] == [dof in pushed for dof in range(6)]
     assert found["M_u"].value == pytest.approx(mission.truth["M_u"], rel=0.3)
@@ -52,7 +52,7 @@ def test_too_short_a_dive_is_refused() -> None:
     mission = draw_one(100_010)
     with pytest.raises(FitError):
         least_squares.estimate(
-            mission.dive.between(0.0, 10.0), mission.file, mission.configuration, lambda _s, _w: None
+            mission.dive.between(0.0, 10.0), mission.file, mission.configuration, lambda *_report: None
         )
 
 

@@ -112,7 +112,7 @@ def test_where_the_axes_say_little_of_each_other_it_is_what_the_likelihood_claim
         mission = draw_one(100_010, repeat, seconds=90.0, kind="square")
         least = cramer_rao(mission)
         found = estimator("likelihood")(
-            mission.dive, mission.file, mission.configuration, lambda _s, _w: None
+            mission.dive, mission.file, mission.configuration, lambda *_report: None
         )
         ratios += [found[n].std / found[n].value / least[n] for n in ("M_u", "D_u", "M_v", "D_v")]
     assert np.exp(np.mean(np.log(ratios))) == pytest.approx(1.0, abs=0.15)

@@ -11,7 +11,7 @@ from bench.missions.mission import draw_one
 from identify.estimators.likelihood import estimate
 
 
-def quiet(_share: float, _text: str) -> None:
+def quiet(*_report: object) -> None:
     pass
 
 

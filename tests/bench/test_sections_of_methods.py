@@ -140,9 +140,7 @@ def test_the_methods_of_others_answer_a_mission_with_finite_values() -> None:
 
 def test_the_closed_form_needs_no_training_to_come_near_the_truth() -> None:
     mission = draw_one(100_003)
-    found = closed_form.estimate(
-        mission.dive, mission.file, mission.configuration, lambda _share, _words: None
-    )
+    found = closed_form.estimate(mission.dive, mission.file, mission.configuration, lambda *_report: None)
     for name, value in found.values().items():
         assert value == pytest.approx(mission.truth[name], rel=0.5)
         assert math.isnan(found[name].std)

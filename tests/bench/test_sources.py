@@ -25,7 +25,7 @@ read |= {{m.__file__ for n, m in list(sys.modules.items()) if n.split(".")[0] in
 print("\\n".join(read))
 """
 MISSION = f"from bench.missions.mission import draw_one\nm = draw_one({SEED})\n"
-ASKED = "estimate(m.dive, m.file, m.configuration, lambda _share, _words: None)"
+ASKED = "estimate(m.dive, m.file, m.configuration, lambda *_report: None)"
 PRODUCT = "from importlib import import_module\nfrom identify.estimators.table import METHODS\n" + "".join(
     f"import_module(METHODS['{name}'])\n" for name in ("likelihood", "pinn")
 )

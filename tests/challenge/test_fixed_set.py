@@ -14,7 +14,7 @@ SIZE, SECONDS = 0.7, 150.0
 
 def judged(seed: int, *names: str) -> Judged:
     case = draw_case(seed, names=names, size=SIZE, seconds=SECONDS)
-    found = diagnose(dive_of(case), case.file, case.configuration, progress=lambda _share, _words: None)
+    found = diagnose(dive_of(case), case.file, case.configuration, progress=lambda *_report: None)
     return Judged(case.truth(), answer_of(plain(found)))
 
 

@@ -17,7 +17,7 @@ from identify.ingest.open import read_dive
 from identify.report.page import Report
 from tui import cli, exit_codes
 from tui.job import work
-from tui.told import UNKEPT
+from tui.progress import UNKEPT
 
 CASE = draw_case(300_001, kind="none", seconds=30.0)
 EACH = ("a.json", "okp.param", "okp.html")

@@ -102,7 +102,7 @@ def test_a_check_dive_under_a_minute_is_flown_with_a_word_that_it_tells_little()
             case.configuration,
             check=other,
             effects=(QUADRATIC_DRAG,),
-            progress=lambda _share, _words: None,
+            progress=lambda *_report: None,
         )
         assert found.check is not None
         return [note for note in found.notes if "check dive" in note]

@@ -18,7 +18,7 @@ from identify.challenge.recording import tlog_of
 from identify.dive import Signal
 from identify.ingest.open import read_dive
 from tui import cli, exit_codes
-from tui.told import read
+from tui.progress import read
 
 ROOT = Path(__file__).resolve().parents[2]
 DIVE = ROOT.parent / "shared" / "sealed" / "open_1" / "dive.tlog.gz"
@@ -115,8 +115,8 @@ def test_the_answer_is_written_and_told_before_the_page_is_drawn(minute, tmp_pat
     )
     ((*there, told),) = seen
     assert there == [True, True, True]
-    assert [one.share for one in told if one.is_answer] == [1.0]
-    assert told[-1].is_answer
+    assert [one.share for one in told if one.answered] == [1.0]
+    assert told[-1].answered
     value = next(p["value"] for p in json.loads(out.read_text("utf-8"))["parameters"] if p["name"] == "M_u")
     assert told[-1].values["M_u"][0] == pytest.approx(value, rel=1e-3)
 

@@ -11,7 +11,7 @@ from identify.challenge.case import dive_of, draw_case
 from identify.challenge.recording import tlog_of
 from tui import exit_codes, show
 from tui.job import Done, work
-from tui.told import FORM, VARIABLE, Told, line, read
+from tui.progress import FORM, VARIABLE, Report, Written, line, read
 
 
 @pytest.fixture(scope="module")
@@ -29,15 +29,19 @@ def dive(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, ...]:
     )
 
 
-def ran(*words: str) -> tuple[Done, list[Told]]:
-    heard: list[Told] = []
+def ran(*words: str) -> tuple[Done, list[Report]]:
+    heard: list[Report] = []
     return asyncio.run(work(words, heard.append)), heard
 
 
 def test_what_a_program_is_told_it_reads_back() -> None:
-    told = Told("pinn: dive", 0.25, "pass 2: M_u 110.5 ± 3.1, D_r -0.02 ± 1e-05")
-    assert read(line(told)) == told
-    assert told.values == {"M_u": (110.5, 3.1), "D_r": (-0.02, 1e-5)}
+    for report in (
+        Report("pinn", 0.25, "pass 2", values={"M_u": (110.5, 3.1), "D_r": (-0.02, 1e-5)}),
+        Report("pinn", 1.0, "answered", answered=True),
+        Report("writing", 0.5, "M_U", stage="STAGE", written=Written("FF1_M_U", "111.52 read back equal")),
+        Report("unkept", 1.0, "the disk is full", result={"a": [1, None]}),
+    ):
+        assert read(line(report)) == report
 
 
 @pytest.mark.parametrize("text", ["", "seatrial: no such dive", "[1, 2]", '{"of": "x"}', "{"])
@@ -51,7 +55,7 @@ def test_progress_is_lines_of_json_for_who_asks_for_them(
     monkeypatch.setenv(VARIABLE, FORM)
     with show.progress("diving") as tell:
         tell(0.5, "half of it")
-    assert read(capsys.readouterr().err) == Told("diving", 0.5, "half of it")
+    assert read(capsys.readouterr().err) == Report("diving", 0.5, "half of it")
 
 
 def test_an_identification_tells_its_values_as_they_converge(dive: tuple[str, ...]) -> None:

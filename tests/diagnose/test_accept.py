@@ -163,7 +163,7 @@ def test_a_dive_whose_feedback_log_is_wrong_gives_no_masses_to_the_vehicle():
         case.file,
         case.configuration,
         effects=(hydrodynamics.QUADRATIC_DRAG,),
-        progress=lambda _share, _words: None,
+        progress=lambda *_report: None,
     )
     assert [one.name for one in found.found] == ["wrong_feedback_log"]
     doubted = {one.dof for one in unrecorded(dive_of(case), case.file.vehicle.water)}

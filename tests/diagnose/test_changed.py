@@ -20,7 +20,7 @@ LIBRARY = (THRUST_GAIN, DVL_SCALE, ENTRAINED_WATER, ADDED_PAYLOAD, QUADRATIC_DRA
 RELATIVE_STD = 0.01
 
 
-def quiet(_share, _words):
+def quiet(*_report):
     pass
 
 

@@ -30,7 +30,7 @@ SCHEMA = Path(__file__).resolve().parents[1] / "data" / "answers.schema.json"
 SMALL = (COUPLED_DAMPING, STEADY_CURRENT, DEAD_ZONE, QUADRATIC_DRAG, THRUST_GAIN)
 
 
-def quiet(_share, _words):
+def quiet(*_report):
     pass
 
 

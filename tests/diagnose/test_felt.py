@@ -39,7 +39,7 @@ def test_controllers_that_tell_no_fast_turning_limit_no_thrust(told):
     alone = weighing_of(nominal, LIBRARY).fitted([Cause(SATURATION, np.array([most_n]))])
     assert alone.gain > 10 * LEAST_GAIN
     assert alone.motion_nats < LEAST_MOTION_NATS
-    assert explain(nominal, LIBRARY, lambda _share, _words: None).causes == ()
+    assert explain(nominal, LIBRARY, lambda *_report: None).causes == ()
 
 
 def test_an_interval_ends_where_a_parameter_does(told):

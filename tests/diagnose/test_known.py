@@ -141,7 +141,7 @@ def told(case, **more):
         case.file,
         case.configuration,
         effects=(QUADRATIC_DRAG, DEAD_ZONE, DVL_MISALIGNMENT),
-        progress=lambda _share, _words: None,
+        progress=lambda *_report: None,
         **more,
     )
 

@@ -69,6 +69,6 @@ def test_a_short_dive_is_told_to_be_one(case):
         case.file,
         case.configuration,
         effects=(QUADRATIC_DRAG,),
-        progress=lambda _share, _words: None,
+        progress=lambda *_report: None,
     )
     assert any("lasts 109 s: with so little of it to hold out" in note for note in said.notes)

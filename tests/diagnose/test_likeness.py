@@ -23,7 +23,7 @@ LIBRARY = (NET_BUOYANCY, THRUST_BIAS, QUADRATIC_DRAG)
 def heavy():
     case = draw_case(300_921, names=["net_buoyancy"], size=0.8, seconds=120.0, rpm=False)
     nominal = nominal_of(dive_of(case), case.file, next(iter(case.file.vehicle.configurations)))
-    return explain(nominal, LIBRARY, lambda _share, _words: None)
+    return explain(nominal, LIBRARY, lambda *_report: None)
 
 
 def test_weight_and_a_steady_push_down_are_one_to_a_vehicle_that_stays_level(heavy):

@@ -92,7 +92,7 @@ def test_all_others_are_weighed_once_for_each_change_of_causes_and_once_more(nom
         return better
 
     monkeypatch.setattr(search, "improved", improved)
-    found = search.explain(spoilt, LIBRARY, lambda _share, _words: None)
+    found = search.explain(spoilt, LIBRARY, lambda *_report: None)
     assert found.causes
     assert len(seen) == 1 + sum(a != b for a, b in zip([[], *seen], seen, strict=False))
     assert seen[-1] == [cause.effect.label for cause in found.causes]

@@ -26,7 +26,7 @@ def told(name, lag_s=0.03):
     curve = replace(file.vehicle.thrust_curve, lag_s=lag_s)
     file = replace(file, vehicle=replace(file.vehicle, thrust_curve=curve))
     dives = [read_dive(SEALED / name / f"{which}.tlog.gz") for which in ("dive", "check")]
-    return diagnose(dives[0], file, "hovering", check=dives[1], progress=lambda _share, _words: None)
+    return diagnose(dives[0], file, "hovering", check=dives[1], progress=lambda *_report: None)
 
 
 @pytest.mark.slow

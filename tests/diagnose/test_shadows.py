@@ -112,5 +112,5 @@ def test_what_goes_with_the_rate_of_pitch_is_not_taken_beside_waves_that_turn_th
         if one.name in ("waves", "dvl_lever_arm")
     ]
     nominal = fitted_nominal(dive_of(case), case.file, case.configuration)
-    found = explain(nominal, able, lambda _share, _words: None)
+    found = explain(nominal, able, lambda *_report: None)
     assert [cause.effect.name for cause in found.causes] == ["waves"]

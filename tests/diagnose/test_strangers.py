@@ -132,7 +132,7 @@ def with_velocity(dive, value):
 
 def _told(case, dive):
     return diagnose(
-        dive, case.file, case.configuration, effects=(QUADRATIC_DRAG,), progress=lambda _share, _words: None
+        dive, case.file, case.configuration, effects=(QUADRATIC_DRAG,), progress=lambda *_report: None
     )
 
 

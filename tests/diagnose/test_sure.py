@@ -25,7 +25,7 @@ def heavy():
     """A dive of a heavy vehicle: the filters without a cause, and the cause."""
     case = draw_case(300_921, names=["net_buoyancy"], size=0.8, seconds=120.0, rpm=False)
     nominal = nominal_of(dive_of(case), case.file, next(iter(case.file.vehicle.configurations)))
-    return nominal, explain(nominal, LIBRARY, lambda _share, _words: None)
+    return nominal, explain(nominal, LIBRARY, lambda *_report: None)
 
 
 def test_a_cause_that_the_dive_tells_from_none_stays(heavy):
@@ -87,7 +87,7 @@ def test_a_moment_stays_though_its_gain_is_over_masses_that_hardly_differ(heavy,
 def test_a_sea_stays_though_parts_of_the_dive_disagree_on_its_lines(monkeypatch):
     case = draw_case(300_911, names=["waves"], size=0.7, seconds=200.0)
     nominal = nominal_of(dive_of(case), case.file, next(iter(case.file.vehicle.configurations)))
-    found = explain(nominal, (waves(5.0),), lambda _share, _words: None)
+    found = explain(nominal, (waves(5.0),), lambda *_report: None)
     assert [cause.effect.name for cause in found.causes] == ["waves"]
     monkeypatch.setattr(module, "_covariance", lambda *of: 1e9 * covariance_beside(*of))
     assert without_doubtful(found, nominal, (waves(5.0),))[0] is found

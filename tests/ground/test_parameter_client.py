@@ -18,6 +18,7 @@ from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.plan import make_plan
 from gcs_plugin.params.transfer import Outcome
+from gcs_plugin.params.upload import Stage
 
 SHAPE = Configuration(
     dry_mass_kg=72.0,
@@ -424,8 +425,9 @@ def test_a_vehicle_that_beats_and_answers_nothing_is_given_up_with_the_cause(veh
         "to the values before"
     )
     assert truth(vehicle) == before
-    assert {f"staging, no answer for {n} s" for n in range(2, 20)} <= {stage for stage, _, _ in told}
-    assert "rolling back, no answer for 15 s" in {stage for stage, _, _ in told}
+    assert {f"staging, no answer for {n} s" for n in range(2, 20)} <= {words for words, *_ in told}
+    assert "rolling back, no answer for 15 s" in {words for words, *_ in told}
+    assert {Stage.STAGE, Stage.UNDO} <= {stage for *_, stage in told}
 
 
 @pytest.mark.parametrize("after_s", [0.1, 1.5, 2.5, 3.5])
@@ -487,8 +489,8 @@ def test_a_second_vehicle_that_comes_on_during_an_upload_ends_it_without_another
 def test_progress_is_told(vehicle, clock, tmp_path):
     told = []
     upload(ParameterClient(vehicle, clock, progress=lambda *what: told.append(what)), tmp_path)
-    assert ("reading", 68, 68) in told
-    assert list(dict.fromkeys(s for s, _, _ in told))[:3] == [
+    assert ("reading", 68, 68, None) in told
+    assert list(dict.fromkeys(words for words, *_ in told))[:3] == [
         "reading",
         "staging",
         "committing",

@@ -17,7 +17,7 @@ from identify.estimators.readings import Channel
 CPU = torch.device("cpu")
 
 
-def quiet(_share: float, _text: str) -> None:
+def quiet(*_report: object) -> None:
     pass
 
 

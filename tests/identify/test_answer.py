@@ -15,7 +15,7 @@ from identify.identification import Doubt, Outcome, outcome_of
 SURGE = {"M_u": 100.0, "D_u": 50.0}
 
 
-def quiet(_share, _text):
+def quiet(*_report):
     pass
 
 

@@ -23,7 +23,7 @@ from identify.identification import Outcome
 SEED = 100_011
 
 
-def quiet(_share, _text):
+def quiet(*_report):
     pass
 
 

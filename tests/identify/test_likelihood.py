@@ -22,7 +22,7 @@ SEALED = ROOT.parent / "shared" / "sealed"
 estimate = estimator("likelihood")
 
 
-def quiet(_share: float, _text: str) -> None:
+def quiet(*_report: object) -> None:
     pass
 
 

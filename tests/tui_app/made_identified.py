@@ -5,7 +5,7 @@ from pathlib import Path
 
 from bridge.vehicle.coefficients import COEFFICIENTS
 from gcs_plugin.params.files import write_parameters
-from tui.told import Told
+from tui.progress import Report
 
 VALUES = dict(
     zip(
@@ -49,22 +49,20 @@ def identified(**what):
 
 def passes(count=3):
     """What both methods tell, `count` passes of the second."""
-    told = [Told("likelihood: d", 0.3875, "likelihood: fitting all axes together")]
+    reports = [Report("likelihood", 0.3875, "fitting all axes together")]
     for n in range(1, count + 1):
-        values = ", ".join(
-            f"{name} {value * (1 + 0.2 / 4**n):.4g} ± {0.1 * value / n:.2g}" for name, value in VALUES.items()
-        )
-        told.append(Told("pinn: d", n / (n + 8), f"pinn: pass {n}: {values}"))
-    return tuple(told)
+        values = {name: (value * (1 + 0.2 / 4**n), 0.1 * value / n) for name, value in VALUES.items()}
+        reports.append(Report("pinn", n / (n + 8), f"pass {n}", values=values))
+    return tuple(reports)
 
 
 def answer(method="likelihood"):
     """What a method tells once it is done."""
-    values = ", ".join(f"{name} {value:.4g} ± {0.03 * value:.2g}" for name, value in VALUES.items())
-    return Told(f"{method}: d", 1.0, f"{method}: answered: {values}")
+    values = {name: (value, 0.03 * value) for name, value in VALUES.items()}
+    return Report(method, 1.0, "answered", values=values, answered=True)
 
 
-PAGE = Told("page", 0.25, "writing the page")
+PAGE = Report("page", 0.25, "writing the page")
 
 
 def leave(words, result=None):

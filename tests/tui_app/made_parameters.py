@@ -9,7 +9,7 @@ from bridge.vehicle.coefficients import BY_NAME
 from tui.app.desk import Desk
 from tui.app.jobs import Jobs
 from tui.job import Done
-from tui.told import WRITING, Told, line_words
+from tui.progress import WRITING, Report, Written
 
 PARAM = OUT / "2026-11-21T0352Z-hovering" / "identified.param"
 BEFORE = Path("receipts/2026-11-20T101500Z-before.param")
@@ -93,8 +93,8 @@ def receipt(outcome="applied", sentence="7 parameters written and read back, set
 def told_lines(count, share):
     of = WRITING
     names = [one["name"] for one in rows() if one["verdict"] == "changed"][:count]
-    lines = [Told(of, share, line_words(name, "111.52 read back equal")) for name in names]
-    return (*lines, Told(of, share, "staging"))
+    lines = [Report(of, share, name, written=Written(name, "111.52 read back equal")) for name in names]
+    return (*lines, Report(of, share, "staging"))
 
 
 class FakeVehicle:

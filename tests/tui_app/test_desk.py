@@ -19,10 +19,10 @@ from tui.app.desk import Desk
 from tui.app.jobs import Jobs
 from tui.dive_list import VERSION, Glance, dive_folders
 from tui.job import Done
+from tui.progress import Report
 from tui.show import plain
-from tui.told import Told
 
-HALF = Told("identify: hovering", 0.5, "pass 1: M_u 10 ± 2")
+HALF = Report("pinn", 0.5, "pass 1", values={"M_u": (10.0, 2.0)})
 
 
 class FakeWork:

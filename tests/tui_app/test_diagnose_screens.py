@@ -16,12 +16,12 @@ from bridge.framing import Encoder
 from tui.app.jobs import Jobs
 from tui.app.themes import ORDER
 from tui.job import Done
-from tui.told import UNKEPT, Told
+from tui.progress import UNKEPT, Report
 
 SIZES = ((80, 24), (160, 50))
 
 
-TRYING = Told("diagnosing", 0.4, "trying 41 candidates")
+TRYING = Report("diagnosing", 0.4, "trying 41 candidates")
 
 
 class Verb:
@@ -264,7 +264,9 @@ def test_a_key_opens_parameters_with_what_was_accepted(tmp_path):
 def test_a_diagnosis_that_finds_no_room_on_the_disk_is_shown_and_said_to_be_kept_nowhere(tmp_path):
     why = "full/diagnosis.json: the JSON can't be written (No space left on device); give another file"
     newer = diagnosis() | {"verdict": "unknown"}
-    verb = Verb(Done(2, None, (f"seatrial: {why}",)), leaves=False, tells=Told(UNKEPT, 1.0, why, newer))
+    verb = Verb(
+        Done(2, None, (f"seatrial: {why}",)), leaves=False, tells=Report(UNKEPT, 1.0, why, result=newer)
+    )
 
     async def work(app, pilot):
         await pressed(pilot, "4")

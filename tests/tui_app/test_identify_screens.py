@@ -22,7 +22,7 @@ from tui.app.screens.identify import IdentifyScreen
 from tui.app.screens.parameters import ParametersScreen
 from tui.app.screens.watch import WatchScreen
 from tui.app.themes import ORDER
-from tui.told import UNKEPT, Told
+from tui.progress import UNKEPT, Report
 
 SIZES = ((80, 24), (160, 50))
 NARROW = SIZES[0]
@@ -351,7 +351,7 @@ def unkept(count=11):
         f"seatrial: {WHY}",
         "seatrial: full/identified.html: the report can't be written (No space left on device)",
     )
-    tells = (*passes(), Told(UNKEPT, 1.0, WHY, found), PAGE)
+    tells = (*passes(), Report(UNKEPT, 1.0, WHY, result=found), PAGE)
     return FakeVerbs({"identify": None}, exit_codes.BAD_INPUT, page, tells)
 
 

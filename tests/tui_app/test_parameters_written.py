@@ -8,7 +8,7 @@ from parameters_shown import NARROW, done, line_of, on_screen, typed, views
 from screen_text import made, pressed, run, text
 
 from tui.app.desk import Desk
-from tui.told import WRITING, Told
+from tui.progress import WRITING, Report
 
 
 def test_what_the_vehicle_said_before_a_writing_is_not_told_after_it():
@@ -125,16 +125,16 @@ def test_a_writing_that_found_no_vehicle_says_that_nothing_was_written_and_how_t
 
 
 @pytest.mark.parametrize(
-    ("of", "words", "told"),
+    ("of", "stage", "told"),
     [
-        ("looking for the vehicle", "reading", "The vehicle is read before anything is written."),
-        (WRITING, "staging", "The parameters are being written."),
-        (WRITING, "committing", "All lines are read back; the vehicle is told to fly them."),
-        (WRITING, "rolling back, no answer for 4 s", "It failed: what was written is taken back."),
+        ("looking for the vehicle", "", "The vehicle is read before anything is written."),
+        (WRITING, "STAGE", "The parameters are being written."),
+        (WRITING, "COMMIT", "All lines are read back; the vehicle is told to fly them."),
+        (WRITING, "UNDO", "It failed: what was written is taken back."),
     ],
 )
-def test_what_goes_on_while_it_is_written_is_told_by_its_stage_however_little_is_done(of, words, told):
-    vehicle = FakeVehicle(tells=(Told(of, 0.0, words),), waits=True)
+def test_what_goes_on_while_it_is_written_is_told_by_its_stage_however_little_is_done(of, stage, told):
+    vehicle = FakeVehicle(tells=(Report(of, 0.0, "x", stage=stage),), waits=True)
 
     async def work(app, pilot):
         await typed(app, pilot, "r", "7")

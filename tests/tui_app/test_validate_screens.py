@@ -14,7 +14,7 @@ from soak import rest_in_soak
 from tui.app.jobs import Jobs
 from tui.app.themes import ORDER
 from tui.job import Done
-from tui.told import UNKEPT, Told
+from tui.progress import UNKEPT, Report
 
 NARROW, WIDE = (80, 24), (160, 50)
 
@@ -27,7 +27,7 @@ class Verb:
 
     async def __call__(self, words, hear):
         self.words = tuple(words)
-        hear(Told("validating", 0.5, "reading"))
+        hear(Report("validating", 0.5, "reading"))
         await self.go.wait()
         with open(words[words.index("--json") + 1], "w", encoding="utf-8") as file:
             json.dump(validation(), file)
@@ -158,7 +158,7 @@ def test_a_validation_that_finds_no_room_on_the_disk_is_shown_and_said_to_be_kep
     why = "full/validation.json: the JSON can't be written (No space left on device); give another file"
 
     async def verb(_words, hear):
-        hear(Told(UNKEPT, 1.0, why, validation()))
+        hear(Report(UNKEPT, 1.0, why, result=validation()))
         return Done(2, None, (f"seatrial: {why}",))
 
     desk = validated_desk(tmp_path, jobs=Jobs(verb))

@@ -10,8 +10,8 @@ from gcs_plugin.watch.picture import Array
 from tui.app import braille
 from tui.app.chart import AXIS_CELLS, curve_row
 from tui.app.lines import Line, Lines, Span, apart, cut
-from tui.show import number as significant
 from tui.progress import Report
+from tui.show import number as significant
 
 LEAST_PASSES: Final = 4
 LEAST_SPAN: Final = 0.001  # share of the value, so that a constant value still has an axis

@@ -13,8 +13,8 @@ from tui.app.jobs import JobState
 from tui.app.lines import Line, Lines, Role, cut, heading, width
 from tui.app.shown import day, number, stopwatch
 from tui.app.wrapped import hanging
-from tui.show import number as significant
 from tui.progress import PAGE, UNKEPT, Report
+from tui.show import number as significant
 
 BAR_CELLS: Final = 24
 NAME_CELLS: Final = 12
@@ -28,7 +28,7 @@ def progress(state: JobState, now_s: float, cells: int, goes_on: bool = False) -
 
     `goes_on`: the screen Parameters opens as soon as the values exist.
     """
-    newest = {_method(report): report for report in state.told}
+    newest = {report.of: report for report in state.told}
     page = newest.pop(PAGE, None)
     newest.pop(UNKEPT, None)
     if page is not None and state.runs:

@@ -16,12 +16,17 @@ if TYPE_CHECKING:
     from identify.comparison import Comparison
     from identify.dive import Dive
     from identify.estimators.paper import TrainingCurves
-    from identify.estimators.table import Estimator, Progress
+    from identify.estimators.table import Estimator
     from identify.identification import Identification
+    from identify.progress import Progress, Values
     from identify.report.page import Report
+    from tui.show import Tell
 
 DONE = "done"
 """Last words of an estimator that has nothing more to report."""
+
+ANSWERED = "answered"
+"""Reported of a method once it is done, with its values."""
 
 FITTED, JUDGED = 0.99, "weighing what speaks against its values"
 """Progress once all is fitted: the doubts about the values are still being assessed, which takes a while."""
@@ -189,7 +194,7 @@ def side_by_side(
     from identify.together import together
     from tui import show
 
-    with show.bars([f"{name}: {dive.name}" for name in estimates]) as tells:
+    with show.bars({name: f"{name}: {dive.name}" for name in estimates}) as tells:
         works = [
             partial(identify, dive, file, configuration, name, estimate, tell)
             for (name, estimate), tell in zip(estimates.items(), tells, strict=True)
@@ -203,7 +208,7 @@ def identify(
     configuration: str,
     method: str,
     estimate: "Estimator",
-    progress: "Progress",
+    progress: "Tell",
 ) -> "Identification":
     """Run one dive through one estimator; a dive with too little information gives an answer that says so.
 
@@ -212,36 +217,35 @@ def identify(
     from dataclasses import replace
 
     from bridge.errors import FitError
+    from identify.progress import NO_VALUES
 
     ends: list[str] = []
 
-    def told(share: float, words: str) -> None:
+    def passed_on(share: float, words: str, values: "Values" = NO_VALUES, /) -> None:
         if share >= 1.0 and words != DONE:
             ends.append(f"{words[0].upper()}{words[1:]}.")
         if share >= 1.0:
-            share, words = FITTED, JUDGED
-        progress(share, f"{method}: {words}")
+            share, words, values = FITTED, JUDGED, NO_VALUES
+        progress(share, words, values)
 
     try:
-        answer = estimate(dive, file, configuration, told)
+        answer = estimate(dive, file, configuration, passed_on)
     except FitError as error:
         # The report names the dive itself.
         answer = nothing(dive, file, configuration, method, str(error).removeprefix(f"{dive.name}: "))
-    progress(1.0, f"{method}: {answered(answer)}")
+    progress(1.0, ANSWERED, values_of(answer), True)
     return replace(answer, notes=(*answer.notes, *ends[-1:]))
 
 
-def answered(answer: "Identification") -> str:
-    """Return the values of a finished method in words, each with half of its 95 % interval, in SI units."""
+def values_of(answer: "Identification") -> "Values":
+    """Return the identifiable parameters of a finished method with half of their 95 % intervals, in SI units."""
     from bridge.vehicle.coefficients import OF_HULL
-    from tui.told import ANSWERED
 
-    values = ", ".join(
-        f"{parameter.name} {parameter.value:.4g} ± {(parameter.high95 - parameter.low95) / 2:.2g}"
+    return {
+        parameter.name: (parameter.value, (parameter.high95 - parameter.low95) / 2)
         for parameter in answer.parameters
         if parameter.identifiable and parameter.name in OF_HULL
-    )
-    return f"{ANSWERED}: {values or 'no value'}"
+    }
 
 
 def _asked(answer: "Identification") -> int:

@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from gcs_plugin.params.receipt import Line
     from gcs_plugin.params.transfer import Result, Source
     from gcs_plugin.params.turn import Newest
+    from gcs_plugin.params.upload import Stage
     from tui.parameter_files import Targets
     from tui.parameter_plan import Planned
-    from gcs_plugin.params.upload import Stage
     from tui.show import Tell
 
 EXAMPLE = "seatrial params upload hovering.json --vehicle ruvifist --link udpin:127.0.0.1:14550"

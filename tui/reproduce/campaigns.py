@@ -73,10 +73,10 @@ def identified(
 ) -> Campaign:
     """Identify a recorded campaign by the paper's method, by its loss in closed form and by the default method."""
     paper, curves = estimate_with_curves(
-        dive, file, configuration, lambda share, _: progress(PAPER_SHARE * share), options
+        dive, file, configuration, lambda share, *_: progress(PAPER_SHARE * share), options
     )
     ours = estimator(DEFAULT)(
-        dive, file, configuration, lambda share, _: progress(PAPER_SHARE + (1 - PAPER_SHARE) * share)
+        dive, file, configuration, lambda share, *_: progress(PAPER_SHARE + (1 - PAPER_SHARE) * share)
     )
     grid = aligned(dive, file, configuration, options.rate_hz, options.cutoff_hz)
     _, dofs = excited(grid)

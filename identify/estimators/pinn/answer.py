@@ -17,7 +17,7 @@ from identify.estimators.doubts import Doubts, doubts_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.loud import loud, loud_doubts, loud_note
 from identify.estimators.multiplier import Tested
-from identify.estimators.pinn.fit import Fit, Progress, fit_network
+from identify.estimators.pinn.fit import Fit, fit_network
 from identify.estimators.pinn.training import MOST_PASSES
 from identify.estimators.said import (
     drag_doubts,
@@ -42,6 +42,7 @@ from identify.identification import (
 )
 from identify.identification import estimate as as_estimate
 from identify.nuisance import Nuisance
+from identify.progress import Progress
 
 Array = NDArray[np.float64]
 

@@ -24,9 +24,9 @@ from identify.estimators.pinn.start import Filters, filters_of
 from identify.estimators.pinn.training import MOST_PASSES, UNSETTLED_TEXT, Pass, Point, Trained, Trainer
 from identify.estimators.solvable import no_solution
 from identify.identification import Z95
+from identify.progress import Progress
 
 Array = NDArray[np.float64]
-Progress = Callable[[float, str], None]
 
 FINEST_S, COARSEST_S, MANY_INSTANTS = 0.05, 0.1, 6000
 """Between two instants of the network: fine, so that it follows what a light vehicle's roll does within a second; in
@@ -191,8 +191,8 @@ def _telling(map_: Raw, dofs: tuple[int, ...], progress: Progress) -> Callable[[
         number = next(passes)
         values = map_.values(one.point.raw).tolist()
         half = (Z95 * one.covariance.diagonal().sqrt() * map_.slope(one.point.raw)).tolist()
-        told = ", ".join(f"{name} {values[i]:.4g} ± {half[i]:.2g}" for i, name in names.items())
-        progress(number / (number + USUAL_PASSES), f"pass {number}: {told}")
+        fitted = {name: (values[i], half[i]) for i, name in names.items()}
+        progress(number / (number + USUAL_PASSES), f"pass {number}", fitted)
 
     return watch
 
