@@ -11,10 +11,10 @@ confirmed it. Its rate is valid only if both first bytes show normal operation a
 LARGEST_STEP_RAD_S of the rate before it, and within SPIKE_RAD_S of the rate before it, the rate after it or their
 mean. A spike agrees with none of these. A step agrees with the rate after it and a ramp with the mean, so either
 costs two frames at most. A flipped bit that moves a rate by less than SPIKE_RAD_S and a frame's turn goes undetected.
-A chunk of bytes is processed in a fixed set of numpy calls.
+numpy processes a chunk of bytes as a whole, not frame by frame.
 
-Time: frames carry none. A fit of arrivals over the running frame count gives the true period (units differ by 2 to 3
-%) and removes the jitter; the frames of a chunk are dated backwards from its last byte.
+Time: frames carry none. A fit of arrivals over the running frame count gives the true period (units differ by 2 %
+to 3 %) and removes the jitter; the frames of a chunk are dated backwards from its last byte.
 """
 
 import math
