@@ -18,19 +18,20 @@ Array = NDArray[np.float64]
 class Course:
     """A vehicle's motion and its nominal model at uniform instants `time_s` (n,), body frame FRD, SI units.
 
-    - nu, nu_dot (n, 6): velocity of the body's origin through the water as far as the water is known, else over ground,
-      and its rate in body axes.
+    - nu, nu_dot (n, 6): velocity of the body's origin through the water as far as the water is known, else over
+      ground, and its rate in body axes.
     - euler (n, 3): roll, pitch and unwrapped heading.
     - depth_m, altitude_m, voltage_v (n,): NaN if unknown.
     - position_m (n, 2): north and east of the starting point.
-    - asked_n (n, k): thrust asked of each thruster by its nominal curve; rpm (n, k): signed shaft speeds, NaN if unknown.
+    - asked_n (n, k): thrust asked of each thruster by its nominal curve; rpm (n, k): signed shaft speeds, NaN if
+      unknown.
     - lag_s: the thrusters' nominal lag.
     - mass, damping (6,): of the nominal model, total; quadratic (6,): drag by the square of the speed, if known.
     - water (n, 3): the water's own velocity, body axes, as far as it is known; None for still water.
-    - drift (n, 3): surge, sway and heave estimated from all readings together; None means those of nu. Moments are computed
-      from it: no gyro measures it, and a predicted nu carries the errors of the readings.
-    - by_wrench: no pulses are known, and asked_n (n, 6) is the wrench itself, as if of a single thruster in each degree of
-      freedom.
+    - drift (n, 3): surge, sway and heave estimated from all readings together; None means those of nu. Moments are
+      computed from it: no gyro measures it, and a predicted nu carries the errors of the readings.
+    - by_wrench: no pulses are known, and asked_n (n, 6) is the wrench itself, as if of a single thruster in each
+      degree of freedom.
 
     Arrays are stored column by column, because most computations use a single column.
     """

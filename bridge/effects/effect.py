@@ -114,14 +114,14 @@ Told = dict[str, tuple[float, str]]
 class Effect:
     """An effect of the library.
 
-    - act: returns its contribution for the values (p,) of its parameters. An effect without parameters adds nothing to a
-      course and is detected by other evidence.
+    - act: returns its contribution for the values (p,) of its parameters. An effect without parameters adds nothing
+      to a course and is detected by other evidence.
     - sentence: description for a crew.
     - told_apart: evidence that distinguishes it from similar effects.
     - linear: its contribution is proportional to the distance of its parameters from `none`.
     - number: the thruster that it concerns, from 1; 0 for all.
-    - needs: data that the recording must hold in addition to motion and thrust (`PULSES`, `QUICK_COMMANDS`, `OWN_VELOCITY`
-      or the name of a signal); otherwise the effect is not tried.
+    - needs: data that the recording must hold in addition to motion and thrust (`PULSES`, `QUICK_COMMANDS`,
+      `OWN_VELOCITY` or the name of a signal); otherwise the effect is not tried.
     - seen_in_rpm: it acts before the shaft, whose speed then differs from the speed that its pulse asks for
       (`Act.shaft_n`); any other effect of a thruster leaves shaft speeds unchanged.
     - growth_is_apart: its growth over a dive counts as a different effect.
@@ -129,8 +129,8 @@ class Effect:
     - variant: the form, if several forms share a name; they are the same cause.
     - refit_absorbs: a refit of the nominal model absorbs it and leaves almost nothing of it.
     - telling: converts its values to the parameters of an answer, if these differ.
-    - sizes: multiples of the distance from `none` to `start` at which it is tried (for a limit: `start` divided by the
-      size); more than one if its shape changes with its size.
+    - sizes: multiples of the distance from `none` to `start` at which it is tried (for a limit: `start` divided by
+      the size); more than one if its shape changes with its size.
     """
 
     name: str

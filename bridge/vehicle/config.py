@@ -69,8 +69,8 @@ class ThrustCurve:
     - kind `quadratic`: thrust = max_n * o |o| with o = (pwm - 1500) / span_us, zero within `dead_band_us`.
     - `delay_s` is the dead time between a command and the onset of its thrust, `lag_s` the first-order lag after it;
       `max_n` also scales the quadratic formula.
-    - `scale_std`: relative standard deviation of a common factor on all thrust. 0.1 is the geometric middle of the 5 to
-      20 % by which published curves are off; a bollard pull of the vehicle's own thrusters makes it about 0.02.
+    - `scale_std`: relative standard deviation of a common factor on all thrust. 0.1 is the geometric middle of the 5
+      to 20 % by which published curves are off; a bollard pull of the vehicle's own thrusters makes it about 0.02.
     - `forward_n_s2`, `reverse_n_s2`: T = k n |n| with n in rev/s, for conversions to shaft speed.
     """
 
