@@ -41,7 +41,7 @@ SAMPLE_TIME_TICK_S = 1e-4
 
 _PREAMBLE = b"\xfa\xff"
 _MAX_DATA = 2048
-_LARGEST = 1e4  # m/s2, rad/s: beyond any sensor of this kind; random bits read as floats mostly exceed it
+_LARGEST = 1e4  # m/s2, rad/s: beyond any sensor of this kind; garbage read as floats often exceeds it
 _MOST_LOST = 1000  # a larger gap means that the device restarted
 _MOST_LAYOUTS = 32
 _ENU = frozenset((0,))

@@ -33,9 +33,9 @@ class Actuation:
     """Result of one control tick.
 
     Wrenches are X Y Z K M N in N and N m: `tau_pid` from the feedback, `tau_ff` from the feed-forward (computed even
-    if it is not applied), `tau_cmd` the wrench that the thrusters were asked for, after limits. `nu_fb` is exactly
-    the velocity that the controller used. `pwm_us` follows the thruster order of the vehicle file. `mode` is FF_MODE,
-    `veh_cfg` VEH_CFG.
+    if it is not applied), `tau_cmd` the wrench that the thrusters were asked for, after limits. `nu_fb` is the very
+    velocity that the controller was given; its PID ignores values older than `OLDEST_S`. `pwm_us` follows the
+    thruster order of the vehicle file. `mode` is FF_MODE, `veh_cfg` VEH_CFG.
     """
 
     time_s: float

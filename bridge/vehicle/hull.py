@@ -22,8 +22,9 @@ def hull_mark(vehicle: Vehicle, directory: Path) -> str:
     """Return 16 hexadecimal digits that are equal for all files that describe the same hull and thrusters.
 
     The file lies in `directory`. The hash covers, for each configuration, its index, mass, inertia, trim and
-    thrusters, and the relation of pulses to thrust (for a table, its numbers and not its name). It excludes names,
-    devices, water, gains, priors and the file's own `model`. Raises ConfigError if a thrust table can't be read.
+    thrusters, and the conversion of pulses to thrust and shaft speed, with its lag (of a table, the numbers and not
+    the name). It excludes names, devices, water, gains, priors and the file's own `model`. Raises ConfigError if a
+    thrust table can't be read.
     """
     shapes = [
         (
