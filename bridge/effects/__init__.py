@@ -1,1 +1,1 @@
-"""What a plain diagonal model leaves out: the effects that a diagnosis tries, and that a simulator can plant."""
+"""Effects that a plain diagonal model leaves out: a diagnosis tests for them, and a simulator can plant them."""

@@ -1,4 +1,4 @@
-"""What all thrusters do otherwise than their curve and their lag say."""
+"""Deviations of all thrusters from their curve and their lag."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 
 
 def _slow(course: Course, more_asked: Array) -> Array:
-    """What comes out of the lag for what is asked more: the lag is linear."""
+    """The lagged response to an additional demand; it can be computed on its own because the lag is linear."""
     return lagged(more_asked, course.step_s, course.lag_s)
 
 
@@ -112,7 +112,7 @@ THRUSTER_LAG = "thruster_lag"
 
 
 def thruster_lag(nominal_s: float) -> Effect:
-    """A lag other than the nominal one, which is the course's own."""
+    """A lag other than the nominal lag, which is that of the course."""
 
     def act(course: Course, values: Array) -> Act:
         slower = lagged(course.asked_n, course.step_s, float(values[0]))

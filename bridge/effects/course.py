@@ -1,4 +1,4 @@
-"""What a vehicle did, instant by instant: all that an effect can depend on."""
+"""The motion of a vehicle, instant by instant: everything that an effect can depend on."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -18,16 +18,22 @@ Array = NDArray[np.float64]
 class Course:
     """A vehicle's motion and its nominal model at uniform instants `time_s` (n,), body frame FRD, SI units.
 
-    nu, nu_dot (n, 6): velocity of the body's origin through the water as far as that is known, else over ground, and
-    its rate in body axes. euler (n, 3): roll, pitch and heading, which runs on past pi. depth_m, altitude_m,
-    voltage_v (n,), NaN where nothing tells. position_m (n, 2): north and east of where it began. asked_n (n, k): what
-    each thruster is asked for by its nominal curve; rpm (n, k): signed shaft speeds, NaN where nothing tells. lag_s:
-    the thrusters' nominal lag. mass, damping (6,): of the nominal model, total. quadratic (6,): drag by the square of
-    the speed, as far as it is known. water (n, 3): the water's own velocity, body axes, as far as it is known; None
-    for none. drift (n, 3): surge, sway and heave as all readings together show them, nu's own where None: moments are
-    made of it, for no gyro tells of it, and what is predicted is off by what readings are. by_wrench: no pulses are
-    known, and asked_n (n, 6) is the wrench itself, as if of one thruster in each degree of freedom. Arrays are held
-    column by column: most of what is made of them is of one column.
+    - nu, nu_dot (n, 6): velocity of the body's origin through the water as far as the water is known, else over
+      ground, and its rate in body axes.
+    - euler (n, 3): roll, pitch and unwrapped heading.
+    - depth_m, altitude_m, voltage_v (n,): NaN if unknown.
+    - position_m (n, 2): north and east of the starting point.
+    - asked_n (n, k): thrust asked of each thruster by its nominal curve; rpm (n, k): signed shaft speeds, NaN if
+      unknown.
+    - lag_s: the thrusters' nominal lag.
+    - mass, damping (6,): of the nominal model, total; quadratic (6,): drag by the square of the speed, if known.
+    - water (n, 3): the water's own velocity, body axes, as far as it is known; None for still water.
+    - drift (n, 3): surge, sway and heave estimated from all readings together; None means those of nu. Moments are
+      computed from it: no gyro measures it, and a predicted nu carries the errors of the readings.
+    - by_wrench: no pulses are known, and asked_n (n, 6) is the wrench itself, as if of a single thruster in each
+      degree of freedom.
+
+    Arrays are stored column by column, because most computations use a single column.
     """
 
     configuration: Configuration
@@ -55,28 +61,28 @@ class Course:
 
     @cached_property
     def since_s(self) -> Array:
-        """(n,): how long it has been going on."""
+        """Time since the start, (n,)."""
         return np.asarray(self.time_s - self.time_s[0])
 
     @cached_property
     def thrust_n(self) -> Array:
-        """(n, k): what each thruster gives by its nominal curve and lag."""
+        """Thrust of each thruster by its nominal curve and lag, (n, k)."""
         return lagged(self.asked_n, self.step_s, self.lag_s)
 
     @cached_property
     def allocation(self) -> Array:
-        """(6, k): the wrench of one newton of each thruster."""
+        """Wrench per newton of each thruster, (6, k)."""
         return np.eye(6) if self.by_wrench else allocation_matrix(self.configuration)
 
     @cached_property
     def added_mass(self) -> Array:
-        """(6,): what the water adds to the rigid body by the nominal model."""
+        """Mass that the water adds to the rigid body in the nominal model, (6,)."""
         rigid = [self.configuration.dry_mass_kg] * 3 + list(self.configuration.inertia_kgm2)
         return np.asarray(self.mass - np.array(rigid))
 
     @cached_property
     def over_ground(self) -> tuple[Array, Array]:
-        """(n, 6) each: the velocity over ground, and its rate in body axes."""
+        """Velocity over ground, and its rate in body axes, (n, 6) each."""
         if self.water is None:
             return self.nu, self.nu_dot
         nu, nu_dot = self.nu.copy(order="F"), self.nu_dot.copy(order="F")
@@ -86,20 +92,21 @@ class Course:
 
     @property
     def drifting(self) -> Array:
-        """(n, 3): surge, sway and heave as moments go by them."""
+        """Surge, sway and heave for the computation of moments, (n, 3)."""
         return self.nu[:, :3] if self.drift is None else self.drift
 
     def drag_of(self, nu: Array) -> Array:
-        """What brakes the hull at velocities (n, 6) through the water, (n, 6)."""
+        """Drag of the hull at velocities (n, 6) through the water, (n, 6)."""
         return np.asarray((self.damping + self.quadratic * np.abs(nu)) * nu)
 
     def wrench_of(self, thrust_n: Array) -> Array:
-        """(n, 6) of thrusts (n, k)."""
+        """Wrench (n, 6) of thrusts (n, k)."""
         return np.asarray((self.allocation @ thrust_n.T).T)
 
     def turned_by(self, water: Array) -> Array:
-        """(n, 6): Coriolis forces that a model of the velocity over ground has too much of in water that moves by
-        `water` (n, 3). In proportion to it: the squares of the velocities differ by it times their mean."""
+        """Excess of Coriolis forces, (n, 6), in a model of the velocity over ground, if the water moves by
+        `water` (n, 3). It is proportional to `water`: the squares of the two velocities differ by `water` times
+        their mean."""
         known = np.zeros_like(self.nu) if self.water is None else np.pad(self.water, ((0, 0), (0, 3)))
         half = np.pad(0.5 * water, ((0, 0), (0, 3)))
         by_drift = self.nu.copy()
@@ -113,8 +120,8 @@ class Course:
         return out
 
     def pushed_by(self, water: Array) -> Array:
-        """(n, 6): all that a model of the velocity over ground lacks in water that moves so, where the water that is
-        known is no other: beside Coriolis forces drag and inertia."""
+        """Wrench (n, 6) missing from a model of the velocity over ground, if the water moves by `water` and the
+        course knows of no other water: Coriolis forces, drag and inertia."""
         ground, _ = self.over_ground
         through = ground.copy()
         through[:, :3] -= water
@@ -136,23 +143,23 @@ class Course:
         return np.stack(north).T, np.stack(east).T, np.stack(down).T
 
     def in_body(self, north: float | Array, east: float | Array) -> Array:
-        """A level world-fixed vector in body axes, (n, 3); north, east: one value, or (n,)."""
+        """Convert a level earth-fixed vector to body axes, (n, 3); north, east: scalars, or (n,)."""
         to_north, to_east, _ = self.world
         return np.asarray(np.multiply(to_north.T, north).T + np.multiply(to_east.T, east).T)
 
 
 def lagged(asked: Array, step_s: float, lag_s: float) -> Array:
-    """First-order lag of what is asked, (n, k), held over each step; the first value has been held for ever."""
+    """First-order lag of the demand, (n, k), held over each step; the first value counts as held for ever before."""
     if lag_s <= 0:
         return asked
-    # One layout, column by column, is compiled once.
+    # With a single memory layout, column by column, numba compiles only once.
     columns = np.ascontiguousarray(asked.T, dtype=np.float64)
     return np.asarray(_followed(columns, 1.0 - float(np.exp(-step_s / lag_s)))).T
 
 
 @njit(cache=True, nogil=True)
 def _followed(columns: Array, share: float) -> Array:
-    """(k, n): each comes nearer to its column by a share of what lies between them at each step."""
+    """First-order tracking, (k, n): each step covers a fixed share of the remaining distance to the column."""
     out = np.empty_like(columns)
     for c in range(columns.shape[0]):
         now = columns[c, 0]
@@ -164,7 +171,8 @@ def _followed(columns: Array, share: float) -> Array:
 
 
 def delayed(values: Array, step_s: float, delay_s: float) -> Array:
-    """What was there `delay_s` ago, (n, k), straight between the instants; the ends are held. Less than 0: ahead."""
+    """Values of `delay_s` earlier, (n, k), linear between the instants; the ends are held. A negative delay looks
+    ahead."""
     at = np.clip(np.arange(len(values)) - delay_s / step_s, 0.0, len(values) - 1.0)
     low = np.minimum(at.astype(np.intp), max(len(values) - 2, 0))
     share = (at - low)[:, None]

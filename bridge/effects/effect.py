@@ -1,4 +1,4 @@
-"""What an effect is: a name, a sentence, parameters, and what it adds to forces and readings along a course."""
+"""Definition of an effect: name, sentence, parameters, and its contribution to forces and readings along a course."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
@@ -14,28 +14,28 @@ Place = Literal["force", "thruster", "reading", "water", "body", "log"]
 FeedForward = Literal[
     "", "nominal", "quadratic_drag", "coupling", "thruster_gain", "reverse_loss", "dead_zone", "voltage"
 ]
-"""The groups of parameters by which the feed-forward on board makes up for an effect."""
+"""Parameter groups with which the feed-forward on the vehicle can compensate an effect."""
 
 
 PULSES, QUICK_COMMANDS, OWN_VELOCITY = "pulses", "quick commands", "a sensor's own velocity"
-"""What effects need of a recording: each thruster's own command, commands that are known all the
-time, and a velocity that no autopilot has filtered."""
+"""Requirements of effects on a recording: each thruster's own command, commands known at all times, and a velocity
+that no autopilot has filtered."""
 
 SIZES = (0.5, 1.0, 2.0, 4.0)
-"""Of an effect whose shape changes with its size."""
+"""Sizes to try for an effect whose shape changes with its size."""
 
 
 @dataclass(frozen=True)
 class Act:
-    """What an effect adds along a course: to the wrench (n, 6), N and N m, about the origin; to the readings of the
-    DVL (n, 3), the gyros (n, 3), the attitude (n, 3) and the accelerometer (n, 3), body axes; and to the total masses
-    and linear dampings (6,) of the nominal model. None: nothing.
+    """The contribution of an effect along a course: to the wrench (n, 6), N and N m, about the origin; to the
+    readings of the DVL (n, 3), the gyros (n, 3), the attitude (n, 3) and the accelerometer (n, 3), body axes; and to
+    the total masses and linear dampings (6,) of the nominal model. None means no contribution.
 
-    A change of `mass` or `damping` is one of the nominal model's own parameters: a refit takes it up whole, and only
-    what was accepted before tells of it. `shaft_n` (n, k): the part of the thrusts that shaft speeds show, N; it is
-    in `wrench` too, and no longer to be added where the thrusts are taken from the shaft speeds. `quadratic` (6,):
-    drag by the square of the speed, which is in `wrench` too. `water` (n, 3): the water's own velocity, body axes,
-    which readings over ground have beyond the velocity through the water.
+    A change of `mass` or `damping` changes the nominal model's own parameters: a refit absorbs it completely, and
+    only a comparison with previously accepted parameters reveals it. `shaft_n` (n, k): the part of the thrusts that
+    shows in shaft speeds, N; it is included in `wrench`, and must not be added again if the thrusts are taken from
+    the shaft speeds. `quadratic` (6,): drag by the square of the speed, included in `wrench` too. `water` (n, 3): the
+    water's own velocity, body axes, by which readings over ground exceed the velocity through the water.
     """
 
     wrench: Array | None = None
@@ -51,30 +51,30 @@ class Act:
 
     @property
     def beyond(self) -> Array | None:
-        """(n, 3): what readings of velocity have beyond that through the water; None for nothing."""
+        """Excess of velocity readings over the velocity through the water, (n, 3); None if there is no excess."""
         if self.velocity is None or self.water is None:
             return self.water if self.velocity is None else self.velocity
         return np.asarray(self.velocity + self.water)
 
     def each(self, change: Callable[[Array], Array]) -> "Act":
-        """With a change done to all that it adds along the course, (n, ...) to (n, ...)."""
+        """Return a copy with `change`, (n, ...) to (n, ...), applied to every part along the course."""
         parts: dict[str, Any] = {
             name: change(part) for name in ALONG if (part := getattr(self, name)) is not None
         }
         return replace(self, **parts)
 
     def less(self, other: "Act") -> "Act":
-        """What it adds less what another of the same effect does."""
+        """Return this act minus another act of the same effect."""
 
         def apart(name: str) -> Array | None:
-            one, two = getattr(self, name), getattr(other, name)
-            return None if one is None else one - two
+            minuend, subtrahend = getattr(self, name), getattr(other, name)
+            return None if minuend is None else minuend - subtrahend
 
         parts: dict[str, Any] = {name: apart(name) for name in ARRAYS}
         return replace(self, **parts)
 
     def times(self, size: float) -> "Act":
-        """So many times what it adds."""
+        """Return this act multiplied by `size`."""
         parts: dict[str, Any] = {
             name: size * part for name in ARRAYS if (part := getattr(self, name)) is not None
         }
@@ -84,13 +84,14 @@ class Act:
 ARRAYS = tuple(field.name for field in fields(Act))
 
 ALONG = ("wrench", "water", "velocity", "gyro", "attitude", "specific_force", "shaft_n")
-"""The parts of an act that go with time."""
+"""The parts of an act that vary with time."""
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number of an effect, in SI units: at `none` the effect is absent, at `start` it shows; low, high: what is
-    possible, for sure at the values `sure` (nothing, all), elsewhere by guess."""
+    """A parameter of an effect, in SI units: at `none` the effect is absent, at `start` it shows. `low` and `high`
+    bound the possible values; a bound is certain if it is one of the two values `sure` (no effect, full effect),
+    otherwise a guess."""
 
     name: str
     unit: str
@@ -106,7 +107,7 @@ class Parameter:
 
 
 Told = dict[str, tuple[float, str]]
-"""Parameters by the names of an answer: value and unit of each."""
+"""Parameters of an answer by name: value and unit of each."""
 
 
 @dataclass(frozen=True)
@@ -123,20 +124,25 @@ class Separation:
 
 @dataclass(frozen=True)
 class Effect:
-    """An effect of the library. `act` gives what it adds for the values (p,) of its parameters; one without parameters
-    adds nothing that a course could show, and is found by other evidence.
+    """An effect of the library.
 
-    sentence: what it is, for a crew. linear: what it adds is
-    proportional to its parameters less what they are at `none`. number: which thruster it is about, from 1; 0 for all.
-    needs: what the recording must hold beside motion and thrust (`PULSES`, `QUICK_COMMANDS`, `OWN_VELOCITY`): without
-    it the effect is not tried. seen_in_rpm: it happens before the shaft, which turns otherwise than its pulse asks for
-    (`Act.shaft_n`); any other effect of a thruster leaves shaft speeds alone. growth_is_apart: where it grows over a
-    dive, that is another effect.
-    feedforward: by which parameters the feed-forward makes up for it, "" where it can't. variant: which of several
-    forms under one name; they are one cause. refit_absorbs: a refit of the nominal model takes it up, all but nothing
-    is left of it. telling: from its values to the parameters of an answer, where these are others. sizes: at how
-    many times the way from `none` to `start` it is worth trying (a limit: at `start` over it), more than one where its
-    shape changes with its size.
+    - act: returns its contribution for the values (p,) of its parameters. An effect without parameters adds nothing
+      to a course and is detected by other evidence.
+    - sentence: description for a crew.
+    - separation: manoeuvres and sensors that distinguish it from similar effects.
+    - linear: its contribution is proportional to the distance of its parameters from `none`.
+    - number: the thruster that it concerns, from 1; 0 for all.
+    - needs: data that the recording must hold in addition to motion and thrust (`PULSES`, `QUICK_COMMANDS`,
+      `OWN_VELOCITY` or the name of a signal); otherwise the effect is not tried.
+    - seen_in_rpm: it acts before the shaft, whose speed then differs from the speed that its pulse asks for
+      (`Act.shaft_n`); any other effect of a thruster leaves shaft speeds unchanged.
+    - growth_is_apart: its growth over a dive counts as a different effect.
+    - feedforward: the parameter group with which the feed-forward compensates it, "" if it can't.
+    - variant: the form, if several forms share a name; they are the same cause.
+    - refit_absorbs: a refit of the nominal model absorbs it and leaves almost nothing of it.
+    - telling: converts its values to the parameters of an answer, if these differ.
+    - sizes: multiples of the distance from `none` to `start` at which it is tried (for a limit: `start` divided by
+      the size); more than one if its shape changes with its size.
     """
 
     name: str
@@ -158,21 +164,22 @@ class Effect:
 
     @property
     def label(self) -> str:
-        """The name, the thruster's number where it is about one, and the variant where it has several."""
-        whose = f"{self.name} of thruster {self.number}" if self.number else self.name
-        return f"{whose} ({self.variant})" if self.variant else whose
+        """The name, with the thruster's number if it concerns a single thruster, and the variant if it has several."""
+        subject = f"{self.name} of thruster {self.number}" if self.number else self.name
+        return f"{subject} ({self.variant})" if self.variant else subject
 
     def none(self) -> Array:
-        """(p,) the parameters at which it is absent."""
+        """Parameters (p,) at which the effect is absent."""
         return np.array([p.none for p in self.parameters])
 
     def start(self) -> Array:
-        """(p,) parameters at which it shows."""
+        """Parameters (p,) at which the effect shows."""
         return np.array([p.start for p in self.parameters])
 
     def told(self, values: Array) -> Told:
-        """Its parameters as an answer names them, the thruster's number among them where it is about one."""
-        whose: Told = {"thruster": (float(self.number), "1")} if self.number else {}
+        """Return its parameters by the names of an answer, with the thruster's number if it concerns a single
+        thruster."""
+        answer: Told = {"thruster": (float(self.number), "1")} if self.number else {}
         if self.telling is not None:
-            return whose | self.telling(values)
-        return whose | {p.name: (float(v), p.unit) for p, v in zip(self.parameters, values, strict=True)}
+            return answer | self.telling(values)
+        return answer | {p.name: (float(v), p.unit) for p, v in zip(self.parameters, values, strict=True)}

@@ -1,8 +1,8 @@
-"""What the water does: currents that stay or change, waves.
+"""Effects of moving water: steady and varying currents, waves.
 
-A neutrally buoyant vehicle moves through water that moves as it does through water at rest (Fossen 2011, section 8.3;
-what the water displaces it also pushes as it speeds up, Newman 1977, section 4.13). A current is therefore no force: it
-is what a velocity over ground reads beyond that through the water.
+A neutrally buoyant vehicle moves through moving water as it does through water at rest (Fossen 2011, section 8.3;
+accelerating water also pushes the volume that it surrounds, Newman 1977, section 4.13). A current is therefore no
+force: it is the excess of the velocity over ground over that through the water.
 """
 
 from collections.abc import Iterator, Sequence
@@ -37,8 +37,8 @@ STEADY_CURRENT = Effect(
 
 
 def varying_current(*periods_s: float) -> Effect:
-    """A sine and a cosine of each period in north and in east: four numbers a period, told as the amplitude of all
-    together and the period of their mean rate."""
+    """A sine and a cosine of each period in north and in east: four parameters per period. The answer gives the
+    amplitude of all together and the period of their mean rate."""
     rates = [2 * np.pi / period_s for period_s in periods_s]
 
     def act(course: Course, values: Array) -> Act:
@@ -72,9 +72,9 @@ def varying_current(*periods_s: float) -> Effect:
 
 
 def waves(*periods_s: float) -> Effect:
-    """A force of each period in north, east and down that dies with depth as exp(-k z) does, k of deep water; six
-    numbers a period, told as the larger of its level and its upright amplitude, at the depth that half the dive was
-    above, and the period of their mean rate."""
+    """A force of each period in north, east and down that decays with depth as exp(-k z), with k of deep water: six
+    parameters per period. The answer gives the larger of its horizontal and its vertical amplitude, at the median
+    depth of the dive, and the period of their mean rate."""
     rates = [2 * np.pi / period_s for period_s in periods_s]
 
     def act(course: Course, values: Array) -> Act:
@@ -110,23 +110,23 @@ def waves(*periods_s: float) -> Effect:
 
 
 def _present(rates: Sequence[float], lines: Array) -> Iterator[tuple[float, Array]]:
-    """The lines that are not nought, with their rates."""
+    """The nonzero lines, with their rates."""
     return ((rate, line) for rate, line in zip(rates, lines, strict=True) if line.any())
 
 
 def _usual_s(periods_s: tuple[float, ...], power: Array) -> float:
-    """The period of the mean rate, by the lines' power."""
+    """The period of the mean rate, weighted by the lines' power."""
     rates = 1.0 / np.array(periods_s)
     return float(power.sum() / (power @ rates)) if power.any() else periods_s[0]
 
 
 def _variant(periods_s: tuple[float, ...]) -> str:
-    told = [f"{period_s:.3g}" for period_s in periods_s]
-    return f"{' and '.join(filter(None, (', '.join(told[:-1]), told[-1])))} s"
+    texts = [f"{period_s:.3g}" for period_s in periods_s]
+    return f"{' and '.join(filter(None, (', '.join(texts[:-1]), texts[-1])))} s"
 
 
 def _below_the_middle(depth_m: Array) -> Array:
-    """Depth below its median, (n,), 0 where nothing tells of it."""
+    """Depth below its median, (n,); 0 if unknown."""
     known = np.isfinite(depth_m)
     if not known.any():
         return np.zeros_like(depth_m)

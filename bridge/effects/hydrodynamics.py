@@ -12,7 +12,7 @@ DRAG_UNITS = ("N s2/m2",) * 3 + ("N m s2/rad2",) * 3
 
 
 def _drag(course: Course, values: Array) -> Act:
-    """Fossen 2011, section 6.4: of the magnitudes of X_u|u| and so on."""
+    """Fossen 2011, section 6.4; the values are the magnitudes of X_u|u| and so on."""
     return Act(wrench=-values * np.abs(course.nu) * course.nu, quadratic=values)
 
 
@@ -73,7 +73,7 @@ CROSS_FLOW_LIFT = Effect(
 
 
 def _munk(course: Course, values: Array) -> Act:
-    """Of the Munk moments -(M_j - M_i) nu_i nu_j a share is missing or too much (Fossen 2011, section 6.3)."""
+    """A share of the Munk moments -(M_j - M_i) nu_i nu_j is missing or in excess (Fossen 2011, section 6.3)."""
     u, v, w = course.drifting.T
     m_u, m_v, m_w = course.mass[:3].tolist()
     wrench = np.zeros_like(course.nu)
@@ -151,7 +151,7 @@ FOULING_SINCE = Effect(
     feedforward="nominal",
     variant="since the last time",
     refit_absorbs=True,
-    # How long it took to grow is not in one dive, so that there is no rate to tell.
+    # A single dive does not show how long the growth took, so there is no rate to report.
     telling=lambda _: {},
 )
 

@@ -17,9 +17,9 @@ from bridge.vehicle.config import Configuration
 
 
 def library(configuration: Configuration, lag_s: float) -> tuple[Effect, ...]:
-    """The effects for a configuration whose thrusters have a nominal lag of `lag_s`.
+    """Return the effects for a configuration whose thrusters have a nominal lag of `lag_s`.
 
-    Several may share a name: forms of one cause, or one for each thruster. `label` is each one's own.
+    Several effects may share a name: forms of the same cause, or one for each thruster. `label` is unique.
     """
     return (
         *hydrodynamics.EFFECTS,

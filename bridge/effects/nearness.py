@@ -1,4 +1,4 @@
-"""What a surface, a bottom or a wall nearby does to the added masses, and by these to the forces."""
+"""Influence of a nearby surface, bottom or wall on the added masses, and thereby on the forces."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,31 +9,32 @@ from bridge.effects.effect import Act, Effect, Parameter, Separation, Told
 Array = NDArray[np.float64]
 
 REFERENCE_M = 0.5
-"""`mass_change` is told for so far from the boundary."""
+"""Distance from the boundary for which `mass_change` is reported."""
 
 HALF_HEIGHT_M = 0.25
-"""Of a hull: its middle is never nearer."""
+"""Half the height of a hull: its middle is never nearer to the boundary."""
 
 SHARES = np.array([0.25, 1.0, 1.0, 0.0, 0.0, 0.0])
-"""Of the change in each degree of freedom: none in surge for a cylinder, half for a sphere (Lamb 1932, article 99);
-a hull lies between these."""
+"""Share of the change in each degree of freedom: in surge none for a cylinder, half for a sphere (Lamb 1932, article
+99); a hull lies between these."""
 
 MOST = 2.0
-"""A cylinder of 1 m radius at `REFERENCE_M`: none of these vehicles is thicker."""
+"""The value for a cylinder of 1 m radius at `REFERENCE_M`: none of these vehicles is thicker."""
 
 LEAST = -0.2
-"""Waves may take added mass away below a free surface, but no more than all of it where the hull touches it."""
+"""Waves may reduce added mass below a free surface, at most by all of it when the hull touches the surface."""
 
 
 def _near(course: Course, values: Array, far_m: Array, away: Array) -> Act:
-    """Added masses larger by `values[0]` at `REFERENCE_M`, falling as the distance squared: M_A (1 + a^2 / (2 h^2)) of
-    a cylinder beside a wall (Lamb 1932, section 72). Nothing where no distance is known.
+    """Added masses larger by `values[0]` at `REFERENCE_M`, falling with the distance squared: M_A (1 + a^2 / (2 h^2))
+    for a cylinder near a wall (Lamb 1932, section 72). No contribution if the distance is unknown.
 
-    What is added to M_A brings its own Coriolis force (Fossen 2011, eq. 6.43 and 6.44), or else it would make a Munk
-    moment that is none. As it changes with the distance h, the water's energy pushes, too: along `away` (n, 3), on
-    which h grows, by dM_A/dh nu^2 / 2, less dM_A/dt nu (Lagrange's equations; Lamb 1932, section 137). That is as large
-    as a change of `values[1]` makes it: by which power of the distance a hull's masses fall nobody knows (2 of a
-    cylinder, 3 of a sphere), and at nearly one distance a refit takes the masses up, but not what they pull by.
+    The addition to M_A brings its own Coriolis force (Fossen 2011, eq. 6.43 and 6.44); otherwise it would produce a
+    spurious Munk moment. Because it changes with the distance h, the water's energy exerts a force too: along `away`
+    (n, 3), the direction in which h grows, dM_A/dh nu^2 / 2, less dM_A/dt nu (Lagrange's equations; Lamb 1932,
+    section 137). The size of this force has a parameter of its own, `values[1]`, for two reasons. The power of the
+    distance by which a hull's added masses fall is unknown (2 for a cylinder, 3 for a sphere). And if the distance
+    hardly varies, a refit absorbs the change of the masses, but not this force.
     """
     added = SHARES * np.maximum(course.added_mass, 0.0)
     known, square = np.isfinite(far_m), np.maximum(far_m, 0.0) ** 2 + HALF_HEIGHT_M**2
@@ -47,7 +48,7 @@ def _near(course: Course, values: Array, far_m: Array, away: Array) -> Act:
 
 
 def _told(values: Array) -> Told:
-    """The masses' change by what they weigh, or else by how they pull."""
+    """The change of the masses from their inertia, or from their pull if the former is absent."""
     change = values[0] if values[0] != 0.0 else values[1]
     return {"mass_change": (float(change), "1")}
 

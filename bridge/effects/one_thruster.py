@@ -1,4 +1,4 @@
-"""What one thruster does otherwise than the others: it is weak, points elsewhere, or sits elsewhere."""
+"""Faults of a single thruster: it is weak, points in another direction, or sits in another place."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from bridge.vehicle.config import Configuration, Thruster
 Array = NDArray[np.float64]
 
 UPRIGHT = 0.7
-"""A thruster pushes up and down where its direction has more than this along z."""
+"""A thruster counts as upright, pushing up and down, if the z component of its direction exceeds this magnitude."""
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
@@ -38,7 +38,7 @@ def weak(number: int) -> Effect:
 
 
 def turned(number: int, about: str) -> Effect:
-    """Turned about a body axis (Rodrigues' formula)."""
+    """A thruster turned about a body axis (Rodrigues' formula)."""
 
     def act(course: Course, values: Array) -> Act:
         thruster = course.configuration.thrusters[number - 1]
@@ -63,7 +63,8 @@ def turned(number: int, about: str) -> Effect:
 
 
 def shifted(number: int, thruster: Thruster) -> Effect:
-    """Moved across its thrust: of a level one that changes the moment in yaw, of an upright one roll and pitch."""
+    """A thruster moved across its thrust: this changes the yaw moment of a level thruster, roll and pitch of an
+    upright one."""
     ways = ("across",) if _level(thruster) else ("x", "y")
 
     def act(course: Course, values: Array) -> Act:
@@ -83,13 +84,13 @@ def shifted(number: int, thruster: Thruster) -> Effect:
         needs=(PULSES,),
         number=number,
         variant="sits elsewhere",
-        # An answer has a place for the angle alone.
+        # An answer has a field for the angle only.
         telling=lambda _: {},
     )
 
 
 def of_each_thruster(configuration: Configuration) -> tuple[Effect, ...]:
-    """Those of every thruster of a configuration."""
+    """The effects of every single thruster of a configuration."""
     out: list[Effect] = []
     for number, thruster in enumerate(configuration.thrusters, start=1):
         out += [weak(number), shifted(number, thruster)]

@@ -1,4 +1,4 @@
-"""From thrusts that are other than the nominal ones to what they add."""
+"""Conversion of excess thrusts to an effect's contribution."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,10 +10,10 @@ Array = NDArray[np.float64]
 
 
 def past_the_shaft(course: Course, more_n: Array) -> Act:
-    """Of what the thrusts (n, k) exceed the nominal ones by while the shafts turn as they are asked to."""
+    """Contribution of thrusts (n, k) in excess of the nominal ones, while the shafts turn as asked."""
     return Act(wrench=course.wrench_of(more_n))
 
 
 def before_the_shaft(course: Course, more_n: Array) -> Act:
-    """Of what the thrusts (n, k) exceed the nominal ones by because the shafts turn otherwise than asked."""
+    """Contribution of thrusts (n, k) in excess of the nominal ones, because the shafts turn differently than asked."""
     return Act(wrench=course.wrench_of(more_n), shaft_n=more_n)

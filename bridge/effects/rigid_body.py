@@ -1,4 +1,4 @@
-"""What the body itself is otherwise than the vehicle file says: mass, balance, buoyancy."""
+"""Differences between the actual body and the vehicle file: mass, balance, buoyancy."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +11,11 @@ Array = NDArray[np.float64]
 
 
 def moments_of_mass(course: Course, first: Array) -> Array:
-    """The wrench (n, 6) of first moments of mass m (x, y, z), kg m, about the origin, beside a body balanced there.
+    """Wrench (n, 6) of first moments of mass m (x, y, z), kg m, about the origin, in addition to that of a balanced
+    body.
 
-    m (d(v)/dt + omega x v + d(omega)/dt x c + omega x (omega x c)) and c x m (d(v)/dt + omega x v), on the other side
-    of the equation (Fossen 2011, eqs 3.57 and 3.60). The gravity of what is off the middle is no part of it.
+    m (d(v)/dt + omega x v + d(omega)/dt x c + omega x (omega x c)) and c x m (d(v)/dt + omega x v), moved to the
+    other side of the equation (Fossen 2011, eqs 3.57 and 3.60). The weight of the off-centre mass is not included.
     """
     (u, v, w, p, q, r), (du, dv, dw, dp, dq, dr) = course.nu.T, course.nu_dot.T
     x, y, z = first.tolist()
@@ -37,7 +38,7 @@ def _in_space(course: Course, values: Array) -> Act:
 
 
 def _level(course: Course, values: Array) -> Act:
-    """Of surge, sway and yaw alone: what an added mass that couples sway and yaw does as well, M23 = m x - Y_rdot."""
+    """Surge, sway and yaw only: an added mass that couples sway and yaw acts in the same way, M23 = m x - Y_rdot."""
     x, y = (course.configuration.dry_mass_kg * values).tolist()
     (u, v, _, _, _, r), (du, dv, _, _, _, dr) = course.nu.T, course.nu_dot.T
     wrench = np.zeros_like(course.nu)
@@ -76,13 +77,13 @@ def _righting(course: Course, height_m: float) -> Array:
 
 
 def _low(course: Course, values: Array) -> Act:
-    """A centre of mass `height` below where it was: its righting, and its inertia about the origin."""
+    """A centre of mass `height` lower than assumed: its righting moment, and its inertia about the origin."""
     first = np.array([0.0, 0.0, course.configuration.dry_mass_kg * values[0]])
     return Act(wrench=_righting(course, float(values[0])) + moments_of_mass(course, first))
 
 
 def _thrust_line(course: Course, values: Array) -> Act:
-    """Thrust `height` below where it was taken to act: K = -z Y, M = z X of the thrusters."""
+    """Thrust that acts `height` lower than assumed: K = -z Y, M = z X of the thrusters."""
     thrust = course.wrench_of(course.thrust_n)
     wrench = np.zeros_like(course.nu)
     wrench[:, 3], wrench[:, 4] = -values[0] * thrust[:, 1], values[0] * thrust[:, 0]
@@ -121,7 +122,7 @@ PITCH_ROLL_COUPLING = tuple(
 
 
 def _buoyancy(course: Course, values: Array) -> Act:
-    """Upward where above 0, as a vehicle file has it."""
+    """A value above 0 acts upward, as in a vehicle file."""
     wrench = np.zeros_like(course.nu)
     wrench[:, :3] = -values[0] * course.world[2]
     return Act(wrench=wrench)
@@ -154,7 +155,8 @@ THRUST_BIAS = Effect(
 
 
 def _more_mass(mass_kg: float) -> Array:
-    """Equal in surge, sway and heave: inertias change by where it sits, which one number does not say."""
+    """Equal in surge, sway and heave: the change of the inertias depends on its position, which one number does not
+    give."""
     return np.array([mass_kg] * 3 + [0.0] * 3)
 
 
@@ -171,7 +173,8 @@ ENTRAINED_WATER = Effect(
 
 
 def _payload(course: Course, values: Array) -> Act:
-    """More mass, and drag along the axes in proportion to the dry mass; about them both hang on where it sits."""
+    """More mass, and more drag along the axes in proportion to the dry mass; about the axes both depend on its
+    position."""
     share = values[0] / course.configuration.dry_mass_kg
     along = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
     return Act(mass=_more_mass(float(values[0])), damping=share * along * course.damping)

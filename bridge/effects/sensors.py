@@ -1,4 +1,4 @@
-"""What a sensor reads, or a recording holds, otherwise than the vehicle moves."""
+"""Differences between a sensor's readings, or the recording, and the vehicle's motion."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,7 +76,8 @@ DVL_LEVER_ARM = Effect(
 
 
 def _late(course: Course, values: Array) -> Act:
-    """By the integral of its rate: a filter's velocity jumps with every reading, which is no motion of the vehicle."""
+    """Delays the integral of the acceleration: a filter's velocity jumps with every reading, which is no motion of
+    the vehicle."""
     way = np.cumsum(course.over_ground[1][:, :3], axis=0) * course.step_s
     return Act(velocity=delayed(way, course.step_s, float(values[0])) - way)
 
@@ -111,8 +112,8 @@ GYRO_BIAS = Effect(
 
 
 def _leak(course: Course, values: Array) -> Act:
-    """An IMU tilted by small angles t reads f - t x f of the specific force f = d(v)/dt + omega x v - g: at rest and
-    level g pitch ahead and -g roll aside."""
+    """An IMU tilted by small angles t reads f - t x f instead of the specific force f = d(v)/dt + omega x v - g: at
+    rest and level this adds g pitch ahead and -g roll aside."""
     nu, nu_dot = course.over_ground
     (u, v, w, p, q, r), down = nu.T, course.world[2]
     ahead = nu_dot[:, 0] + w * q - v * r - GRAVITY_M_S2 * down[:, 0]
@@ -140,7 +141,7 @@ WRONG_FEEDBACK_LOG = Effect(
     lambda _course, _values: Act(),
     Separation(sensors=("the applied output and the very signal fed back, recorded",)),
 )
-"""Velocities alone can't show it: the controller's wrench that no recorded reading explains does."""
+"""Velocities alone can't show this effect; the evidence is a controller wrench that no recorded reading explains."""
 
 EFFECTS = (
     DVL_SCALE,

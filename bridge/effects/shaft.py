@@ -1,4 +1,4 @@
-"""Thrust as the shaft speeds tell it: the other side of `bridge.vehicle.thrusters.shaft_speed`."""
+"""Thrust computed from shaft speeds: the inverse of `bridge.vehicle.thrusters.shaft_speed`."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,12 +10,12 @@ Array = NDArray[np.float64]
 
 
 def thrust_by_shaft(curve: ThrustCurve, rpm: Array) -> Array:
-    """T = k n |n| of signed shaft speeds (n, k), with n in rev/s and k by direction; NaN where nothing tells."""
+    """T = k n |n| for signed shaft speeds (n, k), with n in rev/s and k by direction; NaN if unknown."""
     speed = rpm / 60.0
     return np.asarray(np.where(rpm >= 0, curve.forward_n_s2, curve.reverse_n_s2) * speed * np.abs(speed))
 
 
 def seen_by_shaft(course: Course, curve: ThrustCurve) -> Array:
-    """(n, k): by how much the thrusts that shaft speeds tell exceed the nominal ones, N: what `Act.shaft_n` adds up
-    to, with no water in between. NaN where nothing tells."""
+    """Excess of the thrusts from shaft speeds over the nominal thrusts, N, (n, k): the sum of all `Act.shaft_n` in
+    still water. NaN if unknown."""
     return np.asarray(thrust_by_shaft(curve, course.rpm) - course.thrust_n)

@@ -1,4 +1,4 @@
-"""Thrust that goes with the supply: at one pulse, as the square of the voltage (n goes with V, T with n^2)."""
+"""Thrust that depends on the supply: at a given pulse, on the square of the voltage (n goes with V, T with n^2)."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +12,10 @@ from bridge.vehicle.thruster_losses import AHEAD_A_N15, ASTERN_A_N15, NOMINAL_V
 Array = NDArray[np.float64]
 
 RIPPLE_S = SLOW_S
-"""A recorded voltage is meant over so long: what is quicker is the load's."""
+"""Time constant for averaging the recorded voltage: faster changes come from the load."""
 
 LEAST_FALL = 0.01
-"""A battery that falls by less of its square in a dive drives nothing."""
+"""A battery whose squared voltage falls by less than this share in a dive does not power the thrusters."""
 
 
 def _with_time(course: Course, values: Array) -> Act:
@@ -23,9 +23,10 @@ def _with_time(course: Course, values: Array) -> Act:
 
 
 def fall_by_voltage(voltage_v: Array, since_s: Array) -> Array:
-    """How V^2 falls from its beginning, (n,), in seconds: over the rate at which it falls in the mean, 1/s.
+    """Fall of V^2 since the start, relative to its mean rate of fall (1/s): (n,), in seconds.
 
-    Zero where no voltage is recorded, or where it does not fall. Only what was before is looked at.
+    Zero if no voltage is recorded, or if it does not fall. The voltage is smoothed with earlier readings only; the
+    mean rate is that of the whole course.
     """
     slow = _slow(voltage_v, since_s)
     if slow is None:
@@ -35,8 +36,9 @@ def fall_by_voltage(voltage_v: Array, since_s: Array) -> Array:
 
 
 def voltage_law(voltage_v: Array, since_s: Array) -> tuple[float, float]:
-    """The voltage (V) at the beginning of a course and the mean rate (1/s) at which its square falls from there: a
-    `battery_sag` of this rate is thrust that goes wholly as the square of the voltage. NaN where none is recorded."""
+    """The voltage (V) at the start of a course and the mean rate (1/s) at which its square falls from there: a
+    `battery_sag` of this rate means thrust fully proportional to the square of the voltage. NaN if no voltage is
+    recorded."""
     slow = _slow(voltage_v, since_s)
     return (np.nan, np.nan) if slow is None else (float(slow[0]), _fall(slow, since_s)[1])
 
@@ -88,7 +90,7 @@ BATTERY_SAG_BY_VOLTAGE = Effect(
 
 
 def _loaded(course: Course, values: Array) -> Act:
-    """V = V0 - R I, with I going as |T|^1.5 of every thruster as the shaft's power does, of a T200; T as V^2."""
+    """V = V0 - R I, with I proportional to |T|^1.5 of every thruster, like the shaft's power, for a T200; T as V^2."""
     thrust = course.thrust_n
     current = (np.where(thrust > 0, AHEAD_A_N15, ASTERN_A_N15) * np.abs(thrust) ** 1.5).sum(axis=1)
     left = np.maximum(1.0 - values[0] * current / NOMINAL_V, 0.0) ** 2

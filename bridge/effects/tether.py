@@ -10,7 +10,7 @@ Array = NDArray[np.float64]
 
 
 def _tether(course: Course, values: Array) -> Act:
-    """A pull at where the dive began, north and east, and a spring from there: F = F0 - k (x - x0), level."""
+    """A constant pull at the starting point, north and east, plus a spring from there: F = F0 - k (x - x0), level."""
     stiffness, north, east = values.tolist()
     wrench = np.zeros_like(course.nu)
     wrench[:, :3] = course.in_body(

@@ -1,4 +1,4 @@
-"""What a propeller and the water around it make of its thrust: inflow, wash and reaction."""
+"""Effects of the water around a propeller on its thrust: inflow, wash and reaction torque."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +11,11 @@ from bridge.vehicle.config import Configuration
 Array = NDArray[np.float64]
 
 IN_LINE = 0.7
-"""A thruster stands in another's wash where it lies within 45 degrees of its axis."""
+"""Cosine limit: a thruster stands in another's wash if it lies within 45 degrees of its axis."""
 
 
 def inflow_m_s(course: Course) -> Array:
-    """(n, k): the water's speed into each thruster, along its thrust."""
+    """Speed of the water into each thruster, along its thrust, (n, k)."""
     places, ways = _places(course.configuration)
     # (omega x place) . way = omega . (place x way)
     return np.asarray(course.nu[:, :3] @ ways.T + course.nu[:, 3:] @ np.cross(places, ways).T)
@@ -28,7 +28,7 @@ def _places(configuration: Configuration) -> tuple[Array, Array]:
 
 
 def _starved(course: Course, values: Array) -> Act:
-    """T = T_nn |n| n - T_nu |n| ua (Fossen and Blanke 2000, the bilinear model), with |n| as the root of |T|."""
+    """T = T_nn |n| n - T_nu |n| ua (Fossen and Blanke 2000, the bilinear model), with |n| as the square root of |T|."""
     speed = np.sqrt(np.abs(course.thrust_n))
     return past_the_shaft(course, -values[0] * speed * inflow_m_s(course))
 
@@ -45,14 +45,14 @@ INFLOW_LOSS = Effect(
 
 
 def _onto_the_hull(course: Course, values: Array) -> Act:
-    """Wash goes against thrust; it meets the hull of the thrusters that push outwards, away from the origin."""
+    """Wash flows opposite to the thrust; it meets the hull if the thruster pushes outwards, away from the origin."""
     places, ways = _places(course.configuration)
     outwards = np.sign(np.round((places * ways).sum(axis=1), 9))
     return past_the_shaft(course, -values[0] * outwards * np.maximum(outwards * course.thrust_n, 0.0))
 
 
 def _onto_another(course: Course, values: Array) -> Act:
-    """A thruster in the wash of another that pushes loses a share of its own thrust."""
+    """A thruster in the wash of another active thruster loses a share of its own thrust."""
     places, ways = _places(course.configuration)
     between = places[None] - places[:, None]
     far = np.linalg.norm(between, axis=2)
@@ -66,21 +66,21 @@ def _onto_another(course: Course, values: Array) -> Act:
 HULL_INTERACTION, THRUSTER_INTERACTION = (
     Effect(
         "hull_interaction",
-        f"thrusters that lose a share of their thrust where wash meets {what}",
+        f"thrusters that lose a share of their thrust where wash meets {target}",
         "thruster",
         (Parameter("loss", "1", 0.1, low=0.0, high=1.0),),
         act,
         Separation(manoeuvres=("pulses of one thruster at a time",)),
         needs=(PULSES,),
-        variant=f"wash on {what}",
+        variant=f"wash on {target}",
     )
-    for act, what in ((_onto_the_hull, "the hull"), (_onto_another, "another thruster"))
+    for act, target in ((_onto_the_hull, "the hull"), (_onto_another, "another thruster"))
 )
 
 
 def _torque(course: Course, values: Array) -> Act:
-    """Every propeller turns the same way round: its reaction is about its own axis; K of those that lie level, about x
-    and y, and N of those that stand."""
+    """All propellers turn in the same direction, so each reaction acts about the thruster's own axis: K for the
+    components about x and y, from level thrusters, and N for those about z, from upright thrusters."""
     _, ways = _places(course.configuration)
     wrench = np.zeros_like(course.nu)
     wrench[:, 3:] = values[[0, 0, 1]] * (course.thrust_n @ ways)

@@ -1,4 +1,5 @@
-"""The telemetry contract, version 1: what a vehicle says, as MAVLink and back.
+"""The telemetry contract, version 1: conversion of a vehicle's signals to MAVLink and back.
 
-`readings` one table of signals, encode beside decode; `compose` samples and control ticks to readings.
+`readings`: the table of signals, for encoding and decoding; `compose`: converts samples and control ticks to
+readings.
 """

@@ -1,4 +1,4 @@
-"""Samples of the sensors (in body axes) and control ticks, as the readings that tell them."""
+"""Converts sensor samples (in body axes) and control ticks to readings."""
 
 import math
 
@@ -16,14 +16,14 @@ def imu_reading(sample: ImuSample) -> Reading:
 
 
 def attitude_reading(sample: ImuSample) -> Reading | None:
-    """Attitude and rates, where the device tells an attitude."""
+    """Attitude and rates; None if the device reports no attitude."""
     if sample.attitude is None:
         return None
     return Reading("attitude", sample.time_s, (*sample.attitude, *sample.rate))
 
 
 def dvl_readings(sample: DvlSample) -> list[Reading]:
-    """Velocity at the transducer, and altitude where there is one."""
+    """Velocity at the transducer, and altitude if known."""
     readings = [Reading("dvl", sample.time_s, (*sample.velocity, sample.sigma))]
     if not math.isnan(sample.altitude_m):
         readings.append(Reading("altitude", sample.time_s, (sample.altitude_m,)))
@@ -43,7 +43,7 @@ def gnss_reading(sample: GnssSample) -> Reading:
 
 
 def actuation_readings(actuation: Actuation) -> list[Reading]:
-    """What the controller did in one tick: pulses, wrenches, the velocity fed back, the reference."""
+    """Result of a control tick: pulses, wrenches, the velocity fed back, the reference."""
     time_s, reference = actuation.time_s, actuation.reference
     wanted = (*reference.nu, *reference.nu_dot, reference.heading_rad, reference.depth_m)
     return [

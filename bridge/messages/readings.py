@@ -1,7 +1,7 @@
-"""Signals as MAVLink messages, one table, both ways. Every time is boot time, of validity.
+"""Table of signals and their MAVLink messages, for encoding and decoding. Every time is boot time, of validity.
 
-Message ids and fields are MAVLink's common.xml. The struct layouts are pymavlink's own; packing them directly
-costs a fifth of building its message objects, and a test holds the bytes equal.
+Message ids and fields are MAVLink's common.xml. The struct layouts are pymavlink's own; packing them directly takes a
+fifth of the time of building its message objects, and a test checks that the bytes are equal.
 """
 
 import math
@@ -25,23 +25,23 @@ Values = tuple[float, ...]
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """One signal at one instant, SI units, body axes (FRD). `time_s` is NaN where the message carries none.
+    """A signal at one instant, SI units, body axes (FRD). `time_s` is NaN if the message carries no time.
 
-    What a device does not tell is NaN. The values, by signal:
+    Values that a device does not report are NaN. The values, by signal:
 
-    imu                        specific force (3), rates (3), temperature (deg C)
-    fog                        mean yaw rate since the reading before, dated at the middle of that interval
-    dvl                        velocity at the transducer (3; NaN without bottom lock), sigma
-    altitude, pressure         m; Pa, temperature (deg C)
-    attitude                   w x y z, rates (3)
-    pwm, rpm                   us, one a thruster; 58 values, one a thruster and then zeros
-    tau_pid, tau_ff, tau_cmd   X Y Z K M N
-    nu_fb, nu_ref              u v w p q r; the same, their six derivatives, heading, depth
-    ff_mode, veh_cfg           one number
-    battery                    V, A
-    gnss                       fix type, latitude and longitude (deg), altitude and sigma (m), speed,
-                               course (rad), satellites
-    alive, clock               armed (0 or 1), MAV_TYPE, MAV_AUTOPILOT; Unix time (s)
+        imu                        specific force (3), rates (3), temperature (deg C)
+        fog                        mean yaw rate since the previous reading, dated at the middle of that interval
+        dvl                        velocity at the transducer (3; NaN without bottom lock), sigma
+        altitude, pressure         m; Pa, temperature (deg C)
+        attitude                   w x y z, rates (3)
+        pwm, rpm                   us, one per thruster; 58 values, one per thruster and then zeros
+        tau_pid, tau_ff, tau_cmd   X Y Z K M N
+        nu_fb, nu_ref              u v w p q r; the same, their six derivatives, heading, depth
+        ff_mode, veh_cfg           one number
+        battery                    V, A
+        gnss                       fix type, latitude and longitude (deg), altitude and sigma (m), speed,
+                                   course (rad), satellites
+        alive, clock               armed (0 or 1), MAV_TYPE, MAV_AUTOPILOT; Unix time (s)
     """
 
     signal: str
@@ -51,9 +51,10 @@ class Reading:
 
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """One row of the table: which message carries a signal, and the two ways between its fields and values.
+    """A row of the table: the message that carries a signal, and the conversions between its fields and values.
 
-    `selects` are the payload bytes, at `SELECTOR`'s place, that tell it from others of the same message.
+    `selects` are the payload bytes, at `SELECTOR`'s place, that distinguish the signal from others of the same
+    message.
     """
 
     name: str
@@ -63,7 +64,7 @@ class Signal:
     from_wire: Callable[[Wire], tuple[float, Values]]
 
 
-# Where a message's payload tells which of several signals it carries.
+# The payload bytes that identify the signal in a message that can carry several.
 SELECTOR: Final = {
     dialect.MAVLINK_MSG_ID_HIGHRES_IMU: slice(62, 63),  # id
     dialect.MAVLINK_MSG_ID_DISTANCE_SENSOR: slice(12, 13),  # orientation
@@ -86,7 +87,7 @@ def milliseconds(time_s: float) -> int:
 
 
 def _whole(value: float, high: int, unknown: int) -> int:
-    """The nearest whole number in 0 to `high`; `unknown` for NaN."""
+    """Round to a whole number in 0 to `high`; `unknown` for NaN."""
     return unknown if math.isnan(value) else round(min(max(value, 0.0), high))
 
 
@@ -94,9 +95,9 @@ _ACC_GYRO, _TEMPERATURE, _Z_GYRO = 63, 4096, 32
 
 
 def _imu_to_wire(time_s: float, v: Values) -> Wire:
-    told = v[6] == v[6]
-    fields = _ACC_GYRO | _TEMPERATURE if told else _ACC_GYRO
-    return (microseconds(time_s), *v[:6], 0, 0, 0, 0, 0, 0, v[6] if told else 0.0, fields, 0)
+    has_temperature = v[6] == v[6]
+    fields = _ACC_GYRO | _TEMPERATURE if has_temperature else _ACC_GYRO
+    return (microseconds(time_s), *v[:6], 0, 0, 0, 0, 0, 0, v[6] if has_temperature else 0.0, fields, 0)
 
 
 def _imu_from_wire(w: Wire) -> tuple[float, Values]:
@@ -113,7 +114,7 @@ def _fog_from_wire(w: Wire) -> tuple[float, Values]:
 
 _ZEROS = (0.0,) * 20
 _WORST_SIGMA_M_S = (
-    0.4  # of the Water Linked A50's figure of merit, where its own BlueOS driver puts 0 % confidence
+    0.4  # the Water Linked A50's figure of merit at which its own BlueOS driver reports 0 % confidence
 )
 
 
@@ -244,7 +245,7 @@ def _clock_from_wire(w: Wire) -> tuple[float, Values]:
 
 
 def _array(signal: str, name: str, width: int) -> Signal:
-    """A DEBUG_FLOAT_ARRAY of `width` values under the contract's version."""
+    """A signal in a DEBUG_FLOAT_ARRAY of `width` values under the contract's version."""
     wire_name = name.encode()
     unused = (0.0,) * (58 - width)
 
@@ -309,9 +310,9 @@ _IDS: Final = frozenset(row.message.id for row in TABLE)
 
 
 def encode(reading: Reading) -> tuple[int, bytes]:
-    """Message id and payload of a reading, for `Encoder.frame`.
+    """Return message id and payload of a reading, for `Encoder.frame`.
 
-    Raises FrameError where a value does not fit its field.
+    Raises FrameError if a value does not fit its field.
     """
     row = _BY_NAME[reading.signal]
     try:
@@ -324,7 +325,7 @@ def encode(reading: Reading) -> tuple[int, bytes]:
 
 
 def decode(frame: Frame) -> Reading | None:
-    """The reading that a frame carries; None where the contract has no such signal."""
+    """Return the reading that a frame carries; None if the contract has no such signal."""
     number = frame.message_id
     if number not in _IDS or not frame.known:
         return None

@@ -1,8 +1,8 @@
 """Blue Robotics Bar30: the MS5837-30BA pressure sensor, over I2C.
 
-Source: TE Connectivity's MS5837-30BA datasheet (commands, CRC, first and second order compensation), as in
-github bluerobotics/ms5837-python. It measures 0 to 30 bar to about 0.2 mbar, but its offset may be off by
-50 mbar: zero the surface pressure before every dive.
+Source: TE Connectivity's MS5837-30BA datasheet (commands, CRC, first and second order compensation), as in github
+bluerobotics/ms5837-python. It measures 0 to 30 bar to about 0.2 mbar, but its offset may be off by 50 mbar: zero the
+surface pressure before every dive.
 """
 
 from collections import Counter
@@ -20,14 +20,14 @@ _RESET, _READ_ADC, _CONVERT_D1, _CONVERT_D2, _READ_PROM = 0x1E, 0x00, 0x40, 0x50
 _PROM_WORDS = 7
 _FINEST = 5  # oversampling 8192
 _RESET_S = 0.01
-_CONVERSION_S = 2.5e-6  # for each of the 256 << oversampling readings that one conversion averages
+_CONVERSION_S = 2.5e-6  # for each of the 256 << oversampling readings that a conversion averages
 _PA_PER_COUNT = 10.0  # the datasheet's pressures are in 0.1 mbar
 _PRESSURES_PA = (0.0, 31e5)
 _TEMPERATURES_C = (-20.0, 85.0)
 
 
 class I2cBus(Protocol):
-    """What the driver needs of a bus; `write` and `read` raise LinkLost where the device does not answer."""
+    """The bus functions that the driver needs; `write` and `read` raise LinkLost if the device does not answer."""
 
     def write(self, address: int, data: bytes) -> None: ...
 
@@ -38,7 +38,7 @@ class I2cBus(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """The six factory words of one sensor, by the names of the datasheet."""
+    """The six factory words of a sensor, by the names of the datasheet."""
 
     c1: int
     c2: int
@@ -49,7 +49,7 @@ class Calibration:
 
     @classmethod
     def from_prom(cls, words: Sequence[int]) -> Self:
-        """Raises LinkError where the words do not match their CRC."""
+        """Build the calibration from PROM words. Raises LinkError if they do not match their CRC."""
         if prom_crc(words) != words[0] >> 12:
             raise LinkError(
                 "the Bar30's calibration memory does not match its CRC; check the wiring, then the sensor"
@@ -73,13 +73,12 @@ def crc4(words: Sequence[int]) -> int:
 
 
 def prom_crc(words: Sequence[int]) -> int:
-    """The CRC of seven PROM words; its own place, the top nibble of the first, counts as zero."""
+    """The CRC of seven PROM words; the CRC field itself, the top nibble of the first word, counts as zero."""
     return crc4((words[0] & 0x0FFF, *words[1:], 0))
 
 
 def compensate(d1: int, d2: int, calibration: Calibration) -> tuple[float, float]:
-    """Pressure (Pa) and temperature (deg C) of raw readings, second order, without the datasheet's
-    rounding."""
+    """Pressure (Pa) and temperature (deg C) from raw readings, second order, without the datasheet's rounding."""
     first, excess = _first_order_temperature(d2, calibration)
     offset, sensitivity = _second_order(first, excess, calibration)
     pressure = (d1 * sensitivity / 2**21 - offset) / 2**13
@@ -87,7 +86,7 @@ def compensate(d1: int, d2: int, calibration: Calibration) -> tuple[float, float
 
 
 def raw_readings(pressure_pa: float, temperature_c: float, calibration: Calibration) -> tuple[int, int]:
-    """The raw readings D1, D2 that `compensate` takes to this pressure and temperature."""
+    """The raw readings D1, D2 that `compensate` converts to this pressure and temperature."""
     reference = calibration.c5 * 2**8
     excess = 0.0
     for _ in range(30):
@@ -127,14 +126,14 @@ def _second_order(first: float, excess: float, calibration: Calibration) -> tupl
 
 
 class Bar30:
-    """The sensor on a bus. `wait` sleeps for so many seconds.
+    """The sensor on a bus. `wait` sleeps for the given seconds.
 
-    counts: good, no conversion (the device gave none), out of range.
+    counts: good, no conversion (the device returned none), out of range.
     """
 
     def __init__(self, bus: I2cBus, wait: Callable[[float], None], address: int = ADDRESS) -> None:
-        """Reset it and read its calibration. Raises LinkError where that can't be trusted, LinkLost without
-        it."""
+        """Reset the sensor and read its calibration. Raises LinkError if the calibration is corrupt, LinkLost if the
+        sensor does not answer."""
         self.counts: Counter[str] = Counter()
         self._bus = bus
         self._wait = wait
@@ -145,9 +144,9 @@ class Bar30:
         self._calibration = Calibration.from_prom(words)
 
     def measure(self, clock: Clock) -> PressureSample | None:
-        """One sample, dated in the middle of its pressure conversion; None where it is not to be trusted.
+        """Measure a sample, dated in the middle of its pressure conversion; None if it is not plausible.
 
-        Takes two conversions, 42 ms together. Raises LinkLost where the device no longer answers.
+        Takes two conversions, 42 ms together. Raises LinkLost if the device no longer answers.
         """
         begun_s = clock.boot_s()
         d1 = self._convert(_CONVERT_D1)
@@ -178,9 +177,9 @@ class Bar30:
 
 @dataclass
 class FakeBar30:
-    """A bus with a Bar30 on it that feels `pressure_pa` and `temperature_c`; the faults are switches.
+    """A simulated bus with a Bar30 at `pressure_pa` and `temperature_c`; the faults are switches.
 
-    Its calibration is the datasheet's example. `closed` counts how often it was closed.
+    Its calibration is the datasheet's example. `closed` counts the calls of `close`.
     """
 
     pressure_pa: float = 101325.0
@@ -258,7 +257,7 @@ class SmbusBus:
 
 
 def parse_i2c_port(port: str) -> tuple[int, int]:
-    """Bus number and address of `bus:address`, as `1:0x76`, `i2c:1:0x76` or just `1`. Raises ConfigError."""
+    """Parse `bus:address`, such as `1:0x76`, `i2c:1:0x76` or just `1`, into numbers. Raises ConfigError."""
     number, _, address = port.removeprefix("i2c:").partition(":")
     try:
         parsed = int(number), int(address, 0) if address else ADDRESS

@@ -1,4 +1,4 @@
-"""A device's own counter fitted to arrival times: takes the jitter of a serial line out of its samples."""
+"""Fit of a device's own counter to arrival times, which removes the jitter of a serial line from its samples."""
 
 import math
 
@@ -6,12 +6,11 @@ _LONGEST_FADE = 20.0
 
 
 class ClockFit:
-    """Least squares of arrival over count, recursive and with fading memory: time and period of a counter.
+    """Recursive least squares of arrival over count, with fading memory: estimates time and period of a counter.
 
-    `period_s` is nominal and true to `tolerance` (a fraction); arrivals scatter by about `jitter_s`; what
-    is older than `memory_s` fades. Arrivals are late by some mean, which the fit can't see: it belongs to
-    the latency that the vehicle file states. An arrival more than `gap_s` off the fit starts it anew with
-    the period learnt so far.
+    `period_s` is nominal and true to `tolerance` (a fraction); arrivals scatter by about `jitter_s`; older arrivals
+    fade with the time constant `memory_s`. The fit can't see the mean delay of the arrivals, which belongs to the
+    latency in the vehicle file. An arrival more than `gap_s` off the fit restarts it with the period learnt so far.
     """
 
     def __init__(
@@ -33,7 +32,8 @@ class ClockFit:
         self._p_tt = self._p_tp = self._p_pp = 0.0
 
     def time_of(self, count: int, arrival_s: float) -> float:
-        """The fitted time (s) of the tick `count`, which arrived at `arrival_s`; counts never run back."""
+        """Return the fitted time (s) of the tick `count`, which arrived at `arrival_s`; a count that runs back
+        restarts the fit."""
         if self._count is None:
             return self._start(count, arrival_s)
         ticks = count - self._count
@@ -57,7 +57,7 @@ class ClockFit:
         return self._time_s
 
     def restart(self) -> None:
-        """Forget where the counter stands, keep the period: for a count that was broken."""
+        """Forget the count but keep the period: for use after the counter was interrupted."""
         self._count = None
 
     def _start(self, count: int, arrival_s: float) -> float:

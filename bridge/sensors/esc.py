@@ -1,13 +1,13 @@
-"""Speed controllers with BLHeli_32 / KISS serial telemetry: 10 bytes at 115200 baud, answers to requests.
+"""Speed controllers with BLHeli_32 / KISS serial telemetry: 10 bytes at 115200 baud, sent as answers to requests.
 
-Source: ArduPilot's AP_BLHeli. Temperature u8 (deg C), voltage u16 (0.01 V), current u16 (0.01 A),
-consumption u16 (mAh), electrical rpm / 100 u16, big-endian, and CRC-8 (polynomial 0x07). Mechanical rpm is
-the electrical one times 2 / poles.
+Source: ArduPilot's AP_BLHeli. Temperature u8 (deg C), voltage u16 (0.01 V), current u16 (0.01 A), consumption u16
+(mAh), electrical rpm / 100 u16, big-endian, and CRC-8 (polynomial 0x07). Mechanical rpm is the electrical rpm times 2
+/ poles.
 
-An answer has no start byte and does not say which controller gave it, nor which way it turns. So the parser
-counts along: the requester asks 0, 1 .. n-1 in turn, and an answer that came broken still takes its turn. A
-pause of 1 ms before a byte is where an answer may start; within a burst the CRC alone tells. A requester
-that knows whom it asks says so with `expect`.
+An answer has no start byte and identifies neither its controller nor the direction of rotation. The parser therefore
+counts along: the requester asks 0, 1 .. n-1 in turn, and a broken answer still takes its turn. An answer may start
+after a pause of 1 ms; within a burst only the CRC finds it. A requester that knows which controller it asks calls
+`expect`.
 """
 
 import struct
@@ -23,14 +23,14 @@ _BODY = struct.Struct(">B4H")
 _PAUSE_S = 1e-3
 _BYTE_S = 10 / 115200
 _RPM_PER_FIELD = 200.0  # electrical rpm / 100, and two poles a pair
-# a CRC of 8 bits lets one in 256 broken answers pass: what no such controller reports is refused as well
+# An 8-bit CRC lets 1 in 256 broken answers pass, so values beyond any such controller are refused as well.
 _HOTTEST_C, _MOST_V, _MOST_A = 150.0, 80.0, 300.0
 
 
 def encode_esc(
     rpm: float, poles: int, voltage_v: float, current_a: float, temperature_c: float, consumed_mah: float
 ) -> bytes:
-    """An answer as the controller writes it; the sign of `rpm` is lost."""
+    """Encode an answer as the controller writes it; the sign of `rpm` is lost."""
     body = _BODY.pack(
         round(temperature_c),
         round(voltage_v * 100),
@@ -42,7 +42,7 @@ def encode_esc(
 
 
 class EscParser:
-    """Answers of `count` controllers on one line, asked in turn; motors with `poles` magnets.
+    """Parses the answers of `count` controllers on one line, asked in turn; motors with `poles` magnets.
 
     counts: good, skipped bytes (of broken answers), out of range.
     """
@@ -59,13 +59,14 @@ class EscParser:
         self._last_s: float | None = None
 
     def expect(self, index: int) -> None:
-        """The requester has asked controller `index`: what is not yet answered will not be."""
+        """Note that the requester has asked controller `index`: earlier requests without an answer get none any
+        more."""
         self._drop(len(self._buffer))
         self._skipped = 0
         self._next = index
 
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
-        """Samples of the answers that `data` completes."""
+        """Return the samples of the answers that `data` completes."""
         if not data:
             return []
         begun_s = time_s - (len(data) - 1) * _BYTE_S
@@ -101,7 +102,7 @@ class EscParser:
         return samples
 
     def _turn(self) -> int:
-        """Whose answer this is: three bytes or more of a broken one before it are an answer too."""
+        """Return the controller of this answer: three or more skipped bytes before it count as a broken answer."""
         index = (self._next + (self._skipped + 7) // FRAME) % self._count
         self._skipped = 0
         self._next = index + 1

@@ -1,21 +1,20 @@
 """KVH DSP-1750 fibre-optic gyro: 6-byte frames at about 1 kHz, with neither header nor checksum.
 
-Source: two independent open drivers that agree (LCM "Driver for KVH DSP-1750 gyro"; Univ. Toronto
-`DSP1750_gyro.c`). Byte 0: counter 0..3 in the top two bits, one more in each frame; bit 5 zero; bit 4
-valid; the rest zero in normal operation. Bytes 3..5: rate, 22 bits signed, most significant first. The
-least significant bit is taken as 1000 / 2^21 deg/s (the drivers round it to 476.8 micro-deg/s). The sense
-of positive rotation is not stated: the sign is the mounting's.
+Source: two independent open drivers that agree (LCM "Driver for KVH DSP-1750 gyro"; Univ. Toronto `DSP1750_gyro.c`).
+Byte 0: counter 0..3 in the top two bits, incremented in each frame; bit 5 zero; bit 4 valid; the rest zero in normal
+operation. Bytes 3..5: rate, 22 bits signed, most significant first. The least significant bit is taken as 1000 / 2^21
+deg/s (the drivers round it to 476.8 micro-deg/s). The sense of positive rotation is undocumented: the sign belongs to
+the mounting.
 
-Only the first byte tells frames from noise. So a frame is passed on when the next one's counter has confirmed
-it, and its rate is valid only between two first bytes in normal operation and where it fits its neighbours: no
-more than LARGEST_STEP_RAD_S from the one before it, and within SPIKE_RAD_S of that one, of the one after it or
-of their mean. A spike agrees with none of these. A step agrees with what follows it and a ramp with the mean,
-so either costs two frames at most. What can't be seen is a flipped bit that moves a rate by less than
-SPIKE_RAD_S and one frame's turn. One chunk of bytes is one set of numpy calls.
+Only the first byte distinguishes frames from noise. A frame is therefore passed on once the next frame's counter has
+confirmed it. Its rate is valid only if both first bytes show normal operation and if it fits its neighbours: within
+LARGEST_STEP_RAD_S of the rate before it, and within SPIKE_RAD_S of the rate before it, the rate after it or their
+mean. A spike agrees with none of these. A step agrees with the rate after it and a ramp with the mean, so either
+costs two frames at most. A flipped bit that moves a rate by less than SPIKE_RAD_S and a frame's turn goes undetected.
+numpy processes a chunk of bytes as a whole, not frame by frame.
 
-Time: a frame has none. A fit of arrivals over the running count of frames gives the true period (units
-differ by 2 to 3 %) and takes the jitter out; the frames of a chunk are laid out backwards from its last
-byte.
+Time: frames carry none. A fit of arrivals over the running frame count gives the true period (units differ by 2 %
+to 3 %) and removes the jitter; the frames of a chunk are dated backwards from its last byte.
 """
 
 import math
@@ -31,13 +30,13 @@ LSB_RAD_S = math.radians(1000.0 / 2**21)
 RATED_RAD_S = math.radians(490.0)
 # In one frame: 52 rad/s2 at 1 kHz. The thrusters of a BlueROV2 Heavy (0.59 kg m2 in yaw) could give it 45 at most.
 LARGEST_STEP_RAD_S = math.radians(3.0)
-# Off the mean of its neighbours by this, a rate tells of an acceleration that changed by 3.5 rad/s2 within 1 ms:
-# thrusters take tens of milliseconds to do so. The gyro's noise is 5e-3 deg/s.
+# A rate this far off the mean of its neighbours would mean that the acceleration changed by 3.5 rad/s2 within 1 ms;
+# thrusters take tens of milliseconds to do that. The gyro's noise is 5e-3 deg/s.
 SPIKE_RAD_S = math.radians(0.1)
 
 FRAME = 6
 _STEPS_TO_LOCK = 10
-_HUNTED = FRAME * (_STEPS_TO_LOCK + 1) - 1  # bytes to keep: one less than can lock, on every phase
+_HUNTED = FRAME * (_STEPS_TO_LOCK + 1) - 1  # bytes to keep: a byte short of a lock, in every phase
 _HEALTHY = 0x10  # the low six bits of byte 0 in normal operation
 _CLEAR = 0x20  # the bit of byte 0 that is always zero
 _BYTE_S = 10 / 115200
@@ -45,7 +44,7 @@ _PERIOD_TOLERANCE = 0.03
 
 
 def encode_kvh1750(rates: ArrayLike, first_count: int = 0, valid: ArrayLike = True) -> bytes:
-    """Frames of `rates` (n,) rad/s whose counter starts at `first_count`; `valid` is one flag or (n,)."""
+    """Encode `rates` (n,) in rad/s as frames whose counter starts at `first_count`; `valid` is one flag or (n,)."""
     scaled = np.rint(np.asarray(rates, dtype=float) / LSB_RAD_S)
     raw = np.clip(scaled, -(2**21), 2**21 - 1).astype(np.int64) & 0x3FFFFF
     frames = np.zeros((raw.size, FRAME), dtype=np.uint8)
@@ -56,9 +55,9 @@ def encode_kvh1750(rates: ArrayLike, first_count: int = 0, valid: ArrayLike = Tr
 
 
 class Kvh1750Parser:
-    """Rates about the gyro's axis, one FogBlock a feed.
+    """Parses rates about the gyro's axis, at most one FogBlock per feed.
 
-    counts: good (frames), invalid (the device says so), unconfirmed (the next frame's first byte is not that of
+    counts: good (frames), invalid (flagged by the device), unconfirmed (the next frame's first byte does not show
     normal operation), out of range, step (does not fit its neighbours), slip (lock lost), skipped bytes.
     """
 
@@ -74,11 +73,11 @@ class Kvh1750Parser:
 
     @property
     def period_s(self) -> float:
-        """The period of frames as fitted so far."""
+        """The fitted frame period so far."""
         return self._clock.period_s
 
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
-        """The frames that `data` confirms, as one block; none while the lock is sought."""
+        """Return the frames that `data` confirms, as one block; an empty list while no lock is found."""
         buffer = self._buffer + data
         arrival_s = time_s - self._latency_s
         times: list[NDArray[np.float64]] = []
@@ -116,22 +115,22 @@ class Kvh1750Parser:
         return [FogBlock(np.concatenate(times), np.concatenate(rates), np.concatenate(valid))]
 
     def _behind_s(self, buffer: bytes, at: int) -> float:
-        """How long ago the last whole frame had ended when the last byte came.
+        """Time between the end of the last whole frame and the arrival of the last byte.
 
-        A frame is a burst at the start of its period: what follows a whole frame comes after a pause.
+        A frame is a burst at the start of its period, so the bytes after a whole frame come after a pause.
         """
-        rest = (len(buffer) - at) % FRAME
-        return self._clock.period_s - (FRAME - rest) * _BYTE_S if rest else 0.0
+        tail = (len(buffer) - at) % FRAME
+        return self._clock.period_s - (FRAME - tail) * _BYTE_S if tail else 0.0
 
     def _stamps(self, last_s: float, count: int) -> NDArray[np.float64]:
-        """Times of the `count` frames before the one at `last_s`; never backwards, though they may stand."""
+        """Times of the `count` frames before the frame at `last_s`; never decreasing, though equal times may occur."""
         stamps = last_s + np.arange(-count, 0, dtype=np.float64) * self._clock.period_s
         stamps = np.maximum(stamps, self._last_time_s)
         self._last_time_s = float(stamps[-1])
         return stamps
 
     def _rates(self, frames: NDArray[np.uint8]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        """The rates (n,) of `frames` (n + 1, 6) and which of them are valid; the last frame only confirms."""
+        """Return the rates (n,) of `frames` (n + 1, 6) and their validity; the last frame only confirms."""
         words = frames.view(">u2")
         raw = (words[:, 1] & 0x3F).astype(np.int32) << 16 | words[:, 2]
         rates = ((raw ^ 0x200000) - 0x200000) * LSB_RAD_S
@@ -157,7 +156,7 @@ class Kvh1750Parser:
         return rate, valid
 
     def _slip(self, at: int) -> int:
-        """Drop the frame that nothing confirmed and seek the lock from its second byte on."""
+        """Drop the unconfirmed frame and look for the lock from its second byte on."""
         self.counts["slip"] += 1
         self.counts["skipped bytes"] += 1
         self._locked = False
@@ -166,8 +165,8 @@ class Kvh1750Parser:
         return at + 1
 
     def _hunt(self, buffer: bytes, at: int) -> int:
-        """Where frames start, from `at` on, having locked; or from where to keep the bytes, still
-        unlocked."""
+        """Look for a run of frames from `at` on. Return the start of the frames if locked, otherwise the first byte
+        to keep."""
         starts = len(buffer) - at - _HUNTED
         best = max(starts, 0)
         if starts > 0:
@@ -175,10 +174,10 @@ class Kvh1750Parser:
             counters, clear, healthy = heads >> 6, heads & _CLEAR == 0, heads & 0x3F == _HEALTHY
             step = ((counters[FRAME:] - counters[:-FRAME]) & 3 == 1) & clear[FRAME:] & clear[:-FRAME]
             run = _all_of(step, _STEPS_TO_LOCK)
-            found = np.flatnonzero(run[:starts])
-            if found.size:
-                # A steady ramp counts as well in its own bits: of the six phases, take the healthiest.
-                first = int(found[0])
+            candidates = np.flatnonzero(run[:starts])
+            if candidates.size:
+                # The bits of a steady ramp can count up like the counter: of the six phases, take the healthiest.
+                first = int(candidates[0])
                 rivals = [k for k in range(first, first + FRAME) if run[k]]
                 best = max(rivals, key=lambda k: int(np.count_nonzero(healthy[k : k + _HUNTED : FRAME])))
                 self._locked = True
@@ -188,7 +187,7 @@ class Kvh1750Parser:
 
 
 def _steady(steps: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which rates fit their neighbours, from the n + 1 steps into and out of each; NaN where there is none."""
+    """Which rates fit their neighbours, from the n + 1 steps into and out of each; a missing step is NaN."""
     into, out = steps[:-1], steps[1:]
     near = np.abs(steps) <= SPIKE_RAD_S
     fits = near[:-1] | near[1:] | (np.abs(out - into) <= 2 * SPIKE_RAD_S)
@@ -196,7 +195,7 @@ def _steady(steps: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def _all_of(flags: NDArray[np.bool_], count: int) -> NDArray[np.bool_]:
-    """Where `count` flags in a row, one a frame, are all set."""
+    """Start offsets from which `count` successive flags, spaced by FRAME, are all set."""
     starts = flags.size - FRAME * (count - 1)
     run = np.ones(starts, dtype=bool)
     for k in range(count):

@@ -1,13 +1,12 @@
 """KVH DSP-1760 fibre-optic gyro and the 1750/1775 IMU family: frames with a header and a CRC, big-endian.
 
-Source: open drivers (github ESA-PRL/drivers-dsp1760, RIVeR-Lab/kvh_driver) and the 1775 IMU's interface
-document. Format A has 36 bytes: header, rotation x y z (f32), acceleration x y z (f32), status, sequence
-0..127, temperature (i16), CRC-32/MPEG-2. Format B (40 bytes) has a time stamp of the device (u32) before
-the status; that is inferred from open drivers, not from the maker. A single-axis unit uses z. Status bit 2
-set: gyro z valid.
+Source: open drivers (github ESA-PRL/drivers-dsp1760, RIVeR-Lab/kvh_driver) and the 1775 IMU's interface document.
+Format A has 36 bytes: header, rotation x y z (f32), acceleration x y z (f32), status, sequence 0..127, temperature
+(i16), CRC-32/MPEG-2. Format B (40 bytes) has a time stamp of the device (u32) before the status; this is inferred
+from open drivers, not from the maker. A single-axis unit uses z. Status bit 2 set: gyro z valid.
 
-Rotation is a delta angle since the last frame (the default) or a rate, in radians; the device does not tell
-which, so the vehicle file must, or `encode_setup` must have been sent.
+Rotation is a delta angle since the last frame (the default) or a rate, in radians. The device does not report which
+of the two it sends, so the vehicle file must say so, or `encode_setup` must have been sent.
 
 Time: arrivals fitted over the sequence, as for the DSP-1750.
 """
@@ -45,7 +44,7 @@ def encode_kvh1760(
     temperature_c: float = 20.0,
     stamp: int | None = None,
 ) -> bytes:
-    """A frame of format A, or of format B where a time stamp is given; temperature in 0.01 deg C (C_100)."""
+    """Encode a frame of format A, or of format B if a time stamp is given; temperature in 0.01 deg C (C_100)."""
     header = _PREFIX + (b"\x55" if stamp is None else b"\x56")
     vectors = struct.pack(">6f", 0.0, 0.0, rotation_z, 0.0, 0.0, 0.0)
     middle = b"" if stamp is None else struct.pack(">I", stamp & 0xFFFFFFFF)
@@ -55,13 +54,13 @@ def encode_kvh1760(
 
 
 def encode_command(text: str) -> bytes:
-    """A command such as `=dr,1000`; settings need `=config,1` before them and `=config,0` after."""
+    """Encode a command such as `=dr,1000`; settings need `=config,1` before them and `=config,0` after."""
     return text.encode("ascii") + b"\n"
 
 
 def encode_setup(rotation: Rotation, rate_hz: int) -> bytes:
-    """The commands that set rotation format, radians and rate. Raises ConfigError for a rate it does not
-    have."""
+    """Commands that set rotation format, radians and rate. Raises ConfigError for a rate that the device does not
+    support."""
     if rate_hz not in RATES_HZ:
         raise ConfigError(
             f"a DSP-1760 can't send at {rate_hz} Hz; set rate_hz to one of {', '.join(map(str, RATES_HZ))}"
@@ -71,10 +70,10 @@ def encode_setup(rotation: Rotation, rate_hz: int) -> bytes:
 
 
 class Kvh1760Parser:
-    """Rates about z, one FogBlock a feed.
+    """Parses rates about z, at most one FogBlock per feed.
 
-    counts: good (frames), checksum, skipped bytes, unknown (other headers), invalid (the device says so),
-    out of range, lost (sequence numbers missing).
+    counts: good (frames), checksum, skipped bytes, unknown (other headers), invalid (flagged by the device), out of
+    range, lost (missing sequence numbers).
     """
 
     def __init__(self, rotation: Rotation = "delta", rate_hz: float = 1000.0, latency_s: float = 0.0) -> None:
@@ -88,7 +87,7 @@ class Kvh1760Parser:
         self._last_time_s = -math.inf
 
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
-        """The frames that `data` completes, as one block."""
+        """Return the frames that `data` completes, as one block."""
         buffer = self._buffer
         buffer += data
         numbers: list[int] = []
@@ -135,7 +134,7 @@ class Kvh1760Parser:
         return at + 1
 
     def _count(self, sequence: int) -> None:
-        """Number the frame, missing ones included."""
+        """Advance the frame number, counting missing frames too."""
         if self._sequence is not None:
             missing = (sequence - self._sequence - 1) % _SEQUENCES
             if missing:
@@ -162,10 +161,10 @@ class Kvh1760Parser:
 
 
 def _find_start(buffer: bytearray, at: int) -> int:
-    """Where a frame may start: the whole prefix, or as much of it as the end of the buffer shows."""
-    found = buffer.find(_PREFIX, at)
-    if found >= 0:
-        return found
+    """Offset of the next possible frame start: the whole prefix, or the part of it that ends the buffer."""
+    start = buffer.find(_PREFIX, at)
+    if start >= 0:
+        return start
     for kept in (2, 1):
         if len(buffer) - at >= kept and buffer.endswith(_PREFIX[:kept]):
             return len(buffer) - kept

@@ -1,17 +1,15 @@
-"""From a device's axes to the body's (FRD: x forward, y right, z down), as the vehicle file says it is
-mounted.
+"""Rotation from a device's axes to the body's (FRD: x forward, y right, z down), by the mounting in the vehicle file.
 
 Vectors: v_body = M v_device with M = Rz(yaw) Ry(pitch) Rx(roll) diag(signs).
 
-Attitude: a device gives q, its rotation from device to earth in ENU, v_enu = R(q) v_device. Wanted is the
-one from body to earth in NED. A body vector is a device vector turned by M, and NED swaps the first two
-axes of ENU and turns the third over:
+Attitude: a device gives q, its rotation from device to earth in ENU, v_enu = R(q) v_device. The bridge needs the
+rotation from body to earth in NED. A body vector is a device vector turned by M, and NED swaps the first two axes of
+ENU and reverses the third:
 
     R(body to ned) = E R(q) M^T,    E = [[0, 1, 0], [1, 0, 0], [0, 0, -1]] = its own inverse, det +1.
 
-With the usual mount of an IMU, label up and x forward, M = diag(1, -1, -1) (roll 180). Level and nose
-north, the device's x points north, which in ENU is a yaw of +90 deg: R(q) = Rz(90), and E Rz(90) diag(1,
--1, -1) = I.
+With the usual mounting of an IMU, label up and x forward, M = diag(1, -1, -1) (roll 180). Level and nose north, the
+device's x points north, a yaw of +90 deg in ENU: R(q) = Rz(90), and E Rz(90) diag(1, -1, -1) = I.
 """
 
 import math
@@ -30,10 +28,10 @@ _ENU_TO_NED: Quaternion = (0.0, _HALF, _HALF, 0.0)
 
 
 def to_body(sample: Sample, mounting: Mounting) -> Sample:
-    """`sample` in body axes; velocities stay those of the place where the device sits.
+    """Return `sample` in body axes; velocities remain those of the device's position.
 
-    A fibre-optic gyro has one axis, its z: only the sense of it is taken from the mounting. A mounting
-    whose signs mirror the axes can't turn an attitude, which is left out.
+    A fibre-optic gyro has a single axis, its z: only the sign of that axis is taken from the mounting. A mounting
+    whose signs mirror the axes can't turn an attitude, so the attitude is left out.
     """
     if isinstance(sample, ImuSample):
         matrix = mounting_matrix(mounting)
@@ -58,7 +56,7 @@ def to_body(sample: Sample, mounting: Mounting) -> Sample:
 
 
 def rotation_matrix(rotation_deg: Vector3) -> NDArray[np.float64]:
-    """Rz(yaw) Ry(pitch) Rx(roll) (3, 3) of roll, pitch, yaw in degrees; quarter turns are exact."""
+    """Rz(yaw) Ry(pitch) Rx(roll) (3, 3) from roll, pitch, yaw in degrees; quarter turns are exact."""
     (cr, sr), (cp, sp), (cy, sy) = (_cos_sin(angle) for angle in rotation_deg)
     about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
     about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
@@ -69,7 +67,7 @@ def rotation_matrix(rotation_deg: Vector3) -> NDArray[np.float64]:
 
 @lru_cache(maxsize=64)
 def mounting_matrix(mounting: Mounting) -> Matrix:
-    """M of the module's text, in rows."""
+    """The matrix M of the module's docstring, as rows."""
     matrix = rotation_matrix(mounting.rotation_deg) @ np.diag(mounting.signs)
     x, y, z = ((float(a), float(b), float(c)) for a, b, c in matrix)
     return x, y, z
@@ -86,8 +84,7 @@ def _body_to_device(mounting: Mounting) -> Quaternion | None:
 def quaternion_of(matrix: NDArray[np.float64]) -> Quaternion:
     """The unit quaternion (w x y z, w >= 0) of a rotation matrix (3, 3).
 
-    Its products are the entries of a symmetric matrix whose largest column has no small divisor (Shepperd,
-    1978).
+    The products of its components form a symmetric matrix whose largest column has no small divisor (Shepperd, 1978).
     """
     m = matrix
     products = 0.25 * np.array(
@@ -104,8 +101,8 @@ def quaternion_of(matrix: NDArray[np.float64]) -> Quaternion:
 
 
 def _cos_sin(angle_deg: float) -> tuple[float, float]:
-    quarters, rest = divmod(angle_deg, 90.0)
-    if rest == 0.0:
+    quarters, remainder = divmod(angle_deg, 90.0)
+    if remainder == 0.0:
         return ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[int(quarters) % 4]
     return math.cos(math.radians(angle_deg)), math.sin(math.radians(angle_deg))
 

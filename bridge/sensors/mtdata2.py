@@ -1,6 +1,6 @@
-"""Xsens MTData2: how the data of a frame lie, worked out once for each sequence of items and then reused.
+"""Xsens MTData2: byte layout of a frame's data, worked out once for each sequence of items and then reused.
 
-A device repeats the same few sequences, so a frame costs one `struct` call and a comparison of its headers.
+A device repeats the same few sequences, so a frame costs a single `struct` call and a comparison of its headers.
 """
 
 import struct
@@ -24,15 +24,15 @@ Numbers = Callable[[Values], Any]  # a tuple of floats, as long as the quantity
 _VECTOR_LENGTHS = {TEMPERATURE: 1, QUATERNION: 4, ACCELERATION: 3, RATE_OF_TURN: 3, MAGNETIC_FIELD: 3}
 _INTEGERS = {PACKET_COUNTER: "H", SAMPLE_TIME_FINE: "I", STATUS_WORD: "I"}
 _TYPE_MASK, _FRAME_MASK, _PRECISION_MASK = 0xFFF0, 0x000C, 0x0003
-# by precision: struct code of one number, and how many unpacked values it takes
+# by precision: struct code of a number, and how many unpacked values it takes
 _PRECISIONS = (("f", 1), ("i", 1), ("Ih", 2), ("d", 1))  # f32, FP12.20, FP16.32, f64
 
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Readers of one sequence of items; None for what it does not hold.
+    """Readers for a sequence of items; None for quantities that it does not hold.
 
-    `numbers` take the unpacked values to a vector; `packet`, `ticks`, `status` are indices into them.
+    Readers of type `Numbers` take the unpacked values to a vector; `packet`, `ticks`, `status` are indices into them.
     """
 
     unpack: Callable[[bytes], Values]
@@ -50,9 +50,9 @@ class Layout:
 
 
 def layout_of(data: bytes) -> Layout | None:
-    """The layout of `data`; None where it is not a whole run of (identifier, size, payload) items.
+    """Return the layout of `data`; None if it is not a complete sequence of (identifier, size, payload) items.
 
-    A known quantity of a size that does not fit it is None as well, as if the run were broken.
+    A known quantity whose size does not fit it also gives None, as for a broken sequence.
     """
     code, position, at = ">", 0, 0
     header_positions: list[int] = []
@@ -65,9 +65,9 @@ def layout_of(data: bytes) -> Layout | None:
         header_positions.append(position)
         position += 1
         if kind in _VECTOR_LENGTHS:
-            one, width = _PRECISIONS[identifier & _PRECISION_MASK]
+            number_code, width = _PRECISIONS[identifier & _PRECISION_MASK]
             count = _VECTOR_LENGTHS[kind]
-            item_code = one * count
+            item_code = number_code * count
             numbers[kind] = _reader(identifier & _PRECISION_MASK, position, position + width * count)
             position += width * count
             if kind == QUATERNION:
@@ -102,7 +102,7 @@ def layout_of(data: bytes) -> Layout | None:
 
 
 def encode_numbers(precision: int, numbers: tuple[float, ...]) -> bytes:
-    """Numbers as the low two bits of an identifier say: 0 f32, 1 FP12.20, 2 FP16.32, 3 f64."""
+    """Encode numbers in the precision of an identifier's low two bits: 0 f32, 1 FP12.20, 2 FP16.32, 3 f64."""
     if precision == 1:
         return struct.pack(f">{len(numbers)}i", *(round(v * 2**20) for v in numbers))
     if precision == 2:

@@ -1,7 +1,7 @@
-"""What a sensor says, in SI units. Times are boot time in seconds, of validity where the device tells it.
+"""Sample types of the sensors, in SI units. Times are boot time in seconds, of validity if the device reports it.
 
-A parser gives samples in the device's own axes; `bridge.sensors.mounting` turns them into the body's
-(FRD: x forward, y right, z down).
+A parser gives samples in the device's own axes; `bridge.sensors.mounting` turns them into the body's (FRD: x forward,
+y right, z down).
 """
 
 from collections import Counter
@@ -19,7 +19,7 @@ NAN3: Vector3 = (float("nan"), float("nan"), float("nan"))
 
 @dataclass(frozen=True, slots=True)
 class ImuSample:
-    """Specific force (m/s2), rate of turn (rad/s) and, where given, attitude (w x y z) of one instant."""
+    """Specific force (m/s2), rate of turn (rad/s) and, if reported, attitude (w x y z) of one instant."""
 
     time_s: float
     specific_force: Vector3
@@ -32,7 +32,7 @@ class ImuSample:
 
 @dataclass(frozen=True, slots=True)
 class FogBlock:
-    """A run of rates about the gyro's own axis: `time_s` (n,) s, `rate` (n,) rad/s, `valid` (n,) bool."""
+    """A series of rates about the gyro's own axis: `time_s` (n,) s, `rate` (n,) rad/s, `valid` (n,) bool."""
 
     time_s: NDArray[np.float64]
     rate: NDArray[np.float64]
@@ -43,8 +43,8 @@ class FogBlock:
 class DvlSample:
     """Velocity over the bottom (m/s) at the transducer; NaN without bottom lock.
 
-    `sigma` is the device's own figure of merit (m/s), NaN where it states none; `ranges` are along the
-    beams (m), NaN where a beam has none; `altitude_m` is vertical, NaN where unknown.
+    `sigma` is the device's own figure of merit (m/s), NaN if it reports none; `ranges` are along the beams (m), NaN
+    for a lost beam; `altitude_m` is vertical, NaN if unknown.
     """
 
     time_s: float
@@ -69,7 +69,7 @@ class PressureSample:
 
 @dataclass(frozen=True, slots=True)
 class EscSample:
-    """What one speed controller reports; `rpm` is mechanical and has no sign on the wire."""
+    """Telemetry of a speed controller; `rpm` is mechanical and has no sign on the wire."""
 
     time_s: float
     index: int
@@ -99,14 +99,14 @@ Sample = ImuSample | FogBlock | DvlSample | PressureSample | EscSample | GnssSam
 
 
 class Parser(Protocol):
-    """Incremental parser of one device's byte stream.
+    """Incremental parser of a device's byte stream.
 
-    `counts` holds how many samples came ("good") and how many faults of each kind ("checksum",
-    "overlong", "unknown", "out of range", "slip" ...).
+    `counts` holds the number of samples ("good") and of faults by kind ("checksum", "overlong", "unknown", "out of
+    range", "slip" ...).
     """
 
     counts: Counter[str]
 
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
-        """Samples that `data`, whose last byte arrived at boot time `time_s`, completes."""
+        """Return the samples completed by `data`, whose last byte arrived at boot time `time_s`."""
         ...

@@ -1,11 +1,10 @@
-"""u-blox 7 GNSS receiver: UBX NAV messages or NMEA sentences, told apart here and decoded by pyubx2 and
-pynmeagps.
+"""u-blox 7 GNSS receiver: UBX NAV messages or NMEA sentences, distinguished here and decoded by pyubx2 and pynmeagps.
 
-Source: u-blox 7 receiver description (protocol version 14). A fix is one of, best first: NAV-PVT;
-NAV-POSLLH, NAV-SOL and NAV-VELNED of one epoch; GGA and RMC of one epoch. While a better one arrives, the
-others are ignored.
+Source: u-blox 7 receiver description (protocol version 14). A fix comes from, best first: NAV-PVT; NAV-POSLLH,
+NAV-SOL and NAV-VELNED of the same epoch; GGA and RMC of the same epoch. While a better source arrives, the others are
+ignored.
 
-Without a fix, position and motion are NaN. NMEA states no accuracy: its sigma is NaN. Time: arrival less the
+Without a fix, position and motion are NaN. NMEA gives no accuracy: its sigma is NaN. Time: arrival less the
 configured latency.
 """
 
@@ -26,7 +25,7 @@ NO_FIX, FIX_2D, FIX_3D, FIX_DGPS, RTK_FLOAT, RTK_FIXED = range(1, 7)  # MAVLink'
 
 _UBX_START: Final = b"\xb5\x62"
 _MAX_PAYLOAD: Final = 1024
-_MAX_SENTENCE: Final = 120  # NMEA says 82, receivers exceed it
+_MAX_SENTENCE: Final = 120  # NMEA allows 82, but receivers exceed it
 _PVT, _POSLLH, _SOL, _VELNED = b"\x01\x07", b"\x01\x02", b"\x01\x06", b"\x01\x12"
 _LENGTHS: Final = {_PVT: (84, 92), _POSLLH: (28,), _SOL: (52,), _VELNED: (36,)}
 _SENTENCE: Final = re.compile(rb"\$[ -~]{0,%d}\r?\n" % _MAX_SENTENCE)
@@ -38,22 +37,22 @@ _KNOT_M_S: Final = 1852 / 3600
 _BY_NMEA, _BY_PARTS, _BY_PVT = range(3)
 _PARTS: Final = {_BY_NMEA: 2, _BY_PARTS: 3}
 _HIGHEST_M, _FASTEST_M_S = 20_000.0, 600.0
-_SILENCE_S: Final = 5.0  # after which a worse source is taken again
+_SILENCE_S: Final = 5.0  # silence of the better source after which a worse one is used again
 
 
 def encode_ubx(message: bytes, payload: bytes) -> bytes:
-    """A UBX frame of the message class and id (2 bytes)."""
+    """Encode a UBX frame; `message` is the message class and id (2 bytes)."""
     body = message + struct.pack("<H", len(payload)) + payload
     return _UBX_START + body + _fletcher(body)
 
 
 def encode_enable(message: bytes, each: int = 1) -> bytes:
-    """The command (CFG-MSG) that has a message sent on this port with each n-th epoch; 0 turns it off."""
+    """Encode the command (CFG-MSG) that sends a message on this port with every n-th epoch; 0 turns it off."""
     return encode_ubx(b"\x06\x01", message + bytes((each,)))
 
 
 def encode_nav_pvt(sample: GnssSample, epoch_ms: int) -> bytes:
-    """NAV-PVT (84 bytes, as a u-blox 7 sends it) of a sample; a NaN is sent as zero, the date as none."""
+    """Encode a sample as NAV-PVT (84 bytes, as a u-blox 7 sends it); NaN is sent as zero, without a date."""
     fix = {NO_FIX: 0, FIX_2D: 2}.get(sample.fix_type, 3)
     flags = (fix > 0) | (sample.fix_type == FIX_DGPS) << 1
     height_mm = _scaled(sample.altitude_m, 1e3)
@@ -76,7 +75,7 @@ def encode_nav_pvt(sample: GnssSample, epoch_ms: int) -> bytes:
 
 
 def encode_nmea(body: str) -> bytes:
-    """A sentence around `body` (`GPGGA,...`), with its checksum."""
+    """Encode a sentence around `body` (`GPGGA,...`), with its checksum."""
     return b"$%s*%02X\r\n" % (body.encode("ascii"), _xor(body.encode("ascii")))
 
 
@@ -84,10 +83,10 @@ _Place = tuple[float, float, float, float]  # latitude and longitude (deg), alti
 
 
 class UbloxParser:
-    """Fixes of the receiver.
+    """Parses the receiver's fixes.
 
-    counts: good, checksum, malformed, overlong, skipped bytes, ignored (messages of no use here, or a worse
-    source), out of range.
+    counts: good, checksum, malformed, overlong, skipped bytes, ignored (messages of no use here, or a worse source),
+    out of range.
     """
 
     def __init__(self, latency_s: float = 0.0) -> None:
@@ -99,7 +98,7 @@ class UbloxParser:
         self._source, self._source_s = _BY_NMEA, -math.inf
 
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
-        """Samples that the messages in `data` complete."""
+        """Return the samples that the messages in `data` complete."""
         samples: list[Sample] = []
         buffer = self._buffer
         buffer += data
@@ -129,7 +128,7 @@ class UbloxParser:
         return samples
 
     def _ubx_size(self, at: int) -> int | None:
-        """Size of the message at `at`; 0 where there is none, None where it is not all there."""
+        """Size of the message at `at`; 0 if it can't be a message, None if it is incomplete."""
         if len(self._buffer) - at < 6:
             return None
         length = int.from_bytes(self._buffer[at + 4 : at + 6], "little")
@@ -203,7 +202,7 @@ class UbloxParser:
         return source >= self._source or time_s - self._source_s > _SILENCE_S
 
     def _together(self, source: int, epoch: bytes, kind: bytes, decoded: Any) -> dict[bytes, Any]:
-        """The messages of one epoch so far; once they are complete, the next starts empty."""
+        """Return the messages of the epoch so far; once they are complete, the next call starts empty."""
         if (source, epoch) != self._epoch:
             self._epoch, self._parts = (source, epoch), {}
         self._parts[kind] = decoded
@@ -244,7 +243,7 @@ class UbloxParser:
 
 
 def _ubx_fix(fix: int, is_ok: int, is_differential: int) -> int:
-    """MAVLink's fix type of the receiver's: 2 is 2D, 3 is 3D, 4 is 3D with dead reckoning."""
+    """Convert the receiver's fix (2 is 2D, 3 is 3D, 4 is 3D with dead reckoning) to MAVLink's fix type."""
     if not is_ok or fix not in (2, 3, 4):
         return NO_FIX
     if fix == 2:
@@ -257,7 +256,7 @@ def _place(decoded: Any) -> _Place:
 
 
 def _field(decoded: Any, name: str) -> Any:
-    """A field of a sentence; an absent or empty one is None."""
+    """Return a field of a sentence; None if it is absent or empty."""
     value = getattr(decoded, name, "")
     return None if value == "" else value
 

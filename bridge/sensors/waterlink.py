@@ -1,13 +1,13 @@
 """Water Linked A50 and A125 DVL: JSON reports over TCP (port 16171), or ASCII sentences over a serial line.
 
-Source: Water Linked's documentation of the protocols (docs/dvl/dvl-protocol.md; serial 2.6.x, json_v3.1). A
-sentence ends in `*` and two hex digits: CRC-8, polynomial 0x07, of all before the `*`.
+Source: Water Linked's documentation of the protocols (docs/dvl/dvl-protocol.md; serial 2.6.x, json_v3.1). A sentence
+ends in `*` and two hex digits: CRC-8, polynomial 0x07, of everything before the `*`.
 
 Axes: x forward (the side of the LED), y right, z down.
 
-Time: both forms carry the times of validity (centre of the ping) and of transmission, in microseconds of
-the DVL's own clock. Their difference is how old the report was when it left; a sample's time is its arrival
-less that. Where they are absent or make no sense, it is the arrival less the configured latency.
+Time: both forms carry the times of validity (centre of the ping) and of transmission, in microseconds of the DVL's
+own clock. Their difference is the age of the report at transmission; a sample's time is its arrival less that age. If
+the times are absent or implausible, it is the arrival less the configured latency.
 """
 
 import json
@@ -27,19 +27,18 @@ _TRANSDUCER_IDS = tuple(b"%d" % i for i in range(TRANSDUCERS))
 
 _LONGEST_REPORT = 16384
 _LONGEST_SENTENCE = 1024
-_OLDEST_S = 5.0  # more than any ping and its processing take
+_OLDEST_S = 5.0  # longer than any ping and its processing
 _FASTEST_M_S = 20.0
 _FARTHEST_M = 1000.0
 _KNOWN_SENTENCES = (b"wrp", b"wrx", b"wrt", b"wra", b"wrc", b"wrv", b"wrw")
 _REFUSALS = (b"wrn", b"wr?", b"wr!")
-# float() takes more (1_0, blanks around it, "infinity"), which no device writes.
+# float() accepts more (1_0, surrounding blanks, "infinity"), but no device writes these.
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf)")
 _COVARIANCES = 9
 
 
 def encode_command(command: str, parameters: dict[str, Any] | None = None) -> bytes:
-    """A JSON command: `reset_dead_reckoning`, `get_config`, `set_config` with its parameters,
-    `trigger_ping`."""
+    """Encode a JSON command: `reset_dead_reckoning`, `get_config`, `set_config` with its parameters, `trigger_ping`."""
     message: dict[str, Any] = {"command": command}
     if parameters is not None:
         message["parameters"] = parameters
@@ -47,7 +46,7 @@ def encode_command(command: str, parameters: dict[str, Any] | None = None) -> by
 
 
 def encode_sentence(body: str) -> bytes:
-    """A serial sentence or command: `body`, its CRC and the end of line."""
+    """Encode a serial sentence or command: `body`, its CRC and the end of line."""
     raw = body.encode()
     return raw + b"*%02x\r\n" % crc8.smbus(raw)
 
@@ -61,7 +60,7 @@ def encode_waterlink_json(
     sent_us: int,
     since_last_ms: float = 100.0,
 ) -> bytes:
-    """A velocity report as the device writes it; NaN in `velocity` is a lost lock, NaN in `ranges` a lost
+    """Encode a velocity report as the device writes it; NaN in `velocity` means lost lock, NaN in `ranges` a lost
     beam."""
     locked = not any(map(math.isnan, velocity))
     beams = [
@@ -101,7 +100,7 @@ def encode_waterlink_serial(
     sent_us: int,
     since_last_ms: float = 100.0,
 ) -> bytes:
-    """The sentences of one report, `wru` of each transducer and then `wrz`; NaN as in the JSON report."""
+    """Encode the sentences of a report, a `wru` for each transducer and then `wrz`; NaN as in the JSON report."""
     locked = not any(map(math.isnan, velocity))
     beams = "".join(
         encode_sentence(f"wru,{i},0.000,{-1 if math.isnan(distance) else distance:.2f},-40,-95").decode()
@@ -117,7 +116,7 @@ def encode_waterlink_serial(
 
 
 class _Lines:
-    """Bytes to lines, with a ceiling: of a longer one nothing is kept until its end has passed."""
+    """Splits bytes into lines of limited length; a longer line is discarded up to its end."""
 
     def __init__(self, longest: int, counts: Counter[str]) -> None:
         self._longest = longest
@@ -126,7 +125,7 @@ class _Lines:
         self._discarding = False
 
     def feed(self, data: bytes) -> list[bytes]:
-        *whole, rest = (self.buffer + data.replace(b"\r", b"\n")).split(b"\n")
+        *whole, tail = (self.buffer + data.replace(b"\r", b"\n")).split(b"\n")
         lines = []
         for line in whole:
             if self._discarding:
@@ -135,18 +134,18 @@ class _Lines:
                 self._counts["overlong"] += 1
             elif line.strip():
                 lines.append(bytes(line))
-        if not self._discarding and len(rest) > self._longest:
+        if not self._discarding and len(tail) > self._longest:
             self._counts["overlong"] += 1
             self._discarding = True
-        self.buffer = bytearray() if self._discarding else rest
+        self.buffer = bytearray() if self._discarding else tail
         return lines
 
 
 class WaterlinkJsonParser:
-    """JSON velocity reports.
+    """Parses JSON velocity reports.
 
-    counts: good, malformed (no JSON, or a report without its fields), overlong, ignored (dead reckoning),
-    response, refused (a response without success), unknown (other types), out of range.
+    counts: good, malformed (no JSON, or a report without its fields), overlong, ignored (dead reckoning), response,
+    refused (a response without success), unknown (other types), out of range.
     """
 
     def __init__(self, latency_s: float = 0.0) -> None:
@@ -155,9 +154,9 @@ class WaterlinkJsonParser:
         self._lines = _Lines(_LONGEST_REPORT, self.counts)
 
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
-        """Samples of the reports that `data` completes."""
-        found = (self._report(line, time_s) for line in self._lines.feed(data))
-        return [sample for sample in found if sample is not None]
+        """Return the samples of the reports that `data` completes."""
+        samples = (self._report(line, time_s) for line in self._lines.feed(data))
+        return [sample for sample in samples if sample is not None]
 
     def _report(self, line: bytes, time_s: float) -> DvlSample | None:
         try:
@@ -196,12 +195,12 @@ class WaterlinkJsonParser:
 
 
 class WaterlinkSerialParser:
-    """Serial sentences: `wrz` is a sample, with the ranges of the `wru` that came since the one before.
+    """Parses serial sentences: `wrz` gives a sample, with the ranges of the `wru` sentences since the previous `wrz`.
 
-    Whether a device sends `wru` before or after its `wrz` is not documented, so ranges may be one ping old.
+    It is not documented whether a device sends `wru` before or after its `wrz`, so ranges may be one ping old.
 
-    counts: good, checksum, malformed, overlong, ignored (known sentences of no use here), refused, unknown,
-    out of range.
+    counts: good, checksum, malformed, overlong, ignored (known sentences of no use here), refused, unknown, out of
+    range.
     """
 
     def __init__(self, latency_s: float = 0.0) -> None:
@@ -211,9 +210,9 @@ class WaterlinkSerialParser:
         self._ranges: dict[int, float] = {}
 
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
-        """Samples of the sentences that `data` completes."""
-        found = (self._sentence(line, time_s) for line in self._lines.feed(data))
-        return [sample for sample in found if sample is not None]
+        """Return the samples of the sentences that `data` completes."""
+        samples = (self._sentence(line, time_s) for line in self._lines.feed(data))
+        return [sample for sample in samples if sample is not None]
 
     def _sentence(self, line: bytes, time_s: float) -> DvlSample | None:
         body, star, checksum = line.rpartition(b"*")
@@ -260,8 +259,8 @@ class WaterlinkSerialParser:
 def _sample(
     counts: Counter[str], time_s: float, locked: bool, numbers: Sequence[float], ranges: Iterable[float]
 ) -> DvlSample | None:
-    """The sample of vx, vy, vz, figure of merit and altitude; without lock they say nothing, whatever they
-    are."""
+    """Build a sample from vx, vy, vz, figure of merit and altitude; without lock these are ignored, whatever their
+    values."""
     x, y, z, sigma, altitude_m = numbers
     beams = tuple(distance if 0 <= distance <= _FARTHEST_M else math.nan for distance in ranges)
     if not locked:
@@ -281,7 +280,7 @@ def _sample(
 
 
 def _age_s(valid_us: float, sent_us: float) -> float | None:
-    """How old a report was when it was sent; None where its two times do not tell."""
+    """Age of a report when it was sent; None if its two times are missing or implausible."""
     if not (valid_us > 0 and sent_us > 0):
         return None
     age_s = (sent_us - valid_us) * 1e-6

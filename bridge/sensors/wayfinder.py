@@ -1,17 +1,18 @@
 """Teledyne Wayfinder DVL: binary packets over a serial line, little-endian.
 
-Source: Teledyne's open driver (github Teledyne-Marine/Wayfinder, MIT) for the layout, the maker's
-"Binary Interface Packet Protocol" page for the framing. A data packet carries two checksums, one of the
-structure and one of the packet; both must hold.
+Source: Teledyne's open driver (github Teledyne-Marine/Wayfinder, MIT) for the layout, the maker's "Binary Interface
+Packet Protocol" page for the framing. A data packet carries two checksums, of the structure and of the packet; both
+must match.
 
-Instrument axes: x from beam 1 to beam 2, y from beam 4 to beam 3, z away from the bottom; the velocity is
-that of the instrument over the bottom.
+Instrument axes: x from beam 1 to beam 2, y from beam 4 to beam 3, z away from the bottom; the velocity is that of the
+instrument over the bottom.
 
-Lock is x, y and z all finite. The error velocity, what four beams know beyond three, may be NaN: three beams
-give a velocity but no error. An infinite or impossible velocity or error is no measurement: no sample.
+The DVL has lock if x, y and z are all finite. The error velocity, the redundancy of four beams over three, may be
+NaN: three beams give a velocity but no error. A packet with an infinite or impossible velocity or error gives no
+sample.
 
-Time: the packet holds the DVL's own clock, but that has a resolution of 10 ms, no zone, and is set by hand to
-the second. So a sample's time is the arrival of the packet less the configured latency.
+Time: the packet holds the DVL's own clock, but that has a resolution of 10 ms and no time zone, and is set by hand to
+the second. A sample's time is therefore the arrival of the packet less the configured latency.
 """
 
 import math
@@ -34,7 +35,7 @@ _PACKET_START = b"\xaa\x10\x01"
 _OVERHEAD = 7  # start, version, id, length and checksum
 _APPLICATION_VERSION = 2
 _COMMAND, _RESPONSE, _DATA = 3, 4, 5
-_MAX_PACKET = 4096  # far above every packet known; bounds what one false length can withhold
+_MAX_PACKET = 4096  # far above every known packet; limits the bytes that a false length can hold back
 _FASTEST_M_S = 20.0
 _FARTHEST_M = 1000.0
 
@@ -49,30 +50,30 @@ _COORDINATE_NAMES = {BEAM: "beam coordinates", SHIP: "ship coordinates", EARTH: 
 
 
 def encode_packet(kind: int, payload: bytes) -> bytes:
-    """A whole packet around the payload of application type `kind` (3 command, 4 response, 5 data)."""
+    """Wrap the payload of application type `kind` (3 command, 4 response, 5 data) in a complete packet."""
     application = struct.pack("<BBH", _APPLICATION_VERSION, kind, len(payload) + 4) + payload
     body = _PACKET_START + struct.pack("<H", len(application) + _OVERHEAD) + application
     return body + struct.pack("<H", sum(body) & 0xFFFF)
 
 
 def encode_command(command: int, arguments: bytes = b"") -> bytes:
-    """A command to the DVL; `encode_command(EXIT_COMMAND_MODE)` starts it pinging."""
+    """Encode a command to the DVL; `encode_command(EXIT_COMMAND_MODE)` starts its pinging."""
     return encode_packet(_COMMAND, struct.pack("<I", command) + arguments)
 
 
 def encode_sound_speed(sound_speed_m_s: float) -> bytes:
-    """The command that sets the speed of sound for the pings to come, 1400 to 1600 m/s."""
+    """Encode the command that sets the speed of sound for later pings, 1400 to 1600 m/s."""
     return encode_command(SET_SOUND_SPEED, struct.pack("<f", sound_speed_m_s))
 
 
 def encode_set_time(when: datetime) -> bytes:
-    """The command that sets the DVL's clock, to the second: send it as that second begins."""
+    """Encode the command that sets the DVL's clock, to the second: send it as that second begins."""
     stamp = bytes((when.year - 2000, when.month, when.day, when.hour, when.minute, when.second))
     return encode_command(SET_TIME, struct.pack("<BBI", 0x23, 0x10, 12) + stamp)
 
 
 def encode_response(command: int, major: int = 1, minor: int = 0) -> bytes:
-    """The DVL's answer to a command; `major` 1 is accepted, 7 not allowed while pinging."""
+    """Encode the DVL's answer to a command; `major` 1 is accepted, 7 not allowed while pinging."""
     return encode_packet(_RESPONSE, struct.pack("<IBB", command, major, minor))
 
 
@@ -88,7 +89,7 @@ def encode_wayfinder(
     structure_version: int = 0x11,
     serial_number: bytes = b"001234",
 ) -> bytes:
-    """A data packet as the device writes it; NaN marks what is invalid."""
+    """Encode a data packet as the device writes it; NaN marks invalid values."""
     structure = bytearray(
         _DATA_LAYOUT.pack(
             0xAA, structure_version, _DATA_LAYOUT.size,
@@ -107,11 +108,11 @@ def encode_wayfinder(
 
 
 class WayfinderParser:
-    """Velocity in instrument axes; the mean range to the bottom is taken for the altitude.
+    """Parses velocity in instrument axes; the mean range to the bottom serves as the altitude.
 
-    counts: good (with lock or without), checksum, length, overlong, skipped bytes, unknown, response, refused,
-    out of range, and "beam coordinates" (also ship, earth): a DVL set to these gives no sample, as its numbers
-    are not x y z.
+    counts: good (with lock or without), checksum, length, overlong, skipped bytes, unknown, response, refused, out of
+    range, and "beam coordinates" (also ship, earth): a DVL set to these gives no sample, because its numbers are not
+    x y z.
     """
 
     def __init__(self, latency_s: float = 0.0) -> None:
@@ -120,7 +121,7 @@ class WayfinderParser:
         self._buffer = bytearray()
 
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
-        """Samples of the packets that `data` completes."""
+        """Return the samples of the packets that `data` completes."""
         samples: list[Sample] = []
         buffer = self._buffer
         buffer += data
@@ -203,10 +204,10 @@ class WayfinderParser:
 
 
 def _find_start(buffer: bytearray, at: int) -> int:
-    """Where a packet may start: the whole marker, or as much of it as the end of the buffer shows."""
-    found = buffer.find(_PACKET_START, at)
-    if found >= 0:
-        return found
+    """Offset of the next possible packet start: the whole marker, or the part of it that ends the buffer."""
+    start = buffer.find(_PACKET_START, at)
+    if start >= 0:
+        return start
     for kept in (2, 1):
         if len(buffer) - at >= kept and buffer.endswith(_PACKET_START[:kept]):
             return len(buffer) - kept

@@ -1,15 +1,14 @@
-"""Xsens MTi-300 and kin: Xbus frames with MTData2, big-endian.
+"""Xsens MTi-300 and related IMUs: Xbus frames with MTData2, big-endian.
 
-Source: the open drivers ethz-asl/ethzasl_xsens_driver and einride/xsens-go (MIT). A frame is FA, bus id,
-message id, length (255: two more length bytes), data, and a checksum that makes all after FA sum to zero.
-MTData2 is a run of (identifier u16, size u8, payload); the two low bits of an identifier tell the precision
-of its numbers.
+Source: the open drivers ethz-asl/ethzasl_xsens_driver and einride/xsens-go (MIT). A frame is FA, bus id, message id,
+length (255: two more length bytes), data, and a checksum that makes all bytes after FA sum to zero. MTData2 is a
+sequence of (identifier u16, size u8, payload); the two low bits of an identifier give the precision of its numbers.
 
-Axes: of the sensor, right-handed with z up when level, so that at rest the z of specific force is +9.81.
+Axes: those of the sensor, right-handed with z up when level, so that at rest the z of specific force is +9.81.
 Attitude is sensor to earth in ENU (x east, y north, z up).
 
-Time: arrival less the configured latency; with a `ClockFit` the device's own sample clock (0.1 ms) takes
-the jitter out of the arrivals.
+Time: arrival less the configured latency; with a `ClockFit` the device's own sample clock (0.1 ms) removes the jitter
+of the arrivals.
 """
 
 import struct
@@ -42,28 +41,28 @@ SAMPLE_TIME_TICK_S = 1e-4
 
 _PREAMBLE = b"\xfa\xff"
 _MAX_DATA = 2048
-_LARGEST = 1e4  # m/s2, rad/s: beyond any sensor of this kind, and where float noise ends up
-_MOST_LOST = 1000  # more missing packets than this is a device that started anew
+_LARGEST = 1e4  # m/s2, rad/s: beyond any sensor of this kind; garbage read as floats often exceeds it
+_MOST_LOST = 1000  # a larger gap means that the device restarted
 _MOST_LAYOUTS = 32
 _ENU = frozenset((0,))
 _SUGGESTED = struct.Struct(">4B HBH HBI HB3f HB3f HB4f HBI")
 
 
 def encode_message(message: int, data: bytes = b"") -> bytes:
-    """A whole Xbus frame."""
+    """Encode a complete Xbus frame."""
     length = bytes((len(data),)) if len(data) < 255 else b"\xff" + struct.pack(">H", len(data))
     body = bytes((0xFF, message)) + length + data
     return b"\xfa" + body + bytes((-sum(body) & 0xFF,))
 
 
 def encode_mtdata2(items: Iterable[tuple[int, bytes]]) -> bytes:
-    """An MTData2 frame of (identifier, payload) items."""
+    """Encode an MTData2 frame of (identifier, payload) items."""
     data = b"".join(struct.pack(">HB", identifier, len(payload)) + payload for identifier, payload in items)
     return encode_message(MT_DATA2, data)
 
 
 def encode_output_configuration(rates_hz: Iterable[tuple[int, int]]) -> bytes:
-    """The command that sets what the device sends, by (identifier, rate in Hz; 0xFFFF: with every packet)."""
+    """Encode the command that sets the device's output, as (identifier, rate in Hz; 0xFFFF: with every packet)."""
     data = b"".join(struct.pack(">HH", identifier, rate_hz) for identifier, rate_hz in rates_hz)
     return encode_message(SET_OUTPUT_CONFIGURATION, data)
 
@@ -76,7 +75,7 @@ def encode_xsens(
     attitude: Quaternion,
     status: int = ORIENTATION_VALID,
 ) -> bytes:
-    """A frame of the suggested output set: counter, time, acceleration, rate, quaternion, status word."""
+    """Encode a frame of the suggested output set: counter, time, acceleration, rate, quaternion, status word."""
     ticks = round(sample_time_s / SAMPLE_TIME_TICK_S) & 0xFFFFFFFF
     body = _SUGGESTED.pack(
         0xFA, 0xFF, MT_DATA2, _SUGGESTED.size - 4,
@@ -91,11 +90,11 @@ def encode_xsens(
 
 
 class XsensParser:
-    """Acceleration, rate of turn and, where sent, attitude, field, temperature and clipping.
+    """Parses acceleration, rate of turn and, if sent, attitude, field, temperature and clipping.
 
-    counts: good, checksum, overlong, malformed, skipped bytes, unknown (messages), reply, device error,
-    incomplete (no acceleration or rate of turn), out of range, attitude invalid (the device says so, or it
-    has no length 1), attitude frame (not ENU), lost (packet counter).
+    counts: good, checksum, overlong, malformed, skipped bytes, unknown (messages), reply, device error, incomplete
+    (no acceleration or rate of turn), out of range, attitude invalid (flagged by the device, or not of length 1),
+    attitude frame (not ENU), lost (packet counter).
     """
 
     def __init__(self, latency_s: float = 0.0, clock: ClockFit | None = None) -> None:
@@ -108,7 +107,7 @@ class XsensParser:
         self._ticks = 0
 
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
-        """Samples of the frames that `data` completes."""
+        """Return the samples of the frames that `data` completes."""
         samples: list[Sample] = []
         buffer = self._buffer
         buffer += data
@@ -156,7 +155,7 @@ class XsensParser:
         if message == ERROR:
             self.counts["device error"] += 1
         else:
-            # An acknowledgement has the id of what it answers plus one, and commands have even ids.
+            # An acknowledgement has the id of its command plus one, and commands have even ids.
             self.counts["reply" if message & 1 else "unknown"] += 1
 
     def _sample(self, data: bytes, time_s: float) -> ImuSample | None:
@@ -219,8 +218,8 @@ class XsensParser:
 
 
 def _find_start(buffer: bytearray, at: int) -> int:
-    """Where a frame may start: the preamble, or a first half of it that ends the buffer."""
-    found = buffer.find(_PREAMBLE, at)
-    if found >= 0:
-        return found
+    """Offset of the next possible frame start: the preamble, or the first half of it at the end of the buffer."""
+    start = buffer.find(_PREAMBLE, at)
+    if start >= 0:
+        return start
     return len(buffer) - buffer.endswith(_PREAMBLE[:1])

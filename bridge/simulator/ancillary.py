@@ -18,15 +18,15 @@ from bridge.vehicle.thrusters import shaft_speed
 WATER_C = 15.0
 ESC_C = 30.0
 ANSWERS_HZ = 80.0
-ANTENNA_M = 0.25  # above the body's origin: what a floating vehicle has out of the water
+ANTENNA_M = 0.25  # height above the body's origin: it is out of the water when the vehicle floats
 ORIGIN_DEG = (44.03, 11.27)  # Bilancino Lake, where the paper's vehicle dived
 EARTH_M = 6_371_000.0
-# A T200 at 16 V draws 24.3 A for 51.4 N (Blue Robotics, 2019); power goes with thrust to the 3/2.
+# A T200 at 16 V draws 24.3 A for 51.4 N (Blue Robotics, 2019); power is proportional to thrust to the 3/2.
 AMPERES_PER_N15 = 24.3 / 51.4**1.5
 
 
 class SimulatedBar30:
-    """The real driver on a bus with a fake sensor, asked at 10 Hz unless the vehicle file says otherwise."""
+    """The real driver on a bus with a fake sensor, polled at 10 Hz unless the vehicle file says otherwise."""
 
     def __init__(self, slot: str, device: Device, world: Surroundings, rng: np.random.Generator) -> None:
         self._slot, self._latency_s, self._world, self._rng = slot, device.latency_s, world, rng
@@ -50,7 +50,8 @@ class SimulatedBar30:
 
 
 class SimulatedEscs:
-    """The speed controllers of all thrusters, asked in turn, 80 answers a second unless the file says otherwise."""
+    """The speed controllers of all thrusters, polled in turn, 80 answers a second unless the vehicle file says
+    otherwise."""
 
     def __init__(self, slot: str, device: Device, world: Surroundings, rng: np.random.Generator) -> None:
         self._slot, self._device, self._world, self._rng = slot, device, world, rng
@@ -86,7 +87,8 @@ class SimulatedEscs:
 
 
 class SimulatedUblox:
-    """NAV-PVT once a second: a fix while the antenna is out of the water, none below."""
+    """NAV-PVT at 1 Hz unless the vehicle file says otherwise: a fix while the antenna is out of the water, none
+    below."""
 
     def __init__(self, slot: str, device: Device, world: Surroundings, rng: np.random.Generator) -> None:
         self._slot, self._latency_s, self._noise, self._rng = slot, device.latency_s, world.noise, rng

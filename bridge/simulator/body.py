@@ -1,4 +1,4 @@
-"""What is under water: the body with its thrusters, and the devices that watch it."""
+"""The simulated part under water: the body with its thrusters, and the devices that measure its motion."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
 
 @dataclass(frozen=True)
 class Start:
-    """Where, when and in which water a dive begins. `truth` None is that beside the vehicle file."""
+    """Start conditions of a dive: place, time and water. `truth` None means the truth file next to the vehicle file."""
 
     seed: int
     depth_m: float = 0.6
@@ -57,6 +57,6 @@ class SimulatedBody:
         self.pwm_us = (NEUTRAL_US,) * self._thrusters
 
     def move(self, duration_s: float) -> tuple[Stretch, Sequence[Arrival]]:
-        """Go on under the present commands: what the body did, and what its devices gave by then."""
+        """Advance under the present commands; return the body's motion and the device data that arrived by its end."""
         stretch = self._plant.advance(self.pwm_us, duration_s)
         return stretch, self._instruments.arrivals(stretch)

@@ -1,7 +1,7 @@
-"""Simulated DVLs, IMU and gyro: what the body does, as the byte streams that the real sensors write.
+"""Simulated DVLs, IMU and gyro: convert the body's motion to the byte streams of the real sensors.
 
-Each device looks at a stretch of the body's motion and gives chunks of bytes with their simulated arrival:
-the moment measured, plus the latency that the vehicle file states for the device.
+Each device takes a stretch of the body's motion and returns chunks of bytes with their simulated arrival times: the
+moment of measurement plus the latency that the vehicle file gives for the device.
 """
 
 import math
@@ -34,7 +34,7 @@ ENU_OF_NED = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 
 @dataclass(frozen=True, slots=True)
 class Ping:
-    """What a DVL found, in its own axes; NaN for what it lost. Times are boot time."""
+    """A DVL measurement in the DVL's own axes; NaN for lost values. Times are boot time."""
 
     valid_s: float
     sent_s: float
@@ -135,7 +135,7 @@ class SimulatedImu:
 
 
 def _outer(left: tuple[float, ...], right: tuple[float, ...]) -> Array:
-    """(4, 4) that takes a quaternion q to left q right."""
+    """Matrix (4, 4) that maps a quaternion q to left q right."""
     a, b, c, d = left
     w, x, y, z = right
     before = np.array([[a, -b, -c, -d], [b, a, -d, c], [c, d, a, -b], [d, -c, b, a]])
@@ -145,9 +145,9 @@ def _outer(left: tuple[float, ...], right: tuple[float, ...]) -> Array:
 
 
 class SimulatedGyro:
-    """The mean rate about z over each frame's own period, 1 kHz unless the vehicle file says otherwise.
+    """The mean rate about z over each frame's period, at 1 kHz unless the vehicle file says otherwise.
 
-    The frames of a stretch come in one chunk. `encode` takes their rates and the running count of the first.
+    The frames of a stretch come in a single chunk. `encode` takes their rates and the running count of the first.
     """
 
     def __init__(
@@ -169,7 +169,7 @@ class SimulatedGyro:
         ends = moments(stretch, self._rate_hz)
         if not len(ends):
             return []
-        # Between physics steps the rate is straight, and a millisecond lies within one: its mean is its middle.
+        # The rate is linear between physics steps, and a millisecond fits into a step, so its mean is its middle value.
         rate = np.interp(ends - 0.5 / self._rate_hz, stretch.time_s, stretch.state[:, 12])
         noise = self._noise.fog_rad_s * self._rng.standard_normal(len(ends))
         data = self._encode(self._sign * rate + self._bias + noise, self._count)
@@ -183,7 +183,7 @@ def dsp1750(slot: str, device: Device, world: Surroundings, rng: np.random.Gener
 
 
 def dsp1760(slot: str, device: Device, world: Surroundings, rng: np.random.Generator) -> SimulatedGyro:
-    """A KVH DSP-1760 as it comes: angles turned since the frame before."""
+    """A KVH DSP-1760 in its default format: angles turned since the previous frame."""
     period_s = 1 / (device.rate_hz or GYRO_HZ)
 
     def encode(rates: Array, first: int) -> bytes:

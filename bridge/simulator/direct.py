@@ -1,4 +1,4 @@
-"""A dive without bytes: body, controller and mission, and arrays of what truly happened."""
+"""A simulated dive without bytes: body, controller and mission, with arrays of the true motion."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -21,7 +21,7 @@ TICK_S = 1 / RATE_HZ
 
 @dataclass(frozen=True)
 class Noise:
-    """White noise of what the controller is fed here: standard deviations in SI units."""
+    """White noise on the controller's inputs: standard deviations in SI units."""
 
     velocity_m_s: float = 0.004
     rate_rad_s: float = 0.0007
@@ -35,8 +35,10 @@ QUIET = Noise(0.0, 0.0, 0.0, 0.0, 1)
 
 @dataclass(frozen=True)
 class TruthRun:
-    """One row a control tick. `state` (n, 13) and `nu_dot` (n, 6) are the truth at `time_s` (n,), before the
-    commands of that tick act; the rest is as in `Actuation`. `wrench` (n, 6) is that of the true thrusts.
+    """A simulated dive, with a row per control tick.
+
+    `state` (n, 13) and `nu_dot` (n, 6) are the truth at `time_s` (n,), before the commands of that tick act; the
+    other fields are as in `Actuation`. `wrench` (n, 6) is that of the true thrusts.
     """
 
     time_s: Array
@@ -47,16 +49,16 @@ class TruthRun:
 
     @property
     def nu(self) -> Array:
-        """(n, 6) true body velocity."""
+        """True body velocity (n, 6)."""
         return self.state[:, 7:]
 
     def column(self, name: str) -> Array:
-        """(n, k) of one field of the actuations: `tau_pid`, `tau_cmd`, `nu_fb`, `pwm_us` ..."""
+        """A field of the actuations as an array (n, k): `tau_pid`, `tau_cmd`, `nu_fb`, `pwm_us` ..."""
         return np.array([getattr(actuation, name) for actuation in self.actuations])
 
     @property
     def nu_ref(self) -> Array:
-        """(n, 6) wanted body velocity."""
+        """Wanted body velocity (n, 6)."""
         return np.array([actuation.reference.nu for actuation in self.actuations])
 
 
@@ -73,8 +75,8 @@ def simulate_truth(
 ) -> TruthRun:
     """Dive a mission under the real controller, fed with the truth plus white noise; no sensor, no bytes.
 
-    `parameters` are the feed-forward's coefficients (none: it stays at zero). `noise` defaults to what the
-    real sensors show, `truth` to that beside the vehicle file. The velocity is renewed every
+    `parameters` are the feed-forward's coefficients (without any, it stays at zero). `noise` defaults to the level of
+    the real sensors, `truth` to the truth file next to the vehicle file. The velocity is renewed every
     `velocity_ticks` ticks.
     """
     noise = noise or Noise()

@@ -1,7 +1,7 @@
 """The whole simulated vehicle in lock-step: body, devices, the real bridge, the controller, frames on links.
 
-Every control tick the body moves, its devices write, the bridge reads bytes with their simulated time of
-arrival, the controller acts on what the bridge then knows, and the bridge sends. No thread, no real clock.
+In every control tick the body moves, its devices write, the bridge reads bytes with their simulated arrival times,
+the controller acts on the bridge's navigation, and the bridge sends. No thread, no real clock.
 """
 
 import time
@@ -33,7 +33,7 @@ Sink = Callable[[float, bytes], None]
 
 
 class SimulatedVehicle:
-    """A vehicle in the water with everything aboard; `links` are the vehicle's ends."""
+    """A vehicle in the water with all its equipment; `links` are the vehicle's ends."""
 
     def __init__(
         self,
@@ -43,7 +43,7 @@ class SimulatedVehicle:
         start: Start,
         parameters: ParameterServer | None = None,
     ) -> None:
-        """Boots at time 0, disarmed and idle, with the parameters given or those of the vehicle file."""
+        """Boot at time 0, disarmed and idle, with the given parameters or those of the vehicle file."""
         vehicle = file.vehicle
         self.body = SimulatedBody(file, configuration, start)
         self.clock = SimulatedClock(unix_at_boot_s=start.unix_at_boot_s)
@@ -55,7 +55,7 @@ class SimulatedVehicle:
         self._motor_tests = MotorTests(len(vehicle.configurations[configuration].thrusters))
 
     def tick(self, reference: Reference | None) -> Stretch:
-        """One control tick, 50 ms. Without a reference the thrusters stand still."""
+        """Run a control tick, 50 ms. Without a reference the thrusters stand still."""
         stretch = self._move()
         self.bridge.motor_tests = None
         if reference is None:
@@ -66,7 +66,7 @@ class SimulatedVehicle:
         return stretch
 
     def rest(self) -> Stretch:
-        """One tick without a mission: the thrusters stand still, or turn as a motor test asks."""
+        """Run a tick without a mission: the thrusters stand still, or turn as a motor test asks."""
         stretch = self._move()
         self.bridge.motor_tests = self._motor_tests
         self.body.pwm_us = self.bridge.rest()
@@ -88,9 +88,10 @@ class SimulatedVehicle:
 def control(
     autopilot: Autopilot, bridge: Bridge, parameters: ParameterServer, clock: Clock, reference: Reference
 ) -> tuple[float, ...]:
-    """One tick of the controller on what the bridge knows, told to the ground; the pulse widths.
+    """Run a tick of the controller on the bridge's navigation, report it to the ground station, return the pulse
+    widths.
 
-    A vehicle that the ground disarmed keeps its thrusters at neutral, mission or not.
+    The thrusters of a disarmed vehicle stay at neutral, with or without a mission.
     """
     autopilot.mode = Mode(parameters.mode)
     tick = autopilot.step if bridge.armed else autopilot.rest
@@ -117,11 +118,11 @@ def simulate_dive(
     pace: Callable[[float], None] = lambda _: None,
     progress: Callable[[float], None] = lambda _: None,
 ) -> None:
-    """Dive a mission, after one second of rest in which the sensors speak up.
+    """Dive a mission, after one second of rest in which the sensors start.
 
-    `sink(unix_s, data)` gets the frames of every tick, which also go out on `links`. `mode` None leaves FF_MODE
-    as the parameters have it. `pace(boot_s)` may wait until a tick is due; `progress` hears shares of the whole.
-    Raises ParamRejected where the mode needs a set of parameters that the vehicle does not have.
+    `sink(unix_s, data)` gets the frames of every tick, which also go out on `links`. `mode` None leaves FF_MODE as
+    the parameters have it. `pace(boot_s)` may wait until a tick is due; `progress` gets the share of the dive that is
+    done. Raises ParamRejected if the mode needs a set of parameters that the vehicle does not have.
     """
     near, far = memory_pair()
     start = Start(seed, mission.start_depth_m, mission.start_heading_rad, unix_at_boot_s, noise, truth)
@@ -148,7 +149,7 @@ def _make_ready(vehicle: SimulatedVehicle, mode: Mode | None) -> None:
 
 
 def arm_for_mission(bridge: Bridge, parameters: ParameterServer) -> None:
-    """Arm. Raises ParamRejected where the mode needs a set of parameters that the vehicle does not have."""
+    """Arm the vehicle. Raises ParamRejected if the mode needs a set of parameters that the vehicle does not have."""
     if not bridge.arm(True):
         raise ParamRejected(
             f"FF_MODE {parameters.mode} needs a set of parameters in force and the simulated vehicle has none; "
@@ -161,7 +162,7 @@ def real_time(
     now_s: Callable[[], float] = time.monotonic,
     wait: Callable[[float], None] = time.sleep,
 ) -> Callable[[float], None]:
-    """A pace of `speed` simulated seconds a second, from now on."""
+    """Return a pace function that runs `speed` simulated seconds per second, starting now."""
     begun_s = now_s()
 
     def pace(boot_s: float) -> None:

@@ -1,4 +1,4 @@
-"""All simulated devices of a vehicle together: what arrives at the bridge in each tick, in its order."""
+"""All simulated devices of a vehicle together: the data that arrive at the bridge in each tick, in order."""
 
 import heapq
 from collections.abc import Callable, Mapping
@@ -28,19 +28,21 @@ MAKERS: Mapping[DeviceKind, Maker] = {
 
 
 class Instruments:
-    """The devices of a vehicle file; each draws from a generator of its own, so that one more changes no other."""
+    """The devices of a vehicle file; each draws from its own generator, so that an added device changes none of the
+    others."""
 
     def __init__(self, sensors: Sensors, world: Surroundings, rng: np.random.Generator) -> None:
         slots = [field.name for field in fields(Sensors)]
-        own = dict(zip(slots, rng.spawn(len(slots)), strict=True))
+        generators = dict(zip(slots, rng.spawn(len(slots)), strict=True))
         self._devices = [
-            MAKERS[device.kind](slot, device, world, own[slot]) for slot, device in sensors.present().items()
+            MAKERS[device.kind](slot, device, world, generators[slot])
+            for slot, device in sensors.present().items()
         ]
         self._order = count()
         self._on_the_wire: list[tuple[float, int, Arrival]] = []
 
     def arrivals(self, stretch: Stretch) -> list[Arrival]:
-        """What arrives up to the end of the stretch, earliest first; the rest stays on the wire."""
+        """Return the data that arrive up to the end of the stretch, earliest first; later data stay on the wire."""
         for device in self._devices:
             for arrival in device.arrivals(stretch):
                 heapq.heappush(self._on_the_wire, (arrival.time_s, next(self._order), arrival))

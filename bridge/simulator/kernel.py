@@ -1,4 +1,4 @@
-"""The compiled inner loop of the simulated vehicle; a test holds it equal to `bridge.vehicle.dynamics`.
+"""The compiled inner loop of the simulated vehicle; a test checks that it equals `bridge.vehicle.dynamics`.
 
 State (13,): north-east-down position (m), attitude w x y z (body to NED), body velocity u v w p q r.
 """
@@ -22,10 +22,9 @@ def derivative(
     surface_stiffness: float,
     out: Array,
 ) -> None:
-    """Time derivative of the state under the wrench `tau` (6,), into `out` (13,).
+    """Write the time derivative of the state under the wrench `tau` (6,) into `out` (13,).
 
-    Fossen (2011), eqs 2.72 and 6.1 to 6.3. Above the surface (depth < 0) buoyancy falls by
-    `surface_stiffness` N/m.
+    Fossen (2011), eqs 2.72 and 6.1 to 6.3. Above the surface (depth < 0) buoyancy falls by `surface_stiffness` N/m.
     """
     qw, qx, qy, qz = state[3], state[4], state[5], state[6]
     u, v, w, p, q, r = state[7], state[8], state[9], state[10], state[11], state[12]
@@ -78,11 +77,11 @@ def advance(
     states: Array,
     rates: Array,
 ) -> None:
-    """As many RK4 steps as `noise` (steps, 6) has rows; `state`, `thrust` and `disturbance` move on in place.
+    """Take as many RK4 steps as `noise` (steps, 6) has rows; updates `state`, `thrust` and `disturbance` in place.
 
-    The disturbance (6,) is held over a step and then becomes `keep` times itself plus the noise. Each thrust
-    (n,) follows its target with the exact answer of a first-order lag. After step i, row i + 1 of `states`
-    (steps + 1, 13) and of `rates` (steps + 1, 6: nu_dot) is filled; row 0 holds the start.
+    The disturbance (6,) is held over a step and is then replaced by `keep` times itself plus the noise. Each thrust
+    (n,) follows its target by the exact solution of a first-order lag. Step i fills row i + 1 of `states` (steps + 1,
+    13) and of `rates` (steps + 1, 6: nu_dot); row 0 holds the start.
     """
     k1, k2, k3, k4 = np.empty(13), np.empty(13), np.empty(13), np.empty(13)
     trial = np.empty(13)

@@ -1,6 +1,6 @@
-"""What the simulated vehicle is asked to dive: `survey` and `hovering` of the paper, `validation`, or YAML.
+"""Missions of the simulated vehicle: `survey` and `hovering` of the paper, `validation`, or a YAML file.
 
-A mission is a list of legs; each brings the wanted velocity from that of the leg before to its own by a
+A mission is a list of legs; each brings the reference velocity from the previous leg's value to its own by a
 double-S, and holds it. Heading and depth are the exact integrals. A leg may push instead: a force held open loop.
 """
 
@@ -37,9 +37,9 @@ MIRRORED = (
 class Leg:
     """A stretch of `duration_s`: the velocity wanted at its end, reached after `transient_s`.
 
-    surge, sway and heave in m/s (body axes, heave down), yaw in rad/s. A `transient_s` of 0 jumps.
-    `push_surge_n` to `push_yaw_nm`: through the leg the thrusters hold that force (N, N m; 0 lets the vehicle
-    coast) and the controller leaves the axis alone.
+    surge, sway and heave in m/s (body axes, heave down), yaw in rad/s. A `transient_s` of 0 jumps. `push_surge_n` to
+    `push_yaw_nm`: during the leg the thrusters hold that force (N, N m; 0 lets the vehicle coast) and the controller
+    leaves the axis alone.
     """
 
     name: str
@@ -68,13 +68,13 @@ class Leg:
 
     @property
     def push(self) -> Push:
-        """As `Reference.push`."""
+        """The pushes in the form of `Reference.push`."""
         return self.push_surge_n, self.push_sway_n, self.push_heave_n, None, None, self.push_yaw_nm
 
 
 @dataclass(frozen=True)
 class Mission:
-    """Legs in their order, from rest at a heading and depth. A pure function of time."""
+    """Legs in order, starting from rest at a heading and depth. A pure function of time."""
 
     name: str
     legs: tuple[Leg, ...]
@@ -105,7 +105,7 @@ class Mission:
         return self.legs[self._index(time_s)]
 
     def reference(self, time_s: float) -> Reference:
-        """What is wanted at a time; before and after the mission, what is wanted at its ends."""
+        """Return the reference at a time; before and after the mission, the reference at its start or end."""
         index = self._index(time_s)
         leg, since = self.legs[index], min(max(time_s, 0.0), self.duration_s) - self._starts[index]
         before = self.legs[index - 1].velocity if index else STILL
@@ -136,7 +136,7 @@ def rest(name: str, duration_s: float) -> list[Leg]:
 
 
 def run(name: str, surge_m_s: float, sway_m_s: float, distance_m: float) -> list[Leg]:
-    """From rest to rest along a straight line, at a constant heading, with double-S transients."""
+    """Legs from rest to rest along a straight line, at a constant heading, with double-S transients."""
     steady_s = distance_m / math.hypot(surge_m_s, sway_m_s) - TRANSIENT_S
     if steady_s <= 0:
         raise ValueError(f"leg '{name}': {distance_m} m are too short for its speed; make it longer")
@@ -149,7 +149,7 @@ def run(name: str, surge_m_s: float, sway_m_s: float, distance_m: float) -> list
 
 
 def turn(name: str, angle_rad: float, rate_rad_s: float, heading: HeadingReference) -> list[Leg]:
-    """On the spot. `smooth` reaches the rate by a double-S; `linear`, the paper's, jumps to it."""
+    """Legs that turn on the spot. `smooth` reaches the rate by a double-S; `linear`, as in the paper, jumps to it."""
     rate = math.copysign(rate_rad_s, angle_rad)
     if heading == "linear":
         return [Leg(name, "turning", abs(angle_rad) / rate_rad_s, yaw_rad_s=rate)]
@@ -164,7 +164,7 @@ def turn(name: str, angle_rad: float, rate_rad_s: float, heading: HeadingReferen
 
 
 def dive(name: str, down_m: float, heave_m_s: float = 0.05, transient_s: float = 2.0) -> list[Leg]:
-    """Down by so many metres (up where negative), from rest to rest."""
+    """Legs that descend by `down_m` metres (ascend if negative), from rest to rest."""
     rate = math.copysign(heave_m_s, down_m)
     steady_s = abs(down_m) / heave_m_s - transient_s
     return [
@@ -187,7 +187,7 @@ def survey(heading: HeadingReference = "smooth") -> Mission:
 
 
 def hovering(heading: HeadingReference = "smooth") -> Mission:
-    """The paper's hovering: a lawnmower at constant heading, then turns on the spot both ways (804 s)."""
+    """The paper's hovering: a lawnmower at constant heading, then turns on the spot in both directions (804 s)."""
     legs = rest("afloat", 8.0) + dive("descent", DEPTH_M - AFLOAT_M) + rest("settle", 6.0)
     for speed in (0.4, 0.3, 0.2):
         for row, ahead in enumerate((1.0, -1.0, 1.0, -1.0)):
@@ -203,7 +203,7 @@ def hovering(heading: HeadingReference = "smooth") -> Mission:
 
 
 def validation(heading: HeadingReference = "smooth", *, sways: bool) -> Mission:
-    """Out and back in surge, in sway where the vehicle can, and a quarter turn both ways."""
+    """Out and back in surge, in sway if the vehicle can sway, and a quarter turn in both directions."""
     legs = rest("start", 4.0)
     legs += run("surge out", 0.4, 0.0, 4.8) + rest("surge turn", 3.0) + run("surge back", -0.4, 0.0, 4.8)
     if sways:
@@ -215,13 +215,14 @@ def validation(heading: HeadingReference = "smooth", *, sways: bool) -> Mission:
 
 
 def can_sway(configuration: Configuration) -> bool:
-    """Whether sway can be had with three tenths of the thrust of surge at least."""
+    """Whether the thrust in sway is more than three tenths of the thrust in surge."""
     ahead, aside = abs(allocation_matrix(configuration)).sum(axis=1)[:2]
     return bool(aside > 0.3 * ahead)
 
 
 def mission_named(name: str, configuration: Configuration, heading: HeadingReference = "smooth") -> Mission:
-    """One of the three missions, or the YAML file of that name. Raises ConfigError for neither."""
+    """Return one of the three missions, or the mission in the YAML file of that name. Raises ConfigError for any
+    other name."""
     if name == "survey":
         return survey(heading)
     if name == "hovering":
@@ -239,7 +240,7 @@ def mission_named(name: str, configuration: Configuration, heading: HeadingRefer
 
 @dataclass(frozen=True)
 class Step:
-    """One entry of a mission file: a leg, or `alternate` legs, every second one mirrored (a square wave)."""
+    """An entry of a mission file: a leg, or `alternate` legs of which every second is mirrored (a square wave)."""
 
     duration_s: float
     name: str = ""
@@ -256,7 +257,7 @@ class Step:
     alternate: int = 1
 
     def legs(self, number: int = 0) -> list[Leg]:
-        """Its legs; `number` names them where it has no name of its own."""
+        """The legs of the entry; `number` names them if the entry has no name of its own."""
         given = {field.name: getattr(self, field.name) for field in fields(Leg)}
         given["name"] = self.name or f"leg {number + 1}"
         ahead = Leg(**given)
@@ -264,9 +265,14 @@ class Step:
         return [ahead if i % 2 == 0 else replace(ahead, **mirrored) for i in range(self.alternate)]
 
     def line(self) -> str:
-        """The entry as a line of YAML: what it does not leave at its default."""
-        said = {f.name: getattr(self, f.name) for f in fields(self) if getattr(self, f.name) != f.default}
-        return "- " + yaml.safe_dump(said, default_flow_style=True, sort_keys=False, width=math.inf).strip()
+        """The entry as a line of YAML, without the fields at their defaults."""
+        set_fields = {
+            f.name: getattr(self, f.name) for f in fields(self) if getattr(self, f.name) != f.default
+        }
+        return (
+            "- "
+            + yaml.safe_dump(set_fields, default_flow_style=True, sort_keys=False, width=math.inf).strip()
+        )
 
 
 @dataclass(frozen=True)
@@ -278,7 +284,7 @@ class MissionFile:
 
 
 def load_mission(path: Path) -> Mission:
-    """A mission of one's own. Raises ConfigError with the file and the key."""
+    """Load a mission from the user's file. Raises ConfigError with the file and the key."""
     data = schema.build(MissionFile, schema.load_yaml(path), str(path))
     try:
         legs = [leg for number, step in enumerate(data.legs) for leg in step.legs(number)]

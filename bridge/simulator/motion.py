@@ -1,4 +1,4 @@
-"""What the body does at chosen moments, and at points away from its origin."""
+"""The body's motion at chosen moments, and at points away from its origin."""
 
 import math
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Motion:
-    """NED position, attitude w x y z, body velocity and rate and their derivatives, a row a moment."""
+    """NED position, attitude w x y z, body velocity and rate and their derivatives, with a row per moment."""
 
     time_s: Array
     position: Array
@@ -24,7 +24,7 @@ class Motion:
     turning: Array
 
     def earth_velocity(self) -> Array:
-        """(k, 2) of the origin, north and east."""
+        """Velocity of the origin, north and east, shape (k, 2)."""
         w, x, y, z = self.attitude.T
         u, v, down = self.velocity.T
         north = (1 - 2 * (y * y + z * z)) * u + 2 * (x * y - w * z) * v + 2 * (x * z + w * y) * down
@@ -32,26 +32,26 @@ class Motion:
         return np.stack([north, east], axis=1)
 
     def velocity_at(self, arm_m: Array) -> Array:
-        """(k, 3) body velocity of the point that sits at `arm_m`."""
+        """Body velocity of the point at `arm_m`, shape (k, 3)."""
         return self.velocity + _cross(self.rate, arm_m)
 
     def depth_of(self, arm_m: Array) -> Array:
-        """(k,) depth of the point that sits at `arm_m`."""
+        """Depth of the point at `arm_m`, shape (k,)."""
         return self.position[:, 2] + self._down() @ arm_m
 
     def specific_force_at(self, arm_m: Array, gravity_m_s2: float) -> Array:
-        """(k, 3) what an accelerometer at `arm_m` feels, body axes."""
+        """Specific force on an accelerometer at `arm_m`, body axes, shape (k, 3)."""
         inner = _cross(self.turning, arm_m) + _cross(self.rate, _cross(self.rate, arm_m))
         return self.acceleration + _cross(self.rate, self.velocity) + inner - gravity_m_s2 * self._down()
 
     def _down(self) -> Array:
-        """(k, 3) the downward vertical in body axes."""
+        """The downward vertical in body axes, shape (k, 3)."""
         w, x, y, z = self.attitude.T
         return np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=1)
 
 
 def motion_at(stretch: Stretch, time_s: Array) -> Motion:
-    """The body at moments within the stretch, straight between physics steps."""
+    """The body's motion at moments within the stretch, interpolated linearly between physics steps."""
     step = stretch.time_s[1] - stretch.time_s[0]
     place = np.clip((time_s - stretch.time_s[0]) / step, 0, len(stretch.time_s) - 1)
     left = np.minimum(place.astype(int), len(stretch.time_s) - 2)

@@ -1,14 +1,14 @@
-"""How noisy the simulated sensors are: one table of figures, in SI units."""
+"""Noise levels of the simulated sensors, in SI units."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class NoiseLevels:
-    """Standard deviations of white noise a sample, constant biases, and how often bottom lock is lost.
+    """Standard deviations of white noise per sample, constant biases, and the rate at which bottom lock is lost.
 
-    The defaults follow the makers' data sheets: MTi-300 60 ug/sqrt(Hz) and 0.01 deg/s/sqrt(Hz) at 50 Hz of
-    bandwidth, DSP-1750 0.013 deg/sqrt(h) at 500 Hz, Bar30 2 mm of resolution; the DVL's is chosen.
+    The defaults follow the makers' data sheets: MTi-300 60 ug/sqrt(Hz) and 0.01 deg/s/sqrt(Hz) at 50 Hz of bandwidth,
+    DSP-1750 0.013 deg/sqrt(h) at 500 Hz, Bar30 2 mm of resolution; the DVL's level is an assumption.
     """
 
     dvl_m_s: float = 0.004

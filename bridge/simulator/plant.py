@@ -20,10 +20,10 @@ HULL_HEIGHT_M = 0.3
 
 @dataclass(frozen=True)
 class Stretch:
-    """What the body did in one advance: rows at both ends and at every physics step between.
+    """The body's motion during an advance: rows at both ends and at every physics step between.
 
-    `time_s` (k,); `state` (k, 13) is NED position, attitude w x y z, body velocity; `nu_dot` (k, 6);
-    `thrust_n` (n,) each thruster's true thrust at the end, `turned_n` (n,) the one that its shaft speed tells.
+    `time_s` (k,); `state` (k, 13) is NED position, attitude w x y z, body velocity; `nu_dot` (k, 6); `thrust_n` (n,)
+    is each thruster's true thrust at the end, `turned_n` (n,) the thrust that its shaft speed indicates.
     """
 
     time_s: Array
@@ -38,7 +38,7 @@ class Stretch:
 
 
 class Plant:
-    """A vehicle in the water, from time 0 on; `rng` draws the disturbance, stationary from the first."""
+    """A vehicle in the water, from time 0 on; `rng` draws the disturbance, which is stationary from the start."""
 
     def __init__(
         self,
@@ -86,17 +86,17 @@ class Plant:
 
     @property
     def state(self) -> Array:
-        """A copy of the (13,) state."""
+        """A copy of the state (13,)."""
         return self._state.copy()
 
     def wrench(self, thrust_n: Array) -> Array:
-        """(6,) of these thrusts, N and N m."""
+        """Wrench (6,) of these thrusts, N and N m."""
         return self._matrix @ thrust_n
 
     def advance(self, pwm_us: tuple[float, ...], duration_s: float) -> Stretch:
-        """Move on under constant thruster commands.
+        """Advance under constant thruster commands.
 
-        Raises ValueError where the duration isn't a whole number of physics steps.
+        Raises ValueError if the duration isn't a whole number of physics steps.
         """
         count = round(duration_s * self._rate_hz)
         if count < 1 or abs(count - duration_s * self._rate_hz) > 1e-6:
@@ -131,6 +131,6 @@ class Plant:
         return Stretch(time_s, states, rates, self._thrust.copy(), turned.copy())
 
     def _turn(self, target: Array, duration_s: float) -> None:
-        """Shafts follow with the same lag as the thrust."""
+        """Let the shafts follow with the same lag as the thrust."""
         keep = math.exp(-duration_s / self._lag_s) if self._lag_s > 0 else 0.0
         self._turned = target + keep * (self._turned - target)

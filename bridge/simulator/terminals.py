@@ -25,7 +25,7 @@ STEP_S = 0.01
 
 @dataclass(frozen=True)
 class Terminals:
-    """A pseudo-terminal for each device that speaks over a serial port; `vehicle` names them as its ports."""
+    """A pseudo-terminal for each device with a serial port; the ports in `vehicle` point to them."""
 
     vehicle: Vehicle
     links: dict[str, Link]
@@ -36,7 +36,7 @@ class Terminals:
 
 
 def open_terminals(vehicle: Vehicle) -> Terminals:
-    """Stand-ins for the serial ports of a vehicle file."""
+    """Open stand-ins for the serial ports of a vehicle file."""
     links: dict[str, Link] = {}
     devices = {}
     for slot, device in vehicle.sensors.present().items():
@@ -60,9 +60,9 @@ def dive_in_real_time(
 ) -> None:
     """Dive a mission by the computer's clock, armed, until its end or until `stop` is set.
 
-    One thread moves the body and writes what its devices say; `run_ports` does the rest as on a vehicle.
-    `each_tick` is called in the bridge's thread at the control rate. Raises ParamRejected where FF_MODE
-    needs a set of parameters that the vehicle does not have.
+    One thread moves the body and writes its devices' data; `run_ports` does everything else as on a vehicle.
+    `each_tick` is called in the bridge's thread at the control rate. Raises ParamRejected if FF_MODE needs a set of
+    parameters that the vehicle does not have.
     """
     begun_s = clock.boot_s()
     start = Start(seed, mission.start_depth_m, mission.start_heading_rad, clock.unix_s())
@@ -102,7 +102,7 @@ def dive_in_real_time(
 def _swim(
     body: SimulatedBody, links: dict[str, Link], bus: FakeBar30, since_s: Callable[[], float], stop: Event
 ) -> None:
-    """Keep the body up with the clock, in steps of 10 ms."""
+    """Move the body along with the clock, in steps of 10 ms."""
     while not stop.is_set():
         while body.time_s + STEP_S <= since_s() and not stop.is_set():
             for arrival in body.move(STEP_S)[1]:
@@ -114,7 +114,8 @@ def _swim(
 
 
 def _write(link: Link, data: bytes) -> None:
-    """To a port that may not be open yet, or no longer; what the bridge tells the device is read and dropped."""
+    """Write to a port that may not be open yet, or no longer; bytes from the bridge to the device are read and
+    dropped."""
     try:
         link.write(data)
         link.read(0.0)

@@ -1,4 +1,4 @@
-"""What a simulated vehicle really is: coefficients and disturbance, from `<vehicle file>.truth.yaml`."""
+"""True parameters of a simulated vehicle: coefficients and disturbance, from `<vehicle file>.truth.yaml`."""
 
 import math
 import re
@@ -20,8 +20,9 @@ GAIN = re.compile(r"T\d+_gain")
 class Truth:
     """The true coefficients by name (all twelve), and a stationary first-order coloured disturbance.
 
-    `disturbance_n` and `disturbance_nm` are its standard deviations in every force and every moment. `effects`: what it
-    has beyond a linear model, by the names of `vehicle/effect_coefficients`, those of coupling and supply left out.
+    `disturbance_n` and `disturbance_nm` are its standard deviations in every force and every moment. `effects`:
+    effects beyond the linear model, by the names of `vehicle/effect_coefficients`; coupling and supply effects are
+    not supported.
     """
 
     model: dict[str, float]
@@ -36,9 +37,9 @@ class Truth:
         if missing or unknown:
             lacks = f"lacks {', '.join(missing)}" if missing else ""
             strange = f"does not know {', '.join(unknown)}" if unknown else ""
-            said = " and ".join(filter(None, (lacks, strange)))
+            problem = " and ".join(filter(None, (lacks, strange)))
             raise ValueError(
-                f"model: {'is empty' if not self.model else said}; give each of {', '.join(BY_NAME)}"
+                f"model: {'is empty' if not self.model else problem}; give each of {', '.join(BY_NAME)}"
             )
         for name, value in self.model.items():
             if not BY_NAME[name].low <= value <= BY_NAME[name].high:
@@ -77,9 +78,10 @@ class Truth:
 
 
 def load_truth(file: VehicleFile, configuration: str) -> Truth:
-    """The truth beside the vehicle file; where there is none, the file's own complete `model`.
+    """Load the truth file next to the vehicle file; if it does not exist, use the vehicle file's own complete
+    `model`.
 
-    The disturbance of the latter is in proportion to dry mass. Raises ConfigError where neither is there.
+    The disturbance is then in proportion to dry mass. Raises ConfigError if neither exists.
     """
     shape = file.vehicle.configurations[file.vehicle.configuration_named(configuration)]
     path = file.path.with_suffix(".truth.yaml")

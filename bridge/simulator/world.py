@@ -1,4 +1,4 @@
-"""What the simulated devices share: the world they measure, and what they give."""
+"""Types shared by the simulated devices: the world that they measure, and the data that they return."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from bridge.vehicle.config import ThrustCurve, Water
 
 @dataclass(frozen=True, slots=True)
 class Chunk:
-    """Bytes of the device in a slot of the vehicle file, the last of which arrives at `time_s`."""
+    """Bytes from the device in a slot of the vehicle file; the last byte arrives at `time_s`."""
 
     slot: str
     time_s: float
@@ -21,7 +21,7 @@ class Chunk:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What every device may know of the world."""
+    """The properties of the world that every device may use."""
 
     noise: NoiseLevels
     water: Water
@@ -31,7 +31,7 @@ class Surroundings:
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """A sample of a device on the I2C bus, which the bridge asks instead of listening to it."""
+    """A sample of a device on the I2C bus, which the bridge polls instead of listening to it."""
 
     slot: str
     time_s: float
@@ -42,8 +42,8 @@ Arrival = Chunk | Measured
 
 
 class SimulatedDevice(Protocol):
-    """One device aboard."""
+    """A simulated device on the vehicle."""
 
     def arrivals(self, stretch: Stretch) -> Sequence[Arrival]:
-        """What it gives of what it saw after the start of the stretch, up to its end."""
+        """Return the device's data for the moments after the start of the stretch, up to its end."""
         ...

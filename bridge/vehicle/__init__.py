@@ -1,1 +1,2 @@
-"""What the vehicle is: configuration, coefficients, dynamics, thrusters, references, controller, feed-forward."""
+"""The vehicle model and its control: configuration, coefficients, dynamics, thrusters, references, controller and
+feed-forward."""

@@ -1,4 +1,4 @@
-"""The accepted effects among the active coefficients, each in the place where it acts."""
+"""Sorts the accepted effects among the active coefficients by the place where they act."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -22,8 +22,8 @@ from bridge.vehicle.thruster_losses import Losses
 
 @dataclass(frozen=True)
 class Known:
-    """What is known of effects, by where it acts: on the hull by name; None where thrusters give what they should, or
-    whatever the voltage. faults: why a coefficient is left out."""
+    """Accepted effects by place of action: hull effects by name; losses None if the thrusters follow their curve;
+    voltage None if thrust does not depend on it. faults: why a coefficient was left out."""
 
     hull: Mapping[str, float]
     losses: Losses | None
@@ -32,17 +32,18 @@ class Known:
 
 
 def known_effects(coefficients: Mapping[str, float], configuration: Configuration) -> Known:
-    """The effects among the active coefficients; one that is not finite or out of bounds is left out and told."""
+    """Return the effects among the active coefficients; a value that is not finite or out of bounds is left out and
+    listed in `faults`."""
     fit, faults = {}, []
-    for one in effect_coefficients(configuration):
-        value = coefficients.get(one.name, 0.0)
+    for coefficient in effect_coefficients(configuration):
+        value = coefficients.get(coefficient.name, 0.0)
         if value == 0.0:
             continue
-        fault = one.fault(value)
+        fault = coefficient.fault(value)
         if fault:
             faults.append(fault)
         else:
-            fit[one.name] = value
+            fit[coefficient.name] = value
     gain = np.array([fit.get(gain_name(i), 1.0) for i in range(1, len(configuration.thrusters) + 1)])
     losses = Losses(
         gain, fit.get(ASTERN, 1.0), fit.get(START, 0.0), fit.get(LEAST, 0.0), fit.get(RESISTANCE, 0.0)

@@ -1,4 +1,4 @@
-"""One control tick: navigation and reference to wrenches and thruster commands."""
+"""One control tick: turns navigation and reference into wrenches and thruster commands."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -21,8 +21,8 @@ from bridge.vehicle.supply import Supply
 from bridge.vehicle.thrusters import NEUTRAL_US, Allocator, thrust_curve
 
 RATE_HZ = 20.0
-HOLD_AFTER_S = 5.0  # a DVL that lost the bottom for a moment is back by then
-REFERENCE_STALE_S = 0.5  # ten ticks: a planner in another process that stumbles is back by then
+HOLD_AFTER_S = 5.0  # long enough for a DVL to regain bottom lock
+REFERENCE_STALE_S = 0.5  # ten ticks: long enough for a planner in another process to catch up
 NO_ARM = 1e-6
 
 ParameterProvider = Callable[[int], Mapping[str, float]]
@@ -30,12 +30,12 @@ ParameterProvider = Callable[[int], Mapping[str, float]]
 
 @dataclass(frozen=True, slots=True)
 class Actuation:
-    """What the controller did in one tick.
+    """Result of one control tick.
 
-    Wrenches are X Y Z K M N in N and N m: `tau_pid` of the feedback, `tau_ff` of the feed-forward (also
-    where it is not applied), `tau_cmd` what the thrusters were asked for, after limits. `nu_fb` is the very
-    velocity that the controller used. `pwm_us` is in the order of the vehicle's file. `mode` is FF_MODE,
-    `veh_cfg` VEH_CFG.
+    Wrenches are X Y Z K M N in N and N m: `tau_pid` from the feedback, `tau_ff` from the feed-forward (computed even
+    if it is not applied), `tau_cmd` the wrench that the thrusters were asked for, after limits. `nu_fb` is the very
+    velocity that the controller was given; its PID ignores values older than `OLDEST_S`. `pwm_us` follows the
+    thruster order of the vehicle file. `mode` is FF_MODE, `veh_cfg` VEH_CFG.
     """
 
     time_s: float
@@ -50,30 +50,31 @@ class Actuation:
 
 
 class Autopilot:
-    """The controller of one vehicle in one configuration, stepped at 20 Hz.
+    """The controller of a vehicle in one configuration, stepped at 20 Hz.
 
-    `parameters(veh_cfg)` gives the active coefficients by name. `directory` is where the vehicle file lies.
-    Below the gain table's `straight_below_n`, thrusts run straight to 1500 us and are lost in the dead zone. Where
-    the feed-forward is applied, the thrusters that it drives pass the dead zone (the table's `fed`): it is the
-    vehicle's own model that asks for small thrusts, and nothing else makes up for what they lose. There, too, accepted
-    effects of the thrusters are made up for: they are asked for what it takes to give the thrust that is wanted.
+    `parameters(veh_cfg)` returns the active coefficients by name. `directory` is the folder of the vehicle file.
+    Thrusts below the gain table's `straight_below_n` map to pulse widths on a straight line to 1500 us and are lost
+    in the dead zone. While the feed-forward is applied, the thrusters that it drives jump over the dead zone (limit
+    in the table's `fed`): the vehicle model itself asks for small thrusts, and nothing else compensates their loss.
+    Accepted thruster effects are then compensated as well: each thruster is asked for as much as it needs to deliver
+    the wanted thrust.
 
-    Where PID and feed-forward fly together, the vehicle is to be where the reference is, not a lag behind: the
-    feed-forward leads by the propellers' lag and half a period, and the PID compares each reading with what was
-    wanted when that reading was true, so that it never pushes against the feed-forward. Left with the disturbance
-    alone, it may be stiffer (the table's `fed`). All that comes with the feed-forward comes as slowly as its wrench,
-    over half a second, and ends with it at once.
+    When PID and feed-forward fly together, the vehicle should follow the reference without lag. The feed-forward
+    leads by the propeller lag and half a period. The PID compares each reading with the reference at the time when
+    that reading was valid, so that it never pushes against the feed-forward. It then has only disturbances to correct
+    and may be stiffer (the table's `fed`). All changes that come with the feed-forward fade in with its wrench over
+    half a second and end with it at once.
 
-    A vehicle whose DVL or IMU is aboard but has told no velocity or heading for `HOLD_AFTER_S` gets no
-    thrust in surge, sway and yaw, of the feed-forward neither, until it is heard again: heave, roll and
-    pitch go on. So does one whose reference is that old by its stamp, or was stamped in the future for so long; the
-    feed-forward is at zero after `REFERENCE_STALE_S` already. It needs no ground: a mission goes on where that falls
-    silent.
+    If the DVL or the IMU is fitted but has given no velocity or heading for `HOLD_AFTER_S`, surge, sway and yaw get
+    no thrust, not even from the feed-forward, until readings return; heave, roll and pitch continue. The same holds
+    if the reference is that old by its stamp, or has been stamped in the future for that long; the feed-forward is
+    zero after `REFERENCE_STALE_S` already. The ground station is not needed: a mission continues if it falls silent.
 
-    An axis that the reference pushes has neither PID nor feed-forward: the thrusters give the push itself, as far as
-    they reach. A push that is no number is none: the controller keeps the axis.
+    An axis that the reference pushes has neither PID nor feed-forward: the thrusters give the pushed wrench itself,
+    within their reach. A push that is not finite is ignored, and the controller keeps the axis.
 
-    `unproven` says why the mode may not be raised while armed: what was flown in shadow has not shown it yet.
+    `unproven` says why the mode may not be raised while armed: shadow flight has not shown the feed-forward to be
+    good.
     """
 
     def __init__(
@@ -119,7 +120,7 @@ class Autopilot:
         self._texts: list[str] = []
 
     def step(self, time_s: float, navigation: Navigation, reference: Reference) -> Actuation:
-        """The commands of the tick at `time_s`; the PID of an axis whose sensor has fallen silent gives zero."""
+        """Return the commands of the tick at `time_s`; the PID gives zero on an axis whose sensor has fallen silent."""
         if math.isnan(self._begun_s):
             self._begun_s = time_s
         lost = self._lost(time_s, navigation, reference)
@@ -165,7 +166,8 @@ class Autopilot:
         return self._told(time_s, navigation, reference, pid, term.tau, (x, y, z, k, m, n), pwm_us)
 
     def _pulse_widths(self, thrust_n: Array) -> Array:
-        """Of thrusts (n,) in N, in microseconds. At the ends one law alone is asked: simulations are mostly this."""
+        """Pulse widths in microseconds for thrusts (n,) in N. Before and after the onset only one of the two curves
+        is evaluated, because simulations spend most of their time here."""
         if self._onset.share == 0.0:
             return self._pulses(thrust_n)
         if self._onset.share == 1.0:
@@ -173,7 +175,8 @@ class Autopilot:
         return self._onset.between(self._pulses(thrust_n), self._pulses_fed(thrust_n))
 
     def rest(self, time_s: float, navigation: Navigation, reference: Reference) -> Actuation:
-        """The tick of a disarmed vehicle: neutral pulses, integrals forgotten; the feed-forward is computed alone."""
+        """Return the tick of a disarmed vehicle: neutral pulses, integrals reset; the feed-forward is computed, not
+        applied."""
         self._time_s, self._begun_s = time_s, math.nan
         self._saturated = False
         self._controller.reset(range(6))
@@ -187,9 +190,9 @@ class Autopilot:
         return self._told(time_s, navigation, reference, ZERO6, term.tau, ZERO6, neutral)
 
     def unproven(self) -> str:
-        """Why the feed-forward has not been good in shadow, "" where it has: for `ParameterServer.unproven`.
+        """Say why the feed-forward has not proved good in shadow, "" if it has: for `ParameterServer.unproven`.
 
-        Of the parameters in force at the moment of asking, which may be newer than the last tick's.
+        Judges the parameters in force at the time of the call, which may be newer than those of the last tick.
         """
         same = self._parameters(self.veh_cfg) == self._coefficients
         return self._shadow.fault if same else NONE_FLOWN
@@ -197,7 +200,7 @@ class Autopilot:
     def _watch(
         self, dt_s: float, navigation: Navigation, term: FeedForward, given: Six, lame: bool, pushed: bool
     ) -> None:
-        """Keep what this tick shows of the feed-forward where it is flown in shadow."""
+        """Record this tick as evidence for or against the feed-forward while it flies in shadow."""
         at_limit = self._saturated or any(
             abs(term.tau[dof]) >= self._reach[dof] > NO_ARM for dof in FEEDFORWARD_DOFS
         )
@@ -218,7 +221,8 @@ class Autopilot:
             self._shadow.step(dt_s, self._coefficients, self._effects.hull, given, term.tau, nu)
 
     def _feedforward(self, time_s: float, reference: Reference) -> FeedForward:
-        """The term of this tick, with the effects that are now in force."""
+        """Return this tick's feed-forward term, after taking over any change of the coefficients and accepted
+        effects."""
         coefficients = self._parameters(self.veh_cfg)
         if coefficients != self._coefficients:
             self._shadow.begin_anew()
@@ -230,19 +234,19 @@ class Autopilot:
         return feedforward(coefficients, reference, self._reach, self._effects.hull)
 
     def _supplied(self, voltage_v: float, dt_s: float) -> float:
-        """The share of all thrust that the battery's voltage leaves."""
+        """Share of all thrust that is left at the battery's voltage."""
         law = self._effects.voltage
         return 1.0 if law is None else self._supply.step(law, voltage_v, dt_s)
 
     def _wanted_then(self, reference: Reference, known: Navigation) -> Reference:
-        """The reference, in surge, sway and yaw that of the moment at which each reading was true."""
+        """The reference, with surge, sway and yaw taken at the moments when the respective readings were valid."""
         u, v = self._trail.at(known.velocity_time_s).nu[:2]
         r = self._trail.at(known.rate_time_s).nu[5]
         heading_rad = self._trail.at(known.attitude_time_s).heading_rad
         return replace(reference, nu=(u, v, *reference.nu[2:5], r), heading_rad=heading_rad)
 
     def _lost(self, time_s: float, navigation: Navigation, reference: Reference) -> tuple[str, ...]:
-        """Why there is no horizontal thrust, in words of 50 characters at most; empty where there is."""
+        """Reasons for withholding horizontal thrust, at most 50 characters each; empty if thrust is allowed."""
         velocity_s = self._heard("velocity", navigation.velocity[:2], navigation.velocity_time_s)
         attitude_s = self._heard("attitude", navigation.attitude, navigation.attitude_time_s)
         rate_s = self._heard("rate", navigation.rate, navigation.rate_time_s)
@@ -255,15 +259,15 @@ class Autopilot:
             ("reference", not math.isnan(reference.time_s), self._heard_s.get("reference", math.nan)),
         )
         lost = {
-            what: f"no {what} for {HOLD_AFTER_S:.0f} s: no horizontal thrust"
-            for what, aboard, last_s in needed
-            # What was never heard is missed from the first armed tick on.
+            quantity: f"no {quantity} for {HOLD_AFTER_S:.0f} s: no horizontal thrust"
+            for quantity, aboard, last_s in needed
+            # For a quantity never received, the time counts from the first armed tick.
             if aboard and time_s - (last_s if last_s > self._begun_s else self._begun_s) > HOLD_AFTER_S
         }
         return tuple(lost.values())
 
     def _heard(self, what: str, values: Sequence[float], time_s: float) -> float:
-        """When a reading was last a number: one that is none tells no more than silence."""
+        """Return when the reading was last finite; a reading that is not finite counts as silence."""
         if all(map(math.isfinite, values)):
             self._heard_s[what] = time_s
         return self._heard_s.get(what, math.nan)
@@ -283,7 +287,7 @@ class Autopilot:
         return Actuation(time_s, tau_pid, tau_ff, tau_cmd, nu_fb, reference, pwm_us, mode, self.veh_cfg)
 
     def take_texts(self) -> list[str]:
-        """Status texts since the last call: each change in what controller and feed-forward can't do, said once."""
+        """Return the status texts since the last call: each new fault of controller or feed-forward, reported once."""
         texts, self._texts = self._texts, []
         return texts
 
@@ -294,14 +298,15 @@ class Autopilot:
 
 
 def _pushes(push: Push, reach: Sequence[float]) -> tuple[dict[int, float], tuple[str, ...]]:
-    """The pushes to give, by axis, none beyond what the thrusters reach, and in words those that are no numbers."""
+    """Return the finite pushes by axis, limited to the thrusters' reach, and a text for each push that is not
+    finite."""
     asked = {dof: force for dof, force in enumerate(push) if force is not None}
     given = {dof: min(max(f, -reach[dof]), reach[dof]) for dof, f in asked.items() if math.isfinite(f)}
     return given, tuple(f"push in {DOFS[dof]} is no number: none given" for dof in asked if dof not in given)
 
 
 def _blind(known: Navigation) -> tuple[str, ...]:
-    """What the PID has to do without, in words. Short enough for a STATUSTEXT of 50 characters."""
+    """List the PID axes that are off for lack of a reading. Short enough for a STATUSTEXT of 50 characters."""
     faults = []
     if not all(map(math.isfinite, known.velocity)):
         faults.append("PID surge, sway off: no velocity")

@@ -1,8 +1,8 @@
 """The only list of hydrodynamic coefficients: name, symbol, unit, bounds and parameter id of each.
 
-Total mass and inertia (rigid body plus added) and linear damping of the six degrees of freedom, in
-Fossen's notation; added mass is derived from the total and is no parameter of its own. Beside them quadratic damping,
-of hulls whose vehicle file says that they have it.
+Total mass and inertia (rigid body plus added) and linear damping of the six degrees of freedom, in Fossen's notation;
+added mass is derived from the total and is no parameter of its own. In addition, quadratic damping for hulls whose
+vehicle file declares it.
 """
 
 from dataclasses import dataclass
@@ -15,9 +15,9 @@ Kind = Literal["mass", "damping", "quadratic"]
 
 @dataclass(frozen=True, slots=True)
 class Coefficient:
-    """One coefficient of the nominal model M nu_dot + C(nu) nu + D nu + D2 |nu| nu + g(eta) = tau.
+    """A coefficient of the nominal model M nu_dot + C(nu) nu + D nu + D2 |nu| nu + g(eta) = tau.
 
-    `dof` indexes `DOFS`; `low` and `high` bound what may ever be fitted or sent to a vehicle.
+    `dof` indexes `DOFS`; `low` and `high` bound the values that may be fitted or sent to a vehicle.
     """
 
     name: str
@@ -30,7 +30,7 @@ class Coefficient:
     sentence: str
 
     def parameter_id(self, configuration: int) -> str:
-        """The MAVLink parameter that holds it for a configuration index: `FF0_M_U`."""
+        """The MAVLink parameter id for a configuration index: `FF0_M_U`."""
         return f"FF{configuration}_{self.name.upper()}"
 
 
@@ -67,12 +67,12 @@ MASSES = tuple(_mass(name, dof) for dof, name in enumerate(("M_u", "M_v", "M_w",
 DAMPINGS = tuple(_damping(name, dof) for dof, name in enumerate(("D_u", "D_v", "D_w", "D_p", "D_q", "D_r")))
 COEFFICIENTS = MASSES + DAMPINGS
 BY_NAME = {coefficient.name: coefficient for coefficient in COEFFICIENTS}
-"""Of the linear model, which every vehicle has."""
+"""Coefficients of the linear model, which every vehicle has."""
 
 QUADRATICS = tuple(
     _quadratic(name, dof) for dof, name in enumerate(("X_uu", "Y_vv", "Z_ww", "K_pp", "M_qq", "N_rr"))
 )
 OF_HULL = {coefficient.name: coefficient for coefficient in (*COEFFICIENTS, *QUADRATICS)}
-"""All that an identification can tell."""
+"""All coefficients that an identification can estimate."""
 
 ADDED_MASS_NAMES = ("X_udot", "Y_vdot", "Z_wdot", "K_pdot", "M_qdot", "N_rdot")

@@ -1,4 +1,4 @@
-"""A vehicle file: YAML to frozen dataclasses, all that a crew knows of its vehicle before it dives."""
+"""The vehicle file, read from YAML into frozen dataclasses: all that a crew knows of its vehicle before a dive."""
 
 import difflib
 import hashlib
@@ -16,7 +16,7 @@ MARK_DIGITS = 16
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 GRAVITY_M_S2 = 9.80665
 DRY_MASS_SHARE, INERTIA_SHARE = 0.01, 0.05
-"""Relative standard deviations of the rigid body where the vehicle file gives none."""
+"""Default relative standard deviations of the rigid body, if the vehicle file gives none."""
 
 
 def _above_zero(**values: float) -> None:
@@ -45,7 +45,7 @@ class Water:
 
 @dataclass(frozen=True)
 class Thruster:
-    """Where a thruster sits and which way positive thrust pushes, in body axes (FRD) from the origin."""
+    """A thruster's position and the direction in which positive thrust pushes, in body axes (FRD) from the origin."""
 
     direction: Vector3
     position_m: Vector3
@@ -58,20 +58,20 @@ class Thruster:
 
 
 LONGEST_DELAY_S = 2.0
-"""Twice what is ever fitted."""
+"""Twice the longest delay that is ever fitted."""
 
 
 @dataclass(frozen=True)
 class ThrustCurve:
-    """Which curve turns PWM into thrust: a table under configs/thrusters (or beside the vehicle file), or a law.
+    """The curve from PWM to thrust: a table under configs/thrusters (or next to the vehicle file), or a formula.
 
-    kind `table`: `file` with the columns voltage_v, pwm_us, thrust_n, read at `voltage_v`.
-    kind `quadratic`: thrust = max_n * o |o| with o = (pwm - 1500) / span_us, zero within `dead_band_us`.
-    `delay_s` passes between a command and the first of its thrust, `lag_s` is the first-order lag after it; `max_n`
-    also scales the quadratic law.
-    `scale_std`: how far all thrust may be off by one factor, relative. 0.1 is the geometric middle of the 5 to 20 %
-    that published curves are off by; a bollard pull of the vehicle's own thrusters makes it 0.02 or so.
-    `forward_n_s2`, `reverse_n_s2`: T = k n |n| with n in rev/s, where shaft speed is needed.
+    - kind `table`: `file` with the columns voltage_v, pwm_us, thrust_n, read at `voltage_v`.
+    - kind `quadratic`: thrust = max_n * o |o| with o = (pwm - 1500) / span_us, zero within `dead_band_us`.
+    - `delay_s` is the dead time between a command and the onset of its thrust, `lag_s` the first-order lag after it;
+      `max_n` also scales the quadratic formula.
+    - `scale_std`: relative standard deviation of a common factor on all thrust. 0.1 is the geometric middle of the 5
+      to 20 % by which published curves are off; a bollard pull of the vehicle's own thrusters makes it about 0.02.
+    - `forward_n_s2`, `reverse_n_s2`: T = k n |n| with n in rev/s, for conversions to shaft speed.
     """
 
     kind: Literal["table", "quadratic"] = "table"
@@ -100,19 +100,19 @@ class ThrustCurve:
 
 
 def dive_mark(sha256: str) -> str:
-    """A recording by the beginning of its SHA-256, as priors list it."""
+    """Return the first 16 digits of a recording's SHA-256, as priors list it."""
     return sha256[:MARK_DIGITS]
 
 
 @dataclass(frozen=True)
 class Prior:
-    """What is known of a coefficient before a dive: `value` and standard deviation `std` in its unit, and whence.
+    """Knowledge of a coefficient before a dive: `value` and standard deviation `std` in its unit, and its `source`.
 
-    `rests_on`: the force that it was measured by. `weight` (weighed, towed, a hung weight) owes nothing to the
-    thrusters; `thrust` (identified in a dive) is off by whatever this vehicle file's thrust is off by. `dive_sha256`:
-    the recording that it was identified from; `dive_opening`: the SHA-256 of its beginning, which a cut copy shares;
-    `earlier_dives`: those that the priors of that identification came from, in the form of `dives`. With none of them
-    must it be joined again.
+    `rests_on`: the kind of force that it was measured with. `weight` (weighed, towed, a hung weight) is independent
+    of the thrusters; `thrust` (identified in a dive) carries the error of this vehicle file's thrust. `dive_sha256`:
+    the recording that it was identified from; `dive_opening`: the SHA-256 of that recording's beginning, which a cut
+    copy shares; `earlier_dives`: the dives behind the priors of that identification, in the form of `dives`. The
+    prior must not be combined with any of these dives again.
     """
 
     value: float
@@ -128,9 +128,9 @@ class Prior:
 
     @property
     def dives(self) -> tuple[str, ...]:
-        """All dives that it rests on, each as `dive_mark` names it, the newest first."""
-        own = filter(None, map(dive_mark, (self.dive_sha256, self.dive_opening)))
-        return tuple(dict.fromkeys((*own, *self.earlier_dives)))
+        """All dives that the prior rests on, each in the form of `dive_mark`, newest first."""
+        marks = filter(None, map(dive_mark, (self.dive_sha256, self.dive_opening)))
+        return tuple(dict.fromkeys((*marks, *self.earlier_dives)))
 
 
 Damping = Literal["linear", "quadratic", "both"]
@@ -138,14 +138,14 @@ Damping = Literal["linear", "quadratic", "both"]
 
 @dataclass(frozen=True)
 class Configuration:
-    """One shape of the vehicle. `veh_cfg` is the VEH_CFG value that means it (its place in the list if left out).
+    """One physical setup of the vehicle. `veh_cfg` is its VEH_CFG value (its place in the list if left out).
 
-    `inertia_kgm2`: rigid body, about x y z. `model` holds coefficients by name (`M_u` ... `D_r`): what the
-    feed-forward starts from; `priors` what is known of them, with its width, before a dive is identified.
-    `dry_mass_std_kg`, `inertia_std_kgm2`: how well the rigid body is known; 1 % and 5 % where not given, as a hanging
-    scale and a drawing are good for. `gains` names the controller's gain table. `damping`: which drag the hull's own
-    model has; what it lacks and a dive shows is a cause to be named. Quadratic damping (`X_uu` ... `N_rr`) has priors
-    where the hull has it.
+    `inertia_kgm2`: rigid body, about x y z. `model` holds coefficients by name (`M_u` ... `D_r`) from which the
+    feed-forward starts; `priors` holds values with standard deviations, known before a dive is identified.
+    `dry_mass_std_kg`, `inertia_std_kgm2`: uncertainty of the rigid body; 1 % and 5 % by default, the accuracy of a
+    hanging scale and a drawing. `gains` names the controller's gain table. `damping`: the drag terms of the hull's
+    own model; drag that this model lacks but a dive shows is diagnosed as a cause. Quadratic damping (`X_uu` ...
+    `N_rr`) may have priors only if the hull's model has it.
     """
 
     dry_mass_kg: float
@@ -188,7 +188,7 @@ class Configuration:
 
 @dataclass(frozen=True)
 class Mounting:
-    """How a device sits: body = R(rotation) * signs * device axes, rotation Rz(yaw) Ry(pitch) Rx(roll)."""
+    """A device's mounting: body = R(rotation) * signs * device axes, rotation Rz(yaw) Ry(pitch) Rx(roll)."""
 
     rotation_deg: Vector3 = (0.0, 0.0, 0.0)
     signs: Vector3 = (1.0, 1.0, 1.0)
@@ -204,9 +204,9 @@ DeviceKind = Literal["wayfinder", "a50", "mti300", "kvh1750", "kvh1760", "esc", 
 
 @dataclass(frozen=True)
 class Device:
-    """One device aboard: what it is, the port that it speaks on (`bus:address` for I2C), how late it is.
+    """A device on the vehicle: its kind, its port (`bus:address` for I2C) and the latency of its readings.
 
-    `rate_hz` 0 is the device's usual rate. `poles` are the magnets of a motor, for speed controllers.
+    `rate_hz` 0 means the device's usual rate. `poles` is the number of magnets of a motor, for speed controllers.
     """
 
     kind: DeviceKind
@@ -224,7 +224,7 @@ class Device:
 
 @dataclass(frozen=True)
 class Sensors:
-    """What this vehicle has; each may be absent."""
+    """The vehicle's sensors; each may be absent."""
 
     dvl: Device | None = None
     imu: Device | None = None
@@ -240,7 +240,7 @@ class Sensors:
 
 @dataclass(frozen=True)
 class Vehicle:
-    """A vehicle: water, thruster curve, sensors and its configurations by name, in the file's order."""
+    """A vehicle: water, thrust curve, sensors and configurations by name, in the order of the file."""
 
     name: str
     configurations: dict[str, Configuration]
@@ -263,12 +263,12 @@ class Vehicle:
             )
 
     def veh_cfg(self, name: str) -> int:
-        """The VEH_CFG value of a configuration."""
+        """Return the VEH_CFG value of a configuration."""
         given = self.configurations[name].veh_cfg
         return list(self.configurations).index(name) if given is None else given
 
     def configuration_named(self, name: str) -> str:
-        """`name`, checked. Raises ConfigError where the vehicle has no such configuration."""
+        """Return `name`, checked. Raises ConfigError if the vehicle has no such configuration."""
         if name not in self.configurations:
             raise ConfigError(
                 f"vehicle '{self.name}' has no configuration '{name}'; it has {', '.join(self.configurations)}"
@@ -276,9 +276,9 @@ class Vehicle:
         return name
 
     def configuration_at(self, veh_cfg: int | None) -> str:
-        """The name of the configuration that VEH_CFG means. Raises ConfigError where it means none.
+        """Return the name of the configuration with this VEH_CFG value. Raises ConfigError if there is none.
 
-        None (a recording without VEH_CFG) means the only configuration there is.
+        None (a recording without VEH_CFG) means the vehicle's only configuration.
         """
         for name in self.configurations:
             if self.veh_cfg(name) == veh_cfg:
@@ -294,7 +294,7 @@ class Vehicle:
 
 @dataclass(frozen=True)
 class VehicleFile:
-    """A loaded vehicle file: the vehicle, the configuration that the user named, if any, and its hash."""
+    """A loaded vehicle file: path, vehicle, the configuration that the user named (or None), and the file's hash."""
 
     path: Path
     vehicle: Vehicle
@@ -303,7 +303,7 @@ class VehicleFile:
 
 
 def load_vehicle(argument: str) -> VehicleFile:
-    """The vehicle of `FILE[:CONFIGURATION]`; a bare name is looked up in configs/vehicles.
+    """Load the vehicle of `FILE[:CONFIGURATION]`; a bare name is looked up in configs/vehicles.
 
     Raises ConfigError with the file, the key and the nearest known key.
     """
@@ -325,7 +325,7 @@ def load_vehicle(argument: str) -> VehicleFile:
 
 
 def _nearest(name: str) -> str:
-    """What to give in place of a vehicle file that is not there."""
+    """Suggest a name in place of a vehicle file that does not exist."""
     names = sorted(p.stem for p in (CONFIGS / "vehicles").glob("*.yaml") if not p.stem.endswith(".truth"))
     near = difflib.get_close_matches(name, names, n=1)
     if near:

@@ -1,4 +1,4 @@
-"""The gain-scheduled PID: a gain table for each configuration; its gains run over the reference's speed."""
+"""The gain-scheduled PID: a gain table for each configuration, with gains interpolated over the reference's speed."""
 
 import math
 from bisect import bisect_right
@@ -27,9 +27,8 @@ class Gains:
 
 @dataclass(frozen=True)
 class Fed:
-    """What changes where the feed-forward is applied: how small a thrust of its thrusters still counts, and how stiff
-    the PID of surge and sway is beside it.
-    """
+    """Settings while the feed-forward is applied: the thrust below which its thrusters stay in the dead zone, and the
+    factor on the PID gains of surge and sway."""
 
     gain: float = 1.0
     straight_below_n: float = 0.0
@@ -41,7 +40,7 @@ class Fed:
 
 @dataclass(frozen=True)
 class GainTable:
-    """One table of configs/gains.yaml, as that file explains it.
+    """A table of configs/gains.yaml, as that file explains it.
 
     No integral grows beyond `integral_share` of the reach.
     """
@@ -68,7 +67,7 @@ class GainTable:
 
 
 def load_gains(name: str, path: Path = GAINS) -> GainTable:
-    """The table of that name. Raises ConfigError with the names there are."""
+    """Load the gain table of that name. Raises ConfigError with the known names."""
     data = schema.load_yaml(path)
     if not isinstance(data, dict) or name not in data:
         known = ", ".join(data) if isinstance(data, dict) else "none"
@@ -79,9 +78,9 @@ def load_gains(name: str, path: Path = GAINS) -> GainTable:
 
 
 class Controller:
-    """PID on six degrees of freedom: velocity in surge and sway, depth, roll, pitch and heading elsewhere.
+    """PID on six degrees of freedom: velocity in surge and sway, position in depth, roll, pitch and heading.
 
-    `reach` (6,) is the largest wrench of the vehicle in N and N m; the output stays within it.
+    `reach` (6,) is the vehicle's largest wrench in N and N m; the output stays within it.
     """
 
     def __init__(self, table: GainTable, configuration: Configuration, reach: Sequence[float]) -> None:
@@ -92,7 +91,7 @@ class Controller:
         self._integral = [0.0] * 6
 
     def reset(self, dofs: Sequence[int]) -> None:
-        """Forget the integrals of these degrees of freedom."""
+        """Reset the integrals of these degrees of freedom."""
         for dof in dofs:
             self._integral[dof] = 0.0
 
@@ -104,14 +103,15 @@ class Controller:
         saturated: bool,
         velocity_gain: float = 1.0,
     ) -> Six:
-        """The wrench of this tick, N and N m; an axis whose measurement is NaN gets zero and keeps its integral.
+        """Return the wrench of this tick, N and N m; an axis whose measurement is NaN gets zero and keeps its
+        integral.
 
         `velocity_gain` multiplies the gains of surge and sway.
 
-        Depth is held without a velocity as well, if less well damped: a DVL that lost the bottom must not let
-        the vehicle rise.
+        Depth is held without a measured velocity too, with less damping: a DVL that lost the bottom must not let the
+        vehicle rise.
 
-        While the thrusters were `saturated` in the tick before, integrals may shrink but not grow.
+        If the thrusters were `saturated` in the previous tick, integrals may shrink but not grow.
         """
         place = self._place(math.hypot(reference.nu[0], reference.nu[1]))
         errors = _errors(navigation, reference)
@@ -120,7 +120,8 @@ class Controller:
         return x, y, z, k, m, n
 
     def _place(self, speed_m_s: float) -> tuple[int, int, float]:
-        """Two neighbours in the table and the share of the second; a speed that is no number counts as rest."""
+        """Indices of two neighbours in the table and the weight of the second; a speed that is not finite counts as
+        zero."""
         speeds = self._table.speeds_m_s
         if not math.isfinite(speed_m_s):
             speed_m_s = 0.0
@@ -160,9 +161,10 @@ def _between(row: Sequence[float], place: tuple[int, int, float]) -> float:
 
 
 def _errors(navigation: Navigation, reference: Reference) -> tuple[tuple[float, float], ...]:
-    """Error and its derivative of each degree of freedom.
+    """Error and its derivative for each degree of freedom.
 
-    Velocity loops have no derivative: that of a DVL's velocity is noise. Roll and pitch are wanted level.
+    Velocity loops have no derivative, because a DVL's velocity differentiates to noise. The setpoint of roll and
+    pitch is zero.
     """
     u, v, w = navigation.velocity
     p, q, r = navigation.rate
@@ -179,7 +181,7 @@ def _errors(navigation: Navigation, reference: Reference) -> tuple[tuple[float, 
 
 
 def _shorter_way(turn_rad: float) -> float:
-    """The same turn without its whole ones: a heading that was unwrapped elsewhere must not spin the vehicle."""
+    """The turn without its full revolutions: a heading unwrapped differently elsewhere must not spin the vehicle."""
     return math.remainder(turn_rad, math.tau) if math.isfinite(turn_rad) else math.nan
 
 

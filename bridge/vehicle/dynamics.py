@@ -1,9 +1,9 @@
-"""The one definition of the nominal dynamics: M nu_dot + C(nu) nu + D nu + g(eta) = tau.
+"""The only definition of the nominal dynamics: M nu_dot + C(nu) nu + D nu + g(eta) = tau.
 
 Fossen (2011), eqs 6.1 to 6.3, for a body with three planes of symmetry: M (total) and D diagonal, C from that
-diagonal M, restoring from the centre of gravity `below` the centre of buoyancy and a net buoyancy. Written with
-arithmetic alone, so that floats, numpy arrays and torch tensors of any shape go through the same lines.
-Body frame FRD; nu = (u, v, w, p, q, r).
+diagonal M, restoring forces from the centre of gravity `below` the centre of buoyancy and a net buoyancy. The code
+uses plain arithmetic, so that floats, numpy arrays and torch tensors of any shape share the same lines. Body frame
+FRD; nu = (u, v, w, p, q, r).
 """
 
 from collections.abc import Sequence

@@ -1,7 +1,7 @@
-"""The only list of what a feed-forward can know beyond its linear model: name, unit, bounds and parameter id of each.
+"""The only list of feed-forward coefficients beyond the linear model: name, unit, bounds and parameter id of each.
 
-They are effects that a crew accepted; one that is not set is absent. Those of the hull add to the wrench, those of
-the thrusters to what is asked of each.
+They describe effects that a crew accepted; an unset coefficient means that the effect is absent. Coefficients of the
+hull add to the wrench, those of the thrusters to the thrust asked of each.
 """
 
 import math
@@ -14,19 +14,19 @@ from bridge.vehicle.config import Configuration
 Group = Literal["quadratic_drag", "coupling", "thruster_gain", "reverse_loss", "dead_zone", "voltage"]
 
 LEAST_GAIN, MOST_GAIN = 0.3, 2.0
-"""A thruster that gives less than 0.3 of its curve is to be mended: asking three times as much would burn it."""
+"""A thruster that gives less than 0.3 of its curve needs repair: asking three times as much would burn it."""
 MOST_DEAD_SHARE = 0.25
 LEAST_VOLTAGE_V, MOST_VOLTAGE_V = 3.0, 1000.0
 MOST_VOLTAGE_SHARE = 2.0
 MOST_RESISTANCE_OHM = 1.0
 MOST_OFFSET_M = 1.0
 STALL_M_S, STALL_RAD_S, STALL_ARM_M = 0.2, 0.1, 1.0
-"""A force is too large where all thrusters together couldn't keep up this speed, each on an arm of this length."""
+"""A force is too large if all thrusters together couldn't hold this speed against it, each on an arm of this length."""
 
 
 @dataclass(frozen=True, slots=True)
 class EffectCoefficient:
-    """One coefficient of an accepted effect; `low` and `high` bound what is ever used, 0 is absent."""
+    """A coefficient of an accepted effect; `low` and `high` bound the usable values, 0 means absent."""
 
     name: str
     unit: str
@@ -36,11 +36,11 @@ class EffectCoefficient:
     sentence: str
 
     def parameter_id(self, configuration: int) -> str:
-        """The MAVLink parameter that holds it for a configuration index: `FF0_X_UU`."""
+        """The MAVLink parameter id for a configuration index: `FF0_X_UU`."""
         return f"FF{configuration}_{self.name.upper()}"
 
     def fault(self, value: float) -> str:
-        """Why a value can't be used, "" where it can. Short enough for a STATUSTEXT of 50 characters."""
+        """Why a value can't be used, "" if it can. Short enough for a STATUSTEXT of 50 characters."""
         if self.low <= value <= self.high:
             return ""
         return (
@@ -48,22 +48,22 @@ class EffectCoefficient:
         )
 
 
-QUADRATIC = tuple(one.name for one in QUADRATICS)
+QUADRATIC = tuple(coefficient.name for coefficient in QUADRATICS)
 ASTERN, START, LEAST, VOLTAGE, VOLTAGE_SHARE, RESISTANCE = (
     "T_astern", "T_start", "T_least", "T_volt", "T_vshare", "T_ohm",
 )  # fmt: skip
 
 
 def gain_name(number: int) -> str:
-    """The gain of a thruster, numbered from 1."""
+    """Name of a thruster's gain; thrusters are numbered from 1."""
     return f"T{number}_gain"
 
 
 def effect_coefficients(configuration: Configuration) -> tuple[EffectCoefficient, ...]:
-    """All that a feed-forward of this configuration can know of effects, each with bounds for this thrust.
+    """All effect coefficients that a feed-forward of this configuration supports, with bounds for its thrust.
 
-    Wrenches have the signs of Fossen's: X = -X_uu |u| u, Y = -Y_r r - Y_uv |u| v,
-    N = -N_v v - N_uv |u| v - N_munk u v; S_x, S_y are first moments of mass about the origin (his eq. 3.57).
+    Wrenches have Fossen's signs: X = -X_uu |u| u, Y = -Y_r r - Y_uv |u| v, N = -N_v v - N_uv |u| v - N_munk u v; S_x,
+    S_y are first moments of mass about the origin (his eq. 3.57).
     """
     thrust_n = configuration.thruster_limit_n * sum(abs(t.gain) for t in configuration.thrusters)
     count, limit_n = len(configuration.thrusters), configuration.thruster_limit_n
@@ -77,7 +77,7 @@ def _bounded(
     drag, turn = thrust_n / STALL_M_S**2, moment_nm / STALL_RAD_S**2
     dead_n = MOST_DEAD_SHARE * limit_n
     return (
-        *(_drag(one, drag if one.dof < 3 else turn) for one in QUADRATICS),
+        *(_drag(coefficient, drag if coefficient.dof < 3 else turn) for coefficient in QUADRATICS),
         _coupling("Y_r", "N s/rad", thrust_n / STALL_RAD_S, "sway force of turning"),
         _coupling("N_v", "N s", moment_nm / STALL_M_S, "yaw moment of drifting sideways"),
         _coupling("Y_uv", "N s2/m2", drag, "sway force of drifting while under way"),
@@ -103,9 +103,9 @@ def _bounded(
 
 
 def _drag(of: Coefficient, high: float) -> EffectCoefficient:
-    what = "drag along" if of.dof < 3 else "drag of turns about"
+    motion = "drag along" if of.dof < 3 else "drag of turns about"
     return EffectCoefficient(
-        of.name, of.unit, "quadratic_drag", of.low, high, f"quadratic {what} {'xyz'[of.dof % 3]}"
+        of.name, of.unit, "quadratic_drag", of.low, high, f"quadratic {motion} {'xyz'[of.dof % 3]}"
     )
 
 
@@ -117,5 +117,5 @@ def _gain(name: str, group: Group, sentence: str) -> EffectCoefficient:
     return EffectCoefficient(name, "1", group, LEAST_GAIN, MOST_GAIN, sentence)
 
 
-OF_ANY_VEHICLE = {one.name: one for one in _bounded(1e5, 1e4, 58, 1e5)}
-"""Every name there is, with bounds that no vehicle is outside of: as many thrusters as the telemetry has room for."""
+OF_ANY_VEHICLE = {coefficient.name: coefficient for coefficient in _bounded(1e5, 1e4, 58, 1e5)}
+"""All coefficient names, with bounds wide enough for any vehicle, for as many thrusters as the telemetry can carry."""

@@ -1,6 +1,6 @@
 """The feed-forward term: tau_ff = M nu_dot_d + D nu_d in surge, sway and yaw (paper eqs 14 to 16, M total).
 
-In yaw the inertia is in it, which the paper left out. Accepted effects of the hull add to it.
+The yaw term includes the inertia, which the paper left out. Accepted effects of the hull are added.
 """
 
 import math
@@ -34,11 +34,11 @@ class Mode(IntEnum):
 
     @property
     def applies_pid(self) -> bool:
-        """In surge, sway and yaw; the PID of heave, roll and pitch always works."""
+        """Whether the PID acts in surge, sway and yaw; the PID of heave, roll and pitch always does."""
         return self is not Mode.ALONE
 
     def raises(self, before: "Mode") -> bool:
-        """Whether it leaves more to the feed-forward than `before` did: it acts, or acts without the PID now."""
+        """Whether this mode relies more on the feed-forward than `before` did: it now acts, or acts without the PID."""
         return _LEFT_TO_IT[self] > _LEFT_TO_IT[before]
 
 
@@ -47,7 +47,7 @@ _LEFT_TO_IT = {Mode.OFF: 0, Mode.SHADOW: 0, Mode.BOTH: 1, Mode.ALONE: 2}
 
 @dataclass(frozen=True, slots=True)
 class FeedForward:
-    """The wrench, N and N m; for each axis that has to stay at zero a sentence that says why, and which they are."""
+    """The wrench, N and N m; a sentence on the reason for each axis that has to stay at zero; and these axes."""
 
     tau: Six
     faults: tuple[str, ...]
@@ -60,10 +60,11 @@ def feedforward(
     reach: Sequence[float],
     hull: Mapping[str, float] = NO_EFFECTS,
 ) -> FeedForward:
-    """The wrench that the reference needs, within +-`reach` (6,) N and N m; `hull` holds accepted effects by name.
+    """Return the wrench that the reference needs, within +-`reach` (6,) N and N m; `hull` holds accepted effects by
+    name.
 
-    An axis whose coefficients are missing, not finite or out of bounds, or whose reference is not finite,
-    gets zero; nothing raises.
+    An axis gets zero if its coefficients are missing, not finite or out of bounds, or if its reference is not finite;
+    nothing raises.
     """
     tau = [0.0] * 6
     faults, off = [], []
@@ -87,14 +88,14 @@ def feedforward(
 
 
 def silent(why: str) -> FeedForward:
-    """No feed-forward in any axis."""
+    """Return a zero feed-forward in all axes, for the reason `why`."""
     return FeedForward(ZERO6, (f"FF off: {why}",), FEEDFORWARD_DOFS)
 
 
 def hull_wrench(effects: Mapping[str, float], reference: Reference) -> Six:
-    """What makes up for effects of the hull, in surge, sway and yaw, N and N m (Fossen 2011, section 6.4: quadratic
-    drag, linear coupling of sway and yaw, lift and Munk moment of a hull that drifts; eq. 3.57: a centre of mass, or
-    added mass, off the origin)."""
+    """Wrench that compensates effects of the hull in surge, sway and yaw, N and N m (Fossen 2011, section 6.4:
+    quadratic drag, linear coupling of sway and yaw, lift and Munk moment of a drifting hull; eq. 3.57: a centre of
+    mass, or added mass, off the origin)."""
     (u, v, _, _, _, r), (du, dv, _, _, _, dr) = reference.nu, reference.nu_dot
     give = effects.get
     ahead, aside = give("S_x", 0.0), give("S_y", 0.0)
@@ -108,10 +109,10 @@ def hull_wrench(effects: Mapping[str, float], reference: Reference) -> Six:
 
 
 class Lead:
-    """Runs a wrench ahead of itself by `lead_s`, for what the propellers and the held command lag.
+    """Shifts a wrench ahead in time by `lead_s`, to cancel the lag of the propellers and of the held command.
 
-    A first-order lag is undone by a share of the derivative, here from one tick to the next. It adds no more
-    than `LEAD_SHARE` of the `reach` (6,): a reference that jumps is no reason for a kick.
+    A first-order lag is undone by adding a multiple of the derivative, here the difference between two ticks. The
+    addition is limited to `LEAD_SHARE` of the `reach` (6,), so that a jump in the reference does not cause a kick.
     """
 
     def __init__(self, lead_s: float, reach: Sequence[float]) -> None:
@@ -120,7 +121,7 @@ class Lead:
         self._before: Six | None = None
 
     def step(self, tau: Six, dt_s: float) -> Six:
-        """The wrench to ask for now, N and N m; that of the first tick as it is."""
+        """Return the wrench to ask for now, N and N m; the first tick's wrench is returned unchanged."""
         before, self._before = self._before or tau, tau
         if not dt_s > 0:
             return tau
@@ -131,16 +132,16 @@ class Lead:
         return x, y, z, k, m, n
 
     def reset(self) -> None:
-        """Forget the tick before."""
+        """Forget the previous tick."""
         self._before = None
 
 
 class Slope:
-    """Holds the wrench that is applied within the `reach` (6,) and its slope within `SLOPE_PER_S` of it a second,
-    whatever the parameters and the reference: half a second from nothing to all, twelve times the steepest slope of
-    the missions that are shipped. It begins at zero. An axis that is off is at zero at once.
+    """Limits the applied wrench to the `reach` (6,) and its rate of change to `SLOPE_PER_S` times the reach per
+    second, whatever the parameters and the reference: half a second from zero to full, twelve times the steepest
+    slope of the shipped missions. It starts at zero. An axis that is off drops to zero at once.
 
-    A tick that comes late is worth no more than `LONGEST_TICK_S`.
+    A late tick counts for at most `LONGEST_TICK_S`.
     """
 
     def __init__(self, reach: Sequence[float]) -> None:
@@ -148,7 +149,7 @@ class Slope:
         self._applied: Six = ZERO6
 
     def step(self, wanted: Six, off: Collection[int], dt_s: float) -> Six:
-        """The wrench to apply now, N and N m; `off` are the axes that have to have none."""
+        """Return the wrench to apply now, N and N m; `off` lists the axes that must be zero."""
         share = SLOPE_PER_S * min(max(dt_s, 0.0), LONGEST_TICK_S)
         x, y, z, k, m, n = (
             0.0 if dof in off else _towards(wanted[dof], self._applied[dof], reach, share * reach)
@@ -158,7 +159,7 @@ class Slope:
         return self._applied
 
     def reset(self) -> None:
-        """Begin at zero again."""
+        """Start from zero again."""
         self._applied = ZERO6
 
 
@@ -168,7 +169,7 @@ def _towards(wanted: float, before: float, bound: float, most: float) -> float:
 
 
 def _fault(coefficients: Mapping[str, float], name: str) -> str:
-    """Why a coefficient can't be used, "" where it can. Short enough for a STATUSTEXT of 50 characters."""
+    """Why a coefficient can't be used, "" if it can. Short enough for a STATUSTEXT of 50 characters."""
     value, bounds = coefficients.get(name), BY_NAME[name]
     if value is None:
         return f"{name} is missing"

@@ -1,4 +1,5 @@
-"""What a model hangs on: the mass, inertia and thrusters of a vehicle file, as one short text to compare."""
+"""Hash of the hull that a model depends on: mass, inertia and thrusters of a vehicle file, as a short text to
+compare."""
 
 import hashlib
 import json
@@ -13,15 +14,17 @@ from bridge.vehicle.thrusters import thrust_curve
 DIGITS: Final = 16
 PULSES_US: Final = np.arange(1000.0, 2001.0, 5.0)
 THRUST_DECIMALS: Final = 3
-"""A mN: no two curves that differ by less give another model, and no rounding of a table is seen as another curve."""
+"""Millinewtons: curves that differ by less give the same model, and rounding in a table does not look like a new
+curve."""
 
 
 def hull_mark(vehicle: Vehicle, directory: Path) -> str:
-    """The same 16 hexadecimal digits for every file that describes the same hull and thrusters; it lies in `directory`.
+    """Return 16 hexadecimal digits that are equal for all files that describe the same hull and thrusters.
 
-    In it are of each configuration its index, mass, inertia, trim and thrusters, and how pulses become thrust, of a
-    table its very numbers. Names, devices, water, gains, priors and the file's own `model` are not.
-    Raises ConfigError for a thrust table that can't be read.
+    The file lies in `directory`. The hash covers, for each configuration, its index, mass, inertia, trim and
+    thrusters, and the conversion of pulses to thrust and shaft speed, with its lag (of a table, the numbers and not
+    the name). It excludes names, devices, water, gains, priors and the file's own `model`. Raises ConfigError if a
+    thrust table can't be read.
     """
     shapes = [
         (
@@ -37,7 +40,7 @@ def hull_mark(vehicle: Vehicle, directory: Path) -> str:
     ]
     curve = vehicle.thrust_curve
     thrust_n = thrust_curve(curve, directory).thrust(PULSES_US)
-    # A curve's zero may come out as -0.0, which is written otherwise.
+    # A curve's zero may come out as -0.0, whose text differs.
     thrusts_n = (np.round(thrust_n, THRUST_DECIMALS) + 0.0).tolist()
-    told = json.dumps((sorted(shapes), curve.lag_s, curve.forward_n_s2, curve.reverse_n_s2, thrusts_n))
-    return hashlib.sha256(told.encode()).hexdigest()[:DIGITS]
+    description = json.dumps((sorted(shapes), curve.lag_s, curve.forward_n_s2, curve.reverse_n_s2, thrusts_n))
+    return hashlib.sha256(description.encode()).hexdigest()[:DIGITS]

@@ -1,4 +1,4 @@
-"""Priors written into the text of a vehicle file, with all else in it, comments too, left as it is."""
+"""Writes priors into the text of a vehicle file and leaves everything else in it, comments included, unchanged."""
 
 import json
 from collections.abc import Mapping
@@ -8,9 +8,9 @@ from bridge.vehicle.config import Prior
 
 
 def with_priors_written(text: str, configuration: str, priors: Mapping[str, Prior], where: str) -> str:
-    """The vehicle file `text` with these `priors`, and no others, in a configuration.
+    """Return the vehicle file `text` with these `priors`, and no others, in a configuration.
 
-    Raises ConfigError where the file is not written a key a line; `where` names it.
+    Raises ConfigError if the file does not put each key on a line of its own; `where` names the file.
     """
     lines = text.splitlines()
     head = _heading(lines, configuration)
@@ -33,7 +33,7 @@ def with_priors_written(text: str, configuration: str, priors: Mapping[str, Prio
 
 
 def entry(name: str, prior: Prior) -> str:
-    """One prior as a line of the vehicle file."""
+    """Format a prior as a line of the vehicle file."""
     of_dive = f", dive_sha256: {json.dumps(prior.dive_sha256)}" if prior.dive_sha256 else ""
     opening = f", dive_opening: {json.dumps(prior.dive_opening)}" if prior.dive_opening else ""
     earlier = f", earlier_dives: {json.dumps(prior.earlier_dives)}" if prior.earlier_dives else ""
@@ -44,7 +44,7 @@ def entry(name: str, prior: Prior) -> str:
 
 
 def _heading(lines: list[str], configuration: str) -> int | None:
-    """The line that opens a configuration; None where there is none of its own."""
+    """Index of the line that opens a configuration; None if the configuration has no such line."""
     top = next((i for i, line in enumerate(lines) if line.rstrip() == "configurations:"), None)
     if top is None:
         return None
@@ -55,7 +55,7 @@ def _heading(lines: list[str], configuration: str) -> int | None:
 
 
 def _end_of_block(lines: list[str], head: int) -> int:
-    """The first line after `head` that belongs to something else."""
+    """Index of the first line after `head` that belongs to another block."""
     for i in range(head + 1, len(lines)):
         if _says(lines[i]) and _indent(lines[i]) <= _indent(lines[head]):
             return i
@@ -67,5 +67,5 @@ def _indent(line: str) -> int:
 
 
 def _says(line: str) -> bool:
-    """Whether a line is more than a comment or blank."""
+    """Whether a line is neither blank nor a comment."""
     return bool(line.strip()) and not line.lstrip().startswith("#")

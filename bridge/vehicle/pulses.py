@@ -1,4 +1,4 @@
-"""Thrusts to pulse widths, with what is left of the dead zone."""
+"""Converts thrusts to pulse widths, with the dead zone kept for small thrusts."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -9,10 +9,11 @@ Array = NDArray[np.float64]
 
 
 class Pulses:
-    """The curve's inverse, but straight to neutral below `straight_below_n` (N, one for all thrusters or one each).
+    """The inverse of the curve, but a straight line to neutral below `straight_below_n` (N, a scalar or one per
+    thruster).
 
-    Straight, a thrust that small is lost in the dead zone; jumping over it instead, noise about zero would
-    throw the propellers to and fro.
+    On the straight line a small thrust is lost in the dead zone; jumping over the dead zone instead, noise about zero
+    would throw the propellers to and fro.
     """
 
     def __init__(self, curve: Curve, straight_below_n: ArrayLike) -> None:
@@ -23,6 +24,6 @@ class Pulses:
         self._astern: Array = (NEUTRAL_US - curve.pwm(-width_n)) / width_n
 
     def __call__(self, thrust_n: Array) -> Array:
-        """The pulse widths (n,) in microseconds of thrusts (n,) in N."""
+        """Pulse widths (n,) in microseconds for thrusts (n,) in N."""
         straight = NEUTRAL_US + thrust_n * np.where(thrust_n > 0, self._ahead, self._astern)
         return np.where(np.abs(thrust_n) < self._below_n, straight, self._curve.pwm(thrust_n))

@@ -1,4 +1,4 @@
-"""What the vehicle is asked to do: double-S (jerk-limited) speed profiles, and the reference of one instant.
+"""References for the controller: double-S (jerk-limited) speed profiles, and the setpoint of one instant.
 
 Biagiotti & Melchiorri (2008), section 3.4: the acceleration is a trapezoid, so that jerk stays finite.
 """
@@ -18,9 +18,9 @@ NO_PUSH: Push = (None, None, None, None, None, None)
 class Reference:
     """Wanted body velocity and its derivative (SI, FRD), heading (rad, unwrapped) and depth (m).
 
-    `push` is a wrench in N and N m to give in place of the controller's, as a pilot's stick does; None for an axis
-    that the controller keeps. `time_s` is when it was made, on the boot clock: whoever hands over one that another
-    process made stamps it, so that an old one is known. NaN for one that is made for the very tick.
+    `push` is a wrench in N and N m that replaces the controller's, as a pilot's stick does; None for an axis that the
+    controller keeps. `time_s` is the boot time at which the reference was made. A process that passes on a reference
+    of another process stamps it, so that an old one is recognized. NaN for a reference made for the current tick.
     """
 
     nu: Six
@@ -32,14 +32,14 @@ class Reference:
 
 
 class Trail:
-    """What was wanted of late: a reading is to be compared with what was wanted when it was true."""
+    """Recent references: each reading is compared with the reference of the time at which the reading was valid."""
 
     def __init__(self, span_s: float) -> None:
         self._span_s = span_s
         self._kept: deque[tuple[float, Reference]] = deque()
 
     def add(self, time_s: float, reference: Reference) -> None:
-        """Keep it, and forget what is older than the span; a time that does not rise begins anew."""
+        """Store a reference and drop those older than the span; a time that does not rise clears the trail first."""
         if self._kept and not time_s > self._kept[-1][0]:
             self._kept.clear()
         self._kept.append((time_s, reference))
@@ -47,9 +47,9 @@ class Trail:
             self._kept.popleft()
 
     def at(self, time_s: float) -> Reference:
-        """What was wanted at a time: straight between the ticks, held before the oldest and after the latest.
+        """Return the reference at a time: linear between ticks, held before the oldest and after the latest.
 
-        The latest for a time that is NaN. Raises IndexError where none was kept.
+        For a NaN time, the latest. Raises IndexError if the trail is empty.
         """
         latest_s, latest = self._kept[-1]
         if not time_s < latest_s:
@@ -75,17 +75,17 @@ def _between(before: Reference, after: Reference, share: float) -> Reference:
 
 
 def _turn(from_rad: float, to_rad: float) -> float:
-    """The shorter way: a heading that was unwrapped anew in between has not turned."""
+    """The shorter turn: a heading that was unwrapped afresh in between has not turned."""
     turn = to_rad - from_rad
     return math.remainder(turn, math.tau) if math.isfinite(turn) else math.nan
 
 
 @dataclass(frozen=True, slots=True)
 class DoubleS:
-    """A value that goes from `start` to `end` in `duration_s`, at rest in its derivative at both ends.
+    """A value that moves from `start` to `end` in `duration_s`, with zero derivative at both ends.
 
-    `ramp` is the share of the duration in which the derivative rises, and again in which it falls
-    (0 < ramp <= 0.5). Before and after, the value holds.
+    `ramp` is the share of the duration in which the derivative rises, and again in which it falls (0 < ramp <= 0.5).
+    Before and after, the value holds.
     """
 
     start: float

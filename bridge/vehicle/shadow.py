@@ -1,18 +1,19 @@
-"""Whether shadow has been good: does the model tell the force that the PID had to give?
+"""Judges the feed-forward in shadow mode: does the model predict the force that the PID had to give?
 
-A PID comes late on purpose, so the feed-forward of a reference and the PID's force are never laid over each other. The
-model is asked instead what the motion took that was really made, by the balance of momentum:
+A PID acts late by design, so the feed-forward of a reference is never compared with the PID's force directly.
+Instead, the model predicts the force that the measured motion took, by the momentum balance:
 
     mean force over 2 s = mass times change of velocity / 2 s + damping times mean velocity
 
-No derivative of a noisy reading is in it: only the velocities at both ends of those 2 s count. Over the last minute in
-FF_MODE 1, in each axis that the feed-forward moved for 10 s, this has to explain seven tenths of the force that the
-thrusters were asked for:
+It contains no derivative of a noisy reading: only the velocities at both ends of the 2 s count. Over the last minute
+in FF_MODE 1, in each axis that the feed-forward moved for 10 s, the prediction has to explain seven tenths of the
+force that the thrusters were asked for:
 
     1 - sum (force - model)^2 / sum force^2 >= 0.7
 
-Of the simulated force a model that is right explains 0.86 and more, one that gives half of it 0.56 to 0.77 and
-one that gives twice as much 0.65 at most: too small a feed-forward leaves work to the PID, one too large pushes.
+In simulation, a correct model explains 0.86 and more of the force, a model of half the force 0.56 to 0.77, and a
+model of twice the force 0.65 at most: a feed-forward that is too small leaves work to the PID, while one that is too
+large pushes.
 """
 
 import math
@@ -29,7 +30,7 @@ BLOCK_S: Final = 2.0
 WINDOW_S: Final = 60.0
 MOVED_S: Final = 10.0
 MOVED_SHARE: Final = 0.05
-"""Of the reach: a feed-forward that asks for less is lost in what else moves a vehicle."""
+"""Share of the reach: a smaller feed-forward is lost among the other forces on a vehicle."""
 
 LEAST_FED: Final = 1e-6
 LEAST_EXPLAINED: Final = 0.7
@@ -40,7 +41,8 @@ NONE_FLOWN: Final = "shadow: none flown, seatrial ff shadow first"
 
 @dataclass
 class _Block:
-    """Sums over 2 s in surge, sway and yaw, N s and N m s: of what was given, told by the model, and to be fed."""
+    """Sums over 2 s in surge, sway and yaw, N s and N m s: `given` commanded to the thrusters, `told` predicted by
+    the model, `fed` the magnitude of the feed-forward."""
 
     seconds: float = 0.0
     given: list[float] = field(default_factory=lambda: [0.0] * 3)
@@ -49,7 +51,7 @@ class _Block:
 
 
 class Shadow:
-    """Watches the ticks that are flown in shadow; `reach` (6,) is the largest wrench of the vehicle, N and N m."""
+    """Accumulates the ticks flown in shadow; `reach` (6,) is the vehicle's largest wrench, N and N m."""
 
     def __init__(self, reach: Sequence[float]) -> None:
         self._least_fed = tuple(max(MOVED_SHARE * reach[dof], LEAST_FED) for dof in FEEDFORWARD_DOFS)
@@ -67,8 +69,9 @@ class Shadow:
         fed: Six,
         nu: Six,
     ) -> None:
-        """A tick of `dt_s` in shadow: `given` is what the thrusters were asked for, `fed` what the feed-forward would
-        have given (N and N m), `nu` the velocity that the controller used (m/s and rad/s)."""
+        """Add a tick of `dt_s` in shadow: `given` is the wrench that the thrusters were asked for, `fed` the wrench
+        that the feed-forward would have given (N and N m), `nu` the velocity that the controller used (m/s and
+        rad/s)."""
         if not all(math.isfinite(nu[dof]) for dof in FEEDFORWARD_DOFS):
             self.begin_anew("a bad reading")
             return
@@ -77,37 +80,37 @@ class Shadow:
         before, self._before = self._before, nu
         if before is None:
             return
-        # An axis that nothing measures, heave's say, has no part in the three that are judged.
+        # An axis without a measurement, heave for example, does not affect the three judged axes.
         change = [
             (now - then) / dt_s if math.isfinite(now - then) else 0.0
             for now, then in zip(nu, before, strict=True)
         ]
         made = Reference(nu, (change[0], change[1], change[2], change[3], change[4], change[5]), 0.0, 0.0)
-        told = feedforward(coefficients, made, UNLIMITED, hull).tau
+        predicted = feedforward(coefficients, made, UNLIMITED, hull).tau
         block = self._block
         block.seconds += dt_s
         for axis, dof in enumerate(FEEDFORWARD_DOFS):
             block.given[axis] += given[dof] * dt_s
-            block.told[axis] += told[dof] * dt_s
+            block.told[axis] += predicted[dof] * dt_s
             block.fed[axis] += abs(fed[dof]) * dt_s
         if block.seconds >= BLOCK_S - 0.5 * dt_s:
             self._blocks.append(block)
             self._block = _Block()
 
     def pause(self) -> None:
-        """Shadow is left for now: what was seen stays, the 2 s that were begun don't."""
+        """Leave shadow for now: complete blocks stay, the unfinished block of 2 s is dropped."""
         self._block, self._before = _Block(), None
 
     def begin_anew(self, since: str = "") -> None:
-        """Forget what was seen, for a reason of at most 20 characters where there is one to tell: before the first tick
-        in shadow there is none."""
+        """Drop all blocks. `since` gives the reason in at most 20 characters; it is kept only if shadow had already
+        been flown."""
         self._since = since if self._blocks or self._before or self._since else ""
         self.pause()
         self._blocks.clear()
 
     @property
     def fault(self) -> str:
-        """Why shadow has not been good, in 50 characters at most; "" where it has."""
+        """Why shadow has not been good, in at most 50 characters; "" if it has."""
         flown_s = BLOCK_S * len(self._blocks)
         if len(self._blocks) < (self._blocks.maxlen or 0):
             if not (self._blocks or self._before or self._since):
@@ -129,7 +132,7 @@ class Shadow:
         )
 
     def _explained(self, axis: int) -> float:
-        """The share of the force that the model explains; 1 is all of it, below 0 it is worse than no model."""
+        """Share of the force that the model explains: 1 is all of it; below 0 the model is worse than none."""
         left = sum((block.given[axis] - block.told[axis]) ** 2 for block in self._blocks)
         whole = sum(block.given[axis] ** 2 for block in self._blocks)
         return 1 - left / whole if whole > 0 else -math.inf

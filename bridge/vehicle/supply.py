@@ -1,4 +1,4 @@
-"""By how much all thrust falls with the battery's measured voltage."""
+"""Loss of all thrust with the battery's measured voltage."""
 
 import math
 from dataclasses import dataclass
@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from bridge.vehicle.effect_coefficients import LEAST_GAIN, MOST_GAIN
 
 SLOW_S = 20.0
-"""A measured voltage is meant over so long: what is quicker is the load's."""
+"""Time constant for averaging the measured voltage: faster changes come from the load."""
 LOWEST_SHARE, HIGHEST_SHARE = 0.5, 1.5
-"""Of the reference voltage: what is measured outside of them is a broken sensor's."""
+"""Shares of the reference voltage: a reading outside of them comes from a broken sensor."""
 
 
 @dataclass(frozen=True)
@@ -19,23 +19,23 @@ class VoltageLaw:
     share: float
 
     def factor(self, voltage_v: float) -> float:
-        """Thrust over that at the reference voltage; no less and no more than a thruster's gain may be."""
+        """Thrust relative to that at the reference voltage, limited to the range of a thruster's gain."""
         fallen = 1.0 - self.share * (1.0 - (voltage_v / self.reference_v) ** 2)
         return min(max(fallen, LEAST_GAIN), MOST_GAIN)
 
 
 class Supply:
-    """What is left of all thrust as the battery empties, by its measured voltage meant over `SLOW_S`.
+    """Share of thrust left as the battery empties, from its measured voltage averaged over `SLOW_S`.
 
-    Nothing measured, or what no battery can have, counts as the reference voltage: slowly, so that a reading that comes
-    and goes is no reason for a jump.
+    A missing or impossible reading counts as the reference voltage, averaged in slowly, so that a sensor that comes
+    and goes does not make the thrust jump.
     """
 
     def __init__(self) -> None:
         self._slow_v = math.nan
 
     def step(self, law: VoltageLaw, voltage_v: float, dt_s: float) -> float:
-        """The factor of this tick; `voltage_v` is NaN where none is known."""
+        """Return the factor of this tick; `voltage_v` is NaN if unknown."""
         share = voltage_v / law.reference_v
         now_v = voltage_v if LOWEST_SHARE <= share <= HIGHEST_SHARE else law.reference_v
         if math.isnan(self._slow_v):

@@ -1,7 +1,7 @@
-"""What thrusters give of what is asked of them by their curve, both ways.
+"""Losses between the thrust asked of a thruster by its curve and the thrust that it gives, in both directions.
 
-Asked for a (N), a thruster gives T = s g a', where a' is a less what its dead zone keeps, g its own gain (times that
-astern), and s = (1 - R I / V)^2 of the sagging supply, with I going as |a|^1.5.
+Asked for a (N), a thruster gives T = s g a'. Here a' is a less the loss in its dead zone, g is its gain (times the
+gain astern), and s = (1 - R I / V)^2 comes from the sagging supply, with I proportional to |a|^1.5.
 """
 
 from dataclasses import dataclass
@@ -18,15 +18,15 @@ AHEAD_A_N15, ASTERN_A_N15 = 0.062, 0.095
 """Current over |thrust|^1.5 of a T200 at `NOMINAL_V`, from Blue Robotics' bollard pull of 2019: within 5 % from 18 N
 to 51 N ahead, and 28 N to 40 N astern."""
 LEAST_LEFT = 0.5
-"""What a supply under load is taken to leave at least: a resistance that leaves less is no resistance."""
+"""Least share of thrust assumed to remain under a sagging supply: a resistance that leaves less is not plausible."""
 ITERATIONS = 12
 
 
 @dataclass(frozen=True)
 class Losses:
-    """gain (n,): thrust of each thruster over that of its curve; astern: the same for all that push astern.
+    """gain (n,): thrust of each thruster relative to its curve; astern: a common factor for all that push astern.
 
-    start_n: what is asked before thrust begins. least_n: what is asked below gives nothing, above it all.
+    start_n: thrust asked before any thrust begins. least_n: a smaller demand gives nothing, a larger one all of it.
     resistance_ohm: of supply and cables.
     """
 
@@ -37,11 +37,11 @@ class Losses:
     resistance_ohm: float = 0.0
 
     def given(self, asked_n: Array, supply: float = 1.0) -> Array:
-        """Thrusts (n,) in N of what is asked; `supply` is that of `Supply`."""
+        """Thrusts (n,) in N that result from the thrusts asked for; `supply` is the factor of `Supply`."""
         return np.asarray(self.turned(asked_n) * self._gains(asked_n, supply))
 
     def turned(self, asked_n: Array) -> Array:
-        """The thrusts (n,) that shaft speeds tell: a weak propeller turns as fast as a good one."""
+        """Thrusts (n,) that the shaft speeds indicate: a weak propeller turns as fast as a good one."""
         size = np.abs(asked_n)
         passed = np.where(size < self.least_n, 0.0, np.maximum(size - self.start_n, 0.0))
         return np.asarray(np.sign(asked_n) * passed * self._left(asked_n))
@@ -49,14 +49,14 @@ class Losses:
     def made_up(
         self, thrust_n: Array, supply: float, gentle_n: Array, limits_n: tuple[float, float]
     ) -> tuple[Array, float]:
-        """What to ask for (n,), within the limits, so that these thrusts (n,) come, and the share of them that does:
-        where one would need more than its limit, all are scaled down together.
+        """Return the thrusts (n,) to ask for, within the limits, so that `thrust_n` (n,) results, and the share of it
+        that is achieved: if any thruster would exceed its limit, all are scaled down together.
 
-        Below `gentle_n` (n,) the dead zone's width grows in proportion to the thrust wanted: jumping over it about
-        zero, noise would throw the propellers to and fro. A thrust that can't be had becomes the nearer of nothing and
-        the least one.
+        Below `gentle_n` (n,) the dead zone's width is added in proportion to the wanted thrust: jumping over it near
+        zero, noise would throw the propellers to and fro. An unavailable thrust is rounded to zero or to the least
+        available thrust, whichever is nearer.
         """
-        # Several losses at once must not ask for more than the worst of one would.
+        # Several losses together must not raise the command more than the worst single loss.
         gains = np.maximum(self._gains(thrust_n, supply), LEAST_GAIN)
         limit_n = np.where(thrust_n < 0, -limits_n[0], limits_n[1])
         size, left, share = np.abs(thrust_n), 1.0, 1.0
@@ -78,7 +78,7 @@ class Losses:
         return max((1.0 - min(self.resistance_ohm * current / NOMINAL_V, 1.0)) ** 2, LEAST_LEFT)
 
     def _through_dead_zone(self, size_n: Array, gentle_n: Array) -> Array:
-        """Magnitudes before the dead zone of magnitudes past it."""
+        """Return the magnitudes to ask for, given the magnitudes wanted beyond the dead zone."""
         share = np.where(size_n < gentle_n, size_n / np.where(gentle_n > 0, gentle_n, 1.0), 1.0)
         asked = np.where(size_n > 0, size_n + self.start_n * share, 0.0)
         between = (asked < self.least_n) & (asked >= 0.5 * self.least_n)

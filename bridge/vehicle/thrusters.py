@@ -1,4 +1,4 @@
-"""PWM to thrust and back, thrust to wrench and back: what the propellers of a vehicle can do.
+"""Thruster model: PWM to thrust and back, thrusts to wrench and back, and the limits of both.
 
 The T200 figures are Blue Robotics' public performance data of September 2019 (bollard pull).
 """
@@ -18,11 +18,11 @@ Array = NDArray[np.float64]
 NEUTRAL_US = 1500.0
 
 TABLES = 16
-"""Thrust tables that are kept."""
+"""Number of thrust tables kept in the cache."""
 
 
 class Curve(Protocol):
-    """The static curve of one thruster between `min_n` and `max_n`."""
+    """The static curve of a thruster between `min_n` and `max_n`."""
 
     @property
     def min_n(self) -> float: ...
@@ -35,7 +35,7 @@ class Curve(Protocol):
         ...
 
     def pwm(self, thrust_n: ArrayLike) -> Array:
-        """The pulse width that gives each thrust, held at the ends; zero thrust is 1500 us."""
+        """Pulse width for each thrust, held at the ends; zero thrust is 1500 us."""
         ...
 
 
@@ -73,16 +73,16 @@ class TableCurve:
 
 
 def _inverse(pwm_us: Array, magnitude_n: Array) -> tuple[Array, Array]:
-    """Rising thrust magnitudes and their pulse widths, from the outer edge of the dead zone on."""
+    """Rising thrust magnitudes and their pulse widths, starting at the outer edge of the dead zone."""
     edge = max(int(np.count_nonzero(magnitude_n <= 0)) - 1, 0)
     return magnitude_n[edge:], pwm_us[edge:]
 
 
 @dataclass(frozen=True)
 class QuadraticCurve:
-    """thrust = limit_n o |o| with o = (pwm - 1500) / span_us, nothing within the dead band.
+    """thrust = limit_n o |o| with o = (pwm - 1500) / span_us, zero within the dead band.
 
-    A thrust smaller than the step at the band's edge can't be had: its pulse width lies inside the band.
+    Thrusts smaller than the step at the band's edge are unavailable: their pulse widths lie inside the band.
     """
 
     limit_n: float
@@ -108,10 +108,10 @@ class QuadraticCurve:
 
 
 def thrust_curve(curve: ThrustCurve, directory: Path) -> Curve:
-    """The curve of a vehicle file that lies in `directory`.
+    """Return the thrust curve of a vehicle file in `directory`.
 
-    Raises ConfigError for a table that is missing, malformed, or lacks the voltage, and for a name that leads out of
-    the directory: a vehicle file may come with a stranger's dive.
+    Raises ConfigError if a table is missing, malformed or lacks the voltage, or if its name points outside the
+    directory: a vehicle file may come with a stranger's dive.
     """
     if curve.kind == "quadratic":
         return QuadraticCurve(curve.max_n, curve.span_us, curve.dead_band_us)
@@ -129,8 +129,8 @@ def thrust_curve(curve: ThrustCurve, directory: Path) -> Curve:
 
 @lru_cache(TABLES)
 def _points(path: Path, _changed_ns: int, _size: int) -> Array:
-    """The table (n, 3) of a file: voltage, pulse width, thrust. Kept until the file changes: a diagnosis asks for it
-    thirty times."""
+    """Read a table (n, 3) of voltage, pulse width and thrust. Cached until the file changes, because a diagnosis asks
+    for it thirty times."""
     lines = path.read_text(encoding="utf-8").splitlines()
     rows = [line for line in lines if line.strip() and not line.startswith("#")]
     if not rows or rows[0].replace(" ", "") != "voltage_v,pwm_us,thrust_n":
@@ -143,8 +143,8 @@ def _points(path: Path, _changed_ns: int, _size: int) -> Array:
 
 def _table_at(path: Path, voltage_v: float) -> tuple[Array, Array]:
     try:
-        told = path.stat()
-        table = _points(path, told.st_mtime_ns, told.st_size)
+        status = path.stat()
+        table = _points(path, status.st_mtime_ns, status.st_size)
     except (OSError, UnicodeDecodeError):
         raise ConfigError(f"{path}: can't read this thrust table; check thrust_curve: file") from None
     voltages = np.unique(table[:, 0])
@@ -167,7 +167,7 @@ def _sorted(table: Array) -> Array:
 
 
 def shaft_speed(curve: ThrustCurve, thrust_n: ArrayLike) -> Array:
-    """Signed shaft speed in rev/s from T = k n |n|, k by direction."""
+    """Signed shaft speed in rev/s from T = k n |n|, with k by direction."""
     thrust = np.asarray(thrust_n, dtype=float)
     k = np.where(thrust >= 0, curve.forward_n_s2, curve.reverse_n_s2)
     speed: Array = np.sign(thrust) * np.sqrt(np.abs(thrust) / k)
@@ -175,7 +175,7 @@ def shaft_speed(curve: ThrustCurve, thrust_n: ArrayLike) -> Array:
 
 
 def allocation_matrix(configuration: Configuration) -> Array:
-    """(6, n): the wrench about the origin of one newton of each thruster, its gain included."""
+    """Wrench about the origin per newton of each thruster, shape (6, n), including each thruster's gain."""
     columns = []
     for thruster in configuration.thrusters:
         force = np.array(thruster.direction)
@@ -184,7 +184,7 @@ def allocation_matrix(configuration: Configuration) -> Array:
 
 
 class Allocator:
-    """Wrench to thrusts by the pseudo-inverse, all scaled down together where one would pass its limit."""
+    """Converts a wrench to thrusts by the pseudo-inverse; scales all down together if any would exceed its limit."""
 
     def __init__(self, configuration: Configuration, curve: Curve) -> None:
         self.matrix = allocation_matrix(configuration)
@@ -193,11 +193,11 @@ class Allocator:
         self._inverse = np.linalg.pinv(self.matrix, rcond=1e-6)
 
     def reach(self) -> Array:
-        """(6,): the largest magnitude of each component of the wrench, N and N m."""
+        """Largest magnitude of each component of the wrench, N and N m, shape (6,)."""
         return np.asarray(np.abs(self.matrix).sum(axis=1) * min(self.high_n, -self.low_n))
 
     def allocate(self, tau: ArrayLike) -> tuple[Array, Array, float]:
-        """Thrusts (n,) in N, the wrench (6,) that they make, and the scale (1 where nothing was limited)."""
+        """Return thrusts (n,) in N, the wrench (6,) that they produce, and the scale (1 if nothing was limited)."""
         thrust = self._inverse @ np.asarray(tau, dtype=float)
         worst = max(
             1.0, float(thrust.max(initial=0.0)) / self.high_n, float(thrust.min(initial=0.0)) / self.low_n
