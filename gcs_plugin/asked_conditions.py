@@ -48,7 +48,7 @@ def of_texts(texts: Mapping[str, str]) -> Conditions:
 
 
 def last_conditions(root: Path, before: Path | None = None) -> Conditions:
-    """Conditions of the newest dive under `root` with any known; with `before`, of the dives earlier than that folder."""
+    """Conditions of the newest dive under `root` that has any; with `before`, of the dives earlier than that folder."""
     # A dive without a recording so far is later than all others.
     last = order(before) if before is not None and recordings(before) else None
     for folder in reversed(described_folders(root)):

@@ -1,4 +1,4 @@
-"""Whether two names of links, as people give them, mean one."""
+"""Comparison of link names as users give them: whether two names mean the same link."""
 
 import os
 from collections.abc import Iterable
@@ -13,12 +13,15 @@ LISTENING: Final = ("udpin", "tcpin")
 
 
 def among(spec: str, others: Iterable[str]) -> bool:
-    """Whether one of `others` is the link of that name, however it is spelt."""
-    return any(same_link(spec, one) for one in others)
+    """Whether `others` contains the link named by `spec`, under any spelling."""
+    return any(same_link(spec, candidate) for candidate in others)
 
 
 def same_link(one: str, other: str) -> bool:
-    """Whether two names mean one port of this computer, or one peer; port 0 is still to be chosen, and nobody's."""
+    """Whether two names mean the same port of this computer, or the same peer.
+
+    A listening port 0 equals no other: the system still has to choose it.
+    """
     mine, theirs = _place(one), _place(other)
     if mine is None or theirs is None:
         return False
@@ -29,7 +32,10 @@ def same_link(one: str, other: str) -> bool:
 
 
 def _place(spec: str) -> tuple[str, str, int] | None:
-    """What a name means; a serial port is one at any baud rate and by any of its names. None for what is no link."""
+    """Kind, host and port that a name means; None if it is no link.
+
+    A serial port is the same at any baud rate and by any of its names.
+    """
     try:
         kind, place, number = parse_link(spec)
     except LinkSpecError:

@@ -22,7 +22,7 @@ AGAIN_S: Final = 8.0
 TOLD_S: Final = 60.0
 """How long the restoring of a deleted file is reported."""
 MOST_OPEN: Final = 64
-"""Most files kept open: a disk that fails repeatedly makes a file each time; earlier ones are as safe as they can be."""
+"""Most files kept open: a disk that fails repeatedly makes a file each time; earlier files are as safe as possible."""
 
 
 class Writer(Protocol):

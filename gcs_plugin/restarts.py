@@ -48,7 +48,7 @@ class Restart:
 
 @dataclass
 class _Run:
-    """A run of a boot clock: its last boot time, and the Unix time at boot by its first and last report, NaN if none."""
+    """A run of a boot clock: its last reading, and the Unix time at boot by its first and last reading, NaN if none."""
 
     told: Told
     first_unix_s: float
@@ -133,7 +133,7 @@ class Restarts:
 
 
 def _is_real(before: _Run, told: Told, unix_s: float) -> bool:
-    """Whether a vehicle last heard in run `before` can have rebooted within its silence, and this is no earlier boot."""
+    """Whether a vehicle last heard in run `before` can have rebooted within its silence, and has not the same boot."""
     silent_s = _arrival_s(told) - _arrival_s(before.told)
     return told.boot_s <= silent_s + CLOCK_LATE_S and not before.is_same_boot(unix_s)
 

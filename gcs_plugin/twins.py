@@ -45,7 +45,7 @@ class _Sequences:
 
 
 class _Clocks:
-    """Alternation between two boot clocks: the boot time runs back, then jumps ahead of the time that passed, and so on."""
+    """Alternation between two boot clocks: the boot time runs back, then ahead of the time that passed, and so on."""
 
     def __init__(self) -> None:
         self.turns = Turns(CLOCK_TURNS)

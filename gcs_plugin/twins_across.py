@@ -32,7 +32,7 @@ class _Clocks:
             self.told[link] = told, now_s
         if last is None or now_s - last[1] > HELD_S or _apart_s(told, last[0]) <= CLOCK_LATE_S:
             return
-        # A reboot, or a pause of the ground station, moves the clock on every link; the clocks of twins go on unchanged.
+        # A reboot, or a pause of the ground station, moves the clock on every link; clocks of twins go on unchanged.
         self.turns.change(here is not None and _apart_s(told, here[0]) <= ON_S, now_s)
 
 

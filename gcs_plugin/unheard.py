@@ -36,9 +36,10 @@ class Heard:
 
 @dataclass(slots=True)
 class _Sender:
-    """State of a component. `ahead_s` is its boot clock minus the clock of the arrivals, NaN before its first boot time.
+    """State of a component.
 
-    `open` is the latest pause, as long as no boot time has arrived after it.
+    `ahead_s` is its boot clock minus the clock of the arrivals, NaN before its first boot time; `open` is the latest
+    pause, as long as no boot time has arrived after it.
     """
 
     last_s: float
