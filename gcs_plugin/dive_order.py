@@ -20,7 +20,7 @@ from bridge.ring.whole import standing_for
 from bridge.tlog import LATEST_US
 
 GLANCE: Final = ".glance.json"
-"""File in which `seatrial dives` caches its reading of a recording, including the begin of the dive."""
+"""File in which `seatrial dives` caches its reading of a recording, including the start time of the dive."""
 _HEARD: Final = (".tlog", ".tlog.gz")
 _MADE_ELSEWHERE: Final = (".bin", ".csv")
 _STAMP: Final = struct.Struct(">Q")
@@ -43,7 +43,7 @@ def recordings(folder: Path) -> list[Path]:
 
 
 def order(folder: Path) -> tuple[float, str]:
-    """Sort key of dives, the oldest first: begin, then name; a dive without a date comes first."""
+    """Sort key of dives, the oldest first: start time, then name; a dive without a date comes first."""
     began_unix_s = began(folder)
     return (0.0 if began_unix_s is None else began_unix_s), folder.name
 
@@ -61,7 +61,7 @@ def began(folder: Path) -> float | None:
 
 @lru_cache(_KEPT)
 def _told(folder: Path, _changed_ns: int) -> float:
-    """Begin of a dive by its recording or GLANCE, cached until a file is added to or removed from the folder.
+    """Start time of a dive from its recording or GLANCE, cached until a file is added to or removed from the folder.
 
     Raises LookupError, which is not cached, if neither gives it yet.
     """
@@ -98,7 +98,7 @@ def is_date(unix_s: float) -> bool:
 
 
 def _by_glance(folder: Path) -> float:
-    """Begin of a dive from GLANCE, Unix s. Raises LookupError if it is missing, damaged or no plausible time."""
+    """Start time of a dive from GLANCE, Unix s. Raises LookupError if it is missing, damaged or not plausible."""
     try:
         began_unix_s = float(from_json(read_small(folder / GLANCE))["glance"]["began_unix_s"])
     except (OSError, ValueError, TypeError):

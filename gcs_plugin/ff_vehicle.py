@@ -23,9 +23,7 @@ from gcs_plugin.station import GROUND_STATION
 
 SEND_EVERY_S: Final = 0.5
 QUIET_S: Final = Timing().quiet_s
-UNREAD_S: Final = (
-    3.0  # of unanswered read requests, after which the vehicle may have rebooted or been replaced
-)
+UNREAD_S: Final = 3.0  # of unanswered read requests: the vehicle may have rebooted or been replaced
 CONTESTED_QUIET_S: Final = 3.0  # if two vehicles may answer: each has reported its mode by then
 TELL_SILENCE_S: Final = 1.5  # telemetry reports the mode once a second
 NOT_HEARD_S: Final = 3.0  # three heartbeats

@@ -116,8 +116,9 @@ class Fleet:
     def meant(self, now_s: float) -> Source:
         """The component with the parameters of the chosen vehicle: a companion before an autopilot.
 
-        Raises LinkTimeout if no vehicle sends HEARTBEATs, or if it was first heard so recently that a companion may
-        still follow; LinkError if several vehicles do and none is chosen, or if two vehicles share its address.
+        Raises LinkTimeout if no vehicle, or not the chosen vehicle, sends HEARTBEATs, or if it was first heard so
+        recently that a companion may still follow; LinkError if several vehicles send HEARTBEATs and none is chosen, or
+        if two vehicles share its address.
         """
         systems = self.systems(now_s)
         if self.chosen is not None:

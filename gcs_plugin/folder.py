@@ -1,4 +1,4 @@
-"""Dive folders: `dives/2026-11-20T0912Z-hovering/` with `telemetry.tlog` and `dive.yaml`, sorted by begin (UTC)."""
+"""Dive folders: `dives/2026-11-20T0912Z-hovering/` with `telemetry.tlog` and `dive.yaml`, sorted by start (UTC)."""
 
 import contextlib
 import re
@@ -178,7 +178,7 @@ def _in_order(root: Path, wanted: Callable[[Path], bool]) -> list[DiveFolder]:
 
 
 def find_folder(path: Path) -> DiveFolder:
-    """The dive folder `path`. Raises LogError if it is missing, or holds neither a recording nor `dive.yaml`."""
+    """The dive folder `path`. Raises LogError if it is missing, a file, or has neither a recording nor `dive.yaml`."""
     if not path.exists():
         raise LogError(f"{path}: no such dive folder; check the name")
     if not path.is_dir():

@@ -76,7 +76,7 @@ class Holding:
 
     @property
     def began_unix_s(self) -> float:
-        """Begin of its dive, Unix s; the time of the last state if `began_utc` can't be read."""
+        """Start time of its dive, Unix s; the time of the last state if `began_utc` can't be read."""
         try:
             began = datetime.fromisoformat(self.began_utc)
         except ValueError:
@@ -127,7 +127,10 @@ def held_beside(now_unix_s: float) -> list[Holding]:
 
 
 def hung(now_unix_s: float, silent_s: float = FRESH_S) -> Holding | None:
-    """The recording that hangs: its process runs and keeps its links, but its state is older than `silent_s`."""
+    """The recording that hangs: its process runs and keeps its links, but its state is older than `silent_s`.
+
+    None if there is none, or if the state is older than FORGOTTEN_S.
+    """
     holding = _told_within(now_unix_s, FORGOTTEN_S)
     if holding is None or abs(now_unix_s - holding.written_unix_s) <= silent_s:
         return None

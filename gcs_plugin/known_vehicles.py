@@ -30,7 +30,7 @@ class KnownVehicle:
 
 
 class KnownVehicles:
-    """Table of the vehicles heard. Takes every frame of all links, but decodes only HEARTBEATs and those with FF_MODE."""
+    """Table of the vehicles heard. Takes every frame of all links; decodes only HEARTBEATs and reports of FF_MODE."""
 
     def __init__(self) -> None:
         self._known: Senders[KnownVehicle] = Senders()

@@ -106,7 +106,7 @@ class LinkHealth:
                 return
             self._count_kinds()
         else:
-            # Time runs back when a replay is set back: update the place then too.
+            # The time runs back when a replay is set back: refresh the sender's place then too.
             if not 0.0 <= time_s - source.placed_s < PLACED_EVERY_S:
                 self._sources.put(key, time_s, source)
                 source.placed_s = time_s

@@ -22,13 +22,13 @@ def same_link(one: str, other: str) -> bool:
 
     A listening port 0 equals no other: the system still has to choose it.
     """
-    mine, theirs = _place(one), _place(other)
-    if mine is None or theirs is None:
+    first, second = _place(one), _place(other)
+    if first is None or second is None:
         return False
-    kind, host, port = mine
-    if kind in LISTENING and (kind, port) == (theirs[0], theirs[2]):
-        return port != 0 and (host == theirs[1] or EVERYWHERE in (host, theirs[1]))
-    return mine == theirs
+    kind, host, port = first
+    if kind in LISTENING and (kind, port) == (second[0], second[2]):
+        return port != 0 and (host == second[1] or EVERYWHERE in (host, second[1]))
+    return first == second
 
 
 def _place(spec: str) -> tuple[str, str, int] | None:

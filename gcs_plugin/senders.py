@@ -11,7 +11,10 @@ T = TypeVar("T")
 
 
 class Senders(Generic[T]):
-    """At most MOST_SENDERS entries. When full, a sender silent for over `GONE_S` is replaced, an active sender never."""
+    """Table of at most MOST_SENDERS entries.
+
+    When it is full, a sender silent for more than `GONE_S` is replaced, an active sender never.
+    """
 
     def __init__(self) -> None:
         # In the order in which the senders were last heard.

@@ -253,9 +253,7 @@ class Upload:
         elif not self._needs_commit:
             self._enter_live(time_s)
         elif self._asked_to_commit:
-            self._enter_commit(
-                time_s
-            )  # the vehicle rebooted after the commit: it may already fly the new set
+            self._enter_commit(time_s)  # rebooted after the commit: it may already fly the new set
         else:
             self._looks = True
             self._transfer = self._transfer_of([confirm(ACTIVE, self._plan.present[ACTIVE])], time_s)
