@@ -1,1 +1,1 @@
-"""The ground: record, replay, parameters (plan, apply, verify, roll back), doctor, the MAVProxy adapter."""
+"""The ground station: record, replay, parameters (plan, apply, verify, roll back), doctor, the MAVProxy adapter."""

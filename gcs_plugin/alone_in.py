@@ -1,5 +1,8 @@
-"""One program at a time that reads, changes and writes what lies in a folder: the folder itself is locked, so that no
-file is left behind, and the system lets go of it where a process is killed."""
+"""Lock of a folder for a read-change-write by a single program at a time.
+
+The folder itself is locked, so that no lock file is left behind, and the operating system releases the lock when its
+process is killed.
+"""
 
 import contextlib
 import os
@@ -11,13 +14,13 @@ from typing import Final
 from gcs_plugin.file_lock import locked
 
 PATIENCE_S: Final = 2.0
-"""A change takes milliseconds: who holds the folder for longer hangs, and no note waits for that."""
+"""A change takes milliseconds: a program that holds the folder for longer hangs, and no note waits for that."""
 RETRY_S: Final = 0.005
 
 
 @contextlib.contextmanager
 def alone_in(folder: Path) -> Iterator[None]:
-    """While no other program is in it so; where folders can't be locked, or one is held for too long, all the same."""
+    """Context with the folder locked; without the lock if folders can't be locked or PATIENCE_S have passed."""
     held = None
     with contextlib.suppress(OSError):
         held = os.open(folder, os.O_RDONLY)

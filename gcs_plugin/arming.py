@@ -1,4 +1,4 @@
-"""Arming and disarming a vehicle, with its own answer."""
+"""Arming and disarming a vehicle, confirmed by its COMMAND_ACK."""
 
 from typing import Final
 
@@ -16,7 +16,10 @@ WITHIN_S: Final = 5.0
 
 
 def arm(link: Link, clock: Clock, target: tuple[int, int]) -> None:
-    """Arm the vehicle `target` (system, component). Raises LinkError where it refuses, LinkTimeout where it is mute."""
+    """Arm the vehicle `target` (system, component).
+
+    Raises LinkError if it refuses, LinkTimeout if it does not answer within WITHIN_S.
+    """
     _order(link, clock, target, 1.0, "arm")
 
 

@@ -1,4 +1,4 @@
-"""Conditions as a person gives them: a text for each, empty for what is not known; and those of last time."""
+"""A dive's conditions as entered in a form: a text for each field, empty if not known; and those of the last dive."""
 
 from collections.abc import Mapping
 from dataclasses import fields
@@ -18,35 +18,38 @@ TITLES: Mapping[str, str] = {
     "payload": "payload, what it is",
     "weather": "weather and sea",
 }
-"""What a form asks, by field."""
+"""Labels of the form, by field."""
 
 
 def texts_of(conditions: Conditions) -> dict[str, str]:
-    """What a form shows of them, by field."""
-    found = {one.name: getattr(conditions, one.name) for one in fields(Conditions)}
-    return {name: "" if value is None else f"{value}".removesuffix(".0") for name, value in found.items()}
+    """Texts of the conditions for a form, by field."""
+    values = {field.name: getattr(conditions, field.name) for field in fields(Conditions)}
+    return {name: "" if value is None else f"{value}".removesuffix(".0") for name, value in values.items()}
 
 
 def mistakes(texts: Mapping[str, str]) -> dict[str, str]:
-    """What is wrong with the texts, in a sentence by field; none where they are conditions."""
-    found = {name: _mistake(name, _bare(texts, name)) for name in LIMITS}
-    return {name: sentence for name, sentence in found.items() if sentence}
+    """Error sentence for each field with an invalid text; empty if all texts are valid."""
+    sentences = {name: _mistake(name, _bare(texts, name)) for name in LIMITS}
+    return {name: sentence for name, sentence in sentences.items() if sentence}
 
 
 def of_texts(texts: Mapping[str, str]) -> Conditions:
-    """Conditions from a text for each field; one that is missing or empty is not known. Raises ConfigError."""
+    """Conditions from the texts; a field whose text is missing or empty is not known.
+
+    Raises ConfigError for invalid texts.
+    """
     if wrong := mistakes(texts):
         raise ConfigError(". ".join(f"{name}: {sentence}" for name, sentence in wrong.items()))
     values: dict[str, float | str | None] = {}
-    for one in fields(Conditions):
-        text = _bare(texts, one.name)
-        values[one.name] = text if one.name not in LIMITS else _number(text) if text else None
+    for field in fields(Conditions):
+        text = _bare(texts, field.name)
+        values[field.name] = text if field.name not in LIMITS else _number(text) if text else None
     return Conditions(**values)  # type: ignore[arg-type]
 
 
 def last_conditions(root: Path, before: Path | None = None) -> Conditions:
-    """Those of the newest dive under `root`, earlier than the folder `before`, of which any are known."""
-    # A dive of which nothing is recorded yet is later than all.
+    """Conditions of the newest dive under `root` that has any; with `before`, of the dives earlier than that folder."""
+    # A dive without a recording so far is later than all others.
     last = order(before) if before is not None and recordings(before) else None
     for folder in reversed(described_folders(root)):
         if before is not None and folder.path.resolve() == before.resolve():
@@ -67,12 +70,12 @@ def _bare(texts: Mapping[str, str], name: str) -> str:
 
 
 def _number(text: str) -> float:
-    """Raises ValueError."""
+    """Number in a text, with a decimal point or comma. Raises ValueError."""
     return float(text.replace(",", "."))
 
 
 def _mistake(name: str, text: str) -> str:
-    """What is wrong with the text of a number, "" for nothing."""
+    """Error sentence for the text of a number, "" if it is valid or empty."""
     if not text:
         return ""
     try:

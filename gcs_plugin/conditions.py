@@ -1,4 +1,4 @@
-"""What a dive was made under, that later explains a gap: water, tether, ballast, payload, weather."""
+"""Conditions of a dive that may later explain a sim-to-real gap: water, tether, ballast, payload, weather."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -19,10 +19,10 @@ LIMITS: Final[Mapping[str, tuple[float, float]]] = {
 
 @dataclass(frozen=True)
 class Conditions:
-    """None and "" stand for what nobody has said.
+    """Conditions of a dive; None and "" mean not known.
 
-    `salinity` is practical: 0 for fresh water, 35 for the ocean. `ballast_kg` and `payload_kg` are masses in air over
-    what the vehicle file's dry mass holds; less than none is what was taken off.
+    `salinity` is practical salinity: 0 for fresh water, 35 for the ocean. `ballast_kg` and `payload_kg` are masses in
+    air in addition to the vehicle file's dry mass; negative for removed mass.
     """
 
     water_temperature_c: float | None = None
@@ -41,20 +41,20 @@ class Conditions:
 
     @property
     def density_kg_m3(self) -> float | None:
-        """Of the water, where both temperature and salinity are known."""
+        """Density of the water, None unless both temperature and salinity are known."""
         if self.water_temperature_c is None or self.salinity is None:
             return None
         return density_kg_m3(self.water_temperature_c, self.salinity)
 
     @property
     def carried_kg(self) -> float:
-        """Over the vehicle file's dry mass."""
+        """Ballast and payload in addition to the vehicle file's dry mass."""
         return (self.ballast_kg or 0.0) + (self.payload_kg or 0.0)
 
     @property
     def words(self) -> str:
-        """All that is known, in one line; "" where nothing is."""
-        found = [
+        """All known conditions in a line of text; "" if none is known."""
+        numbers = [
             f"{title} {value:g}{f' {unit}' if unit else ''}"
             for title, unit, value in (
                 ("water", "°C", self.water_temperature_c),
@@ -65,14 +65,14 @@ class Conditions:
             )
             if value is not None
         ]
-        return ", ".join([*found, *filter(None, (self.payload, self.weather))])
+        return ", ".join([*numbers, *filter(None, (self.payload, self.weather))])
 
 
 def why_not(name: str, value: float) -> str:
-    """Why a number can't be that condition, "" where it can; NaN can't."""
+    """Why a value is out of the limits of its field, "" if it is within them; NaN is not."""
     least, most = LIMITS[name]
     return "" if least <= value <= most else f"must lie from {least:g} to {most:g}, it is {value:g}"
 
 
 NOTHING_SAID: Final = Conditions()
-NAMES: Final = tuple(one.name for one in fields(Conditions))
+NAMES: Final = tuple(field.name for field in fields(Conditions))

@@ -1,4 +1,4 @@
-"""How long the disk lasts for what is being recorded, and a warning before it is full."""
+"""Time until the disk is full at the rate of the recording, and a warning before that."""
 
 from collections.abc import Callable
 from typing import Final
@@ -7,13 +7,14 @@ LOOK_EVERY_S: Final = 2.0
 WARN_S: Final = 600.0
 LEAST_FREE_BYTES: Final = 1_000_000
 MEAN_OVER_S: Final = 60.0
-"""The time left is told by the mean rate over about so long, of what came while something came."""
+"""Averaging time of the rate for `left_s`; periods without data do not count."""
 
 
 class DiskLeft:
-    """`free_bytes` tells the space left where the files lie, or raises OSError; `warn` hears a sentence.
+    """Watches the free space of the recording's disk.
 
-    `left_s` is how long the disk lasts for what comes, be it written or not; inf where nothing comes.
+    `free_bytes` returns the free space on the disk, or raises OSError; `warn` is called with a sentence. `left_s` is
+    the time until the disk is full at the rate of the arriving bytes, written or not; inf if nothing arrives.
     """
 
     def __init__(self, free_bytes: Callable[[], int], warn: Callable[[str], None], now_s: float) -> None:
@@ -26,15 +27,15 @@ class DiskLeft:
 
     @property
     def has_room(self) -> bool:
-        """Whether another file may be begun."""
+        """Whether there is room to begin another file."""
         return (self._space() or 0) >= LEAST_FREE_BYTES
 
     def came(self, count: int) -> None:
-        """So many bytes came over a link."""
+        """`count` bytes arrived over a link."""
         self._bytes += count
 
     def look(self, now_s: float) -> None:
-        """See now and then what is left."""
+        """Update `left_s` and warn if the disk is nearly full; does so every LOOK_EVERY_S."""
         if now_s < self._due_s:
             return
         self._due_s = now_s + LOOK_EVERY_S
@@ -47,7 +48,7 @@ class DiskLeft:
         if free is None:
             return
         left_s = free / rate if rate > 0 else float("inf")
-        if rate > 0:  # a silence changes nothing of how fast it comes once it comes
+        if rate > 0:  # a silence does not change the rate at which bytes arrive after it
             self._came_for_s = min(self._came_for_s + span_s, MEAN_OVER_S)
             self._mean_rate += min(span_s / self._came_for_s, 1.0) * (rate - self._mean_rate)
         self.left_s = free / self._mean_rate if rate > 0 else float("inf")
@@ -58,7 +59,7 @@ class DiskLeft:
         self._is_short = short
 
     def _space(self) -> int | None:
-        """Bytes left for files; None on a disk that is not there, of which who writes to it tells."""
+        """Free bytes; None if the disk is not there, which the writer of the files reports."""
         try:
             return self._free_bytes()
         except OSError:

@@ -1,4 +1,4 @@
-"""How long a recording lasts by its first and last stamp: known at once, for nothing between them is read."""
+"""Length of a dive from the first and last stamp of its recording: quick, as nothing in between is read."""
 
 from collections import Counter
 from functools import lru_cache
@@ -12,14 +12,14 @@ from bridge.tlog import next_record
 from gcs_plugin.dive_order import first_stamp_s, number, recordings
 
 TAIL_BYTES: Final = 4096
-"""At the end of a recording: some fifty frames."""
+"""Bytes read at the end of a recording: some fifty frames."""
 LONGEST_S: Final = 30 * 86_400.0
-"""A longer time between two stamps is that of a damaged one."""
+"""A longer time between two stamps means that a stamp is damaged."""
 _KEPT: Final = 4096
 
 
 def length_s(folder: Path) -> float | None:
-    """Seconds from the first frame of a dive folder's `.tlog` to the last; None where no such stamps tell it."""
+    """Seconds from the first to the last frame of a dive folder's recordings; None without valid stamps."""
     try:
         files = standing_for(sorted(recordings(folder), key=number))
     except LogError:
@@ -32,7 +32,7 @@ def length_s(folder: Path) -> float | None:
 
 
 def _last_stamp_s(file: Path) -> float | None:
-    """When the last intact frame of a plain recording was heard; None where its end tells none."""
+    """Stamp of the last intact frame of a plain `.tlog`, Unix s; None if there is none near its end."""
     try:
         state = file.stat()
         if not file.name.endswith(".tlog") or not S_ISREG(state.st_mode):

@@ -1,6 +1,6 @@
-"""Which folders hold a dive, and which dive is the newest: one answer for all that list or choose dives.
+"""The recordings of dive folders and the order of dives, common to all commands that list or choose dives.
 
-It is asked for several times a second, so it reads no recording but for its first stamp, and that once.
+Called several times a second, so it reads only the first stamp of a recording, and caches it.
 """
 
 import gzip
@@ -20,7 +20,7 @@ from bridge.ring.whole import standing_for
 from bridge.tlog import LATEST_US
 
 GLANCE: Final = ".glance.json"
-"""What `seatrial dives` keeps beside a recording that it has read, with when it began."""
+"""File in which `seatrial dives` caches its reading of a recording, including the start time of the dive."""
 _HEARD: Final = (".tlog", ".tlog.gz")
 _MADE_ELSEWHERE: Final = (".bin", ".csv")
 _STAMP: Final = struct.Struct(">Q")
@@ -28,25 +28,30 @@ _KEPT: Final = 4096
 
 
 def recordings(folder: Path) -> list[Path]:
-    """The recordings of a dive folder by name, `telemetry.tlog` and such, whether they can be opened or not."""
+    """Recordings of a dive folder, sorted by name, whether they can be opened or not.
+
+    These are `telemetry*.tlog` and `.tlog.gz`, or without any, `telemetry.*` files in .bin or .csv. Empty if the folder
+    can't be read.
+    """
     try:
         names = [name for name in sorted(os.listdir(folder)) if name.startswith("telemetry")]
     except OSError:
         return []
     heard = [name for name in names if name.endswith(_HEARD)]
-    other = [n for n in names if n.startswith("telemetry.") and n.lower().endswith(_MADE_ELSEWHERE)]
-    return [folder / name for name in heard or other]
+    imported = [n for n in names if n.startswith("telemetry.") and n.lower().endswith(_MADE_ELSEWHERE)]
+    return [folder / name for name in heard or imported]
 
 
 def order(folder: Path) -> tuple[float, str]:
-    """What dives are sorted by, the oldest first: when it began, then its name; what nothing dates is the oldest."""
+    """Sort key of dives, the oldest first: start time, then name; a dive without a date comes first."""
     began_unix_s = began(folder)
     return (0.0 if began_unix_s is None else began_unix_s), folder.name
 
 
 def began(folder: Path) -> float | None:
-    """Unix time at which a dive began: by the first stamp of its recorder, else as it was told by whoever read its
-    recording, else by the folder's name; None where nothing tells it.
+    """Unix time at which a dive began; None if unknown.
+
+    From the first stamp of its recording, otherwise from GLANCE, otherwise from the folder's name.
     """
     try:
         return _told(folder, folder.stat().st_mtime_ns)
@@ -56,8 +61,10 @@ def began(folder: Path) -> float | None:
 
 @lru_cache(_KEPT)
 def _told(folder: Path, _changed_ns: int) -> float:
-    """What a recording tells; raises LookupError, and is not kept, where none does yet. A folder changes with what is
-    put into it or taken away."""
+    """Start time of a dive from its recording or GLANCE, cached until a file is added to or removed from the folder.
+
+    Raises LookupError, which is not cached, if neither gives it yet.
+    """
     files = recordings(folder)
     first = next(iter(standing_for(sorted(files, key=number))), None)
     stamp_s = first_stamp_s(first) if first is not None else None
@@ -65,13 +72,13 @@ def _told(folder: Path, _changed_ns: int) -> float:
 
 
 def number(recording: Path) -> int:
-    """1 for `telemetry.tlog`, 2 for `telemetry.2.tlog`, the one that the recorder began next."""
+    """Number of a recording within its dive: 1 for `telemetry.tlog`, 2 for `telemetry.2.tlog`."""
     middle = recording.name.removeprefix("telemetry").partition("tlog")[0].strip(".")
     return int(middle) if middle.isdecimal() else 1
 
 
 def first_stamp_s(file: Path) -> float | None:
-    """When the first frame of a recording was heard; None where there is none, or it bears no time."""
+    """Stamp of the first frame of a recording, Unix s; None if it has no frame or no valid stamp, or can't be read."""
     try:
         if not file.name.endswith(_HEARD) or not stat.S_ISREG(file.stat().st_mode):
             return None
@@ -86,12 +93,12 @@ def first_stamp_s(file: Path) -> float | None:
 
 
 def is_date(unix_s: float) -> bool:
-    """Whether a calendar has it, and some clock may have said so."""
+    """Whether a Unix time is plausible: not before 1970, and before the latest valid stamp."""
     return 0.0 <= unix_s < LATEST_US * 1e-6
 
 
 def _by_glance(folder: Path) -> float:
-    """Raises LookupError."""
+    """Start time of a dive from GLANCE, Unix s. Raises LookupError if it is missing, damaged or not plausible."""
     try:
         began_unix_s = float(from_json(read_small(folder / GLANCE))["glance"]["began_unix_s"])
     except (OSError, ValueError, TypeError):

@@ -1,15 +1,15 @@
-"""Switching the feed-forward: FF_MODE is sent until the vehicle has said twice over that it is so. Pure.
+"""Switching the feed-forward: send FF_MODE until two independent reports of the vehicle confirm the mode. Pure.
 
-An answer may be the echo of a write that the vehicle then did not keep. So the last word has a read-back that is asked
-for after a quiet period, and the telemetry, which the vehicle makes from the mode that it flies; where either says
-something else, all begins anew. Nothing here gives up: who drives it may.
+An answer may be the echo of a write that the vehicle then did not keep. So the mode is confirmed by a read-back,
+requested after a quiet period, together with the telemetry, which the vehicle derives from the mode that it flies. If
+either reports another mode, the switch starts again. The state machine never gives up; its caller may.
 
-OFF waits for nobody: it is sent from the first tick to whoever is known from before, heard or not, and to the system
-that is named, known or not, since a link may carry one way only. It is done by the vehicle's own words alone.
+OFF waits for nothing. It is sent from the first tick to every vehicle known from before, heard now or not, and to the
+named system, known or not, since a link may carry one way only. Only the vehicle's own reports end it.
 
-Any other mode gives way to OFF: it is sent until the vehicle has said once that it took it, and only asked for from
-then on. Where the vehicle says another mode after that, or off where it was raised before, or another program of this
-computer has ordered OFF, it is sent no more and that is its refusal.
+Any other mode yields to OFF: it is sent until the vehicle has confirmed it once, and after that only requested. If the
+vehicle then reports another mode, or reports off although it was raised before, or another program on this computer
+has ordered OFF, the mode is not sent any more and the switch is refused.
 """
 
 from collections.abc import Iterable
@@ -30,18 +30,19 @@ from gcs_plugin.params.transfer import Source
 from gcs_plugin.station import GROUND_STATION
 
 NEVER_HEARD: Final = (1, dialect.MAV_COMP_ID_ONBOARD_COMPUTER)
-"""The components that are sent OFF in a system that nobody has heard: a bridge's own, or that of a companion."""
+"""Components that OFF is sent to in a system that was never heard: the bridge has either of these ids."""
 
 
 class Switch:
-    """Brings the feed-forward to `mode`: of `system`, or of every vehicle that is heard where that is None.
+    """Switches the feed-forward of `system`, or of every vehicle heard if that is None, to `mode`.
 
-    Give it every frame of a link (or what it is to know of them), send what `tick` returns, until it is `done`. While
-    `twins` says that two vehicles share one address nobody can tell whether both obeyed: another mode than off is sent
-    on and never done, off is done by what was answered, once nothing says otherwise for longer, and says so.
+    Pass every frame of a link to `on_frame` (or its content to the other `on_` methods) and send the messages that
+    `tick` returns, until `done`. While `twins` says that two vehicles share an address, it is unknown whether both
+    obeyed: a mode other than off is sent on and never done; off is done when the answers confirm it and nothing
+    contradicts them for a longer quiet period, and `words` says so.
 
-    `known` are those who were heard before, by the clock of `tick`: with `system`, they are sent off at once.
-    `was` is the mode before, where it is known. Set `overruled` where another program has ordered OFF since.
+    `known` are vehicles heard before, with times on the clock of `tick`; off is sent to them at once. `was` is the mode
+    before the switch, off if unknown. Set `overruled` when another program has ordered OFF since.
     """
 
     def __init__(
@@ -67,55 +68,55 @@ class Switch:
 
     @property
     def done(self) -> bool:
-        """Whether every vehicle that has a feed-forward has said by both ways that it is so, at one time."""
+        """Whether every vehicle with a feed-forward confirms the mode, by read-back and telemetry, at the same time."""
         having = [vehicle for vehicle in self._vehicles.values() if not vehicle.lacks_it]
         certain = self.mode is Mode.OFF or not self.twins
         return self._was_done or (bool(having) and certain and all(v.in_mode for v in having))
 
     @property
     def waits_for(self) -> tuple[int, ...]:
-        """The systems that have a feed-forward and are not known to be in the mode."""
+        """Systems with a feed-forward that have not confirmed the mode."""
         return tuple(n for n, v in sorted(self._vehicles.items()) if not v.lacks_it and not v.in_mode)
 
     @property
     def silent(self) -> tuple[int, ...]:
-        """The systems that it waits for, where none of them has been heard since it began."""
+        """The systems in `waits_for` if none of them has been heard since the switch began; otherwise empty."""
         waits_for = self.waits_for
         return () if any(self._vehicles[n].heard_s is not None for n in waits_for) else waits_for
 
     @property
     def sent(self) -> int:
-        """How often the mode was sent."""
+        """Number of times that the mode was sent, to all vehicles."""
         return sum(vehicle.sent for vehicle in self._vehicles.values())
 
     @property
     def heard(self) -> bool:
-        """Whether any vehicle is heard, not only known from before."""
+        """Whether any vehicle was heard since the switch began, as opposed to known from before."""
         return any(vehicle.heard_s is not None for vehicle in self._vehicles.values())
 
     @property
     def lacking(self) -> bool:
-        """Whether all that is heard has no feed-forward."""
+        """Whether no vehicle that was heard has a feed-forward."""
         return self.heard and all(vehicle.lacks_it for vehicle in self._vehicles.values())
 
     @property
     def refusal(self) -> str:
-        """What a vehicle has said against it, "" for nothing; a second late where its words are not heard.
+        """Why a vehicle refuses the mode, "" if it does not; delayed by a second if its explanation does not arrive.
 
-        Of another mode than off also that OFF was ordered, or the mode taken back: then nothing more is sent.
+        For a mode other than off, also that OFF was ordered or the mode was lowered: then nothing more is sent.
         """
         if self._gives_way:
             return self._way_given
-        said = (
+        reasons = (
             f"vehicle {n}: {v.against()}"
             for n, v in self._vehicles.items()
             if v.explained(self._now_s) and v.answer != self.mode
         )
-        return "; ".join(said)
+        return "; ".join(reasons)
 
     @property
     def words(self) -> str:
-        """What is seen, as of the last tick, in a sentence without an end."""
+        """State of every vehicle as of the last tick, as a sentence without a full stop."""
         if self._gives_way and not self.done:
             return self._way_given
         seen = [
@@ -135,13 +136,13 @@ class Switch:
         return [m for vehicle in self._vehicles.values() for m in vehicle.tick(now_s, bool(self.twins))]
 
     def again(self) -> None:
-        """Order it once more, of those too that have done it: one of them may have been switched since."""
+        """Order the mode again, also from vehicles that have confirmed it: they may have been switched since."""
         self._was_done = False
         for vehicle in self._vehicles.values():
             vehicle.again(self._now_s)
 
     def on_frame(self, frame: Frame, now_s: float) -> None:
-        """A frame arrived; of any kind."""
+        """A frame of any kind arrived."""
         source = (frame.system, frame.component)
         if frame.message_id in _READINGS:
             reading = decode_reading(frame)
@@ -152,7 +153,7 @@ class Switch:
             if message is None:
                 return
             if frame.message_id == dialect.MAVLINK_MSG_ID_STATUSTEXT:
-                # Whoever speaks is no vehicle for it: only one that is known is listened to.
+                # A STATUSTEXT does not make its sender a vehicle: only known vehicles are listened to.
                 if source[0] in self._vehicles:
                     self._vehicles[source[0]].on_text(message.text)
             elif frame.message_id == dialect.MAVLINK_MSG_ID_PARAM_VALUE:
@@ -161,7 +162,7 @@ class Switch:
                 self.on_error(message.param_id, message.error, source, now_s)
 
     def on_reading(self, reading: Reading, source: Source, now_s: float) -> None:
-        """A heartbeat or what the vehicle tells of its mode; other readings say nothing here."""
+        """A HEARTBEAT, or the FF_MODE in a vehicle's telemetry; other readings are ignored."""
         if reading.signal == "ff_mode":
             self._of(source, now_s).on_told(reading.values[0], source, now_s)
         elif reading.signal == "alive":
@@ -190,17 +191,15 @@ class Switch:
         raised = word(self.mode)
         if self.overruled:
             return f"OFF was ordered meanwhile and wins: {raised} is sent no more; look, and ask again if need be"
-        said = "; ".join(
+        lowered = "; ".join(
             f"vehicle {n}: it says {word(v.other or 0.0)} after {word(self.mode if v.taken else v.was)}"
             for n, v in sorted(self._vehicles.items())
             if v.lowered
         )
-        return (
-            f"{said}, as if another has switched it: {raised} is sent no more; look, and ask again if need be"
-        )
+        return f"{lowered}, as if another has switched it: {raised} is sent no more; look, and ask again if need be"
 
     def _of(self, source: Source, now_s: float) -> SwitchedVehicle:
-        """The vehicle of a source; one that is not asked for is watched by nobody."""
+        """The vehicle of a source; for a system that is not to be switched, a new object that is then discarded."""
         if self._system not in (None, source[0]):
             return SwitchedVehicle(self.mode, now_s)
         return self._vehicles.setdefault(source[0], SwitchedVehicle(self.mode, now_s, was=self._was))

@@ -1,8 +1,9 @@
-"""One vehicle on its way to a mode: whom to send what and when, what it has answered and told, and its words. Pure.
+"""Switching one vehicle's FF_MODE: messages to send and when, its answers and telemetry, and its state in words. Pure.
 
-    SEND (every 0.5 s, each time with a question) -> QUIET (its answer and its telemetry say so) -> READ -> done
+    SEND (every 0.5 s, each time with a read request) -> QUIET (once its answer and its telemetry report the mode)
+    -> READ -> DONE
 
-`ff_switch` says why.
+`ff_switch` gives the reasons.
 """
 
 from dataclasses import dataclass, field
@@ -22,12 +23,12 @@ from gcs_plugin.station import GROUND_STATION
 
 SEND_EVERY_S: Final = 0.5
 QUIET_S: Final = Timing().quiet_s
-UNREAD_S: Final = 3.0  # of questions without an answer, after which the vehicle may be another than it was
-CONTESTED_QUIET_S: Final = 3.0  # where two may answer: each of them has told its mode by then
-TELL_SILENCE_S: Final = 1.5  # telemetry says the mode once a second
-NOT_HEARD_S: Final = 3.0  # three beats
-AGAIN_S: Final = QUIET_S  # a mode that is told again after so long is no answer that overtook another
-REASON_S: Final = 1.0  # a refusal's words come with it, or with that of the next write
+UNREAD_S: Final = 3.0  # of unanswered read requests: the vehicle may have rebooted or been replaced
+CONTESTED_QUIET_S: Final = 3.0  # if two vehicles may answer: each has reported its mode by then
+TELL_SILENCE_S: Final = 1.5  # telemetry reports the mode once a second
+NOT_HEARD_S: Final = 3.0  # three heartbeats
+AGAIN_S: Final = QUIET_S  # a mode reported again after this time is no answer that overtook another
+REASON_S: Final = 1.0  # the text of a refusal arrives with it, or with the refusal of the next write
 
 REFUSED: Final = "FF_MODE refused: "
 NOT_FROM_HERE: Final = f"orders from system {GROUND_STATION[0]} are refused"
@@ -45,9 +46,13 @@ class Stage(Enum):
 
 @dataclass
 class SwitchedVehicle:
-    """One system on its way to `mode`; `holder` is the component that has said FF_MODE, or that would have it.
+    """A system that is being switched to `mode`.
 
-    `before_s` is when it was last heard before the switch, `heard_s` since; `unheard` are sent OFF blindly.
+    `holder` is the component that has reported FF_MODE, `beating` are components that send HEARTBEATs, `lacking`
+    components without FF_MODE; `unheard` are components that OFF is sent to blindly. `before_s` is the time when the
+    vehicle was last heard before the switch, `heard_s` since. `answer` is its last PARAM_VALUE, `told` its last
+    telemetry, `was` the mode before the switch; `taken`: it has confirmed a mode other than off once; `lowered`: it
+    then left that mode.
     """
 
     mode: Mode
@@ -79,13 +84,14 @@ class SwitchedVehicle:
 
     @property
     def lacks_it(self) -> bool:
-        """Whether all of it that beats says that it has no such parameter."""
+        """Whether every component that sends HEARTBEATs has answered that it has no FF_MODE."""
         return self.holder is None and bool(self.lacking) and self.beating <= self.lacking
 
     def targets(self, now_s: float) -> list[Source]:
-        """Whom to send to: who told FF_MODE, else who beats, a companion before an autopilot.
+        """Components to send to: the holder of FF_MODE, otherwise one that sends HEARTBEATs, a companion first.
 
-        Another mode than off waits before it takes an autopilot, until a companion had time to beat.
+        A mode other than off waits until a companion has had time to send a HEARTBEAT. If no component sends
+        HEARTBEATs, those in `unheard`.
         """
         if self.holder is not None:
             return [self.holder]
@@ -98,17 +104,17 @@ class SwitchedVehicle:
 
     @property
     def in_mode(self) -> bool:
-        """Whether it has said by both ways that it is so, and nothing else since."""
+        """Whether read-back and telemetry have confirmed the mode, and telemetry has reported no other mode since."""
         return self.stage is Stage.DONE and self.told == self.mode
 
     def again(self, now_s: float) -> None:
-        """Send anew what was done once."""
+        """Send the mode again after it was done."""
         if self.stage is Stage.DONE:
             self.stage, self.due_s, self.answer, self.told = Stage.SEND, now_s, None, None
             self.first_s = self.answered_s = now_s
 
     def know(self, vehicle: KnownVehicle) -> None:
-        """It was heard before, as this."""
+        """Take over what is known from before the switch."""
         self.before_s = max(self.before_s or vehicle.heard_s, vehicle.heard_s)
         self.beating.add(vehicle.source)
         if vehicle.holds:
@@ -121,7 +127,7 @@ class SwitchedVehicle:
     def tick(self, now_s: float, contested: bool) -> list[Any]:
         self.contested = contested
         unread = self.stage is Stage.READ and now_s >= self.last_s + self._quiet_s + UNREAD_S
-        # Off is worth its answer even where two may have given it; any other mode is not.
+        # For off, an answer counts even if two vehicles may have given it; for any other mode it does not.
         if unread or (contested and self.mode is not Mode.OFF):
             self._send_again()
         targets = self.targets(now_s)
@@ -182,17 +188,19 @@ class SwitchedVehicle:
             self.shadow = text
 
     def against(self) -> str:
-        """What it has against the mode: its own words where they were heard, and what to do."""
-        said = [self.refusal, self.reason, self.shadow]
-        return ": ".join(filter(None, said)) + (f"; {ADVICE}" if self.shadow else "")
+        """Why the vehicle refuses the mode, in its own words if they arrived, and the advice for the operator."""
+        reasons = [self.refusal, self.reason, self.shadow]
+        return ": ".join(filter(None, reasons)) + (f"; {ADVICE}" if self.shadow else "")
 
     def explained(self, now_s: float) -> bool:
-        """Whether all has been heard that it has against the mode, or time enough has gone for it."""
+        """Whether a refusal and all of its explanation have arrived, or REASON_S have passed since the refusal."""
         whole = bool(self.reason) and (self.reason != ARMED or bool(self.shadow))
         return bool(self.refusal) and (whole or now_s >= self.refused_s + REASON_S)
 
     def _watch(self, value: float, now_s: float) -> None:
-        """See whether a mode other than off, once it was taken, was taken back by somebody."""
+        """Notice that somebody lowered the mode: off before the first send although it was raised, or another mode for
+        AGAIN_S after the vehicle had taken a mode other than off.
+        """
         if self.mode is Mode.OFF or self.stage is Stage.DONE:
             return
         if not self.sent:
@@ -205,7 +213,7 @@ class SwitchedVehicle:
             self.lowered, self.other = True, value
 
     def _judge(self, value: float) -> None:
-        """Be quiet once answer and telemetry say what is wanted; send again where `value`, the newest, does not."""
+        """Start the quiet period once answer and telemetry report the mode; send again if `value` is another mode."""
         if self.stage is Stage.DONE:
             return
         if value != self.mode:
@@ -232,21 +240,21 @@ class SwitchedVehicle:
             return "has no feed-forward"
         if not self.sent:
             return "heard, nothing is sent yet"
-        said = [sent_text(self.sent)]
+        parts = [sent_text(self.sent)]
         last_s = self.before_s if self.heard_s is None else self.heard_s
         if last_s is None:
-            return f"{said[0]}, never heard: not confirmed"
+            return f"{parts[0]}, never heard: not confirmed"
         if self.heard_s is None or now_s - last_s >= NOT_HEARD_S:
-            return f"{said[0]}, not heard for {now_s - last_s:.0f} s: not confirmed"
+            return f"{parts[0]}, not heard for {now_s - last_s:.0f} s: not confirmed"
         silent_s = now_s - max(self.answered_s, self.first_s)
         if self.answer is None or silent_s >= TELL_SILENCE_S:
-            said.append(f"no answer for {silent_s:.1f} s")
+            parts.append(f"no answer for {silent_s:.1f} s")
         elif self.answer != self.mode:
-            said.append(f"it answers {word(self.answer)}{f' ({self.against()})' if self.refusal else ''}")
+            parts.append(f"it answers {word(self.answer)}{f' ({self.against()})' if self.refusal else ''}")
         if self.told is None and now_s - self.first_s >= TELL_SILENCE_S:
-            said.append("no telemetry of it")
+            parts.append("no telemetry of it")
         elif self.told is not None and self.told != self.mode:
-            said.append(f"its telemetry says {word(self.told)}")
+            parts.append(f"its telemetry says {word(self.told)}")
         if self.stage is not Stage.SEND:
-            said.append(f"it says {wanted}, being read back")
-        return ", ".join(said)
+            parts.append(f"it says {wanted}, being read back")
+        return ", ".join(parts)

@@ -1,7 +1,7 @@
-"""Which vehicles beat on the links of a ground, and which of them is meant.
+"""Vehicles heard on the links of the ground station, and the choice of the vehicle that orders go to.
 
-Pure: frames with their time of arrival in, the vehicle that may be ordered out. Where that is not clear it raises,
-and nothing is to be sent.
+Pure: takes frames with their arrival times, returns the vehicle to send orders to. If the choice is not clear, an error
+is raised and nothing may be sent.
 """
 
 from dataclasses import dataclass, field
@@ -20,10 +20,10 @@ from gcs_plugin.twins import Twins
 from gcs_plugin.twins_across import TwinsAcross
 
 SILENT_S: Final = 6.0
-"""Without a HEARTBEAT for so long a vehicle is not there: at 30 % loss of one a second, once in a thousand."""
+"""A vehicle without a HEARTBEAT for longer counts as absent: a false alarm once in a thousand, at 30 % loss of 1 Hz."""
 
 LINE_GONE_S: Final = 300.0
-"""A link that carried nothing for so long, while others did, is told of no more."""
+"""A link that carried nothing for longer, while others did, is forgotten."""
 
 _USED: Final = frozenset(
     (
@@ -37,7 +37,7 @@ _USED: Final = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class News:
-    """A message that parameters may wait for; `rebooted`: it tells that its sender has started anew."""
+    """A message for the parameter code; `rebooted`: it shows that its sender has rebooted."""
 
     source: Source
     message: Any
@@ -46,7 +46,7 @@ class News:
 
 @dataclass
 class _Line:
-    """One link, what it carries and who shares addresses on it; `heard_s` is when it last carried anything."""
+    """State of a link: its health, vehicles that share an address on it, and the time of its last frame, `heard_s`."""
 
     twins: Twins
     health: LinkHealth = field(default_factory=LinkHealth)
@@ -55,7 +55,7 @@ class _Line:
 
 @dataclass
 class _Sender:
-    """What is known of one component: the link that last carried it, its last HEARTBEAT, its time since boot."""
+    """State of a component: the link of its last frame, its last HEARTBEAT, its boot clock."""
 
     link: str
     heard: Heard | None = None
@@ -63,7 +63,7 @@ class _Sender:
 
 
 class Fleet:
-    """Everybody who is heard on any link. `choose` names the system that is meant, None the only one."""
+    """All senders heard on any link. `chosen` is the system that orders go to, None for the only vehicle."""
 
     def __init__(self) -> None:
         self.chosen: int | None = None
@@ -73,7 +73,7 @@ class Fleet:
         self._across = TwinsAcross()
 
     def on_frame(self, frame: Frame, link: Link, time_s: float) -> News | None:
-        """A frame arrived on `link`; what parameters may wait for, None where it has no use for them."""
+        """A frame arrived on `link`; return its message if the parameter code uses that kind, otherwise None."""
         line = self._line(link, time_s)
         line.health.on_frame(frame, time_s)
         line.twins.on_frame(frame, time_s)
@@ -99,7 +99,10 @@ class Fleet:
         return News(source, message)
 
     def choose(self, system: int | None, now_s: float) -> Source | None:
-        """Mean one system, or with None whichever is alone. Raises LinkError for one that does not beat."""
+        """Choose a system, or with None whichever vehicle is alone, and return its component as `meant` does.
+
+        Raises LinkError for a system that sends no HEARTBEAT, and the errors of `meant`.
+        """
         if system is not None and system not in self.systems(now_s):
             there = ", ".join(map(str, self.systems(now_s))) or "none"
             raise LinkError(f"no vehicle beats as system {system}; these do: {there}")
@@ -107,14 +110,15 @@ class Fleet:
         return None if system is None else self.meant(now_s)
 
     def systems(self, now_s: float) -> tuple[int, ...]:
-        """The systems of the vehicles that beat."""
+        """Systems of the vehicles that send HEARTBEATs."""
         return tuple(sorted({source[0] for source in self._beating(now_s)}))
 
     def meant(self, now_s: float) -> Source:
-        """The component that keeps the parameters of the vehicle that is meant: a companion before an autopilot.
+        """The component with the parameters of the chosen vehicle: a companion before an autopilot.
 
-        Raises LinkTimeout where none beats, LinkError where several do and none is chosen, where two share an
-        address, and where one was heard only just now, so that a companion may yet follow.
+        Raises LinkTimeout if no vehicle, or not the chosen vehicle, sends HEARTBEATs, or if it was first heard so
+        recently that a companion may still follow; LinkError if several vehicles send HEARTBEATs and none is chosen, or
+        if two vehicles share its address.
         """
         systems = self.systems(now_s)
         if self.chosen is not None:
@@ -136,51 +140,51 @@ class Fleet:
             raise LinkError(fault)
         if now_s - self._since_s[systems[0]] < COMPANIONS_MAY_FOLLOW_S:
             raise LinkTimeout(f"vehicle {systems[0]} was heard only just now; try again in two seconds")
-        found = [source for source in self._beating(now_s) if source[0] == systems[0]]
-        return min(found, key=lambda source: (source[1] not in COMPANIONS, source[1]))
+        candidates = [source for source in self._beating(now_s) if source[0] == systems[0]]
+        return min(candidates, key=lambda source: (source[1] not in COMPANIONS, source[1]))
 
     def fault(self, system: int) -> str:
-        """Why nobody may order this system, "" where all is well."""
+        """Why no orders may be sent to this system (two vehicles share its address), "" if they may."""
         faults = (line.twins.fault(system) for line in self._lines.values())
         return next((fault for fault in faults if fault), "") or self._across.fault(system)
 
     def armed(self, system: int) -> bool:
-        """Whether any part of it says that it is armed."""
+        """Whether any component of the system reports that it is armed."""
         return any(heard.armed for heard in self._beats() if heard.source[0] == system)
 
     def beat_age_s(self, source: Source, now_s: float) -> float:
-        """Since when it has not beaten."""
+        """Time since its last HEARTBEAT, s; inf if none was heard."""
         heard = self._beat_of(source)
         return float("inf") if heard is None else now_s - heard.time_s
 
     def silent_s(self, source: Source, now_s: float) -> float:
-        """Since when nothing at all came from it."""
+        """Time since its last frame of any kind, s; inf if it was never heard."""
         return now_s - self._senders.heard_s(source)
 
     def link_of(self, source: Source) -> str:
-        """The name of the link that last carried it, "" for one who was never heard."""
+        """Name of the link of its last frame, "" if it was never heard."""
         sender = self._senders.get(source)
         return "" if sender is None else sender.link
 
     def sources(self, now_s: float) -> list[tuple[str, SourceHealth]]:
-        """Link and health of everybody who was heard on links that carry anything, by system and component."""
-        found = [
+        """Link name and health of every sender, by system, component and link; without links silent for LINE_GONE_S."""
+        healths = [
             (n, health) for n, line in self._lines.items() for health in line.health.snapshot(now_s).sources
         ]
-        return sorted(found, key=lambda one: (one[1].system, one[1].component, one[0]))
+        return sorted(healths, key=lambda one: (one[1].system, one[1].component, one[0]))
 
     def is_vehicle(self, source: Source) -> bool:
-        """Whether it is an autopilot or a companion computer."""
+        """Whether the component is an autopilot or a companion computer."""
         heard = self._beat_of(source)
         return heard is not None and heard.is_vehicle
 
     def _line(self, link: Link, time_s: float) -> _Line:
-        """The link on which something came now; those that are long gone are forgotten."""
+        """The state of the link on which a frame arrived now; forgets links that have long been silent."""
         line = self._lines.get(link.name)
         if line is None:
             line = self._lines[link.name] = _Line(Twins(link))
         line.heard_s = time_s
-        gone = [name for name, one in self._lines.items() if time_s - one.heard_s > LINE_GONE_S]
+        gone = [name for name, known in self._lines.items() if time_s - known.heard_s > LINE_GONE_S]
         for name in gone:
             del self._lines[name]
         return line

@@ -1,4 +1,4 @@
-"""Dive folders: `dives/2026-11-20T0912Z-hovering/` with `telemetry.tlog` and `dive.yaml`, sorted by UTC."""
+"""Dive folders: `dives/2026-11-20T0912Z-hovering/` with `telemetry.tlog` and `dive.yaml`, sorted by start (UTC)."""
 
 import contextlib
 import re
@@ -27,7 +27,7 @@ YAML: Final = (".yaml", ".yml")
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened in a dive, at a time written as UTC."""
+    """Event in a dive, with its time as UTC text."""
 
     utc: str
     text: str
@@ -35,7 +35,7 @@ class Event:
 
 @dataclass(frozen=True)
 class About:
-    """What `dive.yaml` says: the vehicle's file and its hash, the configuration, notes, events, conditions."""
+    """Content of `dive.yaml`: vehicle file and its hash, configuration, notes, events, conditions."""
 
     vehicle_file: str = ""
     vehicle_sha256: str = ""
@@ -46,19 +46,19 @@ class About:
 
     @property
     def vehicle_path(self) -> Path | None:
-        """The vehicle file that it names, where that is there; nothing but a YAML file is opened on a dive's word."""
+        """The vehicle file named in `dive.yaml`, None if it is missing or no YAML file: a dive may name any path."""
         named = Path(self.vehicle_file)
         return named if named.suffix in YAML and named.is_file() else None
 
 
 @dataclass(frozen=True)
 class DiveFolder:
-    """One dive on the disk."""
+    """The folder of a dive on the disk."""
 
     path: Path
 
     def about(self) -> About:
-        """What its `dive.yaml` says; all empty where it has none. Raises ConfigError for a damaged one."""
+        """Read `dive.yaml`; all fields empty if it is missing. Raises ConfigError if it is damaged."""
         file = self.path / ABOUT
         if not file.exists():
             return About()
@@ -67,7 +67,7 @@ class DiveFolder:
         return schema.build(About, schema.load_yaml(file) or {}, str(file))
 
     def describe(self, about: About) -> None:
-        """Write `dive.yaml`, whole or not at all."""
+        """Write `dive.yaml` atomically. Raises LogError if it can't be written."""
         file = self.path / ABOUT
         data = asdict(about)
         data["events"] = [asdict(event) for event in about.events]
@@ -78,7 +78,7 @@ class DiveFolder:
             raise LogError(f"{file}: can't be written ({error.strerror}); check the disk") from None
 
     def change(self, by: Callable[[About], About]) -> None:
-        """Read `dive.yaml`, change it, and write it, while no other program does."""
+        """Read `dive.yaml`, change it by `by`, and write it, under the lock of the folder."""
         with alone_in(self.path):
             self.describe(by(self.about()))
 
@@ -87,15 +87,15 @@ class DiveFolder:
         self.change(lambda about: replace(about, events=(*about.events, event)))
 
     def note(self, text: str) -> None:
-        """Put `text` in place of the notes of the whole dive."""
+        """Replace the notes of the dive by `text`."""
         self.change(lambda about: replace(about, notes=text))
 
     def set_conditions(self, conditions: Conditions) -> None:
-        """Put them in place of those that it had."""
+        """Replace the conditions of the dive."""
         self.change(lambda about: replace(about, conditions=conditions))
 
     def discard(self) -> None:
-        """Take it away, where nothing was heard in its dive; notes, and whatever else lies in it, keep it."""
+        """Delete the recordings and the folder of a dive without frames; it stays if it has events or other files."""
         noted = bool(self.about().events)
         for path in (*self.telemetry(), *([] if noted else [self.path / ABOUT])):
             path.unlink(missing_ok=True)
@@ -103,22 +103,22 @@ class DiveFolder:
             self.path.rmdir()
 
     def telemetry(self) -> list[Path]:
-        """Its recordings to be read: as `heard`, or the one that was made whole of them."""
+        """The recordings to read: the file merged from all recordings if it exists, otherwise as `heard`."""
         return standing_for(sorted(self.path.glob("telemetry*.tlog"), key=number))
 
     def heard(self) -> list[Path]:
-        """The ground's own recordings in the order in which they were begun."""
+        """Recordings made by the ground station, in the order in which they were begun."""
         return [path for path in sorted(self.path.glob("telemetry*.tlog"), key=number) if path.name != WHOLE]
 
     def free_bytes(self) -> int:
-        """What the disk has left on which it lies, or is to lie again. Raises OSError."""
+        """Free bytes on the folder's disk, also if the folder was removed. Raises OSError."""
         present = next((path for path in (self.path, *self.path.parents) if path.exists()), self.path)
         return shutil.disk_usage(present).free
 
     def open_telemetry(self, number: int, about: About | None = None) -> HeldTlog:
-        """A new recording: 1 is `telemetry.tlog`, 2 is `telemetry.2.tlog`. Raises LogError.
+        """Open a new recording: 1 is `telemetry.tlog`, 2 is `telemetry.2.tlog`. Raises LogError.
 
-        Where somebody took the folder away meanwhile, it is made anew, and says `about`.
+        With `about`, a missing `dive.yaml` is written anew, and so is the folder if it was removed meanwhile.
         """
         if about is not None and not (self.path / ABOUT).exists():
             try:
@@ -131,7 +131,10 @@ class DiveFolder:
 
 
 def new_folder(root: Path, unix_s: float, name: str) -> DiveFolder:
-    """A folder of its own for a dive that begins now; another of that minute and name gets a number."""
+    """Create the folder of a dive that begins at `unix_s`; a number is appended if the name is taken.
+
+    Raises LogError if no folder can be created.
+    """
     words = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
     stem = f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H%MZ}" + (f"-{words}" if words else "")
     try:
@@ -151,14 +154,17 @@ def new_folder(root: Path, unix_s: float, name: str) -> DiveFolder:
 
 
 def list_folders(root: Path) -> list[DiveFolder]:
-    """The dives under `root`, oldest first, whatever their folders are called: all that hold a recording, be it one
-    that can't be opened. Raises LogError where `root` can't be read."""
+    """The dives under `root`, oldest first: every folder with a recording, whatever its name and even if the recording
+    can't be opened. Raises LogError if `root` can't be read.
+    """
     return _in_order(root, lambda path: bool(recordings(path)))
 
 
 def described_folders(root: Path) -> list[DiveFolder]:
-    """The folders under `root` with a `dive.yaml`, oldest first: those of dives, and of one that is about to begin.
-    Raises LogError where `root` can't be read."""
+    """The folders under `root` with a `dive.yaml`, oldest first, also of a dive that is about to begin.
+
+    Raises LogError if `root` can't be read.
+    """
     return _in_order(root, lambda path: (path / ABOUT).exists())
 
 
@@ -172,7 +178,7 @@ def _in_order(root: Path, wanted: Callable[[Path], bool]) -> list[DiveFolder]:
 
 
 def find_folder(path: Path) -> DiveFolder:
-    """A dive's folder. Raises LogError where there is none, or one that holds neither a recording nor `dive.yaml`."""
+    """The dive folder `path`. Raises LogError if it is missing, a file, or has neither a recording nor `dive.yaml`."""
     if not path.exists():
         raise LogError(f"{path}: no such dive folder; check the name")
     if not path.is_dir():
@@ -183,7 +189,7 @@ def find_folder(path: Path) -> DiveFolder:
 
 
 def load_folder(path: Path) -> DiveFolder:
-    """A dive's folder with a `.tlog` in it. Raises LogError where it is none, or holds no such recording."""
+    """The dive folder `path`, with a `.tlog` in it. Raises LogError if it is no dive folder or has no `.tlog`."""
     folder = find_folder(path)
     if not folder.telemetry():
         raise LogError(f"{path}: holds no telemetry.tlog; give the folder of a dive")
@@ -191,7 +197,7 @@ def load_folder(path: Path) -> DiveFolder:
 
 
 def about_vehicle(file: VehicleFile, configuration: str, notes: str = "") -> About:
-    """What `dive.yaml` says of a dive with this vehicle."""
+    """Content of `dive.yaml` for a new dive with this vehicle."""
     return About(str(file.path), file.sha256, configuration, notes)
 
 

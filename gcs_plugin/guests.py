@@ -1,7 +1,8 @@
-"""Who comes to a recording's hub when all its places are taken: a guest, who listens and may say OFF.
+"""Guests of a recording's hub: clients that connect when all places are taken, and may listen and order OFF.
 
-Whatever else runs, or was left running yesterday, the feed-forward must go off. OFF is sent to who was heard, and until
-telemetry says so; so a guest hears all. What else it orders is not passed on: it is told why, and let go.
+The feed-forward must go off whatever else runs, or was left running yesterday. OFF is sent to the vehicles that are
+heard, and until their telemetry confirms it, so a guest receives all frames. Its other orders are not passed on: the
+guest gets a message with the reason, and is disconnected.
 """
 
 from functools import cache
@@ -15,28 +16,28 @@ from bridge.vehicle.feedforward import Mode
 from gcs_plugin.station import GROUND_STATION
 
 PLACES: Final = 16
-"""Programs that may order anything."""
+"""Number of clients that may send any order."""
 GUESTS: Final = 4
 STAYS_S: Final = 5.0
-"""A guest keeps its place so long for certain, from its coming and from each OFF: time to hear the vehicle."""
+"""Time for which a guest keeps its place for certain, from its connection and each OFF: enough to hear the vehicle."""
 
 FULL: Final = (
     f"{PLACES} programs are connected to the recording already: those that come now can listen and force the "
     "feed-forward off, no more; end one of the others"
 )
-"""For who records."""
+"""Warning to the operator of the recording."""
 
 
 @cache
 def farewell() -> bytes:
-    """The frame that is the last one for who is let go since all places are taken; for whoever speaks MAVLink."""
+    """Last frame sent to a guest that is disconnected: a STATUSTEXT with the reason."""
     text = f"{PLACES} programs use this recording already; end one"
     message = dialect.MAVLink_statustext_message(dialect.MAV_SEVERITY_WARNING, text.encode("ascii"))
     return Encoder(*GROUND_STATION).encode(message)
 
 
 def is_of_off(frame: Frame) -> bool:
-    """Whether a frame orders that the feed-forward be off, or asks for its mode."""
+    """Whether a frame orders the feed-forward off, or requests its mode."""
     message = decode(frame)
     if message is None:
         return False
@@ -46,5 +47,8 @@ def is_of_off(frame: Frame) -> bool:
 
 
 def may_send(frame: Frame) -> bool:
-    """Whether a guest's frame is passed on: from HEARTBEAT a vehicle on UDP learns where the ground is."""
+    """Whether a guest's frame is passed on: those of `is_of_off`, and HEARTBEAT.
+
+    A vehicle on UDP learns the ground station's address from its HEARTBEAT.
+    """
     return frame.message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT or is_of_off(frame)

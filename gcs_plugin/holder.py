@@ -1,7 +1,6 @@
-"""Who holds the links: the running recording, told to everyone of this user by a small file, written once a second.
+"""State file of the running recording, which holds the links: written once a second, for all programs of this user.
 
-One that was begun beside it, on other links, tells of itself in a file of its own, for who asks for its links or its
-dive.
+A second recording, begun on other links, has a state file of its own, for programs that need its links or its dive.
 """
 
 import contextlib
@@ -21,12 +20,12 @@ from bridge.plain import from_json
 
 FRESH_S: Final = 10.0
 FORGOTTEN_S: Final = 3600.0
-"""What told nothing for so long is not waited for: its number may be another process's by then."""
+"""A recording silent for longer is not taken as hung: its process number may belong to another process by then."""
 
 
 @dataclass(frozen=True)
 class HeardVehicle:
-    """A component of a vehicle that the recording heard, last at `heard_unix_s`; `holds` where it told FF_MODE."""
+    """A vehicle's component that the recording heard, last at `heard_unix_s`; `holds`: it has reported FF_MODE."""
 
     system: int
     component: int
@@ -36,14 +35,15 @@ class HeardVehicle:
 
 @dataclass(frozen=True)
 class Holding:
-    """A recording that runs. `hub` is "" where it serves nobody; `disk_left_s` is inf where nothing comes.
+    """State of a running recording.
 
-    `refused` counts the frames that a signed link did not let in, by kind; "" for none.
-    `waiting` frames could not be written yet, for the reason `unwritten`; "" where all that came is in a file.
-    `taken_away` says what somebody moved or deleted of the dive, "" for nothing.
-    `trouble` says what to do where nothing of a system is let in; `sign_key` is the file of the key, "" for none.
-    `began_utc` is by the recording's own clock, which nobody sets, as its stamps are; `set_by_s` is how far this
-    computer's clock was set ahead of that since. `vehicles` are those that an OFF is for, see `known_vehicles`.
+    `hub` is the address of its hub, "" without a hub; `disk_left_s` is inf if nothing arrives. `refused` counts the
+    frames that a signed link rejected, by kind, "" for none; `trouble` is the advice if all frames of a system are
+    rejected; `sign_key` is the key file, "" for none. `waiting` frames could not be written yet, for the reason
+    `unwritten`, "" if all frames are in a file. `taken_away` is a sentence about files of the dive that were moved or
+    deleted, "" for none. `began_utc` is on the recording's clock, as its stamps are, which nobody sets; `set_by_s` is
+    how far this computer's clock was set ahead of it since. `vehicles` are those that an OFF must go to, see
+    `known_vehicles`.
     """
 
     pid: int
@@ -67,16 +67,16 @@ class Holding:
     vehicles: tuple[HeardVehicle, ...] = ()
 
     def own_unix_s(self, now_unix_s: float) -> float:
-        """Now, by the recording's own clock."""
+        """Present time on the recording's clock, Unix s."""
         return now_unix_s - self.set_by_s
 
     def lasted_s(self, now_unix_s: float) -> float:
-        """For how long its dive is recorded."""
+        """Duration of its dive so far, s."""
         return self.own_unix_s(now_unix_s) - self.began_unix_s
 
     @property
     def began_unix_s(self) -> float:
-        """When its dive began; one that does not say has just begun."""
+        """Start time of its dive, Unix s; the time of the last state if `began_utc` can't be read."""
         try:
             began = datetime.fromisoformat(self.began_utc)
         except ValueError:
@@ -85,25 +85,24 @@ class Holding:
 
 
 def state_file() -> Path:
-    """Where it is told; the XDG base directory specification names the folder."""
+    """Path of the state file; its folder follows the XDG base directory specification."""
     home = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
     return Path(home) / "seatrial" / "recording.json"
 
 
 def write_holding(holding: Holding, *, second: bool = False) -> None:
-    """Tell it, whole or not at all; of a `second` recording in a file of its own. Raises LogError where that can't be
-    written."""
+    """Write the state file atomically; a `second` recording has a file of its own. Raises LogError if that fails."""
     data = asdict(holding)
     if not math.isfinite(holding.disk_left_s):
         data["disk_left_s"] = None
-    own = _file_of_second(holding.pid)
-    file = own if second else state_file()
+    file_of_second = _file_of_second(holding.pid)
+    file = file_of_second if second else state_file()
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         with whole(file) as made:
             made.write(json.dumps(data, allow_nan=False).encode())
         if not second:
-            own.unlink(missing_ok=True)
+            file_of_second.unlink(missing_ok=True)
     except OSError as error:
         raise LogError(
             f"{file}: can't be written ({error.strerror}), so that nobody learns of the recording; check the disk"
@@ -111,24 +110,27 @@ def write_holding(holding: Holding, *, second: bool = False) -> None:
 
 
 def held(now_unix_s: float) -> Holding | None:
-    """The recording that runs; None where its process has gone, or has told nothing for 10 s."""
+    """The running recording; None if its process has ended, or if its state is older than 10 s."""
     holding = _told_within(now_unix_s, FRESH_S)
     return holding if holding is not None and _lives(holding.pid) else None
 
 
 def held_beside(now_unix_s: float) -> list[Holding]:
-    """The recordings that run beside the one that `held` tells of, by whose hub others go that name no link."""
-    found = []
+    """Second recordings that run in addition to that of `held`; programs that name no link use the hub of `held`."""
+    holdings = []
     with contextlib.suppress(OSError):
         for file in sorted(state_file().parent.glob(_file_of_second("*").name)):
             holding = _told_within(now_unix_s, FRESH_S, file)
             if holding is not None and _lives(holding.pid):
-                found.append(holding)
-    return found
+                holdings.append(holding)
+    return holdings
 
 
 def hung(now_unix_s: float, silent_s: float = FRESH_S) -> Holding | None:
-    """The recording whose process is there and keeps its links, though it has told nothing for so long."""
+    """The recording that hangs: its process runs and keeps its links, but its state is older than `silent_s`.
+
+    None if there is none, or if the state is older than FORGOTTEN_S.
+    """
     holding = _told_within(now_unix_s, FORGOTTEN_S)
     if holding is None or abs(now_unix_s - holding.written_unix_s) <= silent_s:
         return None
@@ -136,20 +138,20 @@ def hung(now_unix_s: float, silent_s: float = FRESH_S) -> Holding | None:
 
 
 def hangs(holding: Holding) -> str:
-    """The sentence for who would use a recording that hangs."""
+    """Message to a user whose command needs a recording that hangs."""
     return f"the recording into {holding.folder} hangs and keeps its links: {how_to_end(holding.pid)}"
 
 
 def how_to_end(process: int) -> str:
-    """What a crew does with a recorder that hangs."""
+    """Advice to the crew on a recorder that hangs."""
     return f"end it with `kill -9 {process}` (what it wrote is kept), then begin another"
 
 
 def release() -> None:
-    """Take back what this process told, and what such recordings told that were killed."""
+    """Remove the state files of this process, and those of second recordings that were killed."""
     for file in state_file().parent.glob(_file_of_second("*").name):
-        told = _told(file)
-        if told is None or told.pid == os.getpid() or not _lives(told.pid):
+        state = _told(file)
+        if state is None or state.pid == os.getpid() or not _lives(state.pid):
             with contextlib.suppress(OSError):
                 file.unlink()
     holding = _told()
@@ -162,13 +164,13 @@ def _file_of_second(pid: int | str) -> Path:
 
 
 def _told_within(now_unix_s: float, age_s: float, file: Path | None = None) -> Holding | None:
-    """What was told no longer ago, by either clock."""
+    """The state in the file, None if it was written more than `age_s` before or after now."""
     holding = _told(file)
     return holding if holding is not None and abs(now_unix_s - holding.written_unix_s) <= age_s else None
 
 
 def _told(file: Path | None = None) -> Holding | None:
-    """What the file says, of whatever age; None where it is absent, or says something else."""
+    """The state in the file, of any age; None if the file is missing or damaged."""
     file = file or state_file()
     try:
         data = from_json(read_small(file))
@@ -185,7 +187,7 @@ def _told(file: Path | None = None) -> Holding | None:
 
 
 def _lives(pid: int) -> bool:
-    """Whether a process of that number runs."""
+    """Whether the process runs."""
     if pid <= 0:
         return False
     try:
@@ -198,10 +200,10 @@ def _lives(pid: int) -> bool:
 
 
 def _has_ended(pid: int) -> bool:
-    """Whether it has let go of all, and only its parent has not asked for its end yet; Linux alone tells."""
+    """Whether the process is a zombie: ended, but not yet reaped by its parent. Known on Linux only."""
     try:
         stat = Path(f"/proc/{pid}/stat").read_bytes()
     except OSError:
         return False
-    # The name before the state is the program's own choice, in brackets.
+    # The state follows the program's name in brackets, which may itself contain brackets.
     return stat.rpartition(b")")[2].split()[:1] in ([b"Z"], [b"X"])

@@ -1,9 +1,10 @@
-"""The hub: a recording's frames for everyone on this computer, and what they say for the vehicle.
+"""The hub: passes a recording's frames to other programs on this computer, and their frames to the vehicle.
 
-It listens on loopback alone. Nothing in it waits: what a client can't take yet is kept up to a bound, and a client that
-reaches it is dropped, as is one that floods or that speaks no MAVLink. Loopback damages nothing, so that bytes outside
-of frames come from a stranger, such as a browser that was led here; no frame of what it sent with them is passed on.
-Who comes when all places are taken is a guest, see `guests`, until one of those before it leaves.
+It listens on loopback only and never blocks: bytes that a client can't take yet are kept up to a bound, and a client
+that exceeds the bound is dropped, as is a client that floods the hub or does not speak MAVLink. Loopback damages no
+bytes, so bytes outside of frames come from a stranger, such as a browser that was led here; no frame that arrived with
+them is passed on. A client that connects when all places are taken is a guest, see `guests`, until an earlier client
+leaves.
 """
 
 import socket
@@ -24,7 +25,7 @@ BACKLOG_BYTES: Final = 1 << 18
 SEND_BUFFER_BYTES: Final = 1 << 16
 READ_BYTES: Final = 1 << 16
 PAUSE_S: Final = 0.5
-# An upload of all parameters is some 10 kB, and few vehicles' links carry what is beyond this.
+# An upload of all parameters is some 10 kB, and few vehicles' links carry more than these limits.
 BURST_BYTES: Final = 1 << 16
 MOST_BYTES_A_S: Final = 32_000
 
@@ -37,7 +38,7 @@ class _State(Enum):
 
 @dataclass
 class _Client:
-    """One connection: what waits to go out, and how much may still come in."""
+    """A connection: the bytes that wait to be sent, and the number of bytes that it may still send."""
 
     sock: socket.socket
     heard_s: float
@@ -84,25 +85,25 @@ class _Client:
 
 
 def _let_go(client: _Client) -> None:
-    """Say why, for the next sweep to close."""
+    """Send the client the reason and mark it dropped; the next sweep closes it."""
     client.send(guests.farewell())
     client.state = _State.DROPPED
 
 
 def _nobody(_: str) -> None:
-    """Who hears of a hub where nobody was named."""
+    """Default for `tell`: ignores the sentence."""
 
 
 class Hub:
-    """A listener on `port` of this computer, 0 for whichever is free, with several clients.
+    """A listener on `port` of this computer, 0 for any free port, with several clients.
 
-    `tell` hears that somebody came when all places were taken, once until one is free again. Used by one thread; others
-    may read `clients` and `dropped`. Raises LinkError where the port is taken.
+    `tell` is called when a client connects while all places are taken, once until a place is free again. Used by a
+    single thread; other threads may read `clients` and `dropped`. Raises LinkError if it can't listen on the port.
     """
 
     def __init__(self, clock: Clock, port: int = 0) -> None:
         self._clock = clock
-        # In the order in which they came: those beyond the places are the guests.
+        # In the order in which they connected: those after the first PLACES are guests.
         self._clients: list[_Client] = []
         self.dropped = 0
         self.tell: Callable[[str], None] = _nobody
@@ -110,7 +111,7 @@ class Hub:
         self._listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         try:
             self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            # Clients' sockets take it over: who stalls shows in the backlog, not in what the system keeps for it.
+            # Inherited by the clients' sockets: a stalled client shows in its backlog, not in the system's buffer.
             self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER_BYTES)
             self._listener.bind((LOOPBACK, port))
             self._listener.listen(MOST_CLIENTS)
@@ -125,7 +126,7 @@ class Hub:
 
     @property
     def clients(self) -> int:
-        """How many are connected."""
+        """Number of connected clients."""
         return len(self._clients)
 
     def broadcast(self, raw: bytes) -> None:
@@ -135,7 +136,7 @@ class Hub:
         self._sweep()
 
     def taken(self) -> list[bytes]:
-        """The whole frames that clients sent since the last call, of which each lets new clients in."""
+        """Whole frames that clients sent since the last call; each call also accepts new clients."""
         now_s = self._clock.boot_s()
         frames: list[Frame] = []
         for place, client in enumerate(self._clients):
@@ -143,13 +144,13 @@ class Hub:
             if client.state is _State.CONNECTED:
                 sent = client.read(now_s)
                 frames += sent if place < guests.PLACES else self._of_guest(client, sent, now_s)
-        # Who has left makes room for who comes.
+        # Clients that left make room for new clients.
         self._sweep()
         self._accept(now_s)
         return [frame.raw for frame in frames]
 
     def close(self) -> None:
-        """Let everyone go."""
+        """Disconnect all clients and stop listening."""
         for client in self._clients:
             client.sock.close()
         self._clients = []
@@ -176,7 +177,7 @@ class Hub:
 
     @staticmethod
     def _of_guest(guest: _Client, sent: list[Frame], now_s: float) -> list[Frame]:
-        """What is passed on of that; who orders more than OFF is let go."""
+        """The frames of a guest that are passed on; a guest that sends other orders than OFF is let go."""
         passed = [frame for frame in sent if guests.may_send(frame)]
         if any(map(guests.is_of_off, passed)):
             guest.stays_until_s = now_s + guests.STAYS_S

@@ -1,6 +1,7 @@
-"""Which recordings are still written, and who is at work on a dive: locks of the system, which end with their holder.
+"""Locks that show which recordings are still being written, and which dives are being merged.
 
-They bind nobody who does not ask. A disk that knows no locks tells that nobody is there.
+They are locks of the operating system, released when their process ends. They are advisory: a program that does not ask
+is not stopped. On a disk without locks, nothing appears to be in use.
 """
 
 import contextlib
@@ -16,12 +17,12 @@ from gcs_plugin.file_lock import locked
 
 LOOK_EVERY_S: Final = 0.1
 PATIENCE_S: Final = 10.0
-"""For another merge of the same dive."""
+"""How long to wait for another merge of the same dive."""
 _NO_WAIT: Final = getattr(os, "O_NONBLOCK", 0)
 
 
 class HeldTlog(TlogWriter):
-    """A recording that others can tell is still written, until it is closed."""
+    """A recording that is locked until it is closed, so that other programs see that it is still being written."""
 
     def __init__(self, path: Path) -> None:
         self._lock, self._is_held = -1, False
@@ -39,7 +40,7 @@ class HeldTlog(TlogWriter):
         self._lock, self._is_held = -1, False
 
     def _hold(self) -> None:
-        """Now, or with the next `sync`: who looks at it just then has it for a moment."""
+        """Lock the file now, or with the next `sync`: a program that checks it just now holds the lock for a moment."""
         if self._is_held:
             return
         with contextlib.suppress(OSError):
@@ -49,7 +50,7 @@ class HeldTlog(TlogWriter):
 
 
 def is_written(recording: Path) -> bool:
-    """Whether some recorder has this file open."""
+    """Whether a recorder is still writing this file."""
     try:
         if not recording.is_file():
             return False
@@ -64,8 +65,11 @@ def is_written(recording: Path) -> bool:
 
 @contextlib.contextmanager
 def alone_at(folder: Path, again: str, wait: Callable[[float], None] = time.sleep) -> Iterator[None]:
-    """While nobody else puts recordings of this dive together. Raises LogError, whose sentence ends with `again`,
-    where somebody is still at it after PATIENCE_S."""
+    """Context with the exclusive right to merge the recordings of a dive.
+
+    Raises LogError if the folder can't be read, or if another merge still runs after PATIENCE_S; `again` ends its
+    message: how to try again.
+    """
     try:
         opened = os.open(folder, os.O_RDONLY)
     except OSError as error:
@@ -90,7 +94,7 @@ def _by(place: Path) -> str:
 
 
 def holder_of(place: Path) -> int | None:
-    """The process that holds a lock on a file or folder; None where nobody tells, as off Linux."""
+    """The process that holds a lock on a file or folder; None if unknown, as on systems other than Linux."""
     try:
         state = place.stat()
         table = Path("/proc/locks").read_text(encoding="ascii").splitlines()
@@ -100,4 +104,4 @@ def holder_of(place: Path) -> int | None:
     processes = (
         line.split()[4] for line in table if line.split()[1:2] == ["FLOCK"] and named in line.split()
     )
-    return next((int(one) for one in processes if one.isdecimal() and int(one) > 0), None)
+    return next((int(pid) for pid in processes if pid.isdecimal() and int(pid) > 0), None)

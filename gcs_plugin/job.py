@@ -1,4 +1,4 @@
-"""A command in a process of its own, whose lines are read without waiting for any."""
+"""A command in a separate process, whose output lines are read without blocking."""
 
 import contextlib
 import os
@@ -14,20 +14,20 @@ READ_BYTES: Final = 65536
 
 
 def seatrial_command() -> list[str]:
-    """The words that start the `seatrial` command of this installation with this Python, whatever folder it runs in."""
+    """Arguments that start the `seatrial` command of this installation with this Python, from any working folder."""
     return [sys.executable, "-P", "-m", "tui"]
 
 
 def as_wide() -> dict[str, str]:
-    """The environment of a command whose lines are told on this process's terminal."""
+    """Environment for a command whose lines are shown on this process's terminal: the terminal's width."""
     return {"COLUMNS": str(shutil.get_terminal_size().columns)}
 
 
 class Job:
-    """`words` run in a process group of its own; `title` is what a person calls it.
+    """Runs the command `words` in a new process group; `title` is its name for the user.
 
-    Call `lines` often; `code` is there once it has ended and every line was handed out. `cancel` asks it to stop, as
-    Ctrl-C does, and ends it with all its workers where it has not stopped `KILL_AFTER_S` later.
+    Call `lines` often; `code` is set once the command has ended and all its output was read. `cancel` asks the command
+    to stop, as Ctrl-C does; if it has not stopped `KILL_AFTER_S` later, it is killed with all its workers.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class Job:
         self.cancelled = False
 
     def lines(self, now_s: float) -> list[str]:
-        """Whole lines that came since the last call."""
+        """Complete lines of output since the last call."""
         if self._kill_s is not None and now_s >= self._kill_s:
             self._signal(signal.SIGKILL)
         self._read()
@@ -65,13 +65,13 @@ class Job:
         return [line.decode(errors="replace").rstrip() for line in whole]
 
     def cancel(self, now_s: float) -> None:
-        """Ask it to stop."""
+        """Ask the command to stop; kills it with a later call of `lines` if it does not."""
         self.cancelled = True
         self._kill_s = now_s + KILL_AFTER_S
         self._signal(signal.SIGINT)
 
     def kill(self) -> None:
-        """End it at once, and wait until it has."""
+        """Kill the command at once, and wait until it has ended."""
         if self.code is None:
             self._signal(signal.SIGKILL)
             self.code = self._process.wait()

@@ -1,4 +1,4 @@
-"""Who was heard as a vehicle, and who of them told FF_MODE: whom an OFF goes to though nobody is heard now. Pure."""
+"""Vehicles heard lately, and whether they reported FF_MODE: an OFF goes to them even if none is heard now. Pure."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -13,16 +13,16 @@ from gcs_plugin.params.client import Heard
 from gcs_plugin.senders import Senders, Source
 
 KNOWN_FOR_S: Final = 3600.0
-"""So long after its last word a vehicle that told FF_MODE is still sent OFF: a dive out of hearing lasts less."""
+"""Time for which a vehicle that reported FF_MODE is still sent OFF: a dive out of range is shorter."""
 PASSED_BY_S: Final = 60.0
-"""So long one that only beat: it may have no feed-forward, or be another boat's that passed by."""
+"""The same for a vehicle that only sent HEARTBEATs: it may have no feed-forward, or belong to a boat that passed by."""
 
 _NAME: Final = MODE.encode()
 
 
 @dataclass(frozen=True, slots=True)
 class KnownVehicle:
-    """One component of a vehicle; `holds` where it told FF_MODE; `heard_s` is when it last beat or told that."""
+    """Component of a vehicle; `holds`: it has reported FF_MODE; `heard_s`: time of its last HEARTBEAT or FF_MODE."""
 
     source: Source
     holds: bool
@@ -30,7 +30,7 @@ class KnownVehicle:
 
 
 class KnownVehicles:
-    """Feed it every frame of all links: it looks into those alone that beat, or that name FF_MODE."""
+    """Table of the vehicles heard. Takes every frame of all links; decodes only HEARTBEATs and reports of FF_MODE."""
 
     def __init__(self) -> None:
         self._known: Senders[KnownVehicle] = Senders()
@@ -45,19 +45,19 @@ class KnownVehicles:
             self._known.put(source, time_s, KnownVehicle(source, holds, time_s))
 
     def at(self, now_s: float) -> tuple[KnownVehicle, ...]:
-        """Those whom an OFF is for."""
-        return tuple(one for _, one in self._known.items() if still_known(one, now_s))
+        """The vehicles that an OFF must go to."""
+        return tuple(vehicle for _, vehicle in self._known.items() if still_known(vehicle, now_s))
 
 
 def still_known(vehicle: KnownVehicle, now_s: float) -> bool:
-    """Whether it was heard lately enough to be sent OFF."""
+    """Whether a vehicle was heard recently enough to be sent OFF."""
     return now_s - vehicle.heard_s <= (KNOWN_FOR_S if vehicle.holds else PASSED_BY_S)
 
 
 def newest(vehicles: Iterable[KnownVehicle]) -> tuple[KnownVehicle, ...]:
-    """Each source once, as it was heard last."""
+    """The newest entry of each source."""
     in_order = sorted(vehicles, key=lambda one: one.heard_s)
-    return tuple({one.source: one for one in in_order}.values())
+    return tuple({vehicle.source: vehicle for vehicle in in_order}.values())
 
 
 def _beats(frame: Frame) -> bool:

@@ -1,4 +1,4 @@
-"""How well a link carries: loss by sequence number, age and rate of each message, as seen here."""
+"""Health of a link as seen at this end: loss by sequence number, age and rate of each message."""
 
 import struct
 from collections import deque
@@ -12,10 +12,10 @@ from gcs_plugin.senders import Senders
 from gcs_plugin.twins import CLOCK_APART_S
 
 SEQUENCES: Final = 256
-LATE: Final = 128  # a gap that wide is a frame that came late, not half a round of lost ones
-RESTART_S: Final = 5.0  # after so long a silence the numbers may have started anew
+LATE: Final = 128  # a gap that wide is a frame that arrived late, not half a cycle of lost frames
+RESTART_S: Final = 5.0  # after such a silence the sequence numbers may have started again
 RATE_WINDOW: Final = 20
-PLACED_EVERY_S: Final = 1.0  # at each frame it would cost half as much again as all else here
+PLACED_EVERY_S: Final = 1.0  # at each frame it would add half of the cost of all the rest here
 MOST_KINDS: Final = 4096  # kinds of messages of all senders: some 5 MB
 _BOOT_MS: Final = struct.Struct("<I")
 _BOOT_MS_AT, _SYSTEM_TIME_BYTES = 8, 12  # behind the Unix time
@@ -24,7 +24,7 @@ CROWDED: Final = "more senders or kinds of messages than any fleet has, so someb
 
 @dataclass(frozen=True, slots=True)
 class SourceHealth:
-    """What came from one component of one system; routers can falsify `lost`."""
+    """Frames received from a component and frames lost; routers can falsify `lost`."""
 
     system: int
     component: int
@@ -34,13 +34,13 @@ class SourceHealth:
 
     @property
     def loss(self) -> float:
-        """Fraction of its frames that did not arrive here."""
+        """Fraction of the component's frames that did not arrive here."""
         return self.lost / max(self.received + self.lost, 1)
 
 
 @dataclass(frozen=True, slots=True)
 class MessageHealth:
-    """How old and how frequent one kind of message is; `rate_hz` is 0 before the second."""
+    """Count, age and rate of a kind of message from a component; `rate_hz` is 0 before the second message."""
 
     system: int
     component: int
@@ -52,14 +52,14 @@ class MessageHealth:
 
 @dataclass(frozen=True)
 class Health:
-    """A link at one instant; `left_out` are the frames of senders and kinds for which there was no place."""
+    """Health of a link at an instant; `left_out` counts the frames of senders and kinds that found no place."""
 
     sources: tuple[SourceHealth, ...]
     messages: tuple[MessageHealth, ...]
     left_out: int = 0
 
     def age_s(self, message_id: int) -> float:
-        """Age of the newest message of a kind from anyone; inf where none came."""
+        """Age of the newest message of a kind from any sender, s; inf if none arrived."""
         return min((m.age_s for m in self.messages if m.message_id == message_id), default=float("inf"))
 
 
@@ -82,11 +82,11 @@ class _Source:
 
 
 class LinkHealth:
-    """Counts of one link. Only frames with a checked CRC count: an unknown id proves nothing.
+    """Counts of a link. Only frames with a verified checksum count: a frame with an unknown id proves nothing.
 
-    Who speaks keeps his place, so that a sender of made-up addresses fills neither the memory nor the place of the
-    vehicle; one who has long been silent leaves it, with his counts, to who comes when all are taken. Frames of those
-    who found none are counted in `left_out`.
+    An active sender keeps its place in the table, so that made-up addresses neither fill the memory nor displace the
+    vehicle. When the table is full, a sender that has long been silent gives up its place and its counts to a new
+    sender. Frames of senders without a place are counted in `left_out`.
     """
 
     def __init__(self) -> None:
@@ -106,7 +106,7 @@ class LinkHealth:
                 return
             self._count_kinds()
         else:
-            # A replay that is set back counts as a second that went by.
+            # The time runs back when a replay is set back: refresh the sender's place then too.
             if not 0.0 <= time_s - source.placed_s < PLACED_EVERY_S:
                 self._sources.put(key, time_s, source)
                 source.placed_s = time_s
@@ -124,7 +124,7 @@ class LinkHealth:
         message.times_s.append(time_s)
 
     def snapshot(self, now_s: float) -> Health:
-        """All who have a place, by address."""
+        """Health of all senders in the table, by address."""
         kept = sorted(self._sources.items(), key=lambda one: one[0])
         sources = [SourceHealth(*key, s.received, s.lost, now_s - s.last_s) for key, s in kept]
         messages = [
@@ -135,7 +135,7 @@ class LinkHealth:
         return Health(tuple(sources), tuple(messages), self.left_out)
 
     def _has_place(self, time_s: float) -> bool:
-        """Whether there is a place for one more kind of message, if need be that of one who is gone."""
+        """Whether another kind of message has a place; forgets senders that are gone if needed."""
         while self._kinds >= MOST_KINDS:
             if not self._sources.let_go(time_s):
                 return False
@@ -162,8 +162,10 @@ class LinkHealth:
 
     @staticmethod
     def _hear_clock(source: _Source, frame: Frame) -> None:
-        """A sender that started anew began its numbers anew since its clock was heard last: what seemed lost since then
-        was not."""
+        """Undo the loss counted since the sender's last boot time if its clock ran back.
+
+        A sender that rebooted starts its sequence numbers again, so the frames that seemed lost since then were not.
+        """
         (boot_ms,) = _BOOT_MS.unpack_from(frame.payload.ljust(_SYSTEM_TIME_BYTES, b"\0"), _BOOT_MS_AT)
         if source.boot_ms is not None and boot_ms < source.boot_ms - 1000 * CLOCK_APART_S:
             source.lost, source.sequence = source.lost_by_then, frame.sequence

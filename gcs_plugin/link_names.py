@@ -1,4 +1,4 @@
-"""Whether two names of links, as people give them, mean one."""
+"""Comparison of link names as users give them: whether two names mean the same link."""
 
 import os
 from collections.abc import Iterable
@@ -13,23 +13,29 @@ LISTENING: Final = ("udpin", "tcpin")
 
 
 def among(spec: str, others: Iterable[str]) -> bool:
-    """Whether one of `others` is the link of that name, however it is spelt."""
-    return any(same_link(spec, one) for one in others)
+    """Whether `others` contains the link named by `spec`, under any spelling."""
+    return any(same_link(spec, candidate) for candidate in others)
 
 
 def same_link(one: str, other: str) -> bool:
-    """Whether two names mean one port of this computer, or one peer; port 0 is still to be chosen, and nobody's."""
-    mine, theirs = _place(one), _place(other)
-    if mine is None or theirs is None:
+    """Whether two names mean the same port of this computer, or the same peer.
+
+    A listening port 0 equals no other: the system still has to choose it.
+    """
+    first, second = _place(one), _place(other)
+    if first is None or second is None:
         return False
-    kind, host, port = mine
-    if kind in LISTENING and (kind, port) == (theirs[0], theirs[2]):
-        return port != 0 and (host == theirs[1] or EVERYWHERE in (host, theirs[1]))
-    return mine == theirs
+    kind, host, port = first
+    if kind in LISTENING and (kind, port) == (second[0], second[2]):
+        return port != 0 and (host == second[1] or EVERYWHERE in (host, second[1]))
+    return first == second
 
 
 def _place(spec: str) -> tuple[str, str, int] | None:
-    """What a name means; a serial port is one at any baud rate and by any of its names. None for what is no link."""
+    """Kind, host and port that a name means; None if it is no link.
+
+    A serial port is the same at any baud rate and by any of its names.
+    """
     try:
         kind, place, number = parse_link(spec)
     except LinkSpecError:

@@ -1,7 +1,8 @@
-"""That OFF was ordered on this computer, for whoever raises the feed-forward here meanwhile: OFF wins.
+"""Marks of OFF orders on this computer, so that a program that raises the feed-forward meanwhile yields: OFF wins.
 
-A program that raises sees of another's order only what the vehicle then says, which may be what it said before. So
-who sends OFF first touches a small file, one for each system; no clock is compared, only whether it was touched since.
+A program that raises the mode sees another program's order only through the vehicle's reports, which may be the same as
+before. So a program that sends OFF first touches a small file for the system. No clocks are compared, only whether the
+file was touched since.
 """
 
 import threading
@@ -15,18 +16,18 @@ from bridge.vehicle.feedforward import Mode
 from gcs_plugin.holder import state_file
 
 WAIT_S: Final = 0.05
-"""A disk that stalls holds OFF up no longer; its mark then comes later."""
+"""A stalled disk delays OFF by no more than this; the mark then follows later."""
 _NAME: Final = "off-ordered-"
 
 
 class OffMarks:
-    """Marks the orders of one program; OFF waits for no disk and fails by none."""
+    """Marks the OFF orders of this program; the disk neither stops an OFF nor delays it by more than WAIT_S."""
 
     def __init__(self) -> None:
         self._thread: threading.Thread | None = None
 
     def mark(self, messages: Iterable[Any]) -> None:
-        """These are sent next: what of them orders OFF is marked."""
+        """Mark the OFF orders among `messages`; call it just before they are sent."""
         systems = {message.target_system for message in messages if _is_off(message)}
         if systems and (self._thread is None or not self._thread.is_alive()):
             self._thread = threading.Thread(target=_touch, args=(systems,), name="off ordered", daemon=True)
@@ -35,13 +36,13 @@ class OffMarks:
 
 
 class OffOrders:
-    """What was ordered since this was made."""
+    """The OFF orders marked since this object was made."""
 
     def __init__(self) -> None:
         self._before = {file.name: _touched(file) for file in state_file().parent.glob(f"{_NAME}*")}
 
     def given(self, system: int) -> bool:
-        """Whether some program of this computer has ordered OFF of a system meanwhile."""
+        """Whether any program on this computer has ordered OFF for a system since."""
         file = _file_of(system)
         return _touched(file) != self._before.get(file.name)
 
@@ -65,7 +66,7 @@ def _touch(systems: Iterable[int]) -> None:
 
 
 def _touched(file: Path) -> int | None:
-    """When, by the file system; None where it never was."""
+    """Modification time of a mark, ns, by the file system's clock; None if it does not exist."""
     try:
         return file.stat().st_mtime_ns
     except OSError:

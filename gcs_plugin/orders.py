@@ -1,6 +1,6 @@
-"""What others ask of the recording that runs: the next dive, or its end. A small file beside that of `holder`.
+"""Orders to the running recording: begin the next dive, or end. Passed in a small file next to that of `holder`.
 
-A file, not a signal: Windows has none that a process could hear and go on.
+A file is used, not a signal, since Windows has no signal that a process could handle and go on.
 """
 
 import contextlib
@@ -18,20 +18,21 @@ from gcs_plugin.holder import Holding, hangs, held, hung, state_file
 PATIENCE_S: Final = 15.0
 LOOK_EVERY_S: Final = 0.1
 LEAST_DIVE_S: Final = 5.0
-"""A key that is held down repeats itself: a dive that has only just begun is not ended by the next one."""
+"""A key that is held down repeats itself: a dive that has only just begun is not followed by the next dive."""
 
 
 class Order(Enum):
-    """What a recording can be asked for."""
+    """Order to a recording."""
 
     NEXT = "next"
     END = "end"
 
 
 def next_dive(clock: Clock, wait: Callable[[float], None]) -> tuple[Path, Path]:
-    """Let the recording that runs go on in a new dive folder; the folder before, and the new one.
+    """Order the running recording to go on in a new dive folder; return the old folder and the new.
 
-    Raises LinkError where none runs, it hangs, the dive has only just begun, or it does not go on elsewhere.
+    Raises LinkError if no recording runs, if it hangs, has ended or stays in the old folder, or if the dive has only
+    just begun; LogError if the order can't be written.
     """
     holding = _running(clock)
     if holding.lasted_s(clock.unix_s()) < LEAST_DIVE_S:
@@ -43,9 +44,9 @@ def next_dive(clock: Clock, wait: Callable[[float], None]) -> tuple[Path, Path]:
 
 
 def end(clock: Clock, wait: Callable[[float], None]) -> Path:
-    """End the recording that runs; the folder of its dive.
+    """End the running recording; return the folder of its dive.
 
-    Raises LinkError where none runs, it hangs, or it goes on.
+    Raises LinkError if no recording runs, if it hangs or goes on; LogError if the order can't be written.
     """
     holding = _running(clock)
     _obeyed(Order.END, holding, clock, wait, lambda _: False)
@@ -53,7 +54,7 @@ def end(clock: Clock, wait: Callable[[float], None]) -> Path:
 
 
 def ordered() -> Order | None:
-    """What this process was asked for since the last call."""
+    """Take the order to this process since the last call, None if there is none."""
     file = _file(os.getpid())
     try:
         text = file.read_text(encoding="utf-8")
@@ -64,7 +65,7 @@ def ordered() -> Order | None:
 
 
 def forget() -> None:
-    """Take away what a process of the same number was asked for."""
+    """Delete an order left over for an earlier process with the same number."""
     with contextlib.suppress(OSError):
         _file(os.getpid()).unlink()
 
@@ -78,7 +79,7 @@ def _running(clock: Clock) -> Holding:
 
 
 def _refuse_hung(clock: Clock) -> None:
-    """Raise LinkError where the recording hangs."""
+    """Raise LinkError if the recording hangs."""
     if (holding := hung(clock.unix_s())) is not None:
         raise LinkError(hangs(holding))
 
@@ -90,7 +91,10 @@ def _obeyed(
     wait: Callable[[float], None],
     done: Callable[[Holding], bool],
 ) -> Holding | None:
-    """Ask, and wait until it is done; what it tells then, None where it runs no more."""
+    """Write the order and wait until it is `done`; return the recording's state then, None if it has ended.
+
+    Raises LinkError if the recording hangs, or has not obeyed within PATIENCE_S.
+    """
     file = _file(holding.pid)
     try:
         with whole(file) as made:
@@ -110,11 +114,13 @@ def _obeyed(
                 return now
             latest = now
     finally:
-        # What nobody took by then must not be done later, when nobody waits for it.
+        # An order not taken by then must not be carried out later, when nobody waits for it.
         with contextlib.suppress(OSError):
             file.unlink()
-    said = f"; its last word: {latest.notices[-1]}" if latest.notices else ""
-    raise LinkError(f"process {latest.pid} was asked, and goes on recording into {latest.folder}{said}")
+    last_notice = f"; its last word: {latest.notices[-1]}" if latest.notices else ""
+    raise LinkError(
+        f"process {latest.pid} was asked, and goes on recording into {latest.folder}{last_notice}"
+    )
 
 
 def _file(pid: int) -> Path:

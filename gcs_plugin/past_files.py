@@ -1,7 +1,7 @@
-"""The files of a recording that nothing more goes into: put on the disk, and seen to as long as their dive lasts.
+"""The finished files of a recording: sync them to the disk, and watch them as long as their dive lasts.
 
-They stay open till then, since what somebody deletes meanwhile can still be read from the open file, and is written
-once more under its name. What somebody moves away with its folder is left where it is, and told.
+They stay open until then, since a deleted file can still be read while it is open, and is written again under its name.
+A file that was moved with its folder is left in its new place, and reported.
 """
 
 import contextlib
@@ -16,28 +16,28 @@ from bridge.clock import Clock
 from bridge.errors import LogError, TakenAway
 
 Say = Callable[[str, str], None]
-"""Hears a level and a sentence."""
+"""Callback for a notice: level and sentence."""
 
 AGAIN_S: Final = 8.0
 TOLD_S: Final = 60.0
-"""For so long it is told that a deleted file was written once more."""
+"""How long the restoring of a deleted file is reported."""
 MOST_OPEN: Final = 64
-"""A disk that fails again and again makes a file each time; those before are as safe as any on such a disk."""
+"""Most files kept open: a disk that fails repeatedly makes a file each time; earlier files are as safe as possible."""
 
 
 class Writer(Protocol):
-    """What a recording is written to; every method but `close` raises LogError where it fails."""
+    """Output file of a recording; every method but `close` raises LogError when it fails."""
 
     def write(self, unix_us: int, raw: bytes) -> None: ...
 
     def sync(self) -> None: ...
 
     def look(self) -> None:
-        """Raises TakenAway where somebody deleted or moved it."""
+        """Check that the file is in its place. Raises TakenAway if it was deleted or moved."""
         ...
 
     def restore(self) -> None:
-        """Write it once more under its name, where it was deleted."""
+        """Write a deleted file again under its name."""
         ...
 
     def close(self) -> None: ...
@@ -51,7 +51,7 @@ class _Lies(Enum):
 
 @dataclass(eq=False, slots=True)
 class _Past:
-    """A file of the `dive`-th dive, and what it took."""
+    """A finished file of dive number `dive`, with its counts of frames and bytes."""
 
     writer: Writer
     dive: int
@@ -65,49 +65,49 @@ class _Past:
 
 
 class PastFiles:
-    """Added to in one thread, seen to in another; the counts may be asked for in either."""
+    """The finished files. One thread calls `add`, another `see_to`; both may read the counts."""
 
     def __init__(self, clock: Clock, say: Say) -> None:
         self._clock, self._say = clock, say
         self._past: list[_Past] = []
 
     def add(self, writer: Writer, dive: int, frames: int, size: int) -> None:
-        """Nothing more goes into this one."""
+        """Take over a finished file with its counts."""
         self._past.append(_Past(writer, dive, frames, size))
 
     def missing(self, dive: int) -> tuple[int, int]:
-        """Frames and bytes that were written in that dive and do not lie in its folder."""
+        """Frames and bytes that were written in that dive and are no longer in its folder."""
         gone = [past for past in list(self._past) if past.dive == dive and past.lies is not _Lies.HERE]
         return sum(past.frames for past in gone), sum(past.bytes for past in gone)
 
     def elsewhere(self, dive: int) -> int:
-        """Frames of that dive whose files somebody moved."""
+        """Number of frames of that dive in files that were moved."""
         moved = [past for past in list(self._past) if past.dive == dive and past.lies is _Lies.ELSEWHERE]
         return sum(past.frames for past in moved)
 
     def nowhere(self) -> int:
-        """Frames whose files somebody deleted, and that could not be written once more, of any dive so far."""
+        """Number of frames in files that were deleted and could not be written again, of all dives so far."""
         return sum(past.frames for past in list(self._past) if past.lies is _Lies.NOWHERE)
 
     def taken_away(self, dive: int) -> str:
-        """What somebody moved or deleted of that dive, in a sentence; "" where all lies in its folder."""
-        past = [one for one in list(self._past) if one.dive == dive]
-        moved = [one for one in past if one.lies is _Lies.ELSEWHERE]
+        """Sentence about files of that dive that were moved or deleted; "" if all are in its folder."""
+        past = [file for file in list(self._past) if file.dive == dive]
+        moved = [file for file in past if file.lies is _Lies.ELSEWHERE]
         if moved:
-            places = " and ".join(dict.fromkeys(_where(one.place) for one in moved))
+            places = " and ".join(dict.fromkeys(_where(file.place) for file in moved))
             return (
-                f"this dive was moved while it is recorded: {sum(one.frames for one in moved)} frames lie "
+                f"this dive was moved while it is recorded: {sum(file.frames for file in moved)} frames lie "
                 f"{places}; the recording goes on in its old place"
             )
         since_s = self._clock.boot_s() - TOLD_S
-        anew = [one for one in past if one.restored_s >= since_s and one.lies is _Lies.HERE]
-        if anew:
-            frames = sum(one.frames for one in anew)
+        restored = [file for file in past if file.restored_s >= since_s and file.lies is _Lies.HERE]
+        if restored:
+            frames = sum(file.frames for file in restored)
             return f"this dive was deleted while it is recorded: {frames} frames are written anew"
         return ""
 
     def see_to(self, dive: int) -> None:
-        """Put them on the disk, look whether they are there, and close those before that dive."""
+        """Sync the files, check that they are in place, and close the files of dives before `dive`."""
         for past in list(self._past):
             self._see_to(past)
             over = past.dive < dive or not past.frames
@@ -118,7 +118,7 @@ class PastFiles:
                 self._past.remove(past)
 
     def close(self) -> None:
-        """See to them for the last time."""
+        """Sync and check the files a last time, and close them."""
         for past in list(self._past):
             past.again_s = self._clock.boot_s()
             self._see_to(past)
@@ -156,12 +156,12 @@ class PastFiles:
 
 
 def _where(place: str) -> str:
-    """In which folder, where the system tells it."""
+    """Place of a moved file in words: its folder, if the system reports it."""
     folder = os.path.dirname(place)
     return f"in {folder}" if folder else place
 
 
 def _close(writer: Writer) -> None:
-    """What its close has to say changes nothing."""
+    """Close a file; an error of closing is ignored, as nothing depends on it."""
     with contextlib.suppress(OSError):
         writer.close()

@@ -1,4 +1,4 @@
-"""What a recording is made of: frames with their time and link, notices to the operator, and the counts of a dive."""
+"""Data types of a recording: frames with their time and link, notices to the operator, and the counts of a dive."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from bridge.framing import Frame
 
 @dataclass(frozen=True, slots=True)
 class Notice:
-    """Something that an operator must hear of: `level` is "info", "warning" or "error"."""
+    """Notice to the operator; `level` is "info", "warning" or "error"."""
 
     unix_us: int
     level: str
@@ -16,7 +16,7 @@ class Notice:
 
 @dataclass(frozen=True, slots=True)
 class Recorded:
-    """A frame that is in a file, or waits for one: from which link, at what time it arrived."""
+    """A recorded frame, in a file or waiting for it, with its arrival time and the name of its link."""
 
     unix_us: int
     link: str
@@ -25,12 +25,12 @@ class Recorded:
 
 @dataclass(frozen=True, slots=True)
 class Count:
-    """What the files in a dive's folder hold; `heard` are the frames of the links alone.
+    """Counts of a dive. `files`, `frames` and `bytes` are those of the files in its folder.
 
-    `lost` are those that came and are in no file, `moved` those in files that somebody moved elsewhere; `missed` are
-    those that never came, by the numbers of those that did: at least so many, since a long gap tells no number.
-    `unheard_s` is the vehicle's longest silence between two of its frames, 0 for none; `keeps_ring` where it tells that
-    it keeps a recording of its own.
+    `heard` counts the frames that arrived on the links, without those of the outlet; `lost` the frames that arrived and
+    are in no file; `moved` the frames in files that were moved elsewhere; `missed` the frames that never arrived, by
+    the sequence numbers: a lower bound, since a long gap does not show its length. `unheard_s` is the vehicle's longest
+    silence between two of its frames, 0 for none; `keeps_ring`: the vehicle reports that it keeps a recording onboard.
     """
 
     files: int

@@ -1,7 +1,7 @@
-"""The files of a recording: each frame into the present one, the next where that fails, and those of the next dive.
+"""The files of a recording: frames go into the present file, into a new file when that fails, and into the next dive's.
 
-What can't be written yet waits in memory, up to a bound. A file is only ever opened, written and given up in the thread
-of `drain`; another thread may put it on the disk, and sees to it that it stays there, see `past_files`.
+Frames that can't be written yet wait in memory, up to a bound. Files are opened, written and given up only in the
+thread of `drain`; another thread may sync them and checks that they stay in place, see `past_files`.
 """
 
 from collections import deque
@@ -20,10 +20,10 @@ RETRY_MAX_S: Final = 8.0
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """What the files of a dive hold that lie in its folder.
+    """Counts of the files that are in a dive's folder.
 
-    `lost` are the frames that no file took, and those in files that somebody deleted for good; `moved` those in files
-    that somebody moved elsewhere.
+    `lost` counts the frames that were never written and those in files that were deleted for good; `moved` those in
+    files that were moved elsewhere.
     """
 
     files: int
@@ -35,7 +35,7 @@ class Kept:
 
 @dataclass(frozen=True)
 class _Following:
-    """Where the next dive goes."""
+    """The pending next dive: its first file, its file opener, and the callback for the change."""
 
     writer: Writer
     open_file: Callable[[int], Writer]
@@ -43,9 +43,10 @@ class _Following:
 
 
 class RecordedFiles:
-    """`open_file(n)` makes the n-th file of a dive, from 1, the first at once; `has_room` tells whether it may.
+    """Writes frames to the files of a dive.
 
-    All counts are the present dive's.
+    `open_file(n)` opens the n-th file of a dive, from 1; the first is opened at once, later ones only if `has_room`.
+    All counts are those of the present dive.
     """
 
     def __init__(
@@ -60,7 +61,7 @@ class RecordedFiles:
         self._begin(open_file(1))
 
     def _begin(self, writer: Writer) -> None:
-        """A dive begins with this file."""
+        """Begin a dive with this file."""
         self._writer: Writer | None = writer
         self._fresh, self._retry_s, self._retry_delay_s = True, self._clock.boot_s(), FIRST_RETRY_S
         self.files, self._dive, self._lost_before = 1, self._dive + 1, self._past.nowhere()
@@ -69,39 +70,39 @@ class RecordedFiles:
 
     @property
     def kept(self) -> Kept:
-        """What the present dive's files hold."""
+        """Counts of the present dive's files."""
         frames, size = self._past.missing(self._dive)
         moved = self._past.elsewhere(self._dive)
         return Kept(self.files, self._frames - frames, self._bytes - size, self.lost, moved)
 
     @property
     def taken_away(self) -> str:
-        """What somebody moved or deleted of the present dive, in a sentence; "" where all lies in its folder."""
+        """Sentence about files of the present dive that were moved or deleted; "" if all are in its folder."""
         return self._past.taken_away(self._dive)
 
     @property
     def lost(self) -> int:
-        """How many frames no file took, or were deleted for good."""
+        """Number of frames that were never written, or whose file was deleted for good."""
         return self._untaken + max(0, self._past.nowhere() - self._lost_before)
 
     @property
     def waiting(self) -> int:
-        """How many frames could not be written yet."""
+        """Number of frames that could not be written yet."""
         return len(self._waiting)
 
     @property
     def unwritten(self) -> str:
-        """What the newest try to write failed of, while frames wait for it; "" where none does."""
+        """Why the last attempt to write failed, while frames wait; "" if none waits."""
         return self._failure if self._waiting else ""
 
     def put(self, unix_us: int, raw: bytes) -> None:
-        """Write a frame, or keep it until it can be."""
+        """Write a frame, or keep it in memory until it can be written."""
         self._waiting.append((unix_us, raw))
         self._waiting_bytes += len(raw)
         self.drain()
 
     def drain(self) -> None:
-        """Write what waits, as far as that can be done now."""
+        """Write the waiting frames, as far as possible now; beyond MOST_WAITING_BYTES the oldest are lost."""
         if self._sync_failure:
             self._fail(self._sync_failure)
             self._sync_failure = ""
@@ -132,15 +133,15 @@ class RecordedFiles:
     def go_on(self, open_file: Callable[[int], Writer], changed: Callable[[Kept], None]) -> None:
         """Begin the next dive with the next `change`; may be called from another thread.
 
-        `changed` hears what the files before hold. Raises LogError where the first file can't be made, or a next dive
-        waits already: all stays as it is.
+        `changed` is called with the counts of the dive that ended. Raises LogError if the first file can't be opened,
+        or if a next dive is already pending: then nothing changes.
         """
         if self._following is not None:
             raise LogError("the next dive waits for the disk already; check the disk")
         self._following = _Following(open_file(1), open_file, changed)
 
     def change(self) -> None:
-        """Go on in the next dive's files where one is to begin; what could not be written yet goes there."""
+        """Change to the next dive's files if one is pending; frames that could not be written yet go there."""
         following, self._following = self._following, None
         if following is None:
             return
@@ -152,7 +153,7 @@ class RecordedFiles:
         following.changed(kept)
 
     def sync(self) -> None:
-        """Put what is written on the disk; to be called from another thread than `drain`."""
+        """Sync the written frames to the disk; call it from another thread than `drain`."""
         self._past.see_to(self._dive)
         writer = self._writer
         if writer is None:
@@ -165,7 +166,7 @@ class RecordedFiles:
                 self._sync_failure = str(error)
 
     def close(self) -> None:
-        """Write what waits, at once, and close."""
+        """Write the waiting frames at once, and close."""
         self._retry_s = self._clock.boot_s()
         self.drain()
         if self._waiting:
@@ -197,10 +198,9 @@ class RecordedFiles:
             self._retry_s = self._clock.boot_s()
 
     def _give_up(self) -> None:
-        """Nothing more goes into the present file; it is closed by who syncs.
+        """Write nothing more to the present file; the syncing thread syncs and closes it.
 
-        Waiting for the disk here would lose what the links bring meanwhile, and what it holds is to outlast a loss of
-        power.
+        Its frames must survive a power loss, and waiting for the disk here would lose the frames that arrive meanwhile.
         """
         if self._writer is None:
             return

@@ -1,4 +1,4 @@
-"""One link of a recording: its bytes as frames, and the link opened again, aside, where it was lost."""
+"""A link of a recording: splits its bytes into frames, and reopens the link in the background when it is lost."""
 
 from collections.abc import Callable
 from typing import Final
@@ -17,7 +17,11 @@ TOLD_EVERY_S: Final = 10.0
 
 
 class RecordedLink:
-    """`reopen` opens it again by its name; without, one that is lost stays so. `say` hears a level and a sentence."""
+    """A link that survives its loss.
+
+    `reopen` opens the link again by its name; without it, a lost link stays lost. `say` is called with a level and a
+    sentence.
+    """
 
     def __init__(
         self,
@@ -40,17 +44,17 @@ class RecordedLink:
 
     @property
     def is_there(self) -> bool:
-        """Whether it is open, so far as is known."""
+        """Whether the link is open, as far as known."""
         return self._link is not None
 
     @property
     def lost_here(self) -> int:
-        """Datagrams that this computer lost itself, since it did not read them in time."""
+        """Number of datagrams that this computer dropped since it did not read them in time."""
         buffer = self._buffer
         return self._lost_before + (buffer.dropped if buffer else 0)
 
     def look(self) -> None:
-        """Tell of what this computer lost, and of whom the link's health leaves out, now and then."""
+        """Warn of datagrams that this computer dropped, at most every TOLD_EVERY_S, and once if `health` is full."""
         now_s = self._clock.boot_s()
         if self.lost_here > self._told and now_s >= self._tell_s:
             self._told, self._tell_s = self.lost_here, now_s + TOLD_EVERY_S
@@ -66,7 +70,7 @@ class RecordedLink:
             )
 
     def read(self, timeout_s: float) -> list[Frame]:
-        """The frames that it has, waiting up to `timeout_s` for bytes; none where it is lost."""
+        """Read frames, waiting up to `timeout_s` for bytes; none while the link is lost."""
         link = self._link or self._reopened()
         if link is None:
             return []
@@ -82,11 +86,11 @@ class RecordedLink:
         return self._framer.flush() if now_s - self._last_data_s >= IDLE_FLUSH_S else []
 
     def flush(self) -> list[Frame]:
-        """What is left of what came."""
+        """Frames in the bytes left over by the framer."""
         return self._framer.flush()
 
     def send(self, raw: bytes) -> None:
-        """Send all of `raw`, or lose it where the link is away."""
+        """Send all of `raw`; it is discarded while the link is lost."""
         if self._link is None:
             return
         try:
@@ -95,7 +99,7 @@ class RecordedLink:
             self._lose(error)
 
     def close(self) -> None:
-        """Let it go."""
+        """Close the link."""
         if self._link is not None:
             self._link.close()
 

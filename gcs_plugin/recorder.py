@@ -1,10 +1,9 @@
-"""The recorder: links to `.tlog`, each frame written unbuffered as it comes, from the first on.
+"""The recorder: writes the frames of its links to `.tlog` files, unbuffered, each frame as it arrives.
 
-A file that fails never ends the recording: see `recorded_files`. Stamps run on the boot clock from one pairing with
-Unix time, so that a clock that is set mid-dive can't turn them back. `go_on` ends one dive and begins the next between
-two frames, with links and outlet as they are.
-What others on this computer send by way of the outlet goes out on every link, and into the file:
-it explains later what was asked of the vehicle.
+A file that fails never ends the recording: see `recorded_files`. Stamps follow the boot clock, paired with Unix time
+once at the start, so that setting the clock mid-dive can't turn them back. `go_on` ends a dive and begins the next
+between two frames, with the same links and outlet. Frames that other programs on this computer send through the outlet
+go out on every link and into the file: they show later which orders the vehicle was given.
 """
 
 import threading
@@ -26,7 +25,7 @@ from gcs_plugin.station import ground_heartbeat
 from gcs_plugin.unheard import Unheard
 
 SYNC_EVERY_S: Final = 0.5
-"""A loss of power takes what came since, and while the disk was at it."""
+"""A power loss loses the frames since the last sync, and those that arrive while it runs."""
 HEARTBEAT_EVERY_S: Final = 1.0
 KNOWN_EVERY_S: Final = 1.0
 WAIT_S: Final = 0.1
@@ -39,29 +38,29 @@ KEY_STAYS: Final = (
 
 
 class Outlet(Protocol):
-    """Who else gets the frames of a recording, and may send frames of its own; neither call waits or fails."""
+    """Another consumer of a recording's frames that may also send frames; neither method blocks or raises."""
 
     def broadcast(self, raw: bytes) -> None:
-        """Take whole frames that came from the links."""
+        """Take whole frames that arrived on the links."""
         ...
 
     def taken(self) -> list[bytes]:
-        """The whole frames that are to be sent, since the last call."""
+        """Whole frames to be sent, since the last call."""
         ...
 
 
 def _nothing() -> None:
-    """What is done each second where nobody asks for anything."""
+    """Default for `before_sync`: does nothing."""
 
 
 class Recorder:
-    """Reads `links`, writes what they say. `open_file(n)` makes the n-th file of the recording, from 1.
+    """Records the frames of `links`. `open_file(n)` opens the n-th file of the recording, from 1.
 
-    `free_bytes` tells the space left where the files lie, or raises OSError; `notice` hears of trouble;
-    `reopen` opens a lost link again by its name, in a thread of its own, so that the other links are not held
-    up; `heartbeat` is (system, component) to beat as, None for a silent recorder; `before_sync` is called in
-    the thread that syncs the disk, twice a second. `vehicles` are those whom an OFF is for, as of a second ago and by
-    the clock; any thread may read it.
+    `free_bytes` returns the free space on the files' disk, or raises OSError; `notice` is called with notices to the
+    operator; `reopen` opens a lost link again by its name, in a separate thread, so that the other links are not
+    delayed; `heartbeat` is the (system, component) to send HEARTBEATs as, None for a silent recorder; `before_sync` is
+    called in the thread that syncs the disk, twice a second. `vehicles` are the vehicles that an OFF must go to, at
+    most a second old, with times on `clock`; any thread may read it.
     """
 
     def __init__(
@@ -94,65 +93,65 @@ class Recorder:
 
     @property
     def health(self) -> dict[str, LinkHealth]:
-        """The health of each link by its name."""
+        """Health of each link, by name."""
         return {link.name: link.health for link in self._links}
 
     @property
     def files(self) -> int:
-        """How many files the present dive has."""
+        """Number of files of the present dive."""
         return self._files.files
 
     @property
     def recorded(self) -> int:
-        """How many frames are in them."""
+        """Number of frames in the present dive's files."""
         return self._files.kept.frames
 
     @property
     def recorded_bytes(self) -> int:
-        """How many bytes these frames have."""
+        """Number of bytes of these frames."""
         return self._files.kept.bytes
 
     @property
     def lost(self) -> int:
-        """How many frames no file took, or lay in one that somebody deleted for good."""
+        """Number of frames that were never written, or whose file was deleted for good."""
         return self._files.lost
 
     @property
     def taken_away(self) -> str:
-        """What somebody moved or deleted of the present dive, in a sentence; "" where all lies in its folder."""
+        """Sentence about files of the present dive that were moved or deleted; "" if all are in its folder."""
         return self._files.taken_away
 
     @property
     def unwritten(self) -> str:
-        """Why frames that came are in no file yet, in a sentence; "" where none waits."""
+        """Why frames are still waiting to be written, in a sentence; "" if none is waiting."""
         return self._files.unwritten
 
     @property
     def waiting(self) -> int:
-        """How many of them wait in memory."""
+        """Number of frames that wait in memory."""
         return self._files.waiting
 
     @property
     def lost_here(self) -> int:
-        """How many datagrams this computer lost itself before they could be read, on all links."""
+        """Number of datagrams that this computer dropped before they could be read, on all links."""
         return sum(link.lost_here for link in self._links)
 
     @property
     def disk_left_s(self) -> float:
-        """How long the disk lasts at the rate of late; inf where nothing comes."""
+        """Time until the disk is full at the recent rate, s; inf if nothing arrives."""
         return self._disk.left_s
 
     @property
     def count(self) -> Count:
-        """What the present dive's files hold."""
+        """Counts of the present dive."""
         return self._count(self._files.kept)
 
     def unix_us(self) -> int:
-        """Now, on the recording's own clock, which never runs back."""
+        """Present time on the recording's clock, Unix µs; never runs back."""
         return round((self._unix_at_start_s + self._clock.boot_s() - self._boot_at_start_s) * 1e6)
 
     def step(self, timeout_s: float) -> list[Recorded]:
-        """Record what the links have, waiting up to `timeout_s` where they have nothing."""
+        """Record the frames that the links have, waiting up to `timeout_s` if they have none; return these frames."""
         self._files.change()
         taken = [item for link in self._links for item in self._read(link, 0.0)]
         alive = [link for link in self._links if link.is_there]
@@ -173,17 +172,17 @@ class Recorder:
     def go_on(self, open_file: Callable[[int], Writer], changed: Callable[[Count], None]) -> None:
         """Begin the next dive with the next `step`, in files of `open_file`; may be called from another thread.
 
-        `changed` hears in the thread of `step` what the files before hold. Raises LogError where the first file can't
-        be made, or a next dive waits already: all stays as it is.
+        `changed` is called in the thread of `step` with the counts of the dive that ended. Raises LogError if the first
+        file can't be opened, or if a next dive is already pending: then nothing changes.
         """
         self._files.go_on(open_file, lambda kept: changed(self._over(kept)))
 
     def sync(self) -> None:
-        """Put what is written on the disk; to be called from another thread than `step`."""
+        """Sync the written frames to the disk; call it from another thread than `step`."""
         self._files.sync()
 
     def close(self) -> None:
-        """Write what waits and close files and links."""
+        """Write the waiting frames, and close files and links."""
         self._files.change()
         for link in self._links:
             for frame in link.flush():
@@ -193,7 +192,7 @@ class Recorder:
             link.close()
 
     def run(self, stop: threading.Event) -> None:
-        """Record until `stop` is set, then close; twice a second the disk is synced in another thread."""
+        """Record until `stop` is set, then close; another thread syncs the disk twice a second."""
         syncer = threading.Thread(target=self._sync_until, args=(stop,), name="recorder-sync", daemon=True)
         syncer.start()
         try:
@@ -209,12 +208,12 @@ class Recorder:
 
     def _sync_until(self, stop: threading.Event) -> None:
         while not stop.wait(SYNC_EVERY_S):
-            # Before the disk is asked for anything: one that stalls would make a recording that runs look dead.
+            # Before any access to the disk: a disk that stalls would make a running recording look dead.
             self._before_sync()
             self.sync()
 
     def _over(self, kept: Kept) -> Count:
-        """What a dive came to that is over; the next one's counts begin at 0."""
+        """Counts of the dive that ended; resets the counts for the next dive."""
         count = self._count(kept)
         self.heard, self._missed_before, self._unheard = 0, self._missed(), Unheard()
         return count
@@ -235,9 +234,11 @@ class Recorder:
         )
 
     def _missed(self) -> int:
-        """How many frames never came on some link, by the numbers of those that did; all dives together."""
+        """Number of frames lost on any link by their sequence numbers, over all dives."""
         now_s = self._clock.boot_s()
-        return sum(one.lost for health in self.health.values() for one in health.snapshot(now_s).sources)
+        return sum(
+            sender.lost for health in self.health.values() for sender in health.snapshot(now_s).sources
+        )
 
     def _read(self, link: RecordedLink, timeout_s: float) -> list[Recorded]:
         return [self._keep(link, frame) for frame in link.read(timeout_s)]
@@ -252,13 +253,13 @@ class Recorder:
         return Recorded(self._store(frame.raw), link.name, frame)
 
     def _store(self, raw: bytes) -> int:
-        """Put a frame into the file; its stamp."""
+        """Write a frame to the file; return its stamp."""
         stamp_us = self.unix_us()
         self._files.put(stamp_us, raw)
         return stamp_us
 
     def _serve(self, taken: Sequence[Recorded]) -> None:
-        """Hand the outlet what came; send and keep what it has, in this order, since no order waits for a disk."""
+        """Pass the frames to the outlet; send, then store, the frames that it has: no order waits for a disk."""
         if self._outlet is None:
             return
         if taken:

@@ -1,4 +1,4 @@
-"""A recording to be looked at anywhere: its frames between any two instants, without reading all before them."""
+"""Random access to a recording: its frames between any two instants, without reading all before them."""
 
 from array import array
 from bisect import bisect_left
@@ -10,10 +10,10 @@ from bridge.tlog import of_those_that_hold_frames, read_tlog
 
 
 class Reel:
-    """The recordings of one dive in their order. Times are seconds since its first frame, and never run back.
+    """The recordings of a dive in their order. Times are seconds since its first frame, and never run back.
 
-    Frames are kept as bytes in one piece, which needs a third of what objects would: an hour is 80 MB. Raises LogError
-    where a file can't be read, or none holds a frame.
+    All frames are kept in a single byte array, which takes a third of the memory of objects: 80 MB per hour. Raises
+    LogError if a file can't be read, or no file holds a frame.
     """
 
     def __init__(self, files: Sequence[Path]) -> None:
@@ -31,7 +31,7 @@ class Reel:
         self.length_s = newest_s
 
     def between(self, start_s: float, end_s: float) -> Iterator[tuple[float, Frame]]:
-        """The frames from `start_s` up to but without `end_s`, each with its time."""
+        """Frames with their times, from `start_s` (included) to `end_s` (excluded)."""
         first, last = bisect_left(self._times_s, start_s), bisect_left(self._times_s, end_s)
         if first >= last:
             return
@@ -41,5 +41,5 @@ class Reel:
             yield self._times_s[n], frame_at(data, start, size) or unchecked_frame_at(data, start, size)
 
     def _end(self, count: int) -> int:
-        """Where the first `count` frames end, which is where the next begins."""
+        """Byte position after the first `count` frames, at which the next frame begins."""
         return self._begins[count] if count < len(self._begins) else len(self._bytes)

@@ -1,4 +1,4 @@
-"""Replay: the frames of a recording on its own clock, faster or slower, from anywhere, with pauses."""
+"""Replay of a recording in its own timing, faster or slower, from any point, with pauses."""
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -12,7 +12,11 @@ LONGEST_WAIT_S = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Pace:
-    """How to play: `speed` times real, from `start_s` into it, no gap longer than `longest_gap_s`."""
+    """Settings of a replay.
+
+    `speed` times real time, from `start_s` after the first record; gaps longer than `longest_gap_s` are shortened to
+    that. Raises LogError for a speed or gap that is not above zero.
+    """
 
     speed: float = 1.0
     start_s: float = 0.0
@@ -26,9 +30,9 @@ class Pace:
 
 
 def schedule(records: Iterable[Record], pace: Pace) -> Iterator[tuple[float, Record]]:
-    """When each record is due, in seconds of replay after the first one played.
+    """Yield each record with the time when it is due, s after the first record played.
 
-    A stamp that runs back is due at once.
+    A record whose stamp runs back is due at once.
     """
     first_us: int | None = None
     before_us: int | None = None
@@ -45,9 +49,9 @@ def schedule(records: Iterable[Record], pace: Pace) -> Iterator[tuple[float, Rec
 
 
 class Player:
-    """Yields each record when it is due, measured against one start instant, so that no delay adds up.
+    """Iterator that yields each record when it is due, always measured from the start, so that delays don't add up.
 
-    `wait(seconds)` sleeps; `pause` and `resume` may be called from anywhere.
+    `wait(seconds)` sleeps; `pause` and `resume` may be called from any thread.
     """
 
     def __init__(

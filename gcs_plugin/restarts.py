@@ -1,9 +1,9 @@
-"""A vehicle that starts anew while it is listened to: its boot clock runs back, and goes on from there.
+"""Detection of a vehicle that reboots while it is heard: its boot clock runs back, and goes on from there.
 
-A frame that comes late tells an old boot time once, between newer ones; a queue that grows delays all, and turns
-nothing back. So a clock is believed to have started anew where it goes on for `GOES_ON_S` without a word of the old
-one. A vehicle's clock is then no older than the silence before it; that of a recording that is played back, or of a
-second link that lags, is older.
+A late frame carries an old boot time once, between newer boot times; a growing queue delays all frames and turns
+nothing back. So a reboot is confirmed when the new clock goes on for `GOES_ON_S` without a boot time of the old clock.
+After a real reboot, the boot clock shows no more than the silence before it; the clock of a recording that is played
+back, or of a second link that lags, shows more.
 """
 
 import math
@@ -20,7 +20,7 @@ from gcs_plugin.twins import CLOCK_APART_S
 GOES_ON_S: Final = 3.0
 TOLD_TIMES: Final = 3
 SAME_BOOT_S: Final = 0.02
-"""Two boots at one date to within so little are one, which a recording tells again: a real one is later."""
+"""Boots whose Unix times differ by less are the same boot, heard again from a recording: a real reboot is later."""
 
 _HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
 _SYSTEM_TIME: Final[int] = dialect.MAVLINK_MSG_ID_SYSTEM_TIME
@@ -29,14 +29,14 @@ _DAY_S, _HOUR_S, _MINUTE_S = 86_400, 3600, 60
 
 @dataclass(frozen=True, slots=True)
 class Restart:
-    """`booted_s` is when, on the clock of the arrivals; `boot_s` is the first time since then that it told."""
+    """Reboot of a component at `booted_s` on the clock of the arrivals; `boot_s` is the first boot time heard since."""
 
     source: Source
     booted_s: float
     boot_s: float
 
     def words(self, unix_at_zero_s: float) -> str:
-        """For a crew; `unix_at_zero_s` is Unix time less that of the arrivals, NaN where nobody knows the date."""
+        """Message to the crew; `unix_at_zero_s` is Unix time minus the clock of the arrivals, NaN if not known."""
         system, component = self.source
         who = f"vehicle {system}"
         if component != dialect.MAV_COMP_ID_AUTOPILOT1:
@@ -48,7 +48,7 @@ class Restart:
 
 @dataclass
 class _Run:
-    """One run of a boot clock: what it told last, and its Unix time at boot as first and last told, NaN for none."""
+    """A run of a boot clock: its last reading, and the Unix time at boot by its first and last reading, NaN if none."""
 
     told: Told
     first_unix_s: float
@@ -58,12 +58,12 @@ class _Run:
         self.told, self.last_unix_s = told, unix_s
 
     def is_same_boot(self, unix_s: float) -> bool:
-        return any(abs(unix_s - own) <= SAME_BOOT_S for own in (self.first_unix_s, self.last_unix_s))
+        return any(abs(unix_s - booted) <= SAME_BOOT_S for booted in (self.first_unix_s, self.last_unix_s))
 
 
 @dataclass
 class _New:
-    """A run that may have begun: `first` is what it told first, `is_real` that no recording can have told it."""
+    """A run that may have begun: `first` is its first boot time; `is_real`: it can't come from a recording."""
 
     run: _Run
     first: Told
@@ -73,19 +73,19 @@ class _New:
 
 @dataclass
 class _Sender:
-    """One component; `is_vehicle` once it beat as one."""
+    """State of a component; `is_vehicle`: its HEARTBEAT is that of a vehicle."""
 
     is_vehicle: bool = False
     run: _Run | None = None
     new: _New | None = None
 
     def take(self, told: Told, unix_s: float) -> Told | None:
-        """A boot time came; the first of the new run once that is sure."""
+        """A boot time arrived; return the first boot time of the new run once a reboot is confirmed, otherwise None."""
         run, new = self.run, self.new
         if run is None:
             self.run = _Run(told, unix_s, unix_s)
             return None
-        # Delay moves both clocks the same way: what lies nearer to the new one, or behind it, is of the new one.
+        # Delay moves both clocks the same way: a boot instant nearer to the new clock's, or later, is the new clock's.
         is_of_new = new is not None and 2 * told.booted_s > run.told.booted_s + new.run.told.booted_s
         if not is_of_new and told.boot_s >= run.told.boot_s - CLOCK_APART_S:
             self.new = None
@@ -103,13 +103,13 @@ class _Sender:
 
 
 class Restarts:
-    """Watches the boot clock of every vehicle's components, whichever link they come by."""
+    """Watches the boot clocks of all components of vehicles, over all links."""
 
     def __init__(self) -> None:
         self._senders: Senders[_Sender] = Senders()
 
     def on_frame(self, frame: Frame, time_s: float) -> Restart | None:
-        """A frame arrived at `time_s`, which never runs back; the restart that it makes sure of, None for none."""
+        """A frame arrived at `time_s`, which never runs back; return the restart that it confirms, None if none."""
         if not frame.known or frame.message_id not in (_HEARTBEAT, _SYSTEM_TIME):
             return None
         source = (frame.system, frame.component)
@@ -133,7 +133,7 @@ class Restarts:
 
 
 def _is_real(before: _Run, told: Told, unix_s: float) -> bool:
-    """Whether a vehicle that was heard as `before` can have started so late, and it is not that very boot again."""
+    """Whether a vehicle last heard in run `before` can have rebooted within its silence, and has not the same boot."""
     silent_s = _arrival_s(told) - _arrival_s(before.told)
     return told.boot_s <= silent_s + CLOCK_LATE_S and not before.is_same_boot(unix_s)
 

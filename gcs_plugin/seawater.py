@@ -1,18 +1,18 @@
-"""Density of sea water at the surface by temperature and salinity: EOS-80, UNESCO (1981).
+"""Density of sea water at the surface from temperature and salinity: EOS-80, UNESCO (1981).
 
 N. P. Fofonoff and R. C. Millard, Algorithms for computation of fundamental properties of seawater, UNESCO technical
-papers in marine science 44 (1983): of one atmosphere. A hundred metres deeper it is 0.5 kg/m3 more.
+papers in marine science 44 (1983): at a pressure of 1 atm. At 100 m depth the density is 0.5 kg/m3 higher.
 """
 
 from typing import Final
 
 COLDEST_C, WARMEST_C = -2.0, 40.0
 SALTIEST: Final = 42.0
-"""Where the equation holds."""
+"""Range of validity of the equation."""
 
 
 def density_kg_m3(temperature_c: float, salinity: float) -> float:
-    """Of water of a temperature (C, by the scale of 1968, 0.01 C off today's) and a practical salinity, 0 for fresh."""
+    """Density, kg/m3, from temperature (°C, IPTS-68, 0.01 °C off today's scale) and practical salinity (0: fresh)."""
     t, s = temperature_c, salinity
     fresh = _poly(t, 999.842594, 6.793952e-2, -9.095290e-3, 1.001685e-4, -1.120083e-6, 6.536332e-9)
     first = _poly(t, 8.24493e-1, -4.0899e-3, 7.6438e-5, -8.2467e-7, 5.3875e-9)
@@ -21,7 +21,7 @@ def density_kg_m3(temperature_c: float, salinity: float) -> float:
 
 
 def _poly(x: float, *coefficients: float) -> float:
-    """By Horner's scheme, the constant first."""
+    """Polynomial in `x` by Horner's scheme, the constant coefficient first."""
     value = 0.0
     for coefficient in reversed(coefficients):
         value = value * x + coefficient

@@ -1,4 +1,4 @@
-"""What is kept of each sender: a table that nobody who makes up addresses can fill for good, or without end."""
+"""Bounded table of values by sender: made-up addresses can neither fill it for good nor make it grow without limit."""
 
 from collections import OrderedDict
 from typing import Final, Generic, TypeVar
@@ -11,14 +11,17 @@ T = TypeVar("T")
 
 
 class Senders(Generic[T]):
-    """Where all places are taken, one who has been silent for `GONE_S` leaves his to the next; none who speaks does."""
+    """Table of at most MOST_SENDERS entries.
+
+    When it is full, a sender silent for more than `GONE_S` is replaced, an active sender never.
+    """
 
     def __init__(self) -> None:
-        # In the order in which they were last heard.
+        # In the order in which the senders were last heard.
         self._kept: OrderedDict[Source, tuple[float, T]] = OrderedDict()
 
     def put(self, source: Source, time_s: float, kept: T) -> bool:
-        """Keep this of one who speaks at `time_s`; False where there is no place for him."""
+        """Store the entry of a sender heard at `time_s`; False if the table is full."""
         if source not in self._kept and len(self._kept) >= MOST_SENDERS and not self.let_go(time_s):
             return False
         self._kept[source] = time_s, kept
@@ -26,21 +29,21 @@ class Senders(Generic[T]):
         return True
 
     def get(self, source: Source) -> T | None:
-        """What is kept of a sender, None where nothing is."""
-        found = self._kept.get(source)
-        return None if found is None else found[1]
+        """The entry of a sender, None if it has none."""
+        entry = self._kept.get(source)
+        return None if entry is None else entry[1]
 
     def heard_s(self, source: Source) -> float:
-        """When he last spoke; -inf for one of whom nothing is kept."""
-        found = self._kept.get(source)
-        return float("-inf") if found is None else found[0]
+        """Time when a sender was last heard; -inf if it has no entry."""
+        entry = self._kept.get(source)
+        return float("-inf") if entry is None else entry[0]
 
     def items(self) -> list[tuple[Source, T]]:
-        """Everybody, the one who was heard last at the end."""
+        """All senders with their entries, the most recently heard last."""
         return [(source, kept) for source, (_, kept) in self._kept.items()]
 
     def let_go(self, time_s: float) -> bool:
-        """Forget the one who has been silent the longest, if for more than `GONE_S`; False where nobody has."""
+        """Remove the sender that was silent longest, if for more than `GONE_S`; return whether one was removed."""
         if not self._kept:
             return False
         source, (heard_s, _) = next(iter(self._kept.items()))

@@ -1,4 +1,4 @@
-"""Who the ground is on a link: its MAVLink system and component, and its HEARTBEAT."""
+"""Identity of the ground station on a link: its MAVLink system and component, and its HEARTBEAT."""
 
 from typing import Final
 

@@ -1,16 +1,16 @@
-"""Turns that two take under one name, by which they are told from one that starts anew."""
+"""Count of alternations between two senders with the same address, to distinguish them from a sender that reboots."""
 
 from dataclasses import dataclass
 from typing import Final
 
 CLOCK_TURNS: Final = 3
-CLOCK_LATE_S: Final = 5.0  # so much later than before a clock may be heard and count as the same
-HELD_S: Final = 20.0  # after the last turn: what took turns before has ended
+CLOCK_LATE_S: Final = 5.0  # a boot clock delayed by no more than this still counts as the same
+HELD_S: Final = 20.0  # after the last turn, until the alternation counts as ended
 
 
 @dataclass
 class Turns:
-    """The changes between two runs that follow each other closely; `seen_s` is when there were last enough."""
+    """Number of successive changes between two runs; `seen_s` is when it last reached `enough`."""
 
     enough: int
     turns: int = 0
@@ -18,7 +18,7 @@ class Turns:
     seen_s: float | None = None
 
     def change(self, goes_on: bool, now_s: float) -> None:
-        """It changed to another run, which goes on where it was left or not."""
+        """A change to the other run; `goes_on`: it continues from its last reading."""
         self.turns = self.turns + 1 if goes_on and now_s - self.changed_s <= HELD_S else 0
         self.changed_s = now_s
         if self.turns >= self.enough:
@@ -30,7 +30,9 @@ class Turns:
 
 @dataclass(frozen=True)
 class Told:
-    """A time since boot, and the time of arrival less it, which only a delay or another clock makes larger."""
+    """Reading of a boot clock: time since boot, s, and its arrival time minus that, which only a delay or another clock
+    makes larger.
+    """
 
     boot_s: float
     booted_s: float

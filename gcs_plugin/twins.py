@@ -1,8 +1,8 @@
-"""Two vehicles with one MAVLink address on a link: what each says passes for the other's, and both obey.
+"""Detection of two vehicles with the same MAVLink address on a link: their messages mix, and both obey orders.
 
-Three signs, each an alternation that one vehicle, even one that starts anew, can't show: UDP peers that take
-turns (the link sees them), boot clocks, and runs of sequence numbers. A frame may arrive late, never early: delay
-alone never lets the time since boot run back. A restart does so once, and the old clock is not heard again.
+There are three signs, each an alternation that a single vehicle can't show, even if it reboots: UDP peers that take
+turns (seen by the link), boot clocks, and runs of sequence numbers. A frame may arrive late, never early: delay alone
+never makes the boot clock run back. A reboot does so once, and the old clock is not heard again.
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from bridge.framing import Frame, decode
 from gcs_plugin.senders import Senders, Source
 from gcs_plugin.turns import CLOCK_LATE_S, CLOCK_TURNS, Told, Turns
 
-CLOCK_APART_S: Final = 2.0  # more than frames of one vehicle overtake each other
+CLOCK_APART_S: Final = 2.0  # frames of the same vehicle overtake each other by less
 SEQUENCE_TURNS: Final = 6
 SEQUENCE_NEAR: Final = 32
 SEQUENCES: Final = 256
@@ -22,14 +22,14 @@ STATIONS: Final = dialect.MAV_TYPE_GCS
 
 
 class Named(Protocol):
-    """A link, as far as it matters here; one that sees its peers lists those that share an address as `contested`."""
+    """The part of a link used here; a link that knows its peers lists the addresses that they share as `contested`."""
 
     @property
     def name(self) -> str: ...
 
 
 class _Sequences:
-    """Two counters of frames, each of which goes on where it was left."""
+    """Alternation between two runs of sequence numbers, each of which goes on from its last number."""
 
     def __init__(self, sequence: int) -> None:
         self.turns = Turns(SEQUENCE_TURNS)
@@ -45,7 +45,7 @@ class _Sequences:
 
 
 class _Clocks:
-    """Two boot clocks: the time since boot runs back, then ahead of the time that passed, and so on."""
+    """Alternation between two boot clocks: the boot time runs back, then ahead of the time that passed, and so on."""
 
     def __init__(self) -> None:
         self.turns = Turns(CLOCK_TURNS)
@@ -54,21 +54,21 @@ class _Clocks:
         self._ran_back: bool | None = None
 
     def take(self, boot_s: float, now_s: float) -> None:
-        told, last = Told(boot_s, now_s - boot_s), self._current
-        self._current = told
+        reading, last = Told(boot_s, now_s - boot_s), self._current
+        self._current = reading
         if last is None:
             return
-        back = told.boot_s < last.boot_s - CLOCK_APART_S
-        if not back and told.booted_s >= last.booted_s - CLOCK_APART_S:
+        back = reading.boot_s < last.boot_s - CLOCK_APART_S
+        if not back and reading.booted_s >= last.booted_s - CLOCK_APART_S:
             return
-        goes_on = self._left is not None and abs(told.booted_s - self._left.booted_s) <= CLOCK_LATE_S
+        goes_on = self._left is not None and abs(reading.booted_s - self._left.booted_s) <= CLOCK_LATE_S
         self.turns.change(goes_on and back is not self._ran_back, now_s)
         self._left, self._ran_back = last, back
 
 
 @dataclass
 class _Signs:
-    """What one address shows; None before it shows any of it."""
+    """Signs seen of an address; each is None before its first reading."""
 
     sequences: _Sequences | None = None
     clocks: _Clocks | None = None
@@ -79,7 +79,7 @@ class _Signs:
 
 
 class Twins:
-    """Watches the frames of one link for two vehicles that share system and component."""
+    """Watches the frames of a link for two vehicles that share system and component."""
 
     def __init__(self, link: Named) -> None:
         self._link = link
@@ -108,22 +108,22 @@ class Twins:
                 signs.is_station = True
 
     def fault(self, system: int | None = None) -> str:
-        """Why nobody may be ordered, "" where all is well; of one system, or of any that is no ground station."""
+        """Why no orders may be sent, "" if they may; of the given system, or of any. Ground stations are ignored."""
         contested: frozenset[Source] = getattr(self._link, "contested", frozenset())
-        found = sorted(
+        shared = sorted(
             source
             for source, signs in self._signs.items()
             if not signs.is_station
             and system in (None, source[0])
             and (source in contested or signs.are_two(self._now_s))
         )
-        if not found:
+        if not shared:
             return ""
-        return twins_sentence(self._link.name, found[0])
+        return twins_sentence(self._link.name, shared[0])
 
 
 def twins_sentence(where: str, source: Source) -> str:
-    """What an operator is told of two vehicles under one address."""
+    """Message to the operator about two vehicles with the same address."""
     system, component = source
     return (
         f"{where}: two vehicles beat as system {system}, component {component}, and both would obey; "

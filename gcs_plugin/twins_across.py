@@ -1,7 +1,7 @@
-"""Two vehicles with one MAVLink address, each on a link of its own: neither link alone shows it.
+"""Detection of two vehicles with the same MAVLink address on different links: neither link alone shows it.
 
-One vehicle may well be heard on two links, with sequence numbers of their own; but it has one boot clock. Two that
-were switched on within 5 s of each other are not told apart.
+A single vehicle may be heard on two links, with separate sequence numbers, but it has only one boot clock. Two vehicles
+that were switched on within 5 s of each other can't be distinguished.
 """
 
 from dataclasses import dataclass, field
@@ -15,25 +15,25 @@ from gcs_plugin.turns import CLOCK_LATE_S, CLOCK_TURNS, HELD_S, Told, Turns
 from gcs_plugin.twins import twins_sentence
 
 MOST_LINKS: Final = 16
-ON_S: Final = 2.0  # a clock that goes on as it was is not heard later than before by more
+ON_S: Final = 2.0  # tolerance, s, within which a clock counts as going on unchanged
 
 
 @dataclass
 class _Clocks:
-    """The boot clock of one address as each link tells it; `last` is the link that told it last."""
+    """The boot clock of an address by link, with the time it was heard; `last` is the link that carried it last."""
 
     told: dict[str, tuple[Told, float]] = field(default_factory=dict)
     turns: Turns = field(default_factory=lambda: Turns(CLOCK_TURNS))
     last: str = ""
 
     def take(self, link: str, told: Told, now_s: float) -> None:
-        own, other, self.last = self.told.get(link), self.told.get(self.last), link
-        if own is not None or len(self.told) < MOST_LINKS:
+        here, last, self.last = self.told.get(link), self.told.get(self.last), link
+        if here is not None or len(self.told) < MOST_LINKS:
             self.told[link] = told, now_s
-        if other is None or now_s - other[1] > HELD_S or _apart_s(told, other[0]) <= CLOCK_LATE_S:
+        if last is None or now_s - last[1] > HELD_S or _apart_s(told, last[0]) <= CLOCK_LATE_S:
             return
-        # A restart, and a stop of the ground, move the clock of each link; of twins each goes on as it was.
-        self.turns.change(own is not None and _apart_s(told, own[0]) <= ON_S, now_s)
+        # A reboot, or a pause of the ground station, moves the clock on every link; clocks of twins go on unchanged.
+        self.turns.change(here is not None and _apart_s(told, here[0]) <= ON_S, now_s)
 
 
 def _apart_s(one: Told, other: Told) -> float:
@@ -41,7 +41,7 @@ def _apart_s(one: Told, other: Told) -> float:
 
 
 class TwinsAcross:
-    """Watches the boot clocks of every address over all links."""
+    """Watches the boot clocks of all addresses over all links."""
 
     def __init__(self) -> None:
         self._now_s = 0.0
@@ -61,7 +61,7 @@ class TwinsAcross:
         clocks.take(link, Told(boot_s, time_s - boot_s), time_s)
 
     def fault(self, system: int | None) -> str:
-        """Why nobody may order this system, "" where all is well."""
+        """Why no orders may be sent to this system, "" if they may."""
         for source, clocks in self._clocks.items():
             if source[0] == system and clocks.turns.are_two(self._now_s):
                 return twins_sentence(" and ".join(sorted(clocks.told)), source)

@@ -1,6 +1,6 @@
-"""For how long the vehicle of a recording was not heard, told while it is recorded: by the rule of `bridge.silences`.
+"""The longest silence of a dive's vehicle, known while the dive is recorded, by the rules of `bridge.silences`.
 
-Boot times are those of SYSTEM_TIME, which vehicles tell once a second.
+Boot times are from SYSTEM_TIME, which vehicles send once a second.
 """
 
 import math
@@ -16,7 +16,7 @@ from bridge.silences import LEAST_S, ROUND, Pause, Spacing, of_clocks, unheard
 from gcs_plugin.senders import Senders
 
 MOST_PAUSES: Final = 1000
-"""Of one sender, in one dive; then those before are looked at no more, but for the longest."""
+"""Most pauses kept of a sender in a dive; beyond that, the shortest is dropped."""
 PLACED_EVERY_S: Final = 1.0
 _HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
 _SYSTEM_TIME: Final[int] = dialect.MAVLINK_MSG_ID_SYSTEM_TIME
@@ -28,7 +28,7 @@ _BOOT_MS: Final = struct.Struct("<I")
 
 @dataclass(frozen=True, slots=True)
 class Heard:
-    """What was heard of a dive's vehicle: its longest silence, 0 s for none; does it keep a recording of its own."""
+    """A dive's vehicle: its longest silence, s (0 for none), and whether it keeps a recording onboard."""
 
     unheard_s: float = 0.0
     keeps_ring: bool = False
@@ -36,9 +36,10 @@ class Heard:
 
 @dataclass(slots=True)
 class _Sender:
-    """One component; `ahead_s` is how far its boot clock is ahead of that of the arrivals, NaN before it told it.
+    """State of a component.
 
-    `open` is the pause after which its clock has not been told yet.
+    `ahead_s` is its boot clock minus the clock of the arrivals, NaN before its first boot time; `open` is the latest
+    pause, as long as no boot time has arrived after it.
     """
 
     last_s: float
@@ -72,7 +73,7 @@ class _Sender:
             self.keeps_ring = True
 
     def tell(self, boot_s: float, time_s: float) -> None:
-        """Its boot time arrived."""
+        """A boot time arrived: close the open pause, or note a silence by the jump of the boot clock."""
         before_s, self.ahead_s = self.ahead_s, boot_s - time_s
         if math.isnan(before_s):
             self.close(self.open)
@@ -93,12 +94,12 @@ class _Sender:
 
     @property
     def silent_s(self) -> float:
-        found: Sequence[Pause] = [*self.pauses, *([self.open] if self.open else [])]
-        return max((pause.seconds for pause in unheard(found, self.spacing)), default=0.0)
+        pauses: Sequence[Pause] = [*self.pauses, *([self.open] if self.open else [])]
+        return max((pause.seconds for pause in unheard(pauses, self.spacing)), default=0.0)
 
 
 class Unheard:
-    """Of one dive, over all links: what one of them brought was heard."""
+    """Silences of a dive's vehicles over all links: a frame on any link counts as heard."""
 
     def __init__(self) -> None:
         self._senders: Senders[_Sender] = Senders()
@@ -118,7 +119,7 @@ class Unheard:
 
     @property
     def heard(self) -> Heard:
-        """Of the vehicle's component that says most."""
+        """Result for the vehicle's component with the most frames."""
         vehicles = [sender for _, sender in self._senders.items() if sender.is_vehicle]
         if not vehicles:
             return Heard()

@@ -1,1 +1,1 @@
-"""Parameters: files and their sidecar, the plan, transfer and upload (pure), the client (thin I/O)."""
+"""Parameters: files and their sidecars, the plan, transfer and upload (pure), the client (thin I/O)."""

@@ -1,8 +1,7 @@
-"""The parameter client: thin I/O over a link around the pure machines of listing and upload.
+"""The parameter client: thin I/O over a link around the pure state machines of listing and upload.
 
-It never sends to a component before it has heard that component's own HEARTBEAT on this link: an autopilot
-that does not know the companion yet takes a write to the companion for its own (measured with ArduSub
-4.5.7).
+The client sends nothing to a component before that component's HEARTBEAT arrived on this link: an autopilot that does
+not know the companion yet takes a write to the companion for its own (measured with ArduSub 4.5.7).
 """
 
 import contextlib
@@ -34,7 +33,7 @@ from gcs_plugin.twins import Twins
 
 POLL_S: Final = 0.02
 HEARTBEAT_LIMIT_S: Final = 6.0
-GONE_S: Final = 12.0  # without one frame of the vehicle: at 30 % loss of a beat a second, once in a million
+GONE_S: Final = 12.0  # without any frame of the vehicle: at 30 % loss of 1 Hz heartbeats, once in a million
 TELL_SILENCE_S: Final = 2.0
 COMPANIONS_MAY_FOLLOW_S: Final = 1.5
 REBOOT_STEP_MS: Final = 500
@@ -58,14 +57,14 @@ class Heard:
 
     @property
     def is_vehicle(self) -> bool:
-        """Whether it can hold a vehicle's parameters: an autopilot or a companion computer."""
+        """Whether the component can hold a vehicle's parameters: an autopilot or a companion computer."""
         if self.kind == dialect.MAV_TYPE_GCS:
             return False
         return self.autopilot != _NO_AUTOPILOT or self.kind == _COMPANION_KIND
 
 
 def message_of(send: ReadList | ReadIndex | ReadValue | SetValue, target: Source) -> Any:
-    """The MAVLink message that asks or writes what a machine wants."""
+    """The MAVLink message, addressed to `target`, for a request of the listing or upload machine."""
     if isinstance(send, ReadList):
         return dialect.MAVLink_param_request_list_message(*target)
     if isinstance(send, ReadIndex):
@@ -77,23 +76,22 @@ def message_of(send: ReadList | ReadIndex | ReadValue | SetValue, target: Source
 
 
 def _unheard(name: str, result: Result) -> None:
-    """Nobody hears what becomes of single lines."""
+    """Default `line` callback: ignores the result of a parameter."""
     del name, result
 
 
 def _unseen(words: str, done: int, total: int, stage: Stage | None) -> None:
-    """Progress that nobody watches."""
+    """Default `progress` callback: ignores the progress."""
     del words, done, total, stage
 
 
 class ParameterClient:
     """Reads and writes one vehicle's parameters over `link`.
 
-    Every wait is a read of `link` with a timeout: a link whose `read` steps a simulation runs it along.
-    `progress` gets words for the crew (the stage, and for how long nothing was answered), how many of how many
-    parameters are done, and the stage of an upload, None while parameters are read. `line` gets the result of each
-    parameter that changes, as soon as it is known.
-    Nothing is asked or written where two vehicles share the address: LinkError.
+    Every wait is a read of `link` with a timeout, so a link whose `read` steps a simulation keeps the simulation going.
+    `progress` is called with words for the crew (the stage, and the time without an answer), the number done, the total,
+    and the stage of an upload, None while parameters are read; `line` with the result of each parameter that changes, as
+    soon as it is known. If two vehicles share the address, nothing is requested or written and LinkError is raised.
     """
 
     def __init__(
@@ -117,38 +115,38 @@ class ParameterClient:
     def find_vehicle(
         self, timeout_s: float = 5.0, system: int | None = None, component: int | None = None
     ) -> Source:
-        """The component that holds the parameters: the one named, else a companion before an autopilot.
+        """Find the component that holds the parameters: the named component, otherwise a companion before an autopilot.
 
-        Raises LinkTimeout where none beats within `timeout_s`, LinkError where several systems do.
+        Raises LinkTimeout if no HEARTBEAT arrives within `timeout_s`, LinkError if several systems send HEARTBEATs.
         """
         end_s = self._clock.boot_s() + timeout_s
         settled_s: float | None = None
         while self._clock.boot_s() < end_s:
             for frame in self._receive():
                 self._note(frame)
-            found = self._candidates(system, component)
+            candidates = self._candidates(system, component)
             now_s = self._clock.boot_s()
-            if found and settled_s is None:
+            if candidates and settled_s is None:
                 settled_s = now_s + COMPANIONS_MAY_FOLLOW_S
             named = component is not None and system is not None
-            if found and settled_s is not None and (named or now_s >= settled_s):
+            if candidates and settled_s is not None and (named or now_s >= settled_s):
                 break
-        found = self._candidates(system, component)
-        if not found:
+        candidates = self._candidates(system, component)
+        if not candidates:
             raise LinkTimeout(self._nobody(timeout_s, system, component))
-        systems = sorted({source[0] for source in found})
+        systems = sorted({source[0] for source in candidates})
         if len(systems) > 1:
             numbers = ", ".join(map(str, systems))
             raise LinkError(
                 f"{self._link.name}: several vehicles beat (systems {numbers}); name one with --system"
             )
-        self._vehicle = min(found, key=lambda source: (source[1] not in COMPANIONS, source[1]))
+        self._vehicle = min(candidates, key=lambda source: (source[1] not in COMPANIONS, source[1]))
         self._refuse_twins()
         return self._vehicle
 
     @property
     def thrusters(self) -> Source:
-        """The component that turns the thrusters of the vehicle found: its autopilot, else the vehicle itself."""
+        """The component that drives the vehicle's thrusters: its autopilot, otherwise the component in use."""
         vehicle = self._known_vehicle()
         autopilots = [
             source
@@ -159,24 +157,24 @@ class ParameterClient:
 
     @property
     def vehicle(self) -> Source:
-        """System and component of the vehicle found, looked for where none was yet."""
+        """System and component of the vehicle; calls `find_vehicle` first if no vehicle is known yet."""
         return self._known_vehicle()
 
     @property
     def armed(self) -> bool:
-        """Whether any part of the vehicle says that it is armed."""
+        """Whether any component of the vehicle reports that it is armed."""
         system = self._known_vehicle()[0]
         return any(heard.armed for source, heard in self._heard.items() if source[0] == system)
 
     def listen(self, stop: Event) -> None:
-        """Hear on until `stop` is set, as while somebody is asked: what is known of the vehicle is then of now."""
-        with contextlib.suppress(LinkError):  # who reads next meets it again
+        """Read the link until `stop` is set, so that the vehicle's state stays current while a prompt is open."""
+        with contextlib.suppress(LinkError):  # the next read raises it again
             while not stop.is_set():
                 for frame in self._receive():
                     self._note(frame)
 
     def read_all(self, timeout_s: float = 30.0) -> dict[str, float]:
-        """Every parameter. Raises LinkTimeout where none came, ParamUnverified where some are missing."""
+        """Return all parameters. Raises LinkTimeout if none arrived, ParamUnverified if some are missing."""
         timing = replace(self._timing, deadline_s=timeout_s)
         listing = Listing(self._known_vehicle(), self._clock.boot_s(), timing)
         heard_s = self._clock.boot_s()
@@ -212,14 +210,17 @@ class ParameterClient:
         sidecar: Sidecar | None = None,
         read_at: Newest | None = None,
     ) -> Receipt:
-        """Carry out a plan. What the vehicle held goes into a new file before the first write, `preimage` or the next
-        number of it, and beside it a receipt that says what was begun; at the end it says how that ended. `restores` is
-        the pre-image that is gone back to, "" for an upload of anything else; `sidecar` says where its values come
-        from, `read_at` what the newest receipt was as the vehicle was read.
+        """Carry out a plan and return its receipt.
 
-        Raises ParamRejected or ParamUnknown for a plan that can't be sent, ParamRejected while the vehicle is armed,
-        unless `even_armed` and its feed-forward does not act, or where another program writes to it, or did since,
-        LinkTimeout where its heart no longer beats: in each case nothing was written.
+        Before the first write, the values on the vehicle are saved in a new file, `preimage` or its next free number,
+        together with a receipt that says what was begun; at the end the receipt says how the upload ended. `restores`
+        is the pre-image that a roll back goes back to, "" for any other upload; `sidecar` is the provenance of the
+        values; `read_at` is the newest receipt at the time the vehicle was read.
+
+        Raises ParamRejected or ParamUnknown for a plan that can't be sent; ParamRejected while the vehicle is armed
+        (unless `even_armed` and its feed-forward does not act) and if another program writes to the vehicle, or has
+        written since `read_at`; LinkTimeout if the vehicle sends no HEARTBEAT any more. In each case nothing was
+        written.
         """
         plan.check()
         orders = OffOrders()
@@ -242,7 +243,7 @@ class ParameterClient:
             return finish(begun, plan, ending, self._clock.boot_s() - start_s)
 
     def _drive(self, upload: Upload, even_armed: bool, orders: OffOrders) -> Ending:
-        told: dict[str, Result] = {}
+        reported: dict[str, Result] = {}
         while upload.ending is None:
             try:
                 if orders.given(self._known_vehicle()[0]):
@@ -256,17 +257,17 @@ class ParameterClient:
             now_s = self._clock.boot_s()
             trouble = self._twins.fault(self._known_vehicle()[0]) or self._gone(now_s)
             if trouble and upload.ending is None:
-                # Not one more write: it would reach the other vehicle too, or nobody.
+                # Send no further write: it would reach the second vehicle too, or nobody.
                 upload.give_up(f"{trouble}; {upload.left_behind}")
             self._tell(upload.stage, *upload.progress, upload.unanswered_s(now_s))
             for name, result in upload.proven.items():
-                if told.get(name) != result:
-                    told[name] = result
+                if reported.get(name) != result:
+                    reported[name] = result
                     self._line(name, result)
         return upload.ending
 
     def _gone(self, now_s: float) -> str:
-        """Why the vehicle is given up, "" while it is heard."""
+        """Why the upload is given up (the vehicle is silent), "" while frames arrive from it."""
         if now_s - self._frame_s[self._known_vehicle()] < GONE_S:
             return ""
         return f"{self._vehicle_text()} went silent, nothing came from it for {GONE_S:.0f} s"
@@ -281,7 +282,7 @@ class ParameterClient:
         self._progress(f"{'reading' if stage is None else stage.value}{silent}", done, total, stage)
 
     def _await_heartbeat(self) -> None:
-        """Wait for the vehicle's own next heartbeat."""
+        """Wait for the next HEARTBEAT of the vehicle's component; raise LinkTimeout after HEARTBEAT_LIMIT_S."""
         vehicle = self._known_vehicle()
         start_s = self._clock.boot_s()
         while self._heard[vehicle].time_s < start_s and self._clock.boot_s() < start_s + HEARTBEAT_LIMIT_S:
@@ -322,13 +323,13 @@ class ParameterClient:
             upload.abort("the vehicle was armed during the upload", now_s)
 
     def _tells_reboot(self, message: Any, source: Source, booted_ms: int | None) -> bool:
-        """Whether the vehicle runs since less long than `booted_ms`, which it told before."""
+        """Whether the vehicle's boot clock is behind `booted_ms`, its previous reading: it has rebooted."""
         if message.get_type() != "SYSTEM_TIME" or source != self._vehicle or booted_ms is None:
             return False
         return bool(message.time_boot_ms < booted_ms - REBOOT_STEP_MS)
 
     def _note(self, frame: Frame) -> Any | None:
-        """Remember who beats and since when it runs; the decoded message, None where it has no use here."""
+        """Record the HEARTBEAT or boot time of a frame; return the message, None if it is not used here or damaged."""
         if frame.message_id not in _USED:
             return None
         message = decode(frame)

@@ -1,4 +1,4 @@
-"""A plan beside what was identified and what was last accepted: how far each line changes, in intervals."""
+"""Table of a plan: each line's change, relative to its 95 % interval, and the value last accepted."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ LEGEND = "change: in halves of the 95 % interval that the file gives; below 1 it
 
 @dataclass(frozen=True, slots=True)
 class Compared:
-    """A line of a plan with the 95 % interval of its target, and what was last accepted; None where nobody tells."""
+    """Line of a plan, with the 95 % interval of its target and the value last accepted; None if not known."""
 
     row: Row
     interval: Interval | None
@@ -23,14 +23,14 @@ class Compared:
 
     @property
     def change(self) -> float | None:
-        """Target less present value, in halves of the target's 95 % interval; None without one."""
+        """Target minus present value, divided by half the target's 95 % interval; None if either is not known."""
         half = 0.0 if self.interval is None else (self.interval.high95 - self.interval.low95) / 2
         if self.row.present is None or half <= 0.0:
             return None
         return (self.row.target - self.row.present) / half
 
     def cells(self) -> tuple[str, ...]:
-        """Its texts, in the order of COLUMNS."""
+        """Texts of the table's cells, in the order of COLUMNS."""
         row, change = self.row, self.change
         return (
             row.name,
@@ -43,7 +43,7 @@ class Compared:
         )
 
     def to_json(self) -> dict[str, Any]:
-        """The form that `params diff --json` writes; SI, null for what nobody tells."""
+        """The line as `params diff --json` writes it; SI units, null for unknown values."""
         coefficient = coefficient_of(self.row.name)
         return {
             "name": self.row.name,
@@ -65,5 +65,5 @@ class Compared:
 def compared(
     plan: Plan, intervals: Mapping[str, Interval], accepted: Mapping[str, AcceptedValue]
 ) -> tuple[Compared, ...]:
-    """The lines of a plan, each with its interval and what was last accepted of it."""
+    """The lines of a plan, each with its interval and its last accepted value."""
     return tuple(Compared(row, intervals.get(row.name), accepted.get(row.name)) for row in plan.rows)

@@ -1,4 +1,4 @@
-"""Deadline arithmetic of requests over a link that loses some: pure functions of times and counts."""
+"""Deadlines and retry delays of requests over a lossy link: pure functions of times and counts."""
 
 import math
 from dataclasses import dataclass
@@ -9,12 +9,13 @@ STAGES: Final = 4  # quiet periods of an upload that is written, refused once, c
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """How patient a transfer is.
+    """Timing of a transfer.
 
-    `window` requests fly at once; a lost one is repeated after `retry_s`, growing by half to `retry_max_s`.
-    Between the last write and its read-back passes more than the longest round trip, so that no late echo of the write
-    can pass for the read-back's answer: `quiet_s` at least, and `quiet_max_s` where answers are not known to come
-    sooner (`RoundTrips`). All ends `deadline_s` after the start.
+    At most `window` requests are open at once; a request without an answer is repeated after `retry_s`, a delay that
+    grows by half each time up to `retry_max_s`. The quiet period between the last write and its read-back is longer
+    than the longest round trip, so that no late echo of the write can pass for the read-back's answer: at least
+    `quiet_s`, and `quiet_max_s` if answers are not known to arrive sooner (`RoundTrips`). The transfer ends
+    `deadline_s` after its start.
     """
 
     window: int = 8
@@ -34,14 +35,14 @@ class Timing:
 
 
 def retry_delay_s(attempt: int, timing: Timing) -> float:
-    """How long to wait for the answer to attempt 1, 2, 3 ... before the next."""
+    """Delay between attempt number `attempt` (from 1) and the next, s."""
     return min(timing.retry_s * 1.5 ** min(attempt - 1, 16), timing.retry_max_s)
 
 
 def attempts_needed(loss: float, requests: int, failure: float) -> int:
-    """Attempts after which `requests` exchanges have all succeeded but for probability `failure`.
+    """Number of attempts after which all of `requests` exchanges have succeeded, except with probability `failure`.
 
-    An exchange succeeds with (1 - loss)^2: the request and its answer must both arrive.
+    An attempt succeeds with probability (1 - loss)^2: the request and its answer must both arrive.
     """
     success = (1.0 - loss) ** 2
     if success >= 1.0:
@@ -50,8 +51,10 @@ def attempts_needed(loss: float, requests: int, failure: float) -> int:
 
 
 def deadline_s(requests: int, timing: Timing, loss: float = 0.3, failure: float = 1e-4) -> float:
-    """Time in which `requests` writes and their read-backs succeed on such a link but for `failure`, in as many stages
-    as an upload has, each with its quiet period.
+    """Time in which `requests` writes and their read-backs all succeed except with probability `failure`, s.
+
+    `loss` is the link's loss in each direction. Includes a quiet period of `quiet_max_s` for each of the STAGES of an
+    upload.
     """
     attempts = attempts_needed(loss, 2 * requests, failure)
     patience = sum(retry_delay_s(attempt, timing) for attempt in range(1, attempts + 1))
@@ -60,5 +63,5 @@ def deadline_s(requests: int, timing: Timing, loss: float = 0.3, failure: float 
 
 
 def is_past(now_s: float, start_s: float, allowed_s: float) -> bool:
-    """Whether the deadline has come."""
+    """Whether `allowed_s` have passed since `start_s`."""
     return now_s - start_s >= allowed_s

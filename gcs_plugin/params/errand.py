@@ -1,9 +1,9 @@
-"""One vehicle's parameters read, compared, and brought to what a file asks: without a wait, from frame to frame.
+"""Upload of a parameter file to a vehicle as a non-blocking state machine: read, compare, write.
 
-    READING (every parameter) -> AGREE (the plan is there; `agreed` goes on) -> WRITING -> ENDED
+    READING (every parameter) -> AGREE (the plan is ready; `agreed` goes on) -> WRITING -> ENDED
 
-Pure: `tick` says what to send, `on_message` takes what came; who drives it has other things to do in
-between. `client.ParameterClient` is the same for who has a link to itself and can wait.
+Pure: `tick` returns the messages to send, `on_message` takes the messages that arrived, and the caller is free to do
+other work in between. `client.ParameterClient` does the same for a caller that has a link to itself and can wait.
 """
 
 from dataclasses import dataclass, replace
@@ -22,11 +22,11 @@ from gcs_plugin.params.while_armed import not_raised
 
 READ_WITHIN_S: Final = 30.0
 AGREE_WITHIN_S: Final = 120.0
-"""What the vehicle held so long ago may have changed since: then it is read anew."""
+"""Values read longer ago than this may have changed on the vehicle, so it is read again."""
 
 
 class Step(Enum):
-    """Where an errand is."""
+    """Stage of an errand."""
 
     READING = auto()
     AGREE = auto()
@@ -36,8 +36,10 @@ class Step(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """The vehicle at an instant: whether it is armed, since when it is silent, what speaks against ordering it, and
-    whether another has ordered OFF meanwhile.
+    """State of the vehicle at an instant.
+
+    `armed`; `silent_s`, the time since its last frame; `fault`, why it must not be sent orders, "" if it may;
+    `off_ordered`, whether another program has ordered OFF meanwhile.
     """
 
     armed: bool
@@ -47,10 +49,11 @@ class Told:
 
 
 class Errand:
-    """Reads `source` and, once `agreed`, brings it to what is `wanted`; `going_back`: a roll back, which never raises
-    the mode of the feed-forward.
+    """Reads the component `source` and, once `agreed`, brings it to the values of `wanted`.
 
-    `failure` says why it ended before its plan was carried out, "" where it did not; `ending` how the upload ended.
+    `going_back`: a roll back, which never raises the feed-forward's mode. `failure` says why the errand ended before
+    its plan was carried out, "" if it did not; `ending` says how the upload ended; `back` lists the effects that are
+    set to 0 since the new model lacks them.
     """
 
     def __init__(
@@ -77,46 +80,47 @@ class Errand:
 
     @property
     def progress(self) -> tuple[str, int, int]:
-        """The stage in a word, how many are done, of how many."""
+        """Name of the stage, number done, total."""
         if self._upload is not None:
             return (self._upload.stage.value, *self._upload.progress)
         return "reading", len(self._listing.values), self._listing.count or 0
 
     @property
     def ending(self) -> Ending | None:
-        """How the upload ended."""
+        """How the upload ended, None before that."""
         return None if self._upload is None else self._upload.ending
 
     @property
     def active_crc(self) -> int | None:
-        """The set that is to fly in the end, None where nothing is committed."""
+        """CRC of the set that is to fly in the end, None if no set is committed."""
         return self._upload.crc if self._upload is not None and self._upload.commits else None
 
     def code(self, armed: bool) -> str:
-        """What names all that the plan writes and puts in force: how many lines, and a number that stands for their
-        names and values; with a word before it for a vehicle that is armed.
+        """Confirmation code of the plan: number of lines that it writes or puts in force, and the CRC of their names
+        and values; prefixed with "armed-" for an armed vehicle.
         """
         assert self.plan is not None
         lines = self.plan.changes | self.plan.staged
         return f"{'armed-' if armed else ''}{len(lines)}-{set_crc(lines):06x}"
 
     def rehearsed(self, now_s: float) -> Upload:
-        """The upload of the plan as it would begin now: does it change anything, may an armed vehicle take it."""
+        """The upload of the plan as it would begin now: says whether it writes anything or needs a disarmed vehicle."""
         assert self.plan is not None
         return Upload(self.plan, self.source, now_s, self._timing, set_crc)
 
     def is_old(self, now_s: float) -> bool:
-        """Whether what was read is too old to be written upon."""
+        """Whether the values were read too long ago for the plan to be carried out."""
         return now_s - self._read_s > AGREE_WITHIN_S
 
     def choose(self, names: tuple[str, ...]) -> None:
-        """Narrow the plan to some lines. Raises ParamUnknown for one that it does not hold."""
+        """Narrow the plan to the named lines. Raises ParamUnknown for a name that is not in it."""
         assert self.plan is not None
         self.plan = self.plan.chosen(names)
 
     def agreed(self, now_s: float, even_armed: bool = False) -> None:
-        """Carry the plan out, armed or not where `even_armed`. Raises ParamRejected or ParamUnknown for one that can't
-        be sent.
+        """Start carrying out the plan, also on an armed vehicle if `even_armed`.
+
+        Raises ParamRejected or ParamUnknown for a plan that can't be sent.
         """
         assert self.plan is not None
         self.plan.check()
@@ -125,7 +129,7 @@ class Errand:
         self.step = Step.WRITING if self._upload.ending is None else Step.ENDED
 
     def stop(self, sentence: str, now_s: float) -> bool:
-        """Stop, taking back what is staged; False where only the vehicle can still refuse."""
+        """Stop and roll back the staged values; False from the commit on, when only the vehicle can still refuse."""
         if self._upload is None:
             self._fail(sentence)
             return True
@@ -147,14 +151,14 @@ class Errand:
             gone = f"nothing came from the vehicle for {GONE_S:.0f} s" if told.silent_s >= GONE_S else ""
             trouble = told.fault or gone
             if trouble and self._upload.ending is None:
-                # Not one more write: it would reach another vehicle too, or nobody.
+                # Send no further write: it would reach another vehicle too, or nobody.
                 self._upload.give_up(f"{trouble}; {self._upload.left_behind}")
             if self._upload.ending is not None:
                 self.step = Step.ENDED
         return [] if self.step is Step.ENDED else [message_of(send, self.source) for send in sends]
 
     def on_message(self, message: Any, source: Source, now_s: float, rebooted: bool) -> None:
-        """A message arrived."""
+        """A message arrived; `rebooted`: it shows that its sender has rebooted."""
         if rebooted and source == self.source:
             if self.step is Step.READING:
                 self._listing.on_reboot(now_s)

@@ -1,7 +1,7 @@
-"""Parameter files, both ways: `NAME,value`, `NAME value`, and the tab form of QGroundControl.
+"""Reading and writing parameter files: `NAME,value`, `NAME value`, and QGroundControl's tab-separated form.
 
-The whole file is read and judged before anything is done with it. Values are written with the shortest text
-that reads back to the same float32, so that two files can be compared by eye.
+The whole file is read and checked before any of it is used. Values are written as the shortest text that reads back to
+the same float32, so that two files can be compared by eye.
 """
 
 import re
@@ -23,19 +23,19 @@ REAL32: Final = 9
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _LINE_END = re.compile(r"\r\n|\n|\r")
-"""No more than these: behind a form feed, say, a comment would end that goes on for whoever reads the file."""
+"""Only these, not all that `str.splitlines` splits at: a comment would end at a form feed, but go on for a reader."""
 _SAVED_OF = "Onboard parameters for Vehicle"
-"""As QGroundControl begins its files."""
+"""Start of the first line of QGroundControl's files."""
 _SAVED_OF_LINE = re.compile(rf"#\s*{_SAVED_OF} (\d{{1,3}})\s*")
 _FOUND_BY_LINE = re.compile(r"#\s*(.+?), configuration (.+?), by \S+ from .*")
-"""As `identify --param` and `diagnose --accept` begin theirs."""
+"""First line of the files that `identify --param` and `diagnose --accept` write."""
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)(\(.*\))?", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One line of a file; `system` and `component` are None where the format has none."""
+    """Line of a parameter file; `system` and `component` are None in formats without them."""
 
     name: str
     value: float
@@ -45,9 +45,10 @@ class Entry:
 
 
 def parse(text: str, source: str) -> list[Entry]:
-    """Every entry of a file's text; `source` names the file in messages.
+    """Parse every entry of a file's text; `source` names the file in messages.
 
-    Raises ParamRejected with the line number for anything that is not a name and a finite float32.
+    Raises ParamRejected with the line number for anything that is not a name and a finite float32, and for a file
+    without parameters.
     """
     entries = []
     for number, line in enumerate(_LINE_END.split(text), start=1):
@@ -60,15 +61,15 @@ def parse(text: str, source: str) -> list[Entry]:
 
 
 def _entry(content: str, line: int, source: str) -> Entry:
-    where = f"{source}, line {line}"
+    place = f"{source}, line {line}"
     parts = [part for part in re.split(r"[\s,]+", content) if part]
     if len(parts) == 5 and parts[0].isdecimal() and parts[1].isdecimal() and parts[4].isdecimal():
         return Entry(
-            _name(parts[2], where), _value(parts[2], parts[3], where), line, int(parts[0]), int(parts[1])
+            _name(parts[2], place), _value(parts[2], parts[3], place), line, int(parts[0]), int(parts[1])
         )
     if len(parts) != 2:
-        raise ParamRejected(f"{where}: '{_shown(content)}' is not a name and a value; mend that line")
-    return Entry(_name(parts[0], where), _value(parts[0], parts[1], where), line)
+        raise ParamRejected(f"{place}: '{_shown(content)}' is not a name and a value; mend that line")
+    return Entry(_name(parts[0], place), _value(parts[0], parts[1], place), line)
 
 
 def _name(word: str, where: str) -> str:
@@ -104,11 +105,14 @@ def _shown(text: str) -> str:
 
 
 def system_of(path: Path) -> int | None:
-    """The one vehicle whose values a file says that it holds; None where it names none. Raises ParamRejected."""
+    """The MAVLink system whose values a file holds, from its comment or its lines; None if it names no system.
+
+    Raises ParamRejected for an unreadable file and for a file with the values of several systems.
+    """
     text = _text_of(path)
-    told = (int(match[1]) for line in _LINE_END.split(text) if (match := _SAVED_OF_LINE.fullmatch(line)))
-    own = (entry.system for entry in parse(text, str(path)) if entry.system is not None)
-    systems = sorted({*told, *own})
+    saved = (int(match[1]) for line in _LINE_END.split(text) if (match := _SAVED_OF_LINE.fullmatch(line)))
+    listed = (entry.system for entry in parse(text, str(path)) if entry.system is not None)
+    systems = sorted({*saved, *listed})
     if len(systems) > 1:
         both = ", ".join(map(str, systems))
         raise ParamRejected(f"{path}: holds values of several vehicles ({both}); keep the lines of one")
@@ -116,15 +120,19 @@ def system_of(path: Path) -> int | None:
 
 
 def found_of(path: Path) -> tuple[str, str] | None:
-    """The vehicle and the configuration of which a file's own words say that it was found; None where they name none.
-    Raises ParamRejected."""
+    """Vehicle and configuration of the identification, from the first line that `identify --param` or
+    `diagnose --accept` wrote; None if the file has no such line. Raises ParamRejected for an unreadable file.
+    """
     lines = _LINE_END.split(_text_of(path))
-    found = ((match[1], match[2]) for line in lines if (match := _FOUND_BY_LINE.fullmatch(line)))
-    return next(found, None)
+    origins = ((match[1], match[2]) for line in lines if (match := _FOUND_BY_LINE.fullmatch(line)))
+    return next(origins, None)
 
 
 def check_system(path: Path, named: int | None, system: int, otherwise: str) -> None:
-    """Raise ParamRejected where a file names a vehicle, and another is meant; `otherwise` says what lets it pass."""
+    """Raise ParamRejected if the file was saved from another system (`named`) than the target `system`.
+
+    `otherwise` ends the message: the option that lets the file pass.
+    """
     if named not in (None, system):
         raise ParamRejected(
             f"{path}: was saved of vehicle {named}, and this is vehicle {system}: nothing was sent; give the file of "
@@ -147,9 +155,10 @@ def _text_of(path: Path) -> str:
 
 
 def read_parameters(path: Path, component: int | None = None) -> dict[str, float]:
-    """The values of a file by name, each exactly a float32; of one `component` where lines name several.
+    """The values of a file by name, each exactly a float32.
 
-    Raises ParamRejected for a file that can't be read, a malformed line, NaN, or a name that is given twice.
+    With `component`, lines that name another component are skipped. Raises ParamRejected for a file that can't be read,
+    a malformed line, NaN, a name that is given twice, or if no parameter is left.
     """
     lines: dict[str, int] = {}
     values: dict[str, float] = {}
@@ -166,20 +175,20 @@ def read_parameters(path: Path, component: int | None = None) -> dict[str, float
 
 
 def param_text(values: Mapping[str, float], comments: Iterable[str] = ()) -> str:
-    """The form of Mission Planner and MAVProxy: `NAME,value`."""
+    """Text of a file in the form of Mission Planner and MAVProxy: `NAME,value`."""
     head = [f"# {comment}" for comment in comments]
     return "\n".join(head + [f"{name},{float32.text(value)}" for name, value in values.items()]) + "\n"
 
 
 def parm_text(values: Mapping[str, float], comments: Iterable[str] = ()) -> str:
-    """The classic form: name padded to 16, a blank, value."""
+    """Text of a file in the classic form: name padded to 16 characters, a blank, value."""
     head = [f"# {comment}" for comment in comments]
     lines = [f"{name:<{NAME_LENGTH}} {float32.text(value)}" for name, value in values.items()]
     return "\n".join(head + lines) + "\n"
 
 
 def qgc_text(values: Mapping[str, float], system: int, component: int, comments: Iterable[str] = ()) -> str:
-    """QGroundControl's form: system, component, name, value and type, apart by tabs."""
+    """Text of a file in QGroundControl's form: system, component, name, value and type, separated by tabs."""
     head = [*(f"# {comment}" for comment in comments), "# Vehicle-Id Component-Id Name Value Type"]
     lines = [
         f"{system}\t{component}\t{name}\t{float32.text(value)}\t{REAL32}" for name, value in values.items()
@@ -194,11 +203,11 @@ def write_parameters(
     system: int | None = None,
     component: int = 1,
 ) -> None:
-    """Write a file whole or not at all, in the form that its suffix names (.param, .parm, .params); `system` is the
-    vehicle whose values they are, where they are one's.
+    """Write a parameter file atomically, in the form that its suffix names (.param, .parm, .params).
 
-    Raises ParamRejected for another suffix or a value that is not finite, ParamUnwritten for a place that can't be
-    written.
+    `system` is the vehicle that the values were read from, None for values of no particular vehicle. Names that no
+    parameter can have are left out, and a comment in the file lists them. Raises ParamRejected for another suffix or a
+    value that is not finite, ParamUnwritten if the file can't be written.
     """
     saved_of = () if system is None else (f"{_SAVED_OF} {system}",)
     words = (*saved_of, *(printable(" ".join(comment.split()), "?") for comment in comments))
@@ -221,7 +230,7 @@ def write_parameters(
 
 
 def replace_text(path: Path, text: str) -> None:
-    """Put `text` where `path` is, whole or not at all. Raises ParamUnwritten where that fails."""
+    """Replace the content of `path` by `text`, atomically. Raises ParamUnwritten if that fails."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with whole(path) as file:
@@ -232,7 +241,7 @@ def replace_text(path: Path, text: str) -> None:
 
 
 def unwritten(path: Path, error: OSError) -> ParamUnwritten:
-    """What to tell where a file can't be written."""
+    """The error for a file that can't be written."""
     if not path.parent.is_dir():
         return ParamUnwritten(f"{path}: {path.parent} is no folder; choose another place")
     return ParamUnwritten(f"{path}: can't be written ({error.strerror}); choose another place")

@@ -1,4 +1,4 @@
-"""Single-precision values as they go over the wire: rounding, comparing by bits, the shortest text."""
+"""Single-precision values as sent over MAVLink: rounding, comparison bit by bit, shortest text."""
 
 import math
 import struct
@@ -10,7 +10,7 @@ LARGEST: Final = struct.unpack("<f", b"\xff\xff\x7f\x7f")[0]
 
 
 def rounded(value: float) -> float:
-    """The nearest float32. Raises ValueError where there is none that is finite."""
+    """The nearest float32. Raises ValueError for NaN, inf, and a value beyond the largest float32."""
     if not math.isfinite(value):
         raise ValueError(f"{value} is not a finite number")
     try:
@@ -20,8 +20,11 @@ def rounded(value: float) -> float:
 
 
 def given(value: float) -> float:
-    """What somebody gives, as the wire has it: 0, which says "not set", of 0 alone. Raises ValueError for what is no
-    finite float32."""
+    """The nearest float32 of a user's value.
+
+    Raises ValueError for a value without a finite float32, and for a nonzero value that would round to 0, since 0 means
+    "not set".
+    """
     single = rounded(value)
     if single == 0.0 and value != 0.0:
         raise ValueError(f"{value:g} is too small for a float32, which would hold 0")
@@ -29,7 +32,7 @@ def given(value: float) -> float:
 
 
 def bits(value: float) -> bytes:
-    """The four bytes of a value that came over the wire; a NaN keeps none of its payload."""
+    """The four bytes of a value that was received; the payload of a NaN is not kept."""
     try:
         return struct.pack("<f", value)
     except OverflowError:
@@ -37,7 +40,7 @@ def bits(value: float) -> bytes:
 
 
 def same(one: float, other: float) -> bool:
-    """Whether two values are one float32, bit by bit."""
+    """Whether two values are the same float32, bit by bit."""
     return bits(one) == bits(other)
 
 
@@ -47,5 +50,5 @@ def text(value: float) -> str:
     plain = np.format_float_positional(single, unique=True, trim="-")
     scientific = np.format_float_scientific(single, unique=True, trim="-")
     shortest = plain if len(plain) <= len(scientific) + 2 else scientific
-    # A float64 reader rounds twice; nine digits are always enough for it.
+    # A reader that parses to float64 first rounds twice; nine digits are always enough for that.
     return shortest if same(float(shortest), float(single)) else f"{float(single):.9g}"

@@ -1,9 +1,9 @@
-"""What was last accepted: uploaded to a vehicle, verified, and not taken back since.
+"""The parameter values last accepted: uploaded to a vehicle, verified, and not rolled back since.
 
-An upload leaves, under its time (UTC), TIME-before.param and TIME-receipt.json, and where all of it was verified
-TIME-accepted.param with its sidecar. Of one that was never finished the receipt says BEGUN, and TIME-wanted.param what
-it was to write. A verified roll back to TIME-before.param takes back that upload and all later ones; one to a file of
-another name takes back all.
+An upload leaves, under its time (UTC), TIME-before.param and TIME-receipt.json, and if all of it was verified also
+TIME-accepted.param with its sidecar. The receipt of an unfinished upload says BEGUN, and TIME-wanted.param holds the
+values that were to be written. A verified roll back to TIME-before.param takes back that upload and all later uploads;
+a roll back to a file of another name takes back all uploads.
 """
 
 import re
@@ -25,7 +25,7 @@ from gcs_plugin.params.transfer import Outcome
 ACCEPTED: Final = "-accepted.param"
 
 OR_A_FILE: Final = "; give the -before.param to go back to"
-"""Ends the sentence that nothing is left to take back, for whoever can give a file."""
+"""End of the message that no upload is left to roll back, for a user who can name a file."""
 
 _LARGEST_CRC: Final = 2**32 - 1
 
@@ -41,7 +41,10 @@ _AS_BEFORE_WORDS: Final = tuple(
 
 @dataclass(frozen=True, slots=True)
 class AcceptedValue:
-    """A parameter as last accepted; `interval` (95 %) where its source told one, `time` as in its file's name."""
+    """Parameter value as last accepted.
+
+    `interval` is its 95 % interval, None if the source gave none; `time` is the upload's time as in the file name.
+    """
 
     value: float
     interval: Interval | None
@@ -50,9 +53,11 @@ class AcceptedValue:
 
 @dataclass(frozen=True, slots=True)
 class Unfinished:
-    """An upload that the ground did not live to finish; `restores` is the file that it was to go back to, "" for none.
+    """An upload or roll back that the ground station began and never finished.
 
-    `targets` is what it was to write, `before` what was there then, `active_crc` the set that was to fly.
+    `time` is that of its file names; `preimage` is the file with the values before; `restores` is the file that a roll
+    back was to go back to, "" for an upload; `targets` are the values to write; `active_crc` is the CRC of the set that
+    was to fly, None without a commit.
     """
 
     time: str
@@ -74,10 +79,11 @@ class _Kept:
 
 
 def keep_accepted(receipt: Receipt, sidecar: Sidecar | None, whole: bool) -> Path | None:
-    """Keep beside a good receipt what the vehicle holds of it now, and what `sidecar` says of these lines.
+    """Write the verified values of a good receipt to TIME-accepted.param, with the part of `sidecar` about them.
 
-    None where nothing was to be kept. `whole`: all lines of the source were sent, so that its effects hold too. Raises
-    ParamUnwritten where it can't be written.
+    Returns the path, or None if nothing is kept: the receipt is not good, is a roll back, or has no verified line.
+    `whole`: all lines of the source were sent, so that its effects hold too. Raises ParamUnwritten if the files can't
+    be written.
     """
     values = {line.name: line.target for line in receipt.lines if line.outcome in _HELD}
     if not receipt.good or receipt.restores or not values:
@@ -86,12 +92,12 @@ def keep_accepted(receipt: Receipt, sidecar: Sidecar | None, whole: bool) -> Pat
     words = f"what vehicle {receipt.system}, component {receipt.component} accepted, {receipt.started_utc}"
     write_parameters(path, values, (words,), receipt.system, receipt.component)
     if sidecar is not None:
-        coefficients = {one.name for name in values if (one := coefficient_of(name)) is not None}
+        coefficients = {known.name for name in values if (known := coefficient_of(name)) is not None}
         write_sidecar(
             path,
             replace(
                 sidecar,
-                intervals={name: one for name, one in sidecar.intervals.items() if name in values},
+                intervals={name: known for name, known in sidecar.intervals.items() if name in values},
                 doubted={name: why for name, why in sidecar.doubted.items() if name in coefficients},
                 effects=sidecar.effects if whole else (),
             ),
@@ -100,11 +106,11 @@ def keep_accepted(receipt: Receipt, sidecar: Sidecar | None, whole: bool) -> Pat
 
 
 def last_accepted(receipts: Path, system: int | None = None) -> dict[str, AcceptedValue]:
-    """Each parameter as it was last accepted, by id, from the files in `receipts`; of one MAVLink system, or of any.
+    """Last accepted value of each parameter, by id, from the files in the folder `receipts`.
 
-    What can't be read is left out.
+    `system` restricts them to a MAVLink system. Files that can't be read are left out.
     """
-    found: dict[str, AcceptedValue] = {}
+    accepted: dict[str, AcceptedValue] = {}
     for kept in _standing(receipts, system):
         path = receipts / f"{kept.time}{ACCEPTED}"
         try:
@@ -112,37 +118,39 @@ def last_accepted(receipts: Path, system: int | None = None) -> dict[str, Accept
         except ParamError:
             continue
         intervals = sidecar.intervals if sidecar is not None else {}
-        found |= {
+        accepted |= {
             name: AcceptedValue(value, intervals.get(name), kept.time) for name, value in values.items()
         }
-    return found
+    return accepted
 
 
 def newest_before(receipts: Path, system: int | None = None) -> Path | None:
-    """What a roll back in one step goes back to: the values before the newest upload that wrote and stands.
+    """Pre-image for a roll back in one step: the values before the newest upload that wrote and was not rolled back.
 
-    Where that one was to mend others whose end is not known, it is the values before the first of these.
+    If uploads with an unknown end (begun or unverified) precede it, with no applied upload in between, it is the
+    pre-image of the first of these. None if there is no such upload.
     """
-    found: _Kept | None = None
+    oldest: _Kept | None = None
     for kept in reversed(_standing(receipts, system)):
-        if kept.outcome in _OPEN_WORDS or (found is None and kept.outcome == Outcome.APPLIED.name.lower()):
-            found = kept
-        elif found is not None and kept.outcome == Outcome.APPLIED.name.lower():
+        if kept.outcome in _OPEN_WORDS or (oldest is None and kept.outcome == Outcome.APPLIED.name.lower()):
+            oldest = kept
+        elif oldest is not None and kept.outcome == Outcome.APPLIED.name.lower():
             break
-    return None if found is None else receipts / f"{found.time}{BEFORE}"
+    return None if oldest is None else receipts / f"{oldest.time}{BEFORE}"
 
 
 def before_newest(receipts: Path, system: int) -> Path:
-    """As `newest_before`, of one MAVLink system. Raises ParamRejected where no upload to it stands."""
-    found = newest_before(receipts, system)
-    if found is None:
+    """Like `newest_before`, for a given MAVLink system. Raises ParamRejected if no upload to it can be rolled back."""
+    preimage = newest_before(receipts, system)
+    if preimage is None:
         raise ParamRejected(f"{receipts}: no upload to vehicle {system} that stands is kept there{OR_A_FILE}")
-    return found
+    return preimage
 
 
 def unfinished(receipts: Path, system: int | None = None) -> Unfinished | None:
-    """The upload or roll back that was begun and never finished, unless another has settled since what the vehicle
-    holds."""
+    """The newest upload or roll back that was begun and never finished; None if a later upload or roll back has settled
+    the values on the vehicle.
+    """
     held: set[str] = set()
     for kept in reversed(_in_order(receipts, system)):
         if kept.outcome == _BEGUN:
@@ -158,13 +166,13 @@ def unfinished(receipts: Path, system: int | None = None) -> Unfinished | None:
 
 
 def _in_order(receipts: Path, system: int | None) -> list[_Kept]:
-    """All that was begun, the newest last; a clock may have been set back meanwhile, a number never is."""
-    found = _read_all(receipts.glob(f"*{RECEIPT}"), system)
-    return sorted(found, key=lambda one: (one.number, one.time))
+    """All uploads and roll backs, the newest last, ordered by number: a clock may be set back, a number never is."""
+    begun = _read_all(receipts.glob(f"*{RECEIPT}"), system)
+    return sorted(begun, key=lambda one: (one.number, one.time))
 
 
 def _standing(receipts: Path, system: int | None) -> list[_Kept]:
-    """Uploads that no later roll back took back, the newest last."""
+    """Uploads that no later roll back has undone, the newest last."""
     standing: list[_Kept] = []
     begun = _in_order(receipts, system)
     for kept in begun:
@@ -172,9 +180,9 @@ def _standing(receipts: Path, system: int | None) -> list[_Kept]:
             standing.append(kept)
         elif kept.outcome in _HELD_WORDS:
             back_to = Path(kept.restores).name.removesuffix(BEFORE)
-            place = next((n for n, one in enumerate(begun) if one.time == back_to), 0)
-            taken = {one.time for one in begun[place:]}
-            standing = [one for one in standing if one.time not in taken]
+            place = next((n for n, upload in enumerate(begun) if upload.time == back_to), 0)
+            taken = {upload.time for upload in begun[place:]}
+            standing = [upload for upload in standing if upload.time not in taken]
     return standing
 
 
@@ -185,7 +193,11 @@ def _read_all(paths: Iterable[Path], system: int | None) -> Iterator[_Kept]:
             continue
         try:
             data: Any = from_json(read_small(path))
-            of, restores, crc = data["vehicle"]["system"], data.get("restores") or "", data.get("active_crc")
+            holder, restores, crc = (
+                data["vehicle"]["system"],
+                data.get("restores") or "",
+                data.get("active_crc"),
+            )
             lines = data.get("parameters", ())
             targets = {str(line["name"]): float32.rounded(line["target"]) for line in lines}
             begun = (str(line["name"]) for line in lines if line["outcome"] == _BEGUN)
@@ -200,5 +212,5 @@ def _read_all(paths: Iterable[Path], system: int | None) -> Iterator[_Kept]:
             )
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
             continue
-        if system in (None, of):
+        if system in (None, holder):
             yield kept

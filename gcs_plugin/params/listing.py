@@ -1,4 +1,4 @@
-"""Reading all parameters: the list, then what is missing by index, until a deadline. Pure."""
+"""Reading all parameters: request the list, then the missing parameters by index, until a deadline. Pure."""
 
 from dataclasses import dataclass, field
 from typing import Final
@@ -24,7 +24,10 @@ class ReadIndex:
 
 @dataclass
 class Listing:
-    """All parameters of one component. Feed it `on_value`, send what `tick` returns, until it is `done`."""
+    """State machine that reads all parameters of a component.
+
+    Call `on_value` and `on_reboot` as messages arrive, and send the messages that `tick` returns, until `done`.
+    """
 
     source: Source
     start_s: float
@@ -43,12 +46,12 @@ class Listing:
 
     @property
     def count(self) -> int | None:
-        """How many the vehicle says it has, None before it said so."""
+        """Number of parameters that the vehicle reports, None before its first PARAM_VALUE."""
         return self._count
 
     @property
     def missing(self) -> list[int]:
-        """Indices that have not come."""
+        """Indices of the parameters that have not arrived."""
         return [index for index in range(self._count or 0) if index not in self._name_at]
 
     @property
@@ -62,11 +65,11 @@ class Listing:
     def on_value(
         self, name: str, value: float, index: int, count: int, source: Source, time_s: float
     ) -> None:
-        """A PARAM_VALUE arrived; one without an index, or of another component, does not count."""
+        """A PARAM_VALUE arrived; a message without an index or from another component is ignored."""
         if source != self.source or index >= count or index == NO_INDEX:
             return
         if count != self._count or self._name_at.get(index, name) != name:
-            # Another table than before: the vehicle was changed or started anew.
+            # The parameter table differs from before: the vehicle was replaced, or rebooted.
             self._count, self._name_at, self.values = count, {}, {}
             self._due_s, self._attempts = {}, {}
         if index not in self._name_at:
@@ -75,13 +78,13 @@ class Listing:
         self.values[name] = value
 
     def on_reboot(self, time_s: float) -> None:
-        """The vehicle started again: begin anew."""
+        """The vehicle rebooted: discard all values and read the list again."""
         self._count, self._name_at, self.values = None, {}, {}
         self._due_s, self._attempts = {}, {}
         self._list_due_s, self._list_attempts = time_s + SILENCE_S, 0
 
     def tick(self, time_s: float) -> list[ReadList | ReadIndex]:
-        """What to send now."""
+        """The messages to send now."""
         if is_past(time_s, self.start_s, self.timing.deadline_s):
             self._expired = True
         if self.done:

@@ -1,4 +1,4 @@
-"""The plan of an upload, made before anything is sent: what changes, what is so already, what can not be."""
+"""The plan of an upload, made before anything is sent: which lines change, are already set, or can't be written."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -27,9 +27,9 @@ _BY_ID: Final = {coefficient.name.upper(): coefficient for coefficient in _COEFF
 
 
 class Verdict(Enum):
-    """What an upload does with one line; the value is the word that the operator reads.
+    """Verdict on a line of a parameter file; the value is the word shown to the operator.
 
-    STAGED: the vehicle holds it, in a staged set that is not the one in force; a commit puts it there.
+    STAGED: the vehicle holds the value in a staged set that is not in force; a commit puts it in force.
     """
 
     CHANGED = "changed"
@@ -46,7 +46,7 @@ TAKES_EFFECT: Final = (Verdict.CHANGED, Verdict.STAGED)
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One line of the plan; `present` is None where the vehicle has no such parameter."""
+    """Line of the plan; `present` is None if the vehicle has no such parameter."""
 
     name: str
     present: float | None
@@ -57,13 +57,13 @@ class Row:
 
 @dataclass(frozen=True)
 class Plan:
-    """Every line of the file with its verdict; `present` holds all that the vehicle said it has."""
+    """Every line of the file with its verdict; `present` holds all parameters read from the vehicle."""
 
     rows: tuple[Row, ...]
     present: Mapping[str, float]
 
     def named(self, verdict: Verdict) -> dict[str, float]:
-        """Targets of the rows with one verdict."""
+        """Targets of the rows with this verdict, by name."""
         return {row.name: row.target for row in self.rows if row.verdict is verdict}
 
     @property
@@ -72,19 +72,19 @@ class Plan:
 
     @property
     def staged(self) -> dict[str, float]:
-        """What waits on the vehicle, so that an upload need only put it in force."""
+        """Targets that the vehicle already holds in its staged set; an upload need only commit them."""
         return self.named(Verdict.STAGED)
 
     def count(self, verdict: Verdict) -> int:
         return sum(row.verdict is verdict for row in self.rows)
 
     def summary(self) -> str:
-        """One sentence that skips nobody."""
+        """Number of lines with each verdict, in one sentence."""
         parts = [f"{self.count(verdict)} {verdict.value}" for verdict in Verdict if self.count(verdict)]
         return f"{len(self.rows)} parameters: {', '.join(parts) or 'none'}"
 
     def chosen(self, names: Iterable[str]) -> "Plan":
-        """The plan for these lines alone. Raises ParamUnknown for a name that it does not hold."""
+        """The plan reduced to the named lines. Raises ParamUnknown for a name that is not in it."""
         wanted = list(names)
         known = {row.name for row in self.rows}
         for name in wanted:
@@ -93,14 +93,14 @@ class Plan:
         return replace(self, rows=tuple(row for row in self.rows if row.name in wanted))
 
     def explained(self, names: Iterable[str], reason: str) -> "Plan":
-        """The plan with a reason for some of its lines."""
+        """The plan with `reason` on the named lines."""
         held = set(names)
         return replace(
             self, rows=tuple(replace(row, reason=reason) if row.name in held else row for row in self.rows)
         )
 
     def judged(self, reasons: Mapping[str, str]) -> "Plan":
-        """The plan with the lines that are not believed, by name with the reason, no longer among what takes effect."""
+        """The plan with the lines in `reasons` (name to reason) marked IMPLAUSIBLE if they were to take effect."""
         return replace(
             self,
             rows=tuple(
@@ -112,7 +112,7 @@ class Plan:
         )
 
     def with_implausible(self) -> "Plan":
-        """The plan with what is not believed among its changes all the same."""
+        """The plan with its IMPLAUSIBLE lines accepted as changes."""
         return replace(
             self,
             rows=tuple(
@@ -122,16 +122,20 @@ class Plan:
         )
 
     def check(self) -> None:
-        """Raise where any line can't be sent: then nothing is sent."""
+        """Check that every line can be sent.
+
+        Raises ParamRejected for refused and implausible lines, ParamUnknown for parameters that the vehicle lacks; the
+        caller then sends nothing.
+        """
         for row in self.rows:
             if row.verdict is Verdict.REFUSED:
                 raise ParamRejected(f"{row.name}: {row.reason}; nothing was sent, mend the value")
         doubted = [row for row in self.rows if row.verdict is Verdict.IMPLAUSIBLE]
         if doubted:
-            told = "; ".join(f"{row.name}: {row.reason}" for row in doubted)
+            reasons = "; ".join(f"{row.name}: {row.reason}" for row in doubted)
             names = " ".join(row.name for row in doubted)
             raise ParamRejected(
-                f"{told}; nothing was sent; look at the dive again, leave them out, or take them by name: "
+                f"{reasons}; nothing was sent; look at the dive again, leave them out, or take them by name: "
                 f"{ACCEPT_IMPLAUSIBLE} {names}"
             )
         missing = self.named(Verdict.UNKNOWN)
@@ -142,24 +146,24 @@ class Plan:
 
 
 def coefficient_of(name: str) -> Coefficient | EffectCoefficient | None:
-    """The coefficient that a parameter holds, None where it holds none."""
+    """The coefficient that a parameter holds, None for other parameters."""
     match = _STAGED.fullmatch(name)
     return _BY_ID.get(match.group(2)) if match else None
 
 
 def unit_of(name: str) -> str:
-    """The SI unit of a parameter, 1 for a number without one; "" where none is known."""
+    """The SI unit of a parameter, "1" for a dimensionless number, "" if it holds no coefficient."""
     coefficient = coefficient_of(name)
     return coefficient.unit if coefficient is not None else ""
 
 
 def is_staged(name: str) -> bool:
-    """Whether a parameter waits in the vehicle's staging until a commit."""
+    """Whether a parameter belongs to the vehicle's staged set, which takes effect with a commit."""
     return coefficient_of(name) is not None
 
 
 def objection(name: str, value: float) -> str:
-    """Why a vehicle should not get this value, "" where nothing speaks against it."""
+    """Why a vehicle must not get this value (not a mode, or out of range), "" if it may."""
     if name == MODE and value not in MODES:
         return f"{value:g} is not one of 0 off, 1 shadow, 2 feed-forward only, 3 with the PID"
     coefficient = coefficient_of(name)
@@ -173,14 +177,14 @@ def objection(name: str, value: float) -> str:
 
 
 def _least(coefficient: Coefficient | EffectCoefficient) -> float:
-    """What no vehicle is below, but for 0: a damping by the least mass that any has."""
+    """Least value of a coefficient on any vehicle, besides 0; for a damping it follows from the least mass."""
     if not isinstance(coefficient, Coefficient) or coefficient.kind != "damping":
         return coefficient.low
     return LEAST_DAMPING_PER_S * MASSES[coefficient.dof].low
 
 
 def make_plan(targets: Mapping[str, float], present: Mapping[str, float]) -> Plan:
-    """The plan of bringing a vehicle that holds `present` to `targets`."""
+    """Make the plan that brings a vehicle that holds `present` to `targets`."""
     rows = tuple(_row(name, target, present) for name, target in targets.items())
     after = {**present, **{row.name: row.target for row in rows if row.verdict is Verdict.CHANGED}}
     if in_force(present) is False and in_force(after) is False:
@@ -195,14 +199,16 @@ def staged_crc(present: Mapping[str, float]) -> int | None:
 
 
 def in_force(present: Mapping[str, float]) -> bool | None:
-    """Whether what a vehicle holds is what it flies; None where it takes no sets."""
+    """Whether the set that a vehicle holds in staging is the set that it flies; None if it takes no sets."""
     crc = staged_crc(present)
     return None if crc is None else float32.same(present[ACTIVE], float(crc))
 
 
 def taken_back(targets: Mapping[str, float], present: Mapping[str, float]) -> dict[str, float]:
-    """Effects that a vehicle holds beside the model that is to replace its own, as 0: one that says nothing of them was
-    fitted without them, and stands for all that moves the vehicle.
+    """Zeros for the effects that the vehicle holds and the new model does not mention, by id.
+
+    A model without an effect was fitted without it and accounts for the vehicle's whole motion, so the old effect must
+    not act in addition. Only configurations that `targets` mentions are affected.
     """
     about = {match.group(1) for name in targets if is_staged(name) and (match := _STAGED.fullmatch(name))}
     return {
@@ -219,7 +225,7 @@ def taken_back(targets: Mapping[str, float], present: Mapping[str, float]) -> di
 def _row(name: str, target: float, present: Mapping[str, float]) -> Row:
     now = present.get(name)
     try:
-        # Adding zero makes of -0 the 0 that every vehicle stores.
+        # Adding zero turns -0 into the 0 that every vehicle stores.
         value = float32.given(target) + 0.0
     except ValueError as error:
         return Row(name, now, target, Verdict.REFUSED, str(error))
@@ -236,14 +242,17 @@ def _row(name: str, target: float, present: Mapping[str, float]) -> Row:
 
 
 def _waiting(row: Row, active: float) -> Row:
-    """A line that is so on a vehicle whose staged set is not the one in force: where none is, 0 is as good as there."""
+    """Mark a SAME line of the staged set as STAGED, for a staged set that is not in force.
+
+    If no set is in force (FF_ACTIVE 0), a target of 0 stays SAME: the vehicle behaves as if it were in force.
+    """
     if row.verdict is not Verdict.SAME or not is_staged(row.name) or (active == 0.0 and row.target == 0.0):
         return row
     return replace(row, verdict=Verdict.STAGED)
 
 
 def value_text(value: float) -> str:
-    """A value as a person compares it; NaN and inf as they are."""
+    """Shortest text of a value as float32; NaN and inf as Python prints them."""
     try:
         return float32.text(value)
     except ValueError:

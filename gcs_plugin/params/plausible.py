@@ -1,5 +1,8 @@
-"""What speaks against a value: its own interval, the rigid body, what the vehicle can have, what was accepted last, the
-half of a model that it would leave, the mode of the feed-forward that it would raise. Pure."""
+"""Plausibility checks of parameter values before an upload. Pure.
+
+A value is checked against its 95 % interval, the rigid body, the range possible for the vehicle, and the value accepted
+last; an upload must not leave half a model of an axis, nor raise the feed-forward's mode.
+"""
 
 import re
 from collections.abc import Mapping
@@ -16,19 +19,19 @@ from gcs_plugin.params.sidecar import Interval
 
 Z95: Final = 1.96
 SMALL_DAMPING_PER_S: Final = 0.1
-"""A damping known to better than this share of its mass (1/s) is small, not unknown."""
+"""A damping with a standard deviation below this share of its mass (1/s) is small, not unknown."""
 SURE: Final = 3.0
-"""How many times both half intervals together a value may be off the one accepted last."""
+"""A value may differ from the value accepted last by this multiple of the sum of both half intervals."""
 LARGE: Final = 0.3
-"""A change below this share of the accepted value is none to stop for: payload, water and fouling do as much."""
+"""A change below this share of the accepted value is not objected to: payload, water and fouling do as much."""
 RATIO: Final = 3.0
-"""How many times the accepted value, or its inverse, a value without intervals may be."""
+"""A value without intervals may be at most this many times the accepted value, and at least its inverse."""
 
 NONE_KNOWN: Final[Mapping[str, tuple[float, float]]] = MappingProxyType({})
 
 _CONFIGURATION = re.compile(r"FF\d+")
 _OTHER: Final = {a: b for _, mass, damping in AXES for a, b in ((mass, damping), (damping, mass))}
-"""The coefficient without which another is no model of its axis."""
+"""Mass to damping and damping to mass of each axis: the model of an axis needs both."""
 
 
 def implausible(
@@ -38,16 +41,16 @@ def implausible(
     rigid: Mapping[str, tuple[float, float]],
     kept: Mapping[str, tuple[float, float]] = NONE_KNOWN,
 ) -> dict[str, str]:
-    """By id, why lines that change, or come into force as they are staged, are not believed.
+    """Reasons against the lines that change or are put in force, by id; only implausible lines are in it.
 
-    `rigid`: mass or inertia of the rigid body and its standard deviation, by the id of the total, and `kept` the least
-    and the greatest value that such a vehicle takes, by id, where a vehicle file tells them. An effect of 0 is taken
-    back, and needs no belief; a mass or damping of 0 is a value as any other. What leaves the feed-forward of an axis
-    with half a model, with what the vehicle holds already, is no value to write, and a mode that leaves more to the
-    feed-forward is not raised by the way.
+    `rigid`: mass or inertia of the rigid body and its standard deviation, by the id of the total. `kept`: least and
+    greatest value possible for the vehicle, by id. Both come from the vehicle file, if it gives them. An effect of 0 is
+    a withdrawal and is not checked; a mass or damping of 0 is checked like any value. A value that would leave an axis
+    of the feed-forward with half a model, given the values on the vehicle, is objected to, and so is a mode that gives
+    the feed-forward more authority: no file raises it in passing.
     """
     values = {**plan.present, **{row.name: row.target for row in plan.rows}}
-    found = {}
+    objections = {}
     for row in plan.rows:
         if row.verdict not in TAKES_EFFECT or _is_taken_back(row):
             continue
@@ -62,12 +65,12 @@ def implausible(
             _against_raising(row),
         )
         if reason := next(filter(None, reasons), ""):
-            found[row.name] = reason
-    return found
+            objections[row.name] = reason
+    return objections
 
 
 def other_half(name: str) -> str:
-    """The id of the value without which this one is no model of its axis for the feed-forward; "" where none is."""
+    """Id of the parameter that completes the model of an axis (damping for a mass, mass for a damping), "" if none."""
     coefficient, match = coefficient_of(name), _CONFIGURATION.match(name)
     if not isinstance(coefficient, Coefficient) or match is None or coefficient.name not in _OTHER:
         return ""
@@ -75,19 +78,22 @@ def other_half(name: str) -> str:
 
 
 def half_a_model(name: str, value: float, values: Mapping[str, float]) -> str:
-    """Why a value beside the others that the vehicle then holds is half of a model, "" where it is not."""
-    other, coefficient = other_half(name), coefficient_of(name)
-    if not isinstance(coefficient, Coefficient) or not other:
+    """Why a value leaves half a model of its axis, given the `values` that the vehicle then holds; "" if it does not.
+
+    A model needs a mass and a damping, linear or quadratic; 0 means not set.
+    """
+    counterpart, coefficient = other_half(name), coefficient_of(name)
+    if not isinstance(coefficient, Coefficient) or not counterpart:
         return ""
-    mass_is_set, drag_is_set = value != 0.0, values.get(other, 0.0) != 0.0
+    mass_is_set, drag_is_set = value != 0.0, values.get(counterpart, 0.0) != 0.0
     if coefficient.kind == "damping":
         mass_is_set, drag_is_set = drag_is_set, mass_is_set
     # A hull may have quadratic damping alone.
-    squared = QUADRATICS[coefficient.dof].parameter_id(int(other[2 : other.index("_")]))
+    squared = QUADRATICS[coefficient.dof].parameter_id(int(counterpart[2 : counterpart.index("_")]))
     if mass_is_set == (drag_is_set or values.get(squared, 0.0) != 0.0):
         return ""
     stays = f"the feed-forward of {DOFS[coefficient.dof]} stays off"
-    return f"0 is not set: {stays}" if value == 0.0 else f"without {other} {stays}"
+    return f"0 is not set: {stays}" if value == 0.0 else f"without {counterpart} {stays}"
 
 
 def _is_taken_back(row: Row) -> bool:
@@ -106,7 +112,7 @@ def _against_interval(row: Row, interval: Interval | None, values: Mapping[str, 
         return f"{value_text(row.target)} is far outside its own 95 % interval, {low:.4g} to {high:.4g}"
     coefficient, std = coefficient_of(row.name), half / Z95
     if not isinstance(coefficient, Coefficient) or row.target == 0.0 or std < abs(row.target):
-        return ""  # of 0 no interval around it tells less than it says
+        return ""  # a value of 0 claims nothing that its interval could contradict
     mass = values.get(_mass_of(row.name, coefficient), 0.0)
     if coefficient.kind == "damping" and std < SMALL_DAMPING_PER_S * mass:
         return ""
@@ -114,7 +120,7 @@ def _against_interval(row: Row, interval: Interval | None, values: Mapping[str, 
 
 
 def _mass_of(name: str, damping: Coefficient) -> str:
-    """The id of the mass in the degree of freedom of a coefficient."""
+    """Id of the mass or inertia in the degree of freedom of a damping."""
     match = _CONFIGURATION.match(name)
     letter = "M" if damping.dof < 3 else "I"
     return f"{match.group(0) if match else ''}_{letter}_{damping.name[2:].upper()}"
@@ -130,7 +136,7 @@ def _against_rigid_body(row: Row, interval: Interval | None, rigid: tuple[float,
 
 
 def _against_coasting(row: Row, values: Mapping[str, float]) -> str:
-    """Why a damping beside the mass that the vehicle then holds is too small to be meant, "" where it is not."""
+    """Why a damping is too small for the mass that the vehicle then holds, "" if it is not."""
     coefficient = coefficient_of(row.name)
     if not isinstance(coefficient, Coefficient) or coefficient.kind != "damping" or row.target == 0.0:
         return ""

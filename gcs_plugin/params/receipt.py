@@ -1,7 +1,7 @@
-"""The receipt of an upload: what was asked, what was there before, what is there now, and how it is known.
+"""The receipt of an upload: values before, targets, values after, and how each was verified.
 
-It is on the disk before the first write, with the outcome BEGUN, and is replaced at the end: an upload that the ground
-did not live to finish is known by it.
+The receipt is on the disk before the first write, with the outcome BEGUN, and is replaced at the end. If the ground
+station stops in between, the BEGUN receipt shows that the upload is unfinished.
 """
 
 import contextlib
@@ -28,12 +28,12 @@ BEFORE: Final = "-before.param"
 RECEIPT: Final = "-receipt.json"
 WANTED: Final = "-wanted.param"
 MOST_UPLOADS: Final = 2**53
-"""A receipt that bears a larger number is none of ours."""
+"""A receipt with a larger number was not written by this program."""
 
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """One parameter: `after` is the last independent read-back, None where none came."""
+    """Line of a receipt, for a parameter; `after` is the last independent read-back, None if there was none."""
 
     name: str
     before: float | None
@@ -45,10 +45,13 @@ class Line:
 
 @dataclass(frozen=True)
 class Receipt:
-    """What became of an upload. `active_crc` is the staged set that was to fly, None without a commit; `restores` the
-    -before.param that was gone back to, "" for an upload of anything else; `number` counts the uploads of a folder, and
-    tells their order whatever the clock was set to; `unkept` is why it is not on the disk as it stands here, "" where
-    it is."""
+    """Record of an upload.
+
+    `active_crc` is the CRC of the staged set that was to fly, None without a commit; `restores` is the -before.param
+    that a roll back went back to, "" for any other upload; `number` counts the uploads of a folder and gives their
+    order, whatever the clock was set to; `unkept` says why the receipt on the disk differs from this one, "" if it is
+    the same.
+    """
 
     outcome: Outcome
     sentence: str
@@ -65,11 +68,11 @@ class Receipt:
 
     @property
     def good(self) -> bool:
-        """Whether the vehicle holds what was asked."""
+        """Whether the vehicle holds the targets."""
         return self.outcome in (Outcome.APPLIED, Outcome.SAME)
 
     def to_json(self) -> dict[str, Any]:
-        """The form that `--json` writes; numbers that do not exist become null."""
+        """The receipt as `--json` writes it; missing and non-finite numbers become null."""
         return {
             "outcome": self.outcome.name.lower(),
             "sentence": self.sentence,
@@ -105,10 +108,12 @@ def begin(
     restores: str = "",
     sidecar: Sidecar | None = None,
 ) -> Receipt:
-    """Put on the disk what an upload needs to be finished or rolled back by another: the values before, what it is to
-    write with what is known of that, and its receipt. Where an upload has the name `preimage` already it gets the next
-    number: the receipt tells. Raises ParamUnwritten where that can't be: then nothing is to be sent, and none of these
-    files is left, for they would look like an upload.
+    """Write the files with which a later run can finish the upload or roll it back, and return the BEGUN receipt.
+
+    The files are the values before, the values to write with their sidecar (not for a roll back), and the receipt. If
+    the name `preimage` is taken by another upload, the next free number is used; the receipt has the name. Raises
+    ParamUnwritten if they can't be written: then nothing may be sent, and none of the files is left behind, for they
+    would look like an upload.
     """
     preimage = _claimed(preimage)
     wanted = path_of(preimage, WANTED)
@@ -160,10 +165,10 @@ def _begun(
 
 
 def finish(begun: Receipt, plan: Plan, ending: Ending, took_s: float) -> Receipt:
-    """The receipt of an upload that was begun so and has ended, kept in place of that.
+    """Replace the BEGUN receipt of an upload by its final receipt, and return that.
 
-    Where it can't be written it says so itself: what the vehicle holds by now comes first, and the one on the disk
-    still says that the upload was begun.
+    A receipt that can't be written raises nothing, since the result on the vehicle matters more: `unkept` then gives
+    the reason, and the receipt on the disk still says BEGUN.
     """
     receipt = replace(
         begun,
@@ -185,17 +190,19 @@ def finish(begun: Receipt, plan: Plan, ending: Ending, took_s: float) -> Receipt
 
 def _take_away(*paths: Path) -> None:
     for path in paths:
-        with contextlib.suppress(OSError):  # it is only no longer needed
+        with contextlib.suppress(OSError):  # a file left behind does no harm: it is only no longer needed
             path.unlink()
 
 
 def next_number(folder: Path) -> int:
-    """One more than any receipt in a folder bears; never one that could not be read again."""
+    """Number for the next receipt in a folder: largest number so far plus 1, at most MOST_UPLOADS, the largest that
+    `number_in` reads.
+    """
     return min(1 + max((number_in(path) for path in folder.glob(f"*{RECEIPT}")), default=0), MOST_UPLOADS)
 
 
 def number_in(path: Path) -> int:
-    """The number that a receipt bears; 0 for an older one, and one that can't be read."""
+    """The number of a receipt; 0 for a receipt from before numbers were introduced, and for an unreadable one."""
     try:
         return whole(from_json(read_small(path))["number"], MOST_UPLOADS)
     except (OSError, ValueError, KeyError, TypeError):
@@ -203,39 +210,40 @@ def number_in(path: Path) -> int:
 
 
 def whole(told: Any, most: int) -> int:
-    """A whole number of a receipt, from 0 on. Raises ValueError for anything else."""
+    """Check that a value from a receipt is an integer from 0 to `most`. Raises ValueError for anything else."""
     if isinstance(told, bool) or not isinstance(told, int) or not 0 <= told <= most:
         raise ValueError(f"no whole number from 0 to {most}")
     return told
 
 
 def new_preimage(folder: Path, unix_s: float) -> Path:
-    """The pre-image of an upload that begins now; `begin` numbers it where another has that name."""
+    """Path of the pre-image of an upload that begins at `unix_s`; `begin` adds a number if the name is taken."""
     return folder / f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H%M%SZ}{BEFORE}"
 
 
 def _claimed(preimage: Path) -> Path:
-    """That file or, where it or its receipt is there, the next number of it: new and empty, whoever else begins now.
+    """Create the pre-image file, empty, and return its path; the next free number if it or its receipt exists.
 
-    Raises ParamUnwritten where none can be made.
+    The file is created exclusively, so that two uploads that begin at the same time get different files. Raises
+    ParamUnwritten if no file can be created.
     """
     tail = BEFORE if preimage.name.endswith(BEFORE) else preimage.suffix
-    stem, found = preimage.name.removesuffix(tail), preimage
+    stem, claimed = preimage.name.removesuffix(tail), preimage
     try:
-        found.parent.mkdir(parents=True, exist_ok=True)
+        claimed.parent.mkdir(parents=True, exist_ok=True)
         for number in count(2):
             with contextlib.suppress(FileExistsError):
-                if not path_of(found, RECEIPT).exists():
-                    found.touch(exist_ok=False)
+                if not path_of(claimed, RECEIPT).exists():
+                    claimed.touch(exist_ok=False)
                     break
-            found = preimage.with_name(f"{stem}-{number}{tail}")
+            claimed = preimage.with_name(f"{stem}-{number}{tail}")
     except OSError as error:
         raise unwritten(preimage, error) from None
-    return found
+    return claimed
 
 
 def path_of(preimage: Path, kind: str) -> Path:
-    """Another file of the upload that has this pre-image: its RECEIPT, say."""
+    """Path of another file of the same upload, by its suffix `kind`: RECEIPT, for example."""
     return preimage.with_name(preimage.name.removesuffix(BEFORE) + kind)
 
 
@@ -246,7 +254,7 @@ def _keep(receipt: Receipt) -> None:
 
 
 def lines_of(plan: Plan, results: Mapping[str, Result]) -> tuple[Line, ...]:
-    """The lines of a receipt in the plan's order."""
+    """Lines of a receipt, in the order of the plan."""
     return tuple(
         Line(
             row.name,

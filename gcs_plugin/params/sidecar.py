@@ -1,4 +1,4 @@
-"""The sidecar of a parameter file: JSON beside it that says where its values came from."""
+"""The sidecar of a parameter file: a JSON file next to it with the provenance of its values."""
 
 import json
 from collections.abc import Mapping
@@ -18,7 +18,7 @@ FORMAT: Final = 1
 
 @dataclass(frozen=True)
 class Interval:
-    """Where a value came from and how sure it is: 95 % interval in `unit`."""
+    """The coefficient behind a value and its 95 % interval, in `unit`."""
 
     coefficient: str
     unit: str
@@ -28,11 +28,12 @@ class Interval:
 
 @dataclass(frozen=True)
 class Sidecar:
-    """Provenance of a `.param`: hashes of dive and vehicle file, method, version, intervals by id, outcome.
+    """Provenance of a `.param`: hashes of dive and vehicle file, method, version, intervals by parameter id, outcome.
 
-    `thrust_shift` (relative) is what a weighed prior made of the thrust, which the values have in them; `dived` a date;
-    `prior_dives` the earlier dives that priors brought into the values; `effects` what the model has beyond its
-    coefficients, those included that no parameter holds; `doubted` what speaks against values, by coefficient.
+    `thrust_shift` is the relative change of the thrust by a weighed prior, already contained in the values; `dived` is
+    the date of the dive; `prior_dives` are the earlier dives that entered the values through priors; `effects` are the
+    model's effects beyond its coefficients, including effects that no parameter holds; `doubted` gives reasons to doubt
+    a value, by coefficient.
     """
 
     dive_sha256: str
@@ -59,26 +60,26 @@ def sidecar_path(path: Path) -> Path:
 
 
 def write_sidecar(path: Path, sidecar: Sidecar) -> Path:
-    """Write the sidecar of the parameter file `path` and return where it lies."""
-    beside = sidecar_path(path)
-    replace_text(beside, json.dumps(asdict(sidecar), indent=2, allow_nan=False) + "\n")
-    return beside
+    """Write the sidecar of the parameter file `path` and return the sidecar's path."""
+    target = sidecar_path(path)
+    replace_text(target, json.dumps(asdict(sidecar), indent=2, allow_nan=False) + "\n")
+    return target
 
 
 def read_sidecar(path: Path) -> Sidecar | None:
-    """The sidecar of the parameter file `path`, None without one. Raises ParamRejected for a damaged one."""
-    beside = sidecar_path(path)
-    if not beside.exists():
+    """Read the sidecar of the parameter file `path`; None if it has none. Raises ParamRejected if it is damaged."""
+    source = sidecar_path(path)
+    if not source.exists():
         return None
     try:
-        data: Any = from_json(read_small(beside))
-        return schema.build(Sidecar, data, str(beside))
+        data: Any = from_json(read_small(source))
+        return schema.build(Sidecar, data, str(source))
     except (OSError, ValueError, ConfigError) as error:
-        raise ParamRejected(f"{beside}: not a sidecar ({error}); remove it or identify again") from None
+        raise ParamRejected(f"{source}: not a sidecar ({error}); remove it or identify again") from None
 
 
 def unchecked(path: Path, sidecar: Sidecar | None) -> tuple[str, ...]:
-    """What could not be checked of a parameter file since no sidecar lies beside it; nothing where one does."""
+    """Note about the checks that a missing sidecar makes impossible; empty if the parameter file has a sidecar."""
     if sidecar is not None:
         return ()
     return (
@@ -88,12 +89,12 @@ def unchecked(path: Path, sidecar: Sidecar | None) -> tuple[str, ...]:
 
 
 def intervals_of(identification: Mapping[str, Any], parameter_ids: Mapping[str, str]) -> dict[str, Interval]:
-    """The intervals of an identification's JSON, by parameter id; `parameter_ids`: coefficient name to id."""
-    found = {}
+    """95 % intervals from an identification's JSON, by parameter id; `parameter_ids` maps coefficient name to id."""
+    intervals = {}
     for estimate in identification.get("parameters", []):
         name = estimate.get("name")
         if name in parameter_ids and estimate.get("low95") is not None and estimate.get("high95") is not None:
-            found[parameter_ids[name]] = Interval(
+            intervals[parameter_ids[name]] = Interval(
                 name, str(estimate.get("unit", "")), float(estimate["low95"]), float(estimate["high95"])
             )
-    return found
+    return intervals

@@ -1,4 +1,4 @@
-"""What to tell of values that a vehicle holds and does not fly, and what an upload is about to do with them."""
+"""Messages about values that a vehicle holds in staging but does not fly, and about an upload's effect on them."""
 
 from collections.abc import Mapping
 
@@ -7,7 +7,7 @@ from gcs_plugin.params.plan import Plan, in_force, is_staged, staged_crc
 
 
 def told(present: Mapping[str, float]) -> tuple[str, ...]:
-    """A line for a crew, where what the vehicle holds of its staged set is not the set in force; else nothing."""
+    """A line for the crew if the vehicle's staged set is not the set in force; otherwise empty."""
     active = present.get(ACTIVE)
     if in_force(present) is not False or active is None:
         return ()
@@ -25,7 +25,7 @@ def told(present: Mapping[str, float]) -> tuple[str, ...]:
 
 
 def about_to(plan: Plan) -> str:
-    """What an upload of a plan does, for the question whether it may: `write 1 parameter and put 9 in force`."""
+    """What the upload of a plan does, for its confirmation prompt: `write 1 parameter and put 9 in force`."""
     changes, staged = len(plan.changes), len(plan.staged)
     if changes and staged:
         return f"write {_count(changes)} and put the {staged} staged in force"

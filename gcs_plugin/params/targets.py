@@ -1,4 +1,4 @@
-"""From an identification's JSON to the parameters that a vehicle's feed-forward takes."""
+"""Conversion of an identification's JSON to the parameters of a vehicle's feed-forward."""
 
 import math
 from collections.abc import Collection, Mapping
@@ -12,16 +12,17 @@ from gcs_plugin.params import float32
 def parameters_from_identification(
     data: Mapping[str, Any], veh_cfg: int, names: Collection[str] | None = None
 ) -> dict[str, float]:
-    """Parameter id to float32 value, for every identifiable coefficient; `names` narrows it to some.
+    """Parameter id to float32 value, for every identifiable coefficient; `names` restricts it to these coefficients.
 
-    Where the hull has quadratic damping alone, its linear one is 0, so that none of earlier stays in force. Derived
-    values (added mass) and what is not identifiable are left out. Raises ParamRejected for a value that is not finite
-    or out of its bounds, and where nothing is left to send.
+    If only the quadratic damping of an axis was identified, its linear damping is set to 0, so that no earlier value
+    stays in force. Derived values (added mass) and coefficients that are not identifiable are left out. Raises
+    ParamRejected for a damaged identification, for a value that is not finite or out of its bounds, and if nothing is
+    left to send.
     """
     estimates = data.get("parameters")
     if not isinstance(estimates, list):
         raise ParamRejected("the identification has no list 'parameters'; give the file that --json wrote")
-    found: dict[str, float] = {}
+    targets: dict[str, float] = {}
     for estimate in estimates:
         if not isinstance(estimate, dict):
             raise ParamRejected("the identification's list 'parameters' is damaged; identify again")
@@ -39,15 +40,15 @@ def parameters_from_identification(
                 f"{coefficient.high:g}; nothing of this identification is fit to send"
             )
         try:
-            found[coefficient.parameter_id(veh_cfg)] = float32.given(value)
+            targets[coefficient.parameter_id(veh_cfg)] = float32.given(value)
         except ValueError as error:
             raise ParamRejected(f"{coefficient.name}: {error}; identify again") from None
-    valueless = {one["name"] for one in estimates if one.get("value") is None}
+    valueless = {entry["name"] for entry in estimates if entry.get("value") is None}
     for squared in QUADRATICS:
         linear = DAMPINGS[squared.dof]
         wanted = linear.name in valueless and (names is None or linear.name in names)
-        if wanted and squared.parameter_id(veh_cfg) in found:
-            found[linear.parameter_id(veh_cfg)] = 0.0
-    if not found:
+        if wanted and squared.parameter_id(veh_cfg) in targets:
+            targets[linear.parameter_id(veh_cfg)] = 0.0
+    if not targets:
         raise ParamRejected("the identification holds no identifiable coefficient to send; dive again")
-    return found
+    return targets

@@ -1,9 +1,9 @@
-"""The parameter transfer: a pure state machine, without I/O and without a clock of its own.
+"""The parameter transfer: a pure state machine, without I/O and without a clock.
 
-A task is done only when a read-back, asked for after the last write and after a quiet period, answers the
-target as float32 bit by bit. An echo of the write proves nothing: it only starts the quiet period, as do two
-writes without an echo. That period is longer than an answer of this vehicle is under way (`RoundTrips`). What ends the
-attempts is a deadline, not a count, except where the vehicle itself shows, twice, that it keeps another value.
+A task is done only when a read-back, requested after the last write and after a quiet period, equals the target float32
+bit by bit. An echo of the write proves nothing: it only starts the quiet period, as do two writes without an echo. The
+quiet period is longer than this vehicle's answers take to arrive (`RoundTrips`). A deadline ends the attempts, not a
+count, unless the vehicle shows twice that it keeps another value.
 """
 
 from collections import Counter
@@ -38,11 +38,11 @@ ANOTHER_WROTE: Final = (
     "the vehicle holds another set than was read back from it just now: another program wrote to it meanwhile"
 )
 REFUSALS_THAT_SETTLE: Final = 2
-UNANSWERED_WRITES: Final = 2  # then it is read back: there are vehicles that store a value and never echo it
+UNANSWERED_WRITES: Final = 2  # then the value is read back: some vehicles store a value and never echo it
 
 
 class Outcome(Enum):
-    """How one parameter, or a whole upload, ended; the value is the sentence that a user reads."""
+    """Outcome of a parameter or of a whole upload; the value is the sentence shown to the user."""
 
     APPLIED = "applied: an independent read-back equals it"
     SAME = "already so: nothing was written"
@@ -63,12 +63,12 @@ class Task:
 
 
 def write(name: str, value: float) -> Task:
-    """Set a parameter and see it so."""
+    """Task: write a parameter and verify it by a read-back."""
     return Task(name, float32.rounded(value), name)
 
 
 def confirm(name: str, value: float) -> Task:
-    """See that a parameter is so, and never write it."""
+    """Task: verify the value of a parameter by a read-back, and never write it."""
     return Task(name, float32.rounded(value), None)
 
 
@@ -92,7 +92,7 @@ Send = SetValue | ReadValue
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What became of one task: `seen` is the last read-back's answer, None where none came."""
+    """Result of a task; `seen` is the value of the last read-back, None if no read-back was answered."""
 
     outcome: Outcome
     sentence: str
@@ -125,17 +125,18 @@ class _Item:
 
     @property
     def asks(self) -> bool:
-        """Whether it is asked for time and again, and not left in quiet."""
+        """Whether its request is being repeated, as opposed to a quiet period."""
         return self.state is _State.ANSWER or (self.state is _State.ECHO and self.quiet_since_s is None)
 
 
 @dataclass
 class Transfer:
-    """Several tasks under one deadline with one vehicle component.
+    """Several tasks with the same vehicle component, under a common deadline.
 
-    Feed it `on_value`, `on_error` and `on_reboot` as they arrive, and send what `tick` returns. `unmatched`
-    counts what was not for it: another source, or a parameter that no task waits for. `round_trips` is what is known of
-    the link so far; `probes` are parameters without a task that are asked for once, to know more of it.
+    Call `on_value`, `on_error` and `on_reboot` as messages arrive, and send the messages that `tick` returns.
+    `unmatched` counts messages that belong to no task: from another source, or about a parameter that no task waits
+    for. `round_trips` holds the link's round trips measured so far; `probes` are parameters without a task that are
+    requested once to measure more of them.
     """
 
     tasks: Iterable[Task]
@@ -164,12 +165,12 @@ class Transfer:
 
     @property
     def waits(self) -> bool:
-        """Whether nothing is asked for now, as in a quiet period."""
+        """Whether no request is open now, as in a quiet period."""
         return not any(item.asks for item in self._items)
 
     @property
     def results(self) -> dict[str, Result]:
-        """Results so far, by the name that is read back."""
+        """Results so far, by the name of the parameter that is read back."""
         return {item.task.name: item.result for item in self._items if item.result is not None}
 
     @property
@@ -187,7 +188,7 @@ class Transfer:
         return max((item.last_write_s for item in self._items if item.last_write_s is not None), default=None)
 
     def failure(self) -> Result | None:
-        """The first result that is no success."""
+        """The first result other than APPLIED, None if there is none."""
         return next((r for r in self.results.values() if r.outcome is not Outcome.APPLIED), None)
 
     def on_value(self, name: str, value: float, source: Source, time_s: float) -> None:
@@ -205,7 +206,7 @@ class Transfer:
         reading = self._by_check.get(name)
         if reading is not None and reading.state is _State.ANSWER:
             if reading.asked_s < self._quiet_until_s(reading):
-                # Asked too soon, as answers that came since show: this may be the echo of a write.
+                # Requested too soon, by the round trips measured since: this may be the echo of a write.
                 self._be_quiet(reading, reading.quiet_since_s)
             else:
                 self._judge(reading, value, time_s)
@@ -214,7 +215,7 @@ class Transfer:
             self.unmatched["unasked"] += 1
 
     def on_error(self, name: str, code: int, source: Source) -> None:
-        """A PARAM_ERROR arrived; a read-back still has the last word where one is possible."""
+        """A PARAM_ERROR arrived; a read-back still decides, unless the parameter or the component does not exist."""
         item = self._by_write.get(name) or self._by_check.get(name)
         if source != self.source or item is None or item.state not in (_State.ECHO, _State.ANSWER):
             self.unmatched["error"] += 1
@@ -232,7 +233,7 @@ class Transfer:
             self._be_quiet(item, item.last_write_s)
 
     def on_reboot(self, time_s: float) -> None:
-        """The vehicle started again: what was proved before is proved anew."""
+        """The vehicle rebooted: verify again all that was verified before."""
         for item in self._items:
             refused = item.result is not None and item.result.outcome is not Outcome.APPLIED
             if refused or item.state is _State.WRITE:
@@ -241,14 +242,14 @@ class Transfer:
             self._be_quiet(item, time_s)
 
     def abort(self, sentence: str) -> None:
-        """End at once; what is not proved stays unverified, what was never written was not sent."""
+        """End at once: tasks that were written end UNVERIFIED, tasks never written end NOT_SENT."""
         for item in self._items:
             if item.state is not _State.DONE:
                 sent = item.last_write_s is not None
                 self._finish(item, Outcome.UNVERIFIED if sent else Outcome.NOT_SENT, sentence)
 
     def tick(self, time_s: float) -> list[Send]:
-        """What to send now."""
+        """The messages to send now."""
         if is_past(time_s, self.start_s, self.timing.deadline_s):
             for item in self._items:
                 if item.state is not _State.DONE:
@@ -297,7 +298,7 @@ class Transfer:
         item.state, item.attempt, item.quiet_since_s = _State.QUIET, 0, since_s
 
     def _quiet_until_s(self, item: _Item) -> float:
-        """When what was sent before is no longer under way, as far as is known by now."""
+        """Time at which no earlier message is under way any more, by the round trips measured so far."""
         return self.start_s if item.quiet_since_s is None else item.quiet_since_s + self._trips.quiet_s
 
     def _judge(self, item: _Item, value: float, time_s: float) -> None:
@@ -319,7 +320,7 @@ class Transfer:
                 item, Outcome.REFUSED, f"{item.task.write_to} = {item.task.value:.9g} refused: {why}"
             )
             return
-        # Quiet again, so that a duplicate of this answer can't pass for the echo of the next write.
+        # Another quiet period, so that a duplicate of this answer can't pass for the echo of the next write.
         item.state, item.attempt, item.heard_echo, item.quiet_since_s = _State.WRITE, 0, False, time_s
 
     def _expire(self, item: _Item) -> None:

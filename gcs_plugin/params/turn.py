@@ -1,7 +1,7 @@
-"""One upload to a vehicle at a time, among the programs that keep their receipts in one folder.
+"""A lock that allows a single upload to a vehicle at a time, among programs that share a folder of receipts.
 
-The system lets go of a turn where its process is killed. Where files can't be locked, everybody has the turn: what the
-vehicle itself says of its set is looked at all the same, before a commit and at the end.
+The operating system releases the lock when its process is killed. On a disk without file locks, every program gets the
+turn; FF_ACTIVE is checked on the vehicle in any case, before a commit and at the end.
 """
 
 import contextlib
@@ -16,16 +16,16 @@ from gcs_plugin.file_lock import locked
 from gcs_plugin.params.receipt import RECEIPT, number_in
 
 Newest = tuple[int, str]
-"""The number of a vehicle's newest receipt and what that says; (0, "") where it has none."""
+"""Number and outcome of a vehicle's newest receipt; (0, "") if it has none."""
 
 NONE_YET: Final[Newest] = (0, "")
 
 
 class Turn:
-    """Held from the moment it is made until `end`, for uploads to MAVLink system `system`. `read_at` is what `newest`
-    said as the vehicle was read, None where nobody looked.
+    """Exclusive right to upload to MAVLink system `system`, held from construction until `end`.
 
-    Raises ParamRejected where another program has the turn, or had it since the vehicle was read.
+    `read_at` is the result of `newest` at the time the vehicle was read, None to skip that check. Raises ParamRejected
+    if another program has the turn, or has had it since the vehicle was read.
     """
 
     def __init__(self, receipts: Path, system: int, read_at: Newest | None = None) -> None:
@@ -48,7 +48,7 @@ class Turn:
             raise
 
     def end(self) -> None:
-        """Let others have it."""
+        """Release the turn."""
         if self._file is not None:
             self._file.close()
             self._file = None
@@ -61,13 +61,13 @@ class Turn:
 
 
 def newest(receipts: Path, system: int) -> Newest:
-    """What the newest receipt of a vehicle in that folder is: while that stays, no upload to it began or ended."""
-    found = ((number_in(path), _outcome(path, system)) for path in receipts.glob(f"*{RECEIPT}"))
-    return max((one for one in found if one[1]), default=NONE_YET)
+    """Number and outcome of a vehicle's newest receipt in a folder; unchanged while no upload begins or ends."""
+    numbered = ((number_in(path), _outcome(path, system)) for path in receipts.glob(f"*{RECEIPT}"))
+    return max((receipt for receipt in numbered if receipt[1]), default=NONE_YET)
 
 
 def _outcome(path: Path, system: int) -> str:
-    """What a receipt says became of its upload; "" for another vehicle's, and one that can't be read."""
+    """Outcome in a receipt; "" for a receipt of another vehicle and for an unreadable receipt."""
     try:
         data = from_json(read_small(path))
         return str(data["outcome"]) if data["vehicle"]["system"] == system else ""

@@ -1,15 +1,17 @@
 """An upload from plan to outcome: a pure state machine over transfers.
 
-    STAGE (write and verify, confirm the rest of the staged set) -> COMMIT (FF_COMMIT = CRC, FF_ACTIVE says
-    so) -> LIVE (what takes effect at once, FF_MODE) -> done a failure -> UNDO (what was written gets its
-    value back, verified) -> UNDO_COMMIT where the set was active -> done
+    STAGE (write and verify, confirm the unchanged values of the staged set) -> COMMIT (write the CRC to FF_COMMIT,
+    read it back in FF_ACTIVE) -> LIVE (parameters that take effect at once: FF_MODE) -> done
+    after a failure -> UNDO (restore and verify the values that were written) -> UNDO_COMMIT if the set was active
+    -> done
 
-Staging to switching share one deadline, and rolling back has one of its own, so that a vehicle that starts
-anew, or answers nothing, holds nobody up. One that answers nothing for `UNANSWERED_S` ends either at once.
+STAGE to LIVE share a deadline, and rolling back has a separate deadline, so that a vehicle that reboots or does not
+answer holds nobody up. A vehicle that answers nothing for `UNANSWERED_S` ends either phase at once.
 
-The vehicle flies the old set until FF_ACTIVE is the new set's CRC, so nothing is ever half-applied. Just before the
-commit FF_ACTIVE has to be what was read, or the new set's already: else another program wrote meanwhile. A commit
-that the vehicle neither took nor refused is left alone and said: only a reading of FF_ACTIVE can tell.
+The vehicle flies the old set until FF_ACTIVE is the new set's CRC, so a set is never half-applied. Just before the
+commit, FF_ACTIVE must be the value that was read with the plan, or already the new CRC; otherwise another program has
+written meanwhile. A commit that the vehicle neither accepted nor refused is left alone and reported as unverified: only
+a later reading of FF_ACTIVE can settle it.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -26,14 +28,14 @@ from gcs_plugin.params.transfer import Outcome, Result, Send, SetValue, Source, 
 
 Crc = Callable[[Mapping[str, float]], int]
 
-UNANSWERED_S: Final = 20.0  # at 30 % loss each way and a try a second, once in a million
+UNANSWERED_S: Final = 20.0  # at 30 % loss each way and one attempt per second, once in a million
 PROBES: Final = 16
 OFF_WINS: Final = "OFF was ordered meanwhile and wins: FF_MODE is not raised"
 OVERTAKEN: Final = "another program changed which set the vehicle flies since it was read"
 
 
 class Stage(Enum):
-    """Where an upload is; the value is the word that an operator reads."""
+    """Stage of an upload; the value is the word shown to the operator."""
 
     STAGE = "staging"
     COMMIT = "committing"
@@ -45,7 +47,7 @@ class Stage(Enum):
 
 @dataclass(frozen=True)
 class Ending:
-    """How an upload ended: one outcome with a sentence, and what became of each line."""
+    """How an upload ended: the outcome with a sentence, and the result of each parameter by name."""
 
     outcome: Outcome
     sentence: str
@@ -55,8 +57,8 @@ class Ending:
 class Upload:
     """Brings one vehicle component from `plan.present` to the plan's targets, or back.
 
-    `crc` is the vehicle's own CRC of a staged set. Feed it `on_value`, `on_error`, `on_reboot`, send what
-    `tick` returns, until `ending` is there.
+    `crc` computes the CRC of a staged set as the vehicle does. Call `on_value`, `on_error` and `on_reboot` as messages
+    arrive, and send the messages that `tick` returns, until `ending` is set.
     """
 
     def __init__(self, plan: Plan, source: Source, start_s: float, timing: Timing, crc: Crc) -> None:
@@ -88,7 +90,7 @@ class Upload:
 
     @property
     def progress(self) -> tuple[int, int]:
-        """Tasks done and tasks in all: of writing up to what takes effect, or of taking back."""
+        """Tasks done and total: of staging, commit and live writes together, or of rolling back."""
         done, total = self._transfer.progress
         if self._undoing:
             return done, total
@@ -102,13 +104,13 @@ class Upload:
 
     @property
     def proven(self) -> dict[str, Result]:
-        """What is known so far of the lines that change, the newest of each, by name."""
+        """Newest result so far of each parameter that changes, by name."""
         known = {**self._results, **self._undone, **self._transfer.results}
         return {name: result for name, result in known.items() if name in self._plan.changes}
 
     @property
     def left_behind(self) -> str:
-        """What an end at once would leave on the vehicle, and what to do then."""
+        """Sentence about the state of the vehicle if the upload ended now, and about the remedy."""
         if not self._written:
             return "nothing was written"
         now = "values were written and not all read back"
@@ -117,12 +119,12 @@ class Upload:
         return f"{now}: mend that, then upload again or roll back to the values before"
 
     def unanswered_s(self, time_s: float) -> float:
-        """For how long the vehicle has answered nothing."""
+        """Seconds since the vehicle's last answer."""
         return max(0.0, time_s - self._answered_s)
 
     @property
     def crc(self) -> int:
-        """What FF_ACTIVE must say in the end."""
+        """The CRC that FF_ACTIVE must hold in the end."""
         return self._crc_new
 
     def on_value(self, name: str, value: float, source: Source, time_s: float) -> None:
@@ -136,7 +138,7 @@ class Upload:
         self._advance(time_s)
 
     def on_reboot(self, time_s: float) -> None:
-        """The vehicle started again: it may have lost its staged set, so that all of it is proved anew."""
+        """The vehicle rebooted and may have lost its staged set: verify the whole set again."""
         self._answered_s = time_s
         if self._looks or self._stage in (Stage.COMMIT, Stage.LIVE):
             self._committed = False
@@ -145,13 +147,13 @@ class Upload:
             self._transfer.on_reboot(time_s)
 
     def abort(self, sentence: str, time_s: float) -> None:
-        """Stop and roll back, as when the vehicle was armed; from the commit on, only the vehicle can refuse."""
+        """Stop and roll back, as when the vehicle was armed. Only during staging: later only the vehicle can refuse."""
         if self._stage is Stage.STAGE:
             self._transfer.abort(sentence)
             self._advance(time_s)
 
     def overrule(self, time_s: float) -> None:
-        """OFF was ordered by another: FF_MODE is not raised, and no write of it is taken back; the rest is as ever."""
+        """Another program ordered OFF: write no mode but OFF, and never restore FF_MODE; all else goes on."""
         if not self._overruled:
             self._overruled = True
             self._give_way()
@@ -159,27 +161,27 @@ class Upload:
 
     @property
     def needs_disarmed(self) -> bool:
-        """Whether it changes more than what an armed vehicle may take, the mode of the feed-forward."""
+        """Whether the upload changes more than the feed-forward's mode, which alone an armed vehicle may take."""
         return self._needs_commit or bool(self._direct)
 
     @property
     def commits(self) -> bool:
-        """Whether the vehicle takes a staged set by a commit."""
+        """Whether the vehicle has a staged set that a commit puts in force."""
         return self._commits
 
     def give_up(self, sentence: str) -> None:
-        """End at once without another word to the vehicle, as when the link is gone."""
+        """End at once and send nothing more to the vehicle, as when the link is lost."""
         if self._stage is not Stage.DONE:
             self._transfer.abort(sentence)
             self._collect()
             self._end(Outcome.UNVERIFIED if self._written else Outcome.NOT_SENT, sentence)
 
     def tick(self, time_s: float) -> list[Send]:
-        """What to send now."""
+        """The messages to send now."""
         if self._stage is Stage.DONE:
             return []
         if self._trips.known and self._transfer.waits:
-            self._answered_s = time_s  # nothing was asked
+            self._answered_s = time_s  # a quiet period: no request is open
         if self.unanswered_s(time_s) >= UNANSWERED_S:
             self._transfer.abort(
                 f"the vehicle has answered nothing for {UNANSWERED_S:.0f} s: the link may carry one way only, "
@@ -208,7 +210,7 @@ class Upload:
             self._answered_s = time_s
 
     def _transfer_of(self, tasks: Iterable[Task], start_s: float, probes: Sequence[str] = ()) -> Transfer:
-        # A transfer that begins too late still asks for a moment, and ends with its own sentence.
+        # A transfer that begins too late still gets a short deadline, so that it ends with its own sentence.
         timing = replace(self._timing, deadline_s=max(self._end_s - start_s, self._timing.quiet_s))
         return Transfer(tasks, self._source, start_s, timing, round_trips=self._trips, probes=probes)
 
@@ -251,13 +253,13 @@ class Upload:
         elif not self._needs_commit:
             self._enter_live(time_s)
         elif self._asked_to_commit:
-            self._enter_commit(time_s)  # and started anew since: it may well fly the new set
+            self._enter_commit(time_s)  # rebooted after the commit: it may already fly the new set
         else:
             self._looks = True
             self._transfer = self._transfer_of([confirm(ACTIVE, self._plan.present[ACTIVE])], time_s)
 
     def _after_look(self, time_s: float) -> None:
-        """The vehicle was asked which set it flies: commit, unless that is neither the one of before nor the new."""
+        """FF_ACTIVE was read just before the commit: commit if it is still the old set or already the new one."""
         seen = self._transfer.results[ACTIVE].seen
         if self._transfer.succeeded or (seen is not None and float32.same(seen, float(self._crc_new))):
             self._enter_commit(time_s)
@@ -290,14 +292,14 @@ class Upload:
         self._give_way()
 
     def _give_way(self) -> None:
-        """Once OFF was ordered, write no other mode."""
+        """Once OFF was ordered, write no mode but OFF."""
         if self._overruled and self._stage is Stage.LIVE and self._live.get(MODE):
             self._transfer.abort(OFF_WINS)
 
     def _undo(self, time_s: float) -> None:
         before = self._plan.present
         names = [n for n in self._written if n != COMMIT and not (n == MODE and self._overruled)]
-        # Quiet first, so that a write still on its way can't arrive after the one that takes it back.
+        # A quiet period first, so that a write still under way can't arrive after the write that restores the value.
         start_s = time_s + self._trips.quiet_s
         self._stage, self._undoing, self._looks = Stage.UNDO, True, False
         self._end_s, self._answered_s = start_s + deadline_s(len(names) + 1, self._timing), start_s
@@ -364,11 +366,11 @@ class Upload:
     def _end(self, outcome: Outcome, sentence: str) -> None:
         self._stage = Stage.DONE
         if outcome is not Outcome.APPLIED and (self._commits or self._undoing):
-            # Read back in staging, but whether it flies is not known.
+            # The values were read back from staging, but whether they fly is not known.
             for name, result in self._results.items():
                 if result.outcome is Outcome.APPLIED:
-                    said = f"{result.sentence} was staged, and not seen in force"
-                    self._results[name] = replace(result, outcome=Outcome.UNVERIFIED, sentence=said)
+                    staged = f"{result.sentence} was staged, and not seen in force"
+                    self._results[name] = replace(result, outcome=Outcome.UNVERIFIED, sentence=staged)
         results = {}
         for row in self._plan.rows:
             if row.verdict is Verdict.SAME:

@@ -1,4 +1,4 @@
-"""What a parameter file asks of a vehicle, and what its sidecar says against it."""
+"""Reading a parameter file for an upload: its values, and the warnings from its sidecar."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,8 +14,12 @@ CONVERGED: Final = "converged"
 
 @dataclass(frozen=True)
 class Wanted:
-    """Parameter id to value; `whole`: it is a model, beside which no effect that was accepted earlier holds; `sidecar`
-    says where it comes from, and `system` of which vehicle it was saved, where its form names one."""
+    """Values of a parameter file, by parameter id.
+
+    `notes` are lines for the operator; `whole`: the file is a complete model, which invalidates effects accepted
+    earlier; `sidecar` is its provenance; `system` is the MAVLink system that the file was saved from, None if it names
+    none.
+    """
 
     values: dict[str, float]
     notes: tuple[str, ...] = ()
@@ -25,8 +29,9 @@ class Wanted:
 
 
 def wanted_by(path: Path, despite_doubts: bool) -> Wanted:
-    """The values of a parameter file. Raises ParamRejected for a damaged one, and for one of an identification that
-    did not converge, unless that may pass.
+    """Read a parameter file and its sidecar.
+
+    Raises ParamRejected for a damaged file, and for an identification that did not converge unless `despite_doubts`.
     """
     if path.suffix == ".json":
         raise ParamRejected(

@@ -1,7 +1,7 @@
-"""What an armed vehicle may be given: a harder confirmation, not a locked door.
+"""Rules for uploads to an armed vehicle: they need a stronger confirmation, but are possible.
 
-A sub that holds its place in a current is safer armed than not. What must not change under way is the model that acts
-on the thrusters: the vehicle itself refuses a commit while its feed-forward acts, and so does the ground.
+A vehicle that holds its position in a current is safer armed than disarmed. Only the model that acts on the thrusters
+must not change under way: the vehicle refuses a commit while its feed-forward acts, and so does the ground station.
 """
 
 from collections.abc import Mapping
@@ -11,14 +11,14 @@ from bridge.vehicle.feedforward import Mode
 
 
 def obstacle(present: Mapping[str, float]) -> str:
-    """Why an armed vehicle that holds `present` can't be given parameters, "" where it can."""
+    """Why an armed vehicle with the values `present` must not be given parameters, "" if it may."""
     if present.get(MODE) in APPLYING_MODES:
         return "is armed and its feed-forward acts on the thrusters: force the feed-forward off first"
     return ""
 
 
 def not_raised(targets: Mapping[str, float], present: Mapping[str, float]) -> dict[str, float]:
-    """`targets` without a mode of the feed-forward above the present one: going back is no order to act."""
+    """`targets` without FF_MODE if that would raise the feed-forward's mode: a roll back is no order to act."""
     mode = present.get(MODE)
     return {
         name: value
@@ -28,7 +28,7 @@ def not_raised(targets: Mapping[str, float], present: Mapping[str, float]) -> di
 
 
 def _is_no_rise(value: float, mode: float) -> bool:
-    """Whether a mode leaves no more to the feed-forward; their numbers do not rise as that does."""
+    """Whether mode `value` gives the feed-forward no more authority than `mode`; the numbers are in another order."""
     if value not in set(Mode) or mode not in set(Mode):
         return value == mode
     if Mode(int(value)).applies_feedforward or Mode(int(mode)).applies_feedforward:
