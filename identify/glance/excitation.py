@@ -90,7 +90,7 @@ def excitation(dive: Dive, file: VehicleFile, configuration: str) -> Excitation:
 
 
 def spans(dive: Dive, file: VehicleFile | None = None, configuration: str = "") -> tuple[Span, ...]:
-    """Overview of the six axes without a model of the hull: thrust from TAU_CMD, otherwise from the file's thrusters."""
+    """Overview of the six axes without a model of the hull: thrust from TAU_CMD, else from the file's thrusters."""
     asked = dive.tau_cmd
     if asked is None and file is not None:
         with contextlib.suppress(FitError):
