@@ -142,7 +142,7 @@ def _without_frozen_axis(dive: Dive, name: str, column: int, axis: str) -> Dive:
 
 
 def _log_chance_by_noise(signal: Signal) -> float | None:
-    """Logarithm of the chance that a sample (n, 1) repeats the one before; None if its noise is below the resolution."""
+    """Logarithm of the chance that a sample (n, 1) repeats the one before; None if its noise is below its step size."""
     value = signal.value[:, 0]
     steps = np.abs(np.diff(value))
     moved = steps[steps > 0]
@@ -192,7 +192,7 @@ def _is_unlikely(count: int, log_chance: float, samples: int) -> bool:
 
 
 def _log_chance(signal: Signal, runs: Runs, least: float = 1e-3) -> float | None:
-    """Logarithm of the chance that a sample repeats the one before, outside the long runs; None if no noise is visible.
+    """Logarithm of the chance that a sample repeats the one before, outside the long runs; None without visible noise.
 
     Noise makes third differences larger than first differences, motion makes them smaller. Never below `least`.
     """

@@ -1,4 +1,4 @@
-"""Lists what a recording lacks and which parameters therefore can't be identified from it, as sentences for the user."""
+"""Lists what a recording lacks and which parameters therefore can't be identified from it, as sentences."""
 
 import numpy as np
 

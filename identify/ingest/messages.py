@@ -236,7 +236,7 @@ def timed_rows(frames: Frames, system: int, component: int) -> tuple[Rows, Array
 
 
 def _tame(frames: Frames, rows: Rows, time_s: Array) -> tuple[Rows, Array]:
-    """Remove the few rows whose time lies far from those around them; a restart shifts all following times and stays."""
+    """Remove the few rows whose time lies far from those around them; a restart shifts all later times and stays."""
     among = tame(frames.arrival_s[rows] - time_s)
     return rows[among], time_s[among]
 
@@ -253,7 +253,7 @@ def _runs(total: int, rows: Rows, time_s: Array) -> list[tuple[slice, float]]:
 
 def _clock(frames: Frames, rows: Rows, time_s: Array) -> _ClockOffset:
     offset = frames.arrival_s[rows] - time_s
-    # Never more than rows, because the span is only as good as the recording's times.
+    # Never more than rows: the span is only as good as the recording's times.
     blocks = min(max(1, int((time_s.max() - time_s.min()) / BLOCK_S)), len(rows))
     starts = np.unique(np.linspace(0, len(rows), blocks, endpoint=False).astype(np.int64))
     return _ClockOffset(

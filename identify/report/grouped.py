@@ -1,4 +1,4 @@
-"""Bars in groups: a group a phase, a bar a mode."""
+"""Grouped bars: a group for each phase, with a bar for each mode."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 
 WIDTH = 0.8
 HATCHES = ("", "//", "\\\\", "xx")
-"""A hatch for each colour, so that none has to be told apart by colour."""
+"""A hatch for each colour, so that bars are distinct without colour."""
 
 
 @dataclass(frozen=True)
 class Group:
-    """The bars of one colour: a word for the legend, and a value a group; NaN leaves a gap."""
+    """Bars of a colour: its word in the legend, and a value for each group; NaN leaves a gap."""
 
     label: str
     values: tuple[float, ...]

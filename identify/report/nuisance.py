@@ -1,4 +1,4 @@
-"""What was fitted beside the coefficients, in words and units: an axis a row, a quantity a column."""
+"""Table of the quantities fitted in addition to the coefficients: a row for each axis, a column for each quantity."""
 
 import re
 from collections.abc import Mapping
@@ -26,7 +26,7 @@ _QUANTITIES = {
 
 
 def nuisance_tables(nuisance: Mapping[str, float]) -> tuple[Table, ...]:
-    """A table of the names that say their axis, quantity and unit; a second one of all others, as they are."""
+    """A table of the names that state axis, quantity and unit; a second table of all other names, unchanged."""
     cells: dict[str, dict[str, list[str]]] = {}
     others: list[tuple[str, ...]] = []
     for name, value in nuisance.items():
@@ -34,8 +34,8 @@ def nuisance_tables(nuisance: Mapping[str, float]) -> tuple[Table, ...]:
         if read is None:
             others.append((name, significant(value)))
             continue
-        axis, quantity, told = read
-        cells.setdefault(axis, {}).setdefault(quantity, []).append(told)
+        axis, quantity, words = read
+        cells.setdefault(axis, {}).setdefault(quantity, []).append(words)
     tables = []
     if cells:
         rows = tuple(
@@ -59,6 +59,6 @@ def _read(name: str, value: float) -> tuple[str, str, str] | None:
         if found := pattern.fullmatch(name):
             parts = found.groupdict()
             sensor = CHANNELS.get(parts.get("channel", ""), parts.get("channel", ""))
-            told = f"{sensor} {significant(value)} {UNITS[parts['unit']]}"
-            return parts["axis"], quantity, told.strip()
+            words = f"{sensor} {significant(value)} {UNITS[parts['unit']]}"
+            return parts["axis"], quantity, words.strip()
     return None
