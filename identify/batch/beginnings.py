@@ -12,7 +12,7 @@ Work = Callable[[Sequence[Recording]], list[Result]]
 
 
 def with_beginnings(found: Found, results: Sequence[Result], work: Work) -> tuple[Found, list[Result]]:
-    """Replace each recording that gave no value by the longest of its shorter copies that gives one.
+    """Replace each recording without a value by the longest of its shorter copies that gives a value.
 
     If no shorter copy gives a value, the recording stays, with the reason why it gave none. `results` are those of
     the recordings in `found`; `work` runs the shorter copies.

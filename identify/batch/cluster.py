@@ -30,12 +30,12 @@ def run_on_cluster(
     answer_within_s: float = ANSWER_WITHIN_S,
     now_s: Callable[[], float] = time.monotonic,
 ) -> Generator[Result, None, None]:
-    """Yield the result of each job as it arrives, in no order. Closing the generator, or Ctrl-C, cancels the
-    unfinished jobs.
+    """Yield the result of each job as it arrives, in no order.
 
-    A recording travels to its worker as bytes, so a worker needs seatrial but no access to our disk. Raises
-    LinkTimeout if no scheduler answers within `answer_within_s`, or if the scheduler has no worker for longer than
-    `workers_within_s`; LinkLost if the scheduler goes away.
+    Closing the generator, or Ctrl-C, cancels the unfinished jobs. A recording travels to its worker as bytes, so a
+    worker needs seatrial but no access to our disk. Raises LinkTimeout if no scheduler answers within
+    `answer_within_s`, or if the scheduler has no worker for longer than `workers_within_s`; LinkLost if the scheduler
+    goes away.
     """
     waiting = iter(jobs)
     done: SimpleQueue[Future[Result]] = SimpleQueue()

@@ -1,4 +1,4 @@
-"""Interprets the trends of one configuration: picks a story from a closed list and puts it into words with figures."""
+"""Interprets the trends of a configuration: picks a story from a closed list and puts it into words with figures."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -67,7 +67,7 @@ _ALL_MOVED = (Story.WEAKER, Story.STRONGER)
 
 @dataclass(frozen=True)
 class Drift:
-    """The story of one configuration. `trends` holds the trend of each coefficient that has enough values for one.
+    """The story of a configuration. `trends` holds the trend of each coefficient with enough values.
 
     `real` names the coefficients whose trend is significant after correction for their number (Holm). `mass`,
     `damping` and `damping_over_mass` are trends of logarithms, `voltage` that of the pack voltage in V.
@@ -119,7 +119,7 @@ def takes(row: Row, name: str, despite_doubts: bool) -> bool:
 
 
 def drift_of(rows: Sequence[Row]) -> Drift:
-    """Trends and story of the dated rows of one configuration.
+    """Trends and story of the dated rows of a configuration.
 
     Only undoubted values of converged dives count, if they suffice for trends of mass, damping and their ratio. If
     they don't (as for a vehicle whose drag never fits the model) and doubted values give more of these three trends,
@@ -232,9 +232,7 @@ def _sentence(
 
 
 def _what_there_is(rows: Sequence[Row], dated: Sequence[Row], masses: Series, dampings: Series) -> str:
-    """Say how many dives are dated, converged, and give a mass or a damping, for a configuration with too few for a
-    trend.
-    """
+    """For a configuration with too few dives for a trend: how many are dated, converged, give a mass or a damping."""
     dates, sound = sum(row.unix_s is not None for row in rows), sum(row.outcome in SOUND for row in rows)
     counts = (
         f"A trend takes dives that have a date and converged: of the {len(rows)} identified in this configuration "

@@ -13,9 +13,7 @@ from bridge.vehicle.config import CONFIGS, VehicleFile
 from identify.batch.version import our_version
 
 IDENTIFY = "identify.batch.work:identify"
-"""The only kind of job so far. A further kind would be another function, `Job -> plain data for JSON`, named the same
-way.
-"""
+"""The only kind of job so far. A new kind needs another function, `Job -> plain data for JSON`, named the same way."""
 
 DEFECTS = (
     ArithmeticError,
@@ -45,7 +43,7 @@ class Recording:
 
 @dataclass(frozen=True)
 class Result:
-    """Result of one job: an `answer` as plain data, or an `error` in one sentence.
+    """Result of a job: an `answer` as plain data, or an `error` in a sentence.
 
     `final` says that the same job would give the same result again, so the cache may keep it.
     """
@@ -69,7 +67,7 @@ class Result:
 
 @dataclass(frozen=True)
 class Job:
-    """A task for one recording. `columns` is the file of a table's column map.
+    """A task for a recording. `columns` is the file of a table's column map.
 
     `key` is a hash of everything that the answer depends on: see `job_for`.
     """

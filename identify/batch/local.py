@@ -1,4 +1,4 @@
-"""Runs a batch on this computer's cores: one process per core, one job at a time. A process that dies loses only its
+"""Runs a batch on this computer's cores: a process per core, one job at a time. A process that dies loses only its
 job.
 """
 
@@ -25,10 +25,10 @@ def cores() -> int:
 
 
 def run_here(jobs: Iterable[Job], processes: int) -> Generator[Result, None, None]:
-    """Yield the result of each job as it arrives, in no order. Closing the generator, or Ctrl-C, ends the processes
-    at once.
+    """Yield the result of each job as it arrives, in no order.
 
-    Takes at most as many jobs from `jobs` as there are free processes, and keeps no result.
+    Closing the generator, or Ctrl-C, ends the processes at once. Takes at most as many jobs from `jobs` as there are
+    free processes, and keeps no result.
     """
     waiting = iter(jobs)
     idle: list[_Worker] = []

@@ -23,15 +23,13 @@ if TYPE_CHECKING:
 
 PANEL_IN = 1.9
 AIR, LEAST_AIR_S = 0.05, 1800.0
-"""Margin of the time axis before the first and after the last dive: this share of the time between them, but at least
-half an hour.
-"""
+"""Margin of the time axis on either side of the dives: this share of the time that they span, at least half an hour."""
 
 WIDEST = 6.0
 """How much of an interval far wider than the others still stretches the plot, in median half widths."""
 
 REAL, NOT_REAL = 1, 2
-"""Line styles of a significant trend and of one that is not significant."""
+"""Line styles of a significant and of an insignificant trend."""
 
 MARKS = "?: doubted; ?*: doubted, and in no trend"
 
@@ -215,9 +213,7 @@ def _panel(name: str, rows: Sequence[Row], drift: Drift, span: tuple[float, floa
 
 
 def _reach(values: Sequence[Value]) -> Array:
-    """Values that the y axis must include: every value, and each interval unless it is far wider than the others
-    (WIDEST).
-    """
+    """Values that the y axis must include: every value, and each interval unless it is far wider than the others."""
     value, low, high = np.array([(v.value, v.low95, v.high95) for v in values]).T
     most = WIDEST * float(np.median(high - low)) / 2
     return np.concatenate([np.maximum(low, value - most), np.minimum(high, value + most)])

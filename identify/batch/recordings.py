@@ -24,9 +24,10 @@ GAVE_NOTHING = "gave nothing ({why}), so what counts is its beginning,"
 
 @dataclass(frozen=True)
 class Twin:
-    """A recording at `path` that does not count, because the one at `counted` holds the same dive; `why` says in words.
+    """A recording at `path` that does not count, because that at `counted` holds the same dive; `why` says in words.
 
-    `recording` is the recording at `path` if it is the beginning of the longer one, and so may count in its place.
+    `recording` is the recording at `path` if it is the beginning of the longer recording, and so may count in its
+    place.
     """
 
     path: Path
@@ -66,10 +67,10 @@ def find_recordings(
 ) -> Found:
     """Find the recordings that DIVES mean. Raises LogError for a word that matches none.
 
-    A dive folder is one recording; every other folder is searched for recordings, recursively. A table (.csv) outside
-    a dive folder must be named itself. A recording with the same SHA-256 of its uncompressed bytes as an earlier one
-    is a twin; dive folders come before files. A recording that is the beginning of a longer one is also a twin, and
-    the longer one counts.
+    A dive folder is a single recording; every other folder is searched for recordings, recursively. A table (.csv)
+    outside a dive folder must be named itself. A recording with the same SHA-256 of its uncompressed bytes as an
+    earlier recording is a twin; dive folders come before files. So is the beginning of a longer recording; the longer
+    recording counts.
     """
     paths = sorted((path for word in words for path in _paths(word)), key=Path.is_file)
     recordings: dict[str, Recording] = {}
@@ -92,8 +93,8 @@ def find_recordings(
         replace(cut[t.counted], path=t.path, recording=None) if t.counted in cut else t
         for t in (twins | cut).values()
     ]
-    whole = tuple(recording for recording in recordings.values() if recording.path not in cut)
-    return Found(told_apart(whole), tuple(all_twins), tuple(unreadable))
+    complete = tuple(recording for recording in recordings.values() if recording.path not in cut)
+    return Found(told_apart(complete), tuple(all_twins), tuple(unreadable))
 
 
 def told_apart(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
@@ -116,12 +117,12 @@ def _cut(recordings: Iterable[Recording]) -> list[Twin]:
     alike.pop("", None)
     twins = []
     for group in alike.values():
-        whole: list[tuple[Recording, bytes]] = []
+        complete: list[tuple[Recording, bytes]] = []
         for one in sorted(group, key=lambda one: -one.size_bytes) if len(group) > 1 else ():
             data = contents(one.files)
-            longer = next((longer_one for longer_one, held in whole if held.startswith(data)), None)
+            longer = next((longer_one for longer_one, held in complete if held.startswith(data)), None)
             if longer is None:
-                whole.append((one, data))
+                complete.append((one, data))
             else:
                 twins.append(Twin(one.path, longer.path, BEGINNING, one))
     return twins
@@ -137,7 +138,7 @@ def name_of(path: Path) -> str:
 
 
 def _paths(word: str) -> list[Path]:
-    """Recordings that one word means, each a file or a dive folder, sorted by name."""
+    """Recordings that a word means, each a file or a dive folder, sorted by name."""
     path = Path(word)
     if path.exists():
         recordings = [path] if path.is_file() else list(_in_folder(path))

@@ -30,7 +30,7 @@ class Value:
 
 @dataclass(frozen=True)
 class Row:
-    """One dive. `values` holds the identified parameters by name; `error` says why there are none.
+    """A dive. `values` holds the identified parameters by name; `error` says why there are none.
 
     `unix_s` is when the dive began, `dated_by` the source of that date; None if the date is unknown. `correlation`
     holds the correlation of two parameters' errors by the pair of their names; a missing pair counts as 0. `doubts`
@@ -78,9 +78,7 @@ def by_configuration(rows: Sequence[Row]) -> dict[str, list[Row]]:
 
 
 def names_in(rows: Sequence[Row]) -> list[str]:
-    """Coefficients that any row has, in the order of COEFFICIENTS. Added masses are left out: they follow from the
-    others.
-    """
+    """Coefficients that any row has, in the order of COEFFICIENTS; not added masses, which follow from the others."""
     return [c.name for c in COEFFICIENTS if any(c.name in row.values for row in rows)]
 
 
@@ -103,7 +101,7 @@ def to_csv(rows: Sequence[Row]) -> str:
 
 
 def to_json(row: Row) -> dict[str, Any]:
-    """One row as plain data."""
+    """A row as plain data."""
     return {
         **{
             name: value

@@ -13,7 +13,7 @@ Engine = Callable[[Iterable[Job]], Generator[Result, None, None]]
 
 @dataclass(frozen=True)
 class Standing:
-    """Progress of a batch: of `total` dives, `kept` came from the cache and `done` are new; `failed` of them have an
+    """Progress of a batch: of `total` dives, `kept` came from the cache, `done` are new; `failed` of them have an
     error.
     """
 
@@ -36,7 +36,7 @@ class Standing:
 def run_batch(
     jobs: Sequence[Job], cache: Cache, engine: Engine, told: Callable[[Standing], None]
 ) -> list[Result]:
-    """Results of all jobs, one per key. `told` is called with the progress at the start and after each new result.
+    """Results of all jobs, once per key. `told` is called with the progress at the start and after each new result.
 
     An exception from `engine` ends the batch; the results before it are in the cache.
     """

@@ -1,5 +1,4 @@
-"""Combines several coefficients of a vehicle into one series: how all masses, or all dampings, change from dive to
-dive.
+"""Combines several coefficients of a vehicle into a series: how all masses, or all dampings, change from dive to dive.
 
 An identification knows forces only through the thruster curve. If the real thrust is k times the curve's, every mass
 and every damping comes out 1/k times its true value. Their logarithms then shift together, while the logarithm of
@@ -37,9 +36,9 @@ class Series:
 def common_series(rows: Sequence[Row], names: Sequence[str]) -> Series:
     """Weighted mean logarithm of the coefficients `names` in each dated row, after removal of each coefficient's level.
 
-    The levels are fitted together with one slope in time that all coefficients share, by weighted least squares, so
-    that a dive that shows other coefficients than the next does not look like a change. Each value is weighted by its
-    own standard error; the standard error of the mean includes the correlations of the coefficients within a dive.
+    The levels are fitted together with a common slope in time, by weighted least squares, so that a dive that shows
+    other coefficients than the next does not look like a change. Each value is weighted by its own standard error;
+    the standard error of the mean includes the correlations of the coefficients within a dive.
     """
     row_indices, which, y, sigma = [], [], [], []
     for i, row in enumerate(rows):
@@ -92,7 +91,7 @@ def _std(row: Row, weights: Mapping[str, float]) -> float:
 
 
 def _levels(unix_s: Array, which: Array, logs: Array, weight: Array, count: int) -> Array:
-    """Level of the coefficient of each entry, fitted together with one slope that all entries share."""
+    """Level of the coefficient of each entry, fitted together with a common slope in time."""
     span_s = float(np.ptp(unix_s)) or 1.0
     design = np.column_stack([which[:, None] == np.arange(count), (unix_s - unix_s.mean()) / span_s])
     root = np.sqrt(weight)

@@ -24,8 +24,7 @@ _HALVINGS = 200
 
 @dataclass(frozen=True)
 class Trend:
-    """The line `mean + slope_per_s * (t - mid_s)`; `change` is its change from `first_s` to `last_s`. Times are Unix
-    times.
+    """The line `mean + slope_per_s * (t - mid_s)`, and its `change` from `first_s` to `last_s`, which are Unix times.
 
     `scatter` is the standard deviation between dives in addition to their own standard errors. `p` is the probability
     of a slope at least as large if there is no trend.
@@ -110,7 +109,7 @@ def _line(x: Array, y: Array, variance: Array) -> tuple[float, float, float, flo
 
 
 def _variance_between(x: Array, y: Array, std: Array) -> float:
-    """Variance, on top of `std` squared, at which the weighted squared residuals sum to n - 2; 0 if they are already
+    """Variance, in addition to `std`², at which the weighted squared residuals sum to n - 2; 0 if they are already
     smaller.
     """
     expected = len(x) - 2

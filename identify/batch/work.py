@@ -15,7 +15,7 @@ from identify.ingest.open import read_dive
 
 
 def identify(job: Job) -> dict[str, Any]:
-    """Identify the vehicle from one dive alone; also report the dive's date and the battery's mean voltage.
+    """Identify the vehicle from this dive alone; also report the dive's date and the battery's mean voltage.
 
     The priors of the vehicle file are left out: shared by all dives, they would pull every dive towards the same
     value and hide changes from dive to dive. Raises LogError, ConfigError or FitError if the dive gives no

@@ -99,9 +99,7 @@ def read_answer(path: Path) -> Answer | None:
 
 
 def answer_of(data: dict[str, Any]) -> Answer:
-    """Parse an answer in the schema's form. Raises ValueError, KeyError, TypeError or AttributeError if it is
-    invalid.
-    """
+    """Parse an answer in the schema's form; ValueError, KeyError, TypeError or AttributeError if it is invalid."""
     if data["verdict"] not in VERDICTS:
         raise ValueError(f"the verdict is '{data['verdict']}'")
     dofs: dict[str, float] = {}

@@ -74,8 +74,7 @@ class Case:
         return self._dives[which]
 
     def truth(self) -> dict[str, Any]:
-        """The truth as plain data: kind, effects with parameters and size, affected degrees of freedom, true nominal
-        model.
+        """The truth as plain data: kind, effects with parameters and size, degrees of freedom, true nominal model.
 
         `parameters` are those with which the library's form comes nearest to the planted effect over the dive to
         diagnose.

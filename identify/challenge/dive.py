@@ -1,6 +1,4 @@
-"""Simulates a dive of the planted vehicle under feedback, compiled: body, thrusters, sensors, controller in
-lock-step.
-"""
+"""Simulates a dive of the planted vehicle, compiled: body, thrusters, sensors and controller in lock-step."""
 
 from typing import NamedTuple
 

@@ -1,5 +1,6 @@
-"""A drawn force that fits the form of no effect: depends on the vehicle's motion and on time. `bench/unknown` draws
-them.
+"""A drawn force of no effect's form, depending on the vehicle's motion and on time. `bench/unknown` draws such forces.
+
+Compiled, for any dive.
 """
 
 from typing import NamedTuple
@@ -85,9 +86,7 @@ def shape_of(force: DrawnForce, state: Array, nu_dot: Array, thrust: Array, puls
 
 @njit(cache=True, error_model="numpy")
 def remembered(force: DrawnForce, product: float, step: int, step_s: float, past: Array) -> float:
-    """Output of the memory for the product at a step; `past` (n,) holds the last n products, or the memory's single
-    state.
-    """
+    """Output of the memory for the product at a step; `past` (n,): the last n products, or the memory's only state."""
     if force.memory == LAG:
         past[0] += (1.0 - np.exp(-step_s / force.memory_s)) * (product - past[0])
         return float(past[0])

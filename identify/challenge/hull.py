@@ -66,8 +66,9 @@ def bare_hull(floor_m: float) -> Hull:
 
 @njit(cache=True, error_model="numpy")
 def growth(depth: float, hull: Hull) -> tuple[float, float]:
-    """Share by which added masses grow near the surface (exponential) and the bottom (inverse cube), and its change
-    per metre of depth.
+    """Share by which added masses grow near the surface and the bottom, and its change per metre of depth.
+
+    The share falls exponentially below the surface, and with the cube of the altitude above the bottom.
     """
     more, by_metre = 0.0, 0.0
     if hull.surface != 0.0:
@@ -87,8 +88,7 @@ def growth(depth: float, hull: Hull) -> tuple[float, float]:
 def hull_wrench(
     state: Array, through: Array, hull: Hull, phase: float, wake: float, out: Array
 ) -> tuple[float, float, float]:
-    """Add the wrench of the planted effects to `out` (6,); return the earth-fixed pull of the tether (north, east,
-    down).
+    """Add the wrench of the planted effects to `out` (6,); return the tether's pull (north, east, down).
 
     `through` (6,) is the velocity through the water, `phase` that of shed vortices, `wake` the remembered surge
     speed.

@@ -1,6 +1,4 @@
-"""Draws missions: several speeds, reversals, turns, headings, depth changes and rests, sampled as a reference by
-tick.
-"""
+"""Draws missions: several speeds, reversals, turns, headings, depth changes and rests, as a reference by tick."""
 
 import math
 from collections.abc import Callable

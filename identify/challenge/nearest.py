@@ -115,8 +115,7 @@ def course_of(site: Site, simulated: Simulated) -> Course:
 
 @dataclass(frozen=True)
 class _Planted:
-    """Planted wrench over the standard deviation of the disturbance, `value` (rows,), at every `every`-th step of a
-    course.
+    """Planted wrench over the standard deviation of the disturbance: `value` (rows,), at every `every`-th step.
 
     nominal (rows, 12): orthonormal basis of the wrenches that a refit absorbs.
     """
@@ -153,8 +152,8 @@ def _fit(
 
     def left(values: Array) -> Array:
         residual = to.value.copy()
-        for effect, mine in split(values):
-            act = effect.act(to.course, mine)
+        for effect, effect_values in split(values):
+            act = effect.act(to.course, effect_values)
             wrench = act.wrench if act.water is None else to.course.pushed_by(act.water)
             assert wrench is not None
             residual -= to.of(wrench)
@@ -163,8 +162,8 @@ def _fit(
     parameters = [p for effect in effects for p in effect.parameters]
     low, high = np.array([p.low for p in parameters]), np.array([p.high for p in parameters])
     drawn = [
-        mine.get(p.name, p.start)
-        for effect, mine in zip(effects, own, strict=True)
+        effect_values.get(p.name, p.start)
+        for effect, effect_values in zip(effects, own, strict=True)
         for p in effect.parameters
     ]
     starts = np.array([drawn, [p.start for p in parameters]])

@@ -84,9 +84,7 @@ def fouling(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
 
 
 def cg_offset(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    """First moments of the mass, with level trim; in half of the cases an added mass that couples sway and yaw
-    instead.
-    """
+    """First moments of the mass, with level trim; in half of the cases an added mass that couples sway and yaw."""
     mass = vehicle.configuration.dry_mass_kg
     off = sized(0.008, size) * mass * vehicle.share ** (1 / 3)
     of_water = rng.random() < 0.5
@@ -253,6 +251,6 @@ PLANTS: dict[str, Plant] = {
 """Effects by the name that a diagnosis must give."""
 
 ABSORBED = ("thrust_gain", "dvl_scale", "entrained_water", "added_payload")
-"""Effects that a refit of the nominal parameters absorbs whole: without parameters accepted earlier, they leave no
+"""Effects that a refit of the nominal parameters absorbs whole: without earlier accepted parameters, they leave no
 gap.
 """

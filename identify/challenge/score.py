@@ -43,9 +43,7 @@ class Rate:
 
 @dataclass(frozen=True)
 class Found:
-    """Results for an effect over all cases in which it was the only one: how often it was named, and sizes over the
-    floor.
-    """
+    """Results for an effect over all cases that hide nothing else: how often it was named, and sizes over the floor."""
 
     name: str
     rate: Rate
@@ -89,11 +87,11 @@ class Judged:
         return bool(self.named) and self._is(self.truth["effects"][0], self.named[0].name, self.named[0])
 
     def in_class(self) -> bool:
-        """Whether the cause named first, or one that the answer calls equally likely, is the hidden effect."""
+        """Whether the cause named first, or a cause that the answer calls equally likely, is the hidden effect."""
         return bool(self.named) and self._holds(self.truth["effects"][0], self.named[0])
 
     def both(self) -> bool:
-        """Whether two different named causes hold the two hidden effects."""
+        """Whether two different named causes match the two hidden effects."""
         one, two = self.truth["effects"]
         return any(
             self._holds(one, first) and self._holds(two, second)
@@ -129,9 +127,7 @@ class Judged:
         return any(self._is(effect, name, named) for name in (named.name, *named.also))
 
     def _is(self, effect: Mapping[str, Any], name: str, named: Named) -> bool:
-        """Whether a name matches an effect by true class. For a single thruster, the number must also match if it is
-        given.
-        """
+        """Whether a name matches an effect by true class; for a single thruster, its number must match too, if given."""
         if name not in alike(effect["name"], bool(self.truth["rpm"])):
             return False
         number = named.parameters.get("thruster")
@@ -262,14 +258,14 @@ def _found(cases: Sequence[Judged]) -> tuple[Found, ...]:
     out = []
     for name in names:
         cases_of_name = [case for case in cases if case.truth["effects"][0]["name"] == name]
-        found = [float(case.truth["size"]) for case in cases_of_name if case.in_class()]
-        missed = [float(case.truth["size"]) for case in cases_of_name if not case.in_class()]
+        found_sizes = [float(case.truth["size"]) for case in cases_of_name if case.in_class()]
+        missed_sizes = [float(case.truth["size"]) for case in cases_of_name if not case.in_class()]
         out.append(
             Found(
                 name,
-                Rate(len(found), len(cases_of_name)),
-                min(found, default=math.nan),
-                max(missed, default=math.nan),
+                Rate(len(found_sizes), len(cases_of_name)),
+                min(found_sizes, default=math.nan),
+                max(missed_sizes, default=math.nan),
             )
         )
     return tuple(out)

@@ -56,8 +56,9 @@ def body(
 
 @njit(cache=True, error_model="numpy")
 def add_coriolis(mass: Array, nu: Array, out: Array) -> None:
-    """Subtract C(nu) nu of a 6 x 6 mass matrix from `out` (6,): C(nu) nu is -a x w and -a x v - b x w, with momenta a
-    and b.
+    """Subtract C(nu) nu of a 6 x 6 mass matrix from `out` (6,).
+
+    C(nu) nu is -a x w for the forces and -a x v - b x w for the moments, with the momenta a and b.
     """
     a0 = a1 = a2 = b0 = b1 = b2 = 0.0
     for j in range(6):
@@ -78,9 +79,7 @@ def add_coriolis(mass: Array, nu: Array, out: Array) -> None:
 
 @njit(cache=True, error_model="numpy")
 def solve6(matrix: Array, right: Array) -> None:
-    """Solve a symmetric positive definite 6 x 6 system in place: `right` becomes the solution, `matrix` is
-    overwritten.
-    """
+    """Solve a symmetric positive definite 6 x 6 system in place: `right` becomes the solution, `matrix` is lost."""
     for k in range(6):
         for i in range(k + 1, 6):
             share = matrix[i, k] / matrix[k, k]

@@ -78,8 +78,8 @@ def _limit(model: Model, effect: AcceptedEffect) -> Model:
 
 
 def _turned(model: Model, effect: AcceptedEffect) -> Model | None:
-    """Turn a thruster by Rodrigues' formula about the body axis that ends the label; None for an effect without an
-    angle.
+    """Turn a thruster by Rodrigues' formula about the body axis that ends the label; None if the effect has no angle,
+    because the thruster sits elsewhere.
     """
     angle = effect.parameters.get("angle")
     if angle is None:

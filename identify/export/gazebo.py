@@ -103,8 +103,7 @@ def _hull(vehicle: ET.Element, model: Model) -> None:
 
 
 def without_propellers(model: Model) -> tuple[float, Array, Array]:
-    """Mass, centre of gravity (3,) and inertia about it (3, 3) of the hull link without the propellers, link axes
-    (FLU).
+    """Mass, centre of gravity (3,) and inertia about it (3, 3) of the hull without the propellers, link axes (FLU).
 
     Together with the links of the propellers it makes the model's rigid body, whose inertia is about its own centre.
     """

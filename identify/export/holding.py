@@ -10,9 +10,7 @@ from identify.export.model import Model
 
 @dataclass(frozen=True)
 class LeftOut:
-    """A part of the model that does not fit the target unchanged, with the reason and, if possible, what to do about
-    it.
-    """
+    """A part of the model that does not fit the target unchanged, with the reason and, if possible, a remedy."""
 
     what: str
     reason: str

@@ -20,8 +20,7 @@ CURVE_US = range(1100, 1901, 10)
 
 @dataclass(frozen=True)
 class Propeller:
-    """A thruster: position and direction of positive thrust (FRD, from the origin), and its response to a commanded
-    force.
+    """A thruster: position and direction of positive thrust (FRD, from the origin), and its response to a command.
 
     For a command T within `low_n` and `high_n` it gives gain * T, times `reverse_gain` astern, less `dead_zone_n` on
     either side of zero, and nothing if |T| is below `least_n`.

@@ -60,8 +60,9 @@ def _size(what: str, fed: float, seen: float, error: float, unit: str) -> Criter
 
 
 def _fitted(x: Array, y: Array) -> tuple[Array, Array]:
-    """Least-squares factors of the columns of x (n, k) for y (n,), and their standard errors for correlated residuals
-    (Newey and West 1987).
+    """Least-squares factors of the columns of x (n, k) for y (n,), and their standard errors.
+
+    The standard errors allow for correlated residuals (Newey and West 1987).
     """
     factors, *_ = np.linalg.lstsq(x, y, rcond=None)
     pull = x * (y - x @ factors)[:, None]

@@ -125,11 +125,10 @@ def _foretold(dive: Dive, file: VehicleFile, configuration: str) -> Excitation:
 
 
 def _relative_std(begun: Begun, unseen: Collection[int]) -> Array:
-    """Relative standard errors of all coefficients (18,), including the shift by forces that the model lacks; inf
-    without readings.
+    """Relative standard errors of all coefficients (18,); inf without readings.
 
-    The thrust of the `unseen` degrees of freedom follows readings that were not recorded, and so appears to come
-    late.
+    They include the shift of each coefficient by forces that the model lacks. The thrust of the `unseen` degrees of
+    freedom follows readings that were not recorded, and so appears to come late.
     """
     joint, theta = begun.joint, begun.maximum.theta
     doubts = doubts_of(joint, theta)

@@ -42,9 +42,7 @@ def followed(dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0), points: int = POINT
 
 
 def _measured(dive: Dive, dof: int, lever_m: Vector3) -> Signal | None:
-    """Measured speed of an axis, (n, 1): DVL moved to the origin; in yaw the fibre-optic gyro, otherwise the IMU's
-    gyro.
-    """
+    """Measured speed of an axis, (n, 1): DVL moved to the origin; in yaw the fibre-optic gyro, else the IMU's gyro."""
     if dof >= 3:
         if dive.fog is not None and len(dive.fog):
             return dive.fog
@@ -58,9 +56,7 @@ def _measured(dive: Dive, dof: int, lever_m: Vector3) -> Signal | None:
 
 
 def _means(signal: Signal | None, column: int, edges_s: Array) -> Array:
-    """Mean of the finite samples between consecutive edges. Steps without a sample hold the last sample if it is
-    recent.
-    """
+    """Mean of the finite samples between consecutive edges; a step without samples holds a recent last sample."""
     out = np.full(len(edges_s) - 1, np.nan)
     if signal is None or not len(signal):
         return out

@@ -52,8 +52,7 @@ class Loss:
 
 
 def loss_of(paths: Sequence[Path], source: str, beside: Sequence[Path] = ()) -> Loss:
-    """Loss of the vehicle in one or more `.tlog`, by the components that send much. Raises LogError as `read_dive`
-    does.
+    """Loss of the vehicle in one or more `.tlog`, by its components that send much. Raises LogError as `read_dive`.
 
     `beside`: recordings of the ground, if `paths` were completed from it without the messages that the vehicle sent
     while its files were fetched. These messages arrived and had sequence numbers too.
@@ -125,11 +124,10 @@ def _of_component(frames: Frames, rows: Rows) -> tuple[int, int]:
 def _unwrapped(
     step: NDArray[np.int64], arrival_s: NDArray[np.float64], boot_s: NDArray[np.float64], number: Rows
 ) -> tuple[NDArray[np.int64], list[int]]:
-    """Steps of the sequence number with wraps during pauses added, and the rows that begin a silence in which the
-    sender went on.
+    """Steps of the sequence number with wraps during pauses added, and the rows that begin a silence.
 
-    The number of wraps follows from the length of the pause by the sender's clock and from the sender's rate around
-    it.
+    In a silence the sender went on without being heard. The number of wraps follows from the length of the pause by
+    the sender's clock and from the sender's rate around it.
     """
     usual_s = float(np.ptp(arrival_s)) / max(len(step), 1)
     least_s = min(max(LEAST_PAUSE_S, MAY_GO_ROUND * usual_s), LEAST_S)

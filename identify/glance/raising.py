@@ -129,8 +129,8 @@ def _left_to_pid(axis: str, fed: Array, pid: Array, of: Phases) -> Criterion:
 
 
 def _thrust(dive: Dive, mode: Mode, thrusters: Allocator) -> Criterion:
-    """Share of its limit used by the hardest-driven thruster, with the PID as flown and with the feed-forward in its
-    place.
+    """Share of its limit used by the hardest-driven thruster, with the PID as flown and with the feed-forward
+    instead.
     """
     assert dive.tau_pid is not None
     assert dive.tau_ff is not None

@@ -109,9 +109,7 @@ def held_commands(pwm: Signal) -> Signal:
 
 
 def with_known_commands(dive: Dive, thrusters: int | None = None) -> Dive:
-    """The part of the dive in which its thruster commands are known, with notes; only the first `thrusters` outputs
-    count.
-    """
+    """The part of the dive with known thruster commands, and notes; only the first `thrusters` outputs count."""
     if dive.pwm is None or not len(dive.pwm):
         return dive
     counted = Signal(dive.pwm.time_s, dive.pwm.value[:, :thrusters])

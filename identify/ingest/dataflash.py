@@ -60,7 +60,7 @@ def read_dataflash(path: Path) -> dict[str, Any]:
 
 
 def read_log(path: Path) -> tuple[dict[str, Any], dict[str, float]]:
-    """The fields as from `read_dataflash`, and the autopilot's parameters as first stated in the log. Raises
+    """The fields as in `read_dataflash`, and the autopilot's parameters as the log first states them. Raises
     LogError.
     """
     data, _ = load_bytes(path)
@@ -89,10 +89,10 @@ def _index(data: bytes) -> tuple[dict[int, _Format], dict[int, list[int]], int]:
     while position + HEADER_BYTES <= end:
         kind = data[position + 2]
         length = lengths.get(kind, 0)
-        whole = data.startswith(MAGIC, position) and 0 < length <= end - position
+        is_record = data.startswith(MAGIC, position) and 0 < length <= end - position
         following = position + length
         # The magic of the next record distinguishes a record from a chance match in damaged bytes.
-        if not whole or (following + 2 <= end and not data.startswith(MAGIC, following)):
+        if not is_record or (following + 2 <= end and not data.startswith(MAGIC, following)):
             next_magic = data.find(MAGIC, position + 1)
             next_magic = end if next_magic < 0 else next_magic
             skipped += next_magic - position

@@ -55,9 +55,7 @@ WORDS = {
 
 @dataclass(frozen=True)
 class Runs:
-    """Runs of equal values in all axes of a signal: index of the first and last sample (k,) of each run, and their
-    times.
-    """
+    """Runs of equal values in all axes of a signal: first and last sample (k,) of each run, and their times."""
 
     first: NDArray[np.int64]
     last: NDArray[np.int64]

@@ -16,8 +16,7 @@ SAME, PIECE, OVERLAPPING = "holds the same recording as", "is a piece of", "shar
 
 @dataclass(frozen=True)
 class Identity:
-    """`sha256` of all `size_bytes`; `opening`: SHA-256 of the first OPENING_BYTES, which identifies a copy that was
-    cut.
+    """`sha256` of all `size_bytes`; `opening`: SHA-256 of the first OPENING_BYTES, to recognise a copy that was cut.
 
     `opening` is empty if the recording is shorter, and for formats in which two dives can begin alike: a table, or a
     DataFlash log, which opens with its own formats.

@@ -1,5 +1,4 @@
-"""Selects the messages of a single vehicle from a recording of many senders, and puts them on that vehicle's boot
-clock.
+"""Selects the messages of one vehicle from a recording of many senders, and puts them on its boot clock.
 
 A vehicle is a MAVLink system that sends telemetry. Its components may each count time from their own start. The
 component with the most messages sets the clock; the others are shifted by their times of arrival, and so are messages
@@ -85,8 +84,8 @@ class Messages:
     def get(self, name: str, **equal: Any) -> Batch | None:
         """The messages called `name`; None if there are none.
 
-        `equal` asks for fields of a certain value (`id=0`). If several components send the message, the one that
-        sends it most is taken.
+        `equal` asks for fields of a certain value (`id=0`). If several components send the message, the most frequent
+        sender's messages are taken.
         """
         fields = self._own(name)
         keep = np.ones(len(fields), np.bool_)

@@ -39,14 +39,14 @@ def read_dive(path: Path, columns: Path | None = None, vehicle: VehicleFile | No
     folder_map = path / "columns.yaml"
     columns = folder_map if columns is None and folder_map.exists() else columns
     fields, known_by = _fields(files, columns, str(path)), identity_of(files)
-    whole = Dive(_name(path), path, known_by.sha256, opening=known_by.opening, **fields)
-    start_s, end_s = whole.span_s
+    recorded = Dive(_name(path), path, known_by.sha256, opening=known_by.opening, **fields)
+    start_s, end_s = recorded.span_s
     if not end_s - start_s <= LONGEST_DIVE_S:
         raise LogError(
             f"{path}: its times lie {(end_s - start_s) / 86_400:.3g} days apart, and a dive is no longer than "
             f"{LONGEST_DIVE_S / 86_400:.0f}; mend its times, or cut out the dive"
         )
-    possible = with_known_commands(with_spread_commands(without_impossible(whole)), _thrusters(vehicle))
+    possible = with_known_commands(with_spread_commands(without_impossible(recorded)), _thrusters(vehicle))
     dive = without_frozen(without_repeated(possible))
     return replace(dive, notes=(*_unread(path), *dive.notes, *gaps(dive), *_misfits(dive, vehicle)))
 

@@ -1,6 +1,4 @@
-"""Removes readings that no underwater vehicle can produce: a damaged message, an overflow, a field that was never
-filled.
-"""
+"""Removes readings that no underwater vehicle can make: a damaged message, an overflow, a field never filled."""
 
 from dataclasses import replace
 from typing import Any

@@ -1,5 +1,4 @@
-"""Removes copies of velocities that are sent faster than they are measured: only the first of equal values is a
-reading.
+"""Removes copies of velocities that are sent faster than they are measured; only the first copy is a reading.
 
 A likelihood that takes each copy for an independent reading concludes that the velocity stands still between
 readings. Chance, a coarse resolution and a vehicle at rest repeat values too, but never nearly all of them equally

@@ -1,6 +1,6 @@
-"""Chooses the run to use of a recording in which the vehicle restarted: the one with the longest thruster activity.
+"""Chooses the run to use of a recording in which the vehicle restarted: the run with the longest thruster activity.
 
-The longest run may be the one in which the vehicle lay afloat after its dive.
+The longest run may be the time that the vehicle lay afloat after its dive.
 """
 
 from collections.abc import Sequence

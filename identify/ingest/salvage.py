@@ -1,5 +1,4 @@
-"""Locates, checks and dates a recording's frames: with the compiled walk if they are intact, otherwise with
-`bridge.tlog`.
+"""Locates, checks and dates a recording's frames: by the compiled walk if intact, otherwise by `bridge.tlog`.
 
 The result is that of `bridge.tlog.TlogReader`, record by record, as arrays.
 """

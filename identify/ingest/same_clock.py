@@ -1,6 +1,6 @@
 """Relates the clocks of two recordings of a dive by the vehicle's turns, which both recorded.
 
-First, of all possible shifts, the one at which the rates of turn of both agree (normalised cross-correlation of the
+First, of all possible shifts, the shift at which the rates of turn of both agree (normalised cross-correlation of the
 common readings). Then, for windows of ten seconds in which the vehicle turned, the delay that brings both closest
 together (least squares), and a line through these delays. If they do not agree, the recordings are of two vehicles or
 of two dives.
@@ -21,7 +21,7 @@ GRID_S: Final = 0.1
 SHORTEST_S: Final = 30.0
 """Shortest overlap: shorter turns may agree by chance."""
 LONGEST_S: Final = 86_400.0
-"""Longest recording that is compared; the times of a damaged one may lie years apart."""
+"""Longest recording that is compared; the times of a damaged recording may lie years apart."""
 LEAST_HZ: Final = 4.0
 ALIKE: Final = 0.8
 GAIN: Final = 1.5
@@ -46,7 +46,7 @@ OF_A_STEP: Final = 0.05
 """Least error of a delay, as a share of the slower signal's step: readings are interpolated linearly."""
 STEPS: Final = 8
 SLOWER_THAN_S: Final = 1.0
-"""Turns take longer than this: all readings within a second count as one."""
+"""Turns take longer than this: all readings within a second count as a single independent reading."""
 
 UNTOLD: Final = "nothing tells how its clock reads"
 STRANGERS: Final = (
@@ -140,8 +140,7 @@ def _rates_of_turn(attitude: Signal) -> Signal | None:
 
 
 def _shift(own: Signal, other: Signal) -> tuple[float, float, float] | None:
-    """How far `other` is ahead, to a tenth of a second; the correlation there; and the time in which both hold
-    readings.
+    """Lead of `other` to a tenth of a second, the correlation there, and the time in which both hold readings.
 
     None if they have too little in common. Raises LogError if they do not agree.
     """
@@ -177,8 +176,8 @@ def _shift(own: Signal, other: Signal) -> tuple[float, float, float] | None:
 
 
 def _grid(rates: Signal) -> tuple[Array, Array]:
-    """Rates (n, 3) minus their median on a regular grid from the first reading on, and (n,) 1 for cells with
-    readings, else 0.
+    """Rates (n, 3) minus their median on a regular grid from the first reading on, and (n,) 1 for filled cells, else
+    0.
     """
     place = np.floor((rates.time_s - rates.time_s[0]) / GRID_S).astype(np.int64)
     length = int(place[-1]) + 1
@@ -199,8 +198,7 @@ def _grid(rates: Signal) -> tuple[Array, Array]:
 
 
 def _delays(slow: Signal, fast: Signal, shift_s: float) -> tuple[Array, Array, Array]:
-    """Delays by windows of `slow` in which the vehicle turns and both agree: middles, lead of `fast`, its std; all in
-    s.
+    """Delays by windows of `slow` in which the vehicle turns and both agree: middles, lead of `fast`, its std, in s.
 
     Raises LogError if too few windows agree.
     """
@@ -237,7 +235,7 @@ def _delay(part: Signal, around: Signal, shift_s: float) -> tuple[float, float] 
         return apart
 
     tries = shift_s + np.arange(-SEARCH_S, SEARCH_S + GRID_S / 2, GRID_S / 2)
-    delay_s = float(tries[np.argmin([float((off(one) ** 2).sum()) for one in tries])])
+    delay_s = float(tries[np.argmin([float((off(candidate_s) ** 2).sum()) for candidate_s in tries])])
     slope, left = own, own
     for _ in range(STEPS):
         left = off(delay_s)
@@ -253,7 +251,7 @@ def _delay(part: Signal, around: Signal, shift_s: float) -> tuple[float, float] 
 
 
 def _alike_next(left: Array) -> float:
-    """Number of residuals (n, k) that count as one, by the correlation of each with the next (Bartlett 1946)."""
+    """Number of residuals (n, k) per independent residual, by the correlation of each with the next (Bartlett 1946)."""
     power = float((left**2).sum())
     correlation = float((left[1:] * left[:-1]).sum()) / power if power > 0 else 0.0
     correlation = min(max(correlation, 0.0), 0.9)

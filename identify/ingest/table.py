@@ -85,7 +85,7 @@ class Columns:
 class ColumnMap:
     """The column of each signal. Body axes FRD; `euler` is roll, pitch, yaw; `notes` are shown to the user.
 
-    `commands_hold`: each thruster command, or wrench, holds until the next recorded one, however much later.
+    `commands_hold`: each thruster command, or wrench, holds until the next recorded command, however much later.
     """
 
     time: TimeColumn
@@ -228,7 +228,7 @@ def _cells(path: Path) -> tuple[list[str], Array, Mask, tuple[str, ...]]:
 
 
 def _told(header: list[str], empty: Mask, source: Columns) -> Mask:
-    """Rows (n,) with at least one non-empty cell of a signal."""
+    """Rows (n,) in which a signal has a non-empty cell."""
     places = [header.index(name) for name in source.columns if name in header]
     return np.asarray(~empty[:, places].all(axis=1) if places else np.ones(len(empty), np.bool_))
 

@@ -13,9 +13,7 @@ AROUND: Final = 9
 
 
 def tame(time_s: Array) -> NDArray[np.bool_]:
-    """Which times (n,), in recording order, agree with those around them; a step that all following times share is
-    kept.
-    """
+    """Which times (n,), in recording order, agree with those around them; a step of all later times is kept."""
     if len(time_s) < 2 or not np.abs(np.diff(time_s)).max() > WILD_S:
         return np.ones(len(time_s), np.bool_)
     padded = np.pad(time_s, AROUND // 2, mode="symmetric")

@@ -212,9 +212,7 @@ def _pack_voltage(batch: Batch | None) -> Signal | None:
 
 
 def _armed(messages: Messages) -> Signal | None:
-    """Armed state from the heartbeats of the device that commands the thrusters: an autopilot before an onboard
-    computer.
-    """
+    """Armed state from the heartbeats of the thrusters' commander: an autopilot before an onboard computer."""
     autopilots = (messages.get("HEARTBEAT", autopilot=kind) for kind in AUTOPILOTS)
     batch = next((heartbeats for heartbeats in autopilots if heartbeats is not None), None) or messages.get(
         "HEARTBEAT"

@@ -37,7 +37,7 @@ def unheard_notes(frames: Frames, system: int) -> tuple[str, ...]:
 
 
 def note(frames: Frames, found: Sequence[Silence], ring: bool) -> str:
-    """Describe the longest silence and the way to get the frames; "" without silences. `ring`: the vehicle keeps a
+    """Describe the longest silence and how to get the frames; "" without silences. `ring`: the vehicle keeps a
     recording.
     """
     worst = longest(found)

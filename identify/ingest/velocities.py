@@ -20,9 +20,7 @@ OF_BODY, OF_EARTH = (BODY_NED, BODY_OFFSET_NED, BODY_FRD), (LOCAL_NED, LOCAL_OFF
 """MAV_FRAMEs. By MAVLink's list, a velocity in BODY_NED or BODY_OFFSET_NED is a velocity in BODY_FRD."""
 
 FUSED = (3, 5, 8)
-"""MAV_ESTIMATOR_TYPEs that smooth because they fuse accelerations: visual-inertial, the same with GPS, an
-autopilot's.
-"""
+"""MAV_ESTIMATOR_TYPEs that smooth, because they fuse accelerations: visual-inertial, the same with GPS, autopilot."""
 
 
 @dataclass(frozen=True)

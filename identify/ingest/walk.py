@@ -113,7 +113,7 @@ def _checksum(data: Bytes, start: int, stop: int, extra: np.int64) -> np.int64:
 def headers(data: Bytes, starts: Rows, out: Rows) -> None:
     """Fill a column of `out` (6, n) for each frame: stamp in us, payload start and length, system, component, id.
 
-    The stamp is 0 if the file begins too late to hold one before the frame.
+    The stamp is 0 for a frame so near the beginning of the data that no stamp fits before it.
     """
     for i in range(starts.shape[0]):
         start = starts[i]
@@ -135,9 +135,7 @@ def headers(data: Bytes, starts: Rows, out: Rows) -> None:
 
 @njit(cache=True, nogil=True)
 def copy_field(data: Bytes, start: Rows, length: Rows, rows: Rows, offset: int, out: Bytes) -> None:
-    """Copy the payload bytes from `offset` on, at `rows`, to `out` (n, width); bytes missing from short payloads are
-    zero.
-    """
+    """Copy the payload bytes from `offset` on, at `rows`, to `out` (n, width); zero if a short payload ends before."""
     # Unsigned indices need no check for negative values, which halves the time.
     width, at = np.uint64(out.shape[1]), np.uint64(0)
     flat = out.reshape(-1)

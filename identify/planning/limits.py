@@ -48,8 +48,9 @@ class Limits:
 class Trial:
     """Result of a mission in still water.
 
-    `nu` (n, 6): body velocity at every control tick. `across_m`: space that it takes north or east, whichever is
-    more; `depth_m`: up and down. `thrust_share`: used share of the limit, of the thruster that works hardest.
+    `nu` (n, 6): body velocity at every control tick. `across_m`: space that it takes along its first heading (north)
+    or abeam, whichever is more; `depth_m`: up and down. `thrust_share`: used share of the limit, of the thruster that
+    works hardest.
     """
 
     nu: Array

@@ -95,8 +95,9 @@ class Proposal:
 
 @dataclass(frozen=True)
 class _Candidate:
-    """A family at the largest admissible strength. `information` of a block; `most_cycles` without a break keep the
-    room.
+    """A family at the largest admissible strength.
+
+    `information` of a block; `most_cycles` in a single part keep the room.
     """
 
     family: Family
@@ -155,17 +156,17 @@ def propose(
     parts = tuple(
         part for candidate, cycles in chosen for part in _parts(candidate, cycles, tank, limits, knowledge)
     )
-    whole = tank.dive(mission_legs([part.manoeuvre for part in parts]))
-    timing = of_timing(TICK_S, whole.nu, knowledge, able)
-    information = stamped(of_motion(TICK_S, whole.nu, knowledge, able), timing)
+    whole_trial = tank.dive(mission_legs([part.manoeuvre for part in parts]))
+    timing = of_timing(TICK_S, whole_trial.nu, knowledge, able)
+    information = stamped(of_motion(TICK_S, whole_trial.nu, knowledge, able), timing)
     progress(1.0, "done")
     return Proposal(
         parts,
         relative_std(knowledge.precision),
         relative_std(information),
         relative_std(knowledge.precision + information),
-        whole,
-        len(whole.nu) * TICK_S,
+        whole_trial,
+        len(whole_trial.nu) * TICK_S,
         able,
     )
 

@@ -69,8 +69,7 @@ def pulses(manoeuvre: Manoeuvre, tank: Tank) -> str:
 
 
 def interval(name: str, relative_std: float, knowledge: Knowledge) -> dict[str, float]:
-    """Relative standard error and 95 % interval of a coefficient whose logarithm has the standard deviation
-    `relative_std`.
+    """Relative standard error and 95 % interval of a coefficient, from the standard deviation of its logarithm.
 
     NaN if unknown. A guessed value has no interval around it, because the true value lies elsewhere.
     """

@@ -155,11 +155,11 @@ def _depends(d: Diagnosis) -> Section | None:
 
 def _by_dof(d: Diagnosis) -> Section:
     shares = wording_verdict.shares_by_dof(d.gap.where)
-    fitted = [i for i in range(len(DOFS)) if any(np.isfinite(one.floor[i]) for one in d.gap.drifts)]
+    fitted = [i for i in range(len(DOFS)) if any(np.isfinite(entry.floor[i]) for entry in d.gap.drifts)]
     present = [i for i, dof in enumerate(DOFS) if dof in shares or i in fitted]
-    horizons = tuple(f"After {one.horizon_s:g} s, floors" for one in d.gap.drifts)
+    horizons = tuple(f"After {entry.horizon_s:g} s, floors" for entry in d.gap.drifts)
     drifts = {i: tuple(_before_after(d, k, i) for k in range(len(d.gap.drifts))) for i in present}
-    disturbed = {one.dof: one for one in d.gap.disturbance}
+    disturbed = {entry.dof: entry for entry in d.gap.disturbance}
     columns = ("Disturbance",) if disturbed else ()
     if d.verdict == "no_gap":
         rows = tuple((DOFS[i], *_disturbed(d.gap, i), *drifts[i]) for i in present)
@@ -190,7 +190,7 @@ def _disturbed(gap: Gap, dof: int) -> tuple[str, ...]:
     """A table cell with the disturbance of a degree of freedom; no cell if no disturbance is reported at all."""
     if not gap.disturbance:
         return ()
-    matches = [one for one in gap.disturbance if one.dof == DOFS[dof]]
+    matches = [entry for entry in gap.disturbance if entry.dof == DOFS[dof]]
     return (
         (f"{wording_axes.force_words(matches[0])}, {wording.percent_sure(matches[0].share)}",)
         if matches
@@ -210,8 +210,8 @@ def _before_after(d: Diagnosis, k: int, dof: int) -> str:
 
 
 def _what(d: Diagnosis) -> Section:
-    lines = [part for one in d.found for part in _cause(one)]
-    lines += [LIKENESS] if any(one.also for one in d.found) else []
+    lines = [part for cause in d.found for part in _cause(cause)]
+    lines += [LIKENESS] if any(cause.also for cause in d.found) else []
     lines += wording_verdict.character_lines(d)
     if not lines:
         lines = ["No candidate of the library explains anything that noise would not."]
@@ -226,9 +226,9 @@ def _cause(one: Found) -> tuple[str, ...]:
 
 def _parameters(d: Diagnosis) -> tuple[tuple[str, ...], ...]:
     rows = []
-    for one in d.found:
-        cause = wording.effect_words(one.cause.effect)
-        values = wording.told_parameters(one)
+    for found in d.found:
+        cause = wording.effect_words(found.cause.effect)
+        values = wording.told_parameters(found)
         if not values:
             rows.append((cause, MISSING, MISSING, MISSING, MISSING))
         for name, value in values.items():
@@ -247,7 +247,7 @@ def _candidates(d: Diagnosis) -> Section | None:
 
 def _by_other_tests(d: Diagnosis) -> str:
     """Evidence for causes that the nats don't cover."""
-    if not any(one.name == WRONG_FEEDBACK_LOG.name for one in d.found):
+    if not any(cause.name == WRONG_FEEDBACK_LOG.name for cause in d.found):
         return ""
     return (
         " Not so a wrong feedback log: it makes no force that could foretell anything, and rests on another test, of "

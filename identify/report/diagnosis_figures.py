@@ -97,13 +97,15 @@ def _slices_of(gap: Gap, dof: str) -> Figure | None:
 
 
 def _still(mine: Sequence[Slice], decimals: int) -> bool:
-    """Whether a slice ends where it begins, to the digits shown."""
-    return any(one.by != "heading" and fixed(one.low, decimals) == fixed(one.high, decimals) for one in mine)
+    """Whether a slice ends at its beginning, to the digits shown."""
+    return any(
+        part.by != "heading" and fixed(part.low, decimals) == fixed(part.high, decimals) for part in mine
+    )
 
 
 def _decimals(mine: Sequence[Slice]) -> int:
     """Decimals that the narrowest slice needs, at most two."""
-    widths = [one.high - one.low for one in mine if one.high > one.low]
+    widths = [part.high - part.low for part in mine if part.high > part.low]
     return min(max(decimals_for(min(widths)), 0), 2) if widths else 0
 
 
@@ -123,32 +125,34 @@ def candidates(
     tried: Sequence[Tried], found: Sequence[Found]
 ) -> tuple[str, tuple[Figure, ...], tuple[Table, ...]]:
     """Evidence for each candidate of the library, in its best form: text, a figure of the strongest, a table of the
-    others.
+    rest.
 
     If no candidate has notable evidence, only a sentence that says so. A cause in `found` that is less probable than
     not is called possible, with its probability.
     """
     best: dict[tuple[str, str], Tried] = {}
-    for one in sorted(tried, key=lambda t: (-t.accepted, -t.gain_nats)):
-        best.setdefault((one.name, _thruster(one)), one)
+    for candidate in sorted(tried, key=lambda t: (-t.accepted, -t.gain_nats)):
+        best.setdefault((candidate.name, _thruster(candidate)), candidate)
     order = sorted(best.values(), key=lambda t: (-t.gain_nats, t.label))
-    longest = math.log1p(max((max(one.gain_nats, 0.0) for one in order), default=0.0))
-    notable = [one for one in order if one.accepted or one.gain_nats > LEAST_TOLD]
+    longest = math.log1p(max((max(candidate.gain_nats, 0.0) for candidate in order), default=0.0))
+    notable = [candidate for candidate in order if candidate.accepted or candidate.gain_nats > LEAST_TOLD]
     few = len(order) - len(notable)
     if not notable:
         return f" Here none of {few} candidates saves more than {LEAST_TOLD:g} nats.", (), ()
     _, unlikely = wording_verdict.sorted_by_likelihood(found)
-    possible = {one.cause.effect.label: wording.percent_sure(one.probability) for one in unlikely}
+    possible = {
+        candidate.cause.effect.label: wording.percent_sure(candidate.probability) for candidate in unlikely
+    }
     rows = [
         Bar(
-            wording.label_words(one.name, one.label) + _aside(one, possible),
-            math.log1p(max(one.gain_nats, 0.0)) / longest if longest > 0 else 0.0,
-            f"{_nats(one.gain_nats)} nats",
-            "accepted" if one.accepted and one.label not in possible else "",
+            wording.label_words(candidate.name, candidate.label) + _aside(candidate, possible),
+            math.log1p(max(candidate.gain_nats, 0.0)) / longest if longest > 0 else 0.0,
+            f"{_nats(candidate.gain_nats)} nats",
+            "accepted" if candidate.accepted and candidate.label not in possible else "",
         )
-        for one in notable
+        for candidate in notable
     ]
-    first = max(SHOWN, sum(one.accepted for one in notable))
+    first = max(SHOWN, sum(candidate.accepted for candidate in notable))
     others = (
         f" {few} other{'s' if few > 1 else ''}: {'none' if few > 1 else 'it'} gains "
         f"{'' if few > 1 else 'no '}more than {LEAST_TOLD:g} nats."
@@ -183,7 +187,7 @@ def _nats(value: float) -> str:
 
 def growth(gap: Gap) -> Figure:
     """Root mean square drift of each degree of freedom by horizon: before, after and floor."""
-    present = [i for i in range(len(DOFS)) if any(np.isfinite(one.floor[i]) for one in gap.drifts)]
+    present = [i for i in range(len(DOFS)) if any(np.isfinite(drift.floor[i]) for drift in gap.drifts)]
     return Figure(
         "drift by horizon",
         "How far the simulated velocity is off after 1, 5 and 20 s on the model alone (root mean square): with the "
@@ -194,8 +198,12 @@ def growth(gap: Gap) -> Figure:
 
 def _growth_panel(gap: Gap, dof: int) -> Panel:
     unit, scale = ("mm/s", 1e3) if dof < 3 else ("°/s", math.degrees(1.0))
-    at = np.array([one.horizon_s for one in gap.drifts])
-    curves = (_rms(gap.drifts, dof), _rms(gap.after, dof), np.array([one.floor[dof] for one in gap.drifts]))
+    at = np.array([drift.horizon_s for drift in gap.drifts])
+    curves = (
+        _rms(gap.drifts, dof),
+        _rms(gap.after, dof),
+        np.array([drift.floor[dof] for drift in gap.drifts]),
+    )
     lines = [
         Line(at[: len(y)], scale * y, label, style)
         for style, (label, y) in enumerate(zip(LINES, curves, strict=True))
@@ -213,7 +221,7 @@ def _growth_panel(gap: Gap, dof: int) -> Panel:
 
 
 def _rms(drifts: Sequence[Drift], dof: int) -> Array:
-    return np.array([math.sqrt(np.mean(one.off[:, dof] ** 2)) for one in drifts])
+    return np.array([math.sqrt(np.mean(drift.off[:, dof] ** 2)) for drift in drifts])
 
 
 def over_time(diagnosis: Diagnosis) -> Figure | None:
@@ -260,7 +268,7 @@ def velocities(one: Prediction) -> Traces:
 
 
 def _at_horizon(drifts: Sequence[Drift]) -> Drift | None:
-    return next((one for one in drifts if one.horizon_s == wording.DRIFT_S), None)
+    return next((drift for drift in drifts if drift.horizon_s == wording.DRIFT_S), None)
 
 
 def _binned(drift: Drift, label: str, style: int, start_s: float) -> Line:

@@ -30,16 +30,16 @@ def grouped(title: str, names: Sequence[str], bars: Sequence[Group], height_in: 
     thick = WIDTH / max(len(bars), 1)
 
     def draw(box: "Axes") -> None:
-        for k, one in enumerate(bars):
+        for k, group in enumerate(bars):
             places = np.arange(len(names)) + (k - (len(bars) - 1) / 2) * thick
             colour = STYLES[k % len(STYLES)]["color"]
             hatch = HATCHES[k % len(HATCHES)]
             fill = colour if not hatch else LIGHT["ground"]
             box.bar(
                 places,
-                one.values,
+                group.values,
                 thick,
-                label=one.label,
+                label=group.label,
                 color=fill,
                 edgecolor=colour,
                 hatch=hatch,

@@ -56,8 +56,8 @@ def nuisance_tables(nuisance: Mapping[str, float]) -> tuple[Table, ...]:
 def _read(name: str, value: float) -> tuple[str, str, str] | None:
     """Axis, quantity, and the value in words with its unit; None for a name of another form."""
     for quantity, pattern in _QUANTITIES.items():
-        if found := pattern.fullmatch(name):
-            parts = found.groupdict()
+        if matched := pattern.fullmatch(name):
+            parts = matched.groupdict()
             sensor = CHANNELS.get(parts.get("channel", ""), parts.get("channel", ""))
             words = f"{sensor} {significant(value)} {UNITS[parts['unit']]}"
             return parts["axis"], quantity, words.strip()

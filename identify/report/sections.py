@@ -71,9 +71,7 @@ def _warnings(doubts: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _doubt(i: Identification) -> tuple[str, ...]:
-    """Warning for an outcome other than converged: a headline, its meaning, and the notes or why nothing is
-    identifiable.
-    """
+    """Warning for an outcome other than converged: headline, meaning, and the notes or why nothing is identifiable."""
     reasons: tuple[str, ...] = ()
     if i.outcome is Outcome.NOT_IDENTIFIABLE:
         reasons = tuple(f"{reason[0].upper()}{reason[1:]}." for e in i.parameters if (reason := e.reason))
@@ -143,9 +141,7 @@ def tracking_section(
 def training_section(
     curves: Mapping[str, Array], units: Mapping[str, str] | None = None, dive: str = ""
 ) -> Section:
-    """Training curves by parameter, (epochs,) each; `units` of names that are not coefficients; `dive`: name of the
-    dive.
-    """
+    """Training curves by parameter, (epochs,) each; `units` of names that are not coefficients; `dive`: its name."""
     drawn = {name: values for name, values in curves.items() if len(values)}
     known = {
         name: (units or {}).get(name) or (BY_NAME[name].unit if name in BY_NAME else "1") for name in drawn

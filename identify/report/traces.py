@@ -1,5 +1,4 @@
-"""Curves over time that a reader can zoom: all panels under a shared time axis, stretched by buttons without any
-script.
+"""Curves over time that a reader can zoom: panels under a shared time axis, stretched by buttons without a script.
 
 The style sheet alone stretches the curves; their lines keep their width, and times and values stay text.
 """
@@ -47,8 +46,9 @@ class TracePanel:
 
 @dataclass(frozen=True)
 class Traces:
-    """Panels above each other. time_s (n,), from 0; block (n,): curves break where it changes, except the first curve
-    of each panel.
+    """Panels above each other. time_s (n,), from 0.
+
+    block (n,): curves break where it changes, except the first curve of each panel.
     """
 
     name: str

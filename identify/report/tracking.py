@@ -49,9 +49,7 @@ class Reference:
 
 
 def error_tables(errors: Mapping[str, TrackingErrors], paper: Reference | None = None) -> tuple[Table, ...]:
-    """Tables for each axis that any run moved along: errors by phase, then errors by held speed, the runs side by
-    side.
-    """
+    """Tables for each axis that any run moved along: errors by phase, then by held speed, the runs side by side."""
     moved = [dof for dof in AXES if any(run.axis(DOFS[dof]) for run in errors.values())]
     by_phase = [_error_table(DOFS[dof], "N" if dof < 3 else "N m", errors, paper) for dof in moved]
     by_speed = [_speed_table(DOFS[dof], errors) for dof in moved]
@@ -63,7 +61,11 @@ def _error_table(
 ) -> Table:
     runs = [run.axis(axis) for run in errors.values()]
     unit = next(run.unit for run in runs if run)
-    published = {phase: v for (of, phase), v in paper.values.items() if of == axis} if paper else {}
+    published = (
+        {phase: v for (published_axis, phase), v in paper.values.items() if published_axis == axis}
+        if paper
+        else {}
+    )
 
     def row(name: str, decimals: int, value: Callable[[AxisErrors], float]) -> tuple[str, ...]:
         return name, *(MISSING if run is None else fixed(value(run), decimals) for run in runs)
@@ -168,9 +170,7 @@ def error_line(dof: int, dive: Dive, lever_m: Vector3, label: str = "", style: i
 
 
 def _measured(dof: int, dive: Dive, lever_m: Vector3) -> Signal | None:
-    """Measured speed of an axis, (n, 1): DVL moved to the origin; in yaw the fibre-optic gyro, otherwise the IMU's
-    gyro.
-    """
+    """Measured speed of an axis, (n, 1): DVL moved to the origin; in yaw the fibre-optic gyro, else the IMU's gyro."""
     if dof >= 3:
         for source, column in ((dive.fog, 0), (dive.gyro, dof - 3)):
             if source is not None and len(source):

@@ -28,9 +28,7 @@ def validation_report(
     judged: Mapping[str, Raising | None],
     lever_m: Vector3,
 ) -> Report:
-    """Build the page. The verdict says which mode errs least, and by how much. All mappings are by dive label, in
-    order.
-    """
+    """Build the page. The verdict says which mode errs least, and by how much. Mappings are by dive label, in order."""
     moved = [dof for dof in AXES if any(run.axis(DOFS[dof]) for run in errors.values())]
     axes = [_axis(dof, dives, errors, lever_m) for dof in moved]
     sections = [_raising(judged), *axes, _criteria(judged), _notes(dives)]
@@ -109,7 +107,7 @@ def _axis(
     compared = _compared(dof, dives, lever_m) if len(of_axis) > 1 else None
     drawn = (_by_phase(axis, of_axis), compared, *curves)
     alone = {
-        label: TrackingErrors(run.dive, tuple(one for one in run.axes if one.axis == axis))
+        label: TrackingErrors(run.dive, tuple(run_axis for run_axis in run.axes if run_axis.axis == axis))
         for label, run in of_axis.items()
     }
     return Section(
