@@ -41,7 +41,7 @@ TWINS = (frozenset({"command_delay", "thruster_lag"}), frozenset({"fouling", "ba
 
 @dataclass(frozen=True)
 class Case:
-    """A vehicle with its hidden effects. `dive` and `check` are two missions of it, simulated when first asked for.
+    """A vehicle with its hidden effects. Its two missions (`dive_of`, `check_of`) are simulated when first asked for.
 
     without: effects that the diagnosing library must lack; when planted, they are as unknown as those of NOVEL.
     """

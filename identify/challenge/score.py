@@ -127,7 +127,7 @@ class Judged:
         return any(self._is(effect, name, named) for name in (named.name, *named.also))
 
     def _is(self, effect: Mapping[str, Any], name: str, named: Named) -> bool:
-        """Whether a name matches an effect by true class; for a single thruster, its number must match too, if given."""
+        """Whether a name matches an effect by true class; for a single thruster, also its number if given."""
         if name not in alike(effect["name"], bool(self.truth["rpm"])):
             return False
         number = named.parameters.get("thruster")

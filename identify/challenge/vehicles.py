@@ -86,7 +86,7 @@ class DrawnVehicle:
 
     @property
     def share(self) -> float:
-        """Its dry mass over 72 kg; forces scale with it."""
+        """Ratio of its dry mass to 72 kg; forces scale with it."""
         return self.configuration.dry_mass_kg / 72.0
 
     @property
