@@ -1,6 +1,7 @@
-"""Many dives: one job a recording, run here or on a Dask cluster, and what their answers tell together.
+"""Identification of many dives: one job per recording, run on this computer or on a Dask cluster, and trends over all.
 
-run (the whole of it), jobs (what is asked, and what came of it), work (the functions that jobs name), recordings
-(DIVES to recordings), cache (what is kept), local and cluster (who does the work), parcel (a job as bytes), threads,
-version; rows (the table), series and trend (mathematics), drift (words), page (the HTML report)
+run (the batch as a whole), jobs (jobs and their results), work (the functions that jobs name), recordings (turns
+DIVES of the command line into recordings), cache (results kept on disk), local and cluster (run the jobs), parcel (a
+job as bytes), threads, version; rows (the table), series and trend (mathematics), drift (trends in words), page (the
+HTML report)
 """

@@ -1,4 +1,4 @@
-"""A longer copy that gives nothing does not swallow its beginning: that is identified in its place."""
+"""Falls back to a shorter copy of a recording when the longest copy gives no result."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -8,13 +8,14 @@ from identify.batch.recordings import Found
 from identify.batch.rows import rows_of
 
 Work = Callable[[Sequence[Recording]], list[Result]]
-"""What comes of recordings, each one's result."""
+"""Runs recordings and returns the result of each."""
 
 
 def with_beginnings(found: Found, results: Sequence[Result], work: Work) -> tuple[Found, list[Result]]:
-    """In place of each recording that gave nothing the longest of its beginnings that gives something.
+    """Replace each recording without a value by the longest of its shorter copies that gives a value.
 
-    Where none does, the recording stays, and why it gave nothing.
+    If no shorter copy gives a value, the recording stays, with the reason why it gave none. `results` are those of
+    the recordings in `found`; `work` runs the shorter copies.
     """
     by_source = {result.source: result for result in results}
     left = {}
@@ -36,6 +37,6 @@ def with_beginnings(found: Found, results: Sequence[Result], work: Work) -> tupl
 
 
 def _nothing(result: Result) -> str:
-    """Why a result holds no value; empty where it holds one."""
+    """Reason why a result holds no value; empty if it holds at least one."""
     (row,) = rows_of([result])
     return "" if row.values else row.error

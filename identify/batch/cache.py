@@ -1,4 +1,4 @@
-"""What a batch keeps of its work, so that an interrupted one goes on: a line of JSON a result."""
+"""Results of a batch kept on disk as one JSON line each, so that an interrupted batch can go on."""
 
 import json
 import os
@@ -11,9 +11,9 @@ from identify.batch.jobs import Result
 
 
 class Cache:
-    """Results by key in a file that only grows; each is in the operating system's hands when `add` returns.
+    """Results by key in an append-only file. When `add` returns, the operating system has the result.
 
-    Raises LogError where the file can't be read or written.
+    Raises LogError if the file can't be read or written.
     """
 
     def __init__(self, path: Path) -> None:
@@ -37,7 +37,7 @@ class Cache:
         return self._known.get(key)
 
     def add(self, result: Result) -> None:
-        """Keep a result that would come out the same again; another is not kept."""
+        """Keep a result that the same job would give again (`final`); other results are dropped."""
         if not result.final or result.key in self._known:
             return
         line = json.dumps(result.to_json(), allow_nan=False).encode() + b"\n"
@@ -58,7 +58,7 @@ class Cache:
 
 
 def _entry(line: bytes) -> tuple[str, Result] | None:
-    """A line's result by its key; None for one that was cut or is none of ours."""
+    """Key and result of a line; None for a line that was cut short or is not a result of ours."""
     try:
         result = Result.from_json(from_json(line))
     except (ValueError, TypeError):

@@ -1,4 +1,4 @@
-"""The work on a Dask cluster: the scheduler hands parcels to its workers, and gives those of a dead one to another."""
+"""Runs a batch on a Dask cluster: the scheduler hands parcels to workers and reassigns those of a worker that died."""
 
 import logging
 import time
@@ -18,7 +18,7 @@ WORKERS_WITHIN_S = 30.0
 LOOK_EVERY_S = 1.0
 LARGEST_PARCEL = "4GiB"
 AHEAD = 2
-"""Parcels on their way for each thread there is: none waits for the network, and few are in memory."""
+"""Parcels in flight per worker thread: enough that no thread waits for the network, few enough to limit memory."""
 
 KEPT = "finished dives are kept, run the same again to go on"
 
@@ -30,10 +30,12 @@ def run_on_cluster(
     answer_within_s: float = ANSWER_WITHIN_S,
     now_s: Callable[[], float] = time.monotonic,
 ) -> Generator[Result, None, None]:
-    """The result of each job as it comes, in no order. Closing it, or Ctrl-C, takes back what is not yet done.
+    """Yield the result of each job as it arrives, in no order.
 
-    A recording goes to its worker as bytes, so a worker needs seatrial and no disk of ours. Raises LinkTimeout
-    where no scheduler answers or it has no worker for so long, LinkLost where the scheduler goes away.
+    Closing the generator, or Ctrl-C, cancels the unfinished jobs. A recording travels to its worker as bytes, so a
+    worker needs seatrial but no access to our disk. Raises LinkTimeout if no scheduler answers within
+    `answer_within_s`, or if the scheduler has no worker for longer than `workers_within_s`; LinkLost if the scheduler
+    goes away.
     """
     waiting = iter(jobs)
     done: SimpleQueue[Future[Result]] = SimpleQueue()
@@ -68,7 +70,7 @@ def run_on_cluster(
 
 @contextmanager
 def _client(address: str, answer_within_s: float) -> Iterator[Client]:
-    """A client of the scheduler at `address`, which keeps its own log to itself: what it says is said here."""
+    """A client of the scheduler at `address`. Its own log is silenced: its errors are reported here instead."""
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     settings = {
         "distributed.admin.large-graph-warning-threshold": LARGEST_PARCEL,
@@ -89,7 +91,7 @@ def _client(address: str, answer_within_s: float) -> Iterator[Client]:
 
 
 def _threads(client: Client, address: str) -> int:
-    """How many threads the cluster's workers have now. Raises LinkLost where the scheduler is gone."""
+    """Number of threads of the cluster's workers now. Raises LinkLost if the scheduler is gone."""
     if client.status == "running":
         try:
             return sum(client.nthreads().values())
@@ -99,7 +101,7 @@ def _threads(client: Client, address: str) -> int:
 
 
 def _send(client: Client, job: Job) -> "Future[Result] | Result":
-    """The future of a job; where its files are gone by now, the result that says so."""
+    """Submit a job and return its future; if its files are gone by now, a failed result that says so."""
     try:
         parcel = pack(job)
     except OSError as error:
@@ -108,7 +110,7 @@ def _send(client: Client, job: Job) -> "Future[Result] | Result":
 
 
 def _ready(done: "SimpleQueue[Future[Result]]") -> "list[Future[Result]]":
-    """The futures that are done, after a while none."""
+    """The next finished future; empty if none finishes within LOOK_EVERY_S."""
     try:
         return [done.get(timeout=LOOK_EVERY_S)]
     except Empty:
@@ -116,7 +118,7 @@ def _ready(done: "SimpleQueue[Future[Result]]") -> "list[Future[Result]]":
 
 
 def _result(future: "Future[Result]", job: Job, address: str) -> Result:
-    """The result of a future that is done, under the names that the job has here."""
+    """Result of a finished future, with the job's names on this computer (the worker saw other paths)."""
     if future.status == "cancelled":
         raise LinkLost(f"{address}: the scheduler dropped the work or went away; {KEPT}")
     if future.status == "error":
@@ -128,11 +130,11 @@ def _result(future: "Future[Result]", job: Job, address: str) -> Result:
 
 
 def _why(error: BaseException) -> str:
-    """What a worker's failure means for who sent the job."""
+    """Explain a worker's failure to the user who sent the job."""
     if isinstance(error, KilledWorker):
         return "each worker that took it died, perhaps for want of memory; run again with fewer workers a computer"
-    told = f"{type(error).__name__}: {_first_line(error)}"
-    return f"its worker could not begin ({told}); install the same seatrial there"
+    reason = f"{type(error).__name__}: {_first_line(error)}"
+    return f"its worker could not begin ({reason}); install the same seatrial there"
 
 
 def _first_line(error: BaseException) -> str:

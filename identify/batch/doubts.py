@@ -1,4 +1,4 @@
-"""What an identification doubts of its own values, from its plain data."""
+"""Reads the doubts that an identification raised about its own values from its JSON."""
 
 from collections.abc import Collection, Mapping
 from typing import Any
@@ -12,7 +12,7 @@ _TOTAL = dict(zip(ADDED_MASS_NAMES, (mass.name for mass in MASSES), strict=True)
 
 
 def doubts_in(identification: Mapping[str, Any]) -> tuple[Doubt, ...]:
-    """The doubts that bear on the values of an identification's JSON."""
+    """Doubts in an identification's JSON that concern its values; doubts of a prior are left out."""
     every = (
         Doubt(
             tuple(map(str, doubt.get("about") or ())),
@@ -26,14 +26,14 @@ def doubts_in(identification: Mapping[str, Any]) -> tuple[Doubt, ...]:
 
 
 def is_about(doubt: Doubt, name: str) -> bool:
-    """Whether a doubt is about a parameter; one about a total mass is about the added mass in it, too."""
+    """Whether a doubt is about a parameter. A doubt about a total mass is also about the added mass in it."""
     return name in doubt.about or _TOTAL.get(name) in doubt.about
 
 
 def clauses(doubts: Collection[Doubt], names: Collection[str]) -> dict[str, str]:
-    """What speaks against each of these parameters that is doubted, the first clause of every doubt about it."""
-    told = {
+    """For each doubted parameter of `names`, the first clause of every doubt about it, joined by semicolons."""
+    clauses_of = {
         name: tuple(dict.fromkeys(doubt.clause for doubt in doubts if is_about(doubt, name)))
         for name in names
     }
-    return {name: "; ".join(some) for name, some in told.items() if some}
+    return {name: "; ".join(some) for name, some in clauses_of.items() if some}

@@ -1,4 +1,4 @@
-"""What the trends of a configuration mean: one of a closed list of stories, in words with figures."""
+"""Interprets the trends of a configuration: picks a story from a closed list and puts it into words with figures."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -23,11 +23,12 @@ DOUBTED = (
 )
 
 VOLTAGE_STD_V = 0.05
-"""Of a dive's mean pack voltage as an autopilot measures it; the scatter between dives is fitted beside it."""
+"""Standard error, in V, of a dive's mean pack voltage measured by an autopilot. Scatter between dives is fitted on top.
+"""
 
 
 class Story(Enum):
-    """What changed over the dives; the value is the sentence that a user reads, before its figures."""
+    """Cause of the change over the dives. The value is the sentence that the user reads, before its figures."""
 
     TOO_FEW = (
         "No trend can be told: it takes masses, or dampings, of three dated dives, not all of one moment"
@@ -66,10 +67,11 @@ _ALL_MOVED = (Story.WEAKER, Story.STRONGER)
 
 @dataclass(frozen=True)
 class Drift:
-    """The story of one configuration. `trends` by coefficient, those of the list that have one.
+    """The story of a configuration. `trends` holds the trend of each coefficient with enough values.
 
-    `real` are the coefficients whose trend is significant among all of them. `mass`, `damping` and `damping_over_mass`
-    are trends of logarithms, `voltage` of the pack's volts. `despite_doubts`: see `takes`.
+    `real` names the coefficients whose trend is significant after correction for their number (Holm). `mass`,
+    `damping` and `damping_over_mass` are trends of logarithms, `voltage` that of the pack voltage in V.
+    `despite_doubts`: see `takes`.
     """
 
     story: Story
@@ -88,25 +90,25 @@ class Drift:
         return sum(trend is not None for trend in (self.mass, self.damping, self.damping_over_mass))
 
     def counts(self, row: Row) -> bool:
-        """Whether a row is among those that the trends were made of."""
+        """Whether the outcome of a row lets it into the trends."""
         return row.outcome in outcomes_taken(self.despite_doubts)
 
     def takes(self, row: Row, name: str) -> bool:
-        """Whether a row's value of a parameter is in its trend."""
+        """Whether the trend of parameter `name` uses the value of this row."""
         return takes(row, name, self.despite_doubts)
 
 
 def outcomes_taken(despite_doubts: bool) -> frozenset[str]:
-    """How a dive may have ended whose values count."""
+    """Outcomes of a dive whose values count in a trend."""
     return WITH_DOUBTS if despite_doubts else SOUND
 
 
 def takes(row: Row, name: str, despite_doubts: bool) -> bool:
-    """Whether a trend takes a row's value: it has one, its dive converged, and no doubt is about it.
+    """Whether the trend of `name` uses a row's value: the value exists, the dive converged, and no doubt is about it.
 
-    `despite_doubts`: a dive in which data and model disagree counts too, and a value that a warning is about, or the
-    doubt of a force that the model lacks. What a graver doubt of the recording is about never counts: the next dive
-    need not err alike.
+    With `despite_doubts`, three more kinds of value count: those of dives in which data and model disagree, those
+    that only a warning is about, and those whose doubt is a force that the model lacks. A value under a graver doubt
+    of the recording never counts, because the next dive need not have the same error.
     """
     speaking = [doubt for doubt in row.doubts if is_about(doubt, name)]
     if despite_doubts:
@@ -117,11 +119,11 @@ def takes(row: Row, name: str, despite_doubts: bool) -> bool:
 
 
 def drift_of(rows: Sequence[Row]) -> Drift:
-    """What the dated rows of one configuration tell together.
+    """Trends and story of the dated rows of a configuration.
 
-    What no doubt is about in those that converged counts, where that is enough for trends of mass, damping and their
-    ratio. Where it is not, as with a vehicle whose drag the model never holds, and more has them, more counts: see
-    `takes`.
+    Only undoubted values of converged dives count, if they suffice for trends of mass, damping and their ratio. If
+    they don't (as for a vehicle whose drag never fits the model) and doubted values give more of these three trends,
+    then those values count too: see `takes`.
     """
     sound, doubted = (_drift(rows, despite_doubts) for despite_doubts in (False, True))
     if doubted.reach <= sound.reach:
@@ -136,8 +138,8 @@ def _drift(rows: Sequence[Row], despite_doubts: bool) -> Drift:
         for row in rows
         if row.unix_s is not None and row.values and row.outcome in outcomes
     ]
-    found = ((name, _trend_of(dated, name)) for name in names_in(dated))
-    trends = {name: trend for name, trend in found if trend is not None}
+    fits = ((name, _trend_of(dated, name)) for name in names_in(dated))
+    trends = {name: trend for name, trend in fits if trend is not None}
     chances = holm({name: trend.p for name, trend in trends.items()})
     real = frozenset(name for name, p in chances.items() if p < LEVEL)
     masses = common_series(dated, [c.name for c in MASSES])
@@ -153,7 +155,7 @@ def _drift(rows: Sequence[Row], despite_doubts: bool) -> Drift:
 
 
 def percent(log_change: float) -> float:
-    """A change of a logarithm in per cent."""
+    """Convert a change of a logarithm to per cent."""
     return 100 * float(np.expm1(log_change))
 
 
@@ -162,8 +164,8 @@ def _fit(series: Series) -> Trend | None:
 
 
 def _trend_of(rows: Sequence[Row], name: str) -> Trend | None:
-    found = [(row.unix_s, row.values[name]) for row in rows if name in row.values]
-    usable = [(t, v.value, v.std) for t, v in found if v.std > 0]
+    values = [(row.unix_s, row.values[name]) for row in rows if name in row.values]
+    usable = [(t, v.value, v.std) for t, v in values if v.std > 0]
     if not usable:
         return None
     unix_s, value, std = np.array(usable, dtype=np.float64).T
@@ -171,23 +173,24 @@ def _trend_of(rows: Sequence[Row], name: str) -> Trend | None:
 
 
 def _voltage(rows: Sequence[Row]) -> Trend | None:
-    told = [(row.unix_s, row.voltage_v) for row in rows if row.voltage_v is not None]
-    if not told:
+    readings = [(row.unix_s, row.voltage_v) for row in rows if row.voltage_v is not None]
+    if not readings:
         return None
-    unix_s, volts = np.array(told, dtype=np.float64).T
-    return fit_trend(unix_s, volts, np.full(len(told), VOLTAGE_STD_V))
+    unix_s, volts = np.array(readings, dtype=np.float64).T
+    return fit_trend(unix_s, volts, np.full(len(readings), VOLTAGE_STD_V))
 
 
 def _story(mass: Trend | None, damping: Trend | None, over: Trend | None, real: Sequence[Trend]) -> Story:
-    """Damping over mass is free of thrust, so it decides whether the vehicle itself changed.
+    """Pick the story. Damping over mass does not depend on thrust, so it decides whether the vehicle itself changed.
 
-    The three are judged together, each p raised for their number. `real` are the single trends that are significant.
+    The three trends are judged together, with p values corrected for their number (Holm). `real` are the significant
+    trends of single coefficients. With only mass or only damping, the story is UNCLEAR if that trend is significant.
     """
     if mass is None or damping is None or over is None:
-        one = mass or damping
-        if one is None:
+        only_trend = mass or damping
+        if only_trend is None:
             return Story.TOO_FEW
-        return Story.UNCLEAR if one.is_real else Story.STEADY
+        return Story.UNCLEAR if only_trend.is_real else Story.STEADY
     chances = holm({"mass": mass.p, "damping": damping.p, "over": over.p})
     mass_moves, damping_moves, over_moves = (chances[name] < LEVEL for name in ("mass", "damping", "over"))
     if mass_moves and damping_moves:
@@ -229,25 +232,25 @@ def _sentence(
 
 
 def _what_there_is(rows: Sequence[Row], dated: Sequence[Row], masses: Series, dampings: Series) -> str:
-    """What a configuration has instead of enough for a trend."""
+    """For a configuration with too few dives for a trend: how many are dated, converged, give a mass or a damping."""
     dates, sound = sum(row.unix_s is not None for row in rows), sum(row.outcome in SOUND for row in rows)
-    told = (
+    counts = (
         f"A trend takes dives that have a date and converged: of the {len(rows)} identified in this configuration "
         f"{dates} have a date, {sound} converged and {len(dated)} are both"
     )
     if dated:
-        told += f"; {len(masses.rows)} of these give a mass and {len(dampings.rows)} a damping"
-        told += " that no doubt is about" if any(row.doubted for row in rows) else ""
+        counts += f"; {len(masses.rows)} of these give a mass and {len(dampings.rows)} a damping"
+        counts += " that no doubt is about" if any(row.doubted for row in rows) else ""
     times = [row.unix_s for row in dated if row.unix_s is not None]
     alike = len(times) > 1 and max(times) - min(times) <= ONE_MOMENT_S
-    return f"{told}; they all began within a minute of each other." if alike else f"{told}."
+    return f"{counts}; they all began within a minute of each other." if alike else f"{counts}."
 
 
 def _left_out(rows: Sequence[Row], despite_doubts: bool) -> str:
-    """How many dives no trend takes, for what, and which values of the others; empty where it takes all."""
+    """Say how many dives no trend uses and why, and which doubted values of the others; empty if all are used."""
     counted = outcomes_taken(despite_doubts)
-    others = [row.outcome for row in rows if row.values and row.outcome not in counted]
-    why = [f"{others.count(outcome)} ended as '{outcome}'" for outcome in dict.fromkeys(others)]
+    excluded = [row.outcome for row in rows if row.values and row.outcome not in counted]
+    why = [f"{excluded.count(outcome)} ended as '{outcome}'" for outcome in dict.fromkeys(excluded)]
     doubted = [
         [name for name in names_in([row]) if not takes(row, name, despite_doubts)]
         for row in rows
@@ -255,17 +258,17 @@ def _left_out(rows: Sequence[Row], despite_doubts: bool) -> str:
     ]
     some = [names for names in doubted if names]
     if some:
-        names = sorted({name for own in some for name in own}, key=NAMES.index)
+        names = sorted({name for dive_names in some for name in dive_names}, key=NAMES.index)
         why.append(f"the doubted {', '.join(names)} of {len(some)} dive{'s' if len(some) > 1 else ''}")
     return f" Left out: {' and '.join(why)}." if why else ""
 
 
 def _within(trend: Trend) -> float:
-    """The farther end of a 95 % interval from zero, in per cent."""
+    """The end of a 95 % interval that is farther from zero, in per cent."""
     return max(abs(percent(trend.low95)), abs(percent(trend.high95)))
 
 
 def _change(trend: Trend) -> str:
-    """`+12.3 % (8.1 to 16.5)`, of a trend in logarithms."""
+    """Text such as `+12.3 % (+8.1 to +16.5 % at 95 %)` for a trend of logarithms."""
     change, low, high = (percent(value) for value in (trend.change, trend.low95, trend.high95))
     return f"{change:+.1f} % ({low:+.1f} to {high:+.1f} % at 95 %)"

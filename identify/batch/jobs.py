@@ -1,4 +1,4 @@
-"""A job: a function's name, a recording and a vehicle. A result: what came of it. Both go to other processes."""
+"""Jobs (a function's name, a recording, a vehicle) and their results. Both are sent to other processes."""
 
 import hashlib
 import json
@@ -13,7 +13,7 @@ from bridge.vehicle.config import CONFIGS, VehicleFile
 from identify.batch.version import our_version
 
 IDENTIFY = "identify.batch.work:identify"
-"""The one kind of job so far. Another is another function, `Job -> plain data for JSON`, named the same way."""
+"""The only kind of job so far. A new kind needs another function, `Job -> plain data for JSON`, named the same way."""
 
 DEFECTS = (
     ArithmeticError,
@@ -26,12 +26,12 @@ DEFECTS = (
     TypeError,
     ValueError,
 )
-"""What a damaged recording may raise in code that did not expect it; it costs that dive, not the batch."""
+"""Exceptions that a damaged recording may raise in code that did not expect it. They cost that dive, not the batch."""
 
 
 @dataclass(frozen=True)
 class Recording:
-    """One recording as it lies on the disk; `sha256`, `opening` and `size_bytes` as `ingest.identity` has them."""
+    """A recording on disk; `sha256`, `opening` and `size_bytes` as defined in `ingest.identity`."""
 
     name: str
     path: Path
@@ -43,9 +43,9 @@ class Recording:
 
 @dataclass(frozen=True)
 class Result:
-    """What came of one job: an `answer` as plain data, or an `error` in a sentence.
+    """Result of a job: an `answer` as plain data, or an `error` in a sentence.
 
-    `final` says that the same job would end the same way again, so that it may be kept.
+    `final` says that the same job would give the same result again, so the cache may keep it.
     """
 
     key: str
@@ -61,15 +61,15 @@ class Result:
 
     @classmethod
     def from_json(cls, data: dict[str, Any]) -> "Result":
-        """Raises TypeError for data that no `to_json` made."""
+        """Rebuild a result. Raises TypeError for data that `to_json` did not make."""
         return cls(**data)
 
 
 @dataclass(frozen=True)
 class Job:
-    """One thing to do with one recording. `columns` is the column map of a table, a file.
+    """A task for a recording. `columns` is the file of a table's column map.
 
-    `key` is all that the answer depends on, as one word: see `job_for`.
+    `key` is a hash of everything that the answer depends on: see `job_for`.
     """
 
     function: str
@@ -80,20 +80,20 @@ class Job:
     key: str
 
     def done(self, answer: dict[str, Any]) -> Result:
-        found = self.recording
-        return Result(self.key, found.name, str(found.path), found.sha256, answer)
+        recording = self.recording
+        return Result(self.key, recording.name, str(recording.path), recording.sha256, answer)
 
     def failed(self, error: str, final: bool) -> Result:
-        found = self.recording
-        return Result(self.key, found.name, str(found.path), found.sha256, None, error, final)
+        recording = self.recording
+        return Result(self.key, recording.name, str(recording.path), recording.sha256, None, error, final)
 
 
 def job_for(
     function: str, recording: Recording, vehicle: VehicleFile, method: str, columns: Path | None = None
 ) -> Job:
-    """A job, its key made of the bytes of recording, vehicle and tables, of function, method, version and code.
+    """Make a job. Its key hashes recording, vehicle, configuration, tables, function, method, version and code.
 
-    Raises OSError where a table can't be read.
+    Raises OSError if a table can't be read.
     """
     on = {
         "recording": recording.sha256,
@@ -110,20 +110,20 @@ def job_for(
 
 
 def thrust_table(file: VehicleFile) -> Path | None:
-    """The thrust table that lies beside a vehicle file; None where it is one of configs/thrusters, or a law."""
+    """The thrust table next to a vehicle file; None if the curve is a law or a table of configs/thrusters."""
     curve = file.vehicle.thrust_curve
     table = file.path.parent / curve.file
     return table if curve.kind == "table" and table.is_file() else None
 
 
 def own_columns(recording: Recording) -> Path | None:
-    """The column map that a dive folder made from a table holds."""
+    """The column map inside a dive folder that was made from a table; None if absent."""
     columns = recording.path / "columns.yaml"
     return columns if columns.is_file() else None
 
 
 def column_file(columns: str | None) -> Path | None:
-    """The file of a column map, given as a file or as the name of one in configs/columns."""
+    """Path of a column map that is given as a file or by its name in configs/columns."""
     if columns is None:
         return None
     bundled = CONFIGS / "columns" / f"{columns}.yaml"
@@ -131,7 +131,7 @@ def column_file(columns: str | None) -> Path | None:
 
 
 def run_job(job: Job) -> Result:
-    """Do one job here and now; an error in it becomes its result."""
+    """Run a job in this process. An error becomes its result."""
     module, _, name = job.function.partition(":")
     try:
         function = getattr(import_module(module), name)

@@ -1,4 +1,6 @@
-"""The work on this computer's cores: a process each, one job at a time, and one that dies costs its own job alone."""
+"""Runs a batch on this computer's cores: a process per core, one job at a time. A process that dies loses only its
+job.
+"""
 
 import multiprocessing
 import os
@@ -14,18 +16,19 @@ from identify.batch.threads import one_thread
 
 _CONTEXT = multiprocessing.get_context(
     "spawn"
-)  # a fork would inherit the threads of torch and numba half alive
+)  # a fork would inherit the threads of torch and numba in a broken state
 
 
 def cores() -> int:
-    """How many cores this process may use."""
+    """Number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def run_here(jobs: Iterable[Job], processes: int) -> Generator[Result, None, None]:
-    """The result of each job as it comes, in no order. Closing it, or Ctrl-C, ends the processes at once.
+    """Yield the result of each job as it arrives, in no order.
 
-    No more jobs are taken from `jobs` than there are processes, and no result is kept here.
+    Closing the generator, or Ctrl-C, ends the processes at once. Takes at most as many jobs from `jobs` as there are
+    free processes, and keeps no result.
     """
     waiting = iter(jobs)
     idle: list[_Worker] = []
@@ -53,7 +56,7 @@ def run_here(jobs: Iterable[Job], processes: int) -> Generator[Result, None, Non
 
 
 class _Worker:
-    """A process and this end of the pipe to it."""
+    """A worker process and this end of its pipe."""
 
     def __init__(self) -> None:
         self.pipe, far = _CONTEXT.Pipe()
@@ -63,14 +66,14 @@ class _Worker:
         far.close()
 
     def begin(self, job: Job) -> None:
-        """Hand over a job; of a process that is dead already, `result` tells."""
+        """Send a job. If the process is already dead, `result` returns None later."""
         try:
             self.pipe.send(job)
         except BrokenPipeError:
             self._process.join()
 
     def result(self) -> Result | None:
-        """The result of the job, once the pipe is ready; None where the process died of it."""
+        """Result of the job, once the pipe is ready; None if the process died."""
         try:
             result = self.pipe.recv()
         except (EOFError, ConnectionResetError):
@@ -79,7 +82,7 @@ class _Worker:
         return result
 
     def died(self) -> str:
-        """How the process ended, in a sentence; it is over after this."""
+        """Wait for the end of a dead process, close its pipe and say in a sentence how it ended."""
         self._process.join()
         code = self._process.exitcode or 0
         self.pipe.close()
@@ -94,7 +97,7 @@ class _Worker:
 
 
 def _serve(pipe: Connection) -> None:
-    """What a process does: job after job until nobody listens any more."""
+    """Main loop of a worker process: run job after job until the other end of the pipe closes."""
     one_thread()
     while True:
         try:
@@ -106,8 +109,8 @@ def _serve(pipe: Connection) -> None:
 
 @contextmanager
 def _interrupts_blocked() -> Iterator[None]:
-    """A process started within never hears Ctrl-C: the one that started it does, and ends it."""
-    resource_tracker.ensure_running()  # its own start, beside the first process, would lift the mask again
+    """Block SIGINT, so that a process started within ignores Ctrl-C; its parent receives Ctrl-C and ends it."""
+    resource_tracker.ensure_running()  # started with the first process, the tracker would lift the mask again
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

@@ -1,4 +1,4 @@
-"""The page of a batch: for each configuration what its trends mean, each parameter over the dates, and the dives."""
+"""HTML page of a batch: the story of each configuration, each parameter over the dates, and tables of the dives."""
 
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 
 PANEL_IN = 1.9
 AIR, LEAST_AIR_S = 0.05, 1800.0
-"""Beside the first and the last dive: a share of the time between them, and no less than half an hour."""
+"""Margin of the time axis on either side of the dives: this share of the time that they span, at least half an hour."""
 
 WIDEST = 6.0
-"""In median half widths: how much of an interval that is wider than the others still stretches the plot."""
+"""How much of an interval far wider than the others still stretches the plot, in median half widths."""
 
 REAL, NOT_REAL = 1, 2
-"""Line styles of a trend that is significant, and of one that is not."""
+"""Line styles of a significant and of an insignificant trend."""
 
 MARKS = "?: doubted; ?*: doubted, and in no trend"
 
@@ -49,7 +49,11 @@ def batch_report(
     twins: Sequence[tuple[str, str, str]],
     drifts: Mapping[str, Drift],
 ) -> Report:
-    """The page. `twins` are recordings that do not count, each with why, and the one of the same dive that does."""
+    """Build the page.
+
+    `twins` are the recordings that do not count: each with the reason, and the recording of the same dive that
+    counts.
+    """
     groups = by_configuration(rows)
     failed = [row for row in rows if not row.values]
     sections = [_configuration(name, group, drifts[name]) for name, group in groups.items()]
@@ -58,18 +62,18 @@ def batch_report(
         sections.append(_failures(failed))
     if twins:
         sections.append(_twins(twins))
-    told = [f"{name}: {drifts[name].story.value}." for name in groups] or ["No dive gave a parameter."]
+    stories = [f"{name}: {drifts[name].story.value}." for name in groups] or ["No dive gave a parameter."]
     counted = f"{len(rows) - len(failed)} of {len(rows)} dives identified by {method}"
-    return Report(f"{vehicle}: parameters over dives", counted, " ".join(told), tuple(sections))
+    return Report(f"{vehicle}: parameters over dives", counted, " ".join(stories), tuple(sections))
 
 
 def _configuration(name: str, rows: Sequence[Row], drift: Drift) -> Section:
-    drawn = _figure(rows, drift)
+    figure = _figure(rows, drift)
     return Section(
         f"Configuration {name}",
         f"{drift.sentence}\n\n{HOW}" if drift.story is not Story.TOO_FEW else drift.sentence,
         (_trend_table(rows, drift),),
-        (drawn,) if drawn else (),
+        (figure,) if figure else (),
     )
 
 
@@ -137,14 +141,14 @@ def _dive_table(rows: Sequence[Row], drift: Drift, kind: Kind, caption: str) -> 
 
 
 def doubt_mark(row: Row, name: str, drift: Drift) -> str:
-    """What stands behind a value that a doubt is about."""
+    """Mark behind a doubted value: `?`, or `?*` if the doubt keeps it out of the trend; empty without a doubt."""
     if name not in row.doubted:
         return ""
     return "?*" if drift.counts(row) and not drift.takes(row, name) else "?"
 
 
 def _doubts(rows: Sequence[Row]) -> Table:
-    """Each doubt about values of these dives, as the identification told it."""
+    """Table of every doubt about values of these dives, in the words of the identification."""
     lines = [
         (utc(row.unix_s), row.dive, ", ".join(about), doubt.sentence)
         for row in rows
@@ -173,7 +177,7 @@ def _cell(value: Value | None) -> str:
 
 
 def _figure(rows: Sequence[Row], drift: Drift) -> Figure | None:
-    """A plot a coefficient, and one of the battery, over the dates; None where nothing is dated."""
+    """Plot every coefficient, and the battery if logged, over the dates; None if no dive is dated."""
     dated = [row for row in rows if row.unix_s is not None]
     if not dated:
         return None
@@ -186,13 +190,13 @@ def _figure(rows: Sequence[Row], drift: Drift) -> Figure | None:
 
 
 def _panel(name: str, rows: Sequence[Row], drift: Drift, span: tuple[float, float]) -> Panel:
-    found = [
+    entries = [
         (row.unix_s or 0.0, row.values[name], drift.takes(row, name)) for row in rows if name in row.values
     ]
-    values = [v for _, v, _ in found]
+    values = [v for _, v, _ in entries]
 
     def draw(box: "Axes") -> None:
-        for k, (unix_s, v, counts) in enumerate(found):
+        for k, (unix_s, v, counts) in enumerate(entries):
             first = {"label": "95 % interval"} if k == 0 else {}
             box.plot([utc_time(unix_s)] * 2, [v.low95, v.high95], **STYLES[0], **first)
             box.plot([utc_time(unix_s)], [v.value], **(DISC if counts else DIAMOND))
@@ -209,17 +213,17 @@ def _panel(name: str, rows: Sequence[Row], drift: Drift, span: tuple[float, floa
 
 
 def _reach(values: Sequence[Value]) -> Array:
-    """What the plot must hold: every value, and each interval as far as it is not far wider than the others."""
+    """Values that the y axis must include: every value, and each interval unless it is far wider than the others."""
     value, low, high = np.array([(v.value, v.low95, v.high95) for v in values]).T
     most = WIDEST * float(np.median(high - low)) / 2
     return np.concatenate([np.maximum(low, value - most), np.minimum(high, value + most)])
 
 
 def _voltage_panel(rows: Sequence[Row], trend: Trend | None, span: tuple[float, float]) -> Panel:
-    found = [(utc_time(row.unix_s or 0.0), row.voltage_v) for row in rows if row.voltage_v is not None]
+    readings = [(utc_time(row.unix_s or 0.0), row.voltage_v) for row in rows if row.voltage_v is not None]
 
     def draw(box: "Axes") -> None:
-        box.plot([when for when, _ in found], [volts for _, volts in found], **SQUARE)
+        box.plot([when for when, _ in readings], [volts for _, volts in readings], **SQUARE)
         _dress(box, trend, trend is not None and trend.is_real, span)
         entitle(box, "mean pack voltage, V", "")
 
@@ -227,7 +231,7 @@ def _voltage_panel(rows: Sequence[Row], trend: Trend | None, span: tuple[float, 
 
 
 def _dress(box: "Axes", trend: Trend | None, is_real: bool, span: tuple[float, float]) -> None:
-    """The trend, and an axis of dates around all dives."""
+    """Draw the trend and set an axis of dates that spans all dives."""
     if trend is not None:
         ends = (trend.first_s, trend.last_s)
         word = "significant trend" if is_real else "no significant trend"

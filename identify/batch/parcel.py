@@ -1,4 +1,4 @@
-"""A job as bytes, for a computer that does not see this one's disk: its recording, vehicle and tables go along."""
+"""Packs a job as bytes, with its recording, vehicle file and tables, for a computer that does not see our disk."""
 
 import tempfile
 import zlib
@@ -12,12 +12,12 @@ from identify.batch.version import our_version
 
 DIVE, VEHICLE, COLUMNS = Path("dive"), Path("vehicle"), Path("columns")
 FAST = 1
-"""The level of zlib: a recording shrinks by a third in a quarter of a second."""
+"""Compression level of zlib: a recording shrinks by a third in a quarter of a second."""
 
 
 @dataclass(frozen=True)
 class Item:
-    """One file: what it is called here, where it goes in a folder of the receiver's own, its bytes, compressed."""
+    """A file: its name here, its path within the receiver's temporary folder, and its compressed bytes."""
 
     name: str
     place: Path
@@ -26,7 +26,7 @@ class Item:
 
 @dataclass(frozen=True)
 class Parcel:
-    """`job` has paths relative to the folder that the items are unpacked into."""
+    """A packed job. Paths in `job` are relative to the folder that the items are unpacked into."""
 
     job: Job
     source: str
@@ -35,7 +35,7 @@ class Parcel:
 
 
 def pack(job: Job) -> Parcel:
-    """The job with all that it reads. Raises OSError where a file is gone."""
+    """Pack a job with every file that it reads. Raises OSError if a file is gone."""
     recording, vehicle, table = job.recording, job.vehicle, thrust_table(job.vehicle)
     root = DIVE / recording.path.resolve().name
     is_folder = recording.path.is_dir()
@@ -62,7 +62,7 @@ def pack(job: Job) -> Parcel:
 
 
 def unpack(parcel: Parcel, folder: Path) -> Job:
-    """The job with its files below `folder`."""
+    """Write the files below `folder` and return the job with their paths."""
     for item in parcel.items:
         path = folder / item.place
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -82,7 +82,10 @@ def unpack(parcel: Parcel, folder: Path) -> Job:
 
 
 def run_parcel(parcel: Parcel) -> Result:
-    """Unpack, do the job, clear away. An error names the files as the sender does."""
+    """Unpack a job, run it and delete its files. Errors name the files by the sender's paths.
+
+    Fails if the worker's version of seatrial differs from the sender's.
+    """
     if our_version() != parcel.version:
         return parcel.job.failed(
             f"its worker has seatrial {our_version()}, the sender has {parcel.version}; install the same on both",

@@ -1,4 +1,4 @@
-"""The table of a batch: a row a dive, by date, with what was identified; as rows for CSV and as data for JSON."""
+"""Table of a batch: one row per dive, by date, with its identified values; written as CSV and as data for JSON."""
 
 import csv
 import io
@@ -20,7 +20,7 @@ NAMES = (*(coefficient.name for coefficient in COEFFICIENTS), *ADDED_MASS_NAMES)
 
 @dataclass(frozen=True)
 class Value:
-    """One identified parameter with its standard error and 95 % interval, in its own unit."""
+    """An identified parameter with its standard error and 95 % interval, in the parameter's unit."""
 
     value: float
     std: float
@@ -30,10 +30,11 @@ class Value:
 
 @dataclass(frozen=True)
 class Row:
-    """One dive. `values` holds what was identified, by name; `error` says why there is nothing at all.
+    """A dive. `values` holds the identified parameters by name; `error` says why there are none.
 
-    `unix_s` is when it began, by `dated_by`; None where nothing tells it. `correlation` is that of two parameters'
-    errors, by the pair of their names, 0 for a pair that it lacks. `doubts` is what speaks against values.
+    `unix_s` is when the dive began, `dated_by` the source of that date; None if the date is unknown. `correlation`
+    holds the correlation of two parameters' errors by the pair of their names; a missing pair counts as 0. `doubts`
+    are the doubts about its values.
     """
 
     dive: str
@@ -52,23 +53,23 @@ class Row:
 
     @property
     def doubted(self) -> dict[str, str]:
-        """What speaks against each of its values that a doubt names."""
+        """Objections to each doubted value, by parameter name."""
         return clauses(self.doubts, tuple(self.values))
 
     @property
     def converged(self) -> bool:
-        """Whether its values can be relied on as they stand."""
+        """Whether its values can be relied on as they are."""
         return self.outcome == Outcome.CONVERGED.value
 
 
 def rows_of(results: Sequence[Result]) -> list[Row]:
-    """Rows in the order of their dates; dives without a date come last, by name."""
+    """Rows sorted by date; dives without a date come last, by name."""
     rows = [_row(result) for result in results]
     return sorted(rows, key=lambda row: (row.unix_s is None, row.unix_s or 0.0, row.dive, row.source))
 
 
 def by_configuration(rows: Sequence[Row]) -> dict[str, list[Row]]:
-    """The rows that hold values, by the vehicle's configuration."""
+    """Rows that hold values, grouped by the vehicle's configuration."""
     groups: dict[str, list[Row]] = {}
     for row in rows:
         if row.values:
@@ -77,14 +78,14 @@ def by_configuration(rows: Sequence[Row]) -> dict[str, list[Row]]:
 
 
 def names_in(rows: Sequence[Row]) -> list[str]:
-    """The coefficients that any of the rows has, in the order of the list; added mass only follows from them."""
+    """Coefficients that any row has, in the order of COEFFICIENTS; not added masses, which follow from the others."""
     return [c.name for c in COEFFICIENTS if any(c.name in row.values for row in rows)]
 
 
 def to_csv(rows: Sequence[Row]) -> str:
-    """A line a dive; for each parameter its value, standard error and 95 % interval, empty where there is none.
+    """One line per dive: value, standard error and 95 % interval of each parameter, empty if not identified.
 
-    `doubted` names those of its values that a doubt speaks against, with a space between two.
+    `doubted` lists the doubted parameters, separated by spaces.
     """
     columns = [f"{name}{part}" for name in NAMES for part in ("", "_std", "_low95", "_high95")]
     out = io.StringIO()
@@ -92,15 +93,15 @@ def to_csv(rows: Sequence[Row]) -> str:
     writer.writerow(("dive", "date_utc", "configuration", "outcome", "doubted", "error", "duration_s", "voltage_v",
                      *columns, "source", "sha256"))  # fmt: skip
     for row in rows:
-        found = [row.values.get(name) for name in NAMES]
-        numbers = [n for v in found for n in ((v.value, v.std, v.low95, v.high95) if v else ("",) * 4)]
+        values = [row.values.get(name) for name in NAMES]
+        numbers = [n for v in values for n in ((v.value, v.std, v.low95, v.high95) if v else ("",) * 4)]
         writer.writerow((row.dive, iso(row.unix_s), row.configuration, row.outcome, " ".join(row.doubted),
                          row.error, row.duration_s, row.voltage_v, *numbers, row.source, row.sha256))  # fmt: skip
     return out.getvalue()
 
 
 def to_json(row: Row) -> dict[str, Any]:
-    """One row as plain data."""
+    """A row as plain data."""
     return {
         **{
             name: value
@@ -114,7 +115,7 @@ def to_json(row: Row) -> dict[str, Any]:
 
 
 def iso(unix_s: float | None) -> str:
-    """`2026-11-20T09:12:03Z`, empty for no date."""
+    """Text such as `2026-11-20T09:12:03Z`; empty for no date."""
     return "" if unix_s is None else f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H:%M:%SZ}"
 
 
@@ -130,44 +131,44 @@ def _row(result: Result) -> Row:
             dated_by=dated_by,
             error=result.error.removeprefix(f"{result.dive}: "),
         )
-    found = result.answer["identification"]
+    identification = result.answer["identification"]
     values = {
         p["name"]: Value(p["value"], p["std"], p["low95"], p["high95"])
-        for p in found["parameters"]
+        for p in identification["parameters"]
         if p["identifiable"] and p["name"] in NAMES and None not in (p["value"], p["std"], p["low95"], p["high95"])
     }  # fmt: skip
     return Row(
         result.dive,
         result.source,
         result.sha256,
-        found["configuration"],
-        found["outcome"],
+        identification["configuration"],
+        identification["outcome"],
         result.answer["unix_s"],
         result.answer["dated_by"],
-        found["dive"]["duration_s"],
+        identification["dive"]["duration_s"],
         result.answer["voltage_v"],
         values,
-        _correlation(list(values), found["covariance"]),
-        "" if values else _why_nothing(found),
-        doubts_in(found),
+        _correlation(list(values), identification["covariance"]),
+        "" if values else _why_nothing(identification),
+        doubts_in(identification),
     )
 
 
 def _correlation(names: Sequence[str], covariance: Mapping[str, Any]) -> dict[frozenset[str], float]:
-    """Of each pair; 1, at which a mean gains nothing from more values, where the covariance does not tell."""
+    """Correlation of each pair. If the covariance lacks the pair, 1: then a mean gains nothing from more values."""
     place = {name: i for i, name in enumerate(covariance["of"])}
     matrix = covariance["matrix"]
-    found = {}
+    correlations = {}
     for a, b in combinations(names, 2):
         entries = (
             [matrix[place[p]][place[q]] for p, q in ((a, b), (a, a), (b, b))]
             if {a, b} <= place.keys()
             else []
         )
-        told = bool(entries) and None not in entries and min(entries[1:]) > 0
-        value = entries[0] / math.sqrt(entries[1] * entries[2]) if told else 1.0
-        found[frozenset((a, b))] = max(-1.0, min(1.0, value))
-    return found
+        known = bool(entries) and None not in entries and min(entries[1:]) > 0
+        value = entries[0] / math.sqrt(entries[1] * entries[2]) if known else 1.0
+        correlations[frozenset((a, b))] = max(-1.0, min(1.0, value))
+    return correlations
 
 
 def _why_nothing(found: Mapping[str, Any]) -> str:

@@ -1,4 +1,4 @@
-"""A batch: what is known already is taken from where it is kept, the rest is done, and kept as it comes."""
+"""Runs a batch: takes known results from the cache, runs the other jobs, and caches their results as they arrive."""
 
 from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import closing
@@ -8,12 +8,14 @@ from identify.batch.cache import Cache
 from identify.batch.jobs import Job, Result
 
 Engine = Callable[[Iterable[Job]], Generator[Result, None, None]]
-"""Results as they come, in no order; closing it stops the work."""
+"""Runs jobs and yields results as they arrive, in no order; closing the generator stops the work."""
 
 
 @dataclass(frozen=True)
 class Standing:
-    """How far a batch is: of `total` dives `kept` were known before and `done` are new; `failed` have an error."""
+    """Progress of a batch: of `total` dives, `kept` came from the cache, `done` are new; `failed` of them have an
+    error.
+    """
 
     total: int
     kept: int
@@ -25,7 +27,7 @@ class Standing:
         return (self.kept + self.done) / self.total if self.total else 1.0
 
     def time_left_s(self, elapsed_s: float) -> float | None:
-        """How long the rest takes at the pace so far; None before the first result."""
+        """Remaining time at the pace so far; None before the first new result."""
         if not self.done:
             return None
         return elapsed_s / self.done * (self.total - self.kept - self.done)
@@ -34,9 +36,9 @@ class Standing:
 def run_batch(
     jobs: Sequence[Job], cache: Cache, engine: Engine, told: Callable[[Standing], None]
 ) -> list[Result]:
-    """The result of every job, each key once. `told` hears how it stands at first and after each result.
+    """Results of all jobs, once per key. `told` is called with the progress at the start and after each new result.
 
-    Whatever `engine` raises ends the batch; what came before is in the cache.
+    An exception from `engine` ends the batch; the results before it are in the cache.
     """
     results: dict[str, Result] = {}
     todo: dict[str, Job] = {}

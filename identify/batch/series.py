@@ -1,7 +1,7 @@
-"""Several coefficients as one series: how all masses, or all dampings, of a vehicle go from dive to dive.
+"""Combines several coefficients of a vehicle into a series: how all masses, or all dampings, change from dive to dive.
 
-An identification knows forces only through the thruster curve. Where the real thrust is k times what the curve says,
-every mass and every damping comes out 1/k times its own, so their logarithms shift together, while the logarithm of
+An identification knows forces only through the thruster curve. If the real thrust is k times the curve's, every mass
+and every damping comes out 1/k times its true value. Their logarithms then shift together, while the logarithm of
 damping over mass stays.
 """
 
@@ -16,14 +16,14 @@ from identify.batch.rows import Row
 from identify.dive import Array
 
 CANCELLED = 1e-4
-"""Errors that cancel leave at least this share of a variance: a correlation is not known better."""
+"""Smallest share of the variance that is left when errors cancel: correlations are not known better than that."""
 
 
 @dataclass(frozen=True)
 class Series:
     """Logarithms (n,) with standard errors (n,) at Unix times (n,).
 
-    `rows` says of which row each is, `weights` how much each coefficient of that row has in it.
+    `rows` is the index of each entry's row, `weights` the weight of each coefficient in the entry.
     """
 
     rows: tuple[int, ...]
@@ -34,28 +34,28 @@ class Series:
 
 
 def common_series(rows: Sequence[Row], names: Sequence[str]) -> Series:
-    """The weighted mean logarithm of the coefficients `names` in each dated row, less each one's own level.
+    """Weighted mean logarithm of the coefficients `names` in each dated row, after removal of each coefficient's level.
 
-    A level is where a coefficient stands beside a line in time that all share, by weighted least squares, so that a
-    dive which shows other coefficients than the next does not look like a change. Weights go by each one's own error;
-    the standard error of the mean counts how the coefficients of one dive err together.
+    The levels are fitted together with a common slope in time, by weighted least squares, so that a dive that shows
+    other coefficients than the next does not look like a change. Each value is weighted by its own standard error;
+    the standard error of the mean includes the correlations of the coefficients within a dive.
     """
-    of, which, y, sigma = [], [], [], []
+    row_indices, which, y, sigma = [], [], [], []
     for i, row in enumerate(rows):
         for j, name in enumerate(names):
-            found = row.values.get(name)
-            if found is not None and row.unix_s is not None and found.value > 0 and found.std > 0:
-                of.append(i)
+            parameter = row.values.get(name)
+            if parameter is not None and row.unix_s is not None and parameter.value > 0 and parameter.std > 0:
+                row_indices.append(i)
                 which.append(j)
-                y.append(np.log(found.value))
-                sigma.append(found.std / found.value)
-    if not of:
+                y.append(np.log(parameter.value))
+                sigma.append(parameter.std / parameter.value)
+    if not row_indices:
         nothing = np.zeros(0)
         return Series((), nothing, nothing, nothing)
-    row_of, weight, logs = np.array(of), 1 / np.array(sigma) ** 2, np.array(y)
+    row_of, weight, logs = np.array(row_indices), 1 / np.array(sigma) ** 2, np.array(y)
     times = np.array([row.unix_s if row.unix_s is not None else np.nan for row in rows])
     off = logs - _levels(times[row_of], np.array(which), logs, weight, len(names))
-    present = tuple(sorted(set(of)))
+    present = tuple(sorted(set(row_indices)))
     total = np.array([weight[row_of == i].sum() for i in present])
     mean = np.array([(weight * off)[row_of == i].sum() for i in present]) / total
     shares = tuple(
@@ -67,7 +67,7 @@ def common_series(rows: Sequence[Row], names: Sequence[str]) -> Series:
 
 
 def ratio(over: Series, under: Series, rows: Sequence[Row]) -> Series:
-    """`over` less `under`, two series of `rows` without a coefficient in common, in the rows that both have."""
+    """`over` minus `under` in the rows that both have. The two series come from `rows` and share no coefficient."""
     both = tuple(i for i in over.rows if i in under.rows)
     a = [over.rows.index(i) for i in both]
     b = [under.rows.index(i) for i in both]
@@ -80,18 +80,18 @@ def ratio(over: Series, under: Series, rows: Sequence[Row]) -> Series:
 
 
 def _std(row: Row, weights: Mapping[str, float]) -> float:
-    """Standard error of the weighted sum of a row's logarithms, which err together."""
-    own = {name: share * row.values[name].std / row.values[name].value for name, share in weights.items()}
-    alone = sum(error**2 for error in own.values())
+    """Standard error of the weighted sum of a row's logarithms, whose errors are correlated."""
+    errors = {name: share * row.values[name].std / row.values[name].value for name, share in weights.items()}
+    alone = sum(error**2 for error in errors.values())
     together = sum(
-        2 * row.correlation.get(frozenset(pair), 0.0) * own[pair[0]] * own[pair[1]]
-        for pair in combinations(own, 2)
+        2 * row.correlation.get(frozenset(pair), 0.0) * errors[pair[0]] * errors[pair[1]]
+        for pair in combinations(errors, 2)
     )
     return math.sqrt(max(alone + together, CANCELLED * alone))
 
 
 def _levels(unix_s: Array, which: Array, logs: Array, weight: Array, count: int) -> Array:
-    """The level of the coefficient of each entry, beside one slope that all share."""
+    """Level of the coefficient of each entry, fitted together with a common slope in time."""
     span_s = float(np.ptp(unix_s)) or 1.0
     design = np.column_stack([which[:, None] == np.arange(count), (unix_s - unix_s.mean()) / span_s])
     root = np.sqrt(weight)

@@ -1,4 +1,4 @@
-"""One thread a process: as many processes as cores leave no core for a second thread of any."""
+"""Limits each process to one thread: with as many processes as cores, a second thread would have no core."""
 
 import os
 import sys
@@ -13,7 +13,7 @@ _NUMBA_COUNT = "NUMBA_NUM_THREADS"
 
 
 def one_thread() -> None:
-    """Hold numpy, numba and torch to one thread each in this process, whether or not they are loaded yet."""
+    """Limit numpy, numba and torch to one thread each in this process, whether they are imported yet or not."""
     for name in _COUNTS:
         os.environ.setdefault(name, "1")
     if (torch := sys.modules.get("torch")) is not None:
@@ -21,5 +21,5 @@ def one_thread() -> None:
     if (numba := sys.modules.get("numba")) is None:
         os.environ.setdefault(_NUMBA_COUNT, "1")
     else:
-        # Once it is loaded it reads that again when it compiles, and refuses another count than it began with.
+        # A loaded numba reads the variable again when it compiles, and refuses a count other than its first.
         numba.set_num_threads(1)

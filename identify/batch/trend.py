@@ -1,9 +1,9 @@
-"""A straight line through values over dates, weighted by their standard errors, and whether its slope is real.
+"""Fits a straight line to values over dates, weighted by their standard errors, and tests its slope.
 
-Dives differ by more than their own intervals tell (ballast, currents, what was dived). So the values are taken to
-scatter about the line by a common variance beside their own, found so that the weighted squares of the residuals
-come out as they should (Paule and Mandel 1982, there for a mean, here for a line), and the slope is judged by Student's
-t with n - 2 degrees of freedom (Knapp and Hartung 2003).
+Dives differ by more than their own intervals say (ballast, currents, manoeuvres). The values are therefore taken to
+scatter about the line by a common variance in addition to their own, chosen such that the weighted sum of squared
+residuals equals its expectation (Paule and Mandel 1982, there for a mean, here for a line). The slope is tested by
+Student's t with n - 2 degrees of freedom (Knapp and Hartung 2003).
 """
 
 from collections.abc import Mapping
@@ -17,17 +17,17 @@ from identify.dive import Array
 FEWEST = 3
 LEVEL = 0.05
 ONE_MOMENT_S = 60.0
-"""Dives that all began within so long are copies of one: in that time nothing ages."""
+"""Dives that all began within this time count as copies of one dive: nothing ages that fast."""
 
 _HALVINGS = 200
 
 
 @dataclass(frozen=True)
 class Trend:
-    """The line `mean + slope_per_s * (t - mid_s)`, and what it changes by from `first_s` to `last_s`, Unix times.
+    """The line `mean + slope_per_s * (t - mid_s)`, and its `change` from `first_s` to `last_s`, which are Unix times.
 
-    `scatter` is the standard deviation between dives beside their own standard errors. `p` is the chance of a slope
-    as large where there is none.
+    `scatter` is the standard deviation between dives in addition to their own standard errors. `p` is the probability
+    of a slope at least as large if there is no trend.
     """
 
     count: int
@@ -47,20 +47,20 @@ class Trend:
         return self.mean + self.slope_per_s * (unix_s - self.mid_s)
 
     def percent(self, difference: float) -> float:
-        """A difference in per cent of where the line begins; of its mean, where it does not begin above zero."""
+        """A difference in per cent of the line's first value, or of its mean if the first value is not above zero."""
         begin = self.at(self.first_s)
         return 100 * difference / (begin if begin > 0 else abs(self.mean) or 1.0)
 
     @property
     def is_real(self) -> bool:
-        """Whether the slope is significant, taken by itself."""
+        """Whether the slope is significant on its own, without correction for the number of trends."""
         return self.p < LEVEL
 
 
 def fit_trend(unix_s: Array, value: Array, std: Array) -> Trend | None:
-    """The trend of values (n,) with standard errors (n,) > 0 at Unix times (n,).
+    """Fit the trend of values (n,) with standard errors (n,) > 0 at Unix times (n,).
 
-    None for fewer than three, or where all began within ONE_MOMENT_S.
+    None for fewer than FEWEST values, or if all dives began within ONE_MOMENT_S.
     """
     span_s = float(np.ptp(unix_s)) if len(unix_s) else 0.0
     if len(unix_s) < FEWEST or span_s <= ONE_MOMENT_S:
@@ -88,7 +88,7 @@ def fit_trend(unix_s: Array, value: Array, std: Array) -> Trend | None:
 
 
 def holm(chances: Mapping[str, float]) -> dict[str, float]:
-    """Each p raised so that one false alarm among them all is no likelier than it says (Holm 1979)."""
+    """p values raised such that the probability of any false alarm among them stays below the level (Holm 1979)."""
     adjusted: dict[str, float] = {}
     highest = 0.0
     for rank, name in enumerate(sorted(chances, key=lambda name: chances[name])):
@@ -98,7 +98,7 @@ def holm(chances: Mapping[str, float]) -> dict[str, float]:
 
 
 def _line(x: Array, y: Array, variance: Array) -> tuple[float, float, float, float, float]:
-    """Mean, slope, weighted middle of x, variance of the slope, and the weighted sum of squared residuals."""
+    """Mean, slope, weighted mean of x, variance of the slope, and weighted sum of squared residuals."""
     weight = 1 / variance
     middle = float(np.average(x, weights=weight))
     mean = float(np.average(y, weights=weight))
@@ -109,7 +109,9 @@ def _line(x: Array, y: Array, variance: Array) -> tuple[float, float, float, flo
 
 
 def _variance_between(x: Array, y: Array, std: Array) -> float:
-    """The variance beside `std` with which the weighted squared residuals sum to n - 2; 0 where less suffices."""
+    """Variance, in addition to `std`², at which the weighted squared residuals sum to n - 2; 0 if they are already
+    smaller.
+    """
     expected = len(x) - 2
 
     def excess(between: float) -> float:

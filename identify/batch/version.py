@@ -1,4 +1,4 @@
-"""Which seatrial this is: its release, and the code in it that makes an answer, so that a change of it is told."""
+"""Identifies this seatrial by its release and a hash of the code that makes answers, so that changed code shows."""
 
 import hashlib
 from functools import cache
@@ -6,7 +6,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 PLACE = Path(__file__).resolve().parents[2]
-"""Where the packages lie, in a checkout or installed."""
+"""Folder that holds the packages, in a checkout or installed."""
 
 ANSWERING = (
     "bridge/*.py",
@@ -23,11 +23,11 @@ ANSWERING = (
     "identify/estimators/**/*.py",
     "identify/ingest/*.py",
 )
-"""What an identification runs through: an answer of other code than this may be another one."""
+"""Files that an identification runs through: if their code changes, the answer may change."""
 
 
 def our_version() -> str:
-    """`0.1.0, code 3f09c1d2aa`."""
+    """Text such as `0.1.0, code 3f09c1d2aa`."""
     try:
         release = version("seatrial")
     except PackageNotFoundError:
@@ -36,13 +36,13 @@ def our_version() -> str:
 
 
 def answering(place: Path) -> list[Path]:
-    """The files of ANSWERING below `place`, in order."""
+    """Files below `place` that match ANSWERING, sorted."""
     return sorted({file for pattern in ANSWERING for file in place.glob(pattern)})
 
 
 @cache
 def code_stamp(place: Path) -> str:
-    """Ten hexadecimal digits of these files' names and text, read once a process."""
+    """Ten hexadecimal digits: a hash of the names and text of these files, computed once per process."""
     digest = hashlib.sha256()
     for file in answering(place):
         text = file.read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The functions that jobs name: each reads its recording and answers plain data for JSON."""
+"""Functions that jobs name. Each reads the job's recording and returns plain data for JSON."""
 
 from dataclasses import replace
 from typing import Any
@@ -15,10 +15,11 @@ from identify.ingest.open import read_dive
 
 
 def identify(job: Job) -> dict[str, Any]:
-    """What one dive alone tells of the vehicle, when it was dived, and the battery's mean voltage in it.
+    """Identify the vehicle from this dive alone; also report the dive's date and the battery's mean voltage.
 
-    The vehicle file's priors are left out: shared by all dives, they would pull each towards the same value and hide
-    what changes from one to the next. Raises LogError, ConfigError or FitError where nothing can be told.
+    The priors of the vehicle file are left out: shared by all dives, they would pull every dive towards the same
+    value and hide changes from dive to dive. Raises LogError, ConfigError or FitError if the dive gives no
+    identification.
     """
     dive = read_dive(job.recording.path, job.columns, job.vehicle)
     if dive.sha256 != job.recording.sha256:
@@ -48,4 +49,4 @@ def _mean_voltage_v(dive: Dive) -> float | None:
 
 
 def _silently(*_report: object) -> None:
-    """A worker has nobody to tell how far one dive is."""
+    """Progress callback that does nothing: a worker has no display."""

@@ -1,6 +1,6 @@
-"""Dives with hidden effects, locked answers, and the score of those who named them.
+"""Simulated dives with hidden effects, their locked answers, and the score of a diagnosis that names the effects.
 
-The simulator here is written anew: it shares no equation with `bridge.vehicle.dynamics`, `bridge.effects` or
-`bridge.simulator`, and what it hides has other forms than those that the library of effects fits. Only its
-size is told in the library's words (`nearest`).
+The simulator is independent: it shares no equation with `bridge.vehicle.dynamics`, `bridge.effects` or
+`bridge.simulator`, and its hidden effects have other forms than those that the library of effects fits. Only their
+size is expressed in the library's parameters (`nearest`).
 """

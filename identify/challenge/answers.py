@@ -1,4 +1,4 @@
-"""Answers of a diagnosis as they are judged: read from `answers.schema.json`'s form, held beside a truth."""
+"""Reads the answers of a diagnosis (form: `answers.schema.json`) and compares them with the truth."""
 
 import json
 import math
@@ -15,7 +15,7 @@ VERDICTS = ("no_gap", "explained", "partly", "ambiguous", "unknown")
 
 @dataclass(frozen=True)
 class Alike:
-    """Causes that count as one, with the reason; `without_rpm`: only where no shaft speeds are recorded."""
+    """Causes that count as the same, with the reason; `without_rpm`: only if no shaft speeds are recorded."""
 
     names: frozenset[str]
     reason: str
@@ -47,7 +47,7 @@ SAME = (
 
 
 def alike(name: str, rpm: bool) -> frozenset[str]:
-    """All names that no method could tell from `name` in such a recording, itself included."""
+    """Names that no method could distinguish from `name` in such a recording, `name` included."""
     out = {name}
     for group in SAME:
         if name in group.names and not (group.without_rpm and rpm):
@@ -57,7 +57,7 @@ def alike(name: str, rpm: bool) -> frozenset[str]:
 
 @dataclass(frozen=True)
 class Named:
-    """One cause of an answer. parameters: value and 95 % interval (NaN where not given)."""
+    """A cause in an answer. parameters: value and 95 % interval (NaN if missing)."""
 
     name: str
     also: tuple[str, ...]
@@ -67,8 +67,9 @@ class Named:
 
 @dataclass(frozen=True)
 class Answer:
-    """dofs: shares of the gap by degree of freedom. predicted, measured: shrink on held-out legs and on the check dive;
-    before, after: drifts on the check dive in floors; NaN where not given."""
+    """dofs: shares of the gap by degree of freedom. predicted, measured: shrink of the gap on held-out legs and on
+    the check dive. before, after: drifts on the check dive, in noise floors. NaN if missing.
+    """
 
     verdict: str
     named: tuple[Named, ...]
@@ -84,7 +85,7 @@ class Answer:
 
 
 def read_answer(path: Path) -> Answer | None:
-    """The answer in a file; None where there is no such file. Raises LogError where it is no answer."""
+    """Read the answer from a file; None if the file does not exist. Raises LogError if it holds no valid answer."""
     try:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
@@ -98,7 +99,7 @@ def read_answer(path: Path) -> Answer | None:
 
 
 def answer_of(data: dict[str, Any]) -> Answer:
-    """An answer in the schema's form. Raises ValueError, KeyError, TypeError or AttributeError where it is none."""
+    """Parse an answer in the schema's form; ValueError, KeyError, TypeError or AttributeError if it is invalid."""
     if data["verdict"] not in VERDICTS:
         raise ValueError(f"the verdict is '{data['verdict']}'")
     dofs: dict[str, float] = {}
@@ -130,16 +131,16 @@ def _number(value: Any) -> float:
 
 
 ABSENT_AT = {"gain": 1.0, "scale": 1.0, "ratio": 1.0, "time_constant": LAG_S}
-"""Values at which an effect is absent, where that is not zero."""
+"""Parameter values at which an effect is absent, if not zero."""
 
 VECTORS = ("x", "y", "z", "north", "east", "X", "Y", "Z", "roll", "pitch")
-"""Parts of a vector: an error in one counts by the length of all."""
+"""Components of a vector: the error of each is divided by the length of the vector."""
 
 UNMEASURED = ("thruster", "period")
 
 
 def errors(truth: dict[str, float], named: Named) -> dict[str, float]:
-    """Of each parameter that both tell: how far off, over how large it truly is."""
+    """Relative error of each parameter that both the truth and the answer give."""
     length = math.hypot(*(truth[name] for name in VECTORS if name in truth))
     out = {}
     for name, true in truth.items():

@@ -1,4 +1,4 @@
-"""`draw_case(seed)`: a vehicle with hidden effects, and two dives of it; the truth in the words of an answer."""
+"""`draw_case(seed)`: a vehicle with hidden effects and two dives of it, with the truth in the form of an answer."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -29,22 +29,21 @@ Kind = Literal["none", "one", "two", "novel"]
 SHARES: dict[Kind, float] = {"none": 0.25, "one": 0.4, "two": 0.2, "novel": 0.15}
 
 SPOILT_SHARE = 0.5
-"""A degree of freedom is a right answer to where it lies from this share of the largest on."""
+"""A degree of freedom counts as a right answer if its size is at least this share of the largest."""
 
 UNSEEN_BESIDE = frozenset([*ABSORBED, "wrong_feedback_log"])
-"""What is not planted as one of two: nobody could tell that it is there."""
+"""Effects that are not planted in pairs, because nobody could tell that they are there."""
 
 TWINS = (frozenset({"command_delay", "thruster_lag"}), frozenset({"fouling", "battery_sag"}),
          frozenset({"load_sag", "thrust_curve"}), frozenset({"net_buoyancy", "thrust_bias"}))  # fmt: skip
-"""Not planted together: too like for two names to be told."""
+"""Pairs that are not planted together: they are too alike to be told apart."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """One vehicle with what it hides. `dive` and `check` are two missions of it, simulated when first asked for.
+    """A vehicle with its hidden effects. Its two missions (`dive_of`, `check_of`) are simulated when first asked for.
 
-    without: effects that the library of whoever diagnoses it has to lack; planted, they are as unknown as those of
-    NOVEL.
+    without: effects that the diagnosing library must lack; when planted, they are as unknown as those of NOVEL.
     """
 
     name: str
@@ -69,24 +68,26 @@ class Case:
         return {}
 
     def simulated(self, which: int) -> tuple[Site, Simulated]:
-        """The site and the simulated dive: 0 the one to diagnose, 1 the check."""
+        """The site and the simulated dive: 0 is the dive to diagnose, 1 the check dive."""
         if which not in self._dives:
             self._dives[which] = _simulated(self, which)
         return self._dives[which]
 
     def truth(self) -> dict[str, Any]:
-        """What is hidden, in plain data: kind, effects with parameters and size, where it lies, the true nominal model.
+        """The truth as plain data: kind, effects with parameters and size, degrees of freedom, true nominal model.
 
-        `parameters` are those of the library's form that come nearest to what is planted, over the dive to diagnose.
+        `parameters` are those with which the library's form comes nearest to the planted effect over the dive to
+        diagnose.
 
-        `size` is by how much a refit leaves it above the noise floor of the dive to diagnose, all effects together and,
-        where there are two, of each in a dive of its own; `dof` where that is at least half of the largest.
+        `size` is how far the effect exceeds the noise floor of the dive to diagnose after a refit: for all effects
+        together and, if there are two, for each in a dive of its own. `dof` lists the degrees of freedom with at
+        least half of the largest size, or whose reading an effect spoils.
         """
         site, simulated = self.simulated(0)
         by_dof = sizes(site, self.setup.noise, simulated)
         largest = float(by_dof.max())
         spoilt = {dof for planted in self.planted for dof in planted.spoils}
-        where = [name for i, name in enumerate(DOFS) if by_dof[i] >= SPOILT_SHARE * largest or i in spoilt]
+        affected = [name for i, name in enumerate(DOFS) if by_dof[i] >= SPOILT_SHARE * largest or i in spoilt]
         values = np.concatenate([self.vehicle.mass, self.vehicle.damping]).tolist()
         return {
             "name": self.name,
@@ -107,13 +108,13 @@ class Case:
             ],
             "size": largest if self.planted else 0.0,
             "size_by_dof": dict(zip(DOFS, by_dof.tolist(), strict=True)),
-            "dof": where if self.planted else [],
+            "dof": affected if self.planted else [],
             "without": list(self.without),
             "nominal": dict(zip([c.name for c in (*MASSES, *DAMPINGS)], values, strict=True)),
         }
 
     def _size_alone(self, planted: Planted) -> float:
-        """How large an effect is where nothing else hides."""
+        """Size of an effect when no other is hidden."""
         site, simulated = _simulated(replace(self, planted=(planted,)), 0)
         return float(sizes(site, self.setup.noise, simulated).max())
 
@@ -124,14 +125,14 @@ def dive_of(case: Case) -> Dive:
 
 
 def check_of(case: Case) -> Dive:
-    """Another mission of the same vehicle, with what was there still there."""
+    """Another mission of the same vehicle, with the same hidden effects."""
     return case.simulated(1)[1].dive
 
 
 def left_out(name: str) -> tuple[str, ...]:
-    """The names that a library has to lack, for an effect to be unknown to it: its own, and those of its true class.
+    """Names that a library must lack for this effect to be unknown to it: its own, and those of its true class.
 
-    Raises LogError where no such effect is planted, or where a refit takes it up whole.
+    Raises LogError if PLANTS lacks the effect, or if nobody could tell that it is there (UNSEEN_BESIDE).
     """
     if name not in PLANTS or name in UNSEEN_BESIDE:
         able = ", ".join(sorted(set(PLANTS) - UNSEEN_BESIDE))
@@ -150,9 +151,11 @@ def draw_case(
     seconds: float | None = None,
     rpm: bool | None = None,
 ) -> Case:
-    """The case of a seed. `kind` says how many effects are hidden, `names` which (of PLANTS and NOVEL; none for an
-    empty list), `size` (0 to 1) how large, `seconds` how long both dives are, `rpm` whether shaft speeds are recorded;
-    what is None is drawn. What `without` names (see `left_out`) is drawn for half of what is unknown, and nowhere else.
+    """Draw the case of a seed; options left at None are drawn.
+
+    `kind` sets how many effects are hidden, `names` which (of PLANTS and NOVEL; an empty list hides none), `size` (0
+    to 1) how large they are, `seconds` the length of both dives, `rpm` whether shaft speeds are recorded. Effects in
+    `without` (see `left_out`) make up half of the unknown effects and are drawn nowhere else.
     """
     rng = np.random.default_rng([seed, 20])
     name = name or f"case-{seed}"

@@ -1,4 +1,4 @@
-"""The planted vehicle's own controller: PI on velocity with feed-forward, heading and depth held, compiled."""
+"""Controller of the planted vehicle, compiled: PI on velocity with feed-forward, and hold of heading and depth."""
 
 from typing import NamedTuple
 
@@ -10,9 +10,9 @@ Array = NDArray[np.float64]
 
 
 class Control(NamedTuple):
-    """kp, ki, kd, bound (6,): N and N m by each axis's unit; bound limits the integral's share. ahead_mass,
-    ahead_damping (6,): what the crew takes the vehicle for; `ahead` 1 where that is applied, 0 where it is only logged.
-    memory_s: of the low-pass on what is fed back. low_n, high_n: of a thruster.
+    """kp, ki, kd, bound (6,): N and N m per unit of each axis; bound limits the integral term. ahead_mass,
+    ahead_damping (6,): the crew's model of the vehicle; `ahead` is 1 if its feed-forward is applied, 0 if it is only
+    logged. memory_s: time constant of the low-pass on the feedback. low_n, high_n: limits of a thruster.
     """
 
     kp: Array
@@ -32,10 +32,10 @@ def wrench(
     want: Array, fed: Array, heading: float, depth: float, full: bool, tick_s: float, integral: Array, control: Control,
     tau_pid: Array, tau_ff: Array,
 ) -> None:  # fmt: skip
-    """Fill tau_pid and tau_ff (6,) for the reference `want` (14,) and the velocity `fed` (6,) back.
+    """Fill tau_pid and tau_ff (6,) for the reference `want` (14,) and the fed-back velocity `fed` (6,).
 
-    Surge and sway by velocity, heave by depth and velocity, yaw by heading and rate; roll and pitch by their rates.
-    Where the thrusters are at their limit (`full`), the integrals do not grow.
+    Surge and sway are controlled by velocity, heave by depth and velocity, yaw by heading and rate, roll and pitch by
+    their rates. While the thrusters are at their limit (`full`), the integrals do not grow.
     """
     for i in range(6):
         slope = want[i] - fed[i]
@@ -57,7 +57,7 @@ def wrench(
 
 @njit(cache=True, error_model="numpy")
 def pulse(thrust_n: float, thrust_at: Array, neutral: int) -> int:
-    """The place of the pulse whose thrust is nearest; the neutral one where that is none."""
+    """Index of the pulse whose thrust is nearest; the neutral pulse if that thrust is zero."""
     above = int(np.searchsorted(thrust_at, thrust_n))
     if above >= len(thrust_at):
         return len(thrust_at) - 1

@@ -1,4 +1,4 @@
-"""Coloured noise: what pushes a vehicle that nothing else explains."""
+"""Coloured noise: the random disturbance of a vehicle that no effect explains."""
 
 import numpy as np
 from numba import njit
@@ -18,12 +18,12 @@ def _kept(white: Array, keep: float) -> None:
 def coloured(
     rng: np.random.Generator, steps: int, step_s: float, time_constant_s: float, poles: int, std: Array
 ) -> Array:
-    """(steps, k) of Gauss-Markov noise with one pole, or two equal ones whose mean memory is the same."""
+    """Gauss-Markov noise (steps, k) with one pole, or with two equal poles of the same mean memory."""
     out = rng.standard_normal((steps, len(std)))
     keep = float(np.exp(-step_s * poles / time_constant_s))
     for _ in range(poles):
         _kept(out, keep)
     if poles == 2:
-        # The second pole adds up what the first keeps: a variance of (1 + k^2) / (1 - k^2).
+        # Two equal poles in a row have a variance of (1 + k^2) / (1 - k^2).
         out *= np.sqrt((1 - keep**2) / (1 + keep**2))
     return np.asarray(out * std)

@@ -1,4 +1,4 @@
-"""One dive of the planted vehicle under feedback, compiled: body, thrusters, sensors and controller in lock-step."""
+"""Simulates a dive of the planted vehicle, compiled: body, thrusters, sensors and controller in lock-step."""
 
 from typing import NamedTuple
 
@@ -17,16 +17,19 @@ Array = NDArray[np.float64]
 
 LOWEST_US = 1100
 NEUTRAL = 400
-"""Place of 1500 us in a table of thrust by whole microseconds from LOWEST_US on."""
+"""Index of 1500 us in a table of thrust by whole microseconds that begins at LOWEST_US."""
 
 LOAD_S = 0.4
 WAKE_S = 4.0
 
 
 class Ticks(NamedTuple):
-    """A row a control tick, to be filled. state (STATES,), nu_dot (6,), push (6,): the truth as the command is given;
-    nominal, shaft (k,): thrust by the vehicle file's curve and lag, and what turns the shaft; load (1,); pwm (k,);
-    tau_pid, tau_ff, tau_cmd, nu_fb (6,)."""
+    """One row per control tick, filled by `dive`.
+
+    state (STATES,), nu_dot (6,), push (6,): the truth when the command is given. nominal (k,): thrust by the vehicle
+    file's curve and lag. shaft (k,): thrust after both true lags, which sets the shaft's speed. load (1,); pwm (k,);
+    tau_pid, tau_ff, tau_cmd, nu_fb (6,).
+    """
 
     state: Array
     nu_dot: Array
@@ -42,10 +45,13 @@ class Ticks(NamedTuple):
 
 
 class Scene(NamedTuple):
-    """What drives a dive beside its reference. push (steps + 1, 6): wrench of the disturbance and of what is
-    planted in time alone; water (steps + 1, 12) or (1, 12), as `rates` has it; fouled: share by which damping has grown
-    at the end, over `fouled_s`; thrust_at (801,) N at each microsecond; matrix (6, k), inverse (k, 6): the crew's
-    allocation; lag_s: the vehicle file's; crew_arm (3,): where the crew takes the DVL to be."""
+    """Inputs of a dive in addition to its reference.
+
+    push (steps + 1, 6): wrench of the disturbance and of planted forces that depend on time alone. water (steps + 1,
+    12) or (1, 12): see `rates`. fouled: share by which damping has grown at the end of `fouled_s`. thrust_at (801,):
+    N at each microsecond. matrix (6, k), inverse (k, 6): the crew's allocation. lag_s: lag in the vehicle file.
+    crew_arm (3,): DVL position assumed by the crew.
+    """
 
     push: Array
     water: Array
@@ -63,9 +69,10 @@ def dive(
     body: Body, hull: Hull, prop: Propellers, control: Control, clock: Clock, faults: Faults, scene: Scene,
     reference: Array, start: Array, readings: Readings, ticks: Ticks, drawn: DrawnForce, past: Array,
 ) -> None:  # fmt: skip
-    """Dive a reference (n, 14), filling `readings` and `ticks`: `world.rates` by fourth-order Runge-Kutta at STEP_S.
+    """Follow a reference (n, 14) and fill `readings` and `ticks`: `world.rates` by fourth-order Runge-Kutta at STEP_S.
 
-    drawn: a force by what the vehicle does, held over each step; past: what that remembers."""
+    drawn: a force that depends on the vehicle's motion, held constant over each step; past: the memory of that force.
+    """
     h = STEP_S
     count, k = len(reference) * clock.tick, scene.matrix.shape[1]
     state, trial = start.copy(), np.empty(STATES)
@@ -158,7 +165,7 @@ def dive(
         x = min(time_s / scene.fouled_s, 1.0)
         grown = scene.fouled * (1.0 - np.exp(-2.0 * x)) / (1.0 - np.exp(-2.0))
         if pushes:
-            # k1 still holds the rate of the step before.
+            # k1 still holds the derivative of the previous step.
             thrown[:] = 0.0
             add_wrench(second, state[7:13], prop, thrown)
             shape = shape_of(drawn, state, k1[7:13], thrown, now)

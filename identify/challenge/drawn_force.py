@@ -1,4 +1,7 @@
-"""A force of no effect's form, by what a vehicle does and when: compiled, for any dive. `bench/unknown` draws them."""
+"""A drawn force of no effect's form, depending on the vehicle's motion and on time. `bench/unknown` draws such forces.
+
+Compiled, for any dive.
+"""
 
 from typing import NamedTuple
 
@@ -9,19 +12,21 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 VELOCITY, ACCELERATION, THRUST, ATTITUDE, DEPTH, PULSE, NOTHING = 0, 6, 12, 18, 21, 22, -1
-"""Where the signals of each sort begin: of the six degrees of freedom, twice roll, pitch and the sine of heading, and
-a thruster each."""
+"""First index of each group of signals: six degrees of freedom each of velocity, acceleration and thruster wrench;
+roll, pitch and sine of heading; depth; one command per thruster. NOTHING: no signal.
+"""
 
 INSTANT, LAG, DELAY, LEAK, PLAY = 0, 1, 2, 3, 4
-"""What a force remembers."""
+"""Kinds of memory of a force."""
 
 
 class DrawnForce(NamedTuple):
-    """A wrench `size` (6,), N and N m, times a shape: the product of two factors, each a signal less its `middle`, over
-    its `scale`, to a `power`, odd or even in it; with a memory; times `when` (steps + 1,) or (1,).
+    """A wrench `size` (6,), N and N m, times a shape that the vehicle's motion sets.
 
-    signal (2,): places as above, NOTHING for a factor of one. even (2,): 1 where a factor has no sign. memory: of the
-    product; memory_s: lag, delay, or what an integral leaks in; play: the half-width of hysteresis.
+    The shape is the product of two factors, passed through a memory, times `when` (steps + 1,) or (1,). Each factor
+    is ((signal - `middle`) / `scale`) to a `power`, odd or even. signal (2,): indices as above, NOTHING for a factor
+    of 1. even (2,): 1 if the factor has no sign. memory: kind of memory of the product. memory_s: time constant of
+    the lag, the delay, or the leak of the integral. play: half-width of hysteresis.
     """
 
     size: Array
@@ -37,7 +42,7 @@ class DrawnForce(NamedTuple):
 
 
 def no_force() -> DrawnForce:
-    """Nothing."""
+    """A drawn force of zero."""
     return DrawnForce(
         np.zeros(6), np.full(2, NOTHING), np.zeros(2), np.ones(2), np.ones(2), np.zeros(2, np.int64), np.ones(1)
     )  # fmt: skip
@@ -45,8 +50,9 @@ def no_force() -> DrawnForce:
 
 @njit(cache=True, error_model="numpy")
 def signal_of(place: int, state: Array, nu_dot: Array, thrust: Array, pulse: Array) -> float:
-    """One signal of a vehicle: state as `world.rates` has it, its rate of velocity (6,), the wrench of its thrusters
-    (6,), and what each is asked for (k,)."""
+    """A signal of the vehicle: from the state (as in `world.rates`), its acceleration (6,), the wrench of its
+    thrusters (6,), or the commanded thrust of each thruster (k,).
+    """
     if place < ACCELERATION:
         return float(state[7 + place])
     if place < THRUST:
@@ -67,7 +73,7 @@ def signal_of(place: int, state: Array, nu_dot: Array, thrust: Array, pulse: Arr
 
 @njit(cache=True, error_model="numpy")
 def shape_of(force: DrawnForce, state: Array, nu_dot: Array, thrust: Array, pulse: Array) -> float:
-    """The product of the factors at an instant."""
+    """Product of the factors at an instant."""
     product = 1.0
     for i in range(2):
         if force.signal[i] >= 0:
@@ -80,7 +86,7 @@ def shape_of(force: DrawnForce, state: Array, nu_dot: Array, thrust: Array, puls
 
 @njit(cache=True, error_model="numpy")
 def remembered(force: DrawnForce, product: float, step: int, step_s: float, past: Array) -> float:
-    """What the memory makes of the product at a step; `past` (n,): the last n products, or the one state kept."""
+    """Output of the memory for the product at a step; `past` (n,): the last n products, or the memory's only state."""
     if force.memory == LAG:
         past[0] += (1.0 - np.exp(-step_s / force.memory_s)) * (product - past[0])
         return float(past[0])
@@ -99,6 +105,6 @@ def remembered(force: DrawnForce, product: float, step: int, step_s: float, past
 
 
 def past_of(force: DrawnForce, step_s: float) -> Array:
-    """What a memory holds before a dive."""
+    """State of the memory before a dive."""
     late = max(round(force.memory_s / step_s), 1) if force.memory == DELAY else 1
     return np.zeros(late)

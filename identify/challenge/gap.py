@@ -1,4 +1,4 @@
-"""How large a hidden effect truly is: what it adds to forces and readings that a refit does not take up."""
+"""True size of a hidden effect: the force and reading errors that it adds and that a refit does not absorb."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,10 @@ Array = NDArray[np.float64]
 
 
 def missing_wrench(site: Site, simulated: Simulated) -> Array:
-    """(n, 6) N and N m at the ticks: what moved the vehicle less what its true nominal parameters explain."""
+    """Wrench of the hidden effects, (n, 6) N and N m at the ticks: total minus nominal model, thrust and disturbance.
+
+    The nominal model has the vehicle's true parameters.
+    """
     vehicle, ticks = site.vehicle, simulated.ticks
     shape = vehicle.configuration
     nu = ticks.state[:, 7:13]
@@ -29,7 +32,7 @@ def missing_wrench(site: Site, simulated: Simulated) -> Array:
 
 
 def missing_velocity(site: Site, simulated: Simulated) -> Array:
-    """(n, 3) m/s at the ticks: what the DVL reads beyond the velocity at the place where its crew takes it to be."""
+    """Error of the DVL velocity, (n, 3) m/s at the ticks, against the velocity at the position assumed by the crew."""
     nu, faults = simulated.ticks.state[:, 7:13], site.faults
     dvl = site.vehicle.file.vehicle.sensors.dvl
     arm = np.zeros(3) if dvl is None else np.array(dvl.mounting.position_m)
@@ -41,8 +44,11 @@ def missing_velocity(site: Site, simulated: Simulated) -> Array:
 
 
 def sizes(site: Site, noise: Noise, simulated: Simulated) -> Array:
-    """(6,): by degree of freedom, the rms of what a refit leaves over the standard deviation of the disturbance, or of
-    a wrong reading over its sensor's noise, the larger of the two."""
+    """Size of the effects by degree of freedom, (6,): the larger of two ratios.
+
+    The first is the rms of the missing wrench after a refit, over the standard deviation of the disturbance. The
+    second is the rms of the reading error, over the noise of its sensor.
+    """
     nu = simulated.ticks.state[:, 7:13]
     std = site.vehicle.disturbance
     columns = nominal_columns(nu, simulated.ticks.nu_dot) / std[None, :, None]
@@ -53,8 +59,8 @@ def sizes(site: Site, noise: Noise, simulated: Simulated) -> Array:
     of_force = np.sqrt(np.mean(left**2, axis=0))
     of_reading = np.zeros(6)
     for dof, error in enumerate(missing_velocity(site, simulated).T):
-        own = nu[:, dof]
-        error = error - own * (own @ error) / max(float(own @ own), 1e-12)
+        axis_speed = nu[:, dof]
+        error = error - axis_speed * (axis_speed @ error) / max(float(axis_speed @ axis_speed), 1e-12)
         of_reading[dof] = np.sqrt(np.mean(error**2)) / noise.dvl
     of_reading[5] = abs(site.faults.gyro) / noise.gyro
     tilt = GRAVITY_M_S2 * np.abs(site.faults.tilt[:2, 2]) / noise.force
@@ -63,7 +69,7 @@ def sizes(site: Site, noise: Noise, simulated: Simulated) -> Array:
 
 
 def nominal_columns(nu: Array, nu_dot: Array) -> Array:
-    """(n, 6, 12): the nominal model's wrench for each total mass and damping, Coriolis forces included."""
+    """Wrench of the nominal model for a unit of each total mass and damping, (n, 6, 12), Coriolis forces included."""
     out = np.zeros((len(nu), 6, 12))
     for j in range(6):
         momentum = np.zeros((len(nu), 3))

@@ -1,4 +1,4 @@
-"""What is planted on the hull and around it, in forms that the library of effects does not use, compiled."""
+"""Effects planted on the hull and around it, in forms that the library of effects does not use; compiled."""
 
 from typing import NamedTuple
 
@@ -10,16 +10,18 @@ Array = NDArray[np.float64]
 
 
 class Hull(NamedTuple):
-    """Zero everywhere is a hull that hides nothing. SI units.
+    """Parameters of the effects at the hull, SI units; all zero hides nothing.
 
-    drag (6,): N s^n/m^n of -drag |nu|^drag_power sign(nu). asymmetry: more linear surge drag astern; astern: the share
-    by which `drag` is more there. lift_y, lift_n: -lift |u| v that stalls at large drift, by `stall`. y_r, n_v: damping
-    that couples. munk: more Munk moment, as a share. grip, slack_m, anchor_n, anchor_e: a tether's stiffness near its
-    anchor, the distance over which it doubles; rise: the share of its pull that goes up as well. buoyancy_n, squeeze:
-    less weight, falling with depth. surface, surface_m, bottom, bottom_m, floor_m: added mass near a boundary, on the
-    degrees of freedom of near_share (6,). wave_number, wave_ref: how waves fade below a depth.
-    shed_n, shed_k: side force by speed squared, radians of its phase by metre. swirl: drag by turn rate and depth.
-    trail_n: a force that a wake remembers. chain_n, chain_m: friction of what drags on the bottom below an altitude.
+    drag (6,): N s^n/m^n in -drag |nu|^drag_power sign(nu). asymmetry: additional linear surge drag astern; astern:
+    share by which `drag` is larger astern. lift_y, lift_n: coefficients of -lift |u| v, which stalls at large drift
+    according to `stall`. y_r, n_v: coupled damping. munk: additional Munk moment, as a share. grip, slack_m,
+    anchor_n, anchor_e: a tether's stiffness near its anchor, the distance at which the stiffness doubles, and the
+    anchor; rise: upward pull as a share of the horizontal pull. buoyancy_n, squeeze: additional buoyancy, falling
+    with depth. surface, surface_m, bottom, bottom_m, floor_m: added mass near a boundary, on the degrees of freedom
+    of near_share (6,). wave_number, wave_ref: how waves fade below a depth. shed_n, shed_k: side force by speed
+    squared, and radians of its phase per metre. swirl: drag by turn rate and depth. trail_n: force with a memory of
+    the speed (wake). chain_n, chain_m: friction of a chain that drags on the bottom, and the altitude below which it
+    acts.
     """
 
     drag: Array
@@ -58,14 +60,16 @@ class Hull(NamedTuple):
 
 
 def bare_hull(floor_m: float) -> Hull:
-    """A hull that hides nothing, over a bottom at that depth."""
+    """A hull that hides nothing, above a bottom at depth `floor_m`."""
     return Hull(np.zeros(6), np.array([0.3, 1.0, 1.0, 0.0, 0.0, 0.0]), floor_m=floor_m)
 
 
 @njit(cache=True, error_model="numpy")
 def growth(depth: float, hull: Hull) -> tuple[float, float]:
-    """By what share added masses are larger near the surface (falling exponentially) and the bottom (as its cube), and
-    what that changes by with each metre deeper."""
+    """Share by which added masses grow near the surface and the bottom, and its change per metre of depth.
+
+    The share falls exponentially below the surface, and with the cube of the altitude above the bottom.
+    """
     more, by_metre = 0.0, 0.0
     if hull.surface != 0.0:
         near = hull.surface * np.exp(-max(depth, 0.0) / hull.surface_m)
@@ -84,9 +88,10 @@ def growth(depth: float, hull: Hull) -> tuple[float, float]:
 def hull_wrench(
     state: Array, through: Array, hull: Hull, phase: float, wake: float, out: Array
 ) -> tuple[float, float, float]:
-    """Add the wrench of what is planted to `out` (6,); answer the world-fixed pull (north, east, down).
+    """Add the wrench of the planted effects to `out` (6,); return the tether's pull (north, east, down).
 
-    `through` (6,) is the velocity through the water; `phase` of shed vortices; `wake` the speed that it remembers.
+    `through` (6,) is the velocity through the water, `phase` that of shed vortices, `wake` the remembered surge
+    speed.
     """
     u, v, w, r = through[0], through[1], through[2], through[5]
     for i in range(6):

@@ -1,7 +1,7 @@
-"""Answers that nobody reads by accident: hidden under a key that lies elsewhere. No cipher to keep a secret by.
+"""Hides answers under a key that is kept elsewhere, so that nobody reads them by accident. Not a cipher for secrets.
 
-The bytes are combined (exclusive or) with SHA-256 of the key and a counter: without the key nothing can be
-read, and any change is seen by the hash of the whole, which is published before.
+The bytes are XORed with SHA-256 of the key and a counter. Without the key nothing can be read; any change shows in
+the hash of the whole file, which is published beforehand.
 """
 
 import hashlib
@@ -13,11 +13,11 @@ from bridge.errors import LogError
 from bridge.file_size import read_small
 
 PRIVATE = 0o600
-"""Its owner alone may read a key."""
+"""File mode of a key: only its owner may read it."""
 
 
 def locked(data: bytes, key: str) -> bytes:
-    """Data under a key; the same once more opens it."""
+    """Encrypt data under a key; a second call decrypts it."""
     stream = bytearray()
     for number in count():
         if len(stream) >= len(data):
@@ -27,13 +27,13 @@ def locked(data: bytes, key: str) -> bytes:
 
 
 def write_key(path: Path, key: str) -> None:
-    """A new file that its owner alone may read. Raises FileExistsError where it is there already, or OSError."""
+    """Write a new key file that only its owner may read. Raises FileExistsError if the file exists, or OSError."""
     with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, PRIVATE), "w") as file:
         file.write(f"{key}\n")
 
 
 def read_key(path: Path) -> str:
-    """Raises LogError where there is none."""
+    """Read a key. Raises LogError if the file holds none."""
     try:
         return read_small(path).strip()
     except (OSError, UnicodeDecodeError):

@@ -1,4 +1,4 @@
-"""Drawn manoeuvres: several speeds, reversals, turns, headings, depth changes and rests, as a reference by tick."""
+"""Draws missions: several speeds, reversals, turns, headings, depth changes and rests, as a reference by tick."""
 
 import math
 from collections.abc import Callable
@@ -19,7 +19,7 @@ LEVELS = (0.35, 0.55, 0.8, 1.0)
 
 @dataclass(frozen=True)
 class Leg:
-    """`duration_s` at a body velocity, reached after `ramp_s`; `sink` m/s downwards, `turn` rad/s."""
+    """A leg of `duration_s` at a body velocity that is reached after `ramp_s`; `sink` m/s downwards, `turn` rad/s."""
 
     duration_s: float
     surge: float = 0.0
@@ -106,7 +106,7 @@ BLOCKS: tuple[Block, ...] = (
 
 
 def draw_mission(rng: np.random.Generator, vehicle: DrawnVehicle, seconds: float) -> list[Leg]:
-    """Legs of about so many seconds: every block in a drawn order, then all again in another."""
+    """Draw legs of about `seconds` in total: every block in random order, then all again in another order."""
     legs: list[Leg] = []
     while True:
         for place in rng.permutation(len(BLOCKS)):
@@ -116,7 +116,7 @@ def draw_mission(rng: np.random.Generator, vehicle: DrawnVehicle, seconds: float
 
 
 def sampled(legs: list[Leg], time_s: Array, depth_m: float, heading: float) -> Array:
-    """(n, 14) at the ticks (n,): velocity (6), acceleration (6), heading, depth; at rest for REST_S before."""
+    """Reference (n, 14) at the ticks (n,): velocity (6), acceleration (6), heading, depth; REST_S at rest first."""
     out = np.zeros((len(time_s), 14))
     begin_s, before = REST_S, np.zeros(4)
     for leg in legs:

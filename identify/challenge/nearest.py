@@ -1,11 +1,11 @@
-"""How large a planted effect is in the library's words: the parameters by which its form comes nearest to what is
-planted, over the motion of the very dive.
+"""Expresses a planted effect in the library's parameters: those whose form comes nearest to it over the dive's motion.
 
-A plant has another form than the library, so that none of its own numbers is one of the library's: how large a drag
-with the power 1.8 is as one with the square depends on the speeds of the dive. The nearest is that of least squares
-over the planted wrench, each degree of freedom over its disturbance; masses and dampings beside it are free, for those
-are fitted to the same dive (White 1982: what a fit in another form comes to). A sea is told by the one sine of the same
-power, whatever its spectrum. Readings that are wrong are planted in the library's own form.
+A planted effect has another form than the library's, so none of its own numbers is a parameter of the library: which
+quadratic drag equals a drag with the power 1.8 depends on the speeds of the dive. The nearest parameters are those of
+a least-squares fit to the planted wrench, with each degree of freedom scaled by its disturbance. Masses and dampings
+are free in the fit, because a diagnosis fits them to the same dive (White 1982: the limit of a fit with another
+form). A sea is expressed as a single sine of the same power, whatever its spectrum. Wrong readings are planted in the
+library's own form.
 """
 
 from collections.abc import Sequence
@@ -30,15 +30,18 @@ Parameters = dict[str, float]
 SEAS = ("waves", "varying_current")
 
 EACH_S = 0.2
-"""The wrench is compared so often: a vehicle takes longer to answer."""
+"""The wrench is compared at this interval: a vehicle takes longer to respond."""
 
 FINE_S = 0.02
-"""No step of a course is longer: thrust that is late is read between them."""
+"""Longest step of a course: delayed thrust is interpolated between steps."""
 
 
 def nearest(planted: Sequence[Planted], site: Site, simulated: Simulated) -> tuple[Parameters, ...]:
-    """The parameters of each plant in the library's words: those of a sea by its power, of readings and of what the
-    library lacks as they are planted, of all others by least squares, together."""
+    """Parameters of each planted effect in the library's form.
+
+    Seas are expressed by their power. Wrong readings, and effects that the library lacks, keep their planted
+    parameters. All others are fitted together by least squares.
+    """
     course = course_of(site, simulated)
     forms = [_forms(p, course) for p in planted]
     fitted = [i for i, able in enumerate(forms) if able]
@@ -46,16 +49,16 @@ def nearest(planted: Sequence[Planted], site: Site, simulated: Simulated) -> tup
     if not fitted:
         return tuple(out)
     to = _regression(site, simulated, course)
-    own = [planted[i].parameters for i in fitted]
-    fits = [_fit(some, own, to) for some in product(*(forms[i] for i in fitted))]
+    planted_parameters = [planted[i].parameters for i in fitted]
+    fits = [_fit(some, planted_parameters, to) for some in product(*(forms[i] for i in fitted))]
     _, best = min(fits, key=lambda one: one[0])
     for i, (effect, values) in zip(fitted, best, strict=True):
-        out[i] = {name: one for name, (one, _) in effect.told(values).items()}
+        out[i] = {name: value for name, (value, _) in effect.told(values).items()}
     return tuple(out)
 
 
 def _forms(planted: Planted, course: Course) -> list[Effect]:
-    """The library's forms of a force that is planted, with the parameters that an answer has."""
+    """Forms of the library for a planted force that report the same parameters as an answer."""
     if planted.novel or planted.spoils or planted.name in SEAS:
         return []
     return [
@@ -70,7 +73,7 @@ def _forms(planted: Planted, course: Course) -> list[Effect]:
 
 
 def course_of(site: Site, simulated: Simulated) -> Course:
-    """The true course of a dive, in so many steps to a tick, with thrust as its crew takes it to be."""
+    """True course of a dive, several steps per tick, with the thrust that the crew assumes."""
     vehicle, ticks, dive = site.vehicle, simulated.ticks, simulated.dive
     assert dive.pwm is not None
     at_s = dive.pwm.time_s
@@ -112,8 +115,10 @@ def course_of(site: Site, simulated: Simulated) -> Course:
 
 @dataclass(frozen=True)
 class _Planted:
-    """The planted wrench over the disturbance's spread, `value` (rows,), at every so many steps of a course; nominal
-    (rows, 12): a base of what a refit takes up."""
+    """Planted wrench over the standard deviation of the disturbance: `value` (rows,), at every `every`-th step.
+
+    nominal (rows, 12): orthonormal basis of the wrenches that a refit absorbs.
+    """
 
     course: Course
     every: int
@@ -139,29 +144,29 @@ def _regression(site: Site, simulated: Simulated, course: Course) -> _Planted:
 def _fit(
     effects: Sequence[Effect], own: Sequence[Parameters], to: _Planted
 ) -> tuple[float, tuple[tuple[Effect, Array], ...]]:
-    """What some forms leave of what is planted together, and their best values."""
+    """Cost of the library's forms `effects` fitted together to the planted wrench, and their best parameter values."""
     ends = np.cumsum([0, *(len(effect.parameters) for effect in effects)])
 
     def split(values: Array) -> list[tuple[Effect, Array]]:
         return [(effect, values[a:b]) for effect, a, b in zip(effects, ends[:-1], ends[1:], strict=True)]
 
     def left(values: Array) -> Array:
-        rest = to.value.copy()
-        for effect, mine in split(values):
-            act = effect.act(to.course, mine)
+        residual = to.value.copy()
+        for effect, effect_values in split(values):
+            act = effect.act(to.course, effect_values)
             wrench = act.wrench if act.water is None else to.course.pushed_by(act.water)
             assert wrench is not None
-            rest -= to.of(wrench)
-        return np.asarray(rest - to.nominal @ (to.nominal.T @ rest))
+            residual -= to.of(wrench)
+        return np.asarray(residual - to.nominal @ (to.nominal.T @ residual))
 
-    of = [p for effect in effects for p in effect.parameters]
-    low, high = np.array([p.low for p in of]), np.array([p.high for p in of])
+    parameters = [p for effect in effects for p in effect.parameters]
+    low, high = np.array([p.low for p in parameters]), np.array([p.high for p in parameters])
     drawn = [
-        mine.get(p.name, p.start)
-        for effect, mine in zip(effects, own, strict=True)
+        effect_values.get(p.name, p.start)
+        for effect, effect_values in zip(effects, own, strict=True)
         for p in effect.parameters
     ]
-    starts = np.array([drawn, [p.start for p in of]])
+    starts = np.array([drawn, [p.start for p in parameters]])
     scale = np.maximum(np.abs(starts[1]), 1e-3)
     tried = [least_squares(left, np.clip(s, low, high), bounds=(low, high), x_scale=scale) for s in starts]
     best = min(tried, key=lambda one: float(one.cost))
@@ -169,8 +174,10 @@ def _fit(
 
 
 def _of_sea(planted: Planted, site: Site, course: Course) -> Parameters:
-    """The amplitude of one sine that has the power of the water's movement, or of the force by which it pushes a body
-    at rest in the depth that half of the dive is above."""
+    """Amplitude of a single sine with the power of the water's movement, or, for waves, of the force on a body at rest.
+
+    The body is taken at the median depth of the dive.
+    """
     if planted.name == "varying_current":
         water = site.moving_water()[:, :2]
         return {"amplitude": _amplitude(water - water.mean(axis=0))}

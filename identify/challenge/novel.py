@@ -1,4 +1,4 @@
-"""Effects that no library has: the honest answer is that something is there, and not what it is."""
+"""Effects that no library has: the right answer is that an unknown effect acts, without a name for it."""
 
 from collections.abc import Callable
 
@@ -9,7 +9,7 @@ from identify.challenge.vehicles import DrawnVehicle
 
 
 def vortex_shedding(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    """A side force whose frequency goes with speed (Strouhal number 0.2 by 0.2 to 0.4 m)."""
+    """A side force whose frequency rises with speed (Strouhal number 0.2, diameter 0.2 to 0.4 m)."""
     force = sized(0.6, size) * vehicle.share / vehicle.speed**2
     wave = 2 * np.pi * 0.2 / rng.uniform(0.2, 0.4)
 
@@ -20,7 +20,7 @@ def vortex_shedding(rng: np.random.Generator, vehicle: DrawnVehicle, size: float
 
 
 def sticking_thruster(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    """A thruster that freezes at what it gave, for seconds now and then."""
+    """A thruster that freezes at its last thrust, now and then, for seconds."""
     index = int(rng.integers(4))
     del vehicle
 
@@ -38,7 +38,7 @@ def sticking_thruster(rng: np.random.Generator, vehicle: DrawnVehicle, size: flo
 
 
 def swirl_drag(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    """A force by the rate of heading times depth."""
+    """A force proportional to yaw rate times depth."""
     gain = sized(0.5, size) * vehicle.share
 
     def apply(site: Site, _: np.random.Generator) -> None:
@@ -48,7 +48,7 @@ def swirl_drag(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Pl
 
 
 def own_wake(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    """Water that was set moving pushes on for seconds after a reversal."""
+    """The vehicle's wake, which still pushes for seconds after a reversal."""
     force = sized(0.8, size) * vehicle.share / vehicle.speed
 
     def apply(site: Site, _: np.random.Generator) -> None:
@@ -58,7 +58,7 @@ def own_wake(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Plan
 
 
 def backlash(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    """Thrust that depends on which way its command came from."""
+    """Thrust that depends on the direction in which its command changed."""
     play = sized(0.3, size) * vehicle.share**0.5
 
     def apply(site: Site, _: np.random.Generator) -> None:
@@ -68,7 +68,7 @@ def backlash(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Plan
 
 
 def dragged_chain(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    """Dry friction of what hangs down to the bottom, below an altitude."""
+    """Dry friction of a chain that reaches the bottom below an altitude."""
     force, share = sized(0.5, size) * vehicle.share, rng.uniform(-0.1, 0.3)
 
     def apply(site: Site, _: np.random.Generator) -> None:
@@ -79,7 +79,7 @@ def dragged_chain(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) 
 
 
 def knocks(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    """Blows of about a second from drawn sides, now and then, as of ice or of fish."""
+    """Blows of about a second from random sides, now and then, as from ice or fish."""
     force = sized(1.5, size) * vehicle.share
 
     def apply(site: Site, rng: np.random.Generator) -> None:
@@ -99,7 +99,7 @@ def knocks(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Plante
 
 
 def ballast_pump(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    """A pump that runs for ten seconds now and then and shakes the vehicle up and down."""
+    """A pump that runs for ten seconds in every 45 and shakes the vehicle up and down."""
     force, beat_s = sized(0.8, size) * vehicle.share, rng.uniform(1.0, 1.8)
 
     def apply(site: Site, rng: np.random.Generator) -> None:
@@ -119,4 +119,4 @@ NOVEL: dict[str, Plant] = {
         vortex_shedding, sticking_thruster, swirl_drag, own_wake, backlash, dragged_chain, knocks, ballast_pump,
     )
 }  # fmt: skip
-"""By names of their own, which no answer may give."""
+"""By name. No answer may give these names."""

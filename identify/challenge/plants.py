@@ -1,4 +1,4 @@
-"""The effects that a diagnosis has to name, planted in other forms than the library's."""
+"""Plants the effects that a diagnosis must name, in other forms than the library's."""
 
 from collections.abc import Callable
 
@@ -18,7 +18,7 @@ def _sign(rng: np.random.Generator) -> float:
 
 
 def quadratic_drag(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    """|u|^1.8 on every axis; told as the u|u| that is as large at 0.6 of the top speed."""
+    """|u|^1.8 on every axis; expressed as the u|u| drag that is equal at 0.6 of the top speed."""
     top = np.array([vehicle.speed, vehicle.sway, 0.1, 0.2, 0.2, vehicle.turn])
     drag = sized(0.1, size) * vehicle.damping * top**-0.8 * np.exp(0.2 * rng.standard_normal(6))
 
@@ -61,7 +61,7 @@ def coupled_damping(rng: np.random.Generator, vehicle: DrawnVehicle, size: float
 
 
 def munk_moment(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    """A share more or less of the Munk moments, which fades at large drift."""
+    """Larger or smaller Munk moments, by a share that fades at large drift."""
     share = _sign(rng) * sized(0.2, size)
     mass = vehicle.mass
 
@@ -74,7 +74,7 @@ def munk_moment(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) ->
 
 
 def fouling(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
-    """Drag that grows ever more slowly; told as the steady growth that gives its mean."""
+    """Drag that grows ever more slowly; expressed as the steady growth with the same mean."""
     total = sized(0.06, size)
 
     def apply(site: Site, _: np.random.Generator) -> None:
@@ -84,7 +84,7 @@ def fouling(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
 
 
 def cg_offset(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    """First moments of the mass, trimmed level; half the time as an added mass that couples sway and yaw."""
+    """First moments of the mass, with level trim; in half of the cases an added mass that couples sway and yaw."""
     mass = vehicle.configuration.dry_mass_kg
     off = sized(0.008, size) * mass * vehicle.share ** (1 / 3)
     of_water = rng.random() < 0.5
@@ -107,7 +107,7 @@ def cg_offset(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> P
 
 
 def pitch_roll_coupling(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    """A centre of mass that is lower: more righting, and pitch as it speeds up."""
+    """A lower centre of mass: a larger righting moment, and pitch while the vehicle accelerates."""
     lower = sized(0.004, size)
     first = vehicle.configuration.dry_mass_kg * lower
 
@@ -122,7 +122,7 @@ def pitch_roll_coupling(_: np.random.Generator, vehicle: DrawnVehicle, size: flo
 
 
 def net_buoyancy(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    """Up, and a little less of it with depth, as air spaces are squeezed."""
+    """A buoyancy force (up or down) that falls slightly with depth, as air spaces are compressed."""
     force = _sign(rng) * sized(0.4, size) * vehicle.share
 
     def apply(site: Site, _: np.random.Generator) -> None:
@@ -163,7 +163,7 @@ def dvl_scale(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted
 
 
 def dvl_bias(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
-    """A bias that comes and goes by a tenth."""
+    """A DVL bias that varies by a tenth."""
     way = rng.standard_normal(3)
     bias = sized(0.002, size) * way / float(np.linalg.norm(way))
 
@@ -174,7 +174,7 @@ def dvl_bias(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
 
 
 def dvl_misalignment(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
-    """Turned about the vertical, and tilted by a tenth of that."""
+    """A DVL turned about the vertical, and tilted by a tenth of that angle."""
     yaw = _sign(rng) * sized(0.012, size)
     cos, sin, tilt = float(np.cos(yaw)), float(np.sin(yaw)), 0.1 * yaw
     seen = np.array([[cos, -sin, 0.0], [sin, cos, tilt], [0.0, -tilt, 1.0]])
@@ -186,7 +186,7 @@ def dvl_misalignment(rng: np.random.Generator, _: DrawnVehicle, size: float) -> 
 
 
 def dvl_lever_arm(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
-    """Mostly ahead or aside, a little higher or lower."""
+    """A DVL mostly ahead or aside of its assumed position, and slightly higher or lower."""
     angle = rng.uniform(-np.pi, np.pi)
     off = sized(0.03, size) * np.array([np.cos(angle), np.sin(angle), rng.uniform(-0.3, 0.3)])
 
@@ -207,7 +207,7 @@ def dvl_delay(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
 
 
 def gyro_bias(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
-    """On every gyro aboard; comes and goes by a tenth."""
+    """A bias of every gyro aboard that varies by a tenth."""
     bias = _sign(rng) * sized(0.0005, size)
 
     def apply(site: Site, _: np.random.Generator) -> None:
@@ -217,7 +217,7 @@ def gyro_bias(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted
 
 
 def imu_gravity_leak(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
-    """An accelerometer that is tilted about both axes."""
+    """An accelerometer tilted about both horizontal axes."""
     angle = rng.uniform(-np.pi, np.pi)
     roll, pitch = sized(0.003, size) * np.cos(angle), sized(0.003, size) * np.sin(angle)
     about_x = np.array([[1, 0, 0], [0, np.cos(roll), np.sin(roll)], [0, -np.sin(roll), np.cos(roll)]])
@@ -231,7 +231,7 @@ def imu_gravity_leak(rng: np.random.Generator, _: DrawnVehicle, size: float) -> 
 
 
 def wrong_feedback_log(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
-    """The controller uses an estimate of its own, and logs the DVL."""
+    """A controller that uses its own velocity estimate but logs the DVL's."""
 
     def apply(site: Site, _: np.random.Generator) -> None:
         site.faults = site.faults._replace(unseen=1)
@@ -248,7 +248,9 @@ PLANTS: dict[str, Plant] = {
         *plants_thrust.ALL, *plants_water.ALL,
     )
 }  # fmt: skip
-"""By the name that a diagnosis has to give."""
+"""Effects by the name that a diagnosis must give."""
 
 ABSORBED = ("thrust_gain", "dvl_scale", "entrained_water", "added_payload")
-"""What a refit of the nominal parameters absorbs whole, so that without parameters accepted earlier it is no gap."""
+"""Effects that a refit of the nominal parameters absorbs whole: without earlier accepted parameters, they leave no
+gap.
+"""

@@ -1,4 +1,4 @@
-"""What is planted in the thrusters, in other forms than the library's."""
+"""Plants effects in the thrusters, in other forms than the library's."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ def thrust_gain(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Plant
 
 
 def thrust_curve(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
-    """A loss that falls exponentially with thrust."""
+    """A loss that decreases exponentially with thrust."""
     loss = sized(0.06, size)
 
     def apply(site: Site, _: np.random.Generator) -> None:
@@ -26,7 +26,7 @@ def thrust_curve(_: np.random.Generator, __: DrawnVehicle, size: float) -> Plant
 
 
 def reverse_thrust_loss(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
-    """A loss that sets in over some tenths of a newton."""
+    """A loss of reverse thrust that sets in over some tenths of a newton."""
     loss = sized(0.04, size)
 
     def apply(site: Site, _: np.random.Generator) -> None:
@@ -46,7 +46,7 @@ def dead_zone(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Pla
 
 
 def saturation(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    """A soft limit: from twice of what speeding up to the top speed needs to half of it."""
+    """A soft limit: between twice the thrust needed to accelerate to the top speed (size 0) and half of it (size 1)."""
     limit = float(vehicle.top_thrust_n * 2.0 * 0.25**size)
 
     def apply(site: Site, _: np.random.Generator) -> None:
@@ -56,7 +56,7 @@ def saturation(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Pl
 
 
 def inflow_loss(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    """An advance loss with a quadratic part."""
+    """A loss by the speed of advance with a quadratic part."""
     cruise_n = 0.5 * vehicle.top_thrust_n
     slope = sized(0.04, size) * float(np.sqrt(cruise_n)) / vehicle.speed
 
@@ -67,7 +67,7 @@ def inflow_loss(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> P
 
 
 def hull_interaction(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
-    """A share that the hull takes of the thrusters whose wash meets it, more of it at more thrust."""
+    """A share of thrust lost by the thrusters whose wash meets the hull; the share grows with thrust."""
     loss = sized(0.04, size)
 
     def apply(site: Site, _: np.random.Generator) -> None:
@@ -77,7 +77,7 @@ def hull_interaction(_: np.random.Generator, __: DrawnVehicle, size: float) -> P
 
 
 def weak_thruster(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    """One thruster, the weaker the harder it pushes."""
+    """A weak thruster that loses a larger share at higher thrust."""
     index = int(rng.integers(len(vehicle.configuration.thrusters)))
     gain = 1.0 - sized(0.05, size)
 
@@ -91,7 +91,7 @@ def weak_thruster(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) 
 
 
 def thruster_misalignment(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    """One thruster turned and moved by a centimetre; an upright one about the body's x."""
+    """A thruster that is turned and moved by a centimetre; a vertical thruster is turned about the body's x."""
     index = int(rng.integers(len(vehicle.configuration.thrusters)))
     angle = float(rng.choice([-1.0, 1.0]) * sized(0.03, size))
     moved = rng.uniform(-0.01, 0.01, 3) * vehicle.share ** (1 / 3)
@@ -112,7 +112,7 @@ def thruster_misalignment(rng: np.random.Generator, vehicle: DrawnVehicle, size:
 
 
 def thruster_lag(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
-    """A lag of second order: two equal ones in a row, told by the mean delay of both."""
+    """A second-order lag: two equal lags in series, expressed by their total delay."""
     total = LAG_S + sized(0.03, size)
 
     def apply(site: Site, _: np.random.Generator) -> None:
@@ -133,7 +133,7 @@ def command_delay(_: np.random.Generator, __: DrawnVehicle, size: float) -> Plan
 
 
 def battery_sag(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
-    """Thrust that follows a discharge curve, which is steepest at its end; told as the mean slope."""
+    """Thrust that follows a discharge curve, which is steepest at its end; expressed by the mean slope."""
     lost = sized(0.05, size)
     volts = 1.0 - (1.0 - lost) ** (1 / 1.9)
 
@@ -145,7 +145,7 @@ def battery_sag(_: np.random.Generator, __: DrawnVehicle, size: float) -> Plante
 
 
 def load_sag(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
-    """A voltage that gives way under load, with a memory of some tenths of a second."""
+    """A voltage that drops under load, with a memory of some tenths of a second."""
     resistance = sized(0.1, size)
 
     def apply(site: Site, _: np.random.Generator) -> None:
@@ -156,7 +156,7 @@ def load_sag(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
 
 
 def propeller_torque(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    """Propellers that all turn the same way, with a torque that grows a little faster than thrust."""
+    """Propellers that all turn the same way, with a torque that grows slightly faster than thrust."""
     torque = sized(0.003, size) * vehicle.share ** (1 / 3)
 
     def apply(site: Site, _: np.random.Generator) -> None:
@@ -166,7 +166,7 @@ def propeller_torque(_: np.random.Generator, vehicle: DrawnVehicle, size: float)
 
 
 def thrust_bias(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    """A level force and a yaw moment on the body, which come and go by a tenth."""
+    """A horizontal force and a yaw moment on the body that vary by a tenth."""
     angle = rng.uniform(-np.pi, np.pi)
     force = sized(0.2, size) * vehicle.share
     bias = force * np.array([np.cos(angle), np.sin(angle), 0.0, 0.0, 0.0, rng.uniform(-0.2, 0.2)])

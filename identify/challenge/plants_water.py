@@ -1,4 +1,4 @@
-"""What is planted in the water and on a line, in other forms than the library's."""
+"""Plants effects in the water and on a tether, in other forms than the library's."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 def _lines(
     rng: np.random.Generator, time_s: Array, low_s: float, high_s: float, count: int
 ) -> tuple[Array, Array]:
-    """A sum of `count` sines with drawn periods, of variance 1, and its rate; (n,) each."""
+    """A sum of `count` sines with drawn periods and variance 1, and its time derivative; (n,) each."""
     value, rate = np.zeros_like(time_s), np.zeros_like(time_s)
     for period in rng.uniform(low_s, high_s, count):
         omega, phase = 2 * np.pi / period, rng.uniform(0, 2 * np.pi)
@@ -23,7 +23,7 @@ def _lines(
 
 
 def steady_current(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
-    """A current that wanders slowly by a tenth of itself."""
+    """A current that varies slowly by a tenth of its speed."""
     speed, angle = sized(0.012, size), rng.uniform(-np.pi, np.pi)
     north, east = float(speed * np.cos(angle)), float(speed * np.sin(angle))
 
@@ -38,7 +38,7 @@ def steady_current(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Pl
 
 
 def varying_current(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
-    """A narrow band of periods that beat, north and east by themselves."""
+    """Currents north and east that each beat within a narrow band of periods, independently."""
     amplitude, period = sized(0.01, size), float(np.exp(rng.uniform(np.log(20.0), np.log(150.0))))
 
     def apply(site: Site, rng: np.random.Generator) -> None:
@@ -52,7 +52,7 @@ def varying_current(rng: np.random.Generator, _: DrawnVehicle, size: float) -> P
 
 
 def waves(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    """A narrow spectrum of deep-water waves whose orbits fade with depth; told as the force on the body at rest."""
+    """A narrow spectrum of deep-water waves whose orbits fade with depth; expressed as the force on a body at rest."""
     speed, period, course = sized(0.006, size), rng.uniform(2.5, 7.0), rng.uniform(-np.pi, np.pi)
     omega = 2 * np.pi / period
 
@@ -94,7 +94,7 @@ def bottom_or_wall(_: np.random.Generator, __: DrawnVehicle, size: float) -> Pla
 
 
 def tether(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    """A line that stiffens as it is drawn out, as a catenary does, from an anchor some metres off."""
+    """A line that stiffens as it is drawn out, as a catenary does, from an anchor a few metres away."""
     grip = sized(0.06, size) * vehicle.share
     far, angle = rng.uniform(1.0, 5.0), rng.uniform(-np.pi, np.pi)
     north, east = float(far * np.cos(angle)), float(far * np.sin(angle))

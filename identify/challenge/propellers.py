@@ -1,7 +1,7 @@
-"""Thrusters from the command to the wrench, with what is planted in them, compiled.
+"""Thrusters from the command to the wrench, with the effects planted in them; compiled.
 
-Shaft side (seen by the shaft's speed): delay, sticking, play, dead zone, saturation, sag, lag. Propeller side (the
-shaft turns as fast and pushes less): curve, reverse, weak, hull, inflow, gain, reaction torque.
+Shaft side (these change the shaft's speed): delay, sticking, play, dead zone, saturation, sag, lag. Propeller side
+(the shaft turns as fast but pushes less): curve, reverse, weak, hull, inflow, gain, reaction torque.
 """
 
 from typing import NamedTuple
@@ -14,15 +14,16 @@ Array = NDArray[np.float64]
 
 
 class Propellers(NamedTuple):
-    """k thrusters; what hides nothing is zero, and 1 for gains. SI units.
+    """Parameters of k thrusters, SI units. Gains of 1 and zeros elsewhere hide nothing.
 
-    way, place (k, 3): the true direction and position. each (k,): gain of each. lag_s, second_s: a cascade of two lags.
-    delay (n,): s, by control tick. dead_n: half-width of the soft dead zone. limit_n: soft limit, 0 for none. sag:
-    share of the voltage lost by the end, over `sag_s`, thrust going as its power 1.9. load: voltage lost by full load.
-    full_n: what a thruster can do. low_end: share lost at low thrust, falling exponentially; low_line: in a straight
-    line to full_n. reverse: share lost astern, which sets in over reverse_n. inflow, inflow_2: loss by sqrt(T) ua and
-    by ua |ua|. wash: share lost where the wash meets the hull, from about wash_n on. torque: m. play_n: backlash.
-    stuck: the thruster that sticks, -1 for none; stuck_when (steps,) or (1,), 1 while it does.
+    way, place (k, 3): true direction and position. each (k,): gain of each. lag_s, second_s: two lags in series.
+    delay (n,): s, per control tick. dead_n: half-width of the soft dead zone. limit_n: soft limit, 0 for none. sag:
+    share of the voltage lost by the end, over `sag_s`; thrust goes with its power 1.9. load: share of the voltage
+    lost at full load. full_n: maximum thrust of a thruster. low_end: share lost at low thrust, falling exponentially
+    with thrust; low_line: the same, falling linearly to zero at full_n. reverse: share lost astern, setting in over
+    reverse_n. inflow, inflow_2: losses by sqrt(T) ua and by ua |ua|. wash: share lost if the wash meets the hull,
+    setting in at about wash_n. torque: m. play_n: backlash. stuck: index of the thruster that sticks, -1 for none;
+    stuck_when (steps,) or (1,): 1 while it sticks.
     """
 
     way: Array
@@ -53,7 +54,7 @@ class Propellers(NamedTuple):
 
 @njit(cache=True, error_model="numpy")
 def voltage_share(time_s: float, sag: float, sag_s: float) -> float:
-    """What a discharging battery still has of its voltage: slowly at first, faster at its end."""
+    """Share of its voltage that a discharging battery still has; it falls slowly at first and faster at the end."""
     x = min(time_s / sag_s, 1.0)
     return 1.0 - sag * (0.6 * x + 0.4 * x * x * x)
 
@@ -62,9 +63,10 @@ def voltage_share(time_s: float, sag: float, sag_s: float) -> float:
 def shafts_want(
     asked: Array, time_s: float, stuck: bool, prop: Propellers, before: Array, loaded: float, out: Array
 ) -> float:
-    """What the shafts are driven to, (k,) N into `out`; answers the load, 1 at full thrust of all.
+    """Thrust that the shafts are driven to, (k,) N, into `out`; returns the load, which is 1 at full thrust of all.
 
-    asked (k,): what the curve gives; before (2, k): the play's and the stuck thruster's memory; loaded: load of late.
+    asked (k,): commanded thrust by the curve. before (2, k): memory of the play and of the stuck thruster. loaded:
+    recent load, low-pass filtered.
     """
     share = voltage_share(time_s, prop.sag, prop.sag_s) ** 1.9 if prop.sag != 0.0 else 1.0
     if prop.load != 0.0:
@@ -90,7 +92,9 @@ def shafts_want(
 
 @njit(cache=True, error_model="numpy")
 def turn(wanted: Array, first: Array, second: Array, keep: float, keep_second: float) -> None:
-    """Half a step of the lags, in place: first and second (k,) of a cascade, what each keeps of its old value."""
+    """Advance the two lags by half a step, in place. first, second (k,): the stages; keep, keep_second: share of the
+    old value that each stage keeps.
+    """
     for i in range(len(wanted)):
         first[i] = wanted[i] + keep * (first[i] - wanted[i])
         second[i] = first[i] + keep_second * (second[i] - first[i])
@@ -98,7 +102,7 @@ def turn(wanted: Array, first: Array, second: Array, keep: float, keep_second: f
 
 @njit(cache=True, error_model="numpy")
 def add_wrench(shaft: Array, nu: Array, prop: Propellers, out: Array) -> None:
-    """Add the wrench of the shafts' thrusts (k,) to `out` (6,), for a body that moves by `nu` (6,)."""
+    """Add the wrench of the shafts' thrusts (k,) to `out` (6,), for a body with velocity `nu` (6,)."""
     for i in range(len(shaft)):
         thrust = shaft[i]
         dx, dy, dz = prop.way[i, 0], prop.way[i, 1], prop.way[i, 2]

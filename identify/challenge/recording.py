@@ -1,4 +1,4 @@
-"""A simulated dive as a `.tlog`, by the telemetry contract."""
+"""Writes a simulated dive as a `.tlog`, according to the telemetry contract."""
 
 import math
 import struct
@@ -27,7 +27,7 @@ _PLAIN = (
 
 
 def tlog_of(dive: Dive, unix_at_boot_s: float = UNIX_AT_BOOT_S) -> bytes:
-    """The recording of a dive: every reading stamped as it was true."""
+    """Recording of a dive as bytes, with every reading stamped at its true time."""
     encoder = Encoder(1, 1)
     records: list[bytes] = []
     for time_s, reading in sorted(_readings(dive, unix_at_boot_s), key=lambda pair: pair[0]):

@@ -1,4 +1,4 @@
-"""`score`: answers held beside what was truly hidden, as rates with Wilson bounds."""
+"""`score`: compares answers with the hidden truth and gives rates with Wilson intervals."""
 
 import math
 import statistics
@@ -11,18 +11,18 @@ from identify.challenge.plants import ABSORBED
 
 Z95 = 1.959964
 CLEAR = 0.5
-"""Size over the noise floor from which on an effect counts as clear."""
+"""Size over the noise floor from which an effect counts as clear."""
 
 WIDE = 1.5
-"""Drift on a check dive, in floors, from which on there is something to close."""
+"""Drift on a check dive, in floors, from which there is a gap worth closing."""
 
 BINS = 10
-"""Of probabilities, to compare with how often they were right."""
+"""Bins of probability, to compare stated probabilities with the share that was right."""
 
 
 @dataclass(frozen=True)
 class Rate:
-    """How often something was so."""
+    """Hits out of a number of cases."""
 
     hits: int
     of: int
@@ -32,7 +32,7 @@ class Rate:
         return self.hits / self.of if self.of else math.nan
 
     def bounds(self) -> tuple[float, float]:
-        """The 95 % interval of a share (Wilson 1927)."""
+        """95 % interval of the share (Wilson 1927)."""
         if not self.of:
             return 0.0, 1.0
         n, p = self.of, self.share
@@ -43,7 +43,7 @@ class Rate:
 
 @dataclass(frozen=True)
 class Found:
-    """One effect over all cases in which it hid alone: how often it was named, and at which sizes over the floor."""
+    """Results for an effect over all cases that hide nothing else: how often it was named, and sizes over the floor."""
 
     name: str
     rate: Rate
@@ -53,7 +53,7 @@ class Found:
 
 @dataclass(frozen=True)
 class Score:
-    """All rates by their sentence, and numbers that are no rates (None where there was nothing to take them from)."""
+    """All rates by their sentence, and further numbers (None if no case gives one)."""
 
     rates: dict[str, Rate]
     numbers: dict[str, float | None]
@@ -63,14 +63,14 @@ class Score:
 
 @dataclass(frozen=True)
 class Judged:
-    """A truth and its answer; one that is not there names nothing, and is no false alarm."""
+    """A truth and its answer. A missing answer names nothing and is no false alarm."""
 
     truth: Mapping[str, Any]
     answer: Answer | None
 
     @property
     def kind(self) -> str:
-        """`absorbed` for what a refit takes up whole, else the kind of the case."""
+        """`absorbed` if a refit absorbs every hidden effect whole, otherwise the kind of the case."""
         names = [effect["name"] for effect in self.truth["effects"]]
         return "absorbed" if names and all(name in ABSORBED for name in names) else str(self.truth["kind"])
 
@@ -83,15 +83,15 @@ class Judged:
         return () if self.answer is None else self.answer.named
 
     def first(self) -> bool:
-        """Whether the cause named first is the hidden one, or in its true class."""
+        """Whether the cause named first is the hidden effect, or in its true class."""
         return bool(self.named) and self._is(self.truth["effects"][0], self.named[0].name, self.named[0])
 
     def in_class(self) -> bool:
-        """Whether the cause named first, or one that the answer holds for as likely, is the hidden one."""
+        """Whether the cause named first, or a cause that the answer calls equally likely, is the hidden effect."""
         return bool(self.named) and self._holds(self.truth["effects"][0], self.named[0])
 
     def both(self) -> bool:
-        """Whether each of two hidden causes is held by a cause of its own."""
+        """Whether two different named causes match the two hidden effects."""
         one, two = self.truth["effects"]
         return any(
             self._holds(one, first) and self._holds(two, second)
@@ -101,33 +101,38 @@ class Judged:
         )
 
     def smallest(self) -> float:
-        """Size over the floor of the smallest of the hidden effects, each by itself; NaN in a truth sealed without."""
+        """Smallest size over the floor of the hidden effects, each taken alone; NaN if the sealed truth lacks sizes."""
         return min(float(effect.get("size", math.nan)) for effect in self.truth["effects"])
 
     def told_of(self, effect: Mapping[str, Any]) -> Named | None:
-        """What names a hidden effect by its own name: where one hides, what is named first."""
+        """The named cause that has the hidden effect's own name.
+
+        If only one effect is hidden, only the cause named first counts.
+        """
         able = self.named if len(self.truth["effects"]) > 1 else self.named[:1]
-        own = (one for one in able if one.name == effect["name"] and self._is(effect, one.name, one))
-        return next(own, None)
+        matches = (
+            cause for cause in able if cause.name == effect["name"] and self._is(effect, cause.name, cause)
+        )
+        return next(matches, None)
 
     def right(self, named: Named) -> bool:
         """Whether a named cause, or one of its class, is hidden."""
         return any(self._holds(effect, named) for effect in self.truth["effects"] if not effect["novel"])
 
     def where(self) -> bool:
-        """Whether most of the gap is put into a degree of freedom in which it truly is."""
+        """Whether the answer puts the largest share of the gap into an affected degree of freedom."""
         return self.answer is not None and self.answer.first_dof in self.truth["dof"]
 
     def _holds(self, effect: Mapping[str, Any], named: Named) -> bool:
         return any(self._is(effect, name, named) for name in (named.name, *named.also))
 
     def _is(self, effect: Mapping[str, Any], name: str, named: Named) -> bool:
-        """Names match by true class; of one thruster, the number has to match where it is told."""
+        """Whether a name matches an effect by true class; for a single thruster, also its number if given."""
         if name not in alike(effect["name"], bool(self.truth["rpm"])):
             return False
-        told = named.parameters.get("thruster")
-        same = effect["name"] == name and effect["number"] and told is not None
-        return not same or (told is not None and round(told[0]) == effect["number"])
+        number = named.parameters.get("thruster")
+        same = effect["name"] == name and effect["number"] and number is not None
+        return not same or (number is not None and round(number[0]) == effect["number"])
 
 
 def score(truths: Sequence[Mapping[str, Any]], answers: Mapping[str, Answer]) -> Score:
@@ -201,7 +206,7 @@ def _median(values: Iterable[float]) -> float | None:
 
 
 def _magnitudes(cases: Sequence[Judged]) -> tuple[list[float], Rate]:
-    """The errors of the magnitudes that were told of right causes, and how many lie in their intervals."""
+    """Relative errors of the magnitudes given for right causes, and how many lie in their intervals."""
     off: list[float] = []
     inside: list[bool] = []
     for case in cases:
@@ -218,16 +223,18 @@ def _magnitudes(cases: Sequence[Judged]) -> tuple[list[float], Rate]:
 
 
 def _shrinks(cases: Sequence[Judged]) -> dict[str, float | None]:
-    told = [case.answer for case in cases if case.answer is not None]
-    apart = [abs(answer.predicted - answer.measured) for answer in told]
-    wide = [abs(answer.predicted - answer.measured) for answer in told if answer.before >= WIDE]
-    known = [(answer.before, answer.after) for answer in told if math.isfinite(answer.before - answer.after)]
+    answers = [case.answer for case in cases if case.answer is not None]
+    apart = [abs(answer.predicted - answer.measured) for answer in answers]
+    wide = [abs(answer.predicted - answer.measured) for answer in answers if answer.before >= WIDE]
+    known = [
+        (answer.before, answer.after) for answer in answers if math.isfinite(answer.before - answer.after)
+    ]
     gap = sum(max(before - 1.0, 0.0) for before, _ in known)
     return {
         "predicted less measured shrink, mean size": _mean(apart),
         "predicted less measured shrink, median size": _median(apart),
         f"predicted less measured shrink, mean size, of gaps of {WIDE:g} floors or more": _mean(wide),
-        "measured shrink, median": _median(answer.measured for answer in told),
+        "measured shrink, median": _median(answer.measured for answer in answers),
         "share of all gaps on check dives that is closed": (
             sum(before - after for before, after in known) / gap if gap > 0 else None
         ),
@@ -236,29 +243,29 @@ def _shrinks(cases: Sequence[Judged]) -> dict[str, float | None]:
 
 def _calibration(cases: Sequence[Judged]) -> float | None:
     """Expected calibration error over equal bins of probability."""
-    told = [(named.probability, case.right(named)) for case in cases for named in case.named]
-    told = [(p, right) for p, right in told if math.isfinite(p)]
+    predictions = [(named.probability, case.right(named)) for case in cases for named in case.named]
+    predictions = [(p, right) for p, right in predictions if math.isfinite(p)]
     total = 0.0
     for k in range(BINS):
-        bin_ = [(p, right) for p, right in told if min(int(p * BINS), BINS - 1) == k]
+        bin_ = [(p, right) for p, right in predictions if min(int(p * BINS), BINS - 1) == k]
         if bin_:
             total += abs(sum(p for p, _ in bin_) - sum(right for _, right in bin_))
-    return total / len(told) if told else None
+    return total / len(predictions) if predictions else None
 
 
 def _found(cases: Sequence[Judged]) -> tuple[Found, ...]:
     names = sorted({case.truth["effects"][0]["name"] for case in cases})
     out = []
     for name in names:
-        own = [case for case in cases if case.truth["effects"][0]["name"] == name]
-        found = [float(case.truth["size"]) for case in own if case.in_class()]
-        missed = [float(case.truth["size"]) for case in own if not case.in_class()]
+        cases_of_name = [case for case in cases if case.truth["effects"][0]["name"] == name]
+        found_sizes = [float(case.truth["size"]) for case in cases_of_name if case.in_class()]
+        missed_sizes = [float(case.truth["size"]) for case in cases_of_name if not case.in_class()]
         out.append(
             Found(
                 name,
-                Rate(len(found), len(own)),
-                min(found, default=math.nan),
-                max(missed, default=math.nan),
+                Rate(len(found_sizes), len(cases_of_name)),
+                min(found_sizes, default=math.nan),
+                max(missed_sizes, default=math.nan),
             )
         )
     return tuple(out)

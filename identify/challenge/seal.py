@@ -1,13 +1,13 @@
-"""`seal`: dives with hidden effects in a folder, their answers locked beside them, and a hash that was there before.
+"""`seal`: writes dives with hidden effects into a folder, with locked answers and a hash to publish beforehand.
 
-    FOLDER/case_001/dive.tlog     to diagnose
-    FOLDER/case_001/check.tlog    another mission of the same vehicle, with what was there still there
-    FOLDER/case_001/vehicle.yaml  what its crew knows
-    FOLDER/answers.sealed         JSON, locked
-    FOLDER.key                    what opens them, for their owner's eyes alone: keep it from who is judged
-    FOLDER.sha256                 of answers.sealed, also printed: to be published before anything is diagnosed
+    FOLDER/case_001/dive.tlog     the dive to diagnose
+    FOLDER/case_001/check.tlog    another mission of the same vehicle with the same hidden effects
+    FOLDER/case_001/vehicle.yaml  the crew's vehicle file
+    FOLDER/answers.sealed         the answers as JSON, locked
+    FOLDER.key                    key to the answers, for its owner only: keep it from those who are judged
+    FOLDER.sha256                 hash of answers.sealed, also printed: publish it before anything is diagnosed
 
-Who knows the seed can make the answers again: keep it from those who are judged.
+Anyone who knows the seed can make the answers again: keep it from those who are judged.
 """
 
 import hashlib
@@ -24,7 +24,7 @@ from identify.challenge.recording import tlog_of
 
 ANSWERS = "answers.sealed"
 SEEDS = 10_000
-"""Cases to a seed at most, so that two seeds share none."""
+"""Upper limit of cases per seed, so that two seeds share no case."""
 
 
 def case_name(number: int) -> str:
@@ -39,18 +39,18 @@ def seal(
     progress: Callable[[float, str], None],
     without: Sequence[str] = (),
 ) -> str:
-    """Make `cases` cases of a seed in a new folder, the answers under a key; gives the SHA-256 of the locked answers.
+    """Make `cases` cases of a seed in a new folder, lock the answers under a key, and return their SHA-256 when locked.
 
-    What `without` names is hidden as something unknown, and nowhere else: who diagnoses leaves it out of the library.
+    Effects in `without` are hidden only as unknown effects: the diagnosing library leaves them out.
 
-    Raises LogError where the folder, its key or its hash exists or can't be written.
+    Raises LogError if the folder, its key or its hash exists already or can't be written.
     """
     if not 1 <= cases < SEEDS:
         raise LogError(f"{cases} cases can't be sealed; ask for 1 to {SEEDS - 1}")
     truths: list[dict[str, Any]] = []
-    for beside in (key_path(folder), hash_path(folder)):
-        if beside.exists():
-            raise LogError(f"{beside}: exists already and is never overwritten; name another folder")
+    for path in (key_path(folder), hash_path(folder)):
+        if path.exists():
+            raise LogError(f"{path}: exists already and is never overwritten; name another folder")
     try:
         folder.mkdir(parents=True)
         write_key(key_path(folder), key)
@@ -79,34 +79,36 @@ def _write(folder: Path, case: Case) -> None:
 
 
 def key_path(folder: Path) -> Path:
-    """Where the key to a sealed folder lies: beside it, never in it."""
+    """Path of the key to a sealed folder: next to the folder, never in it."""
     return folder.with_name(f"{folder.name}.key")
 
 
 def hash_path(folder: Path) -> Path:
-    """Where the hash of its locked answers lies."""
+    """Path of the hash of a sealed folder's locked answers."""
     return folder.with_name(f"{folder.name}.sha256")
 
 
 def unsealed(folder: Path, published: str | None = None, key: Path | None = None) -> list[dict[str, Any]]:
-    """The truths of a sealed folder, once its answers are known to be those whose hash was `published`; without it, by
-    the hash that lies beside the folder. key: the file with what opens them, beside the folder where not given.
+    """Truths of a sealed folder, after a check that the hash of its answers is the one that was `published`.
 
-    Raises LogError where they are not, or can't be read.
+    Without `published`, the hash file next to the folder is used. key: the key file; by default the one next to the
+    folder.
+
+    Raises LogError if the hash differs, or if the answers can't be read.
     """
     try:
         check_small(folder / ANSWERS)
         data = (folder / ANSWERS).read_bytes()
-        told = published or read_small(hash_path(folder)).split(maxsplit=1)[0]
+        known = published or read_small(hash_path(folder)).split(maxsplit=1)[0]
     except (OSError, UnicodeDecodeError, IndexError):
         raise LogError(
             f"{folder}: holds no {ANSWERS}, or {hash_path(folder).name} is not beside it; give a folder of challenge "
             "seal, and the hash that was published with --hash"
         ) from None
     digest = hashlib.sha256(data).hexdigest()
-    if told.lower() != digest:
+    if known.lower() != digest:
         raise LogError(
-            f"{folder / ANSWERS}: its SHA-256 is {digest}, and {told} was published: the answers were changed after "
+            f"{folder / ANSWERS}: its SHA-256 is {digest}, and {known} was published: the answers were changed after "
             "sealing, so nothing is scored; seal anew"
         )
     file = key or key_path(folder)

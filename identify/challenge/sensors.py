@@ -1,4 +1,4 @@
-"""What the planted vehicle's sensors say and when: drawn rates and white noise, and what may be wrong with them."""
+"""Sensors of the planted vehicle: drawn rates, white noise, and faults."""
 
 from typing import NamedTuple
 
@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 STEP_S = 1.0 / 130.0
-"""The simulator's step; every period is a whole number of it."""
+"""The simulator's step; every sensor period is a whole number of steps."""
 
 
 class Clock(NamedTuple):
-    """Periods in steps; 0 for a sensor that is not there."""
+    """Periods in steps; 0 for a sensor that is not fitted."""
 
     tick: int
     dvl: int
@@ -23,9 +23,12 @@ class Clock(NamedTuple):
 
 
 class Faults(NamedTuple):
-    """What is wrong with readings; nothing where `true` and zeros. seen (3, 3), bias (3,), arm (3,): of the DVL, whose
-    velocity is of `late` steps ago; wander: share by which biases come and go. gyro: rad/s about z. tilt (3, 3): turns
-    the accelerometer. unseen: 1 where the controller uses a velocity that is not recorded."""
+    """Errors of the readings; `honest` has none.
+
+    seen (3, 3), bias (3,), arm (3,): of the DVL, whose velocity is `late` steps old. wander: share by which biases
+    vary. gyro: bias about z, rad/s. tilt (3, 3): rotation of the accelerometer. unseen: 1 if the controller uses a
+    velocity that is not recorded.
+    """
 
     seen: Array
     bias: Array
@@ -51,8 +54,11 @@ class Noise(NamedTuple):
 
 
 class Readings(NamedTuple):
-    """Rows in time order: dvl (a, 3), gyro and force (b, 3), fog (c, 1), attitude (e, 3) roll pitch heading,
-    depth (f, 1); filled with noise before the dive, to which the dive adds what is measured."""
+    """Readings as rows in time order.
+
+    dvl (a, 3); gyro and force (b, 3); fog (c, 1); attitude (e, 3): roll, pitch, heading; depth (f, 1). They hold
+    noise before the dive; the dive adds the measured values.
+    """
 
     dvl: Array
     gyro: Array
@@ -63,7 +69,7 @@ class Readings(NamedTuple):
 
 
 def draw_clock(rng: np.random.Generator) -> Clock:
-    """DVL at 5 to 11.8 Hz, control at 13 or 26 Hz, IMU at 26 to 65 Hz, a FOG in two of three."""
+    """Draw rates: DVL 5 to 11.8 Hz, control 13 or 26 Hz, IMU 26 to 65 Hz, and a FOG in two of three vehicles."""
     return Clock(
         tick=int(rng.choice([5, 10])),
         dvl=int(rng.choice([11, 13, 16, 20, 26])),
@@ -88,12 +94,12 @@ def draw_noise(rng: np.random.Generator) -> Noise:
 
 
 def honest(arm: Array) -> Faults:
-    """Sensors with nothing wrong, the DVL at `arm` (3,) m."""
+    """Sensors without faults, with the DVL at `arm` (3,) m."""
     return Faults(np.eye(3), np.zeros(3), arm, np.eye(3))
 
 
 def noise_of(clock: Clock, noise: Noise, steps: int, rng: np.random.Generator) -> Readings:
-    """As many readings of each sensor as a dive of so many steps has, nothing but noise in them."""
+    """Arrays for the readings of a dive of `steps` steps, filled with noise only."""
 
     def white(period: int, *spread: float) -> Array:
         count = len(range(0, steps, period)) if period else 0

@@ -1,4 +1,4 @@
-"""A site, a mission and sensors -> one dive: its readings as a `Dive`, and what was true."""
+"""Simulates a dive from a site, a mission and sensors: its readings as a `Dive`, and the truth."""
 
 import hashlib
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ FULL_VOLTAGE_V = 16.4
 
 @dataclass(frozen=True)
 class Setup:
-    """What a vehicle is dived with: its sensors and its crew's controller."""
+    """Equipment of a dive: the vehicle's sensors and its crew's controller."""
 
     clock: Clock
     noise: Noise
@@ -37,7 +37,7 @@ class Setup:
 
 @dataclass(frozen=True)
 class Simulated:
-    """One dive and its truth: `ticks` as the kernel filled them, `disturbance` (n, 6) at the ticks."""
+    """A dive and its truth: `ticks` as the kernel filled them, `disturbance` (n, 6) at the ticks."""
 
     dive: Dive
     ticks: kernel.Ticks
@@ -46,7 +46,7 @@ class Simulated:
 
 
 def draw_control(rng: np.random.Generator, vehicle: DrawnVehicle) -> Control:
-    """Gains and a feed-forward that a crew would have found: right for the vehicle within some 25 %."""
+    """Draw gains and a feed-forward that a crew might have found: right for the vehicle within some 25 %."""
     mass, damping = (v * np.exp(0.25 * rng.standard_normal(6)) for v in (vehicle.mass, vehicle.damping))
     pace = rng.uniform(0.5, 1.0, 6)
     kp, ki, kd = mass * pace, 0.5 * damping * pace, np.zeros(6)
@@ -68,7 +68,7 @@ def draw_control(rng: np.random.Generator, vehicle: DrawnVehicle) -> Control:
 
 
 def simulate(name: str, site: Site, setup: Setup, reference: Array, rng: np.random.Generator) -> Simulated:
-    """Dive the reference (n, 14). `rng` draws disturbance and noise."""
+    """Follow the reference (n, 14). `rng` draws disturbance and noise."""
     vehicle, clock = site.vehicle, setup.clock
     count, k = len(reference), len(vehicle.configuration.thrusters)
     steps = count * clock.tick
@@ -124,7 +124,7 @@ def _recorded(
     ticks: kernel.Ticks,
     rng: np.random.Generator,
 ) -> Dive:
-    """The dive as a recording gives it."""
+    """The dive as it is recorded."""
     clock, water = setup.clock, Water()
     time_s = _times(0.0, clock.tick, len(reference))
     curve = site.vehicle.file.vehicle.thrust_curve
@@ -179,7 +179,7 @@ def _times(first_steps: float, every_steps: int, count: int) -> Array:
 
 
 def quaternions(angles: Array) -> Array:
-    """Roll, pitch, yaw (n, 3) as attitudes w x y z (n, 4)."""
+    """Convert roll, pitch, yaw (n, 3) to attitude quaternions w x y z (n, 4)."""
     (cr, cp, cy), (sr, sp, sy) = np.cos(0.5 * angles).T, np.sin(0.5 * angles).T
     return np.column_stack(
         [

@@ -1,4 +1,4 @@
-"""A vehicle in its water before a dive: the parts that a plant may change."""
+"""A vehicle in its water before a dive, with everything that a planted effect may change."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -19,11 +19,11 @@ Array = NDArray[np.float64]
 
 @dataclass
 class Site:
-    """One dive's own copy of everything that can hide something; a plant changes it in place.
+    """Everything of one dive that can hide an effect; a plant changes it in place.
 
-    time_s (n,): of the steps and one more; push (n, 6): wrench planted in time alone; water (n, 12): as `world.rates`
-    has it, None where it is still; depth_m: at the beginning; fouled, fouled_s: as `dive.Scene` has them; sag, sag_s,
-    ripple: of the recorded voltage, by time and by load; drawn: a force of no effect's form.
+    time_s (n,): times of the steps, and one more. push (n, 6): planted wrench that depends on time alone. water (n,
+    12): see `world.rates`, None for still water. depth_m: at the beginning. fouled, fouled_s: see `dive.Scene`. sag,
+    sag_s, ripple: drop of the recorded voltage with time and with load. drawn: a force of no effect's form.
     """
 
     vehicle: DrawnVehicle
@@ -54,14 +54,14 @@ class Site:
         )  # fmt: skip
 
     def moving_water(self) -> Array:
-        """(n, 12) to be filled; still where nothing moved it before."""
+        """Water motion (n, 12), to be added to; zeros if nothing has moved the water yet."""
         if self.water is None:
             self.water = np.zeros((len(self.time_s), 12))
         return self.water
 
 
 def site_of(vehicle: DrawnVehicle, ticks: int, tick_steps: int, depth_m: float, floor_m: float) -> Site:
-    """A vehicle that hides nothing."""
+    """A site in which the vehicle hides nothing."""
     shape = vehicle.configuration
     rigid = np.array([shape.dry_mass_kg] * 3 + list(shape.inertia_kgm2))
     time_s = STEP_S * np.arange(ticks * tick_steps + 1, dtype=np.float64)
@@ -84,7 +84,7 @@ def site_of(vehicle: DrawnVehicle, ticks: int, tick_steps: int, depth_m: float, 
 
 
 def sized(low: float, size: float) -> float:
-    """`low` at size 0 and ten times it at size 1, evenly in logarithms."""
+    """`low` at size 0 and ten times `low` at size 1, linear in the logarithm."""
     return float(low * 10.0**size)
 
 
@@ -93,12 +93,12 @@ Apply = Callable[[Site, np.random.Generator], None]
 
 @dataclass(frozen=True)
 class Planted:
-    """One hidden effect. `apply` puts it into a dive's site; what it draws there may differ from dive to dive.
+    """A hidden effect. `apply` plants it in the site of a dive; random values drawn there may differ from dive to dive.
 
-    parameters: the truth in the words of the answer's form, fitted to the library's form where that is another.
-    number: which thruster, from 1; 0 for all. size: 0 for the smallest that is drawn, 1 for the largest, ten times it.
-    spoils: degrees of freedom whose reading it spoils; empty for a force. needs: `shallow` or `low`, where it acts only
-    near the surface or the bottom.
+    parameters: the truth in the form of an answer, converted to the library's form if the planted form differs.
+    number: of the thruster, from 1; 0 for all. size: 0 for the smallest that is drawn, 1 for the largest, which is
+    ten times larger. spoils: degrees of freedom whose reading it falsifies; empty for a force. needs: `shallow` or
+    `low` if it acts only near the surface or the bottom.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Drawn vehicles: the file that a crew would have of each, and what it truly is."""
+"""Draws vehicles: the vehicle file that a crew would have, and the true parameters."""
 
 import hashlib
 import math
@@ -24,13 +24,14 @@ Array = NDArray[np.float64]
 
 LAG_S = 0.03
 DISTURBANCE_N_KG = 0.35 / 72.0
-"""A force of 0.35 N on 72 kg, and a sixth of it in N m."""
+"""A force of 0.35 N on 72 kg, per kg; the moment in N m is a sixth of it."""
 
 
 @dataclass(frozen=True)
 class _Shape:
-    """What a vehicle is drawn about. total, damping (6): of the water as well; angle_deg: of the level thrusters from
-    x; level, upright: their |x| and |y|."""
+    """Mean of the drawn vehicles. total, damping (6): mass and damping with added mass; angle_deg: of the horizontal
+    thrusters from x; level, upright: |x| and |y| of the horizontal and vertical thrusters.
+    """
 
     dry_kg: float
     inertia: tuple[float, float, float]
@@ -56,13 +57,17 @@ _SHAPES = {
         45.0, (0.156, 0.111), (0.12, 0.218), 35.0,
     ),
 }  # fmt: skip
-"""A long and a flat shape of one 72 kg vehicle (Vangi et al.), and one like a BlueROV2 (von Benzon et al. 2022)."""
+"""A long and a flat shape of a 72 kg vehicle (Vangi et al.), and a vehicle like a BlueROV2 (von Benzon et al. 2022)."""
 
 
 @dataclass(frozen=True)
 class DrawnVehicle:
-    """The crew's file, and the truth, (6,) each: total mass and inertia, linear damping, disturbance (standard
-    deviation; its time constant; one or two poles). speed, sway, turn: what its missions reach, m/s and rad/s."""
+    """The crew's file and the truth.
+
+    mass, damping, disturbance (6,): total mass and inertia, linear damping, standard deviation of the disturbance;
+    disturbance_s, poles: its time constant and its one or two poles. speed, sway, turn: reached in missions, m/s and
+    rad/s.
+    """
 
     file: VehicleFile
     text: str
@@ -81,18 +86,18 @@ class DrawnVehicle:
 
     @property
     def share(self) -> float:
-        """Its dry mass by that of a 72 kg vehicle: what forces go with."""
+        """Ratio of its dry mass to 72 kg; forces scale with it."""
         return self.configuration.dry_mass_kg / 72.0
 
     @property
     def top_thrust_n(self) -> float:
-        """What a level thruster gives while it speeds up to the top speed."""
+        """Thrust of a horizontal thruster while the vehicle accelerates to its top speed."""
         ahead = sum(abs(t.direction[0]) for t in self.configuration.thrusters)
         return float((self.damping[0] + self.mass[0] / 2.5) * self.speed / ahead)
 
 
 def draw_vehicle(rng: np.random.Generator, name: str) -> DrawnVehicle:
-    """One of the shapes at another size, with another hull; weighed to 1 %."""
+    """Draw a shape, scale it and vary its hull; the dry mass in the file is within about 1 % of the true mass."""
     kind = list(_SHAPES)[rng.integers(len(_SHAPES))]
     shape = _SHAPES[kind]
     scale = rng.uniform(0.85, 1.25)
@@ -149,7 +154,7 @@ def draw_vehicle(rng: np.random.Generator, name: str) -> DrawnVehicle:
 
 
 def _thrusters(shape: _Shape, size: float) -> tuple[Thruster, ...]:
-    """Four level ones, turned in or out, and four upright ones."""
+    """Four horizontal thrusters, turned in or out, and four vertical ones."""
     cos, sin = math.cos(math.radians(shape.angle_deg)), math.sin(math.radians(shape.angle_deg))
     (x, y), (up_x, up_y) = shape.level, shape.upright
     level = [(1, -1, 1), (1, 1, -1), (-1, -1, -1), (-1, 1, 1)]

@@ -1,9 +1,9 @@
-"""The planting simulator's body: six degrees of freedom with full matrices, in water that may move, compiled.
+"""Body of the planting simulator: six degrees of freedom with full matrices, in moving water; compiled.
 
 (M_RB + M_A) nu_dot + C(M_RB, nu) nu + C(M_A, nu_r) nu_r + D nu_r + g = tau, with C from the 6 x 6 matrix by Fossen
-(2011), theorem 3.2 (eq. 3.46); the added masses are carried along by water that speeds up (section 8.3). Those that
-change with depth by a share kappa push by d(kappa M_A)/dz nu_r^2 / 2 down, less d(kappa M_A)/dt nu_r (Lagrange's
-equations; Lamb 1932, article 137): without a wrench the energy of body and water stays what it is.
+(2011), theorem 3.2 (eq. 3.46). Accelerating water carries the added masses along (section 8.3). Added masses that
+grow by a share kappa near a boundary push by d(kappa M_A)/dz nu_r^2 / 2 downwards, minus d(kappa M_A)/dt nu_r
+(Lagrange's equations; Lamb 1932, article 137), so that without a wrench the energy of body and water is conserved.
 """
 
 from typing import NamedTuple
@@ -20,12 +20,15 @@ STATES = 14
 """North, east, down; attitude w x y z; nu (6); the integral of yaw rate."""
 
 WORK = (8, 6)
-"""Scratch that `rates` needs."""
+"""Shape of the scratch array that `rates` needs."""
 
 
 class Body(NamedTuple):
-    """SI units, about the origin, FRD. rigid, added, damping (6, 6); inverse of rigid + added; centre (3,) of gravity,
-    with `weight_n` acting there; net_up_n at the origin; displaced_kg: the water's own mass in its place."""
+    """Rigid body and added mass, SI units, about the origin, FRD.
+
+    rigid, added, damping (6, 6); inverse of rigid + added; centre (3,) of gravity, where `weight_n` acts; net_up_n:
+    net buoyancy at the origin; displaced_kg: mass of the displaced water.
+    """
 
     rigid: Array
     added: Array
@@ -53,7 +56,10 @@ def body(
 
 @njit(cache=True, error_model="numpy")
 def add_coriolis(mass: Array, nu: Array, out: Array) -> None:
-    """Take C(nu) nu of a 6 x 6 mass matrix from `out` (6,): -a x w, and -a x v - b x w."""
+    """Subtract C(nu) nu of a 6 x 6 mass matrix from `out` (6,).
+
+    C(nu) nu is -a x w for the forces and -a x v - b x w for the moments, with the momenta a and b.
+    """
     a0 = a1 = a2 = b0 = b1 = b2 = 0.0
     for j in range(6):
         a0 += mass[0, j] * nu[j]
@@ -73,7 +79,7 @@ def add_coriolis(mass: Array, nu: Array, out: Array) -> None:
 
 @njit(cache=True, error_model="numpy")
 def solve6(matrix: Array, right: Array) -> None:
-    """Solve a symmetric positive 6 x 6 system in place: `right` becomes the answer, `matrix` is lost."""
+    """Solve a symmetric positive definite 6 x 6 system in place: `right` becomes the solution, `matrix` is lost."""
     for k in range(6):
         for i in range(k + 1, 6):
             share = matrix[i, k] / matrix[k, k]
@@ -91,10 +97,10 @@ def rates(
     state: Array, tau: Array, water: Array, grown: float, body: Body, hull: Hull, phase: float, wake: float,
     out: Array, work: Array,
 ) -> None:  # fmt: skip
-    """The time derivative of the state (STATES,) under the wrench `tau` (6,).
+    """Time derivative of the state (STATES,) under the wrench `tau` (6,).
 
-    water (12,): velocity and acceleration (north, east, down) of a current, then of waves at the depth `hull.wave_ref`.
-    grown: by what share damping has grown. phase, wake: what the hull remembers. work: scratch (WORK).
+    water (12,): velocity and acceleration (north, east, down) of a current, then of waves at the depth
+    `hull.wave_ref`. grown: share by which damping has grown. phase, wake: memory of the hull. work: scratch (WORK).
     """
     qw, qx, qy, qz = state[3], state[4], state[5], state[6]
     r00, r01, r02 = 1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy - qw * qz), 2 * (qx * qz + qw * qy)
@@ -156,12 +162,12 @@ def rates(
     else:
         square, sinking, twice = np.zeros((6, 6)), r20 * nu[0] + r21 * nu[1] + r22 * nu[2], 0.0
         for i in range(6):
-            own = hull.near_share[i] * body.added[i, i]
-            square[i, i] = near * own
-            force[i] -= by_metre * sinking * own * through[i]
+            added_mass = hull.near_share[i] * body.added[i, i]
+            square[i, i] = near * added_mass
+            force[i] -= by_metre * sinking * added_mass * through[i]
             if i < 3:
-                force[i] += near * own * added[i]
-            twice += by_metre * own * through[i] * through[i]
+                force[i] += near * added_mass * added[i]
+            twice += by_metre * added_mass * through[i] * through[i]
         force[0] += 0.5 * twice * r20
         force[1] += 0.5 * twice * r21
         force[2] += 0.5 * twice * r22

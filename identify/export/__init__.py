@@ -1,1 +1,1 @@
-"""The identified model in the files of other simulators."""
+"""Writes the identified model as files for other simulators."""

@@ -1,13 +1,14 @@
-"""ArduSub's simulator in the loop: one JSON with the plant for its JSON backend, and numbers for its own submarine.
+"""ArduSub's simulator in the loop: a JSON file with the plant for its JSON backend and numbers for its own submarine.
 
 ArduPilot reads no file of a submarine's dynamics. Sources: ArduPilot/ardupilot, libraries/SITL/SIM_Submarine.{h,cpp}
 (its dynamics and the constants of `frame_property`, in the source), libraries/SITL/SIM_Frame.cpp (model files in JSON
-are for multicopters), libraries/SITL/examples/JSON/readme.md (the JSON backend: pulse widths out, states of an outside
-physics process back), Tools/autotest/ardusub.py (a current is SIM_WIND_SPD with SIM_WIND_T 1).
+are for multicopters), libraries/SITL/examples/JSON/readme.md (the JSON backend sends pulse widths and receives the
+states of an external physics process), Tools/autotest/ardusub.py (a current is SIM_WIND_SPD with SIM_WIND_T 1).
 
-`plant` is the whole model in SI units, body FRD, earth NED, as the backend has them. `parameters` are to be set in
-either case; `frame_property` goes into SIM_Submarine.h. There drag is rho/2 A Cd v |v| with rho 1023.6 kg/m3 along the
-axes and 1000/2 A Cd r w |w| about them, A and r of its equivalent sphere of 0.2 m, and neither lag nor linear damping.
+`plant` is the whole model in SI units, body FRD, earth NED, as the backend has them. `parameters` must be set in
+either case; `frame_property` goes into SIM_Submarine.h. SIM_Submarine.h computes drag as rho/2 A Cd v |v| with rho
+1023.6 kg/m3 along the axes and 1000/2 A Cd r w |w| about them, A and r of its equivalent sphere of 0.2 m, and has
+neither lag nor linear damping.
 """
 
 import json
@@ -18,11 +19,11 @@ from identify.export.model import Model
 
 SPHERE_M = 0.2
 AREA_M2 = math.pi / 4 * math.pi ** (2 / 3) * SPHERE_M**2
-"""pi/4 (3/4 V)^(2/3) of V = 4/3 pi r^3, as SIM_Submarine.h has it."""
+"""pi/4 (3/4 V)^(2/3) of V = 4/3 pi r^3, as in SIM_Submarine.h."""
 DENSITY_KG_M3, TURNING_DENSITY_KG_M3 = 1023.6, 1000.0
 PORT = 9002
 OWN_LINEAR_DRAG, OWN_TURNING_DRAG = (1.4, 1.8, 2.0), (1.05, 1.05, 1.05)
-"""Drag coefficients that SIM_Submarine.h has itself."""
+"""Drag coefficients built into SIM_Submarine.h."""
 
 _KNOW = "identify it, or put it into the vehicle file's model"
 _UNDAMPED = (
@@ -59,7 +60,7 @@ REASONS = {
 
 
 def write(model: Model) -> str:
-    """The text of a JSON file."""
+    """Text of the JSON file."""
     data = {
         "vehicle": model.name,
         "backend": {
@@ -75,7 +76,7 @@ def write(model: Model) -> str:
 
 
 def _parameters(model: Model) -> dict[str, float]:
-    """ArduPilot parameters. Wind, for a submarine the current, is told by where it comes from, degrees from north."""
+    """ArduPilot parameters. Wind means current for a submarine, given by where it comes from, in degrees from north."""
     parameters = {"SIM_BUOYANCY": model.net_buoyancy_n}
     north, east, _ = model.current_m_s
     if north or east:
@@ -88,9 +89,9 @@ def _parameters(model: Model) -> dict[str, float]:
 def _frame_property(model: Model) -> dict[str, object]:
     along = DENSITY_KG_M3 / 2 * AREA_M2
     about = TURNING_DENSITY_KG_M3 / 2 * AREA_M2 * SPHERE_M
-    own = (*OWN_LINEAR_DRAG, *OWN_TURNING_DRAG)
+    submarine_drag = (*OWN_LINEAR_DRAG, *OWN_TURNING_DRAG)
     drag = [
-        own[i] if i in model.undamped else q / (along if i < 3 else about)
+        submarine_drag[i] if i in model.undamped else q / (along if i < 3 else about)
         for i, q in enumerate(model.quadratic)
     ]
     return {

@@ -1,4 +1,4 @@
-"""Accepted effects put into a model, as far as its form has a place for them; the others are named."""
+"""Puts accepted effects into a model, as far as the model's form has a place for them, and names the others."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -11,24 +11,25 @@ from bridge.vehicle.effect_coefficients import OF_ANY_VEHICLE, Group
 from identify.export.model import Model, Propeller, six
 
 IN_COEFFICIENTS = ("added_payload", "entrained_water", "fouling (since the last time)", "thrust_gain")
-"""Names and labels of what is in the masses and dampings themselves: told by thrust as the vehicle file has it, they
-are as much larger as it is weaker."""
+"""Names and labels of effects that are already in the masses and dampings. These are identified with the vehicle
+file's thrust, so they are as much too large as the real thrust is smaller than the file's.
+"""
 
 ALL_ABOVE = "all above it"
 
 
 HELD: frozenset[Group] = frozenset({"quadratic_drag", "thruster_gain", "reverse_loss", "dead_zone"})
-"""Groups of the feed-forward's coefficients that stand for an effect which every model has a place for."""
+"""Groups of feed-forward coefficients that stand for an effect that every model has a place for."""
 
 
 def is_held(coefficient: str) -> bool:
-    """Whether a model has a place for what a coefficient of the feed-forward says, and so for its interval."""
+    """Whether a model has a place for a coefficient of the feed-forward, and so for its interval."""
     of_effect = OF_ANY_VEHICLE.get(coefficient)
     return coefficient in BY_NAME if of_effect is None else of_effect.group in HELD
 
 
 def with_effects(model: Model, effects: Sequence[AcceptedEffect]) -> Model:
-    """The model with the effects in; what it has no place for stands in `unheld`, by label."""
+    """The model with the effects applied; labels of effects that the model has no place for go into `unheld`."""
     for effect in effects:
         if effect.name in IN_COEFFICIENTS or effect.label in IN_COEFFICIENTS:
             continue
@@ -44,9 +45,10 @@ def _drag(model: Model, effect: AcceptedEffect) -> Model:
 
 
 def _thrusters(model: Model, number: int, change: Callable[[Propeller], Propeller]) -> Model:
-    """With one thruster changed, or all of them for 0."""
+    """Change thruster `number`, or all thrusters for 0."""
     changed = tuple(
-        change(one) if number in (0, i) else one for i, one in enumerate(model.thrusters, start=1)
+        change(thruster) if number in (0, i) else thruster
+        for i, thruster in enumerate(model.thrusters, start=1)
     )
     return replace(model, thrusters=changed)
 
@@ -76,7 +78,9 @@ def _limit(model: Model, effect: AcceptedEffect) -> Model:
 
 
 def _turned(model: Model, effect: AcceptedEffect) -> Model | None:
-    """Rodrigues' formula about the body axis that the label ends in; None for a thruster that sits elsewhere."""
+    """Turn a thruster by Rodrigues' formula about the body axis that ends the label; None if the effect has no angle,
+    because the thruster sits elsewhere.
+    """
     angle = effect.parameters.get("angle")
     if angle is None:
         return None

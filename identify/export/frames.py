@@ -1,7 +1,7 @@
-"""Body and earth axes of other simulators: FRD to FLU, NED to ENU, and the angles of a direction.
+"""Converts to the body and earth axes of other simulators: FRD to FLU, NED to ENU, and a direction to angles.
 
-A turn by 180 degrees about x takes FRD to FLU: y and z change sign, and so do the moments and rates about them. A
-diagonal matrix of masses or dampings stays as it is.
+A rotation by 180 degrees about x takes FRD to FLU: y and z change sign, and so do the moments and rates about them. A
+diagonal matrix of masses or dampings stays the same.
 """
 
 import math
@@ -10,13 +10,13 @@ from bridge.vehicle.config import Vector3
 
 
 def flu(frd: Vector3) -> Vector3:
-    """A vector in forward, left, up from one in forward, right, down."""
+    """Convert a vector from forward, right, down to forward, left, up."""
     x, y, z = frd
     return x + 0.0, 0.0 - y, 0.0 - z
 
 
 def enu(ned: Vector3) -> Vector3:
-    """A vector in east, north, up from one in north, east, down."""
+    """Convert a vector from north, east, down to east, north, up."""
     north, east, down = ned
     return east + 0.0, north + 0.0, 0.0 - down
 

@@ -1,16 +1,18 @@
 """Gazebo (gz-sim): an SDF world with the vehicle, its hydrodynamics, its thrusters and the water's buoyancy.
 
-Sources: gazebosim/gz-sim, src/systems/hydrodynamics/Hydrodynamics.{hh,cc} (the force is coefficient times velocity, so
-negative ones brake, in Fossen's signs; velocity in the link's axes, less the current), src/systems/thruster/
-Thruster.{hh,cc} (force along the joint's axis on the propeller's link, at once; omega = sqrt(T / (rho C D^4)) only
-spins it), src/systems/buoyancy/Buoyancy.hh (a system of the world: density times the volume of the collision shapes, at
-their centre); gazebosim/sdf_tutorials, added_mass/proposal.md (`fluid_added_mass`, positive, SDFormat 1.10);
-gazebosim/gz-physics, dartsim/src/SimulationFeatures.cc (gravity pulls on the mass without it).
+Sources: gazebosim/gz-sim, src/systems/hydrodynamics/Hydrodynamics.{hh,cc} (the force is coefficient times velocity,
+so negative coefficients brake, in Fossen's signs; velocity in the link's axes, less the current),
+src/systems/thruster/ Thruster.{hh,cc} (force along the joint's axis on the propeller's link, without delay; omega =
+sqrt(T / (rho C D^4)) only spins the propeller), src/systems/buoyancy/Buoyancy.hh (a system of the world: density
+times the volume of the collision shapes, at their centre); gazebosim/sdf_tutorials, added_mass/proposal.md
+(`fluid_added_mass`, positive, SDFormat 1.10); gazebosim/gz-physics, dartsim/src/SimulationFeatures.cc (gravity acts
+on the mass without it).
 
-Added mass stands in `fluid_added_mass`, which DART integrates with the rigid body. The plugin's own is an explicit
-force of the last step's acceleration, unstable where it exceeds the mass, and until 2026 its Coriolis matrix was not
-Fossen's (2011, eq 6.44): entry (5, 0) took Z_wdot, and most signs were those for positive coefficients. So the plugin
-has the same numbers (xDotU and its like, negative), with both forces disabled. Frames: link FLU, world ENU.
+Added mass is written as `fluid_added_mass`, which DART integrates with the rigid body. The plugin's own added mass is
+an explicit force from the last step's acceleration, unstable if it exceeds the mass. Until 2026 its Coriolis matrix
+was not Fossen's (2011, eq 6.44): entry (5, 0) took Z_wdot, and most signs were those for positive coefficients. The
+plugin therefore gets the same numbers (xDotU and so on, negative), but with both forces disabled. Frames: link FLU,
+world ENU.
 """
 
 import math
@@ -28,7 +30,7 @@ Array = NDArray[np.float64]
 PLUGIN_AXES = (("x", "U"), ("y", "V"), ("z", "W"), ("k", "P"), ("m", "Q"), ("n", "R"))
 ADDED_TAGS = ("xx", "yy", "zz", "pp", "qq", "rr")
 PROPELLER_KG, PROPELLER_KGM2, PROPELLER_M = 1e-3, 1e-6, 0.1
-"""A propeller needs a link with a mass: so much is taken from the hull's. Its diameter only spins it."""
+"""A propeller needs a link with a mass, which is taken from the hull's. Its diameter only affects the spin."""
 STEP_S = 1e-3
 
 _KNOW = "identify it, or put it into the vehicle file's model"
@@ -54,7 +56,7 @@ REASONS = {
 
 
 def write(model: Model) -> str:
-    """The text of an SDF world."""
+    """Text of an SDF world."""
     root = ET.Element("sdf", version="1.10")
     world = element(root, "world", name="water")
     told(world, model, "written by seatrial; added mass acts with the DART engine, Gazebo's own.")
@@ -101,9 +103,9 @@ def _hull(vehicle: ET.Element, model: Model) -> None:
 
 
 def without_propellers(model: Model) -> tuple[float, Array, Array]:
-    """Mass, centre of gravity (3,) and inertia about it (3, 3) of what is left of the hull, link axes (FLU).
+    """Mass, centre of gravity (3,) and inertia about it (3, 3) of the hull without the propellers, link axes (FLU).
 
-    With the links of the propellers it makes the model's rigid body, whose inertia is about its own centre.
+    Together with the links of the propellers it makes the model's rigid body, whose inertia is about its own centre.
     """
     places_m = np.array([flu(p.position_m) for p in model.thrusters]).reshape(-1, 3)
     mass_kg = model.dry_mass_kg - PROPELLER_KG * len(places_m)
@@ -116,12 +118,12 @@ def without_propellers(model: Model) -> tuple[float, Array, Array]:
 
 
 def _about(mass_kg: float, arm_m: Array) -> Array:
-    """(3, 3): the inertia of a point at the end of an arm."""
+    """Inertia (3, 3) of a point mass at the end of an arm."""
     return np.asarray(mass_kg * (arm_m @ arm_m * np.eye(3) - np.outer(arm_m, arm_m)))
 
 
 def _propeller(vehicle: ET.Element, i: int, propeller: Propeller) -> None:
-    """A link with the base's axes, and a joint about the direction of its thrust."""
+    """Add a link with the base's axes and a joint about the direction of thrust."""
     link = element(vehicle, "link", name=f"propeller{i}")
     element(link, "pose", numbers((*flu(propeller.position_m), 0.0, 0.0, 0.0)))
     inertial = element(link, "inertial")

@@ -1,4 +1,4 @@
-"""What of a model a target can hold, and what it can't: every part that is there, in words, against its reasons."""
+"""Lists the parts of a model that a target can't hold, in words, with the target's reasons."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from identify.export.model import Model
 
 @dataclass(frozen=True)
 class LeftOut:
-    """A part of the model that did not fit in as it is, and why, with what to do where something can be done."""
+    """A part of the model that does not fit the target unchanged, with the reason and, if possible, a remedy."""
 
     what: str
     reason: str
@@ -18,7 +18,7 @@ class LeftOut:
 
 @dataclass(frozen=True)
 class Exported:
-    """The text of the file, what did not fit in, and what else to know of the values in it."""
+    """The text of the file, the parts that did not fit, and further notes on its values."""
 
     text: str
     left_out: tuple[LeftOut, ...]
@@ -26,11 +26,11 @@ class Exported:
 
 
 def parts(model: Model) -> dict[str, str]:
-    """The parts of a model that are there and that not every simulator has, in words with their numbers."""
+    """Parts of a model that are present and that not every simulator supports, in words with their numbers."""
     moving, turning = range(3), range(3, 6)
     linear = [f"{c.name} {value:.4g}" for c, value in zip(DAMPINGS, model.linear, strict=True)]
     squared = [f"{name} {value:.4g}" for name, value in zip(QUADRATIC, model.quadratic, strict=True) if value]
-    told = {
+    descriptions = {
         "model": "the model as a file",
         "shape": "the hull's shape",
         "lag": f"thruster lag {model.lag_s:g} s" if model.lag_s else "",
@@ -66,13 +66,13 @@ def parts(model: Model) -> dict[str, str]:
         "effects": _listed("accepted effects", list(model.unheld)),
         "intervals": "95 % intervals" if model.intervals else "",
     }
-    if model.lag_s and (told["dead_zone"] or told["least"]):
-        told["dead_zone_before_lag"] = "dead zone before the lag"
-    return {part: words for part, words in told.items() if words}
+    if model.lag_s and (descriptions["dead_zone"] or descriptions["least"]):
+        descriptions["dead_zone_before_lag"] = "dead zone before the lag"
+    return {part: words for part, words in descriptions.items() if words}
 
 
 def left_out(model: Model, reasons: Mapping[str, str]) -> tuple[LeftOut, ...]:
-    """The parts that are there and that a target has a reason against; `{model...}` in a reason is filled in."""
+    """Parts that are present and that a target has a reason against; `{model...}` in a reason is filled in."""
     return tuple(
         LeftOut(words, reasons[part].format(model=model))
         for part, words in parts(model).items()
@@ -89,10 +89,10 @@ def _listed(words: str, items: list[str]) -> str:
 
 
 def _masses(model: Model) -> str:
-    told = [
+    masses = [
         "unknown" if c.name in model.unknown else f"{value:.4g} kg"
         for c, value in zip(MASSES[:3], model.total, strict=False)
     ]
-    if len(set(model.total[:3])) == 1 and "unknown" not in told:
+    if len(set(model.total[:3])) == 1 and "unknown" not in masses:
         return ""
-    return _listed("mass by direction", [f"{c.name} {one}" for c, one in zip(MASSES, told, strict=False)])
+    return _listed("mass by direction", [f"{c.name} {mass}" for c, mass in zip(MASSES, masses, strict=False)])

@@ -1,7 +1,7 @@
-"""`Model`: all that is known of a vehicle's dynamics, as another simulator is to have it. Body frame FRD, earth NED.
+"""`Model`: all known dynamics of a vehicle, to be written for another simulator. Body frame FRD, earth NED.
 
-M nu_dot + C(nu) nu + (D + D_q |nu|) nu + g(eta) = tau, with diagonal M, D and D_q about the origin (Fossen 2011,
-eqs 6.1 to 6.3). What nothing is known of is zero, and named where it is a mass or a damping.
+M nu_dot + C(nu) nu + (D + D_q |nu|) nu + g(eta) = tau, with diagonal M, D and D_q about the origin (Fossen 2011, eqs
+6.1 to 6.3). Unknown values are zero; unknown masses and dampings are named.
 """
 
 from collections.abc import Mapping
@@ -15,15 +15,15 @@ from bridge.vehicle.thrusters import Curve, thrust_curve
 Six = tuple[float, float, float, float, float, float]
 NONE: Six = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 CURVE_US = range(1100, 1901, 10)
-"""Pulse widths at which the thrust curve is told."""
+"""Pulse widths at which the thrust curve is written."""
 
 
 @dataclass(frozen=True)
 class Propeller:
-    """A thruster: place and direction of positive thrust (FRD, from the origin), and what becomes of the force asked.
+    """A thruster: position and direction of positive thrust (FRD, from the origin), and its response to a command.
 
-    Asked for T within `low_n` and `high_n` it gives gain * T, times `reverse_gain` astern, less `dead_zone_n` on
-    either side of zero, and nothing where T is below `least_n`.
+    For a command T within `low_n` and `high_n` it gives gain * T, times `reverse_gain` astern, less `dead_zone_n` on
+    either side of zero, and nothing if |T| is below `least_n`.
     """
 
     direction: Vector3
@@ -36,7 +36,7 @@ class Propeller:
     least_n: float = 0.0
 
     def thrust_n(self, asked_n: float) -> float:
-        """What it gives once its lag is over, N."""
+        """Steady thrust, N: after the lag."""
         held = min(max(asked_n, self.low_n), self.high_n)
         left = max(abs(held) - self.dead_zone_n, 0.0) * self.gain if abs(held) >= self.least_n else 0.0
         return left if held > 0 else -left * self.reverse_gain
@@ -46,14 +46,14 @@ class Propeller:
 class Model:
     """A vehicle's dynamics in SI units.
 
-    `inertia_kgm2`: rigid body, about x y z. `added`: added mass and inertia, positive where it makes the vehicle
-    heavier. `linear` and `quadratic`: damping, positive where it brakes: N/(m/s) and N m/(rad/s), N/(m/s)2 and
-    N m/(rad/s)2. `lag_s`: first-order lag of every thruster. `net_buoyancy_n`: buoyancy less weight.
+    `inertia_kgm2`: rigid body, about x y z. `added`: added mass and inertia, positive if it makes the vehicle
+    heavier. `linear` and `quadratic`: damping, positive if it brakes: N/(m/s) and N m/(rad/s), N/(m/s)2 and N
+    m/(rad/s)2. `lag_s`: first-order lag of every thruster. `net_buoyancy_n`: buoyancy minus weight.
     `centre_of_gravity_m`, `centre_of_buoyancy_m`: from the origin, FRD. `current_m_s`: velocity of the water, NED.
     `curve`: thrust (N) over pulse width (us) before gains. `forward_n_s2`: T = k n |n| with n in rev/s. `intervals`:
-    95 % intervals by coefficient, where there are any. `unheld`: accepted effects that have no place here. `notes`:
-    what a reader must know of these values, whatever the target. `unknown`: the masses and dampings that nothing is
-    known of; there stand the rigid body's own, and zero.
+    known 95 % intervals by coefficient. `unheld`: accepted effects that have no place here. `notes`: what a reader
+    must know of these values, whatever the target. `unknown`: masses and dampings of which nothing is known; their
+    values are the rigid body's own, and zero.
     """
 
     name: str
@@ -84,27 +84,30 @@ class Model:
 
     @property
     def total(self) -> Six:
-        """Rigid body plus added."""
+        """Rigid body plus added mass."""
         a, b, c, d, e, f = (r + more for r, more in zip(self.rigid, self.added, strict=True))
         return a, b, c, d, e, f
 
     @property
     def mean_mass_kg(self) -> float:
-        """Mean of the total masses that are known along x, y and z, for a simulator that has one for all directions;
-        the dry mass where none is."""
+        """Mean of the known total masses along x, y and z, for a simulator with a single mass for all directions; the
+        dry mass if none is known.
+        """
         known = self._known_masses_kg
         return sum(known) / len(known) if known else self.dry_mass_kg
 
     @property
     def mean_mass_told(self) -> str:
-        """What `mean_mass_kg` is, in words."""
+        """Describe `mean_mass_kg` in words."""
         known = len(self._known_masses_kg)
-        what = {0: "the dry mass, for none is known", 3: "the mean"}.get(known, "the mean of what is known")
-        return f"{what}, {self.mean_mass_kg:.4g} kg"
+        description = {0: "the dry mass, for none is known", 3: "the mean"}.get(
+            known, "the mean of what is known"
+        )
+        return f"{description}, {self.mean_mass_kg:.4g} kg"
 
     @property
     def undamped(self) -> tuple[int, ...]:
-        """The degrees of freedom in which no damping is known, neither linear nor quadratic."""
+        """Degrees of freedom without known damping, linear or quadratic."""
         return tuple(c.dof for c in DAMPINGS if c.name in self.unknown and not self.quadratic[c.dof])
 
     @property
@@ -113,12 +116,12 @@ class Model:
 
     @property
     def buoyancy_n(self) -> float:
-        """Weight of the water displaced."""
+        """Weight of the displaced water."""
         return self.dry_mass_kg * GRAVITY_M_S2 + self.net_buoyancy_n
 
 
 def volume_m3(model: Model, mass_kg: float) -> float:
-    """Of a body of `mass_kg` with the model's net buoyancy. Raises ConfigError where nothing would displace water."""
+    """Volume of a body of `mass_kg` with the model's net buoyancy. Raises ConfigError if it would displace no water."""
     volume = (mass_kg + model.net_buoyancy_n / GRAVITY_M_S2) / model.density_kg_m3
     if volume <= 0:
         raise ConfigError(
@@ -134,10 +137,10 @@ def model_of(
     configuration: str,
     intervals: Mapping[str, tuple[float, float]] | None = None,
 ) -> Model:
-    """The model of a configuration with identified `values`; what lacks comes from the vehicle file's own `model`.
+    """Model of a configuration with identified `values`; missing values come from the `model` in the vehicle file.
 
-    Where that lacks it too, it is `unknown`, and the notes say so. Raises ConfigError for a thrust table that can't be
-    read.
+    A value missing there too is listed in `unknown`, and the notes say so. Raises ConfigError if a thrust table can't
+    be read.
     """
     shape = file.vehicle.configurations[configuration]
     curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
@@ -163,7 +166,7 @@ def model_of(
         thrusters=_propellers(shape, curve),
         lag_s=file.vehicle.thrust_curve.lag_s,
         net_buoyancy_n=shape.net_buoyancy_n,
-        # The nominal model has its weight at the origin, and the same righting moment.
+        # As in the nominal model, the weight acts at the origin; the righting moment is the same.
         centre_of_buoyancy_m=(0.0, 0.0, -arm_nm / up_n if up_n else 0.0),
         density_kg_m3=file.vehicle.water.density_kg_m3,
         curve=tuple((float(us), float(curve.thrust(us))) for us in CURVE_US) if shape.thrusters else (),
@@ -175,7 +178,7 @@ def model_of(
 
 
 def _known(values: Mapping[str, float], shape: Configuration) -> tuple[dict[str, float], list[str]]:
-    """Masses and dampings, identified or else the vehicle file's own, and a note on each that was not identified."""
+    """Masses and dampings, identified or else from the vehicle file, and a note on each that was not identified."""
     known, notes = {}, []
     squared = {DAMPINGS[c.dof].name: c.name for c in QUADRATICS if c.name in values}
     for name in (c.name for c in COEFFICIENTS):
@@ -198,6 +201,6 @@ def _propellers(shape: Configuration, curve: Curve) -> tuple[Propeller, ...]:
 
 
 def six(values: list[float]) -> Six:
-    """Six numbers as such."""
+    """Convert to a tuple of six floats."""
     a, b, c, d, e, f = map(float, values)
     return a, b, c, d, e, f

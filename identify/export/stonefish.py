@@ -2,10 +2,10 @@
 
 Sources: patrykcieslak/stonefish, Library/src/core/ScenarioParser.cpp (elements and attributes), Library/src/entities/
 SolidEntity.cpp (forces), Library/include/actuators/ActuatorDynamics.h (rotor and thrust models), docs/{actuators,
-bodies,environment,materials,robots}.rst. Earth NED; a robot's axes are ours, FRD.
+bodies,environment,materials,robots}.rst. Earth NED; the robot's axes are ours, FRD.
 
 - No element takes added mass: with physics `submerged` it is computed from an ellipsoid about the geometry, and its
-  mean over x, y, z counts for all directions. So physics is `floating`, which adds none, and the body has the mean
+  mean over x, y, z is used for all directions. So physics is `floating`, which adds none, and the body has the mean
   total mass and the total inertias. Volume grows with the mass, so that the net buoyancy stays.
 - `viscous_drag` Cf: F = rho Cf sum(A v_t) over the faces: for a box that moves along x, 2 rho Cf (A_y + A_z) v.
 - `quadratic_drag` Cd: F = rho/2 Cd sum(A |v_n| |v| v) over the faces that meet the water: since February 2024 a cube
@@ -22,10 +22,10 @@ from identify.export.model import Model, Propeller, volume_m3
 from identify.export.xml_text import document, element, numbers, told
 
 DRAG_SPEED_M_S = 0.5
-"""Where the quadratic drag is right, Stonefish's growing with the cube."""
+"""Speed at which the quadratic drag is right; Stonefish's drag grows with the cube of the speed."""
 START_DEPTH_M = 5.0
 STEEP = 1e-3
-"""A table can't jump: share of the least thrust within which it rises to it."""
+"""A table can't jump, so it rises to the least thrust within this share of it."""
 
 _KNOW = "identify it, or put it into the vehicle file's model"
 REASONS = {
@@ -50,7 +50,7 @@ REASONS = {
 
 
 def write(model: Model) -> str:
-    """The text of a scenario file."""
+    """Text of a scenario file."""
     root = ET.Element("scenario")
     told(root, model, "written by seatrial; the thrusters' setpoints are newtons.")
     environment = element(root, "environment")
@@ -72,7 +72,7 @@ def write(model: Model) -> str:
 
 
 def coefficients(model: Model, side_m: float) -> tuple[Vector3, Vector3]:
-    """Viscous and quadratic drag coefficients (x, y, z) of a cube that brakes as the model does along each axis."""
+    """Viscous and quadratic drag coefficients (x, y, z) of a cube with the model's drag along each axis."""
     face_m2, rho = side_m**2, model.density_kg_m3
     x, y, z = (linear / (4 * rho * face_m2) for linear in model.linear[:3])
     xx, yy, zz = (2 * q / (rho * face_m2 * DRAG_SPEED_M_S) for q in model.quadratic[:3])
@@ -82,7 +82,7 @@ def coefficients(model: Model, side_m: float) -> tuple[Vector3, Vector3]:
 def _hull(robot: ET.Element, model: Model) -> None:
     mass_kg = model.mean_mass_kg
     side_m = volume_m3(model, mass_kg) ** (1 / 3)
-    # A larger buoyancy rights the vehicle with a shorter arm.
+    # With a larger buoyancy, a shorter arm gives the same righting moment.
     up_n = mass_kg * GRAVITY_M_S2 + model.net_buoyancy_n
     centre_m = [
         g + (b - g) * model.buoyancy_n / up_n

@@ -1,4 +1,4 @@
-"""The simulators that a model can be written for, by name."""
+"""Simulators that a model can be written for, by name."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from identify.export.model import Model
 
 @dataclass(frozen=True)
 class Target:
-    """`write` gives the file's text; `reasons` say by part of a model why it does not fit in."""
+    """`write` returns the file's text; `reasons` say, by part of a model, why the part does not fit."""
 
     write: Callable[[Model], str]
     reasons: Mapping[str, str]
@@ -24,6 +24,6 @@ TARGETS = {
 
 
 def export(model: Model, name: str) -> Exported:
-    """The model in the format of the target `name`, one of TARGETS, with what did not fit in."""
+    """Write the model in the format of the target `name`, one of TARGETS, and list the parts that did not fit."""
     target = TARGETS[name]
     return Exported(target.write(model), left_out(model, target.reasons), model.notes)

@@ -1,4 +1,4 @@
-"""XML for other simulators: elements, and numbers that read back to the last bit."""
+"""XML for other simulators: elements, and numbers that read back exactly."""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable
@@ -7,17 +7,17 @@ from identify.export.model import Model
 
 
 def number(value: float) -> str:
-    """The shortest text that reads back as the same number; no negative zero."""
+    """Shortest text that reads back as the same number; no negative zero."""
     return repr(float(value) + 0.0)
 
 
 def numbers(values: Iterable[float]) -> str:
-    """Several of them with a space between."""
+    """Several numbers, separated by spaces."""
     return " ".join(number(value) for value in values)
 
 
 def element(parent: ET.Element, tag: str, text: str | float = "", **attributes: str) -> ET.Element:
-    """A new last child of `parent`."""
+    """Append a new child to `parent`."""
     child = ET.SubElement(parent, tag, attributes)
     words = text if isinstance(text, str) else number(text)
     if words:
@@ -26,7 +26,7 @@ def element(parent: ET.Element, tag: str, text: str | float = "", **attributes: 
 
 
 def told(parent: ET.Element, model: Model, sentence: str) -> None:
-    """A comment: what the file is of, what is unknown, and the intervals, for which there is no element."""
+    """Add a comment with the file's purpose, the unknown values, and the intervals, for which XML has no element."""
     intervals = ", ".join(f"{name} {low:.4g} to {high:.4g}" for name, (low, high) in model.intervals.items())
     words = f"{model.name}: {sentence}"
     words += f" Unknown: {', '.join(model.unknown)}." if model.unknown else ""
@@ -35,6 +35,6 @@ def told(parent: ET.Element, model: Model, sentence: str) -> None:
 
 
 def document(root: ET.Element) -> str:
-    """The text of a file."""
+    """Text of the XML file."""
     ET.indent(root)
     return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"

@@ -1,1 +1,1 @@
-"""What is told of a recording before anyone fits anything: how much of it is missing, what it could identify."""
+"""Quick looks at a recording before any fit: how much of it is missing, and what it could identify."""

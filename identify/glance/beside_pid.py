@@ -1,4 +1,4 @@
-"""The mass and damping by which a feed-forward goes, beside those that the PID's force shows; see `raising`."""
+"""Compares the mass and damping in a feed-forward with those that the PID's force shows; see `raising`."""
 
 from typing import Final
 
@@ -16,10 +16,10 @@ LEAST_LIKENESS: Final = 0.8
 SIZES: Final = (0.5**0.5, 2.0**0.5)
 FLOWN: Final = (0.5, 2.0)
 LATE_S: Final = 2.0
-"""So long after its reference a vehicle still moves: the PID is late by up to that."""
+"""Time for which a vehicle still moves after its reference: the PID is late by up to that."""
 
 MEMORY_S: Final = 4.0
-"""For so long what the PID did beside the fit may remember itself."""
+"""Longest time over which the residuals of the PID's force are taken as correlated."""
 
 Mask = NDArray[np.bool_]
 
@@ -27,7 +27,11 @@ Mask = NDArray[np.bool_]
 def beside_pid(
     dof: int, reference: Array, fed: Array, pid: Array, motion: AlignedDive, of: Phases
 ) -> list[Criterion]:
-    """An axis by the reference (n, 14), TAU_FF and TAU_PID (n,) at the instants of `motion`, and its phases."""
+    """Compare feed-forward and PID of an axis.
+
+    `reference` (n, 14), `fed` (TAU_FF) and `pid` (TAU_PID) (n,) are given at the instants of `motion`, `of` holds the
+    phases of the axis.
+    """
     wanted = np.column_stack([reference[:, 6 + dof], reference[:, dof]])
     (mass, damping), *_ = np.linalg.lstsq(wanted[of.any], fed[of.any], rcond=None)
     near = _widened(of.any, LATE_S) & motion.valid
@@ -36,12 +40,12 @@ def beside_pid(
     like = _likeness(seen @ [mass, damping], pid[near])
     words = f"{like:.2f} between feed-forward and PID, at least {LEAST_LIKENESS:g}"
     axis = DOFS[dof]
-    told = [Criterion(f"{axis} likeness", like >= LEAST_LIKENESS, words, ANEW)]
+    criteria = [Criterion(f"{axis} likeness", like >= LEAST_LIKENESS, words, ANEW)]
     units = ("kg", "N/(m/s)") if dof < 3 else ("kg m²", "N m/(rad/s)")
-    # A reference that jumps from speed to speed asks for no acceleration, and is fed no mass.
+    # A reference that jumps from speed to speed has no acceleration, so the feed-forward's mass does not show.
     if np.abs(wanted[:, 0]).max() > LEAST_SLOPE:
-        told.append(_size(f"{axis} mass", mass, of_mass, mass_error, units[0]))
-    return [*told, _size(f"{axis} damping", damping, of_damping, damping_error, units[1])]
+        criteria.append(_size(f"{axis} mass", mass, of_mass, mass_error, units[0]))
+    return [*criteria, _size(f"{axis} damping", damping, of_damping, damping_error, units[1])]
 
 
 def _size(what: str, fed: float, seen: float, error: float, unit: str) -> Criterion:
@@ -56,8 +60,10 @@ def _size(what: str, fed: float, seen: float, error: float, unit: str) -> Criter
 
 
 def _fitted(x: Array, y: Array) -> tuple[Array, Array]:
-    """Least squares of y (n,) by the columns of x (n, k): factors, and their standard errors where what is left
-    remembers itself (Newey and West 1987)."""
+    """Least-squares factors of the columns of x (n, k) for y (n,), and their standard errors.
+
+    The standard errors allow for correlated residuals (Newey and West 1987).
+    """
     factors, *_ = np.linalg.lstsq(x, y, rcond=None)
     pull = x * (y - x @ factors)[:, None]
     spread = pull.T @ pull
@@ -71,7 +77,7 @@ def _fitted(x: Array, y: Array) -> tuple[Array, Array]:
 
 
 def _widened(mask: Mask, seconds: float) -> Mask:
-    """With so much after each of its stretches."""
+    """Extend each stretch of the mask by `seconds` at its end."""
     late = np.convolve(mask, np.ones(round(seconds * RATE_HZ) + 1))[: len(mask)]
     return np.asarray(late > 0)
 

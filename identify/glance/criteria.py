@@ -1,4 +1,4 @@
-"""What a dive must show before its feed-forward is raised, and what it comes to: go or no-go."""
+"""Criteria that a dive must meet before its feed-forward is raised, and the verdict: go or no-go."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,8 +13,11 @@ ANEW: Final = "identify from this dive, upload, and dive in shadow again"
 
 @dataclass(frozen=True)
 class Criterion:
-    """What was looked at, such as `surge mass`; whether it is as it must be, None where the dive does not show it; the
-    figure with its limit, in words; `mend`: what to do where it is not."""
+    """A check of a dive.
+
+    what: the quantity checked, such as `surge mass`. passed: None if the dive does not show it. words: the figure
+    with its limit. mend: what to do if the check fails.
+    """
 
     what: str
     passed: bool | None
@@ -24,7 +27,7 @@ class Criterion:
 
 @dataclass(frozen=True)
 class Raising:
-    """The criteria, and the modes: that in which the dive was flown, and that to which they let it be raised."""
+    """The criteria, the mode in which the dive was flown, and the mode to which the criteria let it be raised."""
 
     flown: Mode
     to: Mode
@@ -32,22 +35,22 @@ class Raising:
 
     @property
     def go(self) -> bool:
-        return all(one.passed is not False for one in self.criteria)
+        return all(criterion.passed is not False for criterion in self.criteria)
 
     @property
     def sentence(self) -> str:
         """The verdict."""
         if not self.go:
-            failed = [one for one in self.criteria if one.passed is False]
-            mends = dict.fromkeys(one.mend for one in failed)
+            failed = [criterion for criterion in self.criteria if criterion.passed is False]
+            mends = dict.fromkeys(criterion.mend for criterion in failed)
             back = "lower the feed-forward to shadow" if self.flown.applies_feedforward else "don't raise it"
             return f"NO-GO, {back}: {_listed(failed)}. {_capital('; '.join(mends))}."
         flown, to = WORDS[self.flown], WORDS[self.to]
-        unknown = [one for one in self.criteria if one.passed is None]
-        rest = f" Not known from this dive: {_listed(unknown)}." if unknown else ""
+        unknown = [criterion for criterion in self.criteria if criterion.passed is None]
+        remark = f" Not known from this dive: {_listed(unknown)}." if unknown else ""
         if self.flown is self.to:
-            return f"GO: the feed-forward may stay at {flown}.{rest}"
-        return f"GO: the feed-forward may be raised from {flown} to {to} (seatrial ff {to}).{rest}"
+            return f"GO: the feed-forward may stay at {flown}.{remark}"
+        return f"GO: the feed-forward may be raised from {flown} to {to} (seatrial ff {to}).{remark}"
 
     def to_json(self) -> dict[str, Any]:
         return {
@@ -56,13 +59,14 @@ class Raising:
             "to": WORDS[self.to],
             "sentence": self.sentence,
             "criteria": [
-                {"what": one.what, "passed": one.passed, "words": one.words} for one in self.criteria
+                {"what": criterion.what, "passed": criterion.passed, "words": criterion.words}
+                for criterion in self.criteria
             ],
         }
 
 
 def _listed(criteria: Sequence[Criterion]) -> str:
-    return ", ".join(one.what for one in criteria)
+    return ", ".join(criterion.what for criterion in criteria)
 
 
 def _capital(text: str) -> str:

@@ -1,9 +1,10 @@
-"""What a dive could identify, before anyone fits anything: how well each coefficient would be known from it alone.
+"""Predicts how well a dive alone would identify each coefficient, before any fit.
 
-It comes from where the likelihood's climb begins, on its own equations: about the maximum, where what the readings tell
-is known to a few per cent at a third of the work. Forces that the model lacks there widen it as they widen the fit's
-intervals, by one step of scoring with them let in. Roll and pitch that no thruster pushed are not promised: what tells
-of them then is how the vehicle rights itself under what happens to disturb it.
+The prediction comes from the start of the likelihood's ascent, with its own equations: near the maximum the
+information in the readings is known to a few per cent, at a third of the work. Forces that the model lacks widen the
+prediction as they widen the fit's intervals, through one scoring step with those forces admitted. Roll and pitch are
+not promised if no thruster drove them: their only information is then how the vehicle rights itself after a
+disturbance.
 """
 
 import contextlib
@@ -36,7 +37,7 @@ YAW: Final = 5
 
 @dataclass(frozen=True)
 class Excited:
-    """One coefficient; `relative_std` is inf where the dive says nothing of it."""
+    """A coefficient; `relative_std` is inf if the dive says nothing about it."""
 
     name: str
     relative_std: float
@@ -48,7 +49,7 @@ class Excited:
 
 @dataclass(frozen=True)
 class Excitation:
-    """All twelve coefficients in their order, and `note`: why a dive says nothing at all, empty where it does."""
+    """All twelve coefficients in their order; `note` says why a dive shows nothing at all, empty otherwise."""
 
     coefficients: tuple[Excited, ...]
     note: str = ""
@@ -67,9 +68,9 @@ class Excitation:
 
 @dataclass(frozen=True)
 class Span:
-    """One axis at a glance: for how many seconds thrust and speed were both recorded, and the 1 to 99 % span of each.
+    """Overview of an axis: seconds for which thrust and speed were both recorded, and the 1 to 99 % span of each.
 
-    `thrust` in N or N m, `speed` in m/s or rad/s; NaN where nothing was recorded.
+    `thrust` in N or N m, `speed` in m/s or rad/s; NaN if not recorded.
     """
 
     axis: str
@@ -79,7 +80,7 @@ class Span:
 
 
 def excitation(dive: Dive, file: VehicleFile, configuration: str) -> Excitation:
-    """How well each coefficient would be known from this dive alone, no prior."""
+    """How well this dive alone, without a prior, would identify each coefficient."""
     try:
         long_enough(dive)
         with solvable(dive):
@@ -89,7 +90,7 @@ def excitation(dive: Dive, file: VehicleFile, configuration: str) -> Excitation:
 
 
 def spans(dive: Dive, file: VehicleFile | None = None, configuration: str = "") -> tuple[Span, ...]:
-    """The six axes at a glance, without any model of the hull: thrust by TAU_CMD, else by the file's thrusters."""
+    """Overview of the six axes without a model of the hull: thrust from TAU_CMD, else from the file's thrusters."""
     asked = dive.tau_cmd
     if asked is None and file is not None:
         with contextlib.suppress(FitError):
@@ -112,7 +113,7 @@ def _foretold(dive: Dive, file: VehicleFile, configuration: str) -> Excitation:
         reasons = set(built.missing.values())
         none = f"no axis has thrust and readings of motion together for {SHORTEST_DIVE_S:.0f} s"
         return _nothing(reasons.pop() if len(reasons) == 1 else none)
-    unseen = tuple(sorted(one.dof for one in unrecorded(dive, file.vehicle.water)))
+    unseen = tuple(sorted(axis.dof for axis in unrecorded(dive, file.vehicle.water)))
     begun = rough_fit(built, file.vehicle.configurations[configuration], unseen).value
     std = _relative_std(begun, unseen)
     return Excitation(
@@ -124,9 +125,10 @@ def _foretold(dive: Dive, file: VehicleFile, configuration: str) -> Excitation:
 
 
 def _relative_std(begun: Begun, unseen: Collection[int]) -> Array:
-    """Of all coefficients (18,), with what the forces that the model lacks would move them by; inf without readings.
+    """Relative standard errors of all coefficients (18,); inf without readings.
 
-    The thrust of the `unseen` degrees of freedom follows readings that nobody recorded, and so seems to come late.
+    They include the shift of each coefficient by forces that the model lacks. The thrust of the `unseen` degrees of
+    freedom follows readings that were not recorded, and so appears to come late.
     """
     joint, theta = begun.joint, begun.maximum.theta
     doubts = doubts_of(joint, theta)
@@ -145,13 +147,13 @@ def _relative_std(begun: Begun, unseen: Collection[int]) -> Array:
     gradient, information = wider.problem.score(wider.start)
     covariance = np.linalg.inv(information + np.diag(prior))
     shift = covariance @ (gradient - prior * (wider.start - wider.problem.prior_mean))
-    rows, where = coefficients(joint)
-    at = wider.kept[where]
+    rows, columns = coefficients(joint)
+    at = wider.kept[columns]
     timing = np.linalg.norm(timing_of(doubts), axis=0)
     std = np.full(len(OF_HULL), np.inf)
-    # Of what is known loosely the likelihood falls more slowly on one side, by about that standard error itself.
-    own = np.sqrt(np.diag(covariance)[at])
-    std[rows] = np.sqrt((own * (1.0 + own)) ** 2 + shift[at] ** 2 + timing[rows] ** 2)
+    # For a loosely known value the likelihood falls more slowly on one side, by about that standard error itself.
+    own_std = np.sqrt(np.diag(covariance)[at])
+    std[rows] = np.sqrt((own_std * (1.0 + own_std)) ** 2 + shift[at] ** 2 + timing[rows] ** 2)
     return np.asarray(np.where(np.isnan(std), np.inf, std))
 
 
@@ -160,13 +162,13 @@ def _nothing(note: str) -> Excitation:
 
 
 def _common_s(dive: Dive, dof: int) -> float:
-    """For how long an axis has both thrust and readings; 0 where either lacks."""
+    """Seconds for which an axis has both thrust and readings; 0 if either is missing."""
     span_s = common_s(dive, dof)
     return 0.0 if math.isnan(span_s) else span_s
 
 
 def _reading(dive: Dive, dof: int) -> tuple[Signal | None, int]:
-    """The signal that reads an axis's velocity, and its column."""
+    """Signal that measures an axis's velocity, and its column."""
     if dof < 3:
         return dive.velocity, dof
     return (dive.fog, 0) if dof == YAW and dive.fog is not None else (dive.gyro, dof - 3)

@@ -1,4 +1,4 @@
-"""How a dive followed its reference: curves of one axis, of few points, and their form in a file."""
+"""Curves that show how a dive followed its reference, for one axis, with few points, and their form in a file."""
 
 import math
 from collections.abc import Mapping
@@ -14,13 +14,16 @@ CURVES: Final = ("reference", "measured", "tau_ff", "tau_pid")
 WRENCH_UNITS: Final = {"m/s": "N", "rad/s": "N m"}
 DIGITS: Final = 4
 MOST, LEAST_STEP_S = 1e9, 1e-4
-"""More than any speed, force or time of a dive, and less than the time between two points of its curves."""
+"""Limits: more than any speed, force or time of a dive, and less than the time between two points of its curves."""
 
 
 @dataclass(frozen=True)
 class Followed:
-    """Means over uniform steps: at `time_s` (n,) since the dive's first reading, speeds in `unit`, the wrenches of PID
-    and feed-forward in `wrench_unit`, (n,) each; NaN where nothing is known."""
+    """Means over uniform steps, (n,) each.
+
+    time_s: since the dive's first reading. reference, measured: speeds in `unit`. tau_ff, tau_pid: wrenches of
+    feed-forward and PID in `wrench_unit`. NaN if nothing is known.
+    """
 
     axis: str
     unit: str
@@ -32,7 +35,7 @@ class Followed:
     tau_pid: Array
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data, null for NaN."""
+        """Plain data, with null for NaN."""
         return {
             "axis": self.axis,
             "unit": self.unit,
@@ -44,7 +47,7 @@ class Followed:
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> "Followed":
-        """What `to_json` wrote. Raises KeyError, TypeError or ValueError for anything else."""
+        """Read the output of `to_json`. Raises KeyError, TypeError or ValueError for anything else."""
         curves = [np.array([math.nan if v is None else float(v) for v in data[name]]) for name in CURVES]
         start_s, step_s = float(data["start_s"]), float(data["step_s"])
         unit, wrench_unit = str(data["unit"]), str(data["wrench_unit"])
@@ -52,7 +55,7 @@ class Followed:
         largest = np.nanmax(np.abs([start_s, step_s, *np.concatenate(curves)]))
         if (
             count < 2
-            or any(len(one) != count for one in curves)
+            or any(len(curve) != count for curve in curves)
             or not (largest < MOST and step_s > LEAST_STEP_S)
         ):
             raise ValueError("no curves of a dive")
@@ -63,5 +66,5 @@ class Followed:
 
 
 def _short(value: float) -> float | None:
-    """Few digits, for a file that many points fill; None for NaN."""
+    """Few significant digits, to keep a file of many points small; None for NaN."""
     return float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None

@@ -1,4 +1,4 @@
-"""The curves of a dive beside its reference (the source paper's Figs 10 to 17)."""
+"""Computes the curves of a dive against its reference (the source paper's Figs 10 to 17)."""
 
 import math
 from typing import Final
@@ -16,7 +16,7 @@ FINE_S: Final = 0.05
 
 
 def followed(dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0), points: int = POINTS) -> tuple[Followed, ...]:
-    """The axes that the reference moves along; `lever_m`: the DVL's transducer in body axes."""
+    """Curves of the axes that the reference moves along; `lever_m`: position of the DVL's transducer in body axes."""
     reference = dive.nu_ref
     if reference is None or len(reference) < 2:
         return ()
@@ -42,7 +42,7 @@ def followed(dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0), points: int = POINT
 
 
 def _measured(dive: Dive, dof: int, lever_m: Vector3) -> Signal | None:
-    """(n, 1): the DVL carried to the origin; in yaw the fibre-optic gyro, or else the IMU's."""
+    """Measured speed of an axis, (n, 1): DVL moved to the origin; in yaw the fibre-optic gyro, else the IMU's gyro."""
     if dof >= 3:
         if dive.fog is not None and len(dive.fog):
             return dive.fog
@@ -56,7 +56,7 @@ def _measured(dive: Dive, dof: int, lever_m: Vector3) -> Signal | None:
 
 
 def _means(signal: Signal | None, column: int, edges_s: Array) -> Array:
-    """Mean of the finite samples between each two edges; where steps are finer than samples, the last one held."""
+    """Mean of the finite samples between consecutive edges; a step without samples holds a recent last sample."""
     out = np.full(len(edges_s) - 1, np.nan)
     if signal is None or not len(signal):
         return out

@@ -1,9 +1,9 @@
-"""How much of what a vehicle sent is not in its recording: by the sequence numbers of each of its components.
+"""Share of a vehicle's messages that its recording lacks, by the sequence numbers of each of its components.
 
-A recording of two links holds frames twice, and late ones: numbers are unwrapped first, then counted once each. Numbers
-come again after 256 frames: over a pause that may be longer, the sender's own clock and its rate say how often they
-went round. Who starts anew begins its numbers anew, which is no loss. Routers keep most of what a camera or a companion
-says to themselves, which looks like loss: who says little does not count.
+A recording of two links holds frames twice, and late frames: numbers are unwrapped first, then counted once each. The
+sequence numbers wrap after 256 frames. Over a pause that may be longer, the sender's boot clock and rate give the
+number of wraps. A restarted sender begins its numbers anew, which is no loss. Routers drop most messages of a camera
+or a companion, which looks like loss: components that send little are not counted.
 """
 
 from collections.abc import Sequence
@@ -23,22 +23,22 @@ from identify.ingest.walk import Rows
 
 LEAST_PAUSE_S: Final = 0.25
 MAY_GO_ROUND: Final = ROUND // 4
-"""In less than so long, and so many frames, no numbers go round."""
+"""Sequence numbers can't wrap in a pause shorter than LEAST_PAUSE_S or than the usual time of this many frames."""
 AROUND_S: Final = 10
-"""Seconds on either side of a pause by which the rate is told."""
+"""Seconds on either side of a pause that determine the rate."""
 
 CLOCK: Final = "SYSTEM_TIME"
 TRANSFER: Final = "FILE_TRANSFER_PROTOCOL"
 LEAST_SHARE: Final = 0.1
-"""Of a vehicle's frames, for a component to count."""
+"""Share of a vehicle's frames that a component must have to count."""
 
 
 @dataclass(frozen=True)
 class Loss:
-    """Frames of one vehicle: how many different ones came, how many are missing between them.
+    """Frames of a vehicle: how many different frames arrived, and how many are missing between them.
 
-    `unheard_s` is the longest silence of the component that says most, 0 for none; `note` says it in a sentence, with
-    what brings the frames.
+    `unheard_s` is the longest silence of the component that sends most, 0 for none; `note` describes it in a
+    sentence, with the way to get the frames.
     """
 
     received: int
@@ -52,57 +52,61 @@ class Loss:
 
 
 def loss_of(paths: Sequence[Path], source: str, beside: Sequence[Path] = ()) -> Loss:
-    """Of the vehicle in one or more `.tlog`, by its components that say much. Raises LogError as `read_dive` does.
+    """Loss of the vehicle in one or more `.tlog`, by its components that send much. Raises LogError as `read_dive`.
 
-    `beside`: what the ground heard, where `paths` were made whole of it without what the vehicle said while its files
-    were fetched: that was heard, and had numbers too.
+    `beside`: recordings of the ground, if `paths` were completed from it without the messages that the vehicle sent
+    while its files were fetched. These messages arrived and had sequence numbers too.
     """
     frames = _with_transfers(load_frames(paths), beside)
     system = vehicle_system(frames, source)[0]
-    own = np.flatnonzero(frames.system == system)
-    by_component = [own[frames.component[own] == c] for c in np.unique(frames.component[own])]
-    parts = [_of_component(frames, rows) for rows in by_component if len(rows) >= LEAST_SHARE * len(own)]
-    found = silences_of(frames, system)
+    vehicle_rows = np.flatnonzero(frames.system == system)
+    by_component = [
+        vehicle_rows[frames.component[vehicle_rows] == c] for c in np.unique(frames.component[vehicle_rows])
+    ]
+    parts = [
+        _of_component(frames, rows) for rows in by_component if len(rows) >= LEAST_SHARE * len(vehicle_rows)
+    ]
+    silences = silences_of(frames, system)
     return Loss(
         sum(received for received, _ in parts),
         sum(lost for _, lost in parts),
-        max((silence.seconds for silence in found), default=0.0),
-        note(frames, found, keeps_ring(frames, system)),
+        max((silence.seconds for silence in silences), default=0.0),
+        note(frames, silences, keeps_ring(frames, system)),
     )
 
 
 def _with_transfers(frames: Frames, beside: Sequence[Path]) -> Frames:
-    """Them, and what was said of files in other recordings, where each arrived."""
+    """Merge in the file-transfer messages of other recordings, by arrival time."""
     try:
-        other = load_frames(beside) if beside else None
-    except LogError:  # what can't be read was not heard
-        other = None
-    rows = () if other is None else other.rows(TRANSFER)
-    if other is None or not len(rows):
+        heard = load_frames(beside) if beside else None
+    except LogError:  # an unreadable recording counts as not heard
+        heard = None
+    rows = () if heard is None else heard.rows(TRANSFER)
+    if heard is None or not len(rows):
         return frames
-    arrival_s = np.concatenate((frames.arrival_s, other.arrival_s[rows]))
+    arrival_s = np.concatenate((frames.arrival_s, heard.arrival_s[rows]))
     order = np.argsort(arrival_s, kind="stable")
 
     def both(one: NDArray[np.int64], more: NDArray[np.int64]) -> NDArray[np.int64]:
         return np.concatenate((one, more[rows]))[order]
 
     return Frames(
-        np.concatenate((frames.data, other.data)),
+        np.concatenate((frames.data, heard.data)),
         arrival_s[order],
-        both(frames.start, other.start + len(frames.data)),
-        both(frames.length, other.length),
-        both(frames.system, other.system),
-        both(frames.component, other.component),
-        both(frames.message, other.message),
+        both(frames.start, heard.start + len(frames.data)),
+        both(frames.length, heard.length),
+        both(frames.system, heard.system),
+        both(frames.component, heard.component),
+        both(frames.message, heard.message),
         frames.counts,
     )
 
 
 def _of_component(frames: Frames, rows: Rows) -> tuple[int, int]:
-    """How many different frames came, and how many did not."""
+    """Number of different frames that arrived, and of frames that did not."""
     number = sequence(frames, rows)
     step = np.diff(number)
-    # From one to the next by the shorter way: what comes late steps back.
+    # Take the shorter way to the next number: a late frame steps back.
     step = (step + ROUND // 2) % ROUND - ROUND // 2
     arrival_s = frames.arrival_s[rows]
     anew = np.diff(arrival_s) > LEAST_S
@@ -120,20 +124,21 @@ def _of_component(frames: Frames, rows: Rows) -> tuple[int, int]:
 def _unwrapped(
     step: NDArray[np.int64], arrival_s: NDArray[np.float64], boot_s: NDArray[np.float64], number: Rows
 ) -> tuple[NDArray[np.int64], list[int]]:
-    """The steps with what was sent in pauses in which the numbers may have gone round, and after which rows these are.
+    """Steps of the sequence number with wraps during pauses added, and the rows that begin a silence.
 
-    By how long each was by the sender's clock, and by how many it sent a second before and after.
+    In a silence the sender went on without being heard. The number of wraps follows from the length of the pause by
+    the sender's clock and from the sender's rate around it.
     """
     usual_s = float(np.ptp(arrival_s)) / max(len(step), 1)
     least_s = min(max(LEAST_PAUSE_S, MAY_GO_ROUND * usual_s), LEAST_S)
-    found = pauses(arrival_s, boot_s, number, least_s)
+    pauses_found = pauses(arrival_s, boot_s, number, least_s)
     steps_s = np.maximum(np.diff(arrival_s), 0.0)
     quick = steps_s <= LEAST_S
     short_s = steps_s[quick]
-    long = [pause for pause in found if pause.seconds > LEAST_S or steps_s[pause.row] > LEAST_S]
+    long = [pause for pause in pauses_found if pause.seconds > LEAST_S or steps_s[pause.row] > LEAST_S]
     silent = unheard(long, Spacing(float(short_s.sum()), float(np.square(short_s).sum())))
     rows, silent_rows = [pause.row for pause in long], {pause.row for pause in silent}
-    known = [p for p in found if p.row in silent_rows or (p.told and p.row not in rows)]
+    known = [p for p in pauses_found if p.row in silent_rows or (p.told and p.row not in rows)]
     at_s, sent = np.maximum.accumulate(arrival_s), np.concatenate(([0], np.cumsum(step)))
     out = step.copy()
     for pause in known:
@@ -144,31 +149,32 @@ def _unwrapped(
 
 
 def _rate_hz(at_s: NDArray[np.float64], sent: NDArray[np.int64], long: Sequence[int], row: int) -> float:
-    """How many a sender sends in a second, in the middle of those before and after the pause that begins in `row`.
+    """Frames per second of a sender: the median over the seconds before and after the pause that begins in `row`.
 
-    A link that brings at once what it kept makes some seconds full. `sent` is counted up to each frame.
+    A median, because a link that delivers stored frames at once makes some seconds full. `sent` counts the frames up
+    to each frame.
     """
-    first = max((other + 1 for other in long if other < row), default=0)
-    last = min((other for other in long if other > row), default=len(at_s) - 1)
+    first = max((neighbour + 1 for neighbour in long if neighbour < row), default=0)
+    last = min((neighbour for neighbour in long if neighbour > row), default=len(at_s) - 1)
     counts = []
     for begin, end, seconds in (
         (first, row, -np.arange(AROUND_S + 1.0)),
         (row + 1, last, np.arange(AROUND_S + 1.0)),
     ):
-        own_s, anchor_s = at_s[begin : end + 1], at_s[row] if seconds[-1] < 0 else at_s[row + 1]
+        span_s, anchor_s = at_s[begin : end + 1], at_s[row] if seconds[-1] < 0 else at_s[row + 1]
         edges_s = anchor_s + seconds
-        edges_s = np.sort(edges_s[(edges_s >= own_s[0]) & (edges_s <= own_s[-1])])
-        counts += np.diff(sent[begin + np.searchsorted(own_s, edges_s)]).tolist()
+        edges_s = np.sort(edges_s[(edges_s >= span_s[0]) & (edges_s <= span_s[-1])])
+        counts += np.diff(sent[begin + np.searchsorted(span_s, edges_s)]).tolist()
     return float(np.median(counts)) if counts else 0.0
 
 
 def _nearest(step: int, expected: float) -> int:
-    """The step that is as good, by its number, and the nearest to what is expected."""
+    """The step that is equal modulo 256 and nearest to the expected step."""
     return step + ROUND * round((expected - step) / ROUND)
 
 
 def _restarts(frames: Frames, rows: Rows, step: NDArray[np.int64]) -> list[int]:
-    """Steps over which the sender started anew: the widest between two tellings of a boot clock that ran back."""
+    """Steps at which the sender restarted: the largest step between two readings of a boot clock that ran back."""
     at = np.flatnonzero(frames.message[rows] == message_id(CLOCK))
     boot_ms = Fields(frames, CLOCK, rows[at])["time_boot_ms"].astype(np.int64)
     back = np.flatnonzero(np.diff(boot_ms) < -1000 * REBOOT_S)

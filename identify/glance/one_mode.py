@@ -1,4 +1,4 @@
-"""The part of a dive that was flown in one FF_MODE: errors of two modes together are those of neither."""
+"""Selects the part of a dive that was flown in a single FF_MODE: errors over two modes describe neither."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -10,15 +10,17 @@ from identify.dive import Dive
 from identify.glance.criteria import WORDS, Criterion
 
 MOVES: Final = 1e-3
-"""m/s or rad/s of a reference above which it moves."""
+"""Speed of a reference, m/s or rad/s, above which the reference moves."""
 AROUND_S: Final = 2.0
 OUT_OF_MODE: Final = "find out why it was taken back, and dive the mission again in one mode"
 
 
 @dataclass(frozen=True)
 class OneMode:
-    """A mode, None where the dive tells none that is known, and the part of the dive flown in it; `changed` judges that
-    there were others, None where there were not."""
+    """A mode (None if the dive reports no known mode) and the part of the dive flown in it.
+
+    `changed` judges the changes of mode; None if there were none.
+    """
 
     mode: Mode | None
     dive: Dive
@@ -26,15 +28,16 @@ class OneMode:
 
 
 def in_one_mode(dive: Dive) -> OneMode:
-    """The part between two changes of FF_MODE in which the reference moved for longest, else the longest of all.
+    """Select the part between two changes of FF_MODE in which the reference moved longest, otherwise the longest part.
 
-    Where the feed-forward was taken back while the reference moved, by crew or vehicle, that is a failure to look into.
+    If the crew or the vehicle lowered the mode out of feed-forward while the reference moved, that fails the
+    criterion.
     """
     if dive.ff_mode is None or not len(dive.ff_mode):
         return OneMode(None, dive)
     time_s, value = dive.ff_mode.time_s, dive.ff_mode.value[:, 0]
     starts = np.concatenate([[0], np.flatnonzero(np.diff(value)) + 1])
-    modes = [int(one) for one in value[starts]]
+    modes = [int(mode_number) for mode_number in value[starts]]
     begins_s = np.concatenate([[-np.inf], time_s[starts[1:]]])
     ends_s = np.concatenate([time_s[starts[1:]], [np.inf]])
     parts = [dive.between(float(begin), float(end)) for begin, end in zip(begins_s, ends_s, strict=True)]
@@ -43,7 +46,9 @@ def in_one_mode(dive: Dive) -> OneMode:
     mode = Mode(modes[chosen]) if modes[chosen] in set(Mode) else None
     if len(parts) == 1:
         return OneMode(mode, parts[0])
-    flown = ", ".join(f"{_word(one)} {seconds:.0f} s" for one, seconds in zip(modes, lasts_s, strict=True))
+    flown = ", ".join(
+        f"{_word(mode_number)} {seconds:.0f} s" for mode_number, seconds in zip(modes, lasts_s, strict=True)
+    )
     words = f"changed in the dive ({flown}); judged is the part in {_word(modes[chosen])} of {lasts_s[chosen]:.0f} s"
     taken_back = any(
         _applies(before)
@@ -57,7 +62,7 @@ def in_one_mode(dive: Dive) -> OneMode:
 
 
 def _moves_for(dive: Dive) -> int:
-    """For how many readings of its reference that moves."""
+    """Number of readings in which the reference moves."""
     if dive.nu_ref is None:
         return 0
     return int(np.count_nonzero(np.any(np.abs(np.nan_to_num(dive.nu_ref.value[:, :6])) > MOVES, axis=1)))

@@ -1,24 +1,26 @@
-"""Whether the feed-forward may be raised, go or no-go, from a dive in which it was worked out.
+"""Decides from a dive whether its feed-forward may be raised: go or no-go.
 
-While the PID flies (FF_MODE 0 and 1), the feed-forward is right where it asks for what the PID had to do. The PID comes
-late on purpose (source paper, section 4.3), so the two are not laid over each other in time: the mass and damping that
-the feed-forward goes by (TAU_FF on the reference of the same instant) stand beside those that the PID's force shows on
-the motion as it was. What is looked at, and why the limits lie there:
+While the PID drives the vehicle (FF_MODE 0 and 1), the feed-forward is right if it asks for the forces that the PID
+had to apply. The PID is deliberately late (source paper, section 4.3), so the two are not compared in time. Instead,
+the mass and damping behind the feed-forward (TAU_FF fitted to the reference of the same instant) are compared with
+those that the PID's force shows on the measured motion. The criteria, and the reasons for their limits:
 
-- nowhere is TAU_FF missing, or zero while the reference moves: so the vehicle tells that it refuses a coefficient;
-- the fed mass and damping, along the motion as it was, rise and fall with the PID's force (correlation 0.8 at least):
-  below it, over a third of what the PID did was something else, such as a current, which no feed-forward knows;
-- each is 0.71 to 1.41 times what the PID's force shows: half the way, in ratio, to the factor of two with which FF_MODE
-  3 has been flown and settled (docs/onboard.md). It fails where its 95 % interval lies outside; where that interval
-  leaves the factor of two, the dive does not show it: it mattered less there than what else moved the vehicle;
-- neither the PID in this dive nor the feed-forward in its place asks a thruster for over 80 % of its limit, in 99 % of
-  the time: a fifth is left to correct with, and a force that was cut off shows no mass.
+- TAU_FF is never missing, nor zero while the reference moves: that is how the vehicle reports that it refuses a
+  coefficient.
+- The fed mass and damping, applied to the measured motion, rise and fall with the PID's force (correlation at least
+  0.8). Below that, over a third of the PID's work was something else, such as a current, which no feed-forward knows.
+- Mass and damping are each 0.71 to 1.41 times the PID's: half-way, in ratio, to the factor of two with which FF_MODE 3
+  has been flown and settled (docs/onboard.md). The criterion fails if the 95 % interval lies outside. If the interval
+  exceeds the factor of two, the dive does not show the value: other forces moved the vehicle more.
+- Neither the PID in this dive nor the feed-forward in its place asks a thruster for over 80 % of its limit, in 99 % of
+  the time: a fifth is left for corrections, and a saturated force shows no mass.
 
 An axis that was not driven is not judged: the feed-forward gives nothing there until a reference moves it.
 
-Feed-forward alone (FF_MODE 2) has no PID beside it, and is judged by its errors, as the paper does: up to twice the
-share of the speed that the paper's had (Figs 12, 13: 0.0212 m/s of 0.5 speeding up, 0.0336 m/s holding it). With both
-(3) there is nothing to raise: the PID must have had no more than half of the feed-forward's work left at a held speed.
+Feed-forward alone (FF_MODE 2) has no PID to compare with and is judged by its tracking errors, as in the paper: up to
+twice the paper's share of the speed (Figs 12, 13: 0.0212 m/s of 0.5 while accelerating, 0.0336 m/s at constant
+speed). With both (3) there is nothing to raise: the PID's force at a held speed must be at most half of the
+feed-forward's.
 """
 
 from typing import Final
@@ -46,9 +48,9 @@ NO_REACH: Final = 1e-6
 
 
 def go_no_go(dive: Dive, file: VehicleFile, configuration: str) -> Raising | None:
-    """Judge the part of a dive that was flown in one mode; None where it tells no FF_MODE or no reference."""
-    one = in_one_mode(dive)
-    mode, dive = one.mode, one.dive
+    """Judge the part of a dive flown in one mode; None if the dive reports no FF_MODE or no reference."""
+    part = in_one_mode(dive)
+    mode, dive = part.mode, part.dive
     if mode is None or dive.nu_ref is None or not len(dive.nu_ref):
         return None
     if dive.tau_ff is None or dive.tau_pid is None or not (len(dive.tau_ff) and len(dive.tau_pid)):
@@ -62,10 +64,10 @@ def go_no_go(dive: Dive, file: VehicleFile, configuration: str) -> Raising | Non
     thrusters = Allocator(shape, thrust_curve(file.vehicle.thrust_curve, file.path.parent))
     reach = thrusters.reach()
     driven = [dof for dof in FEEDFORWARD_DOFS if reach[dof] > NO_REACH]
-    criteria = [found for dof in driven for found in _axis(dof, mode, dive, motion, file)]
+    criteria = [criterion for dof in driven for criterion in _axis(dof, mode, dive, motion, file)]
     if all(criterion.passed is None for criterion in criteria):
         criteria = [Criterion("motion", False, "no axis held a speed", "dive the validation mission")]
-    changed = () if one.changed is None else (one.changed,)
+    changed = () if part.changed is None else (part.changed,)
     return Raising(mode, Mode.BOTH, (*changed, *criteria, _thrust(dive, mode, thrusters)))
 
 
@@ -94,24 +96,24 @@ def _axis(dof: int, mode: Mode, dive: Dive, motion: AlignedDive, file: VehicleFi
 
 
 def _by_errors(dof: int, dive: Dive, file: VehicleFile) -> list[Criterion]:
-    """Feed-forward alone: how far it misses a speed that is held, and one that grows."""
+    """Feed-forward alone: tracking error at a held speed and while accelerating."""
     axis, dvl = DOFS[dof], file.vehicle.sensors.dvl
-    found = tracking_errors(dive, dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0)).axis(axis)
+    tracking = tracking_errors(dive, dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0)).axis(axis)
     assert dive.nu_ref is not None
-    if found is None or not found.speeds:
+    if tracking is None or not tracking.speeds:
         return [Criterion(axis, None, "no speed was held: nothing is known of it")]
-    worst = max(abs(at.error) / at.speed for at in found.speeds)
+    worst = max(abs(at.error) / at.speed for at in tracking.speeds)
     top = float(np.abs(dive.nu_ref.value[:, dof]).max())
-    growing = found.acceleration_less_delay / top
+    growing = tracking.acceleration_less_delay / top
     limits = (MOST_OF_PAPER * PAPER_STEADY, MOST_OF_PAPER * PAPER_SPEEDING_UP)
     return [
         Criterion(
-            f"{axis} {what}",
+            f"{axis} {situation}",
             share <= limit,
             f"off by {100 * share:.1f} % of the {of}, at most {100 * limit:.1f} %",
             ANEW,
         )
-        for what, share, limit, of in (
+        for situation, share, limit, of in (
             ("held speed", worst, limits[0], "speed held"),
             ("speeding up", growing, limits[1], "top speed, its delay taken out"),
         )
@@ -127,7 +129,9 @@ def _left_to_pid(axis: str, fed: Array, pid: Array, of: Phases) -> Criterion:
 
 
 def _thrust(dive: Dive, mode: Mode, thrusters: Allocator) -> Criterion:
-    """The hardest-driven thruster's share of its limit, by the PID as it flew and by the feed-forward in its place."""
+    """Share of its limit used by the hardest-driven thruster, with the PID as flown and with the feed-forward
+    instead.
+    """
     assert dive.tau_pid is not None
     assert dive.tau_ff is not None
     time_s = dive.tau_pid.time_s

@@ -1,5 +1,5 @@
-"""Recordings into dives: `open` chooses the reader; `tlog`, `dataflash` and `table` read one form each.
+"""Reads recordings into dives: `open` chooses the reader; `tlog`, `dataflash` and `table` each read one format.
 
-`frames` decodes MAVLink by message id, `messages` picks the vehicle's own and puts them on its boot clock,
-`rotation` turns vectors between axes, `gaps` says what a recording lacks.
+`frames` decodes MAVLink by message id, `messages` selects the vehicle's own messages and puts them on its boot clock,
+`rotation` turns vectors between axes, `gaps` lists what a recording lacks.
 """

@@ -1,7 +1,7 @@
-"""A dive from ArduPilot's DataFlash log (`.BIN`), read with its own format messages.
+"""Reads a dive from ArduPilot's DataFlash log (`.BIN`), by means of the format messages in the log itself.
 
-A record is the bytes A3 95, a type, and a body that the FMT record of that type lays out; 0.01-scaled types
-and 1e-7 degrees are told by its format letters (ArduPilot, libraries/AP_Logger/LogStructure.h).
+A record is the bytes A3 95, a type, and a body laid out as in the FMT record of that type. The format letters mark
+types scaled by 0.01 and degrees scaled by 1e-7 (ArduPilot, libraries/AP_Logger/LogStructure.h).
 """
 
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ _NO_NUMBERS = "nNZa"  # text, and arrays
 
 @dataclass(frozen=True)
 class _Format:
-    """How the body of one record type is laid out; `scales` of those columns that are numbers."""
+    """Layout of the body of a record type; `scales` of the numeric columns."""
 
     name: str
     layout: np.dtype[Any]
@@ -43,24 +43,26 @@ class _Format:
 
 @dataclass(frozen=True)
 class _Table:
-    """All records of one name: `time_s` (n,) strictly rising, boot time, and the bodies."""
+    """All records of a name: `time_s` (n,), strictly increasing boot time, and their bodies."""
 
     time_s: Array
     body: NDArray[Any]
     scales: dict[str, float]
 
     def columns(self, *names: str) -> Array:
-        """(n, k), scaled."""
+        """Scaled columns, (n, k)."""
         return np.column_stack([self.body[name].astype(np.float64) * self.scales[name] for name in names])
 
 
 def read_dataflash(path: Path) -> dict[str, Any]:
-    """The fields of a Dive (all but its name, source and hash) in a `.BIN`. Raises LogError."""
+    """Fields of a Dive (all but its name, source and hash) in a `.BIN`. Raises LogError."""
     return read_log(path)[0]
 
 
 def read_log(path: Path) -> tuple[dict[str, Any], dict[str, float]]:
-    """What `read_dataflash` gives, and the autopilot's parameters as the log states them first. Raises LogError."""
+    """The fields as in `read_dataflash`, and the autopilot's parameters as the log first states them. Raises
+    LogError.
+    """
     data, _ = load_bytes(path)
     if not data:
         raise LogError(f"{path}: is empty; nothing was recorded in it")
@@ -71,7 +73,7 @@ def read_log(path: Path) -> tuple[dict[str, Any], dict[str, float]]:
     signals = _signals(log)
     if not signals:
         raise LogError(f"{path}: holds no attitude, motion or thruster records; log more with LOG_BITMASK")
-    counts = {formats[kind].name: len(found) for kind, found in starts.items()}
+    counts = {formats[kind].name: len(positions) for kind, positions in starts.items()}
     notes = (f"{skipped} of {len(data)} bytes are damaged and were skipped.",) if skipped else ()
     filtered = "velocity" in signals and log.table("VISO") is None
     fields = {**signals, "velocity_is_filtered": filtered, "counts": counts, "notes": notes}
@@ -79,7 +81,7 @@ def read_log(path: Path) -> tuple[dict[str, Any], dict[str, float]]:
 
 
 def _index(data: bytes) -> tuple[dict[int, _Format], dict[int, list[int]], int]:
-    """Formats and the starts of the bodies by type, and the bytes that are no record."""
+    """Formats, starts of the bodies by type, and the number of bytes that belong to no record."""
     formats: dict[int, _Format] = {}
     lengths = {FMT: FMT_BYTES}
     starts: dict[int, list[int]] = {}
@@ -87,14 +89,14 @@ def _index(data: bytes) -> tuple[dict[int, _Format], dict[int, list[int]], int]:
     while position + HEADER_BYTES <= end:
         kind = data[position + 2]
         length = lengths.get(kind, 0)
-        whole = data.startswith(MAGIC, position) and 0 < length <= end - position
+        is_record = data.startswith(MAGIC, position) and 0 < length <= end - position
         following = position + length
-        # The next record's magic tells a record from a chance one in damaged bytes.
-        if not whole or (following + 2 <= end and not data.startswith(MAGIC, following)):
-            found = data.find(MAGIC, position + 1)
-            found = end if found < 0 else found
-            skipped += found - position
-            position = found
+        # The magic of the next record distinguishes a record from a chance match in damaged bytes.
+        if not is_record or (following + 2 <= end and not data.startswith(MAGIC, following)):
+            next_magic = data.find(MAGIC, position + 1)
+            next_magic = end if next_magic < 0 else next_magic
+            skipped += next_magic - position
+            position = next_magic
             continue
         if kind == FMT:
             _learn(data[position + HEADER_BYTES : following], formats, lengths)
@@ -133,7 +135,7 @@ class _Log:
     starts: dict[int, list[int]]
 
     def bodies(self, name: str) -> tuple[NDArray[Any], dict[str, float]] | None:
-        """All bodies of the records called `name` as the log has them, and their scales; None where it has none."""
+        """All bodies of the records called `name`, unscaled, and their scales; None if the log has no such records."""
         kind = next((k for k in self.starts if self.formats[k].name == name), None)
         if kind is None:
             return None
@@ -142,11 +144,11 @@ class _Log:
         return np.ascontiguousarray(self.data[index]).view(layout)[:, 0], scales
 
     def table(self, name: str, **equal: int) -> _Table | None:
-        """The records called `name`, of those fields' values where the record has such fields."""
-        found = self.bodies(name)
-        if found is None:
+        """The records called `name` in which the given fields, if present, have the given values."""
+        bodies = self.bodies(name)
+        if bodies is None:
             return None
-        body, scales = found
+        body, scales = bodies
         for field, value in equal.items():
             if field in scales:
                 body = body[body[field] == value]
@@ -168,26 +170,26 @@ class _Log:
 
 
 def _parameters(log: _Log) -> dict[str, float]:
-    """By name, as they were when the log began: a change is written again, later."""
-    found = log.bodies("PARM")
-    if found is None:
+    """First value of each parameter: a later change is written again."""
+    bodies = log.bodies("PARM")
+    if bodies is None:
         return {}
-    body, scales = found
+    body, scales = bodies
     if (
         not {"Name", "Value"} <= set(body.dtype.names or ())
         or "Value" not in scales
         or body["Name"].dtype.kind != "S"
     ):
         return {}
-    told: dict[str, float] = {}
+    values: dict[str, float] = {}
     for name, value in zip(body["Name"].tolist(), body["Value"].tolist(), strict=True):
-        told.setdefault(name.decode("ascii", "replace"), float(value))
-    return told
+        values.setdefault(name.decode("ascii", "replace"), float(value))
+    return values
 
 
 def _signals(log: _Log) -> dict[str, Signal]:
     attitude = _attitude(log)
-    found = {
+    candidates = {
         "attitude": attitude,
         "velocity": _velocity_from_deltas(log) or _velocity(log, attitude),
         "gyro": log.signal("IMU", ("GyrX", "GyrY", "GyrZ"), I=0),
@@ -199,7 +201,7 @@ def _signals(log: _Log) -> dict[str, Signal]:
         "armed": _armed(log),
         "gnss": _gnss(log),
     }
-    return {name: signal for name, signal in found.items() if signal is not None}
+    return {name: signal for name, signal in candidates.items() if signal is not None}
 
 
 def _attitude(log: _Log) -> Signal | None:
@@ -211,7 +213,7 @@ def _attitude(log: _Log) -> Signal | None:
 
 
 def _velocity(log: _Log, attitude: Signal | None) -> Signal | None:
-    """The first core of the newest estimator, turned into body axes."""
+    """Velocity of the first core of the newest estimator, turned into body axes."""
     ned = log.signal("XKF1", ("VN", "VE", "VD"), C=0) or log.signal("NKF1", ("VN", "VE", "VD"), C=0)
     if ned is None or attitude is None or len(attitude) < 2:
         return None
@@ -221,7 +223,7 @@ def _velocity(log: _Log, attitude: Signal | None) -> Signal | None:
 
 
 def _velocity_from_deltas(log: _Log) -> Signal | None:
-    """What a DVL driver told the autopilot: mean velocity over each step, at its middle."""
+    """Velocity that a DVL driver sent to the autopilot: the mean over each step, dated at its middle."""
     steps = log.signal("VISO", ("dt", "PosDX", "PosDY", "PosDZ"))
     if steps is None:
         return None
@@ -244,7 +246,7 @@ def _pwm(log: _Log) -> Signal | None:
 
 
 def _armed(log: _Log) -> Signal | None:
-    """From ARM records; before the first of them the vehicle was in the other state."""
+    """Armed state from ARM records; before the first of them the vehicle was in the opposite state."""
     changes = log.signal("ARM", ("ArmState",))
     imu = log.table("IMU")
     if changes is None or imu is None:

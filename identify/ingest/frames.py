@@ -1,7 +1,7 @@
 """MAVLink frames of a recording as arrays, decoded by message id.
 
-Hundreds of thousands of records are read at once, so a frame is a row of `Frames`, and one field of all messages
-of one id becomes one array, taken from the recording's bytes when it is asked for.
+Hundreds of thousands of records are read at once. A frame is therefore a row of `Frames`, and a field of all messages
+of an id becomes an array, taken from the recording's bytes when it is asked for.
 """
 
 from collections import Counter
@@ -28,10 +28,10 @@ _WIRE_TYPES = {
 
 @dataclass(frozen=True)
 class Frames:
-    """The good frames of a recording, in file order, one row each.
+    """The intact frames of a recording, in file order, one per row.
 
-    `arrival_s` is the record's Unix time; `start` and `length` locate the payload in `data`. `counts` are the
-    reader's: what was read and what was lost.
+    `arrival_s` is the record's Unix time; `start` and `length` locate the payload in `data`. `counts` are those of
+    the reader: records read and lost.
     """
 
     data: Bytes
@@ -66,11 +66,11 @@ class Fields:
         return field in _layout(self.name)
 
     def __getitem__(self, field: str) -> NDArray[Any]:
-        """(n,), or (n, k) of an array; what a short payload leaves out is zero."""
+        """Values (n,), or (n, k) for an array; bytes missing from a short payload are zero."""
         return self.first(field, None)
 
     def first(self, field: str, count: int | None) -> NDArray[Any]:
-        """(n, count) of the first values of an array."""
+        """First `count` values of an array field, (n, count); None means all."""
         kind, offset = _layout(self.name)[field]
         if count is not None:
             kind = np.dtype((kind.base, (min(count, *kind.shape),)))
@@ -81,14 +81,15 @@ class Fields:
         return values if kind.shape else values[:, 0]
 
     def at(self, chosen: NDArray[Any]) -> "Fields":
-        """Some of them, by index or by a mask."""
+        """A subset of the messages, by index or mask."""
         return Fields(self.frames, self.name, self.rows[chosen])
 
 
 def load_frames(paths: Sequence[Path]) -> Frames:
-    """All good frames of a recording in one or more `.tlog` or `.tlog.gz` files, in their order.
+    """All intact frames of a recording in one or more `.tlog` or `.tlog.gz` files, in their order.
 
-    Raises LogError where one can't be read, or none holds a frame. `counts` has those without as "files empty".
+    Raises LogError if a file can't be read, or if none holds a frame. `counts` lists files without frames as "files
+    empty".
     """
     files = list(of_those_that_hold_frames(paths, locate))
     counts: Counter[str] = Counter()
@@ -118,7 +119,7 @@ def message_id(name: str) -> int:
 
 
 def message_name(identifier: int) -> str:
-    """The name of a message id, or its number where the dialect has none."""
+    """Name of a message id, or its number if the dialect lacks it."""
     kind = dialect.mavlink_map.get(identifier)
     return str(kind.msgname) if kind else f"message {identifier}"
 
@@ -129,7 +130,7 @@ def _message_class(name: str) -> Any:
 
 @cache
 def _layout(name: str) -> dict[str, tuple[np.dtype[Any], int]]:
-    """Each field's type and where it lies in the payload."""
+    """Type and payload offset of each field."""
     cls = _message_class(name)
     types = dict(zip(cls.fieldnames, cls.fieldtypes, strict=True))
     layout: dict[str, tuple[np.dtype[Any], int]] = {}

@@ -1,10 +1,10 @@
-"""Readings that stand still while the vehicle goes on: a sensor, or what passes it on, that repeats its last value.
+"""Removes readings that stand still while the vehicle moves: a sensor, or its driver, that repeats its last value.
 
-A value that comes again proves nothing by itself: a sensor of coarse steps repeats at rest, one that is passed on
-faster than it reads repeats by nature, and a simulated one without noise is as still as its vehicle. So a long run of
-one value in all axes is taken for frozen only while the thrusters push, and only where either the signal's own noise
-never repeats so long by chance, or something else that was recorded says that the vehicle moved meanwhile. One axis
-alone may well stand still, so there only its own noise counts, where it is at least a step of its resolution.
+A repeated value alone proves nothing: a sensor with a coarse resolution repeats at rest, a sensor that is polled
+faster than it measures repeats always, and a simulated sensor without noise is as still as its vehicle. A long run of
+equal values in all axes therefore counts as frozen only while the thrusters push, and only if the signal's own noise
+never repeats that long by chance, or another recorded signal shows that the vehicle moved meanwhile. A single axis
+may well stand still; for it only its own noise counts, provided that the noise is at least a step of its resolution.
 """
 
 from dataclasses import dataclass, replace
@@ -18,30 +18,30 @@ from bridge.vehicle.thrusters import NEUTRAL_US
 from identify.dive import Array, Dive, Signal
 
 SHORTEST_S, FEWEST = 2.0, 8
-"""Of one value in all axes: what repeats for less, or less often, is left alone."""
+"""Least duration and number of equal values: shorter repetitions are left alone."""
 
 ENOUGH = 20
-"""Different values from which on the noise of a signal is known."""
+"""Number of different values from which the noise of a signal counts as known."""
 
 CHANCE = 1e-3
-"""Runs as long as this one that a dive may hold by chance where it is called frozen."""
+"""Largest number of runs this long expected by chance in a dive, for a run to be called frozen."""
 
 SETTLING_S = 1.0
-"""Before the end of a run nothing is asked: a push of that moment moves the vehicle only later."""
+"""The last part of a run in which pushes don't count: they move the vehicle only later."""
 
 IDLE_US = 30.0
 FORCE_SHARE = 0.1
 MOVED, TURNED_RAD = 0.03, 0.2
-"""Thrust as a share of its range in the dive, velocity in m/s or rad/s, angle: more than one reading has room for."""
+"""Thresholds of motion during a run: FORCE_SHARE of the dive's range of thrust; MOVED in m/s or rad/s; TURNED_RAD."""
 
 THIRD_DIFFERENCE = 0.6745 * 20**0.5
-"""The median size of white noise's third differences, over its standard deviation."""
+"""Median size of white noise's third differences, over its standard deviation."""
 
 STEADY = 0.4
-"""Of white noise of one step's standard deviation: how often at most a reading repeats the one before."""
+"""Largest share of readings that repeat the one before, for white noise with a standard deviation of one step."""
 
 AXES = {"velocity": DOFS[:3], "gyro": DOFS[3:]}
-"""Signals whose axes are looked at one by one, too."""
+"""Signals whose axes are also checked individually."""
 
 WORDS = {
     "velocity": "The velocity",
@@ -55,7 +55,7 @@ WORDS = {
 
 @dataclass(frozen=True)
 class Runs:
-    """Runs of one value in all axes of a signal: the first and the last sample (k,) of each, and their times."""
+    """Runs of equal values in all axes of a signal: first and last sample (k,) of each run, and their times."""
 
     first: NDArray[np.int64]
     last: NDArray[np.int64]
@@ -72,9 +72,9 @@ class Runs:
 
 
 def without_frozen(dive: Dive) -> Dive:
-    """The dive without the readings that stand still, with a note for each sensor; the first of each run stays.
+    """The dive without frozen readings, with a note for each sensor; the first reading of each run stays.
 
-    A signal of which no more than that is left is none.
+    A signal with no other readings left is removed.
     """
     kept: dict[str, Any] = {}
     stretches: dict[str, tuple[tuple[float, float], ...]] = {}
@@ -105,12 +105,12 @@ def without_frozen(dive: Dive) -> Dive:
 
 
 def axis_key(name: str, axis: str) -> str:
-    """Of one axis of a signal in `Dive.frozen`."""
+    """Key of an axis of a signal in `Dive.frozen`."""
     return f"{name} in {axis}"
 
 
 def _without_frozen_axis(dive: Dive, name: str, column: int, axis: str) -> Dive:
-    """The dive with NaN where one axis of a signal stands still alone, but for the first reading of each run."""
+    """The dive with NaN where a single axis of a signal is frozen, except for the first reading of each run."""
     signal = dive.signals().get(name)
     if signal is None:
         return dive
@@ -130,17 +130,17 @@ def _without_frozen_axis(dive: Dive, name: str, column: int, axis: str) -> Dive:
     value = signal.value.copy()
     value[rows[index], column] = np.nan
     kept: dict[str, Any] = {name: Signal(signal.time_s, value)}
-    found = tuple(zip(runs.start_s[frozen].tolist(), runs.end_s[frozen].tolist(), strict=True))
+    stretches = tuple(zip(runs.start_s[frozen].tolist(), runs.end_s[frozen].tolist(), strict=True))
     return replace(
         dive,
         **kept,
-        frozen={**dive.frozen, axis_key(name, axis): found},
-        notes=(*dive.notes, _note(f"{WORDS[name]} in {axis}", found, len(index) / len(known))),
+        frozen={**dive.frozen, axis_key(name, axis): stretches},
+        notes=(*dive.notes, _note(f"{WORDS[name]} in {axis}", stretches, len(index) / len(known))),
     )
 
 
 def _log_chance_by_noise(signal: Signal) -> float | None:
-    """Logarithm of the chance that a sample (n, 1) repeats the one before; None where its noise is below its steps."""
+    """Logarithm of the chance that a sample (n, 1) repeats the one before; None if its noise is below its step size."""
     value = signal.value[:, 0]
     steps = np.abs(np.diff(value))
     moved = steps[steps > 0]
@@ -176,23 +176,23 @@ def _runs(signal: Signal) -> Runs:
 def _frozen(dive: Dive, name: str, signal: Signal, runs: Runs) -> NDArray[np.bool_]:
     """Which runs (k,) are frozen."""
     likely = _log_chance(signal, runs)
-    found = np.zeros(len(runs.first), dtype=np.bool_)
+    frozen = np.zeros(len(runs.first), dtype=np.bool_)
     for i in np.flatnonzero(runs.long):
         span_s = float(runs.start_s[i]), float(runs.end_s[i]) - SETTLING_S
         by_noise = likely is not None and _is_unlikely(int(runs.count[i]), likely, len(signal))
-        found[i] = _pushed(dive, span_s) and (by_noise or _moved(dive, name, span_s))
-    return found
+        frozen[i] = _pushed(dive, span_s) and (by_noise or _moved(dive, name, span_s))
+    return frozen
 
 
 def _is_unlikely(count: int, log_chance: float, samples: int) -> bool:
-    """Whether a run of so many samples is one that chance alone hardly brings in so many samples."""
+    """Whether a run of `count` equal samples is very unlikely by chance among `samples` samples."""
     return bool((count - 1) * log_chance + np.log(samples) < np.log(CHANCE))
 
 
 def _log_chance(signal: Signal, runs: Runs, least: float = 1e-3) -> float | None:
-    """Logarithm of the chance that a sample repeats the one before, beside the long runs; None where no noise is seen.
+    """Logarithm of the chance that a sample repeats the one before, outside the long runs; None without visible noise.
 
-    Noise makes third differences larger than first ones, motion makes them smaller. Never below `least`.
+    Noise makes third differences larger than first differences, motion makes them smaller. Never below `least`.
     """
     usual = ~runs.long
     if np.count_nonzero(usual) < ENOUGH:
@@ -203,14 +203,14 @@ def _log_chance(signal: Signal, runs: Runs, least: float = 1e-3) -> float | None
         return None
     count = runs.count[usual]
     again = int((count - 1).sum())
-    # What repeated once may well do so again, where a sensor's steps are coarse.
+    # With a coarse resolution, a value that repeated once is likely to repeat again.
     twice = int(np.maximum(count - 2, 0).sum())
     likely = max(again / int(count.sum()), twice / again if again else 0.0)
     return float(np.log(max(likely, least)))
 
 
 def _pushed(dive: Dive, span_s: tuple[float, float]) -> bool:
-    """Whether thrust was asked for in a span of time."""
+    """Whether thrust was commanded within a span of time."""
     if dive.pwm is not None and len(dive.pwm):
         pushed = np.abs(dive.pwm.between(*span_s).value - NEUTRAL_US)
         return bool((pushed[np.isfinite(pushed)] > IDLE_US).any())
@@ -220,7 +220,7 @@ def _pushed(dive: Dive, span_s: tuple[float, float]) -> bool:
 
 
 def _moved(dive: Dive, name: str, span_s: tuple[float, float]) -> bool:
-    """Whether something else that was recorded shows that what a signal reads can't have stood still."""
+    """Whether another recorded signal shows that this signal can't have stood still."""
     if name == "attitude":
         return _turn_rad(dive.gyro, span_s) > TURNED_RAD
     columns = {"velocity": slice(0, 3), "gyro": slice(3, 6), "fog": slice(5, 6)}.get(name)
@@ -239,7 +239,7 @@ def _moved(dive: Dive, name: str, span_s: tuple[float, float]) -> bool:
 
 
 def _turn_rad(gyro: Signal | None, span_s: tuple[float, float]) -> float:
-    """The largest angle that the rates of a span of time come to, about any axis; 0 where they stand still too."""
+    """Largest angle, about any axis, to which the rates of a span of time integrate; 0 if the rates stand still too."""
     part = None if gyro is None else gyro.between(*span_s)
     if part is None or _range(part.value) == 0.0:
         return 0.0
@@ -248,7 +248,7 @@ def _turn_rad(gyro: Signal | None, span_s: tuple[float, float]) -> float:
 
 
 def _range(value: Array) -> float:
-    """The largest difference within a column of (n, k); 0 where there is nothing."""
+    """Largest difference within a column of (n, k); 0 without finite values."""
     if not len(value) or not np.isfinite(value).any():
         return 0.0
     return float(np.nanmax(np.fmax.reduce(value, axis=0) - np.fmin.reduce(value, axis=0)))

@@ -1,4 +1,4 @@
-"""What a recording lacks, and what therefore can't be identified from it: sentences for the user."""
+"""Lists what a recording lacks and which parameters therefore can't be identified from it, as sentences."""
 
 import numpy as np
 
@@ -13,18 +13,18 @@ SHORTEST_GAP_S = 2.0
 
 
 def gaps(dive: Dive) -> tuple[str, ...]:
-    """One sentence for each thing that the recording lacks or says too rarely."""
+    """A sentence for each signal that is missing or comes too rarely."""
     return (*_velocity(dive), *_rates(dive), *_forces(dive), *_attitude(dive))
 
 
 def _velocity(dive: Dive) -> list[str]:
     signal = dive.velocity
     if signal is None or not np.isfinite(signal.value).any():
-        lacks = "left" if "velocity" in dive.frozen else "recorded"
+        verb = "left" if "velocity" in dive.frozen else "recorded"
         if dive.depth is None and dive.pressure is None:
-            return [f"No velocity is {lacks}: mass and damping in surge, sway and heave can't be identified."]
+            return [f"No velocity is {verb}: mass and damping in surge, sway and heave can't be identified."]
         return [
-            f"No velocity is {lacks}: mass and damping in surge and sway can't be identified, those in heave by depth "
+            f"No velocity is {verb}: mass and damping in surge and sway can't be identified, those in heave by depth "
             "alone."
         ]
     notes = []
@@ -42,14 +42,14 @@ def _velocity(dive: Dive) -> list[str]:
 
 def _rates(dive: Dive) -> list[str]:
     fastest = max((s.rate_hz for s in (dive.gyro, dive.fog) if s is not None), default=0.0)
-    lacks = "left" if {"gyro", "fog"} & dive.frozen.keys() else "recorded"
+    verb = "left" if {"gyro", "fog"} & dive.frozen.keys() else "recorded"
     if fastest == 0.0:
         if dive.attitude is not None:
             return [
-                f"No rate of turn is {lacks}: inertias and dampings in roll, pitch and yaw are identified by the "
+                f"No rate of turn is {verb}: inertias and dampings in roll, pitch and yaw are identified by the "
                 f"attitude alone, at {dive.attitude.rate_hz:.1f} Hz."
             ]
-        return [f"No rate of turn is {lacks}: inertia and damping in yaw can't be identified."]
+        return [f"No rate of turn is {verb}: inertia and damping in yaw can't be identified."]
     if fastest < SLOWEST_GYRO_HZ:
         return [f"Rates of turn come at {fastest:.1f} Hz, too slow to identify inertia in yaw."]
     return []

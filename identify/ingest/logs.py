@@ -1,7 +1,7 @@
-"""An autopilot's own log beside the telemetry of a dive: what was not heard is taken from it, on the telemetry's clock.
+"""Adds an autopilot's own log to the telemetry of a dive, on the telemetry's clock.
 
-What was heard stays as it is. The log fills a signal that lacks, and the holes of one that came more rarely than the
-autopilot logged it, where both agree on what both have.
+Readings that were heard stay as they are. The log supplies missing signals. It also fills holes in signals that the
+autopilot logged more often than they arrived, if log and telemetry agree on the readings that both have.
 """
 
 from collections.abc import Sequence
@@ -22,11 +22,11 @@ from identify.ingest.same_clock import UNTOLD, match
 ENDING: Final = ".bin"
 ARDUPILOT: Final = 3
 SYSTEM_NAMES: Final = ("SYSID_THISMAV", "MAV_SYSID")
-"""The parameter with the autopilot's system id, before version 4.7 and since."""
+"""Parameter with the autopilot's system id, before version 4.7 and since."""
 SAME_S: Final = 0.2
-"""By how much two times of one clock may seem to differ: messages are dated when they are sent."""
+"""Largest apparent difference between two times of the same clock: messages are dated when they are sent."""
 APART: Final = 0.3
-"""Median difference of two that agree, over the standard deviation of what was heard."""
+"""Largest median difference between two signals that agree, over the standard deviation of the heard signal."""
 
 WORDS: Final = {
     "velocity": "velocity", "gyro": "rates of turn", "specific_force": "acceleration", "attitude": "attitude",
@@ -34,19 +34,19 @@ WORDS: Final = {
     "gnss": "position",
 }  # fmt: skip
 WHOLE_ONLY: Final = ("armed", "gnss")
-"""Taken where nothing of it was heard, never filled up."""
+"""Signals taken only if nothing of them was heard; their holes are not filled."""
 
 
 def logs_beside(folder: Path) -> list[Path]:
-    """The autopilot's logs in a dive folder, but for a recording that is the dive's own; by name."""
-    found = (file for file in folder.iterdir() if file.suffix.lower() == ENDING and file.is_file())
-    return sorted(file for file in found if not file.name.startswith("telemetry"))
+    """The autopilot's logs in a dive folder, without the dive's own recordings (`telemetry...`), sorted by name."""
+    candidates = (file for file in folder.iterdir() if file.suffix.lower() == ENDING and file.is_file())
+    return sorted(file for file in candidates if not file.name.startswith("telemetry"))
 
 
 def with_logs(fields: dict[str, Any], heard: Sequence[Path], logs: Sequence[Path]) -> dict[str, Any]:
-    """The fields of a dive, from the recordings `heard`, filled up from logs; one that is of no use is left out.
+    """Fill the fields of a dive, read from the recordings `heard`, from logs; skip a log that can't be used.
 
-    What each gave, or why it gave nothing, is told in the notes.
+    The notes say what each log contributed, or why it was skipped.
     """
     for log in logs:
         try:
@@ -58,7 +58,7 @@ def with_logs(fields: dict[str, Any], heard: Sequence[Path], logs: Sequence[Path
 
 
 def merged(fields: dict[str, Any], heard: Sequence[Path], log: Path) -> dict[str, Any]:
-    """The fields of a dive, filled up from one log, with a note of it. Raises LogError where that can't be."""
+    """Fill the fields of a dive from a log, with a note. Raises LogError if that is impossible."""
     theirs, parameters = read_log(log)
     try:
         line, known = _clock(fields, theirs, parameters, heard)
@@ -78,18 +78,18 @@ def merged(fields: dict[str, Any], heard: Sequence[Path], log: Path) -> dict[str
 def _clock(
     fields: dict[str, Any], theirs: dict[str, Any], parameters: dict[str, float], heard: Sequence[Path]
 ) -> tuple[ClockLine, str]:
-    """The log's clock against the telemetry's, and what is known of it in words. Raises LogError."""
+    """The log's clock against the telemetry's, and a description of it. Raises LogError."""
     system, dated_by_autopilot = _vehicle(heard)
-    own = next((parameters[name] for name in SYSTEM_NAMES if name in parameters), None)
-    if own is not None and own != system:
+    stated_system = next((parameters[name] for name in SYSTEM_NAMES if name in parameters), None)
+    if stated_system is not None and stated_system != system:
         raise LogError(
-            f"it is of system {own:.0f}, and the dive of system {system}: check that it is this vehicle's"
+            f"it is of system {stated_system:.0f}, and the dive of system {system}: check that it is this vehicle's"
         )
-    found = match(fields, theirs)
-    line, span_s = found.line, _span(fields)
+    matched = match(fields, theirs)
+    line, span_s = matched.line, _span(fields)
     if not dated_by_autopilot:
         return line, f"its clock {line.words(*span_s)}"
-    if abs(line.offset_s) > SAME_S + found.within_s:
+    if abs(line.offset_s) > SAME_S + matched.within_s:
         raise LogError(
             f"it lies {abs(line.offset_s):.1f} s off the times that the same autopilot told: it is of another boot"
         )
@@ -97,7 +97,7 @@ def _clock(
 
 
 def _vehicle(heard: Sequence[Path]) -> tuple[int, bool]:
-    """The system of the vehicle in recordings, and whether its boot time is the autopilot's own. Raises LogError."""
+    """The vehicle's system in the recordings, and whether its boot time is the autopilot's own. Raises LogError."""
     frames = load_frames(heard)
     system, _ = vehicle_system(frames, str(heard[0]))
     run = vehicle_runs(frames, str(heard[0]))[0]
@@ -109,10 +109,10 @@ def _vehicle(heard: Sequence[Path]) -> tuple[int, bool]:
 
 def _span(fields: dict[str, Any]) -> tuple[float, float]:
     """First and last time of all signals."""
-    times = [one.time_s for one in fields.values() if isinstance(one, Signal) and len(one)]
+    times = [part.time_s for part in fields.values() if isinstance(part, Signal) and len(part)]
     if not times:
         raise LogError(f"{UNTOLD}: the telemetry holds no signal")
-    return min(float(one[0]) for one in times), max(float(one[-1]) for one in times)
+    return min(float(part[0]) for part in times), max(float(part[-1]) for part in times)
 
 
 def _filled(
@@ -120,11 +120,11 @@ def _filled(
 ) -> dict[str, Any]:
     out, brings, fills, differ = dict(fields), [], [], []
     for name, words in WORDS.items():
-        other, own = moved.get(name), fields.get(name)
-        if other is None or len(other) == 0 or (name == "depth" and "pressure" in fields and own is None):
+        logged, heard = moved.get(name), fields.get(name)
+        if logged is None or len(logged) == 0 or (name == "depth" and "pressure" in fields and heard is None):
             continue
-        if own is None or len(own) == 0:
-            out[name] = other
+        if heard is None or len(heard) == 0:
+            out[name] = logged
             brings.append(words)
             if name == "velocity":
                 out["velocity_is_filtered"] = theirs["velocity_is_filtered"]
@@ -132,33 +132,36 @@ def _filled(
         other_kind = name == "velocity" and fields["velocity_is_filtered"] != theirs["velocity_is_filtered"]
         if name in WHOLE_ONLY or other_kind:
             continue
-        holes = in_holes(own, other)
+        holes = in_holes(heard, logged)
         if not holes.any():
             continue
-        alike = _as_own(name, own, other)
+        alike = _as_own(name, heard, logged)
         if alike is None:
             differ.append(words)
             continue
         new = Signal(alike.time_s[holes], alike.value[holes])
-        out[name] = _together(own, new)
+        out[name] = _together(heard, new)
         fills.append(f"{words} ({len(new)} readings)")
-    told = [note]
+    sentences = [note]
     if brings:
-        told.append(f"It brings {_listed(brings)}.")
+        sentences.append(f"It brings {_listed(brings)}.")
     if fills:
-        told.append(f"It fills up {_listed(fills)}.")
+        sentences.append(f"It fills up {_listed(fills)}.")
     if not brings and not fills:
-        told.append("It holds nothing that was not heard.")
+        sentences.append("It holds nothing that was not heard.")
     if differ:
-        told.append(f"Left out, for differing from what was heard: {_listed(differ)}.")
+        sentences.append(f"Left out, for differing from what was heard: {_listed(differ)}.")
     if beyond_s >= 1.0:
-        told.append(f"{beyond_s:.0f} s of it lie before or after what was heard, and are left out.")
-    return out | {"notes": (*fields["notes"], " ".join(told))}
+        sentences.append(f"{beyond_s:.0f} s of it lie before or after what was heard, and are left out.")
+    return out | {"notes": (*fields["notes"], " ".join(sentences))}
 
 
 def in_holes(own: Signal, other: Signal) -> NDArray[np.bool_]:
-    """Which readings (n,) of `other` lie where nothing was heard: between two of `own` that are more than two of the
-    other's steps apart, or before the first or after the last, and no nearer to one than half a step."""
+    """Which readings (n,) of `other` lie in holes of `own`.
+
+    A hole lies between two readings of `own` that are more than two steps of `other` apart, before the first reading
+    or after the last. A reading within half a step of `other` of a reading of `own` is left out.
+    """
     step_s = 1.0 / other.rate_hz if other.rate_hz else np.inf
     after = np.searchsorted(own.time_s, other.time_s)
     edges_s = np.concatenate(([-np.inf], own.time_s, [np.inf]))
@@ -168,9 +171,9 @@ def in_holes(own: Signal, other: Signal) -> NDArray[np.bool_]:
 
 
 def _as_own(name: str, own: Signal, other: Signal) -> Signal | None:
-    """`other` in the columns of `own`; None where they do not agree on what both have.
+    """`other` in the columns of `own`; None if the two disagree on the readings that both have.
 
-    Outputs beyond those that were logged keep the command that was heard last.
+    Outputs beyond the logged ones keep the last command that was heard.
     """
     value = other.value
     width = own.value.shape[1]

@@ -1,9 +1,9 @@
-"""The messages of one vehicle out of a recording of many senders, on that vehicle's boot clock.
+"""Selects the messages of one vehicle from a recording of many senders, and puts them on its boot clock.
 
-A vehicle is a MAVLink system that sends telemetry. Its components may each count time from their own start;
-the one that says most sets the clock, the others are shifted by their times of arrival, and so are messages
-that carry no time. Time of arrival minus boot time is at its least where the link was quickest, so the
-least of every ten seconds is taken for the difference of the clocks.
+A vehicle is a MAVLink system that sends telemetry. Its components may each count time from their own start. The
+component with the most messages sets the clock; the others are shifted by their times of arrival, and so are messages
+without a time. Arrival time minus boot time is smallest when the link is quickest, so the minimum over every ten
+seconds is taken as the difference of the clocks.
 """
 
 from dataclasses import dataclass
@@ -22,17 +22,17 @@ CLEARLY_MORE = 5.0
 REBOOT_S = 2.0
 LONGEST_BOOT_S = 1e9
 BLOCK_S = 10.0
-MOST_RUNS = 20  # looked at; a recording of two vehicles' messages seems to restart thousands of times
+MOST_RUNS = 20  # that are read; a recording of two vehicles seems to restart thousands of times
 WRAP_S = 2**32 * 1e-6
-NEAR_S, NEARLY_ALL = 1.0, 0.95  # a driver's stamps that are on the vehicle's clock
+NEAR_S, NEARLY_ALL = 1.0, 0.95  # when a driver's stamps count as being on the vehicle's clock
 
-# Sent by what is aboard alone, so that whoever sends them is a vehicle.
+# Sent only by devices aboard, so that their sender is a vehicle.
 TELEMETRY = (
     "HIGHRES_IMU", "ODOMETRY", "ATTITUDE", "ATTITUDE_QUATERNION", "ACTUATOR_OUTPUT_STATUS",
     "SERVO_OUTPUT_RAW", "DEBUG_FLOAT_ARRAY", "LOCAL_POSITION_NED", "SCALED_IMU2", "RAW_IMU",
     "SCALED_PRESSURE2", "GLOBAL_POSITION_INT", "DISTANCE_SENSOR",
 )  # fmt: skip
-# What sets the clock: every message of these states boot time.
+# Messages that set the clock: each of them states a boot time.
 TIMED = (
     "HIGHRES_IMU", "ODOMETRY", "ATTITUDE", "ATTITUDE_QUATERNION", "ACTUATOR_OUTPUT_STATUS",
     "LOCAL_POSITION_NED", "SCALED_IMU2", "SCALED_PRESSURE2", "GLOBAL_POSITION_INT", "DISTANCE_SENSOR",
@@ -42,7 +42,7 @@ TIMED = (
 
 @dataclass(frozen=True)
 class _ClockOffset:
-    """Time of arrival minus boot time as a function of the row, in seconds; `last_s` is the latest boot time."""
+    """Arrival time minus boot time as a function of the row, in seconds; `last_s` is the latest boot time."""
 
     row: Array
     offset_s: Array
@@ -54,19 +54,19 @@ class _ClockOffset:
 
 @dataclass(frozen=True)
 class Batch:
-    """Messages of one kind: boot times (n,) strictly rising in s, and their fields."""
+    """Messages of a kind: boot times (n,), strictly increasing, in s, and their fields."""
 
     time_s: Array
     fields: Fields
 
     def columns(self, *names: str) -> Array:
-        """(n, k) of the fields named."""
+        """The named fields as (n, k)."""
         return np.column_stack([self.fields[name].astype(np.float64) for name in names])
 
 
 @dataclass(frozen=True)
 class Messages:
-    """One vehicle's messages; `taken` are the rows of one run without a restart, in boot time `span_s` long."""
+    """A vehicle's messages. `taken` are the rows of a run without a restart, `span_s` its length in boot time."""
 
     frames: Frames
     system: int
@@ -78,14 +78,14 @@ class Messages:
 
     @property
     def began_unix_s(self) -> float:
-        """When its first message arrived."""
+        """Arrival time of the run's first frame."""
         return float(self.frames.arrival_s[self.taken.start])
 
     def get(self, name: str, **equal: Any) -> Batch | None:
-        """The messages called `name`; None where there are none.
+        """The messages called `name`; None if there are none.
 
-        `equal` asks for fields of a certain value (`id=0`). Of several components the one that sends most
-        is taken.
+        `equal` asks for fields of a certain value (`id=0`). If several components send the message, the most frequent
+        sender's messages are taken.
         """
         fields = self._own(name)
         keep = np.ones(len(fields), np.bool_)
@@ -94,7 +94,7 @@ class Messages:
         return self._batch(fields.at(keep))
 
     def by_name(self, name: str) -> dict[str, Batch]:
-        """The messages called `name` apart by their own field `name`, as NAMED_VALUE_FLOAT has it."""
+        """The messages called `name`, grouped by their own field `name`, as in NAMED_VALUE_FLOAT."""
         fields = self._own(name)
         names = fields["name"]
         batches = {}
@@ -105,17 +105,17 @@ class Messages:
         return batches
 
     def get_from_anyone(self, name: str) -> Batch | None:
-        """As `get`, from any system: a driver may speak under a ground station's name.
+        """As `get`, but from any system: a driver may send under a ground station's id.
 
-        Timed by arrival, unless nearly all state times that are the vehicle's own of about then.
+        Dated by arrival, unless nearly all messages state a time close to the vehicle's boot time at their arrival.
         """
         rows = self._rows(name)
         if len(rows) == 0:
             return None
         fields = Fields(self.frames, name, rows)
         arrived, stated = self._arrival_boot_s(rows), stated_s(fields)
-        near = np.abs(stated - arrived) < NEAR_S
-        return _rising(np.where(near, stated, arrived) if near.mean() > NEARLY_ALL else arrived, fields)
+        is_near = np.abs(stated - arrived) < NEAR_S
+        return _rising(np.where(is_near, stated, arrived) if is_near.mean() > NEARLY_ALL else arrived, fields)
 
     def _own(self, name: str) -> Fields:
         rows = self._rows(name)
@@ -126,8 +126,8 @@ class Messages:
             return None
         components = self.frames.component[fields.rows]
         sender = int(np.argmax(np.bincount(components)))
-        own = fields.at(components == sender)
-        return _rising(self._boot_s(own, sender), own)
+        sent = fields.at(components == sender)
+        return _rising(self._boot_s(sent, sender), sent)
 
     def _rows(self, name: str) -> Rows:
         rows = self.frames.rows(name)
@@ -151,7 +151,7 @@ class Messages:
 
 
 def stated_s(fields: Fields) -> Array:
-    """The boot time that each message states, in s; NaN where it states none, or a Unix time."""
+    """Boot time that each message states, in s; NaN if it states none, or a Unix time."""
     if "time_boot_ms" in fields:
         return fields["time_boot_ms"].astype(np.float64) * 1e-3
     name = next((name for name in ("time_usec", "usec") if name in fields), None)
@@ -162,9 +162,9 @@ def stated_s(fields: Fields) -> Array:
 
 
 def vehicle_runs(frames: Frames, source: str) -> tuple[Messages, ...]:
-    """The messages of the one vehicle in `frames`, each run from start to restart apart, in their order.
+    """The messages of the vehicle in `frames`, split at restarts, in their order.
 
-    Only the `MOST_RUNS` longest. Raises LogError where there is no vehicle, or more than one.
+    Only the `MOST_RUNS` longest runs. Raises LogError for no vehicle, or more than one.
     """
     system, system_notes = vehicle_system(frames, source)
     timed = {component: timed_rows(frames, system, component) for component in _components(frames, system)}
@@ -190,7 +190,7 @@ def vehicle_runs(frames: Frames, source: str) -> tuple[Messages, ...]:
 
 
 def vehicle_system(frames: Frames, source: str) -> tuple[int, tuple[str, ...]]:
-    """The system that is the vehicle, and notes. Raises LogError where there is none, or more than one."""
+    """System id of the vehicle, and notes. Raises LogError for no vehicle, or several with similar message counts."""
     rows = np.concatenate([frames.rows(name) for name in TELEMETRY])
     systems, counts = np.unique(frames.system[rows], return_counts=True)
     if len(systems) == 0:
@@ -199,11 +199,11 @@ def vehicle_system(frames: Frames, source: str) -> tuple[int, tuple[str, ...]]:
             "record the vehicle's own link"
         )
     order = np.argsort(-counts)
-    best, rest = int(order[0]), order[1:]
-    if len(rest) == 0:
+    best, others = int(order[0]), order[1:]
+    if len(others) == 0:
         return int(systems[best]), ()
     said = ", ".join(f"system {systems[i]} ({counts[i]} messages)" for i in order)
-    if counts[best] < CLEARLY_MORE * counts[rest[0]]:
+    if counts[best] < CLEARLY_MORE * counts[others[0]]:
         raise LogError(
             f"{source}: several vehicles speak in it, {said}; split the recording, one vehicle a file"
         )
@@ -215,7 +215,7 @@ def _components(frames: Frames, system: int) -> list[int]:
 
 
 def timed_rows(frames: Frames, system: int, component: int) -> tuple[Rows, Array]:
-    """The rows of one component's messages that state boot time, in their order, and these times in s."""
+    """Rows of a component's messages that state a boot time, in their order, and these times in s."""
     all_rows: list[Rows] = []
     all_times: list[Array] = []
     for name in TIMED:
@@ -235,13 +235,13 @@ def timed_rows(frames: Frames, system: int, component: int) -> tuple[Rows, Array
 
 
 def _tame(frames: Frames, rows: Rows, time_s: Array) -> tuple[Rows, Array]:
-    """Without the few whose time lies far from where those around them put it: a restart moves all that follow."""
+    """Remove the few rows whose time lies far from those around them; a restart shifts all later times and stays."""
     among = tame(frames.arrival_s[rows] - time_s)
     return rows[among], time_s[among]
 
 
 def _runs(total: int, rows: Rows, time_s: Array) -> list[tuple[slice, float]]:
-    """The stretches without boot time running back: their rows, and how long each is in s."""
+    """Stretches in which the boot time does not run back: their rows, and the length of each in s."""
     back = np.flatnonzero(np.diff(time_s) < -REBOOT_S) + 1
     starts, ends = [0, *back.tolist()], [*back.tolist(), len(rows)]
     edges = [0, *rows[back].tolist(), total]
@@ -252,7 +252,7 @@ def _runs(total: int, rows: Rows, time_s: Array) -> list[tuple[slice, float]]:
 
 def _clock(frames: Frames, rows: Rows, time_s: Array) -> _ClockOffset:
     offset = frames.arrival_s[rows] - time_s
-    # Never more than there are rows: the span is what a recording claims.
+    # Never more than rows: the span is only as good as the recording's times.
     blocks = min(max(1, int((time_s.max() - time_s.min()) / BLOCK_S)), len(rows))
     starts = np.unique(np.linspace(0, len(rows), blocks, endpoint=False).astype(np.int64))
     return _ClockOffset(
@@ -261,6 +261,6 @@ def _clock(frames: Frames, rows: Rows, time_s: Array) -> _ClockOffset:
 
 
 def _rising(time_s: Array, fields: Fields) -> Batch:
-    """Sorted by time, the first of equal times kept: a recording of two links holds messages twice."""
+    """Sort by time and keep the first of equal times: a recording of two links holds messages twice."""
     unique_s, first = np.unique(time_s, return_index=True)
     return Batch(unique_s, fields.at(first))

@@ -1,4 +1,4 @@
-"""Any recording into a Dive: a dive folder, `.tlog`, `.tlog.gz`, DataFlash `.BIN`, `.csv` with its map."""
+"""Reads any recording as a Dive: a dive folder, `.tlog`, `.tlog.gz`, DataFlash `.BIN`, `.csv` with its column map."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -23,39 +23,39 @@ from identify.ingest.table import column_map, read_table
 from identify.ingest.tlog import read_tlog
 
 LONGEST_DIVE_S = 30 * 86_400.0
-"""What is made of a dive counts its seconds, so that a time that can't be would fill the memory."""
+"""Later steps allocate by the seconds of a dive, so that an impossible time would fill the memory."""
 HEARD = (".tlog", ".tlog.gz")
 FORMS = "give a dive folder, a .tlog, a .tlog.gz, a .BIN or a .csv"
 
 
 def read_dive(path: Path, columns: Path | None = None, vehicle: VehicleFile | None = None) -> Dive:
-    """The dive that a recording holds, without readings that can't be or stand still, and with notes on what
-    it lacks.
+    """The dive in a recording, without impossible or frozen readings, and with notes on what it lacks.
 
-    `columns` is the column map of a `.csv`, a file or the bare name of one in configs/columns; a dive folder
-    made from a `.csv` holds its own, `columns.yaml`. With `vehicle` the notes also say whether the recording
-    fits it. Raises LogError, one sentence, where nothing can be read; ConfigError for a column map that is
-    wrong.
+    `columns` is the column map of a `.csv`, a file or the bare name of a map in configs/columns; a dive folder made
+    from a `.csv` holds its own, `columns.yaml`. With `vehicle`, the notes also say whether the recording fits the
+    vehicle. Raises LogError with a sentence if nothing can be read; ConfigError for an invalid column map.
     """
     files = recording_files(path)
-    beside = path / "columns.yaml"
-    columns = beside if columns is None and beside.exists() else columns
+    folder_map = path / "columns.yaml"
+    columns = folder_map if columns is None and folder_map.exists() else columns
     fields, known_by = _fields(files, columns, str(path)), identity_of(files)
-    whole = Dive(_name(path), path, known_by.sha256, opening=known_by.opening, **fields)
-    start_s, end_s = whole.span_s
+    recorded = Dive(_name(path), path, known_by.sha256, opening=known_by.opening, **fields)
+    start_s, end_s = recorded.span_s
     if not end_s - start_s <= LONGEST_DIVE_S:
         raise LogError(
             f"{path}: its times lie {(end_s - start_s) / 86_400:.3g} days apart, and a dive is no longer than "
             f"{LONGEST_DIVE_S / 86_400:.0f}; mend its times, or cut out the dive"
         )
-    possible = with_known_commands(with_spread_commands(without_impossible(whole)), _thrusters(vehicle))
+    possible = with_known_commands(with_spread_commands(without_impossible(recorded)), _thrusters(vehicle))
     dive = without_frozen(without_repeated(possible))
     return replace(dive, notes=(*_unread(path), *dive.notes, *gaps(dive), *_misfits(dive, vehicle)))
 
 
 def recording_files(path: Path) -> list[Path]:
-    """The files of one recording: itself, or a dive folder's: the one that was made whole, else all as they were begun,
-    and then the autopilot's logs that lie beside them.
+    """The files of a recording.
+
+    For a file, the file itself. For a dive folder, the completed recording if there is one, otherwise all parts in
+    the order in which the recorder began them; then the autopilot's logs in the folder.
 
     Raises LogError.
     """
@@ -63,22 +63,22 @@ def recording_files(path: Path) -> list[Path]:
         raise LogError(f"{path}: no such file or folder; check the name")
     if not path.is_dir():
         return [path]
-    found = sorted(file for file in path.iterdir() if file.name.endswith(HEARD))
-    ours = _ours(found)
-    own = standing_for(ours) or found
-    if len(own) > 1 and own is found:
-        names = ", ".join(file.name for file in found)
+    recordings = sorted(file for file in path.iterdir() if file.name.endswith(HEARD))
+    ours = _ours(recordings)
+    chosen = standing_for(ours) or recordings
+    if len(chosen) > 1 and chosen is recordings:
+        names = ", ".join(file.name for file in recordings)
         raise LogError(f"{path}: holds several recordings ({names}); name one of them")
     if ours:
-        return [*own, *logs_beside(path)]
-    own = own or [file for file in path.glob("telemetry.*") if file.suffix.lower() in (".bin", ".csv")]
-    if not own:
+        return [*chosen, *logs_beside(path)]
+    chosen = chosen or [file for file in path.glob("telemetry.*") if file.suffix.lower() in (".bin", ".csv")]
+    if not chosen:
         raise LogError(f"{path}: holds no recording; {FORMS}")
-    return own
+    return chosen
 
 
 def _unread(path: Path) -> tuple[str, ...]:
-    """What a dive folder's own recordings have that the whole one, which is read, lacks."""
+    """Describe what a dive folder's own recordings hold that the completed recording, which is read, lacks."""
     if not path.is_dir():
         return ()
     words = lacked_words(path, lacked(_ours(path.iterdir())))
@@ -93,7 +93,7 @@ def _ours(found: Iterable[Path]) -> list[Path]:
 
 
 def _number(file: Path) -> int:
-    """1 for `telemetry.tlog`, 2 for `telemetry.2.tlog`, the one that the recorder began next."""
+    """1 for `telemetry.tlog`, 2 for `telemetry.2.tlog`, which the recorder began next."""
     digits = re.search(r"\d+", file.name)
     return int(digits.group()) if digits else 1
 
@@ -120,7 +120,7 @@ def _name(path: Path) -> str:
 
 
 def _thrusters(vehicle: VehicleFile | None) -> int | None:
-    """How many outputs drive thrusters in any configuration; None, for all of them, where nothing tells."""
+    """Largest number of thruster outputs of any configuration; None, meaning all outputs, if unknown."""
     if vehicle is None:
         return None
     return max(len(c.thrusters) for c in vehicle.vehicle.configurations.values()) or None

@@ -1,4 +1,4 @@
-"""Readings that no underwater vehicle can have made: a damaged message, an overflow, a field that was never filled."""
+"""Removes readings that no underwater vehicle can make: a damaged message, an overflow, a field never filled."""
 
 from dataclasses import replace
 from typing import Any
@@ -20,20 +20,20 @@ MOST = {
     "tau_cmd": (1e6, "the wrench (TAU_CMD)", "1 MN"),
     "tau_pid": (1e6, "the wrench (TAU_PID)", "1 MN"),
 }
-"""By signal the largest size of a value, whose readings they are, and that size in words.
+"""By signal: largest possible size of a value, the sensor in words, and that size in words.
 
-A torpedo makes some 30 m/s, a vehicle that is to be identified not half; the deepest sea is 10.9 km, 110 MPa.
+A torpedo reaches some 30 m/s, a vehicle to be identified less than half; the deepest sea is 10.9 km, 110 MPa.
 """
 
 MOST_US = 1e4
-"""A servo's pulse is 0.5 to 2.5 ms; 65535 stands for none."""
+"""A servo pulse is 0.5 to 2.5 ms long; 65535 stands for no pulse."""
 
 WHOLE = {"ff_mode": "FF_MODE", "veh_cfg": "VEH_CFG"}
-"""By signal the name of what is a whole number, and goes over the wire as a float."""
+"""Signals that are whole numbers but are sent as floats, and their names."""
 
 
 def without_impossible(dive: Dive) -> Dive:
-    """The dive without readings that can't be, with a note for each sensor; an output that can't be is unknown."""
+    """The dive without impossible readings, with a note for each sensor; an impossible thruster output becomes NaN."""
     kept: dict[str, Any] = {}
     notes = []
     for name, (most, words, limit) in MOST.items():
@@ -46,13 +46,15 @@ def without_impossible(dive: Dive) -> Dive:
         kept[name] = Signal(signal.time_s[~beyond], signal.value[~beyond]) if not beyond.all() else None
         share = f"({percent(float(beyond.mean()))} %)"
         if np.count_nonzero(beyond) == 1:
-            told = f"1 reading of {words} {share} is beyond {limit}, which no vehicle reaches: it is"
+            words_beyond = f"1 reading of {words} {share} is beyond {limit}, which no vehicle reaches: it is"
         else:
-            told = (
+            words_beyond = (
                 f"{np.count_nonzero(beyond)} readings of {words} {share} are beyond {limit}, which no vehicle reaches: "
                 "they are"
             )
-        notes.append(f"{told} left out; check that sensor, its unit, and what passes its readings on.")
+        notes.append(
+            f"{words_beyond} left out; check that sensor, its unit, and what passes its readings on."
+        )
     for name, words in WHOLE.items():
         signal = dive.signals().get(name)
         if signal is None or not len(signal):

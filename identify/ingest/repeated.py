@@ -1,7 +1,8 @@
-"""Velocities passed on faster than they are measured: each comes several times, and only the first time is a reading.
+"""Removes copies of velocities that are sent faster than they are measured; only the first copy is a reading.
 
-A likelihood that takes each copy for a reading of its own believes a quantity that stands still between readings.
-Chance, coarse steps and a vehicle at rest repeat values too, but never nearly all of them equally often.
+A likelihood that takes each copy for an independent reading concludes that the velocity stands still between
+readings. Chance, a coarse resolution and a vehicle at rest repeat values too, but never nearly all of them equally
+often.
 """
 
 from dataclasses import replace
@@ -11,15 +12,15 @@ import numpy as np
 from identify.dive import Dive, Signal
 
 LEAST_SHARE = 0.8
-"""Of the runs of one value, that are of the same length: dropped readings and chance make a few others."""
+"""Least share of runs of equal values that have the same length: lost readings and chance make a few others."""
 
 FEWEST_RUNS = 20
 
 
 def without_repeated(dive: Dive) -> Dive:
-    """The dive with the first alone of velocities that each come equally often, with a note where they do.
+    """If velocities each come equally often, the dive with only the first of each, and a note.
 
-    A sensor's own count need not divide that of what passes it on: lengths may be a number and the next one.
+    The sensor's rate need not divide the rate at which its values are sent: a run may also be one longer than usual.
     """
     if dive.velocity is None:
         return dive

@@ -1,4 +1,4 @@
-"""Attitude as quaternions w x y z (body to north-east-down), many at once."""
+"""Attitude as quaternions w x y z (body to north-east-down), vectorised."""
 
 import numpy as np
 
@@ -6,11 +6,11 @@ from identify.dive import Array, Signal
 
 
 def quaternions_from_euler(roll: Array, pitch: Array, yaw: Array) -> Array:
-    """(n, 4) from angles in radians, turned about z, then y, then x (Fossen 2011, eq. 2.72).
+    """Quaternions (n, 4) from angles in radians, rotated about z, then y, then x (Fossen 2011, eq. 2.72).
 
-    NaN where an angle is not finite.
+    NaN if an angle is not finite.
     """
-    # A recording may hold any float: an infinite angle is as unknown as NaN.
+    # A recording may hold any float; an infinite angle counts as unknown, like NaN.
     with np.errstate(invalid="ignore"):
         cr, sr = np.cos(roll / 2), np.sin(roll / 2)
         cp, sp = np.cos(pitch / 2), np.sin(pitch / 2)
@@ -26,7 +26,7 @@ def quaternions_from_euler(roll: Array, pitch: Array, yaw: Array) -> Array:
 
 
 def attitude_at(attitude: Signal, time_s: Array) -> Array:
-    """(m, 4) unit quaternions between the samples, along the shorter way."""
+    """Unit quaternions (m, 4) interpolated between the samples, along the shorter way."""
     q = attitude.value
     flips = np.where(np.einsum("ij,ij->i", q[1:], q[:-1]) < 0, -1.0, 1.0)
     continuous = q * np.concatenate(([1.0], np.cumprod(flips)))[:, None]
@@ -36,14 +36,14 @@ def attitude_at(attitude: Signal, time_s: Array) -> Array:
 
 
 def to_body(quaternion: Array, north_east_down: Array) -> Array:
-    """(n, 3) vectors in body axes from north-east-down ones, at (n, 4) attitudes."""
+    """Turn vectors (n, 3) from north-east-down to body axes, at attitudes (n, 4)."""
     w, r = quaternion[:, :1], -quaternion[:, 1:]
     turned = 2.0 * np.cross(r, north_east_down)
     return north_east_down + w * turned + np.cross(r, turned)
 
 
 def turned_by(turn: Array, vector: Array) -> Array:
-    """(n, 3) vectors turned by rotation vectors (n, 3), rad, about axes in which both stand (Rodrigues)."""
+    """Rotate vectors (n, 3) by rotation vectors (n, 3), rad, given in the same axes (Rodrigues)."""
     angle = np.linalg.norm(turn, axis=1, keepdims=True)
     along = np.cross(turn, vector)
     first, second = np.sinc(angle / np.pi), 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2
@@ -52,7 +52,7 @@ def turned_by(turn: Array, vector: Array) -> Array:
 
 
 def to_body_turn(before: Array, after: Array) -> Array:
-    """(n, 3) rotation vectors in body axes that turn attitudes (n, 4) into others (n, 4), the shorter way, in rad."""
+    """Rotation vectors (n, 3) in body axes, rad, that turn attitudes (n, 4) into others (n, 4) the shorter way."""
     w0, r0, w1, r1 = before[:, :1], before[:, 1:], after[:, :1], after[:, 1:]
     w = w0 * w1 + (r0 * r1).sum(axis=1, keepdims=True)
     r = w0 * r1 - w1 * r0 - np.cross(r0, r1)

@@ -1,6 +1,6 @@
-"""Which run is used of a recording in which the vehicle restarted: the one that its thrusters moved the most.
+"""Chooses the run to use of a recording in which the vehicle restarted: the run with the longest thruster activity.
 
-The longest may be the one in which it lay afloat after its dive.
+The longest run may be the time that the vehicle lay afloat after its dive.
 """
 
 from collections.abc import Sequence
@@ -14,18 +14,18 @@ from bridge.vehicle.thrusters import NEUTRAL_US
 from identify.dive import Array, Signal
 
 RESTARTED: Final = "The vehicle restarted"
-"""What the note begins with."""
+"""Beginning of the note."""
 
 BEYOND_US: Final = 20.0
 PULSE_US: Final = (800.0, 2200.0)
 HELD_S: Final = 1.0
-"""A command counts no longer than so, though the next comes later."""
+"""Longest time for which a command counts, even if the next comes later."""
 TOLD: Final = 4
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run: when it began, Unix time of arrival; how long it is; how long the thrusters were commanded, armed."""
+    """A run: Unix time of its first arrival, its length, and how long the thrusters were commanded while armed."""
 
     began_unix_s: float
     span_s: float
@@ -33,9 +33,9 @@ class Run:
 
 
 def driven_s(pwm: Signal | None, tau_cmd: Signal | None, armed: Signal | None) -> float:
-    """For how long the vehicle was armed and its thrusters commanded beyond neutral; 0 where nothing tells it.
+    """Seconds in which the vehicle was armed and its thrusters were commanded beyond neutral; 0 without commands.
 
-    `pwm` in us, its neutral for each output what it was while disarmed, `tau_cmd` where there is none; `armed` None
+    `pwm` in us, compared with each output's value while disarmed; `tau_cmd` is used if `pwm` is None. `armed` None
     counts as armed.
     """
     commands = pwm if pwm is not None else tau_cmd
@@ -55,7 +55,7 @@ def driven_s(pwm: Signal | None, tau_cmd: Signal | None, armed: Signal | None) -
 
 
 def _neutral_us(disarmed_us: Array) -> Array:
-    """(k,) what each output was for most of the time while disarmed (n, k), 1500 where it sent no pulse."""
+    """Median of each output while disarmed (n, k), as (k,); 1500 for an output that sent no pulse."""
     if len(disarmed_us) == 0:
         return np.full(disarmed_us.shape[1], NEUTRAL_US)
     usual = np.median(np.nan_to_num(disarmed_us), axis=0)
@@ -63,23 +63,23 @@ def _neutral_us(disarmed_us: Array) -> Array:
 
 
 def chosen(runs: Sequence[Run]) -> tuple[int, tuple[str, ...]]:
-    """The number of the run to use, and a note of it where there are several."""
+    """Index of the run to use, and a note on it if there are several."""
     best = max(range(len(runs)), key=lambda i: (runs[i].driven_s, runs[i].span_s))
     if len(runs) == 1:
         return 0, ()
-    used, others = runs[best], sorted((r.span_s for i, r in enumerate(runs) if i != best), reverse=True)
+    used, other_spans = runs[best], sorted((r.span_s for i, r in enumerate(runs) if i != best), reverse=True)
     why = (
         f"its thrusters moved it the most, for {used.driven_s:.0f} s"
         if used.driven_s
         else "it is the longest"
     )
-    told = ", ".join(f"{span_s:.0f} s" for span_s in others[:TOLD])
-    more = f" and {len(others) - TOLD} shorter" if len(others) > TOLD else ""
-    rest = "the other lasts" if len(others) == 1 else "the others last"
-    times = f"{len(others)} time{'s' if len(others) > 1 else ''}"
+    span_words = ", ".join(f"{span_s:.0f} s" for span_s in other_spans[:TOLD])
+    more = f" and {len(other_spans) - TOLD} shorter" if len(other_spans) > TOLD else ""
+    subject = "the other lasts" if len(other_spans) == 1 else "the others last"
+    times = f"{len(other_spans)} time{'s' if len(other_spans) > 1 else ''}"
     return best, (
         f"{RESTARTED} {times} during the recording; of {len(runs)} runs the one that began at "
-        f"{_clock(used.began_unix_s)} UTC, {used.span_s:.0f} s, is used ({why}); {rest} {told}{more}.",
+        f"{_clock(used.began_unix_s)} UTC, {used.span_s:.0f} s, is used ({why}); {subject} {span_words}{more}.",
     )
 
 

@@ -1,6 +1,6 @@
-"""A recording's frames located, checked and dated: the compiled walk where all is well, `bridge.tlog` where not.
+"""Locates, checks and dates a recording's frames: by the compiled walk if intact, otherwise by `bridge.tlog`.
 
-What comes out is what `bridge.tlog.TlogReader` gives, record by record, as arrays.
+The result is that of `bridge.tlog.TlogReader`, record by record, as arrays.
 """
 
 from collections import Counter
@@ -19,9 +19,9 @@ LOST: Final = -1
 
 @dataclass(frozen=True)
 class Located:
-    """The frames of known ids in one file, in its order: columns (n,) into `data`.
+    """The frames of known ids in a file, in its order: columns (n,) into `data`.
 
-    `stamp_us` Unix time, mended; `start` and `length` of the payload. `counts` as TlogReader has them.
+    `stamp_us`: mended Unix time; `start` and `length` of the payload. `counts` as in TlogReader.
     """
 
     data: Bytes
@@ -35,7 +35,7 @@ class Located:
 
 
 def locate(path: Path) -> Located:
-    """Every good frame of a `.tlog` or `.tlog.gz`. Raises LogError as TlogReader does."""
+    """Locate every intact frame of a `.tlog` or `.tlog.gz`. Raises LogError as TlogReader does."""
     data, gzip_whole = load_recording(path)
     counts = Counter[str]() if gzip_whole else Counter(cut=1)
     content = np.frombuffer(data, np.uint8)
@@ -53,8 +53,8 @@ def locate(path: Path) -> Located:
 
 
 def _starts(data: bytes, content: Bytes, counts: Counter[str]) -> tuple[Rows, list[int], list[int]]:
-    """Where each frame starts; the rows whose stamp is lost with bytes before the frame, those of unknown ids."""
-    # Most of it is never touched, and so takes no memory.
+    """Start of each frame; rows whose stamp was lost with the bytes before the frame; rows of unknown ids."""
+    # Most of this array is never touched, and so takes no memory.
     starts = np.empty(len(data) // SHORTEST_FRAME + 1, np.int64)
     stampless, unknown = [], []
     count, position = intact(content, 0, EXTRAS, LONGEST_1, starts, 0)
@@ -71,23 +71,23 @@ def _starts(data: bytes, content: Bytes, counts: Counter[str]) -> tuple[Rows, li
 
 
 def mended_stamps(stamp_us: Rows, counts: Counter[str]) -> Rows:
-    """Stamps (n,) in us, with LOST ones and outliers replaced as `bridge.tlog.mended` does."""
-    told = stamp_us != LOST
+    """Stamps (n,) in us, with LOST stamps and outliers replaced as by `bridge.tlog.mended`."""
+    known = stamp_us != LOST
     before = np.concatenate(([LOST], stamp_us[:-1]))
-    after = np.append(stamp_us[told], LATEST_US)[np.cumsum(told)]
+    after = np.append(stamp_us[known], LATEST_US)[np.cumsum(known)]
     low, high = np.minimum(before, after), np.maximum(before, after)
     outside = (stamp_us < low - OUTLIER_US) | (stamp_us > high + OUTLIER_US)
     out = stamp_us.copy()
     reached = 0
-    for first in np.flatnonzero(outside | ~told):
+    for first in np.flatnonzero(outside | ~known):
         row = int(first)
         changed = row >= reached
-        # A stamp that was changed is a new neighbour to the one after it.
+        # A changed stamp is a new neighbour for the stamp after it.
         while changed and row < len(out):
-            own = int(stamp_us[row]) if told[row] else None
+            recorded = int(stamp_us[row]) if known[row] else None
             following = int(after[row]) if after[row] < LATEST_US else None
-            stamp = mended(own, int(out[row - 1]) if row else None, following)
-            changed = stamp != own
+            stamp = mended(recorded, int(out[row - 1]) if row else None, following)
+            changed = stamp != recorded
             if changed:
                 counts["stamps mended"] += 1
             out[row] = stamp

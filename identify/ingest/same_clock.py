@@ -1,8 +1,9 @@
-"""The clocks of two recordings of one dive, by how the vehicle turned: both felt it, whatever their clocks read.
+"""Relates the clocks of two recordings of a dive by the vehicle's turns, which both recorded.
 
-First the one shift at which the rates of turn of both agree, out of all there could be (normalised cross-correlation
-of what both hold); then, every ten seconds in which the vehicle turned, the delay that brings both closest together
-(least squares); through these a line. Where they do not agree, the recordings are of two vehicles, or of two dives.
+First, of all possible shifts, the shift at which the rates of turn of both agree (normalised cross-correlation of the
+common readings). Then, for windows of ten seconds in which the vehicle turned, the delay that brings both closest
+together (least squares), and a line through these delays. If they do not agree, the recordings are of two vehicles or
+of two dives.
 """
 
 from dataclasses import dataclass
@@ -18,34 +19,34 @@ from identify.ingest import rotation
 
 GRID_S: Final = 0.1
 SHORTEST_S: Final = 30.0
-"""Of what both hold: turns that last for less may be alike by chance."""
+"""Shortest overlap: shorter turns may agree by chance."""
 LONGEST_S: Final = 86_400.0
-"""Of a recording that is compared; the times of a damaged one may lie years apart."""
+"""Longest recording that is compared; the times of a damaged recording may lie years apart."""
 LEAST_HZ: Final = 4.0
 ALIKE: Final = 0.8
 GAIN: Final = 1.5
-"""By how much the larger of both turns may be the larger: the same vehicle turned once."""
+"""Largest ratio between the two recordings' turns: the same vehicle turned once."""
 WINDOW_S: Final = 10.0
 WINDOW_SAMPLES: Final = 20
 MOST_WINDOWS: Final = 500
 SEARCH_S: Final = 1.5
 TURNED_RAD_S: Final = 0.01
 FASTEST_RAD_S: Final = 50.0
-"""More is damage: gyros end at 35 rad/s."""
+"""Faster rates are damage: gyros end at 35 rad/s."""
 STRONG: Final = 0.25
-"""Of the strongest turning of ten seconds: where there is so much, both must agree."""
+"""Windows with at least this share of the strongest turning are those in which both recordings must agree."""
 LEAST_SHARE: Final = 0.5
 MOST_STD_S: Final = 0.3
 MOST_SCATTER_S: Final = 0.02
 MOST_SCATTERS: Final = 3.0
-"""Delays of one dive scatter as their own errors say; those of a mission that was dived twice scatter more."""
+"""Delays within a dive scatter as their own errors predict; those of a mission that was dived twice scatter more."""
 MOST_UNSURE_S: Final = 0.05
-"""What is dated worse than so would blur the force that belongs to a motion."""
+"""A larger error of the dates would blur the relation between force and motion."""
 OF_A_STEP: Final = 0.05
-"""Of the slower one's step: no delay is told better, for between readings a line is all that is known."""
+"""Least error of a delay, as a share of the slower signal's step: readings are interpolated linearly."""
 STEPS: Final = 8
 SLOWER_THAN_S: Final = 1.0
-"""Turns take longer than so: what a second holds counts as one reading."""
+"""Turns take longer than this: all readings within a second count as a single independent reading."""
 
 UNTOLD: Final = "nothing tells how its clock reads"
 STRANGERS: Final = (
@@ -55,8 +56,11 @@ STRANGERS: Final = (
 
 @dataclass(frozen=True)
 class Match:
-    """`line`: the other clock against this one; `alike`: correlation at the best shift; for how long both hold
-    something; half the width of the 95 % interval of the line in there, in s."""
+    """Result of a comparison of clocks.
+
+    line: the other clock against this one. alike: correlation at the best shift. overlap_s: time in which both hold
+    readings. within_s: half width of the 95 % interval of the line over that time, s.
+    """
 
     line: ClockLine
     alike: float
@@ -65,10 +69,10 @@ class Match:
 
 
 def match(own: dict[str, Any], other: dict[str, Any]) -> Match:
-    """How the clock of `other` reads against that of `own`, fields of dives: by rates of turn and by attitude, of
-    which the one that tells it better is taken, and neither may gainsay.
+    """Relate the clock of `other` to that of `own`, both fields of a dive, by rates of turn and by attitude.
 
-    Raises LogError, the end of a sentence, where nothing in both tells it.
+    The more accurate of the two results is taken. Raises LogError, worded as the end of a sentence, if neither gives
+    a result or if the two recordings disagree in either.
     """
     kinds = ((_rates(own, kind), _rates(other, kind)) for kind in ("gyro", "attitude"))
     pairs = [(a, b) for a, b in kinds if a is not None and b is not None]
@@ -77,27 +81,27 @@ def match(own: dict[str, Any], other: dict[str, Any]) -> Match:
             f"{UNTOLD}; both must hold rates of turn or attitude, {LEAST_HZ:.0f} Hz of it or more, for "
             f"{SHORTEST_S:.0f} s in common"
         )
-    told = [one for one in (_match(*pair) for pair in pairs) if one is not None]
-    if not told:
+    results = [one for one in (_match(*pair) for pair in pairs) if one is not None]
+    if not results:
         raise LogError(
             f"{UNTOLD}: it and the telemetry have no {SHORTEST_S:.0f} s in common in which the vehicle turns"
         )
-    found = min(told, key=lambda one: one.within_s)
-    if found.within_s > MOST_UNSURE_S:
+    best = min(results, key=lambda one: one.within_s)
+    if best.within_s > MOST_UNSURE_S:
         raise LogError(
-            f"{UNTOLD} to better than {1e3 * found.within_s:.0f} ms: the vehicle turned too little, or it is of "
+            f"{UNTOLD} to better than {1e3 * best.within_s:.0f} ms: the vehicle turned too little, or it is of "
             "another dive"
         )
-    return found
+    return best
 
 
 def _match(own: Signal, other: Signal) -> Match | None:
-    """By one kind of reading; None where it tells nothing. Raises LogError where both gainsay each other."""
+    """Compare by one kind of reading; None if it gives no result. Raises LogError if the recordings disagree."""
     shifted = _shift(own, other)
     if shifted is None:
         return None
     shift_s, alike, overlap_s = shifted
-    # Into the slower one's samples the faster one is interpolated.
+    # The faster signal is interpolated at the samples of the slower one.
     swapped = own.rate_hz > other.rate_hz
     slow, fast = (other, own) if swapped else (own, other)
     time_s, ahead_s, std_s = _delays(slow, fast, -shift_s if swapped else shift_s)
@@ -112,7 +116,7 @@ def _match(own: Signal, other: Signal) -> Match | None:
 
 
 def _rates(fields: dict[str, Any], kind: str) -> Signal | None:
-    """Rates of turn (n, 3) in rad/s, measured or of the attitude; None where they come too rarely."""
+    """Rates of turn (n, 3) in rad/s, measured or from the attitude; None if they come too rarely."""
     signal = fields.get(kind)
     if signal is None or len(signal) < WINDOW_SAMPLES or not signal.rate_hz >= LEAST_HZ:
         return None
@@ -125,7 +129,7 @@ def _rates(fields: dict[str, Any], kind: str) -> Signal | None:
 
 
 def _rates_of_turn(attitude: Signal) -> Signal | None:
-    """Mean body rates between readings of attitude no farther apart than a second, at the middle."""
+    """Mean body rates between readings of attitude at most a second apart, dated at the middle."""
     step_s = np.diff(attitude.time_s)
     near = (step_s > 0) & (step_s < SLOWER_THAN_S)
     turn = rotation.to_body_turn(attitude.value[:-1], attitude.value[1:])
@@ -136,9 +140,9 @@ def _rates_of_turn(attitude: Signal) -> Signal | None:
 
 
 def _shift(own: Signal, other: Signal) -> tuple[float, float, float] | None:
-    """How far `other` is ahead to a tenth of a second, the correlation there, and for how long both hold something.
+    """Lead of `other` to a tenth of a second, the correlation there, and the time in which both hold readings.
 
-    None where they have too little in common. Raises LogError where they do not agree.
+    None if they have too little in common. Raises LogError if they do not agree.
     """
     start_s, start_other_s = own.time_s[0], other.time_s[0]
     (a, has_a), (b, has_b) = _grid(own), _grid(other)
@@ -160,10 +164,10 @@ def _shift(own: Signal, other: Signal) -> tuple[float, float, float] | None:
     if not enough.any():
         return None
     alike = np.where(enough, both / np.sqrt(np.where(enough, energy_a * energy_b, 1.0)), 0.0)
-    # A high correlation of long recordings is less likely by chance than one of short ones (Fisher 1921).
+    # A high correlation is less likely by chance in long recordings than in short ones (Fisher 1921).
     seconds = np.where(enough, count * GRID_S / SLOWER_THAN_S, 0.0)
-    sure = np.arctanh(np.clip(alike, 0.0, 0.999)) * np.sqrt(seconds)
-    best = int(np.argmax(sure))
+    significance = np.arctanh(np.clip(alike, 0.0, 0.999)) * np.sqrt(seconds)
+    best = int(np.argmax(significance))
     gain = np.sqrt(energy_b[best] / energy_a[best])
     if alike[best] < ALIKE or not 1 / GAIN <= gain <= GAIN:
         raise LogError(STRANGERS)
@@ -172,7 +176,9 @@ def _shift(own: Signal, other: Signal) -> tuple[float, float, float] | None:
 
 
 def _grid(rates: Signal) -> tuple[Array, Array]:
-    """Rates (n, 3) about their mean on an even grid from the first on, and 1 where there are any, else 0."""
+    """Rates (n, 3) minus their median on a regular grid from the first reading on, and (n,) 1 for filled cells, else
+    0.
+    """
     place = np.floor((rates.time_s - rates.time_s[0]) / GRID_S).astype(np.int64)
     length = int(place[-1]) + 1
     count = np.bincount(place, minlength=length).astype(np.float64)
@@ -180,7 +186,7 @@ def _grid(rates: Signal) -> tuple[Array, Array]:
     sums = np.column_stack([np.bincount(place, value[:, k], minlength=length) for k in range(value.shape[1])])
     has = (count > 0).astype(np.float64)
     means = sums / np.maximum(count, 1.0)[:, None]
-    # A slower signal leaves cells between its readings empty: they are what lies between.
+    # A slow signal leaves cells between its readings empty: fill them with the last reading.
     near = rates.held_at(GRID_S * np.arange(length) + rates.time_s[0] + GRID_S / 2)
     recent = np.arange(length) - np.maximum.accumulate(np.where(has > 0, np.arange(length), 0)) <= 1.0 / (
         LEAST_HZ * GRID_S
@@ -192,11 +198,11 @@ def _grid(rates: Signal) -> tuple[Array, Array]:
 
 
 def _delays(slow: Signal, fast: Signal, shift_s: float) -> tuple[Array, Array, Array]:
-    """By windows of `slow` in which the vehicle turns and both agree: middles, how far `fast` is ahead, its std; in s.
+    """Delays by windows of `slow` in which the vehicle turns and both agree: middles, lead of `fast`, its std, in s.
 
-    Raises LogError where too few agree.
+    Raises LogError if too few windows agree.
     """
-    found = []
+    delays = []
     strength: list[float] = []
     agreed: list[bool] = []
     first_s = max(slow.time_s[0], fast.time_s[0] - shift_s + SEARCH_S)
@@ -211,16 +217,16 @@ def _delays(slow: Signal, fast: Signal, shift_s: float) -> tuple[Array, Array, A
         strength.append(float(np.std(part.value, axis=0).max()))
         agreed.append(delay is not None)
         if delay is not None:
-            found.append((float(part.time_s.mean()), *delay))
+            delays.append((float(part.time_s.mean()), *delay))
     strong = np.array(strength) >= max(TURNED_RAD_S, STRONG * max(strength, default=0.0))
-    if not found or not strong.any() or np.mean(np.array(agreed)[strong]) < LEAST_SHARE:
+    if not delays or not strong.any() or np.mean(np.array(agreed)[strong]) < LEAST_SHARE:
         raise LogError(STRANGERS)
-    time_s, ahead_s, std_s = np.array(found).T
+    time_s, ahead_s, std_s = np.array(delays).T
     return time_s, ahead_s, std_s
 
 
 def _delay(part: Signal, around: Signal, shift_s: float) -> tuple[float, float] | None:
-    """The delay of least squares near `shift_s`, and its standard error in s; None where both do not agree there."""
+    """Least-squares delay near `shift_s` and its standard error in s; None if the two do not agree there."""
     own = part.value - part.value.mean(axis=0)
 
     def off(delay_s: float) -> Array:
@@ -229,7 +235,7 @@ def _delay(part: Signal, around: Signal, shift_s: float) -> tuple[float, float] 
         return apart
 
     tries = shift_s + np.arange(-SEARCH_S, SEARCH_S + GRID_S / 2, GRID_S / 2)
-    delay_s = float(tries[np.argmin([float((off(one) ** 2).sum()) for one in tries])])
+    delay_s = float(tries[np.argmin([float((off(candidate_s) ** 2).sum()) for candidate_s in tries])])
     slope, left = own, own
     for _ in range(STEPS):
         left = off(delay_s)
@@ -239,14 +245,14 @@ def _delay(part: Signal, around: Signal, shift_s: float) -> tuple[float, float] 
         delay_s -= float(np.clip(step_s, -GRID_S / 2, GRID_S / 2))
     if abs(delay_s - shift_s) > SEARCH_S or (left**2).sum() > (1 - ALIKE) * 2 * (own**2).sum():
         return None
-    # Residuals of neighbouring readings of one turn are alike, so that fewer of them tell than there are.
+    # Residuals of neighbouring readings in a turn are correlated, so fewer of them are independent.
     std_s = float(np.sqrt(left.var() * _alike_next(left) / max(float((slope**2).sum()), 1e-12)))
     return (delay_s, float(np.hypot(std_s, OF_A_STEP / part.rate_hz))) if std_s <= MOST_STD_S else None
 
 
 def _alike_next(left: Array) -> float:
-    """How many residuals (n, k) count as one, by the correlation of each with the next (Bartlett 1946)."""
+    """Number of residuals (n, k) per independent residual, by the correlation of each with the next (Bartlett 1946)."""
     power = float((left**2).sum())
-    one = float((left[1:] * left[:-1]).sum()) / power if power > 0 else 0.0
-    one = min(max(one, 0.0), 0.9)
-    return (1 + one) / (1 - one)
+    correlation = float((left[1:] * left[:-1]).sum()) / power if power > 0 else 0.0
+    correlation = min(max(correlation, 0.0), 0.9)
+    return (1 + correlation) / (1 - correlation)

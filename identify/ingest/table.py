@@ -1,4 +1,4 @@
-"""A dive from a table (`.csv`) and a column map: YAML that says which column holds what, in which unit."""
+"""Reads a dive from a table (`.csv`) and a column map: YAML with the column and unit of each signal."""
 
 import csv
 import io
@@ -30,7 +30,7 @@ UNITS: dict[str, float] = {
     "Pa": 1.0, "hPa": 100.0, "mbar": 100.0, "bar": 1e5, "psi": 6894.757, "V": 1.0, "mV": 1e-3,
     "N": 1.0, "kgf": GRAVITY_M_S2, "lbf": 4.4482216, "rpm": 1.0, "rev/s": 60.0,
 }  # fmt: skip
-# Which units a signal may have; what the Dive holds is the first.
+# Units that a signal may have; the Dive holds the first.
 KINDS: dict[str, tuple[str, ...]] = {
     "velocity": ("m/s", "cm/s", "mm/s", "knot"),
     "gyro": ("rad/s", "deg/s", "mrad/s"), "fog": ("rad/s", "deg/s"),
@@ -50,7 +50,7 @@ RADIANS_PER_RPM = 2 * np.pi / 60
 
 @dataclass(frozen=True)
 class TimeColumn:
-    """The column that holds the time, and its unit."""
+    """The time column and its unit."""
 
     column: str
     unit: str = "s"
@@ -62,10 +62,10 @@ class TimeColumn:
 
 @dataclass(frozen=True)
 class Columns:
-    """The columns of one signal, in the order of the Dive's; `-` stands for a column of zeros.
+    """The columns of a signal, in the order of the Dive's; `-` stands for a column of zeros.
 
-    value = (cell + offset) * scale, turned from `unit` into SI; `offset` and `scale` count in the file's
-    unit and go column by column (all 0, all 1 where left out).
+    value = (cell + offset) * scale, converted from `unit` to SI; `offset` and `scale` are in the file's unit, one per
+    column (default: all 0, all 1).
     """
 
     columns: tuple[str, ...]
@@ -83,9 +83,9 @@ class Columns:
 
 @dataclass(frozen=True)
 class ColumnMap:
-    """Which column holds what. Body axes FRD; `euler` is roll, pitch, yaw; `notes` go to the user.
+    """The column of each signal. Body axes FRD; `euler` is roll, pitch, yaw; `notes` are shown to the user.
 
-    `commands_hold`: each thruster command, or wrench, holds until the next that is told, however much later that is.
+    `commands_hold`: each thruster command, or wrench, holds until the next recorded command, however much later.
     """
 
     time: TimeColumn
@@ -129,7 +129,7 @@ class ColumnMap:
 
 
 def column_map(path: Path) -> ColumnMap:
-    """The column map in a file, or the bundled one of that name (configs/columns). Raises ConfigError."""
+    """The column map in a file, or the bundled map of that name (configs/columns). Raises ConfigError."""
     bundled = CONFIGS / "columns" / f"{path}.yaml"
     if not path.exists() and bundled.exists():
         path = bundled
@@ -140,10 +140,10 @@ def column_map(path: Path) -> ColumnMap:
 
 
 def read_table(path: Path, columns: ColumnMap) -> dict[str, Any]:
-    """The fields of a Dive (all but its name, source and hash) in a table. Raises LogError.
+    """Fields of a Dive (all but its name, source and hash) in a table. Raises LogError.
 
-    A row that leaves all cells of a signal empty has no sample of it; one that says `nan` has one that is unknown.
-    Rows of one time are one row where what they fill does not clash.
+    A row in which all cells of a signal are empty has no sample of it; a cell `nan` is an unknown value. Rows of the
+    same time become one row as far as their cells do not contradict each other.
     """
     header, cells, empty, notes = _cells(path)
     time_s = _column(path, header, cells, columns.time.column) * TIME_UNITS[columns.time.unit]
@@ -153,8 +153,8 @@ def read_table(path: Path, columns: ColumnMap) -> dict[str, Any]:
         notes += (f"{len(time_s) - taken} rows without a time of their own were left out.",)
     signals = {}
     for name, source in columns.signals().items():
-        told = rows[_told(header, empty[rows], source)]
-        signals[name] = Signal(time_s[told], _values(path, header, cells[told], name, source))
+        with_sample = rows[_told(header, empty[rows], source)]
+        signals[name] = Signal(time_s[with_sample], _values(path, header, cells[with_sample], name, source))
     euler = signals.pop("euler", None)
     if euler is not None:
         signals["attitude"] = Signal(euler.time_s, rotation.quaternions_from_euler(*euler.value.T))
@@ -162,7 +162,7 @@ def read_table(path: Path, columns: ColumnMap) -> dict[str, Any]:
     if quaternion is not None:
         signals["attitude"] = quaternion
     if columns.commands_hold:
-        end_s = max((float(one.time_s[-1]) for one in signals.values() if len(one)), default=0.0)
+        end_s = max((float(signal.time_s[-1]) for signal in signals.values() if len(signal)), default=0.0)
         for name in {"pwm", "tau_cmd"} & signals.keys():
             signals[name] = spread(signals[name], end_s)
     return {
@@ -174,10 +174,10 @@ def read_table(path: Path, columns: ColumnMap) -> dict[str, Any]:
 
 
 def _merged(time_s: Array, cells: Array, empty: Mask, used: NDArray[np.intp]) -> tuple[NDArray[np.intp], int]:
-    """The first row of every time, in order of time, and how many rows went into these.
+    """The first row of every time, sorted by time, and the number of rows that went into these.
 
-    `cells` and `empty` (rows, columns) of the first rows are filled in place with what later ones of the same time say
-    in the columns `used`: of each that says something more and nothing else than what is there by then.
+    `cells` and `empty` (rows, columns) of the first rows are filled in place from later rows of the same time, in the
+    columns `used`. A later row is used only if it adds a value and contradicts none.
     """
     known = np.flatnonzero(np.isfinite(time_s))
     known = known[np.argsort(time_s[known], kind="stable")]
@@ -198,7 +198,7 @@ def _merged(time_s: Array, cells: Array, empty: Mask, used: NDArray[np.intp]) ->
 
 
 def _cells(path: Path) -> tuple[list[str], Array, Mask, tuple[str, ...]]:
-    """Header, numbers (rows, columns) with NaN for empty cells, which of them are empty, and what was left out."""
+    """Header, numbers (rows, columns) with NaN for empty cells, mask of empty cells, and notes on omitted rows."""
     data, _ = load_bytes(path)
     try:
         lines = list(csv.reader(io.StringIO(data.decode("utf-8-sig"))))
@@ -228,7 +228,7 @@ def _cells(path: Path) -> tuple[list[str], Array, Mask, tuple[str, ...]]:
 
 
 def _told(header: list[str], empty: Mask, source: Columns) -> Mask:
-    """Rows (n,) with at least one cell of a signal."""
+    """Rows (n,) in which a signal has a non-empty cell."""
     places = [header.index(name) for name in source.columns if name in header]
     return np.asarray(~empty[:, places].all(axis=1) if places else np.ones(len(empty), np.bool_))
 

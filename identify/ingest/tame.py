@@ -1,4 +1,4 @@
-"""Times that can't be, among many that agree: what a flipped bit leaves, or a vehicle that lies."""
+"""Finds impossible times among many that agree: the effect of a flipped bit, or of a vehicle with a wrong clock."""
 
 from typing import Final
 
@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 from identify.dive import Array
 
 WILD_S: Final = 60.0
-"""By how much a time that differs from those around it can't be one."""
+"""A time that differs from those around it by more than this is impossible."""
 AROUND: Final = 9
 
 
 def tame(time_s: Array) -> NDArray[np.bool_]:
-    """Which of times (n,) in the order of a recording lie where those around put them: a step moves all that follow."""
+    """Which times (n,), in recording order, agree with those around them; a step of all later times is kept."""
     if len(time_s) < 2 or not np.abs(np.diff(time_s)).max() > WILD_S:
         return np.ones(len(time_s), np.bool_)
     padded = np.pad(time_s, AROUND // 2, mode="symmetric")

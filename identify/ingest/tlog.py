@@ -1,4 +1,4 @@
-"""A dive from a `.tlog`: the telemetry contract, version 1, and where it is silent what ArduSub says."""
+"""Reads a dive from a `.tlog`: messages of the telemetry contract, version 1, otherwise ArduSub's own messages."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -28,13 +28,13 @@ MILLI_G = GRAVITY_M_S2 * 1e-3
 _ARRAYS = {"TAU_PID": 6, "TAU_FF": 6, "TAU_CMD": 6, "NU_FB": 6, "NU_REF": 14}
 
 AS_OFTEN = 0.9
-"""Messages of one rate differ so little in number, some of each being lost."""
+"""Messages of equal rate differ in number by less than this share, because some of each are lost."""
 
 
 def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
-    """The fields of a Dive (all but its name, source and hash) that the files of one recording hold.
+    """Fields of a Dive (all but its name, source and hash) from the files of a recording.
 
-    Raises LogError where they hold no frame, no vehicle, or several; `source` names the recording there.
+    Raises LogError if they hold no frame, no vehicle, or several vehicles; the error names the recording as `source`.
     """
     frames = load_frames(paths)
     messages, restart_notes = _most_driven(vehicle_runs(frames, source))
@@ -42,12 +42,12 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
     for field, signal in _ardusub(messages).items():
         if signals.get(field) is None:
             signals[field] = signal
-    told = velocity_of(messages, signals.get("attitude"))
-    if told is not None:
-        signals["velocity"] = told.signal
+    velocity = velocity_of(messages, signals.get("attitude"))
+    if velocity is not None:
+        signals["velocity"] = velocity.signal
     return {
         **{field: signal for field, signal in signals.items() if signal is not None},
-        "velocity_is_filtered": told is not None and told.filtered,
+        "velocity_is_filtered": velocity is not None and velocity.filtered,
         "unix_at_boot_s": _unix_at_boot_s(messages),
         "notes": messages.notes + restart_notes + _damage(frames) + unheard_notes(frames, messages.system),
         "counts": _counts(frames, messages.system),
@@ -55,7 +55,7 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
 
 
 def _most_driven(runs: tuple[Messages, ...]) -> tuple[Messages, tuple[str, ...]]:
-    """The run that the thrusters moved the most, and a note where there are several."""
+    """The run with the longest thruster activity, and a note if there are several."""
     if len(runs) == 1:
         return runs[0], ()
     best, notes = chosen([Run(run.began_unix_s, run.span_s, _driven_s(run)) for run in runs])
@@ -98,7 +98,7 @@ def _contract(messages: Messages) -> dict[str, Signal | None]:
 
 
 def _ardusub(messages: Messages) -> dict[str, Signal | None]:
-    """What ArduSub says where it lacks the contract's own message. Its simulator's truth is not looked at."""
+    """ArduSub's messages, for signals without the contract's own message. The simulator's truth is ignored."""
     gyro, force = _scaled_imu(messages)
     depth = _columns(messages.get("GLOBAL_POSITION_INT"), ("relative_alt",), -1e-3)
     if depth is None:
@@ -125,14 +125,14 @@ def _where(time_s: Array, value: Array, good: NDArray[np.bool_]) -> Signal | Non
 
 
 def _updated(batch: Batch | None, bits: int, names: tuple[str, ...]) -> Signal | None:
-    """The fields of the messages that say, in `fields_updated`, that these are new."""
+    """Fields of the messages that mark them as new in `fields_updated`."""
     if batch is None:
         return None
     return _where(batch.time_s, batch.columns(*names), batch.fields["fields_updated"] & bits == bits)
 
 
 def _attitude(messages: Messages) -> Signal | None:
-    """ATTITUDE_QUATERNION, or ATTITUDE where that comes faster."""
+    """ATTITUDE_QUATERNION, or ATTITUDE if that comes faster."""
     quaternion = _columns(messages.get("ATTITUDE_QUATERNION"), ("q1", "q2", "q3", "q4"))
     euler = messages.get("ATTITUDE")
     if euler is None or (quaternion is not None and len(quaternion) >= len(euler.time_s)):
@@ -142,10 +142,13 @@ def _attitude(messages: Messages) -> Signal | None:
 
 
 def _scaled_imu(messages: Messages) -> tuple[Signal | None, Signal | None]:
-    """Rates of ATTITUDE, by which the autopilot steers, or of an IMU that is told faster; and the specific force of the
-    fastest of SCALED_IMU2, SCALED_IMU, RAW_IMU."""
+    """Rates of turn and specific force.
+
+    The rates come from ATTITUDE, which the autopilot uses for control, or from an IMU that is sent faster. The
+    specific force comes from the fastest of SCALED_IMU2, SCALED_IMU, RAW_IMU.
+    """
     candidates = [messages.get("SCALED_IMU2"), messages.get("SCALED_IMU"), messages.get("RAW_IMU", id=0)]
-    # A second IMU that the board lacks is reported as zeros.
+    # A missing second IMU is reported as zeros.
     batches = [b for b in candidates if b is not None and b.columns("xacc", "yacc", "zacc").any()]
     imu = max(batches, key=lambda batch: len(batch.time_s), default=None)
     force = _columns(imu, ("xacc", "yacc", "zacc"), MILLI_G)
@@ -162,14 +165,18 @@ def _outputs(batch: Batch | None) -> Signal | None:
 
 
 def _servos(batch: Batch | None) -> Signal | None:
-    """One column an output, up to the first that is never driven; microseconds."""
+    """Pulses in microseconds, one column per output, up to the first output that is never driven."""
     if batch is None:
         return None
     return _used_columns(batch.time_s, batch.columns(*(f"servo{i}_raw" for i in range(1, 17))))
 
 
 def _used_columns(time_s: Array, pwm_us: Array) -> Signal | None:
-    """An output that is never a number counts as driven, unless all unused ones are written so: the last one too."""
+    """Keep outputs up to the first unused one.
+
+    An output that is never a number counts as used, unless the last output is never a number either: then unused
+    outputs are written that way.
+    """
     unknown = np.asarray(np.isnan(pwm_us).all(axis=0))
     idle = np.flatnonzero(~((pwm_us > 0).any(axis=0) | (unknown & ~unknown[-1])))
     width = int(idle[0]) if len(idle) else pwm_us.shape[1]
@@ -195,7 +202,7 @@ def _altitude(batch: Batch | None) -> Signal | None:
 
 
 def _pack_voltage(batch: Batch | None) -> Signal | None:
-    """Cells that the autopilot lists apart add up; 65535 means that there is none."""
+    """Sum of the cells if the autopilot lists them separately; 65535 marks an absent cell."""
     if batch is None:
         return None
     cells = batch.fields["voltages"].astype(np.float64)
@@ -205,9 +212,11 @@ def _pack_voltage(batch: Batch | None) -> Signal | None:
 
 
 def _armed(messages: Messages) -> Signal | None:
-    """From the heartbeats of who commands the thrusters: an autopilot before an onboard computer."""
+    """Armed state from the heartbeats of the thrusters' commander: an autopilot before an onboard computer."""
     autopilots = (messages.get("HEARTBEAT", autopilot=kind) for kind in AUTOPILOTS)
-    batch = next((found for found in autopilots if found is not None), None) or messages.get("HEARTBEAT")
+    batch = next((heartbeats for heartbeats in autopilots if heartbeats is not None), None) or messages.get(
+        "HEARTBEAT"
+    )
     if batch is None:
         return None
     return Signal(batch.time_s, ((batch.fields["base_mode"] & ARMED) != 0).astype(np.float64)[:, None])
@@ -233,7 +242,7 @@ def _unix_at_boot_s(messages: Messages) -> float | None:
 
 
 def _counts(frames: Frames, system: int) -> dict[str, int]:
-    """Messages of the vehicle by name, and what the reader counted."""
+    """Messages of the vehicle by name, and the reader's counts."""
     numbers, counts = np.unique(frames.message[frames.system == system], return_counts=True)
     by_name = {message_name(int(number)): int(count) for number, count in zip(numbers, counts, strict=True)}
     return by_name | frames.counts

@@ -1,4 +1,4 @@
-"""What a recording did not hear of its vehicle: the silences of the component that says most."""
+"""Silences of a vehicle in a recording, by the component that sends most."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -15,13 +15,13 @@ MAGIC_2: Final = 0xFD
 HEADER_1, HEADER_2 = 6, 10
 UNHEARD: Final = "Nothing was heard of the vehicle"
 BOOT_ID: Final = b"BOOT_ID"
-"""The name by which a vehicle that keeps a recording of its own tells its boot."""
+"""Name under which a vehicle that keeps its own recording sends its boot id."""
 NAME_AT: Final = 8
-"""In NAMED_VALUE_INT, behind time and value."""
+"""Offset of the name in NAMED_VALUE_INT, after time and value."""
 
 
 def silences_of(frames: Frames, system: int) -> tuple[Silence, ...]:
-    """The silences of the component of `system` that says most, by the Unix time of the recording."""
+    """Silences of the component of `system` that sends most, by the Unix time of the recording."""
     rows = np.flatnonzero(frames.system == system)
     if not len(rows):
         return ()
@@ -31,13 +31,15 @@ def silences_of(frames: Frames, system: int) -> tuple[Silence, ...]:
 
 
 def unheard_notes(frames: Frames, system: int) -> tuple[str, ...]:
-    """A note on what was not heard, and who may have it; none where all was."""
-    found = silences_of(frames, system)
-    return (note(frames, found, keeps_ring(frames, system)),) if found else ()
+    """A note on the silences and on who may have the missing frames; empty without silences."""
+    silences = silences_of(frames, system)
+    return (note(frames, silences, keeps_ring(frames, system)),) if silences else ()
 
 
 def note(frames: Frames, found: Sequence[Silence], ring: bool) -> str:
-    """The longest silence, and what brings the frames; "" without one. `ring`: does the vehicle keep a recording."""
+    """Describe the longest silence and how to get the frames; "" without silences. `ring`: the vehicle keeps a
+    recording.
+    """
     worst = longest(found)
     if worst is None:
         return ""
@@ -49,14 +51,14 @@ def note(frames: Frames, found: Sequence[Silence], ring: bool) -> str:
 
 
 def clock(seconds: float) -> str:
-    """`0:18`, `1:02:03`: a time in a recording, whole seconds that are over."""
-    minutes, rest = divmod(int(seconds), 60)
+    """A time in a recording in completed seconds, such as `0:18` or `1:02:03`."""
+    minutes, seconds_left = divmod(int(seconds), 60)
     hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
+    return f"{hours}:{minutes:02d}:{seconds_left:02d}" if hours else f"{minutes}:{seconds_left:02d}"
 
 
 def keeps_ring(frames: Frames, system: int) -> bool:
-    """Whether the vehicle tells that it keeps a recording of its own."""
+    """Whether the vehicle reports that it keeps its own recording."""
     rows = frames.rows("NAMED_VALUE_INT")
     starts = frames.start[rows[frames.system[rows] == system]]
     name = np.frombuffer(BOOT_ID, np.uint8)
@@ -65,7 +67,7 @@ def keeps_ring(frames: Frames, system: int) -> bool:
 
 
 def boot_times_s(frames: Frames, rows: Rows) -> Array:
-    """(n,) boot times that one component's frames in `rows` state, NaN where none."""
+    """Boot times (n,) that a component's frames in `rows` state, NaN if they state none."""
     system, component = int(frames.system[rows[0]]), int(frames.component[rows[0]])
     stating, stated = timed_rows(frames, system, component)
     boot_s = np.full(len(rows), np.nan)
@@ -74,7 +76,7 @@ def boot_times_s(frames: Frames, rows: Rows) -> Array:
 
 
 def sequence(frames: Frames, rows: Rows) -> NDArray[np.int64]:
-    """(n,) sequence numbers, from the header before each payload."""
+    """Sequence numbers (n,), from the header before each payload."""
     data, start = frames.data, frames.start[rows]
     head = np.maximum(start - HEADER_2, 0)
     second = (data[head] == MAGIC_2) & (data[head + 5] == frames.system[rows])

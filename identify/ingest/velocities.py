@@ -1,8 +1,8 @@
-"""The velocity of a `.tlog`, by what the message is that tells it: in which axes, over which time, by whom.
+"""Velocity of a `.tlog` from the best message available, with the axes and interval that the message implies.
 
-MAVLink's own words: ODOMETRY has it in the axes of `child_frame_id`; VISION_POSITION_DELTA a change of position over
-`time_delta_usec`, turned into the body's axes at its end; VISION_SPEED_ESTIMATE and LOCAL_POSITION_NED have it
-north-east-down.
+MAVLink's definitions: ODOMETRY has the velocity in the axes of `child_frame_id`; VISION_POSITION_DELTA has a change
+of position over `time_delta_usec`, in the body's axes at its end; VISION_SPEED_ESTIMATE and LOCAL_POSITION_NED have
+the velocity north-east-down.
 """
 
 from dataclasses import dataclass
@@ -17,10 +17,10 @@ from identify.ingest.messages import Batch, Messages
 LOCAL_NED, LOCAL_ENU, LOCAL_OFFSET_NED, LOCAL_FRD = 1, 4, 7, 20
 BODY_NED, BODY_OFFSET_NED, BODY_FRD = 8, 9, 12
 OF_BODY, OF_EARTH = (BODY_NED, BODY_OFFSET_NED, BODY_FRD), (LOCAL_NED, LOCAL_OFFSET_NED, LOCAL_ENU)
-"""MAV_FRAMEs. A velocity in BODY_NED or BODY_OFFSET_NED is one in BODY_FRD, by MAVLink's list of them."""
+"""MAV_FRAMEs. By MAVLink's list, a velocity in BODY_NED or BODY_OFFSET_NED is a velocity in BODY_FRD."""
 
 FUSED = (3, 5, 8)
-"""MAV_ESTIMATOR_TYPEs that smooth, for they fuse accelerations: visual-inertial, GPS with them, an autopilot's."""
+"""MAV_ESTIMATOR_TYPEs that smooth, because they fuse accelerations: visual-inertial, the same with GPS, autopilot."""
 
 
 @dataclass(frozen=True)
@@ -32,18 +32,18 @@ class Told:
 
 
 def velocity_of(messages: Messages, attitude: Signal | None) -> Told | None:
-    """The velocity by its best teller; None where there is none, or none that an attitude could turn."""
+    """Velocity from the best source; None without a velocity, or if it needs an attitude that is missing."""
     if (odometry := messages.get("ODOMETRY")) is not None:
-        told = _odometry(odometry, attitude)
-        if told is not None:
-            return Told(told, _is_fused(odometry))
-    told = _deltas(messages.get_from_anyone("VISION_POSITION_DELTA"))
-    if told is None:
-        told = _of_earth(messages.get_from_anyone("VISION_SPEED_ESTIMATE"), ("x", "y", "z"), attitude)
-    if told is not None:
-        return Told(told, False)
-    told = _of_earth(messages.get("LOCAL_POSITION_NED"), ("vx", "vy", "vz"), attitude)
-    return None if told is None else Told(told, True)
+        signal = _odometry(odometry, attitude)
+        if signal is not None:
+            return Told(signal, _is_fused(odometry))
+    signal = _deltas(messages.get_from_anyone("VISION_POSITION_DELTA"))
+    if signal is None:
+        signal = _of_earth(messages.get_from_anyone("VISION_SPEED_ESTIMATE"), ("x", "y", "z"), attitude)
+    if signal is not None:
+        return Told(signal, False)
+    signal = _of_earth(messages.get("LOCAL_POSITION_NED"), ("vx", "vy", "vz"), attitude)
+    return None if signal is None else Told(signal, True)
 
 
 def _odometry(batch: Batch, attitude: Signal | None) -> Signal | None:
@@ -53,16 +53,16 @@ def _odometry(batch: Batch, attitude: Signal | None) -> Signal | None:
     in_body = np.isin(child, OF_BODY)
     if in_body.any():
         return _where(batch.time_s, velocity, in_body)
-    own = batch.fields["q"].astype(np.float64)
-    # The message's own attitude is from the body to the frame of its pose.
+    attitudes = batch.fields["q"].astype(np.float64)
+    # The attitude in the message rotates from the body to the frame of its pose.
     turned = (child == frame) & np.isin(child, (LOCAL_NED, LOCAL_OFFSET_NED, LOCAL_FRD))
-    turned &= np.abs(np.linalg.norm(own, axis=1) - 1.0) < 0.1
+    turned &= np.abs(np.linalg.norm(attitudes, axis=1) - 1.0) < 0.1
     if turned.any():
-        return _where(batch.time_s, rotation.to_body(own, velocity), turned)
-    for one in OF_EARTH:
-        if (child == one).any():
-            ned = velocity[:, [1, 0, 2]] * np.array([1, 1, -1]) if one == LOCAL_ENU else velocity
-            return _turned(batch.time_s, ned, child == one, attitude)
+        return _where(batch.time_s, rotation.to_body(attitudes, velocity), turned)
+    for earth_frame in OF_EARTH:
+        if (child == earth_frame).any():
+            ned = velocity[:, [1, 0, 2]] * np.array([1, 1, -1]) if earth_frame == LOCAL_ENU else velocity
+            return _turned(batch.time_s, ned, child == earth_frame, attitude)
     return None
 
 
@@ -71,10 +71,10 @@ def _is_fused(batch: Batch) -> bool:
 
 
 def _deltas(batch: Batch | None) -> Signal | None:
-    """Mean velocity over each VISION_POSITION_DELTA, at the middle of it and in the axes of then.
+    """Mean velocity over each VISION_POSITION_DELTA, dated at its middle and in the body axes of that instant.
 
-    Drivers that state no time (time_usec 0: BlueOS's for Water Linked) send the DVL's own velocity times the interval:
-    it was never turned.
+    Drivers that state no time (time_usec 0, such as BlueOS's for Water Linked) send the DVL's own velocity times the
+    interval, which was never turned.
     """
     if batch is None:
         return None
@@ -96,7 +96,7 @@ def _of_earth(batch: Batch | None, names: tuple[str, str, str], attitude: Signal
 def _turned(
     time_s: Array, north_east_down: Array, good: NDArray[np.bool_], attitude: Signal | None
 ) -> Signal | None:
-    """What is north-east-down in body axes, while the attitude is known."""
+    """Turn a north-east-down velocity into body axes, while the attitude is known."""
     if attitude is None or len(attitude) < 2:
         return None
     inside = (time_s >= attitude.time_s[0]) & (time_s <= attitude.time_s[-1])

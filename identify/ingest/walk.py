@@ -1,7 +1,7 @@
-"""A recording's bytes as intact frames, their headers and their fields: the compiled inner loops.
+"""Compiled inner loops that split a recording's bytes into intact frames, headers and fields.
 
-`intact` agrees byte for byte with `bridge.framing.frame_at`: it stops at the first record that is not one of a
-known id with the right CRC-16/MCRF4XX, and leaves that one to `bridge.tlog.next_record`.
+`intact` agrees byte for byte with `bridge.framing.frame_at`: it stops at the first record that is not a frame of a
+known id with the right CRC-16/MCRF4XX, and leaves that record to `bridge.tlog.next_record`.
 """
 
 from typing import Final
@@ -22,20 +22,20 @@ AT_ONCE: Final = 8
 UNKNOWN: Final = -1
 
 EXTRAS: Final = np.full(max(CRC_EXTRA) + 1, UNKNOWN, np.int64)
-"""By message id the byte that its checksum ends with, or UNKNOWN."""
+"""By message id: the byte that ends the input of its checksum (CRC_EXTRA), or UNKNOWN."""
 EXTRAS[list(CRC_EXTRA)] = [extra[0] for extra in CRC_EXTRA.values()]
 LONGEST_1: Final = np.array([FULL_BYTES.get(number, 255) for number in range(256)], np.int64)
-"""By message id the longest payload that MAVLink 1 may state: it cuts no zeros."""
+"""By message id: longest payload that MAVLink 1 may state, since MAVLink 1 cuts no zeros."""
 
 
 def _tables() -> NDArray[np.int32]:
-    """(8, 256): what a byte does to the CRC when 0 to 7 bytes follow it (Kounavis and Berry 2005, slicing by 8)."""
-    one = np.arange(256, dtype=np.int32)
+    """Effect of a byte on the CRC if 0 to 7 bytes follow it, (8, 256) (Kounavis and Berry 2005, slicing by 8)."""
+    single = np.arange(256, dtype=np.int32)
     for _ in range(8):
-        one = (one >> 1) ^ (0x8408 * (one & 1))
-    rows = [one]
+        single = (single >> 1) ^ (0x8408 * (single & 1))
+    rows = [single]
     for _ in range(1, AT_ONCE):
-        rows.append((rows[-1] >> 8) ^ one[rows[-1] & 0xFF])
+        rows.append((rows[-1] >> 8) ^ single[rows[-1] & 0xFF])
     return np.array(rows, np.int32)
 
 
@@ -46,9 +46,9 @@ _TABLES: Final = _tables()
 def intact(
     data: Bytes, position: int, extras: Rows, longest_1: Rows, starts: Rows, count: int
 ) -> tuple[int, int]:
-    """Write where each frame starts to `starts[count:]`, up to the first record that is not intact.
+    """Write the start of each frame to `starts[count:]`, up to the first record that is not intact.
 
-    Returns how many starts there are now, and where that record begins.
+    Returns the number of starts so far and the position of that record.
     """
     end = data.shape[0]
     while position + STAMP_BYTES + HEADER_1 <= end and count < starts.shape[0]:
@@ -88,7 +88,7 @@ def _little(data: Bytes, at: int, size: int) -> np.int64:
 
 @njit(cache=True, nogil=True)
 def _checksum(data: Bytes, start: int, stop: int, extra: np.int64) -> np.int64:
-    """CRC-16/MCRF4XX of `data[start:stop]` and one byte more."""
+    """CRC-16/MCRF4XX of `data[start:stop]` followed by the byte `extra`."""
     crc = np.int64(0xFFFF)
     at = start
     while at + AT_ONCE <= stop:
@@ -111,9 +111,9 @@ def _checksum(data: Bytes, start: int, stop: int, extra: np.int64) -> np.int64:
 
 @njit(cache=True, nogil=True)
 def headers(data: Bytes, starts: Rows, out: Rows) -> None:
-    """For each frame a column of `out` (6, n): stamp in us, payload start and length, system, component, id.
+    """Fill a column of `out` (6, n) for each frame: stamp in us, payload start and length, system, component, id.
 
-    A frame that no stamp can stand before has 0 for it.
+    The stamp is 0 for a frame so near the beginning of the data that no stamp fits before it.
     """
     for i in range(starts.shape[0]):
         start = starts[i]
@@ -135,8 +135,8 @@ def headers(data: Bytes, starts: Rows, out: Rows) -> None:
 
 @njit(cache=True, nogil=True)
 def copy_field(data: Bytes, start: Rows, length: Rows, rows: Rows, offset: int, out: Bytes) -> None:
-    """Bytes `offset` and on of the payloads at `rows` to `out` (n, width); what a short payload leaves out is zero."""
-    # Unsigned places spare a look at each for being negative: half the time.
+    """Copy the payload bytes from `offset` on, at `rows`, to `out` (n, width); zero if a short payload ends before."""
+    # Unsigned indices need no check for negative values, which halves the time.
     width, at = np.uint64(out.shape[1]), np.uint64(0)
     flat = out.reshape(-1)
     for row in rows:

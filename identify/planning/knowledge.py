@@ -1,4 +1,4 @@
-"""What is known of a vehicle before a dive: coefficients, how well, and the noise that the dive will have."""
+"""Knowledge of a vehicle before a dive: coefficients, their uncertainty, and the noise to expect in the dive."""
 
 import math
 import re
@@ -21,17 +21,17 @@ Array = NDArray[np.float64]
 
 NAMES = tuple(coefficient.name for coefficient in COEFFICIENTS)
 MASS_RATIO, DAMPING_RATIO = 1.4, 0.7
-"""Total mass and damping as shares of the rigid body's mass or inertia, where the vehicle file says nothing."""
+"""Total mass and damping as shares of the rigid body's mass or inertia, if the vehicle file gives neither."""
 
 DVL_HZ, DEPTH_HZ, GYRO_HZ, FOG_HZ = 10.0, 10.0, 100.0, 1000.0
 LOGGED_HZ = {"gyro": 50.0, "fog": 40.0, "attitude": 20.0}
-"""How often the bridge tells the ground what it decimates."""
+"""Rates at which the bridge sends the signals that it decimates."""
 
 ROUGH = 0.5
 """A value with a relative standard deviation above this is no better than a guess."""
 
 ROUNDING = 1e-6
-"""How far off symmetry and off zero eigenvalues (of correlations) a covariance may be that went through text."""
+"""Tolerance of symmetry, and of eigenvalues (of correlations) below zero, for a covariance that was written as text."""
 
 FIRM = 0.05
 """Relative standard deviation up to which a value is firm enough to show a narrower interval around it."""
@@ -43,11 +43,11 @@ ARM_M = 1.0 / 6.0
 
 @dataclass(frozen=True)
 class AxisNoise:
-    """What blurs one degree of freedom, as `likelihood` models it.
+    """Noise of a degree of freedom, as `likelihood` models it.
 
-    A force or moment of standard deviation `disturbance` (N, N m), first-order coloured with `time_constant_s`;
-    white noise on the velocity of density `velocity` ((m/s)^2/Hz, (rad/s)^2/Hz), and on its integral of density
-    `position`, inf where nothing reads that.
+    A force or moment of standard deviation `disturbance` (N, N m), first-order coloured with `time_constant_s`; white
+    noise on the velocity with density `velocity` ((m/s)^2/Hz, (rad/s)^2/Hz), and on its integral with density
+    `position`, inf if no sensor reads the integral.
     """
 
     disturbance: float
@@ -58,11 +58,12 @@ class AxisNoise:
 
 @dataclass(frozen=True)
 class Knowledge:
-    """Coefficients by name, all twelve, the noise of each degree of freedom, and in sentences where it all comes from.
+    """All twelve coefficients by name, the noise of each degree of freedom, and sentences on their sources.
 
-    `precision` (12, 12) is that of the logarithms in the order of `NAMES`, zero where nothing is known. `guessed` are
-    those whose value no prior gives, and no identification to within `FIRM`. `doubted`: by coefficient, in sentences,
-    why the identification doubts what its dive tells of it, or has nothing at all of it; `doubts` are all of these.
+    `precision` (12, 12) is that of the logarithms in the order of `NAMES`, zero for unknown coefficients. `guessed`
+    are coefficients without a prior, and without an identification to within `FIRM`. `doubted`: by coefficient, the
+    sentences of the identification that doubt its result or say why it gives none; `doubts` are all of these
+    sentences.
     """
 
     values: dict[str, float]
@@ -74,11 +75,11 @@ class Knowledge:
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        return tuple(dict.fromkeys(sentence for told in self.doubted.values() for sentence in told))
+        return tuple(dict.fromkeys(sentence for sentences in self.doubted.values() for sentence in sentences))
 
 
 def before_any_dive(file: VehicleFile, configuration: str) -> Knowledge:
-    """What the vehicle file says; generic ratios to the rigid body's mass for what it leaves open."""
+    """Knowledge from the vehicle file; open values are generic ratios to the rigid body's mass."""
     shape = file.vehicle.configurations[configuration]
     values, open_names = {}, []
     precision = np.zeros((len(NAMES), len(NAMES)))
@@ -96,7 +97,9 @@ def before_any_dive(file: VehicleFile, configuration: str) -> Knowledge:
         "Noise and disturbance are those of a typical vehicle of this mass: a dive tells better, give it by --after."
     ]
     absent = [
-        what for slot, what in (("dvl", "DVL"), ("imu", "IMU")) if getattr(file.vehicle.sensors, slot) is None
+        sensor
+        for slot, sensor in (("dvl", "DVL"), ("imu", "IMU"))
+        if getattr(file.vehicle.sensors, slot) is None
     ]
     if absent:
         sentences.append(
@@ -113,22 +116,23 @@ def before_any_dive(file: VehicleFile, configuration: str) -> Knowledge:
 
 
 def after(identified: Mapping[str, Any], file: VehicleFile, configuration: str, source: str) -> Knowledge:
-    """What an identification adds to that, from the JSON form of it; `source` is named in messages.
+    """Knowledge before any dive plus that of an identification, given as JSON; `source` is named in messages.
 
-    Raises ConfigError where `identified` is no identification, or one of another configuration.
+    Raises ConfigError if `identified` is not an identification, or belongs to another vehicle or configuration, or
+    holds impossible numbers.
     """
     first = before_any_dive(file, configuration)
     shape = file.vehicle.configurations[configuration]
     try:
         said, of_vehicle = str(identified["configuration"]), str(identified["vehicle"]["name"])
         outcome = str(identified["outcome"])
-        found = {p["name"]: p for p in identified["parameters"] if p["name"] in BY_NAME}
-        of, matrix = identified["covariance"]["of"], identified["covariance"]["matrix"]
-        covariance = np.array(matrix, dtype=np.float64).reshape(len(of), len(of))
-        of = [str(name) for name in of]
+        listed = {p["name"]: p for p in identified["parameters"] if p["name"] in BY_NAME}
+        order, matrix = identified["covariance"]["of"], identified["covariance"]["matrix"]
+        covariance = np.array(matrix, dtype=np.float64).reshape(len(order), len(order))
+        order = [str(name) for name in order]
         nuisance = {str(k): float(v) for k, v in identified["nuisance"].items()}
-        values = {name: float(found[name]["value"]) for name in of if (found[name]["value"] or 0.0) > 0}
-        doubted = _doubted(identified, of)
+        values = {name: float(listed[name]["value"]) for name in order if (listed[name]["value"] or 0.0) > 0}
+        doubted = _doubted(identified, order)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise ConfigError(
             f"{source}: not an identification as seatrial identify --json writes it ({error}); give one, or the dive"
@@ -141,20 +145,20 @@ def after(identified: Mapping[str, Any], file: VehicleFile, configuration: str, 
         raise ConfigError(
             f"{source}: is of configuration '{said}', not '{configuration}'; name it: --vehicle FILE:{said}"
         )
-    known = [i for i, name in enumerate(of) if name in values]
-    _check([of[i] for i in known], covariance[np.ix_(known, known)], nuisance, source)
+    known = [i for i, name in enumerate(order) if name in values]
+    _check([order[i] for i in known], covariance[np.ix_(known, known)], nuisance, source)
     precision = first.precision.copy()
-    firm = frozenset(of[i] for i in known if math.sqrt(covariance[i, i]) <= FIRM * values[of[i]])
+    firm = frozenset(order[i] for i in known if math.sqrt(covariance[i, i]) <= FIRM * values[order[i]])
     if known:
-        places = [NAMES.index(of[i]) for i in known]
-        scale = np.array([values[of[i]] for i in known])
+        places = [NAMES.index(order[i]) for i in known]
+        scale = np.array([values[order[i]] for i in known])
         rough = np.sqrt(np.diag(covariance)[known]) / scale > ROUGH
         _check_possible(
-            [of[i] for i, vague in zip(known, rough, strict=True) if not vague], values, shape, source
+            [order[i] for i, vague in zip(known, rough, strict=True) if not vague], values, shape, source
         )
         relative = covariance[np.ix_(known, known)] / np.outer(scale, scale)
         precision[np.ix_(places, places)] = np.linalg.pinv(relative, hermitian=True)
-        values = {of[i]: values[of[i]] for i, vague in zip(known, rough, strict=True) if not vague}
+        values = {order[i]: values[order[i]] for i, vague in zip(known, rough, strict=True) if not vague}
     left = [name for name in NAMES if name not in values]
     sentences = [f"Starts from {source}, which ended as '{outcome}'."]
     if left:
@@ -168,8 +172,8 @@ def after(identified: Mapping[str, Any], file: VehicleFile, configuration: str, 
 
 
 def _doubted(identified: Mapping[str, Any], fitted: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Why each coefficient is doubted: by a doubt about it or that names it, or for want of readings to fit it."""
-    told = [
+    """Reasons to doubt each coefficient: doubts that are about it or name it, and missing readings."""
+    reasons_of = [
         ([*map(str, doubt["about"]), *re.findall(r"\w+", doubt["sentence"])], str(doubt["sentence"]))
         for doubt in identified.get("doubts", ())
     ]
@@ -177,15 +181,15 @@ def _doubted(identified: Mapping[str, Any], fitted: Sequence[str]) -> dict[str, 
     for parameter in identified["parameters"]:
         if parameter["name"] in BY_NAME and parameter["name"] not in fitted and parameter.get("reason"):
             lacking.setdefault(str(parameter["reason"]), []).append(str(parameter["name"]))
-    told += [
+    reasons_of += [
         (names, f"Of {' and '.join(names)} it told nothing: {reason}.") for reason, names in lacking.items()
     ]
-    by_name = {name: tuple(sentence for about, sentence in told if name in about) for name in NAMES}
+    by_name = {name: tuple(sentence for about, sentence in reasons_of if name in about) for name in NAMES}
     return {name: sentences for name, sentences in by_name.items() if sentences}
 
 
 def _check(of: Sequence[str], covariance: Array, nuisance: Mapping[str, float], source: str) -> None:
-    """Raise ConfigError where numbers are no covariance of distinct names, or no noise."""
+    """Raise ConfigError for numbers that are no covariance of distinct names, or no noise."""
     wrong = ""
     if len(set(of)) < len(of):
         wrong = "its covariance names a parameter twice"
@@ -242,7 +246,7 @@ def _typical_noise(file: VehicleFile, shape: Configuration) -> tuple[AxisNoise, 
 
 
 def _noise_of(dof: int, nuisance: Mapping[str, float], typical: AxisNoise, file: VehicleFile) -> AxisNoise:
-    """The noise that an identification found in an axis, the typical one where it did not look."""
+    """Noise of an axis according to the identification, or the typical noise if it did not estimate it."""
     sensors = file.vehicle.sensors
     dvl_hz, depth_hz = _rate_hz(sensors, "dvl", DVL_HZ), _rate_hz(sensors, "depth", DEPTH_HZ)
     hz = {"dvl": dvl_hz, "filter": dvl_hz, "depth": depth_hz, **LOGGED_HZ}

@@ -1,4 +1,4 @@
-"""What a plan may ask of a vehicle, and what a trial of it in simulation comes to."""
+"""Limits of a plan, and trials of a plan in simulation."""
 
 import math
 from collections.abc import Sequence
@@ -23,9 +23,9 @@ NOTHING_N = 0.01
 
 @dataclass(frozen=True)
 class Limits:
-    """Room across and up and down, speed (up and down half of it), rate of turn, share of each thruster's limit.
+    """Space across and up and down, speed (half of it up and down), yaw rate, share of each thruster's limit.
 
-    `depth_space_m` None is as much as across.
+    `depth_space_m` None means as much as across.
     """
 
     space_m: float = 6.0
@@ -40,16 +40,17 @@ class Limits:
 
     @property
     def heave_m(self) -> float:
-        """Room up and down: not to the surface from where a plan begins."""
+        """Room up and down: at most the start depth, so that the vehicle does not reach the surface."""
         return min(self.space_m if self.depth_space_m is None else self.depth_space_m, START_DEPTH_M)
 
 
 @dataclass(frozen=True)
 class Trial:
-    """What a mission comes to in still water.
+    """Result of a mission in still water.
 
-    `nu` (n, 6) body velocity every control tick; `across_m` the room it takes along its first heading or abeam,
-    whichever is more, `depth_m` up and down; `thrust_share` of the limit of the thruster that works hardest.
+    `nu` (n, 6): body velocity at every control tick. `across_m`: space that it takes along its first heading (north)
+    or abeam, whichever is more; `depth_m`: up and down. `thrust_share`: used share of the limit, of the thruster that
+    works hardest.
     """
 
     nu: Array
@@ -58,7 +59,7 @@ class Trial:
     thrust_share: float
 
     def over(self, limits: Limits) -> float:
-        """The largest ratio of what it takes to what it may; up to 1 is allowed."""
+        """Largest ratio of a used quantity to its limit; up to 1 is allowed."""
         u, v, w, r = (self.nu[:, dof] for dof in (0, 1, 2, 5))
         return float(
             max(
@@ -73,7 +74,7 @@ class Trial:
 
 
 class Tank:
-    """Where plans are tried: the vehicle with the coefficients that it is believed to have, in still water."""
+    """Simulated still water for trials of plans, with the vehicle at its presumed coefficients."""
 
     def __init__(self, file: VehicleFile, configuration: str, knowledge: Knowledge) -> None:
         self._file, self._configuration = file, configuration
@@ -83,7 +84,9 @@ class Tank:
         self._allocator = Allocator(shape, self._curve)
 
     def force(self, dof: int, share: float) -> float:
-        """The force or moment (N, N m) along one axis that asks this share of the first thruster at its limit."""
+        """Force or moment (N, N m) along an axis at which the first thruster to saturate reaches this share of its
+        limit; 0 if the thrusters can't push along that axis alone.
+        """
         unit = np.eye(6)[dof]
         thrust, _, _ = self._allocator.allocate(unit)
         made = self._allocator.matrix @ thrust
@@ -91,12 +94,12 @@ class Tank:
         return share / worst if worst > 0 and np.allclose(made, unit, atol=1e-6) else 0.0
 
     def pulses(self, wrench: Sequence[float]) -> tuple[float, ...]:
-        """The pulse width (us) of each thruster that makes a wrench (6,)."""
+        """Pulse width (us) of each thruster for a wrench (6,)."""
         thrust, _, _ = self._allocator.allocate(wrench)
         return tuple(self._curve.pwm(np.where(np.abs(thrust) < NOTHING_N, 0.0, thrust)).tolist())
 
     def dive(self, legs: list[Leg]) -> Trial:
-        """The legs between two rests."""
+        """Simulate the legs between two rests."""
         rest = [Leg("rest", "rest", REST_S)]
         run = simulate_truth(
             self._file,

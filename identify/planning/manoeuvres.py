@@ -1,8 +1,8 @@
-"""The manoeuvres that a plan is made of: steps of a mission, and how a pilot would do the same by hand.
+"""Manoeuvres of a plan: the steps of a mission, and how a pilot would do the same by hand.
 
-In surge and sway they push: the thrusters hold a force, as a stick does. In heave and yaw they ask for a rate and the
-controller makes the force, so that depth and heading are kept. A square wave begins and ends with a quarter of its
-period, so that velocity and place swing about zero from the start.
+Surge and sway are pushed: the thrusters hold a force, as a stick does. Heave and yaw follow a rate through the
+controller, which keeps depth and heading. A square wave begins and ends with a quarter of its period, so that
+velocity and position swing about zero from the start.
 """
 
 from collections.abc import Callable
@@ -18,7 +18,7 @@ UNITS = {"push_surge_n": "N", "push_sway_n": "N", "yaw_rad_s": "rad/s"}
 WAYS = {SURGE: ("ahead", "astern"), SWAY: ("right", "left"), HEAVE: ("down", "up"), YAW: ("right", "left")}
 
 PERIODS_S = (4.0, 8.0, 16.0, 32.0)
-"""A faster wave would weigh the lag of the thrusters as much as the mass."""
+"""In a faster wave the lag of the thrusters would matter as much as the mass."""
 
 SWEEP_S = (16.0, 8.0, 8.0, 4.0, 4.0, 4.0, 4.0)
 BLOCK_S = 32.0
@@ -27,7 +27,7 @@ LAP_REST_S = 3.0
 
 @dataclass(frozen=True)
 class Drive:
-    """What moves one axis: the key of a mission's step, and the amplitude (N, m/s or rad/s) at scale 1."""
+    """Excitation of an axis: the key in a mission's step, and the amplitude (N, m/s or rad/s) at scale 1."""
 
     dof: int
     key: str
@@ -40,7 +40,7 @@ class Drive:
 
 @dataclass(frozen=True)
 class Manoeuvre:
-    """One thing to dive. `amplitudes` belong to `drives`; `by_hand` says how a pilot does it."""
+    """A manoeuvre to dive. `amplitudes` belong to `drives`; `by_hand` says how a pilot does it."""
 
     kind: str
     drives: tuple[Drive, ...]
@@ -63,7 +63,7 @@ class Manoeuvre:
 
     @property
     def sentence(self) -> str:
-        """What, how strong, how fast and how long."""
+        """Kind, strength, period and duration."""
         strength = " and ".join(
             f"±{amplitude:.3g} {drive.unit}"
             for drive, amplitude in zip(self.drives, self.amplitudes, strict=True)
@@ -85,7 +85,7 @@ class Family:
 
     @property
     def cycles(self) -> int:
-        """How many cycles come nearest to one block of time."""
+        """Number of cycles that comes nearest to a block of time."""
         return max(1, round(BLOCK_S / self.period_s))
 
     def at(self, scale: float, cycles: int) -> Manoeuvre:
@@ -107,7 +107,7 @@ def square(period_s: float, *drives: Drive) -> Family:
 
 
 def sweep(drive: Drive) -> Family:
-    """Square waves one after another, each faster than the one before."""
+    """Square waves with decreasing periods."""
 
     def build(amplitudes: dict[str, float], cycles: int) -> tuple[list[Step], str]:
         steps = [
@@ -127,7 +127,7 @@ def sweep(drive: Drive) -> Family:
 
 
 def coast_down(period_s: float, drive: Drive) -> Family:
-    """Push until it runs, then no thrust at all: drag alone slows it; then the same backwards."""
+    """Push up to speed, then no thrust at all, so that drag alone slows the vehicle; then the same backwards."""
 
     def build(amplitudes: dict[str, float], cycles: int) -> tuple[list[Step], str]:
         part_s, force = period_s / 4, amplitudes[drive.key]
@@ -192,5 +192,5 @@ def _wave_by_hand(drives: tuple[Drive, ...], period_s: float, cycles: int) -> st
 
 
 def _rounded(value: float) -> float:
-    """To three digits: what a crew can read out."""
+    """Round to three digits, which a crew can read out."""
     return float(f"{value:.3g}")

@@ -1,8 +1,8 @@
-"""Which manoeuvres to dive next: those that narrow the intervals of what is known least, within the limits.
+"""Proposes the manoeuvres to dive next: those that narrow the widest intervals, within the limits.
 
-Greedy over blocks of time, A-optimal: each block goes to the manoeuvre that takes most off the sum of the relative
-variances for each second that it costs (Pukelsheim 2006, chapter 6). What is promised in the end comes from a trial of
-the whole mission, not from the sum of its parts.
+Greedy over blocks of time, A-optimal: each block goes to the manoeuvre that reduces the sum of the relative variances
+most per second (Pukelsheim 2006, chapter 6). The promised result comes from a trial of the whole mission, not from
+the sum of its parts.
 """
 
 import math
@@ -46,7 +46,7 @@ LEAST_PUSH = 0.02
 """Share of the strongest axis's force (of its moment over a metre, in yaw) below which an axis can't be driven."""
 
 WIDEST = 1.0
-"""Relative standard deviation of a coefficient of which nothing is known, for the sum to be finite."""
+"""Relative standard deviation assumed for an unknown coefficient, so that the sum is finite."""
 
 NOTHING = 10.0
 """Relative standard deviation from which a coefficient counts as unknown."""
@@ -59,12 +59,12 @@ ENDLESS = 1_000_000
 """More cycles than any dive has."""
 
 RESERVE_S, RESERVE_SHARE = 128.0, 0.25
-"""Room is kept for the drift of so long a manoeuvre, but no more than this share unless one block needs it."""
+"""Room is reserved for the drift of a manoeuvre of this length, but no more than this share unless a block needs it."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """A manoeuvre of the plan and what a trial of it alone came to."""
+    """A manoeuvre of the plan and the result of a trial of it alone."""
 
     manoeuvre: Manoeuvre
     trial: Trial
@@ -72,15 +72,17 @@ class Part:
 
     @property
     def needs_m(self) -> float:
-        """Room across, with what the disturbance may add to an axis that nothing holds."""
+        """Room across, including the possible drift of an axis that is not held."""
         return self.trial.across_m + self.drift_m
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """`parts` in their order; (12,) relative standard deviations in the order of `NAMES`, inf for what nothing is known
-    of: `before` the dive, by this dive `alone`, and `after` it with both; `trial` of the whole mission, `duration_s`
-    with its rests."""
+    """The parts in their order, with the expected uncertainty.
+
+    `before` the dive, by this dive `alone`, and `after` it with both: relative standard deviations (12,) in the order
+    of `NAMES`, inf for unknown coefficients. `trial` is that of the whole mission, `duration_s` includes its rests.
+    """
 
     parts: tuple[Part, ...]
     before: Array
@@ -93,7 +95,10 @@ class Proposal:
 
 @dataclass(frozen=True)
 class _Candidate:
-    """A family at the strength that fits. `information` of one block; `most_cycles` in one go keep the room."""
+    """A family at the largest admissible strength.
+
+    `information` of a block; `most_cycles` in a single part keep the room.
+    """
 
     family: Family
     scale: float
@@ -102,11 +107,11 @@ class _Candidate:
     most_cycles: int
 
     def goes(self, cycles: int) -> int:
-        """How many parts so many cycles take."""
+        """Number of parts for `cycles` cycles."""
         return -(-cycles // self.most_cycles)
 
     def seconds(self, cycles: int) -> float:
-        """Time for so many cycles, with a rest before each part."""
+        """Time for `cycles` cycles, with a rest before each part."""
         return cycles * self.family.period_s + self.goes(cycles) * REST_S
 
 
@@ -119,9 +124,9 @@ def propose(
     dofs: Sequence[int] = DOFS_PLANNED,
     progress: Progress = lambda *_: None,
 ) -> Proposal:
-    """The manoeuvres for so many seconds, rests included.
+    """Choose the manoeuvres for `seconds` in total, rests included.
 
-    Raises FitError where nothing fits into the limits or the time.
+    Raises FitError if the thrusters drive none of the axes, or if no manoeuvre fits into the limits or the time.
     """
     tank = Tank(file, configuration, knowledge)
     able = drivable(tank, dofs)
@@ -151,23 +156,23 @@ def propose(
     parts = tuple(
         part for candidate, cycles in chosen for part in _parts(candidate, cycles, tank, limits, knowledge)
     )
-    whole = tank.dive(mission_legs([part.manoeuvre for part in parts]))
-    timing = of_timing(TICK_S, whole.nu, knowledge, able)
-    told = stamped(of_motion(TICK_S, whole.nu, knowledge, able), timing)
+    whole_trial = tank.dive(mission_legs([part.manoeuvre for part in parts]))
+    timing = of_timing(TICK_S, whole_trial.nu, knowledge, able)
+    information = stamped(of_motion(TICK_S, whole_trial.nu, knowledge, able), timing)
     progress(1.0, "done")
     return Proposal(
         parts,
         relative_std(knowledge.precision),
-        relative_std(told),
-        relative_std(knowledge.precision + told),
-        whole,
-        len(whole.nu) * TICK_S,
+        relative_std(information),
+        relative_std(knowledge.precision + information),
+        whole_trial,
+        len(whole_trial.nu) * TICK_S,
         able,
     )
 
 
 def mission_legs(manoeuvres: Sequence[Manoeuvre]) -> list[Leg]:
-    """The legs of all, a rest between each two."""
+    """Legs of all manoeuvres, with a rest between consecutive manoeuvres."""
     legs: list[Leg] = []
     for i, manoeuvre in enumerate(manoeuvres):
         legs += [Leg("rest", "rest", REST_S)] if i else []
@@ -176,14 +181,14 @@ def mission_legs(manoeuvres: Sequence[Manoeuvre]) -> list[Leg]:
 
 
 def drivable(tank: Tank, dofs: Sequence[int]) -> tuple[int, ...]:
-    """Those of the axes that the thrusters can push along, and along nothing else."""
+    """The axes of `dofs` along which the thrusters can push without a force along another axis."""
     reach = {dof: tank.force(dof, 1.0) for dof in DOFS_PLANNED}
     strongest = max(reach.values())
     return tuple(dof for dof in dofs if reach[dof] > LEAST_PUSH * strongest > 0)
 
 
 def relative_std(precision: Array) -> Array:
-    """Standard deviations (12,) of the logarithms; inf where nothing, or as good as nothing, is known."""
+    """Standard deviations (12,) of the logarithms; inf for coefficients of which nothing or almost nothing is known."""
     out = np.full(len(precision), np.inf)
     known = _known(precision)
     out[known] = np.sqrt(np.diag(np.linalg.inv(precision[np.ix_(known, known)])))
@@ -191,9 +196,9 @@ def relative_std(precision: Array) -> Array:
 
 
 def stamped(precision: Array, timing: Array) -> Array:
-    """A dive's information (12, 12) less what it loses by when thrust acts, which is known to STAMPED_S.
+    """Information of a dive (12, 12), reduced by the uncertainty in the time of thrust, which is known to STAMPED_S.
 
-    timing (k, 12): what the coefficients share with that.
+    timing (k, 12): information that the coefficients share with that time.
     """
     out, known = np.zeros_like(precision), _known(precision)
     covariance = np.linalg.inv(precision[np.ix_(known, known)])
@@ -203,7 +208,7 @@ def stamped(precision: Array, timing: Array) -> Array:
 
 
 def _known(precision: Array) -> NDArray[np.intp]:
-    """Of what something is known."""
+    """Indices of the coefficients of which something is known."""
     return np.flatnonzero(np.diag(precision) > NOTHING**-2)
 
 
@@ -230,7 +235,7 @@ def _families(tank: Tank, dofs: tuple[int, ...], limits: Limits) -> list[Family]
 def _within(
     family: Family, tank: Tank, limits: Limits, knowledge: Knowledge, dofs: tuple[int, ...]
 ) -> _Candidate | None:
-    """The family at the greatest strength that the limits allow, None where they allow none."""
+    """The family at the greatest strength that the limits allow; None if they allow none."""
     drift_m = _drift(family.drives, family.period_s, knowledge)
     block_m = _drift(family.drives, family.cycles * family.period_s, knowledge)
     reserve_m = _drift(family.drives, RESERVE_S, knowledge)
@@ -254,7 +259,7 @@ def _within(
 def _parts(
     candidate: _Candidate, cycles: int, tank: Tank, limits: Limits, knowledge: Knowledge
 ) -> list[Part]:
-    """So many cycles in goes of nearly one length, each within the space."""
+    """Split the cycles into parts of nearly equal length, each within the space."""
     goes = candidate.goes(cycles)
     sizes = [cycles // goes + (i < cycles % goes) for i in range(goes)]
     made = {size: _part(candidate, size, tank, limits, knowledge) for size in set(sizes)}
@@ -262,7 +267,7 @@ def _parts(
 
 
 def _part(candidate: _Candidate, cycles: int, tank: Tank, limits: Limits, knowledge: Knowledge) -> Part:
-    """Weaker than its candidate where more cycles swing wider than its block did."""
+    """Build a part; weaker than its candidate if more cycles swing wider than the candidate's block did."""
     scale = candidate.scale
     while True:
         manoeuvre = candidate.family.at(scale, cycles)
@@ -278,7 +283,7 @@ def _part(candidate: _Candidate, cycles: int, tank: Tank, limits: Limits, knowle
 def _choose(
     candidates: Sequence[_Candidate], knowledge: Knowledge, dofs: tuple[int, ...], seconds: float
 ) -> list[tuple[_Candidate, int]]:
-    """Candidates with their cycles, by axis and period: whole blocks, then single cycles for the rest."""
+    """Candidates with their cycles, by axis and period: whole blocks, then single cycles for the remaining time."""
     precision = knowledge.precision + np.eye(len(NAMES)) / WIDEST**2
     wanted = [NAMES.index(group[dof].name) for dof in dofs for group in (MASSES, DAMPINGS)]
     cycles = [0] * len(candidates)
@@ -288,7 +293,7 @@ def _choose(
         return float(np.sum(np.diag(np.linalg.inv(total))[wanted]))
 
     def fill(sizes: dict[int, int]) -> None:
-        """Add the best of the candidates again and again, each by its size in cycles, while time is left."""
+        """Add the best candidate repeatedly, each by its size in cycles, while time is left."""
         nonlocal left_s, precision
 
         def cost_s(i: int) -> float:
@@ -311,7 +316,7 @@ def _choose(
 
 
 def _drift(drives: Sequence[Drive], seconds: float, knowledge: Knowledge) -> float:
-    """Two standard deviations of where the disturbance may carry an axis that is pushed and not held, in m."""
+    """Two standard deviations of the drift by the disturbance, in m, of an axis that is pushed and not held."""
     drifts = [
         2 * noise.disturbance * np.sqrt(2 * noise.time_constant_s * seconds) / damping
         for drive in drives

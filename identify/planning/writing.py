@@ -1,4 +1,4 @@
-"""A proposal as a crew reads it, as a mission that `seatrial simulate` dives, and as plain data."""
+"""Writes a proposal as instructions for a crew, as a mission for `seatrial simulate`, and as plain data."""
 
 import math
 import textwrap
@@ -38,7 +38,7 @@ ADVICE = (
 
 
 def needs(part: Part) -> str:
-    """The room that a manoeuvre takes, in words, NO_ROOM where it takes none."""
+    """Room that a manoeuvre takes, in words; NO_ROOM if it takes none."""
     rooms = []
     if part.needs_m > NOTABLE_M:
         rooms.append(f"{_up(part.needs_m)} m across")
@@ -48,30 +48,30 @@ def needs(part: Part) -> str:
 
 
 def instruction(part: Part) -> str:
-    """One manoeuvre as a crew reads it out."""
+    """Instruction for a manoeuvre, as a crew reads it out."""
     room = needs(part)
     return f"{part.manoeuvre.sentence}, {room if room == NO_ROOM else f'needs {room}'}"
 
 
 def pulses(manoeuvre: Manoeuvre, tank: Tank) -> str:
-    """What a push is at the thrusters, for those who steer them by pulse width; empty for a rate."""
+    """Pulse widths of a push, for pilots who command thrusters by pulse width; empty for a rate."""
     wrench = [0.0] * 6
     for drive, amplitude in zip(manoeuvre.drives, manoeuvre.amplitudes, strict=True):
         if drive.key.startswith("push"):
             wrench[drive.dof] = amplitude
     if not any(wrench):
         return ""
-    told = []
+    widths = []
     for i, way in enumerate((1.0, -1.0)):
         direction = " and ".join(WAYS[dof][i] for dof in manoeuvre.dofs)
-        told.append(f"{direction}: {_grouped(tank.pulses([way * w for w in wrench]))}")
-    return "; ".join(told)
+        widths.append(f"{direction}: {_grouped(tank.pulses([way * w for w in wrench]))}")
+    return "; ".join(widths)
 
 
 def interval(name: str, relative_std: float, knowledge: Knowledge) -> dict[str, float]:
-    """Relative standard error and 95 % interval of a coefficient whose logarithm is known so well.
+    """Relative standard error and 95 % interval of a coefficient, from the standard deviation of its logarithm.
 
-    NaN for what is unknown; a guessed value has no interval around it, for the truth lies elsewhere.
+    NaN if unknown. A guessed value has no interval around it, because the true value lies elsewhere.
     """
     if not math.isfinite(relative_std):
         return dict.fromkeys(("relative_std", "low95", "high95"), math.nan)
@@ -83,13 +83,13 @@ def interval(name: str, relative_std: float, knowledge: Knowledge) -> dict[str, 
 
 
 def notes(knowledge: Knowledge) -> tuple[str, ...]:
-    """Where the numbers come from and how far they hold, in sentences."""
+    """Sources of the numbers and their limits, in sentences."""
     doubts = tuple(f"{DOUBT} {sentence}" for sentence in knowledge.doubts)
     return (*doubts, *knowledge.sentences, *((GUESSED,) if knowledge.guessed else ()), *ADVICE)
 
 
 def legend(proposal: Proposal, knowledge: Knowledge) -> tuple[str, ...]:
-    """What DOUBT_MARK means at promised coefficients, and the doubts behind it; nothing where it stands nowhere."""
+    """Meaning of DOUBT_MARK at promised coefficients, and the doubts behind it; empty if no coefficient is marked."""
     marked = [
         name
         for name, after in zip(NAMES, proposal.after, strict=True)
@@ -106,7 +106,7 @@ def legend(proposal: Proposal, knowledge: Knowledge) -> tuple[str, ...]:
 
 
 def mission_text(proposal: Proposal, title: str, command: str, tank: Tank) -> str:
-    """The YAML of a mission, with the crew's instructions as comments; `command` dives it in simulation."""
+    """YAML of a mission, with the crew's instructions as comments; `command` dives it in simulation."""
     lines = [f"{TITLE} {title}", f"# Dive it in simulation: {command}", "#"]
     lines += [f"# {line}" for sentence in ADVICE for line in _broken(sentence)]
     lines += ["name: plan", f"start_depth_m: {START_DEPTH_M:g}", "legs:"]
@@ -121,7 +121,7 @@ def mission_text(proposal: Proposal, title: str, command: str, tank: Tank) -> st
 
 
 def to_json(proposal: Proposal, knowledge: Knowledge, limits: Limits) -> dict[str, Any]:
-    """Plain data; NaN for what does not exist."""
+    """Plain data, with NaN for missing numbers."""
     return {
         "duration_s": proposal.duration_s,
         "limits": {**vars(limits), "depth_space_m": limits.heave_m},
@@ -172,7 +172,7 @@ def _grouped(widths_us: Sequence[float]) -> str:
 
 
 def _up(metres: float) -> str:
-    """Rounded up to a decimetre."""
+    """Round up to a decimetre."""
     return f"{math.ceil(10 * metres - 1e-9) / 10:.1f}"
 
 

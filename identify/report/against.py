@@ -1,4 +1,4 @@
-"""The page of a real dive against a simulator: what it must gain, then where, what and how far."""
+"""Page that compares a real dive with a simulator: changes to make in the simulator, then the diagnosis of the gap."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ HOW = (
 
 
 def against_report(one: Against) -> Report:
-    """The page's verdict and parts."""
+    """Build the page: verdict and parts."""
     return Report(
         f"{one.vehicle.vehicle}: {one.vehicle.dive} against the simulator's {one.simulator.dive}",
         subtitle(one.vehicle),
@@ -27,8 +27,8 @@ def against_report(one: Against) -> Report:
 
 
 def _change(one: Against) -> Section:
-    """What to change in the simulator."""
-    rows = [*_gained(one), *(_row(each) for each in one.off)]
+    """Changes to make in the simulator."""
+    rows = [*_gained(one), *(_row(difference) for difference in one.off)]
     columns = ("What", "Simulator has", "Vehicle has", "95 % interval", "Unit", "Off by")
     table = (
         (Table(columns, tuple(rows), "What to set in the simulator, all of it together."),) if rows else ()
@@ -40,14 +40,14 @@ def _change(one: Against) -> Section:
 
 def _gained(one: Against) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
-    for found in wording_verdict.sorted_by_likelihood(one.lacks)[0]:
-        cause = wording.effect_words(found.cause.effect)
-        told = wording.told_parameters(found)
-        for name, value in told.items():
+    for lacking in wording_verdict.sorted_by_likelihood(one.lacks)[0]:
+        cause = wording.effect_words(lacking.cause.effect)
+        values = wording.told_parameters(lacking)
+        for name, value in values.items():
             number, interval = with_interval(value.value, value.low95, value.high95)
-            of = unit(value.unit) if value.unit != "1" else MISSING
-            rows.append((f"{cause}, {wording.parameter(name)}", "none", number, interval, of, MISSING))
-        if not told:
+            unit_text = unit(value.unit) if value.unit != "1" else MISSING
+            rows.append((f"{cause}, {wording.parameter(name)}", "none", number, interval, unit_text, MISSING))
+        if not values:
             rows.append((cause, "none", MISSING, MISSING, MISSING, MISSING))
     return rows
 
@@ -56,19 +56,19 @@ def _row(one: Difference) -> tuple[str, ...]:
     name = f"{wording.words(one.of)}, {wording.parameter(one.name)}" if one.of else one.name
     its, _ = with_interval(one.simulator.value, one.simulator.low95, one.simulator.high95)
     number, interval = with_interval(one.vehicle.value, one.vehicle.low95, one.vehicle.high95)
-    of = unit(one.vehicle.unit) if one.vehicle.unit != "1" else MISSING
+    unit_text = unit(one.vehicle.unit) if one.vehicle.unit != "1" else MISSING
     return (
         name,
         its,
         number,
         interval,
-        of,
+        unit_text,
         f"{'+' if one.share > 0 else '−'}{wording.percent(abs(one.share))}",
     )
 
 
 def _own(one: Against) -> Section:
-    """What the simulator's own recording says of it."""
+    """Diagnosis of the simulator's own recording."""
     return Section(
         "What the simulator has",
         "\n\n".join((wording_verdict.verdict_sentence(one.simulator), *wording.cause_lines(one.simulator))),

@@ -1,4 +1,4 @@
-"""Bars that are read like a table: a name, a bar, a number."""
+"""Bars that read like a table: a name, a bar, a number."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,17 +12,19 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 ROOM, NAMES_ROOM = 1.3, 1.0
-"""How wide the box is for the longest bar, 1: its number stands behind it, short names before it."""
+"""Width of the box in lengths of the longest bar: its number stands behind it, short names before it."""
 
 SHORT_NAME, TWO_LINES, LETTER_IN = 20, 45, 0.075
-"""Letters of a name that stands before its bar, above it where any is longer; from where on it may take two lines; how
-wide a letter is."""
+"""SHORT_NAME: letters up to which names stand before their bars; all names stand above the bars if one is longer.
+TWO_LINES: letters from which a name may take two lines. LETTER_IN: width of a letter.
+"""
 
 
 @dataclass(frozen=True)
 class Bar:
-    """One row. share: of the longest bar, 0 to 1, none below 0; told: its number with the unit. Chosen ones are filled
-    and say so in `mark`, the others are light."""
+    """A row. share: of the longest bar, 0 to 1, values below 0 count as 0. told: number with its unit. mark: a word
+    for a selected bar, which is filled; other bars are light.
+    """
 
     name: str
     share: float
@@ -31,7 +33,7 @@ class Bar:
 
 
 def bars(rows: Sequence[Bar], title: str = "") -> Panel:
-    """The bars, the first at the top; names of two lines at most."""
+    """Draw the bars, the first at the top; names take at most two lines."""
     names = [f"{row.name}: {row.mark}" if row.mark else row.name for row in rows]
     longest = max(map(len, names), default=0)
     above = longest > SHORT_NAME
@@ -45,8 +47,8 @@ def bars(rows: Sequence[Bar], title: str = "") -> Panel:
         box.barh(range(len(rows)), widths, height=0.3 if above else 0.6, color=fills, **outline)
         for place, (row, name, width) in enumerate(zip(rows, names, widths, strict=True)):
             weight = "bold" if row.mark else "normal"
-            told = "\n".join(wrap(name, letters, max_lines=2, placeholder=" …"))
-            box.text(left, place - 0.2 * above, told, va="bottom" if above else "center", weight=weight)
+            name_lines = "\n".join(wrap(name, letters, max_lines=2, placeholder=" …"))
+            box.text(left, place - 0.2 * above, name_lines, va="bottom" if above else "center", weight=weight)
             box.text(width + 0.015, place, row.told, va="center", weight=weight)
         box.set_xlim(left, ROOM)
         box.set_ylim(len(rows) - 0.5, -0.85 if above else -0.5)

@@ -1,4 +1,4 @@
-"""Two methods beside each other in a report, and what they say where one has less to show than the other."""
+"""Comparison of two methods in a report, including why either gives fewer values than the other."""
 
 import re
 
@@ -11,7 +11,7 @@ WHY_STANDS = "Why, as far as it can be told, stands in the warning beside the pa
 
 
 def comparison_section(compared: Comparison) -> Section:
-    """What both methods say of each parameter; a warning names what they disagree on."""
+    """Results of both methods for each parameter; a warning names the parameters on which they disagree."""
     first, second = compared.first, compared.second
     columns = ("Parameter", first.method, second.method, "Unit", "Apart, standard errors", "")
     rows = tuple(
@@ -42,9 +42,11 @@ def comparison_section(compared: Comparison) -> Section:
 
 
 def told_beside(compared: Comparison) -> tuple[str, ...]:
-    """How the second ended where it did not converge, what it alone doubts, and why either gives no value, by reason.
+    """Further statements on both methods: outcome, doubts, reasons for missing values.
 
-    A first that gives nothing at all has said why by itself.
+    That is: the outcome of the second if it did not converge, the doubts that only the second raises, and why either
+    method gives no value, grouped by reason. If the first method gives no value at all, its own section already says
+    why.
     """
     first, second = compared.first, compared.second
     ended = (
@@ -53,28 +55,28 @@ def told_beside(compared: Comparison) -> tuple[str, ...]:
         else (f"{_capital(second.method)} ended with '{second.outcome.value}'.",)
     )
     known = {_kind(doubt) for doubt in first.doubts}
-    own = dict.fromkeys(doubt.sentence for doubt in second.doubts if _kind(doubt) not in known)
-    doubts = tuple(f"{_capital(second.method)}: {sentence}" for sentence in own)
+    doubts_of_second = dict.fromkeys(doubt.sentence for doubt in second.doubts if _kind(doubt) not in known)
+    doubts = tuple(f"{_capital(second.method)}: {sentence}" for sentence in doubts_of_second)
     return (*ended, *doubts, *(_gaps(first, compared) if first.values() else ()), *_gaps(second, compared))
 
 
 def _kind(doubt: Doubt) -> tuple[tuple[str, ...], str]:
-    """What it is about, and its words up to the first figure: the same doubt of two methods differs from there on."""
+    """Subject of a doubt and its words up to the first figure: from there on the same doubt of two methods differs."""
     return doubt.about, re.split(r"\d", doubt.sentence, maxsplit=1)[0]
 
 
 def _gaps(method: Identification, compared: Comparison) -> tuple[str, ...]:
-    """Why a method has no value where the other has one, or none at all, a line a reason."""
+    """Why a method has no value while the other has one, or no value at all; a line for each reason."""
     names: dict[str, list[str]] = {}
     bare = not method.values()
     for d in compared.differences:
-        own, other = (d.first, d.second) if method is compared.first else (d.second, d.first)
-        if not own.identifiable and (bare or other.identifiable):
-            names.setdefault(own.reason, []).append(d.name)
+        ours, theirs = (d.first, d.second) if method is compared.first else (d.second, d.first)
+        if not ours.identifiable and (bare or theirs.identifiable):
+            names.setdefault(ours.reason, []).append(d.name)
     nothing = bare and len(names) == 1
     return tuple(
-        f"{_capital(method.method)} gives {'nothing' if nothing else 'no ' + ', '.join(of)}: {reason}"
-        for reason, of in names.items()
+        f"{_capital(method.method)} gives {'nothing' if nothing else 'no ' + ', '.join(missing)}: {reason}"
+        for reason, missing in names.items()
     )
 
 

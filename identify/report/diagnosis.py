@@ -1,4 +1,4 @@
-"""The page of a diagnosis, as a crew reads it on a boat: verdict, where, what, how far, what next."""
+"""Page of a diagnosis, as a crew reads it on a boat: verdict, location of the gap, causes, size, what to dive next."""
 
 import math
 import re
@@ -76,7 +76,7 @@ def diagnosis_page(diagnosis: Diagnosis) -> str:
 
 
 def diagnosis_report(diagnosis: Diagnosis) -> Report:
-    """The page's verdict and parts."""
+    """Verdict and parts of the page."""
     d = diagnosis
     return Report(
         f"{d.vehicle}: diagnosis of {d.dive}",
@@ -87,12 +87,12 @@ def diagnosis_report(diagnosis: Diagnosis) -> Report:
 
 
 def subtitle(d: Diagnosis) -> str:
-    """Of which configuration it is, and what its unit means."""
+    """Configuration of the diagnosis, and meaning of its unit (the floor)."""
     return f"Configuration {d.configuration}, computed in {seconds(d.seconds)}. {FLOOR}"
 
 
 def sections(d: Diagnosis) -> tuple[Section, ...]:
-    """Where, what, how far, what next."""
+    """Parts of the page: where, what, how far, what next."""
     parts = [
         _where(d),
         _by_dof(d),
@@ -109,7 +109,7 @@ def sections(d: Diagnosis) -> tuple[Section, ...]:
 
 
 def unbroken(sentence: str) -> str:
-    """The sentence with each number and its unit on one line."""
+    """The sentence with non-breaking spaces between numbers and their units."""
     return re.sub(r"(?<=\d) (?=%|floors|mm/s|m/s|rad/s|°/s|s\b)", "\N{NO-BREAK SPACE}", sentence)
 
 
@@ -137,12 +137,12 @@ def _depends(d: Diagnosis) -> Section | None:
         return None
     rows = tuple(
         (
-            wording_verdict.variable(one.variable),
-            one.dof,
-            one.parity or MISSING,
-            wording.percent(one.strength),
+            wording_verdict.variable(dependence.variable),
+            dependence.dof,
+            dependence.parity or MISSING,
+            wording.percent(dependence.strength),
         )
-        for one in d.gap.depends_on
+        for dependence in d.gap.depends_on
     )
     caption = (
         "What the missing force goes with, whatever its cause, and how much of what can be foretold goes with it. Odd: "
@@ -155,11 +155,11 @@ def _depends(d: Diagnosis) -> Section | None:
 
 def _by_dof(d: Diagnosis) -> Section:
     shares = wording_verdict.shares_by_dof(d.gap.where)
-    fitted = [i for i in range(len(DOFS)) if any(np.isfinite(one.floor[i]) for one in d.gap.drifts)]
+    fitted = [i for i in range(len(DOFS)) if any(np.isfinite(entry.floor[i]) for entry in d.gap.drifts)]
     present = [i for i, dof in enumerate(DOFS) if dof in shares or i in fitted]
-    horizons = tuple(f"After {one.horizon_s:g} s, floors" for one in d.gap.drifts)
+    horizons = tuple(f"After {entry.horizon_s:g} s, floors" for entry in d.gap.drifts)
     drifts = {i: tuple(_before_after(d, k, i) for k in range(len(d.gap.drifts))) for i in present}
-    disturbed = {one.dof: one for one in d.gap.disturbance}
+    disturbed = {entry.dof: entry for entry in d.gap.disturbance}
     columns = ("Disturbance",) if disturbed else ()
     if d.verdict == "no_gap":
         rows = tuple((DOFS[i], *_disturbed(d.gap, i), *drifts[i]) for i in present)
@@ -187,13 +187,13 @@ def _by_dof(d: Diagnosis) -> Section:
 
 
 def _disturbed(gap: Gap, dof: int) -> tuple[str, ...]:
-    """A cell on what the disturbance takes there; none where none is told of any."""
+    """A table cell with the disturbance of a degree of freedom; no cell if no disturbance is reported at all."""
     if not gap.disturbance:
         return ()
-    found = [one for one in gap.disturbance if one.dof == DOFS[dof]]
+    matches = [entry for entry in gap.disturbance if entry.dof == DOFS[dof]]
     return (
-        (f"{wording_axes.force_words(found[0])}, {wording.percent_sure(found[0].share)}",)
-        if found
+        (f"{wording_axes.force_words(matches[0])}, {wording.percent_sure(matches[0].share)}",)
+        if matches
         else (MISSING,)
     )
 
@@ -210,8 +210,8 @@ def _before_after(d: Diagnosis, k: int, dof: int) -> str:
 
 
 def _what(d: Diagnosis) -> Section:
-    lines = [part for one in d.found for part in _cause(one)]
-    lines += [LIKENESS] if any(one.also for one in d.found) else []
+    lines = [part for cause in d.found for part in _cause(cause)]
+    lines += [LIKENESS] if any(cause.also for cause in d.found) else []
     lines += wording_verdict.character_lines(d)
     if not lines:
         lines = ["No candidate of the library explains anything that noise would not."]
@@ -226,15 +226,15 @@ def _cause(one: Found) -> tuple[str, ...]:
 
 def _parameters(d: Diagnosis) -> tuple[tuple[str, ...], ...]:
     rows = []
-    for one in d.found:
-        cause = wording.effect_words(one.cause.effect)
-        told = wording.told_parameters(one)
-        if not told:
+    for found in d.found:
+        cause = wording.effect_words(found.cause.effect)
+        values = wording.told_parameters(found)
+        if not values:
             rows.append((cause, MISSING, MISSING, MISSING, MISSING))
-        for name, value in told.items():
+        for name, value in values.items():
             number, interval = with_interval(value.value, value.low95, value.high95)
-            of = unit(value.unit) if value.unit != "1" else MISSING
-            rows.append((cause, wording.parameter(name), number, interval, of))
+            unit_text = unit(value.unit) if value.unit != "1" else MISSING
+            rows.append((cause, wording.parameter(name), number, interval, unit_text))
     return tuple(rows)
 
 
@@ -246,8 +246,8 @@ def _candidates(d: Diagnosis) -> Section | None:
 
 
 def _by_other_tests(d: Diagnosis) -> str:
-    """Of causes that no nats speak for, what does."""
-    if not any(one.name == WRONG_FEEDBACK_LOG.name for one in d.found):
+    """Evidence for causes that the nats don't cover."""
+    if not any(cause.name == WRONG_FEEDBACK_LOG.name for cause in d.found):
         return ""
     return (
         " Not so a wrong feedback log: it makes no force that could foretell anything, and rests on another test, of "
@@ -256,14 +256,14 @@ def _by_other_tests(d: Diagnosis) -> str:
 
 
 def _how_far(d: Diagnosis) -> Section:
-    told = (("predicted: pieces held out", d.heldout), ("measured: the check dive", d.check))
+    shrinks = (("predicted: pieces held out", d.heldout), ("measured: the check dive", d.check))
     by_axis = [
-        Table(AXIS_COLUMNS, _axis_rows(one), f"{wording.capital(where)}. {BY_AXIS}")
-        for where, one in (("the check dive", d.check), ("pieces held out", d.heldout))
-        if one is not None and one.by_axis
+        Table(AXIS_COLUMNS, _axis_rows(shrink), f"{wording.capital(where)}. {BY_AXIS}")
+        for where, shrink in (("the check dive", d.check), ("pieces held out", d.heldout))
+        if shrink is not None and shrink.by_axis
     ][:1]
-    rows = tuple((where, *_shrunk(one)) for where, one in told if one is not None)
-    after = [one.total for one in d.gap.after if one.horizon_s == wording.DRIFT_S]
+    rows = tuple((where, *_shrunk(shrink)) for where, shrink in shrinks if shrink is not None)
+    after = [shrink.total for shrink in d.gap.after if shrink.horizon_s == wording.DRIFT_S]
     if after and d.found:
         rows = (
             ("fitted: the whole dive", significant(d.gap.before), significant(after[0]), MISSING, MISSING),
@@ -276,7 +276,7 @@ def _how_far(d: Diagnosis) -> Section:
     )
     columns = ("Where", "Before, floors", "After, floors", "Shrink", "95 % interval")
     tables = [*by_axis, *([Table(columns, rows, caption)] if rows else [])]
-    gains = tuple(_gained(one) for one in d.found)
+    gains = tuple(_gained(shrink) for shrink in d.found)
     if gains:
         caption = (
             "What the feed-forward alone would gain: root mean square error of the velocity, without and with what "
@@ -314,7 +314,7 @@ def _axis_rows(one: Shrink) -> tuple[tuple[str, ...], ...]:
 
 
 def _over_time(d: Diagnosis) -> Section | None:
-    """Measured against simulated velocities: on the check dive, or else on pieces held out."""
+    """Measured against simulated velocities on the check dive, or on held-out pieces without a check dive."""
     flown = d.prediction or d.held
     if flown is None or not len(flown.time_s):
         return None

@@ -1,4 +1,4 @@
-"""The figures of a diagnosis: the map of where, its slices, the candidates, the drifts before and after."""
+"""Figures of a diagnosis: map of the gap, slices of it, candidates, drift before and after."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SHOWN = 12
-"""Candidates that are drawn, strongest first; the others stand in a table beneath."""
+"""Number of candidates that are drawn, strongest first; the others go into a table."""
 
 LEAST_TOLD = 2.0
-"""Nats: candidates that save no more are told together, in one line."""
+"""Nats up to which candidates are summarised in a single line."""
 
 SLICED = 0.15
-"""The share of the gap from which a degree of freedom is sliced."""
+"""Share of the gap from which a degree of freedom is sliced."""
 
 BINS = 60
 SLICES = {
@@ -47,11 +47,11 @@ LINES = ("before", "after", "floor: noise alone")
 
 def where_map(gap: Gap) -> Figure:
     """Shares of the squared gap by phase and degree of freedom."""
-    dofs = [dof for dof in DOFS if any(one.dof == dof for one in gap.where)]
+    dofs = [dof for dof in DOFS if any(place.dof == dof for place in gap.where)]
     shares = np.zeros((len(wording_verdict.PHASES), len(dofs)))
     phases = list(wording_verdict.PHASES)
-    for one in gap.where:
-        shares[phases.index(one.phase), dofs.index(one.dof)] += one.share
+    for place in gap.where:
+        shares[phases.index(place.phase), dofs.index(place.dof)] += place.share
     return Figure(
         "where the gap lies",
         "Shares of the squared gap in per cent, by what the vehicle was doing and by degree of freedom; the "
@@ -61,7 +61,7 @@ def where_map(gap: Gap) -> Figure:
 
 
 def slices(gap: Gap) -> tuple[Figure, ...]:
-    """A figure for each degree of freedom that holds enough of the gap: bars by speed, heading and so on."""
+    """A figure for each degree of freedom with a large share of the gap: bars by speed, heading and so on."""
     by_dof = wording_verdict.shares_by_dof(gap.where)
     held = [dof for dof in sorted(by_dof, key=lambda name: -by_dof[name]) if by_dof[dof] >= SLICED]
     return tuple(drawn for dof in held if (drawn := _slices_of(gap, dof)) is not None)
@@ -70,16 +70,21 @@ def slices(gap: Gap) -> tuple[Figure, ...]:
 def _slices_of(gap: Gap, dof: str) -> Figure | None:
     parts = []
     for by, title in SLICES.items():
-        mine = [one for one in gap.slices if one.dof == dof and one.by == by]
-        mine.sort(key=_bearing if by == "heading" else lambda one: one.low)
-        whole = sum(one.share for one in mine)
-        decimals = _decimals(mine)
-        named = {_range(one, decimals) for one in mine}
-        # What changes by less than its digits tell is one and the same all dive.
-        if whole > 0 and len(mine) > 1 and len(named) == len(mine) and not _still(mine, decimals):
+        own_slices = [one for one in gap.slices if one.dof == dof and one.by == by]
+        own_slices.sort(key=_bearing if by == "heading" else lambda one: one.low)
+        total = sum(one.share for one in own_slices)
+        decimals = _decimals(own_slices)
+        named = {_range(one, decimals) for one in own_slices}
+        # A variable that changes by less than the shown digits is constant over the dive.
+        if (
+            total > 0
+            and len(own_slices) > 1
+            and len(named) == len(own_slices)
+            and not _still(own_slices, decimals)
+        ):
             rows = [
-                Bar(_range(one, decimals), one.share / whole, wording.percent(one.share / whole))
-                for one in mine
+                Bar(_range(one, decimals), one.share / total, wording.percent(one.share / total))
+                for one in own_slices
             ]
             parts.append(bars(rows, f"{dof}, {title}"))
     if not parts:
@@ -92,13 +97,15 @@ def _slices_of(gap: Gap, dof: str) -> Figure | None:
 
 
 def _still(mine: Sequence[Slice], decimals: int) -> bool:
-    """Whether a slice ends where it begins, to the digits that are told."""
-    return any(one.by != "heading" and fixed(one.low, decimals) == fixed(one.high, decimals) for one in mine)
+    """Whether a slice ends at its beginning, to the digits shown."""
+    return any(
+        part.by != "heading" and fixed(part.low, decimals) == fixed(part.high, decimals) for part in mine
+    )
 
 
 def _decimals(mine: Sequence[Slice]) -> int:
-    """As many as the narrowest slice needs, no more than two."""
-    widths = [one.high - one.low for one in mine if one.high > one.low]
+    """Decimals that the narrowest slice needs, at most two."""
+    widths = [part.high - part.low for part in mine if part.high > part.low]
     return min(max(decimals_for(min(widths)), 0), 2) if widths else 0
 
 
@@ -110,39 +117,42 @@ def _range(one: Slice, decimals: int) -> str:
 
 
 def _bearing(one: Slice) -> float:
-    """Where a slice by heading begins, in degrees clockwise from north, 0 to 360."""
+    """Start of a slice by heading, in degrees clockwise from north, 0 to 360."""
     return round(math.degrees(one.low), 6) % 360.0
 
 
 def candidates(
     tried: Sequence[Tried], found: Sequence[Found]
 ) -> tuple[str, tuple[Figure, ...], tuple[Table, ...]]:
-    """The evidence for each candidate of the library, in its best form: the strongest drawn, the others in a table;
-    where none has any to speak of, only a sentence that says so.
+    """Evidence for each candidate of the library, in its best form: text, a figure of the strongest, a table of the
+    rest.
 
-    Of those that were found, what is less probable than not is called possible, with its probability.
+    If no candidate has notable evidence, only a sentence that says so. A cause in `found` that is less probable than
+    not is called possible, with its probability.
     """
     best: dict[tuple[str, int], Tried] = {}
-    for one in sorted(tried, key=lambda t: (-t.accepted, -t.gain_nats)):
-        best.setdefault((one.name, one.effect.number), one)
+    for candidate in sorted(tried, key=lambda t: (-t.accepted, -t.gain_nats)):
+        best.setdefault((candidate.name, candidate.effect.number), candidate)
     order = sorted(best.values(), key=lambda t: (-t.gain_nats, t.label))
-    longest = math.log1p(max((max(one.gain_nats, 0.0) for one in order), default=0.0))
-    told = [one for one in order if one.accepted or one.gain_nats > LEAST_TOLD]
-    few = len(order) - len(told)
-    if not told:
+    longest = math.log1p(max((max(candidate.gain_nats, 0.0) for candidate in order), default=0.0))
+    notable = [candidate for candidate in order if candidate.accepted or candidate.gain_nats > LEAST_TOLD]
+    few = len(order) - len(notable)
+    if not notable:
         return f" Here none of {few} candidates saves more than {LEAST_TOLD:g} nats.", (), ()
     _, unlikely = wording_verdict.sorted_by_likelihood(found)
-    possible = {one.cause.effect.label: wording.percent_sure(one.probability) for one in unlikely}
+    possible = {
+        candidate.cause.effect.label: wording.percent_sure(candidate.probability) for candidate in unlikely
+    }
     rows = [
         Bar(
-            wording.candidate_words(one.effect) + _aside(one, possible),
-            math.log1p(max(one.gain_nats, 0.0)) / longest if longest > 0 else 0.0,
-            f"{_nats(one.gain_nats)} nats",
-            "accepted" if one.accepted and one.label not in possible else "",
+            wording.candidate_words(candidate.effect) + _aside(candidate, possible),
+            math.log1p(max(candidate.gain_nats, 0.0)) / longest if longest > 0 else 0.0,
+            f"{_nats(candidate.gain_nats)} nats",
+            "accepted" if candidate.accepted and candidate.label not in possible else "",
         )
-        for one in told
+        for candidate in notable
     ]
-    first = max(SHOWN, sum(one.accepted for one in told))
+    first = max(SHOWN, sum(candidate.accepted for candidate in notable))
     others = (
         f" {few} other{'s' if few > 1 else ''}: {'none' if few > 1 else 'it'} gains "
         f"{'' if few > 1 else 'no '}more than {LEAST_TOLD:g} nats."
@@ -161,7 +171,7 @@ def candidates(
 
 
 def _aside(one: Tried, possible: Mapping[str, str]) -> str:
-    """What stands behind a candidate's name; `possible`: probabilities by label."""
+    """Text behind a candidate's name; `possible`: probabilities by label."""
     if one.accepted and one.label in possible:
         return f" (possible: {possible[one.label]} probable)"
     return f" ({one.why})" if one.why else ""
@@ -172,8 +182,8 @@ def _nats(value: float) -> str:
 
 
 def growth(gap: Gap) -> Figure:
-    """Root mean square drift of each degree of freedom by horizon, before, after and floor."""
-    present = [i for i in range(len(DOFS)) if any(np.isfinite(one.floor[i]) for one in gap.drifts)]
+    """Root mean square drift of each degree of freedom by horizon: before, after and floor."""
+    present = [i for i in range(len(DOFS)) if any(np.isfinite(drift.floor[i]) for drift in gap.drifts)]
     return Figure(
         "drift by horizon",
         "How far the simulated velocity is off after 1, 5 and 20 s on the model alone (root mean square): with the "
@@ -184,8 +194,12 @@ def growth(gap: Gap) -> Figure:
 
 def _growth_panel(gap: Gap, dof: int) -> Panel:
     unit, scale = ("mm/s", 1e3) if dof < 3 else ("°/s", math.degrees(1.0))
-    at = np.array([one.horizon_s for one in gap.drifts])
-    curves = (_rms(gap.drifts, dof), _rms(gap.after, dof), np.array([one.floor[dof] for one in gap.drifts]))
+    at = np.array([drift.horizon_s for drift in gap.drifts])
+    curves = (
+        _rms(gap.drifts, dof),
+        _rms(gap.after, dof),
+        np.array([drift.floor[dof] for drift in gap.drifts]),
+    )
     lines = [
         Line(at[: len(y)], scale * y, label, style)
         for style, (label, y) in enumerate(zip(LINES, curves, strict=True))
@@ -203,11 +217,11 @@ def _growth_panel(gap: Gap, dof: int) -> Panel:
 
 
 def _rms(drifts: Sequence[Drift], dof: int) -> Array:
-    return np.array([math.sqrt(np.mean(one.off[:, dof] ** 2)) for one in drifts])
+    return np.array([math.sqrt(np.mean(drift.off[:, dof] ** 2)) for drift in drifts])
 
 
 def over_time(diagnosis: Diagnosis) -> Figure | None:
-    """The 5 s drift over the dive, in floors, before and after; None where none was computed."""
+    """The 5 s drift over the dive, in floors, before and after; None if it was not computed."""
     before = _at_horizon(diagnosis.gap.drifts)
     if before is None or not len(before.starts_s):
         return None
@@ -228,7 +242,7 @@ def over_time(diagnosis: Diagnosis) -> Figure | None:
 
 
 def velocities(one: Prediction) -> Traces:
-    """Measured velocities with those simulated before and after, each fitted degree of freedom a panel."""
+    """Measured velocities and those simulated before and after; a panel for each fitted degree of freedom."""
     panels = []
     for dof in np.flatnonzero(np.isfinite(one.floor)).tolist():
         unit, scale = ("m/s", 1.0) if dof < 3 else ("°/s", math.degrees(1.0))
@@ -250,11 +264,11 @@ def velocities(one: Prediction) -> Traces:
 
 
 def _at_horizon(drifts: Sequence[Drift]) -> Drift | None:
-    return next((one for one in drifts if one.horizon_s == wording.DRIFT_S), None)
+    return next((drift for drift in drifts if drift.horizon_s == wording.DRIFT_S), None)
 
 
 def _binned(drift: Drift, label: str, style: int, start_s: float) -> Line:
-    """Rms over the fitted axes and over each of so many stretches of the dive."""
+    """Rms over the fitted axes, and over each of at most BINS stretches of the dive."""
     known = np.isfinite(drift.floor)
     square = ((drift.off[:, known] / drift.floor[known]) ** 2).mean(axis=1)
     parts = np.array_split(np.arange(len(square)), min(BINS, len(square)))

@@ -1,4 +1,4 @@
-"""The figures of a report, from arrays to a `Figure` each. Times are seconds from the dive's first."""
+"""Figures of a report, each from arrays to a `Figure`. Times are seconds from the start of the dive."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -23,14 +23,14 @@ OUTLIER_MEDIANS, OUTLIER_PERCENT = 4.0, 25.0
 
 
 def signal_line(signal: Signal, column: int, start_s: float, label: str = "", style: int = 0) -> Line:
-    """One column against time, broken where the signal falls silent."""
+    """A column against time, broken at silences of the signal."""
     silence_s = max(GAP_PERIODS / signal.rate_hz, 0.5) if signal.rate_hz else 1.0
     time_s, value = broken_at_gaps(signal, column, silence_s)
     return Line(time_s - start_s, value, label, style)
 
 
 def broken_at_gaps(signal: Signal, column: int, longer_than_s: float) -> tuple[Array, Array]:
-    """Times and one column, with a NaN put into each silence of more than `longer_than_s`."""
+    """Times and a column, with a NaN inserted into each silence longer than `longer_than_s`."""
     time_s, value = signal.time_s, signal.value[:, column]
     after = np.flatnonzero(np.diff(time_s) > longer_than_s) + 1
     return np.insert(time_s, after, time_s[after - 1]), np.insert(value, after, np.nan)
@@ -42,10 +42,10 @@ def time_panel(title: str, dive: Dive, lines: Sequence[Line], height_in: float =
 
 
 def intervals(dive: str, estimates: Sequence[Estimate], truth: Mapping[str, float] | None) -> Figure | None:
-    """A dot and its 95 % interval a parameter, in per cent from the truth, or from the value without one.
+    """A dot and a 95 % interval for each parameter, in per cent from the truth, or from the value without a truth.
 
-    Only an interval that would dwarf the others ends in an arrow at the edge, with the number where it does end. None
-    where there is no interval.
+    An interval far longer than the others ends in an arrow at the edge, with its end as a number. None without
+    intervals.
     """
     names, spans = [], []
     for e in estimates:
@@ -89,16 +89,16 @@ def intervals(dive: str, estimates: Sequence[Estimate], truth: Mapping[str, floa
 
 
 def _arrow(box: "Axes", x: float, row: int, end: float) -> None:
-    """At the edge of the box: an interval goes on as far as `end`."""
+    """Mark at the edge of the box that an interval goes on as far as `end`."""
     right = x > 0
     box.plot([x], [row], marker=">" if right else "<", color=LIGHT["ink"], clip_on=False, zorder=3)
-    told = f"{'+' if right else ''}{fixed(end, 0)} %"
-    beside = {"xytext": (-6 if right else 6, 3), "textcoords": "offset points", "size": "small"}
-    box.annotate(told, (x, row), ha="right" if right else "left", **beside)
+    percentage = f"{'+' if right else ''}{fixed(end, 0)} %"
+    placement = {"xytext": (-6 if right else 6, 3), "textcoords": "offset points", "size": "small"}
+    box.annotate(percentage, (x, row), ha="right" if right else "left", **placement)
 
 
 def _edge(reach: Array) -> float:
-    """Where a plot of intervals that reach so far, in per cent, ends: beyond all but the outliers."""
+    """Edge of a plot of intervals that extend to `reach` per cent: beyond all but the outliers."""
     much = OUTLIER_MEDIANS * float(np.median(reach))
     outliers = reach > max(much, OUTLIER_PERCENT)
     furthest = float(reach[~outliers].max())
@@ -106,7 +106,7 @@ def _edge(reach: Array) -> float:
 
 
 def speeds(dive: Dive) -> Figure | None:
-    """Velocity and yaw rate over time, with what measured them; None where nothing did."""
+    """Velocity and yaw rate over time, with the sensor of each; None without readings."""
     start_s = dive.span_s[0]
     panels: list[Panel] = []
     sources: list[str] = []
@@ -127,17 +127,17 @@ def speeds(dive: Dive) -> Figure | None:
 
 
 def depth(dive: Dive, water: Water) -> tuple[Signal, str] | None:
-    """Depth in m, and where it comes from: the recording's own word, or pressure and the vehicle's water."""
+    """Depth in m, and its source: the recording's own depth, or pressure and the vehicle's water."""
     if dive.depth is not None and len(dive.depth):
         return dive.depth, "Depth as the recording states it."
     if dive.pressure is None or not len(dive.pressure):
         return None
     above_pa = dive.pressure.value - 100 * water.surface_pressure_hpa
-    told = (
+    source = (
         f"Depth from pressure, with {significant(water.surface_pressure_hpa, 6)} hPa at the surface and "
         f"{significant(water.density_kg_m3, 4)} kg/m³."
     )
-    return Signal(dive.pressure.time_s, above_pa / (water.density_kg_m3 * water.gravity_m_s2)), told
+    return Signal(dive.pressure.time_s, above_pa / (water.density_kg_m3 * water.gravity_m_s2)), source
 
 
 def depth_panel(signal: Signal, dive: Dive) -> Panel:
@@ -152,7 +152,7 @@ def depth_panel(signal: Signal, dive: Dive) -> Panel:
 
 
 def thrusters(pwm: Signal, dive: Dive) -> Figure:
-    """The command of each thruster, in the order of the vehicle's file, all on one scale."""
+    """Command of each thruster, in the order of the vehicle's file, all on the same scale."""
     lines = [signal_line(pwm, i, dive.span_s[0]) for i in range(pwm.value.shape[1])]
     off = np.abs(pwm.value[np.isfinite(pwm.value)] - REST_US)
     reach = max(1.1 * float(off.max(initial=0.0)), 50.0)
@@ -173,7 +173,7 @@ def thrusters(pwm: Signal, dive: Dive) -> Figure:
 
 
 def training(dive: str, curves: Mapping[str, Array], units: Mapping[str, str]) -> Figure:
-    """A parameter's value against the epoch, one plot each, as in Figs 7 and 9 of the source paper."""
+    """Each parameter's value against the epoch, in a plot of its own, as in Figs 7 and 9 of the source paper."""
     panels = []
     for name, values in curves.items():
         title = f"{name}, {unit(units[name])}; last {significant(float(values[-1]), 4)}"

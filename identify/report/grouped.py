@@ -1,4 +1,4 @@
-"""Bars in groups: a group a phase, a bar a mode."""
+"""Grouped bars: a group for each phase, with a bar for each mode."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 
 WIDTH = 0.8
 HATCHES = ("", "//", "\\\\", "xx")
-"""A hatch for each colour, so that none has to be told apart by colour."""
+"""A hatch for each colour, so that bars are distinct without colour."""
 
 
 @dataclass(frozen=True)
 class Group:
-    """The bars of one colour: a word for the legend, and a value a group; NaN leaves a gap."""
+    """Bars of a colour: its word in the legend, and a value for each group; NaN leaves a gap."""
 
     label: str
     values: tuple[float, ...]
@@ -30,16 +30,16 @@ def grouped(title: str, names: Sequence[str], bars: Sequence[Group], height_in: 
     thick = WIDTH / max(len(bars), 1)
 
     def draw(box: "Axes") -> None:
-        for k, one in enumerate(bars):
+        for k, group in enumerate(bars):
             places = np.arange(len(names)) + (k - (len(bars) - 1) / 2) * thick
             colour = STYLES[k % len(STYLES)]["color"]
             hatch = HATCHES[k % len(HATCHES)]
             fill = colour if not hatch else LIGHT["ground"]
             box.bar(
                 places,
-                one.values,
+                group.values,
                 thick,
-                label=one.label,
+                label=group.label,
                 color=fill,
                 edgecolor=colour,
                 hatch=hatch,

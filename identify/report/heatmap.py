@@ -1,4 +1,4 @@
-"""A map of shares: cells the darker the larger, each with its number, so that no shade has to be read."""
+"""Map of shares: the darker a cell, the larger its share; each shows its number, so that no shade must be read."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -14,17 +14,17 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 EDGES = (0.02, 0.15, 0.35, 0.6, 0.85)
-"""Of the largest cell: where each of the five shades begins."""
+"""Lower edges of the five shades, as shares of the largest cell."""
 
 DARK_SHADE = 4
-"""From here on a cell's number is written in the page's ground."""
+"""From this shade on, a cell's number has the page's background colour."""
 
 UNTOLD = 0.005
 ROW_IN = 0.38
 
 
 def heatmap(rows: Sequence[str], columns: Sequence[str], shares: Array) -> Panel:
-    """Shares (rows, columns) in per cent, with the sums of both; a share under half a per cent has no number."""
+    """Draw shares (rows, columns) in per cent, with the sums of both; a share under half a per cent has no number."""
     largest = float(shares.max(initial=0.0)) or 1.0
     shades = np.searchsorted(EDGES, shares / largest, side="right")
     down, across = shares.shape
@@ -56,5 +56,5 @@ def heatmap(rows: Sequence[str], columns: Sequence[str], shares: Array) -> Panel
 
 def _tell(box: "Axes", column: int, row: int, share: float, colour: str, weight: str) -> None:
     if share >= UNTOLD:
-        told = fixed(100 * share, 0)
-        box.text(column + 0.5, row + 0.5, told, ha="center", va="center", color=colour, weight=weight)
+        percentage = fixed(100 * share, 0)
+        box.text(column + 0.5, row + 0.5, percentage, ha="center", va="center", color=colour, weight=weight)

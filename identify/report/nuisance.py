@@ -1,4 +1,4 @@
-"""What was fitted beside the coefficients, in words and units: an axis a row, a quantity a column."""
+"""Noise levels, time constants and trims in words and units: a row for each axis, a column for each quantity."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""What a report is, and the one page that shows it: no network, no script, nothing beside the file."""
+"""Data of a report, and the single HTML page that shows it: no network, no script, no further files."""
 
 import re
 from collections.abc import Callable, Sequence
@@ -19,16 +19,17 @@ if TYPE_CHECKING:
 
 WIDE_TABLE_COLUMNS = 5
 SHORT_CELL, NUMBER_CELL = 16, 28
-"""Letters of what is never broken; more of them are a sentence, even if it begins with a digit."""
+"""Longest cells that are never broken: any text, and text that begins like a number. Longer cells count as sentences.
+"""
 LONG_WORD = 32
-"""Letters from which a word of a cell may be broken anywhere, as a hash may, lest its table grow beyond the page."""
+"""Letters from which a word in a cell, such as a hash, may be broken anywhere, so that the table fits the page."""
 
 _NUMBER = re.compile(r"[−±+]?\d|—|$")
 
 
 @dataclass(frozen=True)
 class Table:
-    """Cells as they shall read; the first of a row names it."""
+    """Cells as displayed; the first cell of a row names the row."""
 
     columns: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
@@ -37,7 +38,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Figure:
-    """`name`: what it shows, as a file would be called; `draw`: what draws it so many inches wide."""
+    """`name`: content of the figure, also used for its file name; `draw`: draws it at a width in inches."""
 
     name: str
     caption: str
@@ -46,10 +47,10 @@ class Figure:
 
 @dataclass(frozen=True)
 class Section:
-    """A heading, a warning that stands out, judgements, a paragraph, figures, the other paragraphs, tables, traces.
+    """A heading, a warning, judgements, a paragraph, figures, the other paragraphs, tables, traces, in this order.
 
-    `warning` and `text` have a blank line between two paragraphs; the first of the warning is its headline. `judged`
-    are sentences that say yes (True) or no, each with its colour and its mark.
+    `warning` and `text` have a blank line between paragraphs; the first paragraph of the warning is its headline.
+    `judged` are sentences that say yes (True) or no, each with its colour and mark.
     """
 
     heading: str
@@ -63,7 +64,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Report:
-    """`verdict` is the one sentence that a reader in a hurry needs."""
+    """`verdict` is the sentence for a reader in a hurry."""
 
     title: str
     subtitle: str
@@ -72,13 +73,15 @@ class Report:
 
 
 def _unseen(share: float) -> None:
-    """Progress that nobody watches."""
+    """Progress callback that does nothing."""
     del share
 
 
 def write_report(path: Path, report: Report, drawn: Callable[[float], None] = _unseen) -> Path:
-    """Write the page to `path`, which holds either the old page or the whole new one; `drawn` hears which share of its
-    figures is drawn. Raises LogError."""
+    """Write the page to `path`, atomically: the file holds either the old page or the whole new page.
+
+    `drawn` is called with the share of the figures drawn so far. Raises LogError.
+    """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         text = render_report(report, drawn).encode()
@@ -131,7 +134,7 @@ def _told(kind: str, words: str) -> str:
 
 
 def _told_apart(headings: Sequence[str]) -> list[str]:
-    """Headings with a number behind each that repeats an earlier one, as dives of the same name make them."""
+    """Headings, with a number behind each that repeats an earlier heading, as for dives of the same name."""
     return [h if (n := headings[:i].count(h)) == 0 else f"{h} ({n + 1})" for i, h in enumerate(headings)]
 
 
@@ -156,7 +159,9 @@ def _section(section: Section, heading: str, anchor: str) -> str:
     first, *others = [f"<p>{p}</p>\n" for p in _paragraphs(section.text)] or [""]
     figures = "".join(_figure(figure, f"{anchor}-{i}") for i, figure in enumerate(section.figures, start=1))
     tables = "".join(map(_table, section.tables))
-    curves = "".join(traces.render(one, f"{anchor}-t{i}") for i, one in enumerate(section.traces, start=1))
+    curves = "".join(
+        traces.render(trace, f"{anchor}-t{i}") for i, trace in enumerate(section.traces, start=1)
+    )
     judged = "".join(starmap(_judged, section.judged))
     body = (
         _warning(section.warning) + judged + first + figures + "".join(others) + tables + curves
@@ -166,7 +171,7 @@ def _section(section: Section, heading: str, anchor: str) -> str:
 
 
 def _figure(figure: Figure, key: str) -> str:
-    # Here, because matplotlib takes half a second to import and most who import a page draw nothing.
+    # Imported here, because matplotlib takes half a second to import and most users of this module draw nothing.
     from identify.report.picture import inline
 
     drawn = inline(figure.draw, figure.name, key)

@@ -1,4 +1,4 @@
-"""The figures of a page as files for a paper: SVG and PNG, a column wide, named by what they show."""
+"""Writes the figures of a page as files for a paper: SVG and PNG, a column wide, named by their content."""
 
 import re
 import unicodedata
@@ -9,8 +9,8 @@ from identify.report.page import Report
 
 
 def write_figures(folder: Path, report: Report) -> tuple[Path, ...]:
-    """Write every figure into `folder`, which is made where there is none. Raises LogError."""
-    # Here, because matplotlib takes half a second to import.
+    """Write every figure into `folder`, which is created if missing. Raises LogError."""
+    # Imported here, because matplotlib takes half a second to import.
     from identify.report.picture import write_files
 
     drawn = [figure for section in report.sections for figure in section.figures]
@@ -30,6 +30,6 @@ def write_figures(folder: Path, report: Report) -> tuple[Path, ...]:
 
 
 def file_name(words: str) -> str:
-    """Words as a name that every file system takes: small letters, digits and hyphens."""
+    """Convert words to a name that every file system accepts: lower case, digits and hyphens."""
     plain = unicodedata.normalize("NFKD", words).encode("ascii", "ignore").decode().lower()
     return re.sub(r"[^a-z0-9]+", "-", plain).strip("-")[:100] or "figure"

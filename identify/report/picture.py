@@ -1,4 +1,4 @@
-"""A figure as it is drawn: inline SVG for the page, in the reader's own colours; SVG and PNG files for a paper."""
+"""Renders figures: inline SVG in the reader's colours for the page; SVG and PNG files for a paper."""
 
 import io
 import re
@@ -18,7 +18,7 @@ from identify.report.text import safe
 from identify.report.theme import LIGHT
 
 WIDE_IN, COLUMN_IN = 10.0, 3.46
-"""The page on a wide screen; a paper's column (88 mm), which is a telephone's width as well."""
+"""Width of the page on a wide screen; width of a paper's column (88 mm), which also fits a phone."""
 
 COLUMN_DPI = 300
 LOOK: dict[str, Any] = {
@@ -54,8 +54,10 @@ LOOK: dict[str, Any] = {
     "ytick.labelcolor": LIGHT["ink"],
     "ytick.left": False,
 }
-"""matplotlib's settings while a figure is drawn. Lines are thinned to what can be seen, text stays text, and the same
-figure is the same bytes. The grid says where the numbers stand; marks beside it would be a tenth of a page's size."""
+"""matplotlib's settings while a figure is drawn. Lines are thinned to the visible points, text stays text, and the
+same figure gives the same bytes. The grid shows where the numbers stand; tick marks in addition would be a tenth of a
+page's size.
+"""
 
 FONT_PT = {WIDE_IN: 10.0, COLUMN_IN: 8.5}
 NO_METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
@@ -68,7 +70,7 @@ _POINT = re.compile(r"([ML]) (\S+) (\S+)")
 
 
 def inline(draw: Draw, label: str, key: str) -> str:
-    """The figure twice, of which the page shows the one that fits. `key` tells its parts from those of others."""
+    """The figure in two widths, of which the page shows the fitting one. `key` makes the ids of its parts unique."""
     parts = []
     for width_in, kind in ((WIDE_IN, "wide"), (COLUMN_IN, "column")):
         with _drawn(draw, width_in) as picture:
@@ -77,7 +79,7 @@ def inline(draw: Draw, label: str, key: str) -> str:
 
 
 def write_files(draw: Draw, stem: Path) -> tuple[Path, Path]:
-    """`stem`.svg and `stem`.png, a column wide, on white."""
+    """Write `stem`.svg and `stem`.png, a column wide, on white."""
     places = stem.with_name(f"{stem.name}.svg"), stem.with_name(f"{stem.name}.png")
     with _drawn(draw, COLUMN_IN) as picture:
         places[0].write_text(_svg(picture, facecolor=LIGHT["ground"]), encoding="utf-8")
@@ -88,9 +90,9 @@ def write_files(draw: Draw, stem: Path) -> tuple[Path, Path]:
 
 @contextmanager
 def _drawn(draw: Draw, width_in: float) -> Iterator[Picture]:
-    """The figure, and the settings that saving it needs as well."""
+    """The drawn figure, with the settings still active that saving it needs."""
     with rc_context({**LOOK, "font.size": FONT_PT[width_in]}), warnings.catch_warnings():
-        # A letter that its font lacks is the page's font's to find.
+        # Glyphs missing from matplotlib's font are drawn with the page's font.
         warnings.filterwarnings("ignore", message="Glyph")
         picture = draw(width_in)
         for words in picture.findobj(Text):
@@ -99,7 +101,7 @@ def _drawn(draw: Draw, width_in: float) -> Iterator[Picture]:
 
 
 def _visible(words: str) -> str:
-    """Control, direction and surrogate characters as a visible mark."""
+    """Replace control, direction and surrogate characters by a visible mark."""
     return "".join(
         c if c == "\n" or unicodedata.category(c)[0] != "C" else "\N{REPLACEMENT CHARACTER}" for c in words
     )
@@ -112,11 +114,11 @@ def _svg(picture: Picture, **how: Any) -> str:
 
 
 def _for_page(svg: str, label: str, key: str, kind: str) -> str:
-    """What matplotlib wrote, as a part of a page: colours by name, the page's font, parts that only it refers to."""
+    """Adapt matplotlib's SVG to the page: colours by name, the page's font, ids that are unique to the figure."""
     box = re.search(r'viewBox="[^"]*"', svg)
     assert box
     inner = svg[svg.index(">", box.end()) + 1 :]
-    # Its own style sheet would hold for the whole page.
+    # The SVG's own style sheet would apply to the whole page.
     inner = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", inner, count=1, flags=re.DOTALL)
     inner = re.sub(r" font-family: [^;\"]*;?", "", inner)
     inner = re.sub(r"#[0-9a-f]{6}\b", lambda c: f"var(--{_NAMES[c[0]]})" if c[0] in _NAMES else c[0], inner)
@@ -131,7 +133,7 @@ def _for_page(svg: str, label: str, key: str, kind: str) -> str:
 
 
 def _unwrapped(svg: str) -> str:
-    """Without the groups that say nothing."""
+    """Remove groups without attributes."""
     says: list[bool] = []
 
     def keep(tag: re.Match[str]) -> str:
@@ -144,7 +146,7 @@ def _unwrapped(svg: str) -> str:
 
 
 def _steps(path: str) -> str:
-    """The path of a line by its steps, in tenths of a point: finer than any eye, and half as long."""
+    """Write the path of a line as relative steps in tenths of a point: finer than visible, and half as long."""
     out, pen = [], (0, 0)
     for letter, across, down in _POINT.findall(path):
         at = round(10 * float(across)), round(10 * float(down))
@@ -157,12 +159,12 @@ def _steps(path: str) -> str:
 
 
 def _tenths(number: float) -> str:
-    """So many tenths, as short as can be: `-.5`, `12`, `3.4`."""
+    """A number of tenths, as short as possible: `-.5`, `12`, `3.4`."""
     return f"{round(number) / 10:g}".replace("0.", ".", 1) if abs(number) < 10 else f"{round(number) / 10:g}"
 
 
 def _with_own_ids(svg: str, key: str) -> str:
-    """Ids that something refers to begin with `key`, all others go."""
+    """Prefix ids that are referred to with `key`, and remove all others."""
     used = set(re.findall(r'(?:href="|url\()#([^")]+)', svg))
     short = {name: f"{key}-{number}" for number, name in enumerate(sorted(used))}
     svg = re.sub(r' id="([^"]*)"', lambda of: f' id="{short[of[1]]}"' if of[1] in short else "", svg)

@@ -1,6 +1,6 @@
-"""Plots drawn by matplotlib, in the page's colours. What draws one takes a width, for the page and for a column of it.
+"""Plots with matplotlib, in the page's colours. A draw function takes a width: that of the page, or of a column.
 
-Only matplotlib's objects are used, never its state; `picture` sets how they look while they are drawn.
+Only matplotlib's objects are used, never its global state; `picture` sets the style while they are drawn.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Draw = Callable[[float], Picture]
-"""From a width in inches to what was drawn."""
+"""Draws a figure at a width in inches."""
 
 STYLES: tuple[dict[str, Any], ...] = (
     {"color": LIGHT["first"], "linestyle": "-", "linewidth": 1.4},
@@ -25,7 +25,7 @@ STYLES: tuple[dict[str, Any], ...] = (
     {"color": LIGHT["third"], "linestyle": (0, (1, 1.5)), "linewidth": 1.9},
     {"color": LIGHT["fourth"], "linestyle": (0, (7, 1.5, 1.5, 1.5)), "linewidth": 1.7},
 )
-"""Each another colour and another dash, so that none has to be told apart by colour."""
+"""Each style has its own colour and dash, so that lines are distinct without colour."""
 
 DISC: dict[str, Any] = {"marker": "o", "color": LIGHT["ink"], "linestyle": "", "zorder": 3}
 DIAMOND: dict[str, Any] = {
@@ -36,7 +36,7 @@ SQUARE: dict[str, Any] = {"marker": "s", "color": LIGHT["ink"], "linestyle": "",
 
 NARROW_IN = 6.0
 LEGEND_IN, LETTER_IN = 0.55, 0.085
-"""What an entry of a legend takes beside its word, and a letter of it."""
+"""Width of a legend entry without its word, and of a letter."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Panel:
-    """One plot: what draws it into its box, and how high it is."""
+    """A plot: the function that draws into its box, and its height."""
 
     draw: Callable[["Axes"], None]
     height_in: float = 1.7
@@ -65,7 +65,7 @@ def lines_panel(
     holds: Sequence[float] = (),
     height_in: float = 1.7,
 ) -> Panel:
-    """Curves under a title. x: where the box begins and ends; holds: what its y axis has to reach."""
+    """Curves under a title. x: limits of the x axis; holds: values that the y axis must include."""
 
     def draw(box: "Axes") -> None:
         for line in lines:
@@ -81,7 +81,7 @@ def lines_panel(
 
 
 def entitle(box: "Axes", title: str, x_title: str) -> None:
-    """Name what the axes show, and draw the line at zero where the box holds it."""
+    """Set the titles of the axes, and draw the line at zero if it is in view."""
     box.set_title(title, loc="left")
     box.set_xlabel(x_title)
     low, high = sorted(box.get_ylim())
@@ -90,7 +90,7 @@ def entitle(box: "Axes", title: str, x_title: str) -> None:
 
 
 def stack(panels: Sequence[Panel]) -> Draw:
-    """Panels over one another that share their x axis, labelled at the bottom only, under one legend."""
+    """Panels above each other with a shared x axis, labelled only at the bottom, under a common legend."""
 
     def draw(width_in: float) -> Picture:
         heights = [panel.height_in for panel in panels]
@@ -107,7 +107,7 @@ def stack(panels: Sequence[Panel]) -> Draw:
 
 
 def side_by_side(panels: Sequence[Panel], columns: int = 3) -> Draw:
-    """Panels in so many columns, or one under another where there is no room, under one legend."""
+    """Panels in `columns` columns, or below each other if the page is narrow, under a common legend."""
 
     def draw(width_in: float) -> Picture:
         across = 1 if width_in < NARROW_IN else min(columns, len(panels))
@@ -117,7 +117,7 @@ def side_by_side(panels: Sequence[Panel], columns: int = 3) -> Draw:
         boxes = picture.subplots(down, across, squeeze=False, height_ratios=heights).ravel()
         for place, (panel, box) in enumerate(zip(panels, boxes[: len(panels)], strict=True)):
             panel.draw(box)
-            # One that is lower than its row keeps to the top of it.
+            # A panel lower than its row stays at the top of it.
             bottom, top = box.get_ylim()
             box.set_ylim(top + (bottom - top) * heights[place // across] / panel.height_in, top)
         for box in boxes[len(panels) :]:
@@ -129,7 +129,7 @@ def side_by_side(panels: Sequence[Panel], columns: int = 3) -> Draw:
 
 
 def _legend(picture: Picture) -> None:
-    """One entry for each word of any box, above them all; nothing where there is none."""
+    """A legend above all boxes with an entry for each distinct label; none without labels."""
     entries: dict[str, Any] = {}
     for box in picture.axes:
         for handle, word in zip(*box.get_legend_handles_labels(), strict=True):

@@ -1,4 +1,4 @@
-"""What a page rests on: recordings and vehicle file by their hashes, versions, settings. It ends every page."""
+"""Last part of every page: its inputs with their hashes, software versions, settings."""
 
 import math
 import platform
@@ -17,7 +17,7 @@ PACKAGES = ("seatrial", "numpy", "scipy", "numba", "torch", "matplotlib")
 
 @dataclass(frozen=True)
 class Read:
-    """A recording that was read elsewhere; `duration_s` is NaN where nobody told it."""
+    """A recording that was read elsewhere; `duration_s` is NaN if unknown."""
 
     name: str
     source: Path
@@ -28,12 +28,12 @@ class Read:
 def with_provenance(
     report: Report, dives: Sequence[Dive | Read], file: VehicleFile, settings: Mapping[str, str]
 ) -> Report:
-    """The report with what it rests on as its last part."""
+    """The report with its provenance as the last part."""
     return replace(report, sections=(*report.sections, provenance(dives, file, settings)))
 
 
 def provenance(dives: Sequence[Dive | Read], file: VehicleFile, settings: Mapping[str, str]) -> Section:
-    """Each recording once and the vehicle file by SHA-256; versions of what computed; settings as they were given."""
+    """Each recording once and the vehicle file, with SHA-256; versions of the software; settings as given."""
     seen = {dive.sha256: dive for dive in dives}
     sources = (
         *(

@@ -1,4 +1,4 @@
-"""The parts of a report, each built from what one step of the chain hands over."""
+"""Sections of a report, each built from the result of a step of the chain."""
 
 from collections.abc import Mapping
 
@@ -35,10 +35,10 @@ def identification_section(
     truth: Mapping[str, float] | None = None,
     configuration: Configuration | None = None,
 ) -> Section:
-    """One estimator's answer: parameters in a table and drawn, what else was fitted, notes.
+    """Result of an estimator: parameters in a table and a figure, other fitted quantities, notes.
 
-    `truth` holds total masses and damping by name; with `configuration` the true added masses follow from it.
-    Notes stand in the warning where the outcome is other than converged; doubts always do.
+    `truth` holds total masses and damping by name; with `configuration` the true added masses follow from it. Notes
+    are part of the warning if the outcome is not converged; doubts always are.
     """
     i = identification
     words = [
@@ -50,12 +50,12 @@ def identification_section(
     if truth is not None and known:
         inside = sum(e.low95 <= truth[e.name] <= e.high95 for e in known)
         words.append(f"{inside} of {len(known)} known truths lie inside their 95 % intervals.")
-    told = _with_added_masses(truth, configuration) if truth and configuration else truth
-    drawn = figures.intervals(f"{i.dive} {i.method}", i.parameters, told)
+    known_truth = _with_added_masses(truth, configuration) if truth and configuration else truth
+    drawn = figures.intervals(f"{i.dive} {i.method}", i.parameters, known_truth)
     good = i.outcome is Outcome.CONVERGED
     doubts = tuple(dict.fromkeys(doubt.sentence for doubt in i.doubts))
     plain = [sentence for sentence in i.sentences if sentence not in doubts]
-    table = (tables.parameters(i.parameters, told),) if i.parameters else ()
+    table = (tables.parameters(i.parameters, known_truth),) if i.parameters else ()
     return Section(
         f"Identified parameters: {i.dive}, {i.configuration}, {i.method}",
         "\n\n".join((*words, *plain) if good else words),
@@ -66,12 +66,12 @@ def identification_section(
 
 
 def _warnings(doubts: tuple[str, ...]) -> tuple[str, ...]:
-    """What speaks against a part of an answer that may be used but for it."""
+    """Warning about doubted parts of an otherwise usable answer."""
     return (PARTLY, *doubts) if doubts else ()
 
 
 def _doubt(i: Identification) -> tuple[str, ...]:
-    """A headline, what the outcome means, and what explains it: the notes, or why nothing is identifiable."""
+    """Warning for an outcome other than converged: headline, meaning, and the notes or why nothing is identifiable."""
     reasons: tuple[str, ...] = ()
     if i.outcome is Outcome.NOT_IDENTIFIABLE:
         reasons = tuple(f"{reason[0].upper()}{reason[1:]}." for e in i.parameters if (reason := e.reason))
@@ -84,18 +84,18 @@ def _with_added_masses(truth: Mapping[str, float], configuration: Configuration)
         estimate(m.name, truth[m.name], 0.0, truth[m.name], truth[m.name]) for m in MASSES if m.name in truth
     ]
     added = [added_mass(total, configuration) for total in totals]
-    return {**truth, **{one.name: one.value for one in added}}
+    return {**truth, **{mass.name: mass.value for mass in added}}
 
 
 def dive_section(dive: Dive, water: Water | None = None) -> Section:
-    """What was recorded: path, speeds, depth, thruster commands, rates and gaps, notes."""
+    """Content of a recording: path, speeds, depth, thruster commands, rates and gaps, notes."""
     start_s = dive.span_s[0]
     drawn = [path] if (path := track.track(dive)) else []
     if speeds := figures.speeds(dive):
         drawn.append(speeds)
-    if found := figures.depth(dive, water or Water()):
-        signal, told = found
-        drawn.append(Figure(f"depth {dive.name}", told, stack([figures.depth_panel(signal, dive)])))
+    if depth := figures.depth(dive, water or Water()):
+        signal, caption = depth
+        drawn.append(Figure(f"depth {dive.name}", caption, stack([figures.depth_panel(signal, dive)])))
     if dive.pwm is not None and len(dive.pwm):
         drawn.append(figures.thrusters(dive.pwm, dive))
     words = [
@@ -127,21 +127,21 @@ def tracking_section(
 ) -> Section:
     """How runs in different modes followed their references; both mappings are by the mode in words, in order.
 
-    `paper`: what others reached, as one more column.
+    `paper`: published errors, as a further column.
     """
     drawn = tuple(figure for mode, dive in dives.items() for figure in tracking.curves(mode, dive).values())
     words = (
         "The phases follow the reference: speeding up, steady, slowing down. Delay is how much later the measured "
         "speed looks most like the reference."
     )
-    found = tracking.error_tables(errors, paper)
-    return Section("Tracking", words if found else "", found, drawn)
+    error_tables = tracking.error_tables(errors, paper)
+    return Section("Tracking", words if error_tables else "", error_tables, drawn)
 
 
 def training_section(
     curves: Mapping[str, Array], units: Mapping[str, str] | None = None, dive: str = ""
 ) -> Section:
-    """Training curves by parameter, (epochs,) each; `units` of names that are no coefficients; on which `dive`."""
+    """Training curves by parameter, (epochs,) each; `units` of names that are not coefficients; `dive`: its name."""
     drawn = {name: values for name, values in curves.items() if len(values)}
     known = {
         name: (units or {}).get(name) or (BY_NAME[name].unit if name in BY_NAME else "1") for name in drawn
@@ -151,7 +151,7 @@ def training_section(
 
 
 def innovations_section(normalised: Mapping[str, Signal], dive: str = "") -> Section:
-    """How white a fit left a dive: innovations over their expected standard deviation.
+    """Whiteness of the residuals of a fit: innovations over their expected standard deviation.
 
     (n, 1) by degree of freedom; NaN: not used.
     """

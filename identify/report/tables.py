@@ -1,4 +1,4 @@
-"""The tables of a report, each from a type of the chain to one `Table`."""
+"""Tables of a report, each from a type of the chain to a `Table`."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -40,9 +40,9 @@ SIGNAL_WORDS = {
 
 
 def parameters(estimates: Sequence[Estimate], truth: Mapping[str, float] | None) -> Table:
-    """Value, interval and unit of each parameter, the truth where known, and why one can't be identified.
+    """Value, interval and unit of each parameter, the truth if known, and why a parameter can't be identified.
 
-    Beside these its standard error, the parameter that it is most correlated with, and, where the vehicle file has
+    Further columns: standard error, the parameter that it is most correlated with, and, if the vehicle file has
     priors, the share of the answer that comes from them.
     """
     against = () if truth is None else ("Truth", "Truth is")
@@ -51,12 +51,22 @@ def parameters(estimates: Sequence[Estimate], truth: Mapping[str, float] | None)
     for e in estimates:
         known = e.identifiable or e.share_from_prior > 0
         value, interval = with_interval(e.value, e.low95, e.high95) if known else (MISSING, MISSING)
-        told = () if truth is None else _against(e, truth.get(e.name))
+        truth_cells = () if truth is None else _against(e, truth.get(e.name))
         words = [meaning(e.name), f"Not identifiable: {e.reason}" if not e.identifiable else e.reason]
         share = f"{100 * e.share_from_prior:.0f} %" if e.share_from_prior else MISSING
         error = _percent(standard_error(e)) if known else MISSING
-        sure = (error, _partner(e), *((share,) if priors else ()))
-        rows.append((e.symbol, value, interval, unit(e.unit), *told, *sure, ". ".join(filter(None, words))))
+        error_cells = (error, _partner(e), *((share,) if priors else ()))
+        rows.append(
+            (
+                e.symbol,
+                value,
+                interval,
+                unit(e.unit),
+                *truth_cells,
+                *error_cells,
+                ". ".join(filter(None, words)),
+            )
+        )
     columns = (
         "Parameter", "Value", "95 % interval", "Unit", *against, "Standard error", "Partner", *priors, "Meaning"
     )  # fmt: skip
@@ -69,9 +79,10 @@ def parameters(estimates: Sequence[Estimate], truth: Mapping[str, float] | None)
 
 
 def standard_error(e: Estimate) -> float:
-    """What the wider side of a 95 % interval is worth as a share of the value: what decides whether it may be used.
+    """Relative standard error from the wider side of a 95 % interval: it decides whether the value may be used.
 
-    In logarithms, as coefficients are fitted; an interval that reaches zero, and that of an added mass, has none.
+    In logarithms, as coefficients are fitted. An interval that reaches zero, and that of an added mass, has no
+    logarithm; there the plain relative width is used.
     """
     below, above = e.value - e.low95, e.high95 - e.value
     if e.name in OF_HULL and 0.0 < e.low95 <= e.value:
@@ -84,14 +95,14 @@ def _percent(share: float) -> str:
 
 
 def _partner(e: Estimate) -> str:
-    """The strongest partner and the correlation with it; a dash where that is negligible."""
+    """The strongest partner and the correlation with it; a dash if negligible."""
     if e.partner is None or not e.partner.is_close:
         return MISSING
     return f"{e.partner.name} {fixed(e.partner.correlation, 2)}"
 
 
 def meaning(name: str) -> str:
-    """What a coefficient is, in words; empty for a name that is on no list."""
+    """Meaning of a coefficient in words; empty for an unknown name."""
     if name in OF_HULL:
         return OF_HULL[name].sentence
     if name in ADDED_MASS_NAMES:
@@ -106,12 +117,12 @@ def _against(e: Estimate, truth: float | None) -> tuple[str, str]:
     half = (e.high95 - e.low95) / 2
     if not e.identifiable or not np.isfinite(half):
         return significant(truth, 4), MISSING
-    told = fixed(truth, decimals_for(half)) if half > 0 else significant(truth, 4)
-    return told, "inside" if e.low95 <= truth <= e.high95 else "OUTSIDE"
+    value = fixed(truth, decimals_for(half)) if half > 0 else significant(truth, 4)
+    return value, "inside" if e.low95 <= truth <= e.high95 else "OUTSIDE"
 
 
 def signals(dive: Dive) -> Table:
-    """Each signal that the recording has: its samples, its rate, its longest silence, how much is unknown."""
+    """Each signal of the recording: samples, rate, longest silence, share of unknown samples."""
     rows = tuple(
         (
             SIGNAL_WORDS.get(name, name),

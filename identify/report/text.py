@@ -1,4 +1,4 @@
-"""Words and numbers as a reader sees them: text made harmless, digits no finer than the interval."""
+"""Formats words and numbers for readers: escaped text, digits no finer than the interval."""
 
 import html
 import math
@@ -21,7 +21,7 @@ def decimals_for(spread: float) -> int:
 
 
 def fixed(value: float, decimals: int) -> str:
-    """`value` rounded to `decimals`, which may be negative; a dash where there is no number."""
+    """`value` rounded to `decimals`, which may be negative; a dash for NaN or infinity."""
     if not math.isfinite(value):
         return MISSING
     rounded = round(value, decimals)
@@ -29,7 +29,7 @@ def fixed(value: float, decimals: int) -> str:
 
 
 def significant(value: float, digits: int = 3) -> str:
-    """`value` with so many significant digits, written out, never as a power of ten."""
+    """`value` with `digits` significant digits, written out, never as a power of ten."""
     if not math.isfinite(value):
         return MISSING
     if value == 0.0:
@@ -39,7 +39,7 @@ def significant(value: float, digits: int = 3) -> str:
 
 
 def with_interval(value: float, low: float, high: float) -> tuple[str, str]:
-    """A value and its interval, both with the decimals that the interval's half width deserves."""
+    """A value and its interval, both with the decimals that the interval's half width justifies."""
     half = (high - low) / 2
     if not math.isfinite(half) or half <= 0:
         return significant(value, 4), MISSING
@@ -48,12 +48,12 @@ def with_interval(value: float, low: float, high: float) -> tuple[str, str]:
 
 
 def count(number: int) -> str:
-    """A whole number in groups of three."""
+    """A whole number in groups of three digits."""
     return f"{number:,}".replace(",", "\N{NO-BREAK SPACE}")
 
 
 def unit(text: str) -> str:
-    """A unit with its powers raised: `N s2/m2` reads `N s²/m²`."""
+    """A unit with its powers raised: `N s2/m2` becomes `N s²/m²`."""
     return re.sub(r"(?<=[a-z])[23]", lambda power: {"2": "²", "3": "³"}[power[0]], text)
 
 
@@ -61,5 +61,5 @@ def seconds(duration_s: float) -> str:
     """A duration with its unit: `0.34 s`, `41.2 s`, `16 min 40 s`."""
     if duration_s < 100:
         return f"{significant(duration_s, 2 if duration_s < 10 else 3)} s"
-    minutes, rest = divmod(round(duration_s), 60)
-    return f"{minutes} min {rest} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
+    minutes, seconds_left = divmod(round(duration_s), 60)
+    return f"{minutes} min {seconds_left} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"

@@ -1,7 +1,7 @@
-"""The page's colours and style sheet: dark ink on white and large for the sun, a dark scheme for the night.
+"""Colours and style sheet of the page: dark ink on white and large type for the sun, a dark scheme for the night.
 
-The four colours of lines can be told apart by readers who see no red, no green or no blue, and keep a contrast of about
-5 to 1 to their ground in both schemes; each has a line style or a shape beside it all the same.
+The four colours of lines are distinct for readers who see no red, no green or no blue, and keep a contrast of about 5
+to 1 to their background in both schemes; each nevertheless has a line style or a shape as well.
 """
 
 LIGHT = {
@@ -11,7 +11,7 @@ LIGHT = {
     "heat0": "#fbfcfd", "heat1": "#e3edf7", "heat2": "#bcd3ea", "heat3": "#8fb4dc",
     "heat4": "#2a66ad", "heat5": "#0a4a94",
 }  # fmt: skip
-"""By name, each another: `picture` finds the name of a colour in what was drawn with it."""
+"""By name. All differ, because `picture` finds the name of a colour in the drawn SVG."""
 
 DARK = {
     "ink": "#f2f2f2", "soft": "#c4c9ce", "ground": "#101418", "raised": "#1c2329", "tick": "#353e46", "rule": "#8b959e",

@@ -1,6 +1,6 @@
-"""Curves over time that a reader can zoom: all panels under one time axis, stretched by buttons without any script.
+"""Curves over time that a reader can zoom: panels under a shared time axis, stretched by buttons without a script.
 
-The curves are stretched by the style sheet alone; their lines keep their width, and times and values stay text.
+The style sheet alone stretches the curves; their lines keep their width, and times and values stay text.
 """
 
 import math
@@ -13,23 +13,23 @@ from identify.dive import Array
 from identify.report.text import fixed, safe
 
 ZOOMS = (1, 4, 16)
-"""How far the time axis can be stretched, in widths of the page."""
+"""Stretches of the time axis, in widths of the page."""
 
 TICKS = 8
-"""Times beneath a page's width."""
+"""Number of times shown beneath a page's width."""
 
 WIDE, HIGH = 10_000, 1_000
-"""Units of the drawing: a tenth of a pixel on a wide screen at the least zoom."""
+"""Units of the drawing: a tenth of a pixel on a wide screen at the smallest zoom."""
 
 MOST_POINTS = 3_000
-"""Of a curve: with six panels of four curves a page stays below 1 MB."""
+"""Most points of a curve: with six panels of four curves a page stays below 1 MB."""
 
 PANEL_PX = 130
 
 
 @dataclass(frozen=True)
 class Trace:
-    """A curve (n,) by the times of its figure; `kind` is its colour and its dash, one of KINDS."""
+    """A curve (n,) at the times of its figure; `kind` is its colour and dash, the number of a `.curve` style."""
 
     label: str
     kind: int
@@ -38,7 +38,7 @@ class Trace:
 
 @dataclass(frozen=True)
 class TracePanel:
-    """Curves in one unit."""
+    """Curves in the same unit."""
 
     title: str
     traces: tuple[Trace, ...]
@@ -46,8 +46,10 @@ class TracePanel:
 
 @dataclass(frozen=True)
 class Traces:
-    """Panels over one another. time_s (n,), from 0; block (n,): curves break where it changes, but for the first of
-    each panel."""
+    """Panels above each other. time_s (n,), from 0.
+
+    block (n,): curves break where it changes, except the first curve of each panel.
+    """
 
     name: str
     caption: str
@@ -89,7 +91,7 @@ STYLE = """
 
 
 def render(one: Traces, key: str) -> str:
-    """As HTML. key: tells its buttons from those of other figures."""
+    """Render as HTML. key: makes the ids of its buttons unique in the page."""
     kept = _thinned(one)
     buttons = "".join(
         f'<input type="radio" class="zoom{by}" name="{key}" id="{key}-{by}"{" checked" if by == ZOOMS[0] else ""}>'
@@ -112,7 +114,7 @@ def render(one: Traces, key: str) -> str:
 
 
 def _thinned(one: Traces) -> Traces:
-    """Every k-th instant, and the ends of every block."""
+    """Keep every k-th instant, and the ends of every block."""
     every = -(-len(one.time_s) // MOST_POINTS)
     if every <= 1:
         return one
@@ -150,7 +152,7 @@ def _panel(panel: TracePanel, of: Traces, span_s: float) -> str:
 
 
 def _path(across: Array, down: Array, block: NDArray[np.intp] | None) -> str:
-    """By steps, which are shorter than places; a new start with every block."""
+    """Path in relative steps, which are shorter than positions; a new start with every block."""
     x, y = np.round(across).astype(int), np.round(down).astype(int)
     starts = np.zeros(len(x), dtype=bool) if block is None else np.diff(block, prepend=block[0]) != 0
     starts[:1] = True
@@ -160,13 +162,13 @@ def _path(across: Array, down: Array, block: NDArray[np.intp] | None) -> str:
 
 
 def _times(span_s: float) -> str:
-    """Seconds beneath the panels, more of them the further it is zoomed."""
-    out, told = "", set()
+    """Seconds beneath the panels; more of them show at higher zoom."""
+    out, shown = "", set()
     for by in ZOOMS:
         step = _step(span_s / (TICKS * by))
         for at_s in _multiples(step, 0.0, span_s):
-            if round(at_s, 3) not in told and span_s > 0:
-                told.add(round(at_s, 3))
+            if round(at_s, 3) not in shown and span_s > 0:
+                shown.add(round(at_s, 3))
                 kind = "" if by == ZOOMS[0] else f' class="at{by}"'
                 out += f'<span{kind} style="left:{100 * at_s / span_s:.3f}%">{_rounded(at_s, step)} s</span>'
     return f'<div class="times">{out}</div>\n'
@@ -177,11 +179,11 @@ def _multiples(step: float, low: float, high: float) -> list[float]:
 
 
 def _step(least: float) -> float:
-    """The smallest round number that is no less."""
+    """The smallest round number that is not less than `least`."""
     if least <= 0:
         return 1.0
     power = 10.0 ** math.floor(math.log10(least))
-    return next(one * power for one in (1.0, 2.0, 5.0, 10.0) if one * power >= least * (1 - 1e-9))
+    return next(leading * power for leading in (1.0, 2.0, 5.0, 10.0) if leading * power >= least * (1 - 1e-9))
 
 
 def _rounded(value: float, step: float) -> str:

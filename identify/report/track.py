@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 
 HEIGHT_IN = 4.0
 LABEL_SHARE = 0.15
-"""Start and end nearer than this share of the path's reach are one in the legend."""
+"""Start and end closer than this share of the path's extent share an entry in the legend."""
 
 
 def track(dive: Dive) -> Figure | None:
-    """The path over the ground by dead reckoning, north up; None without velocity or attitude."""
+    """Path over the ground by dead reckoning, north up; None without velocity or attitude."""
     if dive.velocity is None or dive.attitude is None or len(dive.velocity) < 2 or not len(dive.attitude):
         return None
     east, north = dead_reckon(dive.velocity, dive.attitude)
@@ -37,9 +37,9 @@ def track(dive: Dive) -> Figure | None:
         box.set_aspect("equal", adjustable="datalim")
         entitle(box, "north, m", "east, m")
 
-    what = "the vehicle" if dive.velocity_is_filtered else "the DVL's transducer"
+    subject = "the vehicle" if dive.velocity_is_filtered else "the DVL's transducer"
     caption = (
-        f"Path of {what}, {significant(length)} m, dead-reckoned from velocity and attitude: "
+        f"Path of {subject}, {significant(length)} m, dead-reckoned from velocity and attitude: "
         f"north is up, scales are equal. {count(unlocked)} of {count(len(dive.velocity))} velocities lacked "
         "bottom lock and were bridged."
     )
@@ -47,7 +47,7 @@ def track(dive: Dive) -> Figure | None:
 
 
 def dead_reckon(velocity: Signal, attitude: Signal) -> tuple[Array, Array]:
-    """East and north in m at each velocity's time: trapezoidal rule on velocity turned by attitude."""
+    """East and north in m at each velocity's time: trapezoidal rule on the velocity turned by the attitude."""
     body = velocity.at(velocity.time_s)
     w, x, y, z = attitude.held_at(np.maximum(velocity.time_s, attitude.time_s[0])).T
     u, v, down = body.T

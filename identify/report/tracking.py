@@ -1,4 +1,4 @@
-"""How a vehicle followed its reference: errors laid out as Table 5 of the source paper, curves as its Figs 10 to 17."""
+"""How a vehicle followed its reference: errors as in Table 5 of the source paper, curves as in its Figs 10 to 17."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -33,12 +33,12 @@ TITLES = {
 }
 
 LEAST_SAMPLES = 20
-"""Fewer make no curve of an error."""
+"""With fewer samples, no error curve is drawn."""
 
 
 @dataclass(frozen=True)
 class Reference:
-    """Errors that others published, by axis and phase, in the units of the runs they stand beside.
+    """Published errors of others, by axis and phase, in the units of the runs that they are compared with.
 
     `label` heads their column, `source` says where they come from: `Vangi et al., Table 5`.
     """
@@ -49,8 +49,7 @@ class Reference:
 
 
 def error_tables(errors: Mapping[str, TrackingErrors], paper: Reference | None = None) -> tuple[Table, ...]:
-    """For each axis that any run moved along: the phases from top to bottom, then the speeds held, the runs side by
-    side."""
+    """Tables for each axis that any run moved along: errors by phase, then by held speed, the runs side by side."""
     moved = [dof for dof in AXES if any(run.axis(DOFS[dof]) for run in errors.values())]
     by_phase = [_error_table(DOFS[dof], "N" if dof < 3 else "N m", errors, paper) for dof in moved]
     by_speed = [_speed_table(DOFS[dof], errors) for dof in moved]
@@ -62,7 +61,11 @@ def _error_table(
 ) -> Table:
     runs = [run.axis(axis) for run in errors.values()]
     unit = next(run.unit for run in runs if run)
-    published = {phase: v for (of, phase), v in paper.values.items() if of == axis} if paper else {}
+    published = (
+        {phase: v for (published_axis, phase), v in paper.values.items() if published_axis == axis}
+        if paper
+        else {}
+    )
 
     def row(name: str, decimals: int, value: Callable[[AxisErrors], float]) -> tuple[str, ...]:
         return name, *(MISSING if run is None else fixed(value(run), decimals) for run in runs)
@@ -79,22 +82,22 @@ def _error_table(
         f"Mean absolute tracking error in {axis}, phase by phase. {METHOD}{_noise_said(errors, axis, unit)}"
     )
     if paper and published:
-        beside = [fixed(published.get(phase, math.nan), 4) for phase in PHASES]
-        beside += [MISSING] * (len(rows) - len(beside))
-        rows = tuple((*cells, value) for cells, value in zip(rows, beside, strict=True))
+        paper_cells = [fixed(published.get(phase, math.nan), 4) for phase in PHASES]
+        paper_cells += [MISSING] * (len(rows) - len(paper_cells))
+        rows = tuple((*cells, value) for cells, value in zip(rows, paper_cells, strict=True))
         columns = (*columns, paper.label)
         caption += f" {paper.label}: {paper.source}."
     return Table(columns, rows, caption)
 
 
 def _noise_said(errors: Mapping[str, TrackingErrors], axis: str, unit: str) -> str:
-    noises = {name: found.noise for name, run in errors.items() if (found := run.axis(axis))}
+    noises = {name: axis_errors.noise for name, run in errors.items() if (axis_errors := run.axis(axis))}
     said = [f"{name} {fixed(noise, 4)}" for name, noise in noises.items() if math.isfinite(noise)]
     return f" Noise of the sensor that is left in it, {unit} rms: {', '.join(said)}." if said else ""
 
 
 def _speed_table(axis: str, errors: Mapping[str, TrackingErrors]) -> Table:
-    """The error of the mean speed, by the speed held."""
+    """Error of the mean speed, by the held speed."""
     runs = [run.axis(axis) for run in errors.values()]
     unit = next(run.unit for run in runs if run)
     held = [{s.speed: s for s in run.speeds} if run else {} for run in runs]
@@ -115,8 +118,10 @@ def _with_error(at: SteadyError | None) -> str:
 
 
 def curves(mode: str, dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0)) -> dict[int, Figure]:
-    """By each axis that the reference moves along: its speed and the measured one, their difference, PID and
-    feed-forward. `lever_m`: the DVL's transducer in body axes."""
+    """For each axis that the reference moves along: reference and measured speed, their error, PID and feed-forward.
+
+    `lever_m`: position of the DVL's transducer in body axes.
+    """
     if dive.nu_ref is None:
         return {}
     return {
@@ -150,7 +155,7 @@ def _panels(dof: int, dive: Dive, reference: Signal, lever_m: Vector3) -> list[P
 
 
 def error_line(dof: int, dive: Dive, lever_m: Vector3, label: str = "", style: int = 0) -> Line | None:
-    """Measured less wanted speed below CUTOFF_HZ, over the time from the dive's first; None where one is missing."""
+    """Measured minus reference speed below CUTOFF_HZ, over the time from the dive's start; None if one is missing."""
     measured, reference = _measured(dof, dive, lever_m), dive.nu_ref
     if measured is None or reference is None:
         return None
@@ -165,7 +170,7 @@ def error_line(dof: int, dive: Dive, lever_m: Vector3, label: str = "", style: i
 
 
 def _measured(dof: int, dive: Dive, lever_m: Vector3) -> Signal | None:
-    """What measures an axis, (n, 1): the DVL, moved to the origin; in yaw the fibre-optic gyro, or else the IMU's."""
+    """Measured speed of an axis, (n, 1): DVL moved to the origin; in yaw the fibre-optic gyro, else the IMU's gyro."""
     if dof >= 3:
         for source, column in ((dive.fog, 0), (dive.gyro, dof - 3)):
             if source is not None and len(source):

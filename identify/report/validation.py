@@ -1,4 +1,4 @@
-"""The page of `seatrial validate`: how dives flown in several modes of the feed-forward followed their references."""
+"""Page of `seatrial validate`: how dives in several modes of the feed-forward followed their references."""
 
 import math
 from collections.abc import Mapping
@@ -18,7 +18,7 @@ from identify.report.text import fixed
 from identify.validate import AXES, LEAST_SPEED, PHASES, TrackingErrors
 
 ALIKE = 0.05
-"""Modes whose errors differ by a smaller share are not told apart in a sentence."""
+"""Modes whose errors differ by a smaller share are called alike in a sentence."""
 
 
 def validation_report(
@@ -28,7 +28,7 @@ def validation_report(
     judged: Mapping[str, Raising | None],
     lever_m: Vector3,
 ) -> Report:
-    """The verdict: which mode errs least, by how much. All mappings are by what each dive is called, in order."""
+    """Build the page. The verdict says which mode errs least, and by how much. Mappings are by dive label, in order."""
     moved = [dof for dof in AXES if any(run.axis(DOFS[dof]) for run in errors.values())]
     axes = [_axis(dof, dives, errors, lever_m) for dof in moved]
     sections = [_raising(judged), *axes, _criteria(judged), _notes(dives)]
@@ -42,19 +42,21 @@ def validation_report(
 
 def verdict(errors: Mapping[str, TrackingErrors]) -> str:
     """Which mode errs least, axis by axis, by its mean absolute error over all phases, and by how much."""
-    told: dict[str, list[str]] = {}
+    axes_by_mode: dict[str, list[str]] = {}
     for dof in AXES:
-        found = {label: axis for label, run in errors.items() if (axis := run.axis(DOFS[dof])) is not None}
-        known = {label: axis.overall for label, axis in found.items() if math.isfinite(axis.overall)}
+        axis_errors = {
+            label: axis for label, run in errors.items() if (axis := run.axis(DOFS[dof])) is not None
+        }
+        known = {label: axis.overall for label, axis in axis_errors.items() if math.isfinite(axis.overall)}
         if known:
             best = min(known, key=known.__getitem__)
-            told.setdefault(best, []).append(
-                f"in {DOFS[dof]} by {fixed(known[best], 4)} {found[best].unit} on average{_less(best, known)}"
+            axes_by_mode.setdefault(best, []).append(
+                f"in {DOFS[dof]} by {fixed(known[best], 4)} {axis_errors[best].unit} on average{_less(best, known)}"
             )
-    if not told:
+    if not axes_by_mode:
         return "No dive has a reference that moves and a measured speed beside it: nothing to compare."
     least = " least" if len(errors) > 1 else ""
-    return " ".join(f"'{best}' errs{least}: {', '.join(axes)}." for best, axes in told.items())
+    return " ".join(f"'{best}' errs{least}: {', '.join(axes)}." for best, axes in axes_by_mode.items())
 
 
 def _less(best: str, errors: Mapping[str, float]) -> str:
@@ -70,17 +72,23 @@ def _less(best: str, errors: Mapping[str, float]) -> str:
 
 
 def _raising(judged: Mapping[str, Raising | None]) -> Section | None:
-    """Go or no-go, dive by dive."""
-    told = tuple((one.go, f"{label}: {one.sentence}") for label, one in judged.items() if one is not None)
-    return Section("May the feed-forward be raised?", judged=told) if told else None
+    """Go or no-go for each dive."""
+    judgements = tuple(
+        (raising.go, f"{label}: {raising.sentence}")
+        for label, raising in judged.items()
+        if raising is not None
+    )
+    return Section("May the feed-forward be raised?", judged=judgements) if judgements else None
 
 
 def _criteria(judged: Mapping[str, Raising | None]) -> Section | None:
-    """What go or no-go rests on, each criterion a line."""
+    """Criteria of go or no-go, one per row, with a table for each dive."""
     tables = tuple(
         Table(
             ("Criterion", "Passed", "Figure and limit"),
-            tuple((one.what, MARKS[one.passed], one.words) for one in raised.criteria),
+            tuple(
+                (criterion.what, MARKS[criterion.passed], criterion.words) for criterion in raised.criteria
+            ),
             f"{label}: what was looked at.",
         )
         for label, raised in judged.items()
@@ -92,14 +100,14 @@ def _criteria(judged: Mapping[str, Raising | None]) -> Section | None:
 def _axis(
     dof: int, dives: Mapping[str, Dive], errors: Mapping[str, TrackingErrors], lever_m: Vector3
 ) -> Section:
-    """One axis: the errors side by side, then each dive's curves, then the numbers as in Table 5."""
+    """Section of an axis: errors side by side, then each dive's curves, then the numbers as in Table 5."""
     axis = DOFS[dof]
     of_axis = {label: run for label, run in errors.items() if run.axis(axis) is not None}
     curves = (tracking.curves(label, dive, lever_m).get(dof) for label, dive in dives.items())
     compared = _compared(dof, dives, lever_m) if len(of_axis) > 1 else None
     drawn = (_by_phase(axis, of_axis), compared, *curves)
     alone = {
-        label: TrackingErrors(run.dive, tuple(one for one in run.axes if one.axis == axis))
+        label: TrackingErrors(run.dive, tuple(run_axis for run_axis in run.axes if run_axis.axis == axis))
         for label, run in of_axis.items()
     }
     return Section(
@@ -111,12 +119,12 @@ def _axis(
 
 
 def _by_phase(axis: str, errors: Mapping[str, TrackingErrors]) -> Figure:
-    """The errors of Table 5 as bars, a group a phase."""
-    found = {label: run.axis(axis) for label, run in errors.items()}
-    unit = next(one.unit for one in found.values() if one)
+    """Errors of Table 5 as bars: a group for each phase."""
+    axis_errors = {label: run.axis(axis) for label, run in errors.items()}
+    unit = next(axis_error.unit for axis_error in axis_errors.values() if axis_error)
     groups = [
-        Group(label, tuple(one.phase(phase) if one else math.nan for phase in PHASES))
-        for label, one in found.items()
+        Group(label, tuple(axis_error.phase(phase) if axis_error else math.nan for phase in PHASES))
+        for label, axis_error in axis_errors.items()
     ]
     return Figure(
         f"errors in {axis} by phase",
@@ -126,7 +134,7 @@ def _by_phase(axis: str, errors: Mapping[str, TrackingErrors]) -> Figure:
 
 
 def _compared(dof: int, dives: Mapping[str, Dive], lever_m: Vector3) -> Figure | None:
-    """The errors of all dives over one another, each from where its reference begins to move."""
+    """Errors of all dives over one another, each from the start of its reference's motion."""
     lines = []
     for style, (label, dive) in enumerate(dives.items()):
         begun_s = _begun_s(dof, dive)

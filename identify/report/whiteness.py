@@ -1,4 +1,4 @@
-"""Are a filter's innovations white? Over time, and by their autocorrelation."""
+"""Checks a filter's innovations for whiteness: over time, and by their autocorrelation."""
 
 import numpy as np
 
@@ -9,11 +9,11 @@ from identify.report.plot import Line, lines_panel, side_by_side
 
 LAGS = 40
 LEAST_REACH = 0.2
-"""Of the autocorrelation's axis: never magnified until nothing looks like something."""
+"""Least extent of the autocorrelation's axis, so that noise is not magnified."""
 
 
 def innovations(dive: str, name: str, normalised: Signal) -> Figure:
-    """Normalised innovations of one degree of freedom over time, and their autocorrelation."""
+    """Normalised innovations of a degree of freedom over time, and their autocorrelation."""
     time_s, value = normalised.time_s - normalised.time_s[0], normalised.value[:, 0]
     rho = autocorrelation(value, LAGS)
     lags = np.arange(1.0, len(rho) + 1)
@@ -42,7 +42,7 @@ def innovations(dive: str, name: str, normalised: Signal) -> Figure:
 
 
 def _band(bound: float, end: float) -> tuple[Line, Line]:
-    """From 0 to `end`: the limits that white noise keeps 95 % of the time."""
+    """Lines from 0 to `end` at the limits that white noise keeps 95 % of the time."""
     ends = np.array([0.0, end])
     return (
         Line(ends, np.full(2, bound), "95 % limits of white noise", 1),
