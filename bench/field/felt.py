@@ -24,7 +24,8 @@ class Felt:
     """Strength of the effect by degree of freedom, (6,) each.
 
     of_thrust: rms of the planted wrench over that of the thrust; over_sea: rms of the part that a refit of masses,
-    linear and quadratic dampings leaves, over the standard deviation of the sea."""
+    linear and quadratic dampings leaves, over the standard deviation of the sea.
+    """
 
     of_thrust: Array
     over_sea: Array
@@ -43,7 +44,8 @@ def missing_wrench(flown: Flown) -> Array:
     """Wrench (n, 6), N and N m, that is missing at the ticks.
 
     It is the total wrench less the true model's, quadratic drag included, which takes thrust from the pulses by the
-    crew's curve and lag, and less the sea's."""
+    crew's curve and lag, and less the sea's.
+    """
     vehicle, ticks = flown.site.vehicle, flown.ticks
     shape = vehicle.configuration
     modelled = _columns(flown) @ np.concatenate([vehicle.mass, vehicle.linear, vehicle.quadratic])
@@ -58,7 +60,8 @@ def missing_wrench(flown: Flown) -> Array:
 def felt(flown: Flown, std: Array) -> Felt:
     """Strength of a dive's effect in a sea of standard deviation `std` (6,).
 
-    In roll and pitch the sea counts as at least the moment that tilts the vehicle by TILT."""
+    In roll and pitch the sea counts as at least the moment that tilts the vehicle by TILT.
+    """
     shape = flown.site.vehicle.configuration
     tilts = TILT * shape.dry_mass_kg * GRAVITY_M_S2 * shape.centre_of_gravity_below_buoyancy_m
     std = np.maximum(std, np.array([0.0, 0.0, 0.0, tilts, tilts, 0.0]))

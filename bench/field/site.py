@@ -84,7 +84,8 @@ Apply = Callable[[FieldSite, np.random.Generator], None]
 class Planted:
     """A hidden effect. parameters: planted values, by the names that an answer uses, SI units.
 
-    `apply` adds the effect to a dive's site; random parts such as the phases of a sea may differ from dive to dive."""
+    `apply` adds the effect to a dive's site; random parts such as the phases of a sea may differ from dive to dive.
+    """
 
     name: str
     parameters: dict[str, float]

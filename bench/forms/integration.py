@@ -23,7 +23,8 @@ Whole = NDArray[np.int64]
 def coriolis_terms() -> tuple[Whole, Array]:
     """Terms of the Coriolis force, from `bridge`'s own C: indices i, j, k, l (T, 4) and factors s (T,).
 
-    (C(nu) nu)_i is the sum of s M_j nu_k nu_l."""
+    (C(nu) nu)_i is the sum of s M_j nu_k nu_l.
+    """
     unit = np.eye(6).tolist()
     rows, signs = [], []
     for j in range(6):
@@ -68,7 +69,8 @@ def _rate_back(
 ) -> None:  # fmt: skip
     """Propagate the gradient g (n,) of the rate back to its arguments; g is overwritten.
 
-    Fills `to_nu` (6,) with the gradient by nu, and adds the gradients by drive, mass and damping to their arrays."""
+    Fills `to_nu` (6,) with the gradient by nu, and adds the gradients by drive, mass and damping to their arrays.
+    """
     to_nu[:] = 0.0
     for a in range(len(dofs)):
         i = dofs[a]

@@ -65,7 +65,8 @@ GROUPS: Mapping[str, Mapping[Group, tuple[tuple[int, ...], ...]]] = {
 }
 """The terms, by their places, that have sizes of their own.
 
-thrust_gain: the terms of the propellers, and of the rudder; thrust_bias: a constant force or moment."""
+thrust_gain: the terms of the propellers, and of the rudder; thrust_bias: a constant force or moment.
+"""
 
 CAUSES: Mapping[Group, str] = {"drag": "fouling", "all": ANYTHING}
 """Names of changes of these terms from one run to the other, if they are not the group's own name."""
@@ -79,7 +80,8 @@ def alone(vehicle: str) -> tuple[Candidate, ...]:
 def beside(vehicle: str, one: Candidate) -> tuple[Candidate, ...]:
     """The candidates that add a second cause to `one`.
 
-    A current goes with any other cause; any other cause is joined by a current."""
+    A current goes with any other cause; any other cause is joined by a current.
+    """
     if one is CURRENT:
         return DRIFTING, CURRENT_AND_BIAS, *_own(vehicle, CURRENT)
     if one is BIAS:

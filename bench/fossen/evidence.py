@@ -15,7 +15,8 @@ class Judged:
     """The result for two runs.
 
     pair: the run that is assumed to be plain, and the other. run: name of the other run, None if it may be either.
-    found: the candidate that the runs support; weighed: all candidates tried on these runs."""
+    found: the candidate that the runs support; weighed: all candidates tried on these runs.
+    """
 
     pair: Pair
     run: str | None
@@ -54,7 +55,8 @@ def judged(vehicle: str, runs: dict[str, Columns]) -> Judged:
     """Find the effect that one of the runs `a` and `b` holds and the other does not.
 
     Tries one cause at a time, in either run, then a second cause in addition to the best. Each step is accepted if
-    its gain on the pieces held out is more likely real than not."""
+    its gain on the pieces held out is more likely real than not.
+    """
     pairs = {name: Pair(vehicle, runs[other], runs[name]) for name, other in ("ab", "ba")}
     tried = {name: _weighed(pair, alone(vehicle)) for name, pair in pairs.items()}
     # A change of sizes explains either run equally well, so it does not say which run is the odd one.

@@ -20,7 +20,8 @@ class Candidate:
     """An effect that one run may hold and the other not.
 
     causes: names of its effects; water: the current or sensor offset for values (p,); own: for each state, the terms
-    that have sizes of their own in this run, for a change of drag, mass or thrust."""
+    that have sizes of their own in this run, for a change of drag, mass or thrust.
+    """
 
     name: str
     causes: tuple[str, ...]
@@ -43,8 +44,9 @@ class Pair:
 class Weighed:
     """A candidate with its values, std (p,), and its fit on pieces held out.
 
-    left (3,): for each of STATES, rms of the other run's unexplained acceleration over the spread of acceleration;
-    pieces: number of pieces."""
+    left (3,): for each of STATES, rms of the other run's residual acceleration over the standard deviation of the plain
+    run's acceleration; pieces: number of pieces.
+    """
 
     candidate: Candidate
     values: Array
@@ -54,7 +56,7 @@ class Weighed:
 
     @property
     def mean_square(self) -> float:
-        """Mean over all states of the squared unexplained share."""
+        """Mean square of `left` over all states."""
         return float(np.mean(self.left**2))
 
 
@@ -75,7 +77,8 @@ def sizes(value: Array, columns: Array) -> Array:
 def left_of(pair: Pair, candidate: Candidate, values: Array, held: NDArray[np.bool_]) -> list[Array]:
     """Residual acceleration of each state in both runs, the plain run first (n + n,).
 
-    The sizes of the terms are learnt from the whole plain run and the part of the other run that is not `held` (n,)."""
+    The sizes of the terms are learnt from the whole plain run and the part of the other run that is not `held` (n,).
+    """
     out = []
     for wanted, table in _stacked(pair, candidate, values):
         taught = np.concatenate([np.ones(len(wanted) - len(held), np.bool_), ~held])
@@ -102,7 +105,8 @@ def learnt(
 def _stacked(pair: Pair, candidate: Candidate, values: Array) -> list[tuple[Array, Array]]:
     """For each state, the acceleration of both runs, the plain run first (n + n,), and the terms (n + n, k + own).
 
-    The last columns are the terms that have a size of their own in the other run; they are 0 in the plain run."""
+    The last columns are the terms that have a size of their own in the other run; they are 0 in the plain run.
+    """
     plain = accelerations(pair.vehicle, pair.plain, Water())
     other = accelerations(pair.vehicle, pair.other, candidate.water(values))
     out = []

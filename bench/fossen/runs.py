@@ -37,7 +37,8 @@ class Water:
     """The water that a model assumes, and the velocity sensor's offset.
 
     north, east: current, m/s; more_north, more_east: its drift over the whole run, m/s; ahead, aside: excess reading
-    of the velocity sensor, m/s."""
+    of the velocity sensor, m/s.
+    """
 
     north: float = 0.0
     east: float = 0.0
