@@ -1,4 +1,4 @@
-"""The rivals beside the diagnosis, on the same dives: names, false alarms, and how far the gap closes."""
+"""The rivals compared with the diagnosis on the same dives: names, false alarms, and how far the gap closes."""
 
 import math
 import statistics
@@ -20,7 +20,7 @@ OURS = "`seatrial diagnose`"
 
 @dataclass(frozen=True)
 class Beside:
-    """One method on one dive; before, after: rms drift over the axes, in floors of the diagnosis, NaN where none."""
+    """One method on one dive; before, after: rms drift over the axes, in floors of the diagnosis, NaN without data."""
 
     method: str
     truth: dict[str, Any]
@@ -62,7 +62,7 @@ def _row(
 
 
 def in_floors(drift: tuple[float, ...], floor: tuple[float, ...]) -> float:
-    """The rms over the axes that are fitted; NaN where none was flown."""
+    """Rms over the fitted axes of drift over floor; NaN if no check dive was flown."""
     if not drift or not floor:
         return math.nan
     ratio = np.array(drift) / np.array(floor)
@@ -72,7 +72,7 @@ def in_floors(drift: tuple[float, ...], floor: tuple[float, ...]) -> float:
 
 def lines(found: Sequence[Beside]) -> list[str]:
     """The table of the page."""
-    methods = list(dict.fromkeys(one.method for one in found))
+    methods = list(dict.fromkeys(result.method for result in found))
     dives = len(found) // max(len(methods), 1)
     rows = [
         "| method | one hidden: named first, or its class | two hidden: both | two hidden: at least one | false alarms "
@@ -80,11 +80,11 @@ def lines(found: Sequence[Beside]) -> list[str]:
         "|---" * 8 + "|",
     ]
     for method in methods:
-        own = [one for one in found if one.method == method]
+        of_method = [result for result in found if result.method == method]
         cells = [
-            *(_naming(own) if method != NETWORK else ["names none", "-", "-", "-"]),
-            *_closing(own),
-            f"{statistics.median(one.seconds for one in own):.1f}",
+            *(_naming(of_method) if method != NETWORK else ["names none", "-", "-", "-"]),
+            *_closing(of_method),
+            f"{statistics.median(result.seconds for result in of_method):.1f}",
         ]
         rows.append(f"| {method} | {' | '.join(cells)} |")
     return [
@@ -111,8 +111,8 @@ def _naming(own: Sequence[Beside]) -> list[str]:
 
 
 def _rate(own: Sequence[Beside], kind: str, hit: Callable[[Judged], bool]) -> str:
-    """Of the dives of a kind."""
-    cases = [one.judged for one in own if one.judged.kind == kind]
+    """Rate of hits on the dives of a kind."""
+    cases = [result.judged for result in own if result.judged.kind == kind]
     return told(Rate(sum(map(hit, cases)), len(cases)))
 
 
