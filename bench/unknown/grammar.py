@@ -1,4 +1,4 @@
-"""The grammar: where a force acts, what it goes with, odd or even, what it remembers, and when it is there.
+"""The grammar of a drawn force: degrees of freedom, inputs, parity, memory, timing.
 
 force   = degrees of freedom, factors, memory, timing, rhythm
 degrees = one | two
