@@ -272,11 +272,11 @@ def swapped(weighing: Weighing, fit: Fitted, refused: Collection[str] = ()) -> F
         if k >= len(fit.causes):
             break
         others = weighing.fitted(_without(fit.causes, k))
-        form = _form(fit.causes[k])
+        key = _form(fit.causes[k])
         tried = [
             cause
             for _, _, cause in ranked_candidates(weighing.candidates_beside(others), others)
-            if _form(cause) != form and cause.effect.label not in refused
+            if _form(cause) != key and cause.effect.label not in refused
         ]
         fits = [new for new in _fits(weighing, others, tried) if _replaces(new, fit, fit.causes[k], others)]
         fit = _simplest(fits, others) or fit
