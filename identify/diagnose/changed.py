@@ -178,8 +178,10 @@ def _with_change(cause: Cause, change: Found | None) -> Found:
 
 @dataclass(frozen=True)
 class Shift:
-    """Relative shift (k,) from this dive's parameters to the accepted ones, with precision (k, k). patterns (e, k):
-    shift by removal of one unit of each effect."""
+    """Relative shift (k,) from this dive's parameters to the accepted values, with precision (k, k).
+
+    patterns (e, k): shift by removal of one unit of each effect.
+    """
 
     size: Array
     precision: Array
@@ -259,10 +261,10 @@ def changes_of(
         chosen.append(k)
     causes = tuple(_found(shift, chosen, i, also[k], found, missing) for i, k in enumerate(chosen))
     remaining = [(gain, k, False) for gain, k in shift.best_beside(chosen)]
-    accepted_ = [(cause.gain_nats, k, True) for cause, k in zip(causes, chosen, strict=True)]
+    of_causes = [(cause.gain_nats, k, True) for cause, k in zip(causes, chosen, strict=True)]
     tried = (
         Tried(shift.effects[k].name, shift.effects[k].label, nats, yes)
-        for nats, k, yes in (*accepted_, *remaining)
+        for nats, k, yes in (*of_causes, *remaining)
     )
     return causes, tuple(tried)
 

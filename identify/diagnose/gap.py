@@ -244,7 +244,9 @@ def power_of_generic(left: Unexplained, every: int) -> Array:
     Not in roll and pitch: insignificant forces there are those of levelling.
     """
     shapes = [
-        (shape_, gain) for shape_, gain in zip(left.shapes, left.gains, strict=True) if shape_.dof in PUSHED
+        (generic, gain)
+        for generic, gain in zip(left.shapes, left.gains, strict=True)
+        if generic.dof in PUSHED
     ]
     out = np.zeros((len(shapes[0][0].force[::every]) if shapes else 0, 6))
     for shape, gain in shapes:

@@ -88,7 +88,7 @@ class CandidateColumns:
 
     @cached_property
     def _last(self) -> Callable[[Effect, bytes], Array]:
-        """Cache of the latest causes."""
+        """The cache of the latest causes' columns."""
         return lru_cache(KEPT)(partial(_columns_of, self.rows, self.course))
 
     def _of_linear(self, cause: Cause) -> Array:
