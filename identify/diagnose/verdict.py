@@ -29,19 +29,19 @@ SENSORS = (
 
 
 FORM_SHARE = 0.02
-"""Share of the causes' nats that a form's remainder may reach: a form right to a seventh of its force leaves as much.
-"""
+"""Share of the causes' nats that a form's remainder may reach: a form right to a seventh of its force leaves as
+much."""
 
 LEAST_CLOSED = 1 / 3
-"""Share of what can be closed, held out, that the causes must close for a verdict beside an unexplained remainder."""
+"""Share of the closable gap, held out, that the causes must close for a verdict despite an unexplained remainder."""
 
 MOST_DISTURBED = 1 / 3
-"""Share of the thrusters' variance up to which a disturbance is none that a model should have explained."""
+"""Share of the thrusters' variance up to which a model need not explain the disturbance."""
 
 Array = NDArray[np.float64]
 
 MOST = 2
-"""Manoeuvres to ask for: a crew dives one and looks again."""
+"""Number of manoeuvres to ask for: a crew dives one and looks again."""
 
 RUNS = (
     "steady runs ahead and astern at three speeds",
@@ -51,7 +51,7 @@ RUNS = (
     "pitching up and down, quickly and slowly",
     "steady turns both ways at three rates",
 )
-"""By the degree of freedom of the speed that a force depends on."""
+"""Manoeuvres by the degree of freedom of the speed that a force depends on."""
 
 STARTS = (
     "starts and stops ahead and astern, quick and slow",
@@ -63,7 +63,7 @@ STARTS = (
 )
 
 QUIET = 0.25
-"""Drift above the floor, in floors, that is noise: a force that makes so little of it was found, but is no gap."""
+"""Drift above the floor, in floors, that counts as noise: a force that causes so little was found, but is no gap."""
 
 BATTERY = "the same leg with a fresh and with an empty battery"
 THRUSTERS = "one pair of thrusters at a time, from rest"
@@ -84,8 +84,11 @@ OTHERS: dict[Variable, str] = {
 
 
 def above_noise(left: Unexplained, held: Shrink) -> Unexplained:
-    """What is left in the degrees of freedom where a model whose gap the causes close, on pieces held out, still drifts
-    by more than noise. What a disturbance takes up by being slow, or rare, is left there all the same."""
+    """The unexplained remainder, without degrees of freedom in which the model drifts no more than noise.
+
+    It applies if the causes close enough of the gap on held-out pieces. Slow or rare forces are kept, because a
+    disturbance absorbs them without a drift.
+    """
     if not held.value >= LEAST_CLOSED:
         return left
     quiet = {one.dof for one in held.by_axis if one.after < (1.0 + QUIET) * one.floor}
@@ -113,9 +116,9 @@ def unexplained_forces(left: Unexplained) -> tuple[GenericForce, ...]:
 
 
 def unexplained_nats(left: Unexplained) -> float:
-    """Of the significant generic forces together."""
-    mine = {id(shape) for shape in unexplained_forces(left)}
-    return sum(gain for shape, gain in zip(left.shapes, left.gains, strict=True) if id(shape) in mine)
+    """Nats of the significant generic forces together."""
+    significant = {id(shape) for shape in unexplained_forces(left)}
+    return sum(gain for shape, gain in zip(left.shapes, left.gains, strict=True) if id(shape) in significant)
 
 
 def swallowing(disturbance: Sequence[Disturbance]) -> tuple[Disturbance, ...]:
@@ -124,8 +127,11 @@ def swallowing(disturbance: Sequence[Disturbance]) -> tuple[Disturbance, ...]:
 
 
 def is_unknown(found: Sequence[Found], left_nats: float, saved_nats: float, closes: float) -> bool:
-    """Whether the larger part of a gap is unexplained: the nats left exceed those that the causes save, or no cause is
-    accepted, or the causes close too little of it on held-out pieces (`closes`, NaN if unknown)."""
+    """Whether the larger part of a gap is unexplained.
+
+    It is if the nats left exceed those that the causes save, if no cause is accepted, or if the causes close too
+    little of the gap on held-out pieces (`closes`, NaN if unknown).
+    """
     if left_nats <= 0:
         return False
     accepted = any(one.probability >= LIKELY for one in found)
@@ -139,8 +145,11 @@ def verdict_of(
     closes: float,
     disturbance: Sequence[Disturbance],
 ) -> Verdict:
-    """saved_nats: by the causes together; closes: share of the gap that they close on held-out pieces, NaN if unknown;
-    disturbance: of every degree of freedom. A model that leaves the motion to the disturbance is not without a gap."""
+    """The verdict on a dive. A model that leaves the motion to the disturbance is not without a gap.
+
+    saved_nats: by the causes together; closes: share of the gap that they close on held-out pieces, NaN if unknown;
+    disturbance: of every degree of freedom.
+    """
     left_nats = unexplained_nats(left)
     if is_unknown(found, left_nats, saved_nats, closes):
         return "unknown"
@@ -152,17 +161,17 @@ def verdict_of(
 
 
 def share_left(verdict: Verdict, closes: float) -> float:
-    """Share of the closable gap that the causes leave: none where everything is explained, NaN if unknown."""
+    """Share of the closable gap that the causes leave: 0 if everything is explained, NaN if unknown."""
     return 1.0 - float(np.clip(closes, 0.0, 1.0)) if verdict in ("partly", "unknown") else 0.0
 
 
 def next_of(found: Sequence[Found], library: Sequence[Effect]) -> Next | None:
     """Manoeuvres and sensors that separate the ambiguous causes; None without ambiguity."""
-    doubtful = [one for one in found if one.also]
+    doubtful = [cause for cause in found if cause.also]
     if not doubtful:
         return None
     by_name = {effect.name: effect for effect in reversed(library)}
-    names = [name for one in doubtful for name in (one.name, *one.also)]
+    names = [name for cause in doubtful for name in (cause.name, *cause.also)]
     parts = [part for name in names if name in by_name for part in by_name[name].told_apart.split("; ")]
     parts = list(dict.fromkeys(parts))
     sensors = [part for part in parts if any(word in part for word in SENSORS)]
@@ -171,17 +180,18 @@ def next_of(found: Sequence[Found], library: Sequence[Effect]) -> Next | None:
 
 
 def next_for_unexplained(left: Sequence[GenericForce], course: Course, beside: Next | None) -> Next:
-    """Manoeuvres that isolate the unexplained forces, strongest first, then those of `beside`."""
+    """Manoeuvres that isolate the unexplained forces, strongest first, followed by those of `beside`."""
     asked = [_manoeuvre(shape, course) for shape in left]
-    told = list(dict.fromkeys(asked))[:MOST]
+    manoeuvres = list(dict.fromkeys(asked))[:MOST]
     if beside is None:
-        return Next("; ".join(told), "", ())
-    parts = dict.fromkeys([*told, *filter(None, beside.manoeuvre.split("; "))])
+        return Next("; ".join(manoeuvres), "", ())
+    parts = dict.fromkeys([*manoeuvres, *filter(None, beside.manoeuvre.split("; "))])
     return Next("; ".join(parts), beside.sensor, beside.splits)
 
 
 def next_for_disturbance(beside: Next | None) -> Next:
-    """What tells a sea from a force that the model or the recording lacks."""
+    """Manoeuvre and readings that separate a sea from a force that the model or the recording lacks, before those of
+    `beside`."""
     if beside is None:
         return Next(SPOT, SEA, ())
     return Next("; ".join((SPOT, *filter(None, [beside.manoeuvre]))), beside.sensor or SEA, beside.splits)

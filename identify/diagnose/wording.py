@@ -18,12 +18,12 @@ UNITLESS = ("", "1")
 OF_THRUSTER = re.compile(r" of thruster (\d+)")
 
 SINCE = "since it was accepted"
-"""Variant of an effect that is the change of an accepted one."""
+"""Variant of an effect that is the change of an accepted effect."""
 
 
 def cause_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
     """A line per cause: name, probability, description, parameters and ambiguity."""
-    return tuple(_cause_line(one) for one in diagnosis.found)
+    return tuple(_cause_line(found) for found in diagnosis.found)
 
 
 def gain_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
@@ -47,7 +47,7 @@ def name_of(found: Found) -> str:
 
 
 def effect_words(effect: Effect) -> str:
-    """Its name in words, with its thruster's number if it has one."""
+    """An effect's name in words, with its thruster's number if it has one."""
     name = _of_thruster(effect.name, effect.number) if effect.number else words(effect.name)
     return f"a change of {name}" if effect.variant == SINCE else name
 
@@ -91,8 +91,8 @@ def parameter(name: str) -> str:
 
 
 def told_parameters(found: Found) -> dict[str, Value]:
-    """Its parameters without the thruster's number, which is in its name."""
-    return {name: one for name, one in found.parameters.items() if name != "thruster"}
+    """A cause's parameters without the thruster's number, which is in its name."""
+    return {name: value for name, value in found.parameters.items() if name != "thruster"}
 
 
 def cause_sentence(found: Found) -> str:
