@@ -36,13 +36,15 @@ class Beside:
 
 def beside(trials: Sequence[Trial], rivals: Sequence[RivalTrial]) -> list[Beside]:
     """All methods on the dives that the rivals were run on."""
-    own = {one.name: one for one in trials}
+    by_name = {trial.name: trial for trial in trials}
     out = []
-    for name in dict.fromkeys(str(one.truth["name"]) for one in rivals):
-        one = own[name]
-        out.append(_row(OURS, one.truth, one.answer, one.seconds, one.before, one.after, one.floor))
+    for name in dict.fromkeys(str(trial.truth["name"]) for trial in rivals):
+        trial = by_name[name]
+        out.append(
+            _row(OURS, trial.truth, trial.answer, trial.seconds, trial.before, trial.after, trial.floor)
+        )
     for rival in rivals:
-        floor = own[str(rival.truth["name"])].floor
+        floor = by_name[str(rival.truth["name"])].floor
         out.append(
             _row(rival.rival, rival.truth, rival.answer, rival.seconds, rival.before, rival.after, floor)
         )
@@ -118,10 +120,10 @@ def _rate(own: Sequence[Beside], kind: str, hit: Callable[[Judged], bool]) -> st
 
 def _closing(own: Sequence[Beside]) -> list[str]:
     """The share of all gaps that is closed, and the median shrink."""
-    flown = [one for one in own if math.isfinite(one.before) and math.isfinite(one.after)]
-    gap = sum(max(one.before - 1.0, 0.0) for one in flown)
-    wide = [(one.before - one.after) / (one.before - 1.0) for one in flown if one.before >= WIDE]
+    flown = [dive for dive in own if math.isfinite(dive.before) and math.isfinite(dive.after)]
+    gap = sum(max(dive.before - 1.0, 0.0) for dive in flown)
+    wide = [(dive.before - dive.after) / (dive.before - 1.0) for dive in flown if dive.before >= WIDE]
     return [
-        f"{100 * sum(one.before - one.after for one in flown) / gap:.0f} %" if gap > 0 else "-",
+        f"{100 * sum(dive.before - dive.after for dive in flown) / gap:.0f} %" if gap > 0 else "-",
         f"{100 * statistics.median(wide):.0f} %" if wide else "-",
     ]

@@ -29,9 +29,9 @@ def section(cache: Path, short: bool) -> str:
 def shared(plan: Sequence[Planned]) -> list[Planned]:
     """The dives that the rivals are run on, too."""
     return [
-        one
+        dive
         for group, every in EVERY.items()
-        for one in [planned for planned in plan if planned.group == group][::every]
+        for dive in [planned for planned in plan if planned.group == group][::every]
     ]
 
 

@@ -37,7 +37,7 @@ def section(cache: Path, results: Path, short: bool) -> str:
 
 def jobs_of(plan: Sequence[Planned]) -> dict[str, Job]:
     """A job per dive, by a key that holds the stamp of the code."""
-    return {f"{one.name}:{stamp(*DECIDED)}": partial(power_job, one) for one in plan}
+    return {f"{dive.name}:{stamp(*DECIDED)}": partial(power_job, dive) for dive in plan}
 
 
 def power_job(one: Planned) -> Data:

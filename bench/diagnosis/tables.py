@@ -34,7 +34,11 @@ def by_size(told_of: Sequence[tuple[float, bool]], points: int) -> list[tuple[fl
     ordered = sorted(told_of)
     points = max(min(points, len(ordered) // EACH_POINT), 1)
     parts = [[ordered[i] for i in part] for part in np.array_split(np.arange(len(ordered)), points)]
-    return [(own[0][0], own[-1][0], Rate(sum(hit for _, hit in own), len(own))) for own in parts if own]
+    return [
+        (bin_sizes[0][0], bin_sizes[-1][0], Rate(sum(hit for _, hit in bin_sizes), len(bin_sizes)))
+        for bin_sizes in parts
+        if bin_sizes
+    ]
 
 
 def pooled_power(trials: Sequence[Trial], points: int) -> list[str]:
@@ -65,12 +69,12 @@ def by_effect(trials: Sequence[Trial]) -> list[str]:
         "|---" * 7 + "|",
     ]
     units = _units()
-    names = sorted({one.truth["effects"][0]["name"] for one in trials})
+    names = sorted({dive.truth["effects"][0]["name"] for dive in trials})
     for name in names:
-        own = [one for one in trials if one.truth["effects"][0]["name"] == name]
-        hit = [one for one in own if judged(one).in_class()]
-        missed = [one for one in own if one not in hit]
-        rate = Rate(len(hit), len(own))
+        of_effect = [dive for dive in trials if dive.truth["effects"][0]["name"] == name]
+        hit = [dive for dive in of_effect if judged(dive).in_class()]
+        missed = [dive for dive in of_effect if dive not in hit]
+        rate = Rate(len(hit), len(of_effect))
         mark = " (a refit takes it up)" if name in ABSORBED else ""
         rows.append(
             f"| `{name}`{mark} | {rate.hits} of {rate.of} | {_least(hit, units)} | {_most(missed)} | {_magnitude(hit)} "
@@ -100,14 +104,14 @@ def calibration(trials: Sequence[Trial]) -> list[str]:
 def unknowns(trials: Sequence[Trial]) -> list[str]:
     """Verdicts on effects that no library has, and on effects that were left out of the library, by kind."""
     rows = ["| hidden | dives | unknown | explained, partly or ambiguous, by | no gap |", "|---" * 5 + "|"]
-    keys = list(dict.fromkeys((one.group, one.truth["effects"][0]["name"]) for one in trials))
+    keys = list(dict.fromkeys((dive.group, dive.truth["effects"][0]["name"]) for dive in trials))
     for group, name in keys:
         of_kind = [
-            judged(one) for one in trials if (one.group, one.truth["effects"][0]["name"]) == (group, name)
+            judged(dive) for dive in trials if (dive.group, dive.truth["effects"][0]["name"]) == (group, name)
         ]
-        verdicts = Counter(one.verdict for one in of_kind)
+        verdicts = Counter(dive.verdict for dive in of_kind)
         wrong = Counter(
-            one.named[0].name for one in of_kind if one.named and one.verdict not in ("unknown", "no_gap")
+            dive.named[0].name for dive in of_kind if dive.named and dive.verdict not in ("unknown", "no_gap")
         )
         by = ", ".join(f"{named} ({count})" for named, count in wrong.most_common(3)) or "-"
         title = f"`{name}`, left out" if group == "left out" else f"`{name}`"
@@ -117,8 +121,8 @@ def unknowns(trials: Sequence[Trial]) -> list[str]:
 
 def _instead(missed: Sequence[Trial]) -> str:
     said: Counter[str] = Counter()
-    for one in missed:
-        case = judged(one)
+    for dive in missed:
+        case = judged(dive)
         said[case.named[0].name if case.named else case.verdict.replace("_", " ") or "refused"] += 1
     return ", ".join(f"{name} ({count})" for name, count in said.most_common(3)) or "-"
 
@@ -155,7 +159,7 @@ def _units() -> dict[tuple[str, str], str]:
 
 
 def _most(trials: Sequence[Trial]) -> str:
-    return f"{max(float(one.truth['size']) for one in trials):.2f}" if trials else "-"
+    return f"{max(float(dive.truth['size']) for dive in trials):.2f}" if trials else "-"
 
 
 def _magnitude(trials: Sequence[Trial]) -> str:

@@ -54,7 +54,7 @@ class Trial:
 
 def measured(plan: Sequence[Planned], kept: Remembered, words: str) -> list[Trial]:
     """The trials of all dives; those missing in `kept` are diagnosed, one core each."""
-    jobs: dict[str, Job] = {f"{one.name}:{stamp(*ANSWERS)}": partial(trial_job, one) for one in plan}
+    jobs: dict[str, Job] = {f"{dive.name}:{stamp(*ANSWERS)}": partial(trial_job, dive) for dive in plan}
     return [trial(data) for data in kept.fill(jobs, words).values()]
 
 
@@ -63,21 +63,23 @@ def trial_job(one: Planned) -> Data:
     case = one.case()
     check = recorded_check(case) if one.group in CHECKED else None
     dive, effects = recorded_dive(case), effects_for(case)
-    found: Diagnosis | None = None
+    diagnosed: Diagnosis | None = None
     refusal = ""
     began = time.process_time()
     try:
-        found = diagnose(dive, case.file, case.configuration, check=check, effects=effects, progress=_silent)
+        diagnosed = diagnose(
+            dive, case.file, case.configuration, check=check, effects=effects, progress=_silent
+        )
     except SeatrialError as error:
         refusal = str(error)
     seconds = time.process_time() - began
     return {
         "group": one.group,
         "truth": case.truth(),
-        "answer": None if found is None else plain(found),
+        "answer": None if diagnosed is None else plain(diagnosed),
         "refusal": refusal,
         "seconds": seconds,
-        "drifts": [] if found is None else _drifts(found),
+        "drifts": [] if diagnosed is None else _drifts(diagnosed),
     }
 
 

@@ -164,8 +164,8 @@ def true_one(truth: dict[str, Any]) -> Regressed:
 
 def _regressed(rows: Sequence[Array], delay_s: float) -> Regressed:
     """Build the model from rows of gain, drag, square, two products, rest."""
-    gain, drag, square, first_product, second_product, rest = np.array(rows).T
-    return Regressed(gain, drag, square, np.column_stack([first_product, second_product]), rest, delay_s)
+    gain, drag, square, first_product, second_product, offset = np.array(rows).T
+    return Regressed(gain, drag, square, np.column_stack([first_product, second_product]), offset, delay_s)
 
 
 def fly(model: Regressed, check: Dive, file: VehicleFile, name: str, own: Foretold) -> Array:

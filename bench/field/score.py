@@ -54,7 +54,7 @@ class Judged:
 
     @property
     def accepted(self) -> tuple[Named, ...]:
-        return tuple(one for one in self.named if one.probability >= LIKELY)
+        return tuple(cause for cause in self.named if cause.probability >= LIKELY)
 
     def right(self) -> Named | None:
         """The cause that names the hidden effect: the first of all causes, or an accepted one; None if nothing does.
@@ -127,13 +127,13 @@ def rate_also(cases: Sequence[Judged]) -> Rate:
 
 
 def false_causes(cases: Sequence[Judged]) -> int:
-    return sum(len(one.false()) for one in cases)
+    return sum(len(case.false()) for case in cases)
 
 
 def magnitudes(cases: Sequence[Judged]) -> list[float]:
     """The errors of all parameters of right causes."""
-    return [error for one in cases for error in one.errors().values() if math.isfinite(error)]
+    return [error for case in cases for error in case.errors().values() if math.isfinite(error)]
 
 
 def delays_s(cases: Sequence[Judged]) -> list[float]:
-    return [off for one in cases if (off := one.delay_off_s()) is not None]
+    return [off for case in cases if (off := case.delay_off_s()) is not None]

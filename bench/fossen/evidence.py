@@ -37,7 +37,7 @@ class Judged:
         for cause in self.found.candidate.causes:
             without = [weighed for weighed in self.weighed if cause not in weighed.candidate.causes]
             out[cause] = min(probability(nats(self.found, weighed)) for weighed in without)
-        return {cause: sure for cause, sure in out.items() if cause != ANYTHING}
+        return {cause: likelihood for cause, likelihood in out.items() if cause != ANYTHING}
 
 
 def nats(one: Weighed, other: Weighed) -> float:

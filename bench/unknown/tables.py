@@ -78,7 +78,7 @@ def _counted(names: Iterable[str]) -> str:
 
 
 def _row(part: str, word: str, own: Sequence[Judged]) -> str:
-    no_gap = sum(one.verdict == "no_gap" for one in own)
+    no_gap = sum(dive.verdict == "no_gap" for dive in own)
     called, by_cause = (_rate(own, what) for what in (_called, _by_cause))
     return f"| {part} | {word} | {len(own)} | {100 * called.share:.0f} % | {by_cause.hits} | {no_gap} |"
 
@@ -96,7 +96,7 @@ def _right(one: Judged) -> bool:
 
 
 def _rate(dives: Sequence[Judged], what: Callable[[Judged], bool]) -> Rate:
-    return Rate(sum(what(one) for one in dives), len(dives))
+    return Rate(sum(what(dive) for dive in dives), len(dives))
 
 
 def _met(met: bool) -> str:

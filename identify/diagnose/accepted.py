@@ -79,8 +79,8 @@ def misfit_of(now: Nominal, quadratic: Collection[int]) -> Misfit:
     tests = {dof: test for dof, test in doubts_of(now.joint, now.theta).items() if dof not in now.doubted}
     late = {dof: test.late for dof, test in tests.items() if test.is_late}
     drag = {dof: test.drag for dof, test in tests.items() if test.lacks_drag}
-    beside = {dof: test for dof, test in drag.items() if dof in quadratic}
-    lacking = {dof: test for dof, test in drag.items() if dof not in beside}
+    held_together = {dof: test for dof, test in drag.items() if dof in quadratic}
+    lacking = {dof: test for dof, test in drag.items() if dof not in held_together}
     # A single step from zero: the form of these forces is a guess.
     steps = [test.size * test.leaning for test in (*drag.values(), *late.values())]
     off = np.sqrt(np.sum(np.square([np.zeros(len(OF_HULL)), *steps, *timing_of(tests)]), axis=0))
@@ -88,7 +88,7 @@ def misfit_of(now: Nominal, quadratic: Collection[int]) -> Misfit:
         (
             *late_doubts(late, [dof for dof in now.built.pushed if dof in tests]),
             *drag_doubts(lacking),
-            *(_not_apart(dof, test) for dof, test in beside.items()),
+            *(_not_apart(dof, test) for dof, test in held_together.items()),
         ),
         np.minimum(off, MOST_CHANGE),
     )
@@ -288,32 +288,34 @@ def _converted(value: Value, change: Callable[[float], float], unit: str) -> Val
 
 
 def _uncompensated_note(one: Found) -> str:
-    what = _capital(name_of(one))
+    cause_name = _capital(name_of(one))
     if one.cause.effect.feedforward and one.cause.effect.refit_absorbs:
-        return f"{what} is in the masses and dampings of this dive, which are sent."
+        return f"{cause_name} is in the masses and dampings of this dive, which are sent."
     if one.cause.effect.place in ("reading", "log"):
-        return f"{what} lies in what is read, not in how the vehicle moves: correct it where it is read."
+        return (
+            f"{cause_name} lies in what is read, not in how the vehicle moves: correct it where it is read."
+        )
     if one.cause.effect.place == "water":
-        return f"{what} is the water's, of another day: the feed-forward can't make up for it."
-    return f"{what} is in the model, but the feed-forward can't make up for it."
+        return f"{cause_name} is the water's, of another day: the feed-forward can't make up for it."
+    return f"{cause_name} is in the model, but the feed-forward can't make up for it."
 
 
 def _remarks(one: Found) -> list[str]:
-    told = []
+    remarks = []
     quadratic = one.parameters if one.name == "quadratic_drag" else {}
     held = [name for name in HELD_BY_PID if name in quadratic and not _includes(quadratic[name], 0.0)]
     if held:
-        told.append(
+        remarks.append(
             f"{', '.join(held)}: there is no feed-forward in heave, roll and pitch, their PID holds them."
         )
     if one.name == "munk_moment" and one.cause.effect.variant == "all three":
-        told.append("Munk moment: the feed-forward makes up for it in yaw, the PID in roll and pitch.")
+        remarks.append("Munk moment: the feed-forward makes up for it in yaw, the PID in roll and pitch.")
     if one.also:
-        told.append(
+        remarks.append(
             f"{_capital(effect_words(one.cause.effect))} was accepted, though this dive can't tell it from "
             f"{', '.join(map(words, one.also))}."
         )
-    return told
+    return remarks
 
 
 def _capital(sentence: str) -> str:

@@ -75,7 +75,7 @@ def _covariance(weighing: Weighing, fit: Fitted, nominal: Array) -> Array:
     left = columns[:, -1] - slopes @ (inverse(slopes.T @ slopes) @ (slopes.T @ columns[:, -1]))
     between = np.zeros(len(fit.at))
     for k in range(len(fit.causes)):
-        of_cause = [i for i, (of, _) in enumerate(fit.at) if of == k]
+        of_cause = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == k]
         for parts in _partitions(weighing, slopes[:, of_cause]):
             between[of_cause] += between_parts(slopes[:, of_cause], left, parts)
     shift = in_other_forms(weighing, fit, nominal)
@@ -91,15 +91,15 @@ def in_other_forms(weighing: Weighing, fit: Fitted, nominal: Array) -> Array:
     rows, course = weighing.rows, weighing.now.course
     columns, shares = [nominal, fit.slopes], [np.zeros(0)]
     for k, cause in enumerate(fit.causes):
-        own, others = cause.act(course), list(other_forms(course, cause))
-        places = [i for i, (of, _) in enumerate(fit.at) if of == k]
+        own_act, others = cause.act(course), list(other_forms(course, cause))
+        places = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == k]
         slopes = [cause.slope(course, fit.at[i][1]) for i in places]
         by_own, by_others = (
-            np.column_stack([_along(course, act, own) for act in acts])
+            np.column_stack([_along(course, act, own_act) for act in acts])
             for acts in ([*slopes, *_nominal_acts(course)], others)
         )
         taken = np.linalg.lstsq(by_own, by_others, rcond=1e-10)[0]
-        beyond, own_row = by_others - by_own @ taken, _along(course, own, own)
+        beyond, own_row = by_others - by_own @ taken, _along(course, own_act, own_act)
         share = (beyond**2).sum(axis=0) / max(float(own_row @ own_row), 1e-300)
         # Forms of a constant contribution equal it but for rounding.
         new = share > NOTHING_NEW
@@ -228,7 +228,7 @@ def without_doubtful(
 def _confidence(fit: Fitted, covariance: NDArray[np.float64], k: int) -> float:
     """Confidence that a cause of a fit is present, by Wald's test of all its parameters."""
     cause = fit.causes[k]
-    places = [i for i, (of, _) in enumerate(fit.at) if of == k]
+    places = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == k]
     distance = np.array(
         [cause.values[p] - cause.effect.parameters[p].none for _, p in (fit.at[i] for i in places)]
     )

@@ -143,8 +143,8 @@ def diagnose(
     tried = library_with_changes(_judged(effects or (), lacks) or full_library, holds)
 
     def searched() -> tuple[Explanation, Array]:
-        found = explain(nominal, tried, lambda share, words: progress(0.1 + 0.6 * share, words))
-        return without_doubtful(found, nominal, tried)
+        explanation = explain(nominal, tried, lambda share, words: progress(0.1 + 0.6 * share, words))
+        return without_doubtful(explanation, nominal, tried)
 
     def other_filters() -> Nominal | None:
         if check is None:

@@ -70,8 +70,8 @@ def drifts(model: Simulation, floors: Array) -> tuple[Drift, ...]:
 def ran_away(before: Sequence[Drift], after: Sequence[Drift]) -> tuple[str, ...]:
     """Sentences on runs that diverged, at the shortest horizon with any."""
     out = []
-    for model, of in (("the nominal model", before), ("the model with the causes in", after)):
-        diverged = next((drift for drift in of if drift.ran_away > 0), None)
+    for model, drifts_of in (("the nominal model", before), ("the model with the causes in", after)):
+        diverged = next((drift for drift in drifts_of if drift.ran_away > 0), None)
         if diverged is not None:
             out.append(
                 f"Flown for {diverged.horizon_s:g} s, {model} runs away from the recording in "

@@ -196,7 +196,7 @@ def parameters_of(fit: Fitted, k: int) -> dict[str, Value]:
     """A cause's parameters as in the answer, with first-order 95 % intervals within their bounds; undetermined
     parameters are left out."""
     cause = fit.causes[k]
-    places = [i for i, (of, _) in enumerate(fit.at) if of == k]
+    places = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == k]
     moved = [fit.at[i][1] for i in places]
     covariance = fit.covariance[np.ix_(places, places)]
     mute = {

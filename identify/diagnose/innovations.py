@@ -173,8 +173,8 @@ class AxisInnovations:
             error, variance, _ = self.problem.run_filter(moved, table, force, np.inf)
             return error[self.read], variance[self.read]
 
-        of = range(2 if self.problem.damped == "linear" else 3)
-        slope, _ = slopes(under_that_force, np.zeros(3), np.full(3, DIFFERENCE), of)
+        places = range(2 if self.problem.damped == "linear" else 3)
+        slope, _ = slopes(under_that_force, np.zeros(3), np.full(3, DIFFERENCE), places)
         return np.asarray(slope.T / self.std[:, None])
 
     def by_course(self, course: Course, forces: Array) -> Array:
@@ -194,16 +194,16 @@ class AxisInnovations:
             for k, act in enumerate(acts)
             if (off := reading_error(self.problem, act, course)) is not None
         }
-        of = sorted({*forces, *offs})
-        place = {k: i for i, k in enumerate(of)}
-        values = np.zeros((len(self.std), len(of)))
+        responding = sorted({*forces, *offs})
+        place = {k: i for i, k in enumerate(responding)}
+        values = np.zeros((len(self.std), len(responding)))
         if forces:
             values[:, [place[k] for k in forces]] = self.by_course(course, np.stack([*forces.values()]))
         if offs:
             values[:, [place[k] for k in offs]] += self.prewhitened(
                 self.by_reading(np.column_stack([*offs.values()]))
             )
-        return Block(np.array(of, dtype=np.intp), values)
+        return Block(np.array(responding, dtype=np.intp), values)
 
 
 def reading_error(problem: AxisLikelihood, act: Act, course: Course) -> Array | None:

@@ -59,10 +59,10 @@ def mounted_otherwise(dofs: Sequence[int], pairs: Sequence[tuple[int, int]]) -> 
 def mounting_hints(dofs: Sequence[int], pairs: Sequence[tuple[int, int]]) -> tuple[str, ...]:
     """A sentence for each mirrored degree of freedom and each swapped pair."""
     crossed = tuple(
-        f"The recorded velocity in {DOFS[one]} goes with the thrust in {DOFS[other]}, and that in {DOFS[other]} with "
-        f"the thrust in {DOFS[one]}: the axes of the DVL, or of the thrusters, are not as the vehicle file has them; "
+        f"The recorded velocity in {DOFS[first]} goes with the thrust in {DOFS[other]}, and that in {DOFS[other]} with "
+        f"the thrust in {DOFS[first]}: the axes of the DVL, or of the thrusters, are not as the vehicle file has them; "
         "check both (seatrial doctor --wet tells of them)."
-        for one, other in pairs
+        for first, other in pairs
     )
     return crossed + tuple(
         f"In {DOFS[dof]} the recorded {'velocity' if dof < 3 else 'rate of turn'} runs against the thrust: the "

@@ -184,15 +184,15 @@ def nominal_of(
         start, built = filters_of(slow, shape), slow
     filtered = (0, 1, 2) if dive.velocity_is_filtered else ()
     problems = tuple(
-        replace(one, reading=one.axis.reading) if one.axis.dof in filtered else one
-        for one in start.joint.problems
+        replace(each, reading=each.axis.reading) if each.axis.dof in filtered else each
+        for each in start.joint.problems
     )
     if filtered:
         problems = tuple(_bounded(problem) for problem in problems)
     joint, theta, log_posterior = _maximised(
         replace(start.joint, problems=problems), start.theta, built.motion, filtered
     )
-    doubted = tuple(one.dof for one in unrecorded(dive, file.vehicle.water))
+    doubted = tuple(each.dof for each in unrecorded(dive, file.vehicle.water))
     motion = _smoothed(joint, theta, built.motion)
     mass, damping = _coefficients(joint, theta)
     course = course_of(dive, file, configuration, predicted(joint, theta, motion), mass, damping)

@@ -240,7 +240,9 @@ def without_spikes(dive: Dive) -> tuple[Dive, tuple[Spikes, ...]]:
 
 def spikes_sentence(found: Sequence[Spikes], name: str = "") -> str:
     """A sentence on the spikes dropped. name: of another dive."""
-    counts = ", ".join(f"{one.count} in {DOFS[one.dof]} ({100 * one.share:.2g} %)" for one in found)
+    counts = ", ".join(
+        f"{spikes.count} in {DOFS[spikes.dof]} ({100 * spikes.share:.2g} %)" for spikes in found
+    )
     return (
         f"Velocities{f' of {name}' if name else ''} stand off from those before and after as no motion does: these "
         f"spikes were left out: {counts}; look at the DVL, and at what passes its readings on."

@@ -215,9 +215,9 @@ def regression_of(joint: JointLikelihood, theta: Array, unheard: Sequence[int]) 
         for slope in quadratic:
             slopes[:, 2 + problem.quadratic_place - FORCES] += slope
         by_theta = innovations.prewhitened(slopes)
-        of = [place.start + at for at in (MASS, DAMPING, *range(FORCES, problem.noise_place))]
+        targets = [place.start + at for at in (MASS, DAMPING, *range(FORCES, problem.noise_place))]
         rows = np.zeros((len(std), len(kept)))
-        for at, column in zip((*of, *masses), by_theta.T, strict=True):
+        for at, column in zip((*targets, *masses), by_theta.T, strict=True):
             rows[:, kept == at] += column[:, None]
         axes.append(innovations)
         values.append(innovations.prewhitened((innovations.error / innovations.std)[:, None])[:, 0])

@@ -236,7 +236,7 @@ class Accepted:
     @property
     def tells(self) -> bool:
         """Whether it holds anything to accept: a wrong log has no size, and gives no mass."""
-        return bool(self.values) or any(one.parameters for one in self.effects)
+        return bool(self.values) or any(effect.parameters for effect in self.effects)
 
 
 NOTHING = Accepted({}, (), ())

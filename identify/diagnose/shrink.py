@@ -247,7 +247,7 @@ def _flown(
     length = gone[0].shape[1]
     at = (starts[:, None] + np.arange(1, length + 1)).ravel()
     measured = model.nu[at]
-    before, after = (measured + one.reshape(-1, 6) for one in gone)
+    before, after = (measured + part.reshape(-1, 6) for part in gone)
     baseline = plainest.flown(course, model.nu, starts, length).reshape(-1, 6)
     window = np.repeat(np.arange(len(starts)), length)
     return Prediction(name, model.time_s[at], measured, before, after, baseline, window, floor)

@@ -148,8 +148,8 @@ def _rate(
 class Simulation:
     """A model along a recorded motion at uniform times (n,), body axes, SI units.
 
-    dofs: fitted degrees of freedom; the others follow the recording. mass, damping, stiffness (6,). nu, nu_dot (n, 6): recorded.
-    lacking (n, 6): the missing force. slope (n, 6, 6): of the causes' forces by velocity.
+    dofs: fitted degrees of freedom; the others follow the recording. mass, damping, stiffness (6,). nu, nu_dot (n,
+    6): recorded. lacking (n, 6): the missing force. slope (n, 6, 6): of the causes' forces by velocity.
     """
 
     time_s: Array

@@ -249,8 +249,8 @@ def _of_axis(axis: _Axis, course: Course, shapes: list[_Unit], fitted: list[int]
     dofs = [k for k in fitted if k != axis.dof]
     shapes = [
         *shapes,
-        *((*one, None) for one in _of_unit_spread(of_other_speeds(course, dofs))),
-        *((*one, "transient") for one in _of_unit_spread(_of_the_past(course, axis.dof))),
+        *((*unit, None) for unit in _of_unit_spread(of_other_speeds(course, dofs))),
+        *((*unit, "transient") for unit in _of_unit_spread(_of_the_past(course, axis.dof))),
     ]
     sums = axis.sums(course, np.stack([force for _, _, force, _ in shapes]))
     kept, gains = _one_after_another(sums, len(shapes))
@@ -320,11 +320,14 @@ def _lines(axis: _Axis, course: Course, at_sea: bool) -> list[_Weighed]:
     clusters_left = [line for line in lines if not (at_sea and line.clock.by == "time")]
     if not clusters_left:
         return []
-    forces = [one.forces() for one in clusters_left]
+    forces = [cluster_forces.forces() for cluster_forces in clusters_left]
     sums = axis.sums(course, np.vstack(forces))
-    ends = np.cumsum([len(one) for one in forces]).tolist()
+    ends = np.cumsum([len(cluster_forces) for cluster_forces in forces]).tolist()
     weighed = [sums.evidence(range(end - len(own), end)) for own, end in zip(forces, ends, strict=True)]
-    gains = [one.gain - cluster.price_nats for one, cluster in zip(weighed, clusters_left, strict=True)]
+    gains = [
+        cluster_forces.gain - cluster.price_nats
+        for cluster_forces, cluster in zip(weighed, clusters_left, strict=True)
+    ]
     best = int(np.argmax(gains))
     force = weighed[best].size @ forces[best]
     size = float(np.std(force))
@@ -349,11 +352,11 @@ def _bursts(axes: list[_Axis], course: Course) -> list[_Weighed]:
 
 def _slow(now: Nominal) -> Iterator[_Weighed]:
     """The slow part of an axis's disturbance, whose correlation time exceeds a sea's."""
-    for one in slow_forces(now):
-        size = float(np.std(one.force))
-        if one.gain > LEAST_STEP and size > 0:
-            force = one.force / size
-            yield _Weighed(GenericForce(one.dof, "time", None, force, "drifting"), one.gain, size)
+    for burst in slow_forces(now):
+        size = float(np.std(burst.force))
+        if burst.gain > LEAST_STEP and size > 0:
+            force = burst.force / size
+            yield _Weighed(GenericForce(burst.dof, "time", None, force, "drifting"), burst.gain, size)
 
 
 def unit_forces(course: Course, dofs: list[int]) -> Iterator[Force]:
@@ -379,11 +382,11 @@ def _forces(course: Course, dofs: list[int]) -> Iterator[Force]:
         yield name, "even", np.abs(speed)
         yield name, "odd", np.sign(speed) * np.sqrt(np.abs(speed))
         yield "acceleration", "odd", course.nu_dot[:, dof]
-    for i, one in enumerate(dofs):
-        for other in dofs[i + 1 :]:
-            yield "speed", "even", nu[:, one] * nu[:, other]
-            yield "speed", "odd", np.abs(nu[:, one]) * nu[:, other]
-            yield "speed", "odd", nu[:, one] * np.abs(nu[:, other])
+    for i, first in enumerate(dofs):
+        for second in dofs[i + 1 :]:
+            yield "speed", "even", nu[:, first] * nu[:, second]
+            yield "speed", "odd", np.abs(nu[:, first]) * nu[:, second]
+            yield "speed", "odd", nu[:, first] * np.abs(nu[:, second])
     wrench = course.wrench_of(course.thrust_n)
     for dof in dofs:
         if np.std(wrench[:, dof]) > 0:

@@ -91,7 +91,7 @@ def above_noise(left: Unexplained, held: Shrink) -> Unexplained:
     """
     if not held.value >= LEAST_CLOSED:
         return left
-    quiet = {one.dof for one in held.by_axis if one.after < (1.0 + QUIET) * one.floor}
+    quiet = {axis.dof for axis in held.by_axis if axis.after < (1.0 + QUIET) * axis.floor}
     kept = [
         k
         for k, shape in enumerate(left.shapes)
@@ -123,7 +123,7 @@ def unexplained_nats(left: Unexplained) -> float:
 
 def swallowing(disturbance: Sequence[Disturbance]) -> tuple[Disturbance, ...]:
     """Disturbances of driven degrees of freedom that leave a model too little to explain."""
-    return tuple(one for one in disturbance if one.driven and one.share > MOST_DISTURBED)
+    return tuple(each for each in disturbance if each.driven and each.share > MOST_DISTURBED)
 
 
 def is_unknown(found: Sequence[Found], left_nats: float, saved_nats: float, closes: float) -> bool:
@@ -134,7 +134,7 @@ def is_unknown(found: Sequence[Found], left_nats: float, saved_nats: float, clos
     """
     if left_nats <= 0:
         return False
-    accepted = any(one.probability >= LIKELY for one in found)
+    accepted = any(cause.probability >= LIKELY for cause in found)
     return not accepted or left_nats > saved_nats or (math.isfinite(closes) and closes < LEAST_CLOSED)
 
 
@@ -157,7 +157,7 @@ def verdict_of(
         return "partly"
     if not found:
         return "unknown" if swallowing(disturbance) else "no_gap"
-    return "ambiguous" if any(one.also for one in found) else "explained"
+    return "ambiguous" if any(cause.also for cause in found) else "explained"
 
 
 def share_left(verdict: Verdict, closes: float) -> float:

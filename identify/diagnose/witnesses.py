@@ -238,8 +238,8 @@ def _heading(dive: Dive, course: Course) -> Iterator[Witness]:
     window = np.minimum(((time_s - edges[0]) / WINDOW_S).astype(np.intp), len(off) - 1)
     kept = good[window]
     number = np.cumsum(good) - 1
-    of = number[window[kept]].astype(np.intp)
-    bins = Bins(time_s[kept], of, np.bincount(of, minlength=int(good.sum())).astype(np.float64))
+    bin_of = number[window[kept]].astype(np.intp)
+    bins = Bins(time_s[kept], bin_of, np.bincount(bin_of, minlength=int(good.sum())).astype(np.float64))
     yield _plain_witness("heading", 2, bins, off[good])
 
 
@@ -269,7 +269,7 @@ def _binned(signal: Signal, each_s: float, course: Course) -> tuple[Bins, Array]
     began_s, ended_s = float(course.time_s[0]), float(course.time_s[-1])
     inside = (signal.time_s >= began_s) & (signal.time_s < ended_s) & np.isfinite(signal.value).all(axis=1)
     time_s = signal.time_s[inside]
-    _, of, count = np.unique(
+    _, bin_of, count = np.unique(
         ((time_s - began_s) / each_s).astype(np.intp), return_inverse=True, return_counts=True
     )
-    return Bins(time_s, of, count.astype(np.float64)), signal.value[inside]
+    return Bins(time_s, bin_of, count.astype(np.float64)), signal.value[inside]

@@ -29,10 +29,10 @@ def cause_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
 def gain_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
     """The feed-forward's gain by each cause that it can compensate."""
     return tuple(
-        f"{capital(name_of(one))}: the feed-forward alone would track to {mm_s(one.feedforward.after_m_s)} "
-        f"instead of {mm_s(one.feedforward.before_m_s)} (typical velocity error)."
-        for one in diagnosis.found
-        if one.feedforward is not None
+        f"{capital(name_of(found))}: the feed-forward alone would track to {mm_s(found.feedforward.after_m_s)} "
+        f"instead of {mm_s(found.feedforward.before_m_s)} (typical velocity error)."
+        for found in diagnosis.found
+        if found.feedforward is not None
     )
 
 
@@ -67,8 +67,8 @@ def label_words(name: str, label: str) -> str:
 
 def _of_thruster(name: str, number: int) -> str:
     """`weak thruster 8`, `thruster misalignment (thruster 8)`."""
-    told = words(name)
-    return f"{told} {number}" if told.endswith("thruster") else f"{told} (thruster {number})"
+    wording = words(name)
+    return f"{wording} {number}" if wording.endswith("thruster") else f"{wording} (thruster {number})"
 
 
 def percents(low: float, high: float) -> str:
@@ -81,8 +81,8 @@ def value_words(name: str, value: Value) -> str:
     """`X_uu 12.3 N s²/m² (95 %: 10.1 to 14.5)`; with degrees for angles, and rates per minute."""
     number, interval = with_interval(value.value, value.low95, value.high95)
     known = math.isfinite(value.low95) and math.isfinite(value.high95)
-    sure = f" (95 %: {interval})" if known and value.high95 > value.low95 else ""
-    return f"{parameter(name)} {number}{unit_after(value.unit)}{sure}{_in_other_units(value)}"
+    interval_words = f" (95 %: {interval})" if known and value.high95 > value.low95 else ""
+    return f"{parameter(name)} {number}{unit_after(value.unit)}{interval_words}{_in_other_units(value)}"
 
 
 def parameter(name: str) -> str:
@@ -126,7 +126,7 @@ def mm_s(value_m_s: float) -> str:
 
 
 def _cause_line(found: Found) -> str:
-    values = [value_words(name, one) for name, one in told_parameters(found).items()]
+    values = [value_words(name, value) for name, value in told_parameters(found).items()]
     parameters = f" Fitted: {', '.join(values)}." if values else ""
     doubt = f" {alike_sentence(found)}" if found.also else ""
     return f"{cause_sentence(found)}{parameters}{doubt}"

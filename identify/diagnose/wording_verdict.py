@@ -156,7 +156,9 @@ def _verdict(diagnosis: Diagnosis) -> str:
         part += f" {capital(_may_explain(possible, 'part of the gap'))}." if possible else ""
         part = f"{part[:-1]}{contradiction_clause(diagnosis.heldout, diagnosis.check)}." if part else ""
         return f"Something is there that no candidate explains: {_unexplained(diagnosis, 'it')}.{part}"
-    doubt = "".join(f", but this dive can't tell {_ambiguity_clause(one)}" for one in likely if one.also)
+    doubt = "".join(
+        f", but this dive can't tell {_ambiguity_clause(cause)}" for cause in likely if cause.also
+    )
     partly = diagnosis.verdict == "partly"
     no_gap = not partly and _opens_no_gap(diagnosis)
     if not likely:
@@ -195,8 +197,8 @@ def _unexplained(diagnosis: Diagnosis, whole: str) -> str:
 
 def sorted_by_likelihood(found: Sequence[Found]) -> tuple[tuple[Found, ...], tuple[Found, ...]]:
     """Likely causes, and possible ones."""
-    likely = tuple(one for one in found if one.probability >= LIKELY)
-    return likely, tuple(one for one in found if one.probability < LIKELY)
+    likely = tuple(cause for cause in found if cause.probability >= LIKELY)
+    return likely, tuple(cause for cause in found if cause.probability < LIKELY)
 
 
 def _explain(found: Sequence[Found], what: str) -> str:
@@ -205,7 +207,7 @@ def _explain(found: Sequence[Found], what: str) -> str:
 
 def _may_explain(found: Sequence[Found], what: str) -> str:
     """Clause on possible causes: `thrust bias or DVL bias (42 % probable) may explain some of it, too`."""
-    named = listed([f"{name_of(one)} ({percent_sure(one.probability)} probable)" for one in found])
+    named = listed([f"{name_of(cause)} ({percent_sure(cause.probability)} probable)" for cause in found])
     return f"{named} may explain {what}"
 
 
@@ -263,7 +265,7 @@ def _shrink(one: Shrink) -> str:
 
 def _whole_dive(diagnosis: Diagnosis) -> str:
     """Clause on the drift of the gap over the whole dive, before and after; "" without causes."""
-    after = [one.total for one in diagnosis.gap.after if one.horizon_s == DRIFT_S]
+    after = [drift.total for drift in diagnosis.gap.after if drift.horizon_s == DRIFT_S]
     if not after or not diagnosis.found:
         return ""
     return f"the {DRIFT_S:g} s drift goes from {_floors(diagnosis.gap.before)} to {_floors(after[0])}"
@@ -276,7 +278,7 @@ def _drifts(diagnosis: Diagnosis) -> tuple[Shrink, str] | None:
     if diagnosis.heldout is not None:
         return diagnosis.heldout, " on pieces held out"
     before = diagnosis.gap.before
-    at = [one.total for one in diagnosis.gap.after if one.horizon_s == DRIFT_S]
+    at = [drift.total for drift in diagnosis.gap.after if drift.horizon_s == DRIFT_S]
     closed = before - at[0] if at and before - 1.0 > LEAST_GAP else math.nan
     return (Shrink(before, at[0], closed / (before - 1.0), math.nan, math.nan), "") if at else None
 
@@ -296,7 +298,7 @@ def _drift_clause(diagnosis: Diagnosis, causes: str, no_gap: bool) -> str:
         return ""
     (before, after), where = (drifts[0].before, drifts[0].after), drifts[1]
     numbers = significant(before, 2), significant(after, 2)
-    if all(one.cause.effect.place == "log" for one in diagnosis.found):
+    if all(cause.cause.effect.place == "log" for cause in diagnosis.found):
         return (
             f"; it shows in what is recorded, not in the motion: with {causes} or without, the model's {DRIFT_S:g} s "
             f"drift is {_floors(after)}{where}{_within_noise(before)}"
@@ -323,7 +325,7 @@ def _within_noise(before: float) -> str:
 
 
 def _all(found: Sequence[Found]) -> str:
-    return listed([name_of(one) for one in found])
+    return listed([name_of(cause) for cause in found])
 
 
 def _ambiguity_clause(one: Found) -> str:

@@ -54,9 +54,9 @@ def available() -> dict[str, Callable[[Nominal, Case], Said]]:
 
 def measured(plan: Sequence[Planned], kept: Remembered) -> list[RivalTrial]:
     """All rivals on all dives; those missing in `kept` are run, one core each."""
-    jobs: dict[str, Job] = {f"{one.name}:{stamp(*RIVALS)}": partial(rivals_job, one) for one in plan}
+    jobs: dict[str, Job] = {f"{dive.name}:{stamp(*RIVALS)}": partial(rivals_job, dive) for dive in plan}
     results = kept.fill(jobs, "rivals of the diagnosis")
-    return [one for data in results.values() for one in trials(data)]
+    return [dive for data in results.values() for dive in trials(data)]
 
 
 def rivals_job(one: Planned) -> Data:
