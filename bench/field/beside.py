@@ -171,7 +171,8 @@ def _regressed(rows: Sequence[Array], delay_s: float) -> Regressed:
 def fly(model: Regressed, check: Dive, file: VehicleFile, name: str, own: Foretold) -> Array:
     """Velocities (n, 6) by the recorded thrust and attitude alone, each window from the measured velocity at its start.
 
-    Rates of roll and pitch are the measured ones. NaN from where the model runs away, and in roll and pitch.
+    Rates of roll and pitch are the measured ones. NaN once the model has run away, and in roll and pitch after the
+    first row.
     """
     assert check.attitude is not None
     history, shape = wrench(check, file, name), file.vehicle.configurations[name]

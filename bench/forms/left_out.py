@@ -104,7 +104,7 @@ def best_masses(alone: AxisAlone, mass: float, damping: float) -> tuple[float, f
 
 
 def of_mission(mission: Mission) -> dict[str, tuple[float, float]]:
-    """`best_masses` of the driven ones of surge, sway and yaw, by axis."""
+    """`best_masses` of surge, sway and yaw by axis, as far as driven."""
     driven = [dof for dof in AXES if dof in mission.drawn.driven]
     return {
         DOFS[dof]: best_masses(

@@ -70,7 +70,11 @@ class DrawnVehicle:
 
     @property
     def steady_to_m_s(self) -> float:
-        """The speed at which the Munk moment, (M_w - M_u) u^2 per tilt, equals the righting moment."""
+        """The speed at which the largest Munk moment equals the righting moment.
+
+        The Munk moment per tilt is u^2 times the difference between the largest and the least of the three total
+        masses.
+        """
         return math.sqrt(self.righting_nm / float(np.ptp(self.mass[:3])))
 
 

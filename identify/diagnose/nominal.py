@@ -128,7 +128,8 @@ class Nominal:
     def unheard(self) -> tuple[int, ...]:
         """Degrees of freedom in which a controller may have acted on a reading that the recording lacks.
 
-        They are the doubted ones, and heave if an autopilot that holds its depth does not report its climb rate.
+        They are the doubted ones, and heave behind an autopilot's filter or known by depth alone, because the climb
+        rate that holds the depth is not recorded.
         """
         return tuple(sorted({*self.doubted, *({HEAVE} & {*self.filtered}), *self._by_depth}))
 

@@ -19,8 +19,8 @@ def probability(margin_nats: float, unexplained_nats: float = 0.0) -> float:
     """Probability that a cause, or a member of its ambiguity group, is present, given unexplained forces of so many
     nats.
 
-    The margin is reduced by its ratio to the unexplained nats that the cause may have taken up: next to a large
-    unknown force a small margin means little, while a large margin keeps its value.
+    The margin counts by its share of the margin and the nats that the cause may have taken up from these forces: next
+    to a large unknown force a small margin means little, while a large margin keeps its value.
     """
     margin = min(max(margin_nats, 0.0), 1e6)
     margin *= margin / max(margin + TAKEN_UP * unexplained_nats, 1e-9)

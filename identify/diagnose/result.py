@@ -40,7 +40,7 @@ class Gain:
 
 @dataclass(frozen=True)
 class Found:
-    """An accepted cause.
+    """A cause that was found, likely or merely possible.
 
     also: names of its ambiguity group; likeness: |cosine| of each; probability: that it, or a member of `also`, is
     present; gain_nats: saved on held-out pieces in addition to the other causes.

@@ -87,7 +87,7 @@ def above_noise(left: Unexplained, held: Shrink) -> Unexplained:
     """The unexplained remainder, without degrees of freedom in which the model drifts no more than noise.
 
     It applies if the causes close enough of the gap on held-out pieces. Slow or rare forces are kept, because a
-    disturbance absorbs them without a drift.
+    disturbance absorbs them without a drift, and so are reading errors.
     """
     if not held.value >= LEAST_CLOSED:
         return left
