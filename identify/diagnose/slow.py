@@ -35,7 +35,7 @@ class Slow:
 def slow_axes(now: Nominal) -> tuple[int, ...]:
     """Degrees of freedom whose disturbance has a longer correlation time than a sea's.
 
-    Those behind an autopilot's filter are left out, because their correlation time is held.
+    Left out are doubted and `untold` ones, and those behind an autopilot's filter, whose correlation time is held.
     """
     return tuple(
         problem.axis.dof
