@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
-    asked = [name for name, one in SECTIONS.items() if one.asked]
+    asked = [name for name, measurement in SECTIONS.items() if measurement.asked]
     parser.add_argument(
         "sections",
         nargs="*",
@@ -30,12 +30,12 @@ def main() -> None:
     run = Run(ROOT / "runs", ROOT / "docs", ROOT / "bench" / "results", arguments.short)
     run.cache.mkdir(exist_ok=True)
     target = run.docs / "benchmarks.md"
-    # Before anything is measured: code that changes meanwhile is not what the figures come from.
-    codes = {name: one.code for name, one in SECTIONS.items()}
+    # Taken before the first measurement: if code changes meanwhile, the figures come from the code before.
+    codes = {name: measurement.code for name, measurement in SECTIONS.items()}
     for name in arguments.sections or [name for name in SECTIONS if name not in asked]:
         with timed(run.cache / "bench", name, codes[name]):
             text = SECTIONS[name].page(run)
-        # Written after each, so that what was measured is on the page whatever becomes of the rest.
+        # Written after each section, so that its result is on the page even if a later section fails.
         sections = read(target.read_text(encoding="utf-8")) if target.exists() else {}
         page = Section(
             text, codes[name], wall_s=_took_s(run, name, codes[name], sections.get(name)), asked=name in asked
@@ -45,7 +45,7 @@ def main() -> None:
 
 
 def _took_s(run: Run, name: str, code: str, before: Section | None) -> float | None:
-    """What a section took, None where it was measured when that was not kept: now its results were only read."""
+    """Wall time of a section; None if its results were only read, and were measured when the time was not kept."""
     if before is not None and before.code == code and before.wall_s is None:
         return None
     return wall_s(run.cache / "bench", name, code)

@@ -22,7 +22,8 @@ GROUPS = {
 
 
 def section(seeds: Sequence[int], cache: Path, results: Path) -> str:
-    """The section, from what `cache` holds and what it lacks; all results are written to the file `results`."""
+    """The section, from the results in `cache`; runs the missing trials and writes all results to the file
+    `results`."""
     bounds, trials = measured(seeds, Remembered(cache / "accuracy.jsonl"))
     pack(bounds, trials, results)
     return page(bounds, trials, tuple(method for method in ORDER if method not in available()))
@@ -38,9 +39,9 @@ def page(bounds: list[Bound], trials: list[Trial], absent: tuple[str, ...] = ())
     parts = (_overall(tallies), goals.lines(tallies), apart.lines(trials), _by_group(tallies))
     for part in parts:
         lines += [*part, ""] if part else []
-    for one in tallies:
-        if any(math.isfinite(case.z) for case in one.cases) and one.method != "least squares":
-            lines += [*_by_coefficient(one, bounds), ""]
+    for tallied in tallies:
+        if any(math.isfinite(case.z) for case in tallied.cases) and tallied.method != "least squares":
+            lines += [*_by_coefficient(tallied, bounds), ""]
     return "\n".join([*lines, *_by_manoeuvre(tallies), "", *_reading(), ""])
 
 
@@ -76,15 +77,21 @@ def _overall(tallies: list[Tally]) -> list[str]:
         "| inside 95 % (bounds) | beyond 3 sigma | beyond 5 sigma | of these without a warning | median s |",
         "|---" * 16 + "|",
     ]
-    for one in tallies:
-        cases = one.cases
+    for tallied in tallies:
+        cases = tallied.cases
         z = np.array([case.z for case in cases])
         relative = np.array([math.expm1(min(case.error * case.least, 50.0)) for case in cases])
-        counts = (one.missions, len(cases), one.refused, one.refused_rightly, one.stated_rashly)
+        counts = (
+            tallied.missions,
+            len(cases),
+            tallied.refused,
+            tallied.refused_rightly,
+            tallied.stated_rashly,
+        )
         cells = [
-            one.method,
+            tallied.method,
             *map(str, counts),
-            f"{100 * one.refused_share:.1f} %",
+            f"{100 * tallied.refused_share:.1f} %",
             f"{root_mean_square(cases):.2f}",
             f"{median_ratio(cases):.2f}",
         ]
@@ -101,16 +108,16 @@ def _overall(tallies: list[Tally]) -> list[str]:
             ]
         else:
             cells += ["-", f"{100 * relative.mean():+.2f} %", *["no interval"], "-", "-", "-"]
-        rows.append("| " + " | ".join([*cells, f"{one.seconds:.2f}"]) + " |")
+        rows.append("| " + " | ".join([*cells, f"{tallied.seconds:.2f}"]) + " |")
     return rows
 
 
 def _by_group(tallies: list[Tally]) -> list[str]:
     rows = ["Error over the bound by group, rms and (median):", "", f"| method | {' | '.join(GROUPS)} |"]
     rows.append("|---" * (len(GROUPS) + 1) + "|")
-    for one in tallies:
-        cells = [_ratios([case for case in one.cases if case.name in names]) for names in GROUPS.values()]
-        rows.append(f"| {one.method} | {' | '.join(cells)} |")
+    for tallied in tallies:
+        cells = [_ratios([case for case in tallied.cases if case.name in names]) for names in GROUPS.values()]
+        rows.append(f"| {tallied.method} | {' | '.join(cells)} |")
     return rows
 
 
@@ -135,12 +142,12 @@ def _by_coefficient(one: Tally, bounds: list[Bound]) -> list[str]:
 
 
 def _by_manoeuvre(tallies: list[Tally]) -> list[str]:
-    kinds = sorted({case.kind for one in tallies for case in one.cases})
+    kinds = sorted({case.kind for tallied in tallies for case in tallied.cases})
     rows = ["Error over the bound by manoeuvre, rms and (median):", "", f"| method | {' | '.join(kinds)} |"]
     rows.append("|---" * (len(kinds) + 1) + "|")
-    for one in tallies:
-        cells = [_ratios([case for case in one.cases if case.kind == kind]) for kind in kinds]
-        rows.append(f"| {one.method} | {' | '.join(cells)} |")
+    for tallied in tallies:
+        cells = [_ratios([case for case in tallied.cases if case.kind == kind]) for kind in kinds]
+        rows.append(f"| {tallied.method} | {' | '.join(cells)} |")
     return rows
 
 

@@ -1,7 +1,7 @@
-"""What every method makes of every mission of the accuracy benchmark, and what the bound allows: trials, kept.
+"""Trials of the accuracy benchmark, kept: every method's answer to every mission, and each mission's bound.
 
 A trial is one method on one seed, or the bound of one seed. Its key holds a stamp of the code that makes it, so that
-a figure of older code is never shown for the present one.
+a figure of older code is never shown for the present code.
 """
 
 import gzip
@@ -21,19 +21,19 @@ from identify.identification import Z95
 
 ORDER = ("likelihood", "pinn", *OWN)
 SEEDS_AT_MOST = {"PySINDy weak": 100}
-"""The weak form takes PySINDy some 3 s a mission: it is run on the short form's missions alone."""
+"""PySINDy's weak form takes some 3 s a mission, so it is run on the short form's missions alone."""
 
 SOURCES = {
     BOUND: (*MISSIONS, "bench/bound"),
     "product": (*MISSIONS, *LEARNT),
     "own": (*MISSIONS, *BASELINES),
 }
-"""What a trial runs through, by whose it is; a test holds them to name every file that one loads."""
+"""Code that a trial runs through, by group; a test checks that it names every file that a trial loads."""
 
 
 @dataclass(frozen=True)
 class Stated:
-    """One coefficient as a method states it; `std` of its logarithm or NaN, `doubted` where it warns of it."""
+    """A coefficient as a method states it; `doubted` if the method warns of it."""
 
     value: float
     low95: float
@@ -42,7 +42,8 @@ class Stated:
 
     @property
     def std(self) -> float:
-        """Relative standard error: of the logarithm, as the interval is, where that is positive."""
+        """Relative standard error: of the logarithm, as the interval is, if that is positive; NaN without an
+        interval."""
         if not math.isfinite(self.high95 - self.low95) or self.value == 0.0:
             return math.nan
         if self.low95 > 0:
@@ -63,7 +64,7 @@ class Bound:
 
 @dataclass(frozen=True)
 class Trial:
-    """A method's answer to a mission: what it states, what it refuses, and in which words it ended."""
+    """A method's answer to a mission: the coefficients that it states and refuses, and its outcome in words."""
 
     seed: int
     method: str
@@ -74,21 +75,21 @@ class Trial:
 
 
 def available() -> tuple[str, ...]:
-    """The methods there are, in the page's order; PySINDy comes with the extra `bench`."""
-    own = [method for method in OWN if "PySINDy" not in method or find_spec("pysindy") is not None]
-    return tuple(method for method in ORDER if method in PRODUCT or method in own)
+    """The available methods in the page's order; PySINDy comes with the extra `bench`."""
+    baselines = [method for method in OWN if "PySINDy" not in method or find_spec("pysindy") is not None]
+    return tuple(method for method in ORDER if method in PRODUCT or method in baselines)
 
 
 def measured(seeds: Sequence[int], kept: Remembered) -> tuple[list[Bound], list[Trial]]:
-    """Bounds and trials of all seeds; what `kept` lacks is measured, a core each."""
+    """Bounds and trials of all seeds; those missing in `kept` are measured, one core each."""
     jobs: dict[str, Job] = {}
     for seed in seeds:
         jobs[_key(BOUND, seed)] = partial(bound_job, seed)
     for method in available():
         for seed in _seeds_of(method, seeds):
             jobs[_key(method, seed)] = partial(method_job, method, seed)
-    found = kept.fill(dict(sorted(jobs.items(), key=lambda job: _seed_of(job[0]))), "accuracy")
-    return known(found)
+    results = kept.fill(dict(sorted(jobs.items(), key=lambda job: _seed_of(job[0]))), "accuracy")
+    return known(results)
 
 
 def known(found: dict[str, Data]) -> tuple[list[Bound], list[Trial]]:
@@ -122,10 +123,13 @@ def _seed_of(key: str) -> int:
 
 
 def pack(bounds: list[Bound], trials: list[Trial], path: Path) -> None:
-    """Write all results to a gzipped file of JSON lines, the same bytes for the same results."""
+    """Write all results to a gzipped file of JSON lines; the same results give the same bytes."""
     rows = [vars(bound) for bound in bounds]
     for trial in trials:
-        stated = {name: [one.value, one.low95, one.high95, one.doubted] for name, one in trial.stated.items()}
+        stated = {
+            name: [coefficient.value, coefficient.low95, coefficient.high95, coefficient.doubted]
+            for name, coefficient in trial.stated.items()
+        }
         rows.append({**vars(trial), "stated": stated})
     rows.sort(key=lambda row: (row["seed"], str(row.get("method", ""))))
     text = "".join(json.dumps(row) + "\n" for row in rows)

@@ -1,4 +1,4 @@
-"""What each method makes of a dive, as plain data that a cache can keep."""
+"""Each method's answer to a dive, as plain data that a cache can keep."""
 
 import math
 import time
@@ -31,10 +31,10 @@ NOT_HERE = "`pinn` is not among the methods of this build and is left out."
 
 @dataclass(frozen=True)
 class Answer:
-    """`value` and `half95`, half the width of the 95 % interval, by coefficient, of what is identifiable.
+    """`value` and `half95`, half the width of the 95 % interval, by coefficient, of the identifiable coefficients.
 
-    `half95` is empty where a method states no interval. `trim` (6,) is the steady wrench that it found, N and N m.
-    `refusal` says why there is nothing.
+    `half95` is empty if a method states no interval. `trim` (6,): the estimated steady wrench, N and N m. `refusal`:
+    why there is no value, "" otherwise.
     """
 
     value: Mapping[str, float]
@@ -46,38 +46,38 @@ class Answer:
 
 
 def methods() -> tuple[str, ...]:
-    """The methods that are compared, those of the product first."""
+    """The compared methods, the product's first."""
     return tuple(name for name in TITLES if name in PRODUCT or name in OWN)
 
 
 def method(name: str) -> Estimator:
-    """`estimate` of a method of the product or of the benchmark's own."""
+    """`estimate` of one of the product's methods or of the benchmark's own."""
     return cast(Estimator, import_module(OWN[name]).estimate) if name in OWN else estimator(name)
 
 
 def answered(name: str, dive: Dive, file: VehicleFile, configuration: str) -> Data:
-    """A method's answer to a dive as JSON; an empty one with its reason where it refuses."""
+    """A method's answer to a dive as JSON; if it refuses, the answer is empty and states the reason."""
     started = time.perf_counter()
     try:
-        found = method(name)(dive, file, configuration, lambda *_report: None)
+        identified = method(name)(dive, file, configuration, lambda *_report: None)
     except FitError as error:
         return {
             "value": {}, "half95": {}, "trim": [0.0] * 6, "outcome": "refused", "refusal": str(error),
             "seconds": time.perf_counter() - started,
         }  # fmt: skip
-    stated = [p for p in found.parameters if p.identifiable and p.name in BY_NAME]
+    stated = [p for p in identified.parameters if p.identifiable and p.name in BY_NAME]
     return {
         "value": {p.name: p.value for p in stated},
         "half95": {p.name: (p.high95 - p.low95) / 2 for p in stated if math.isfinite(p.high95 - p.low95)},
-        "trim": [found.nuisance.get(trim(dof), 0.0) for dof in range(6)],
-        "outcome": found.outcome.value,
+        "trim": [identified.nuisance.get(trim(dof), 0.0) for dof in range(6)],
+        "outcome": identified.outcome.value,
         "seconds": time.perf_counter() - started,
         "refusal": "",
     }
 
 
 def answer(data: Data) -> Answer:
-    """An answer from its JSON."""
+    """Build an answer from its JSON."""
     return Answer(
         data["value"],
         data["half95"],

@@ -1,4 +1,4 @@
-"""How far the two methods of `identify` are apart on the drawn missions, and how often that would be a disagreement."""
+"""How far apart the two methods of `identify` are on the drawn missions, and how often that would be a disagreement."""
 
 import math
 from collections.abc import Sequence
@@ -13,7 +13,8 @@ from identify.estimators.table import SIDE_BY_SIDE
 
 
 def distances(trials: Sequence[Trial]) -> dict[int, list[float]]:
-    """Of each seed that both methods answered, over the larger standard error: sizes of all that both state."""
+    """Distances over the larger standard error, by seed that both methods answered, of all coefficients that both
+    state."""
     return {seed: [_distance(*pair) for pair in pairs] for seed, pairs in _pairs(trials).items()}
 
 
@@ -21,8 +22,8 @@ def _pairs(trials: Sequence[Trial]) -> dict[int, list[tuple[Stated, Stated]]]:
     first, second = ({t.seed: t for t in trials if t.method == method} for method in SIDE_BY_SIDE)
     return {
         seed: [
-            (one, second[seed].stated[name])
-            for name, one in first[seed].stated.items()
+            (coefficient, second[seed].stated[name])
+            for name, coefficient in first[seed].stated.items()
             if name in second[seed].stated
         ]
         for seed in first
@@ -35,15 +36,15 @@ def _distance(one: Stated, other: Stated) -> float:
 
 
 def lines(trials: Sequence[Trial]) -> list[str]:
-    """The paragraph of the page; none where one of the two was not run."""
-    found = distances(trials)
-    sizes = [size for of_seed in found.values() for size in of_seed if math.isfinite(size)]
+    """The paragraph of the page; empty if one of the two methods was not run."""
+    by_seed = distances(trials)
+    sizes = [size for of_seed in by_seed.values() for size in of_seed if math.isfinite(size)]
     if not sizes:
         return []
     beyond = sum(any(beyond_intervals(*pair) for pair in pairs) for pairs in _pairs(trials).values())
     return paragraph(
         f"The two methods of `identify` are {np.median(sizes):.2f} standard errors apart in the median, "
         f"{np.percentile(sizes, 99):.2f} in the 99th percentile and {max(sizes):.1f} at most, of {len(sizes)}",
-        f"coefficients that both state. {beyond} of {len(found)} missions hold one beyond both intervals and by",
+        f"coefficients that both state. {beyond} of {len(by_seed)} missions hold one beyond both intervals and by",
         f"{100 * LEAST_DIFFERENCE:g} % or more, which `identify` calls a disagreement.",
     )

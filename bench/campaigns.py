@@ -1,6 +1,6 @@
-"""Dives of the source paper's vehicle through bytes, bridge, MAVLink and `.tlog`, with the truth kept beside them.
+"""Dives of the source paper's vehicle through bytes, bridge, MAVLink and `.tlog`, kept with their truth.
 
-Each is dived once, into a folder of the cache, and read from there ever after.
+Each is dived once, into a folder of the cache, and later read from there.
 """
 
 import hashlib
@@ -35,8 +35,10 @@ CONFIGURATIONS = ("survey", "hovering")
 
 @dataclass(frozen=True)
 class Dived:
-    """A recorded dive. `truth`: all twelve coefficients. What truly happened, one row a control tick: `time_s` (n,)
-    boot time; `state` (n, 13) NED position, attitude w x y z, body velocity, SI.
+    """A recorded dive with its truth, one row per control tick.
+
+    `truth`: all twelve coefficients; `time_s` (n,): boot time; `state` (n, 13): NED position, attitude w x y z, body
+    velocity, SI.
     """
 
     dive: Dive
@@ -59,7 +61,7 @@ def dived(
     mode: Mode = Mode.OFF,
     feed_forward: Mapping[str, float] | None = None,
 ) -> Dived:
-    """The dive of a mission by a seed, with what is fed forward as given; from `cache` where it was dived before."""
+    """The dive of a mission by a seed, with `feed_forward` as given; read from `cache` if it was dived before."""
     file = load_vehicle(f"{VEHICLE}:{configuration}")
     given = dict(sorted((feed_forward or {}).items()))
     digest = hashlib.sha256(json.dumps([given, stamp(*SIMULATED)]).encode()).hexdigest()[:8]
@@ -81,7 +83,7 @@ def dived(
 
 
 def _with_model(file: VehicleFile, configuration: str, model: Mapping[str, float]) -> VehicleFile:
-    """The vehicle with these coefficients in force from the start."""
+    """The vehicle with the coefficients `model` in force from the start."""
     shapes = dict(file.vehicle.configurations)
     shapes[configuration] = replace(shapes[configuration], model=dict(model))
     return replace(file, vehicle=replace(file.vehicle, configurations=shapes))
@@ -90,7 +92,7 @@ def _with_model(file: VehicleFile, configuration: str, model: Mapping[str, float
 def dive(
     file: VehicleFile, configuration: str, mission: Mission, seed: int, mode: Mode, log: Path
 ) -> tuple[Array, Array]:
-    """Dive a mission and record it in `log`; (n,) boot times and (n, 13) true states."""
+    """Dive a mission and record it in `log`; return boot times (n,) and true states (n, 13)."""
     near, far = memory_pair()
     start = Start(
         seed,

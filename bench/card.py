@@ -2,8 +2,8 @@
 
 Ours runs LSTM and head in bfloat16 while Adam works on master weights in float32 (Micikevicius et al. 2018, section
 3.1; losses stay in float32, the physics in float64), updates with one fused kernel, and replays the whole step as one
-CUDA graph, so that nothing waits for Python. Plain is the loop of `identify.estimators.paper.train` on the card; eager
-bfloat16 is that loop with our types, so that what precision gains is told apart from what the graph gains.
+CUDA graph, so that nothing waits for Python. Plain is the loop of `identify.estimators.paper.train` on the card.
+Eager bfloat16 is that loop with our types, which separates the gain by precision from the gain by the graph.
 """
 
 import time
@@ -24,12 +24,13 @@ from identify.estimators.paper_physics import Samples, fixed_values, starting_va
 
 TIMED_STEPS, WARM_STEPS, COMPARED_STEPS = 50, 5, 20
 ALIKE = 0.02
-"""The two steps' losses may differ by this share: bfloat16 keeps eight bits."""
+"""Largest relative difference between the two steps' losses: bfloat16 keeps eight bits."""
 
 DATASHEET_BF16 = {
     "H200": 989e12, "H100 PCIe": 756e12, "H100": 989e12, "A100": 312e12, "L40S": 362e12, "L4": 121e12, "A10": 125e12,
 }  # fmt: skip
-"""Dense bfloat16 FLOP/s by NVIDIA's data sheets; a card that is not here is told by its own matrix product alone."""
+"""Dense bfloat16 FLOP/s by NVIDIA's data sheets; a card that is not listed is compared only with its own matrix
+product."""
 
 MATRIX = 8192
 NO_CARD = (
@@ -45,7 +46,7 @@ Adam = Callable[[list[dict[str, Any]]], torch.optim.Optimizer]
 class Trainer:
     """The paper's network with its parameters and optimiser, on one device.
 
-    The network computes in its own type; `masters` are its weights as Adam sees them, the very same tensors where that
+    The network computes in its own type; `masters` are its weights as Adam sees them, the same tensors if that type
     is float32.
     """
 
@@ -62,7 +63,7 @@ class Trainer:
     alpha: float
 
     def step(self, rows: Tensor) -> Tensor:
-        """One update on the samples `rows` (batch,); the network's own loss, mean |v_hat - v|^2, before it."""
+        """Update on the samples `rows` (batch,); return the network's own loss before it, mean |v_hat - v|^2."""
         windows = self.series[self.ends[rows][:, None] + self.back]
         weights = list(self.network.parameters())
         predicted = self.network(windows.to(weights[0].dtype))
@@ -91,7 +92,7 @@ def trainer(
     dtype: torch.dtype,
     adam: Adam = torch.optim.Adam,
 ) -> Trainer:
-    """A trainer on the device of `series`, computing in `dtype`; the same weights for the same seed."""
+    """A trainer on the device of `series`, computing in `dtype`; the same seed gives the same weights."""
     device = series.device
     torch.manual_seed(options.seed)
     network = PaperNetwork(options.hidden, options.depth, options.dropout).to(device)
@@ -127,7 +128,7 @@ def eager(one: Trainer, _batch: int) -> Step:
 
 
 def captured(one: Trainer, batch: int) -> Step:
-    """The trainer's step as a CUDA graph; its weights begin again where they were before the capture."""
+    """The trainer's step as a CUDA graph; the weights are reset to their values before the capture."""
     kept = [*one.masters, *one.network.parameters(), one.raw]
     before = [value.detach().clone() for value in kept]
     rows = torch.arange(batch, device=one.series.device)
@@ -156,9 +157,8 @@ def captured(one: Trainer, batch: int) -> Step:
 
 
 def flops_a_sample(network: PaperNetwork, window: int) -> int:
-    """A training step's floating-point operations a sample: two a weight forward, four backward, the LSTM's `window`
-    times. Adam's are left out.
-    """
+    """Floating-point operations of a training step per sample: per weight two forward and four backward, `window`
+    times in the LSTM. Adam's are not counted."""
     recurrent = sum(p.numel() for p in network.lstm.parameters())
     head = sum(p.numel() for p in network.head.parameters())
     return 6 * (recurrent * window + head)
@@ -170,7 +170,7 @@ def losses(step: Step, batches: list[Tensor]) -> list[float]:
 
 
 def furthest_apart(plain: list[float], ours: list[float]) -> float:
-    """The largest relative difference of two rows of losses."""
+    """The largest relative difference between two series of losses."""
     return max(abs(b - a) / abs(a) for a, b in zip(plain, ours, strict=True))
 
 
@@ -179,7 +179,7 @@ PLAIN, EAGER_BF16, OURS = "plain", "eager bfloat16", "ours"
 
 @dataclass(frozen=True)
 class Kind:
-    """A way to train: the type that it computes in, its optimiser, and how a trainer's step is made ready."""
+    """A way to train: the type of the computation, the optimiser, and the function that prepares a trainer's step."""
 
     name: str
     title: str
@@ -204,7 +204,7 @@ KINDS = (
 def measured(
     series: Tensor, ends: Tensor, data: Samples, configuration: Configuration, options: PaperOptions
 ) -> Data:
-    """Samples per second of each step on the card, its own peak, and how far each one's losses part from plain's."""
+    """Samples per second of each step on the card, the card's own peak, and how far the losses deviate from plain's."""
     device = torch.device("cuda")
     series, ends = series.to(device), ends.to(device)
     order = torch.Generator(device="cpu").manual_seed(options.seed)
@@ -216,10 +216,10 @@ def measured(
     for kind in KINDS:
         alike = trainer(series, ends, data, configuration, still, kind.dtype, kind.adam)
         shown[kind.name] = losses(kind.ready(alike, options.batch), batches[:COMPARED_STEPS])
-        one = trainer(series, ends, data, configuration, options, kind.dtype, kind.adam)
-        rates[kind.name] = _rate(kind.ready(one, options.batch), batches)
-        flops = flops_a_sample(one.network, options.window)
-        weights = sum(p.numel() for p in one.network.parameters())
+        timed = trainer(series, ends, data, configuration, options, kind.dtype, kind.adam)
+        rates[kind.name] = _rate(kind.ready(timed, options.batch), batches)
+        flops = flops_a_sample(timed.network, options.window)
+        weights = sum(p.numel() for p in timed.network.parameters())
     return {
         "card": torch.cuda.get_device_name(),
         "torch": str(torch.__version__),
@@ -232,16 +232,18 @@ def measured(
 
 
 def lines(data: Data) -> list[str]:
-    """The card's part of the page."""
+    """The page's part on the card."""
     card, flops, rates = data["card"], data["flops"], data["samples_s"]
     sheet = next((peak for name, peak in DATASHEET_BF16.items() if name in card), None)
     rows = ["| the full network on a GPU | samples/s | TFLOP/s | of its matrix product | of its data sheet |"]
     rows.append("|---|---|---|---|---|")
     for kind in KINDS:
         done = flops * rates[kind.name]
-        told = f"{100 * done / sheet:.0f} %" if sheet else "-"
+        of_sheet = f"{100 * done / sheet:.0f} %" if sheet else "-"
         of_product = f"{100 * done / data['matrix_flops']:.0f} %"
-        rows.append(f"| {kind.title} | {rates[kind.name]:.0f} | {done / 1e12:.1f} | {of_product} | {told} |")
+        rows.append(
+            f"| {kind.title} | {rates[kind.name]:.0f} | {done / 1e12:.1f} | {of_product} | {of_sheet} |"
+        )
     whole, precision = rates[OURS] / rates[PLAIN], rates[EAGER_BF16] / rates[PLAIN]
     apart = max(data["apart"].values())
     same = "the same within" if apart <= ALIKE else "NOT the same within"

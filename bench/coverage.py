@@ -1,4 +1,4 @@
-"""How often the 95 % intervals of the paper's two campaigns hold the truth: many seeds, bytes and all."""
+"""How often the 95 % intervals of the paper's two campaigns hold the truth, over many seeds of the whole chain."""
 
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -23,7 +23,7 @@ SOURCES = (*SIMULATED, *LEARNT, "bench/campaigns.py", "bench/coverage.py")
 
 @dataclass(frozen=True)
 class Trial:
-    """One coefficient of one dive; `z` is its error in standard errors, of its logarithm as the interval is."""
+    """One coefficient of one dive; `z` is its error in standard errors, of the logarithm, as the interval is."""
 
     seed: int
     configuration: str
@@ -48,7 +48,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Tried:
-    """A dive: `outcome` in words, and a trial for each identifiable coefficient, of which there may be none."""
+    """A dive: `outcome` in words, and a trial for each identifiable coefficient; `trials` may be empty."""
 
     configuration: str
     seed: int
@@ -57,61 +57,63 @@ class Tried:
 
 
 def section(seeds: Sequence[int], cache: Path) -> str:
-    """The section of docs/benchmarks.md, from what `cache` holds and what it lacks."""
+    """The section of docs/benchmarks.md, from the results in `cache`; runs the dives that are missing there."""
     return page(measured(seeds, Remembered(cache / f"coverage-{stamp(*SOURCES)}.jsonl")))
 
 
 def measured(seeds: Sequence[int], kept: Remembered) -> list[Tried]:
-    """The dives of all seeds; what `kept` lacks is dived, a core each."""
+    """The dives of all seeds; those missing in `kept` are dived and identified, one core each."""
     jobs = {f"{c} {seed}": partial(dive_job, c, seed) for seed in seeds for c in CONFIGURATIONS}
     return [tried(data) for data in kept.fill(jobs, "coverage").values()]
 
 
 def dive_job(configuration: str, seed: int) -> Data:
-    """Dive a campaign, identify from its recording: a `Tried` as JSON."""
+    """Dive a campaign and identify from its recording; return a `Tried` as JSON."""
     with tempfile.TemporaryDirectory() as folder:
-        one = dived(configuration, configuration, seed, Path(folder))
+        recorded = dived(configuration, configuration, seed, Path(folder))
         try:
-            found = estimator(DEFAULT)(one.dive, one.file, configuration, lambda *_report: None)
+            identified = estimator(DEFAULT)(
+                recorded.dive, recorded.file, configuration, lambda *_report: None
+            )
         except FitError as error:
             return {"configuration": configuration, "seed": seed, "outcome": str(error), "trials": []}
-    stated = [p for p in found.parameters if p.identifiable and p.name in one.truth]
+    stated = [p for p in identified.parameters if p.identifiable and p.name in recorded.truth]
     trials = [
         {
-            "seed": seed, "configuration": configuration, "name": p.name, "truth": one.truth[p.name],
+            "seed": seed, "configuration": configuration, "name": p.name, "truth": recorded.truth[p.name],
             "value": p.value, "low95": p.low95, "high95": p.high95,
         }
         for p in stated
     ]  # fmt: skip
     return {
-        "configuration": configuration, "seed": seed, "outcome": found.outcome.value, "trials": trials,
+        "configuration": configuration, "seed": seed, "outcome": identified.outcome.value, "trials": trials,
     }  # fmt: skip
 
 
 def tried(data: Data) -> Tried:
-    """A dive from its JSON."""
+    """Build a dive from its JSON."""
     return Tried(**{**data, "trials": tuple(Trial(**trial) for trial in data["trials"])})
 
 
 def page(dives: Sequence[Tried]) -> str:
     """The section of docs/benchmarks.md."""
-    found = [trial for one in dives for trial in one.trials]
-    nothing = [f"{one.configuration} {one.seed} ({one.outcome})" for one in dives if not one.trials]
+    trials = [trial for dive in dives for trial in dive.trials]
+    without = [f"{dive.configuration} {dive.seed} ({dive.outcome})" for dive in dives if not dive.trials]
     lines = [
         "## Coverage of the campaigns' intervals",
         "",
         *paragraph(
-            f"{len({one.seed for one in dives})} seeds, both campaigns of the source paper, each through bytes,",
+            f"{len({dive.seed for dive in dives})} seeds, both campaigns of the source paper, each through bytes,",
             f"bridge, MAVLink and `.tlog`, then `{DEFAULT}`. `z` is the error in standard errors: 0 on average, 1 in",
             "spread where intervals are right; a spread above 1 means that they are too narrow. The simulator shares",
             "the estimator's equations: this proves the chain and the intervals, not that a real vehicle obeys the",
             "model.",
         ),
         "",
-        f"Dives of which nothing could be told: {', '.join(nothing) if nothing else 'none'}, of {len(dives)}.",
+        f"Dives of which nothing could be told: {', '.join(without) if without else 'none'}, of {len(dives)}.",
         "",
     ]
-    return "\n".join([*lines, *(_tables(found) if found else []), ""])
+    return "\n".join([*lines, *(_tables(trials) if trials else []), ""])
 
 
 def _tables(found: Sequence[Trial]) -> list[str]:
@@ -124,11 +126,11 @@ def _tables(found: Sequence[Trial]) -> list[str]:
         for configuration in CONFIGURATIONS
         for name in sorted({t.name for t in found if t.configuration == configuration})
     }
-    for (configuration, name), own in by_row.items():
-        z = np.array([t.z for t in own])
+    for (configuration, name), row in by_row.items():
+        z = np.array([t.z for t in row])
         lines.append(
-            f"| {configuration} | {name} | {len(own)} | {100 * np.mean([t.inside for t in own]):.0f} % "
-            f"| {z.mean():+.2f} | {z.std():.2f} | {100 * np.median([t.relative_std for t in own]):.2f} % |"
+            f"| {configuration} | {name} | {len(row)} | {100 * np.mean([t.inside for t in row]):.0f} % "
+            f"| {z.mean():+.2f} | {z.std():.2f} | {100 * np.median([t.relative_std for t in row]):.2f} % |"
         )
     inside = [t.inside for t in found]
     share, low, high = share95(inside, [(t.configuration, t.seed) for t in found])

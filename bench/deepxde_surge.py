@@ -1,8 +1,8 @@
 """DeepXDE's inverse problem (Lu, Meng, Mao and Karniadakis 2021, section 2.4) on surge alone, PyTorch back end.
 
-A network of time alone is the surge velocity u(t). Its residual M u_dot + D u - X(t) is taken at collocation points,
-the DVL's readings are point data, M and D are external trainable variables. X(t) is the thrusters' force less
-restoring and Coriolis force; for the latter it is given the true masses of the other axes. Needs the extra `bench`.
+A network of time alone gives the surge velocity u(t). Its residual M u_dot + D u - X(t) is taken at collocation
+points, the DVL's readings are point data, M and D are external trainable variables. X(t) is the thrusters' force less
+restoring and Coriolis force; the latter is computed with the true masses of the other axes. Needs the extra `bench`.
 """
 
 import contextlib
@@ -54,11 +54,11 @@ class Surge:
 
 
 def page(cache: Path, seeds: tuple[int, ...]) -> str:
-    """The section of docs/benchmarks.md; what was measured before is read from `cache`."""
+    """The section of docs/benchmarks.md; earlier results are read from `cache`."""
     if find_spec("deepxde") is None:
         return "## DeepXDE's inverse problem\n\nDeepXDE is not installed here (`pip install -e .[bench]`).\n"
     kept = Remembered(cache / f"deepxde-{stamp(*SOURCES)}.jsonl")
-    found = kept.fill({str(seed): partial(inverse_problem, seed, MINUTES) for seed in seeds}, "DeepXDE")
+    results = kept.fill({str(seed): partial(inverse_problem, seed, MINUTES) for seed in seeds}, "DeepXDE")
     lines = [
         "## DeepXDE's inverse problem",
         "",
@@ -75,7 +75,7 @@ def page(cache: Path, seeds: tuple[int, ...]) -> str:
         "| mission | M_u | D_u | steps | seconds | likelihood M_u | likelihood D_u | seconds |",
         "|---|---|---|---|---|---|---|---|",
     ]
-    for seed, data in found.items():
+    for seed, data in results.items():
         errors = [
             f"{100 * (data[kind][name] / data['truth'][name] - 1):+.1f} %" if name in data[kind] else "-"
             for kind in ("deepxde", "likelihood")
@@ -94,19 +94,21 @@ def inverse_problem(seed: int, minutes: float) -> Data:
     begun = time.perf_counter()
     values, steps = solved(surge_of(mission), mission.drawn.configuration.dry_mass_kg, minutes)
     middle = time.perf_counter()
-    found = estimator("likelihood")(mission.dive, mission.file, mission.configuration, lambda *_report: None)
+    identified = estimator("likelihood")(
+        mission.dive, mission.file, mission.configuration, lambda *_report: None
+    )
     return {
         "kind": mission.kind,
         "truth": {name: mission.truth[name] for name in ("M_u", "D_u")},
         "deepxde": values,
-        "likelihood": {name: v for name, v in found.values().items() if name in ("M_u", "D_u")},
+        "likelihood": {name: v for name, v in identified.values().items() if name in ("M_u", "D_u")},
         "steps": steps,
         "seconds": [middle - begun, time.perf_counter() - middle],
     }
 
 
 def surge_of(mission: Mission) -> Surge:
-    """Nothing is filtered; velocities between readings are interpolated."""
+    """Surge of a mission without filtering; velocities between readings are interpolated."""
     shape = mission.drawn.configuration
     grid = aligned(mission.dive, mission.file, mission.configuration, RATE_HZ, RATE_HZ / 2)
     truth = whole_truth(mission)
@@ -117,7 +119,10 @@ def surge_of(mission: Mission) -> Surge:
 
 
 def solved(surge: Surge, dry_mass_kg: float, minutes: float) -> tuple[dict[str, float], int]:
-    """M_u and D_u, and how many steps the time allowed. Sets torch's and DeepXDE's globals: give it its own process."""
+    """Return M_u and D_u, and the number of steps within the time.
+
+    Sets global state of torch and DeepXDE, so run it in a process of its own.
+    """
     os.environ["DDE_BACKEND"] = "pytorch"
     with contextlib.ExitStack() as stack:
         silent = stack.enter_context(Path(os.devnull).open("w", encoding="utf-8"))

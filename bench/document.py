@@ -1,4 +1,4 @@
-"""docs/benchmarks.md as sections between marks, so that one can be measured anew and the others stay."""
+"""docs/benchmarks.md as sections between marks, so that single sections can be measured again and the others stay."""
 
 import re
 from collections.abc import Mapping
@@ -21,9 +21,9 @@ _BLOCK = re.compile(
 
 @dataclass(frozen=True)
 class Section:
-    """What stands under a mark; `code` is the stamp of what it was measured with, `older` whether that has changed.
+    """The section under a mark. `code`: stamp of the code that it was measured with; `older`: that code has changed.
 
-    wall_s: what it took to measure, None where that was not kept. asked: it is no part of `make bench`.
+    wall_s: time of the measurement, None if it was not kept. asked: the section is not part of `make bench`.
     """
 
     text: str
@@ -35,27 +35,29 @@ class Section:
 
 def read(text: str) -> dict[str, Section]:
     """The sections of the document by name."""
-    found = {}
+    sections = {}
     for block in _BLOCK.finditer(text):
         older = block["text"].startswith(OLDER)
         body = block["text"].removeprefix(OLDER).strip("\n")
         wall_s = float(block["wall"]) if block["wall"] else None
-        found[block["name"]] = Section(body, block["code"] or "", older, wall_s, bool(block["asked"]))
-    return found
+        sections[block["name"]] = Section(body, block["code"] or "", older, wall_s, bool(block["asked"]))
+    return sections
 
 
 def compared(sections: Mapping[str, Section], codes: Mapping[str, str]) -> dict[str, Section]:
-    """The sections that `codes` names, each older or not by the stamp of its code today."""
+    """The sections that `codes` names, each marked older if its stamp differs from that of today's code."""
     return {
-        name: replace(one, older=one.code != codes[name]) for name, one in sections.items() if name in codes
+        name: replace(section, older=section.code != codes[name])
+        for name, section in sections.items()
+        if name in codes
     }
 
 
 def written(sections: Mapping[str, Section], order: tuple[str, ...]) -> str:
-    """The document: sections in the given order, those that it does not name left out."""
+    """The document: sections in the given order; those that `order` does not name are left out."""
     shown = {name: sections[name] for name in order if name in sections}
-    took = wall.lines({name: one.wall_s for name, one in shown.items() if not one.asked})
-    blocks = [_block(name, one) for name, one in shown.items()]
+    took = wall.lines({name: section.wall_s for name, section in shown.items() if not section.asked})
+    blocks = [_block(name, section) for name, section in shown.items()]
     return HEAD + "\n".join([*took, "", *blocks])
 
 

@@ -1,4 +1,5 @@
-"""Where a vehicle gets to by its commands alone: the model run forward from measured states, many windows at once."""
+"""Predict where a vehicle gets to by its commands alone: the model run forward from measured states, in many
+windows."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -19,7 +20,7 @@ STEP_S = 0.02
 WINDOW_S = 10.0
 REST_M_S = 0.02
 RUNAWAY = 20.0
-"""m/s or rad/s: a model that gets there has run away, as one with negative damping does."""
+"""m/s or rad/s: a model that reaches this has run away, as a model with negative damping does."""
 
 
 @dataclass(frozen=True)
@@ -35,10 +36,10 @@ class Starts:
 
 
 def starts(dive: Dive, file: VehicleFile, window_s: float = WINDOW_S) -> Starts:
-    """A start at a reading of the velocity every `window_s`, of windows that end within the dive.
+    """A start at a velocity reading every `window_s`, for windows that end within the dive.
 
-    Velocity is the DVL's one reading, carried to the origin by the rates; rates and attitude are interpolated there.
-    Windows in which the vehicle lies still throughout are left out.
+    The velocity is a single DVL reading, carried to the origin by the rates; rates and attitude are interpolated to
+    its time. Windows in which the vehicle stays at rest are left out.
     """
     if dive.velocity is None or dive.gyro is None or dive.attitude is None or dive.pwm is None:
         return Starts(np.zeros(0), np.zeros((0, 4)), np.zeros((0, 6)))
@@ -71,10 +72,10 @@ def run_forward(
     trim: Array,
     window_s: float = WINDOW_S,
 ) -> Array:
-    """(n, 3) NED displacement after `window_s`, by the commands that the dive recorded and nothing else.
+    """NED displacement (n, 3) after `window_s`, by the commands that the dive recorded and nothing else.
 
-    `model` names all twelve coefficients, `trim` (6,) is a constant wrench in N and N m. NaN in the windows in which
-    the model runs away. Runge-Kutta of order 4.
+    `model` names all twelve coefficients; `trim` (6,) is a constant wrench in N and N m. NaN in windows in which the
+    model runs away. Runge-Kutta of order 4.
     """
     shape = file.vehicle.configurations[configuration]
     mass, damping = ([model[c.name] for c in group] for group in (MASSES, DAMPINGS))
@@ -102,7 +103,7 @@ def run_forward(
 
 
 def earth(attitude: Array, vector: Array) -> Array:
-    """(n, 3) body vectors in earth axes, by (n, 4) attitudes w x y z from body to earth."""
+    """Body vectors (n, 3) in earth axes, by attitudes (n, 4) w x y z from body to earth."""
     w, axis = attitude[:, :1], attitude[:, 1:]
     across = 2.0 * np.cross(axis, vector)
     turned: Array = vector + w * across + np.cross(axis, across)
@@ -110,14 +111,14 @@ def earth(attitude: Array, vector: Array) -> Array:
 
 
 def turning(attitude: Array, rates: Array) -> Array:
-    """(n, 4) derivative of the attitude (Fossen 2011, eq. 2.68)."""
+    """Derivative (n, 4) of the attitude (Fossen 2011, eq. 2.68)."""
     w, axis = attitude[:, :1], attitude[:, 1:]
     scalar = -0.5 * np.sum(axis * rates, axis=1, keepdims=True)
     return np.column_stack((scalar, 0.5 * (w * rates + np.cross(axis, rates))))
 
 
 def moved(time_s: Array, position: Array, begin_s: Array, window_s: float = WINDOW_S) -> Array:
-    """(n, 3) true displacement in the windows, from true positions (m, 3) at the times (m,)."""
+    """True displacement (n, 3) in the windows, from true positions (m, 3) at the times (m,)."""
     ends = [
         np.column_stack([np.interp(at, time_s, position[:, k]) for k in range(3)])
         for at in (begin_s, begin_s + window_s)

@@ -17,7 +17,7 @@ BEYOND_3_GOAL = 0.006
 def verdicts(one: Tally) -> list[tuple[str, bool]]:
     """Each goal's figure in words and whether it meets the goal, in the order of `lines`.
 
-    Errors beyond 3 or 5 standard errors are counted among the cases that have one.
+    Errors beyond 3 or 5 standard errors are counted among the cases that state a standard error.
     """
     ratio = root_mean_square(one.cases)
     share, low, high = inside95(one.cases)
@@ -34,25 +34,26 @@ def verdicts(one: Tally) -> list[tuple[str, bool]]:
 
 
 def lines(tallies: Sequence[Tally]) -> list[str]:
-    """The verdicts of the methods that have goals, side by side; one that was not run or states nothing says so."""
+    """The verdicts of the methods that have goals, side by side; a method that was not run or states nothing says
+    so."""
     words = [
         f"rms error over the bound, of what is stated: at most {RATIO_GOAL:g}",
         f"pooled coverage of the 95 % intervals: {100 * COVERAGE_GOAL[0]:g} to {100 * COVERAGE_GOAL[1]:g} %",
         f"beyond 3 standard errors: at most {100 * BEYOND_3_GOAL:g} %",
         "beyond 5 standard errors without a warning: none",
     ]
-    judged = {one.method: one for one in tallies if one.method in JUDGED and one.cases}
-    told = {method: verdicts(one) for method, one in judged.items()}
+    judged = {tallied.method: tallied for tallied in tallies if tallied.method in JUDGED and tallied.cases}
+    results = {method: verdicts(tallied) for method, tallied in judged.items()}
     rows = ["Goals:", "", f"| goal | {' | '.join(JUDGED)} |", "|---" * (len(JUDGED) + 1) + "|"]
     for i, goal in enumerate(words):
         cells = [
-            f"{told[m][i][0]}: {in_a_word(told[m][i][1])}" if m in told else "nothing to judge"
+            f"{results[m][i][0]}: {in_a_word(results[m][i][1])}" if m in results else "nothing to judge"
             for m in JUDGED
         ]
         rows.append(f"| {goal} | {' | '.join(cells)} |")
     refused = "; ".join(
-        f"`{method}` {one.refused} of {one.refused + len(one.cases)} ({100 * one.refused_share:.1f} %)"
-        for method, one in judged.items()
+        f"`{method}` {tallied.refused} of {tallied.refused + len(tallied.cases)} ({100 * tallied.refused_share:.1f} %)"
+        for method, tallied in judged.items()
     )
     return [
         *rows,
@@ -68,5 +69,5 @@ def lines(tallies: Sequence[Tally]) -> list[str]:
 
 
 def in_a_word(met: bool) -> str:
-    """Whether a goal is met, in a word."""
+    """Whether a goal is met, as one word."""
     return "met" if met else "**missed**"

@@ -21,7 +21,7 @@ DRAWN_HZ = (5.0, 1.0, 0.5, 0.2)
 
 
 def page(figure: Path) -> str:
-    """The section of docs/benchmarks.md; the plot goes into the page `figure` beside it."""
+    """The section of docs/benchmarks.md; writes the plot to the page `figure`."""
     table = noise_table(np.random.default_rng(SEED))
     _plot(table, figure)
     cutoffs = [f"{cutoff:g} Hz" if cutoff < 5 else "no filter" for cutoff in table.cutoff_hz]

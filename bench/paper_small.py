@@ -1,4 +1,4 @@
-"""The source paper's network, small (LSTM 1 x 16), beside the closed form of its loss, on a few missions."""
+"""The source paper's network, small (LSTM 1 x 16), compared with the closed form of its loss, on a few missions."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -22,9 +22,9 @@ SETTLED, LOSS_SETTLED = 0.01, 0.05
 
 
 def page(cache: Path, seeds: tuple[int, ...]) -> str:
-    """The section of docs/benchmarks.md; what was measured before is read from `cache`."""
+    """The section of docs/benchmarks.md; earlier results are read from `cache`."""
     kept = Remembered(cache / f"paper_small-{stamp(*SOURCES)}.jsonl")
-    found = kept.fill({str(seed): partial(trained, seed) for seed in seeds}, "the paper's network, small")
+    results = kept.fill({str(seed): partial(trained, seed) for seed in seeds}, "the paper's network, small")
     lines = [
         "## The paper's network, small",
         "",
@@ -36,7 +36,7 @@ def page(cache: Path, seeds: tuple[int, ...]) -> str:
         "| mission | errors, network / closed form | furthest apart | settled at epoch | trained in | closed form in |",
         "|---|---|---|---|---|---|",
     ]
-    lines += [_line(key, data) for key, data in found.items()]
+    lines += [_line(key, data) for key, data in results.items()]
     return "\n".join([*lines, ""])
 
 
@@ -61,19 +61,19 @@ def trained(seed: int) -> Data:
 
 
 def settled_at(curves: TrainingCurves, within: float = SETTLED) -> int:
-    """The first epoch from which on every parameter stays within a share of where it ends."""
+    """The first epoch from which every parameter stays within a share of its final value."""
     far = np.abs(curves.values / curves.values[-1] - 1.0).max(axis=1) > within
     return int(np.flatnonzero(far)[-1]) + 1 if far.any() else 0
 
 
 def loss_settled_at(curves: TrainingCurves, within: float = LOSS_SETTLED) -> int:
-    """The first epoch from which on the network's own loss stays within a share of where it ends."""
+    """The first epoch from which the network's own loss stays within a share of its final value."""
     far = np.abs(curves.data_loss[1:] / curves.data_loss[-1] - 1.0) > within
     return int(np.flatnonzero(far)[-1]) + 2 if far.any() else 1
 
 
 def relative_errors(values: Mapping[str, float], truth: Mapping[str, float]) -> dict[str, float]:
-    """In per cent, of the coefficients whose truth is known."""
+    """Errors in per cent, of the coefficients whose truth is known."""
     return {name: 100.0 * (values[name] / truth[name] - 1.0) for name in truth}
 
 

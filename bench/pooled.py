@@ -1,4 +1,4 @@
-"""A share over cases that come in groups, as the coefficients of one mission do, and how well it is known."""
+"""A share over cases that come in correlated groups, as the coefficients of one mission, and its uncertainty."""
 
 from collections.abc import Hashable, Sequence
 
@@ -16,14 +16,14 @@ def wilson(rate: float, count: float) -> tuple[float, float]:
 
 
 def effective_count(hits: Sequence[bool], groups: Sequence[Hashable]) -> float:
-    """How many independent cases tell as much of the share of `hits` as these do, whose `groups` are independent.
+    """Number of independent cases that would know the share of `hits` as well as these, whose `groups` are independent.
 
-    Binomial variance over that of a share of clusters of unequal size (Cochran 1977, section 3.12; the effective size
-    of Kish 1965, section 8.2), and never more than there are cases. Where all cases agree their spread tells nothing:
-    as many as there are groups.
+    Binomial variance over the variance of a share of clusters of unequal size (Cochran 1977, section 3.12; the
+    effective size of Kish 1965, section 8.2), and at most the number of cases. If all cases agree, their spread gives
+    no information, and the number of groups counts.
     """
-    place = {one: i for i, one in enumerate(dict.fromkeys(groups))}
-    group = np.array([place[one] for one in groups])
+    place = {name: i for i, name in enumerate(dict.fromkeys(groups))}
+    group = np.array([place[name] for name in groups])
     size, hit = np.bincount(group), np.bincount(group, weights=np.asarray(hits, dtype=float))
     rate, count = float(hit.sum() / size.sum()), len(size)
     if count < 2 or rate in (0.0, 1.0):

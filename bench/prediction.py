@@ -1,4 +1,4 @@
-"""How far off a prediction is after 10 s without measurement, on dives that the parameters were not learnt from."""
+"""Position error of a prediction after 10 s without measurement, on dives that the parameters were not learnt from."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -34,7 +34,7 @@ SOURCES = (
     "bench/campaigns.py",
 )
 HELD_OUT_SEA = 500
-"""Added to a campaign's seed: the dive that is predicted has other water and other noise."""
+"""Added to a campaign's seed: the predicted dive has other water and other noise."""
 
 DRAWN = "drawn vehicles"
 FLOOR = "the true parameters"
@@ -45,7 +45,7 @@ ANCHOR_CM = 3.3
 
 
 def page(cache: Path, campaigns: tuple[int, ...], missions: tuple[int, ...]) -> str:
-    """The section of docs/benchmarks.md; what was measured before is read from `cache`."""
+    """The section of docs/benchmarks.md; earlier results are read from `cache`."""
     kept = Remembered(cache / f"prediction-{stamp(*SOURCES)}.jsonl")
     jobs = {
         f"{configuration} {seed}": partial(on_campaign, configuration, seed, cache / "dives", methods())
@@ -54,12 +54,12 @@ def page(cache: Path, campaigns: tuple[int, ...], missions: tuple[int, ...]) -> 
     }
     jobs |= {f"{DRAWN} {seed}": partial(on_mission, seed, methods()) for seed in missions}
     suffix = " ".join(methods())
-    found = kept.fill({f"{key} | {suffix}": job for key, job in jobs.items()}, "prediction")
-    return "\n".join(_lines({key.split(" | ")[0]: data for key, data in found.items()}))
+    results = kept.fill({f"{key} | {suffix}": job for key, job in jobs.items()}, "prediction")
+    return "\n".join(_lines({key.split(" | ")[0]: data for key, data in results.items()}))
 
 
 def on_campaign(configuration: str, seed: int, folder: Path, names: tuple[str, ...]) -> Data:
-    """Learnt from the paper's campaign, tried on the validation dive of another day."""
+    """Learn from the paper's campaign, and predict the validation dive of another day."""
     learnt = dived(configuration, configuration, seed, folder)
     held_out = dived(configuration, "validation", seed + HELD_OUT_SEA, folder)
     models = {name: answered(name, learnt.dive, learnt.file, configuration) for name in names}
@@ -70,18 +70,18 @@ def on_campaign(configuration: str, seed: int, folder: Path, names: tuple[str, .
 
 
 def on_mission(seed: int, names: tuple[str, ...]) -> Data:
-    """Learnt from a benchmark mission, tried on another manoeuvre of the same vehicle."""
+    """Learn from a benchmark mission, and predict another manoeuvre of the same vehicle."""
     learnt = draw_one(seed)
-    other = draw_one(seed, repeat=1, kind="double-S" if learnt.kind == "together" else "together")
+    held_out = draw_one(seed, repeat=1, kind="double-S" if learnt.kind == "together" else "together")
     models = {name: answered(name, learnt.dive, learnt.file, learnt.configuration) for name in names}
     return _errors(
-        other.dive, other.file, other.configuration, whole_truth(other), other.drawn.trim, models,
-        other.time_s, other.position,
+        held_out.dive, held_out.file, held_out.configuration, whole_truth(held_out), held_out.drawn.trim, models,
+        held_out.time_s, held_out.position,
     )  # fmt: skip
 
 
 def whole_truth(mission: Mission) -> dict[str, float]:
-    """All twelve coefficients, those of axes without thrust too."""
+    """All twelve coefficients, including those of axes without thrust."""
     values = (*mission.drawn.mass, *mission.drawn.damping)
     return {c.name: float(v) for c, v in zip((*MASSES, *DAMPINGS), values, strict=True)}
 
@@ -96,25 +96,25 @@ def _errors(
     time_s: Array,
     position: Array,
 ) -> Data:
-    """Distances in m, one a window, by method; what a method does not state is taken from the truth."""
+    """Distances in m, one per window, by method; coefficients that a method does not state are taken from the truth."""
     begin = starts(dive, file)
     true = moved(time_s, position, begin.time_s)
 
     def off(model: Mapping[str, float], steady: Array) -> list[float]:
-        there = run_forward(begin, dive, file, configuration, model, steady)
-        distance: Array = np.linalg.norm(there - true, axis=1)
+        reached = run_forward(begin, dive, file, configuration, model, steady)
+        distance: Array = np.linalg.norm(reached - true, axis=1)
         return [float(d) for d in distance]
 
-    found = {FLOOR: off(truth, trim)}
+    distances = {FLOOR: off(truth, trim)}
     stated = {}
     for name, data in models.items():
-        one = answer(data)
-        compared = {key: value for key, value in one.value.items() if key in COMPARED}
-        found[name] = off({**truth, **compared}, np.where(COMPARED_AXES, one.trim, trim))
-        stated[name] = sum(key in COMPARED for key in truth if key in one.value)
+        stated_answer = answer(data)
+        compared = {key: value for key, value in stated_answer.value.items() if key in COMPARED}
+        distances[name] = off({**truth, **compared}, np.where(COMPARED_AXES, stated_answer.trim, trim))
+        stated[name] = sum(key in COMPARED for key in truth if key in stated_answer.value)
         if name in PRODUCT:
-            found[name + WHOLE] = off({**truth, **one.value}, one.trim)
-    return {"off_m": found, "stated": stated}
+            distances[name + WHOLE] = off({**truth, **stated_answer.value}, stated_answer.trim)
+    return {"off_m": distances, "stated": stated}
 
 
 def _lines(found: Mapping[str, Data]) -> list[str]:
@@ -145,14 +145,16 @@ def _lines(found: Mapping[str, Data]) -> list[str]:
     ]
     whole = [name + WHOLE for name in methods() if name in PRODUCT]
     for name in (*methods(), *whole, FLOOR):
-        own = {group: _all(windows[group], name) for group in groups}
+        of_method = {group: _all(windows[group], name) for group in groups}
         floor = {group: _all(windows[group], FLOOR) for group in groups}
-        cells = [_words(own[group]) for group in groups]
-        kept = {group: np.isfinite(own[group]) for group in groups}
-        ratio = np.mean([_rms(own[group][kept[group]]) / _rms(floor[group][kept[group]]) for group in groups])
+        cells = [_words(of_method[group]) for group in groups]
+        kept = {group: np.isfinite(of_method[group]) for group in groups}
+        ratio = np.mean(
+            [_rms(of_method[group][kept[group]]) / _rms(floor[group][kept[group]]) for group in groups]
+        )
         states = [data["stated"].get(name) for data in found.values()]
-        told = "-" if states[0] is None else f"{np.mean(states):.1f}"
-        lines.append(f"| {TITLES.get(name, name)} | {' | '.join(cells)} | {ratio:.2f} | {told} |")
+        number = "-" if states[0] is None else f"{np.mean(states):.1f}"
+        lines.append(f"| {TITLES.get(name, name)} | {' | '.join(cells)} | {ratio:.2f} | {number} |")
     counts = ", ".join(
         f"{g}: {len(windows[g])} dives, {len(_all(windows[g], FLOOR))} windows" for g in groups
     )
@@ -163,13 +165,13 @@ def _lines(found: Mapping[str, Data]) -> list[str]:
 
 
 def _verdict(windows: Mapping[str, list[dict[str, list[float]]]]) -> list[str]:
-    """The paper's vehicle beside the anchor from the literature, which is a mean."""
+    """Means of the paper's vehicle compared with the anchor from the literature, which is a mean."""
     groups = [group for group in CONFIGURATIONS if windows[group]]
     judged = []
-    for name in (one for one in methods() if one in PRODUCT):
-        told = ", ".join(f"{group} {_mean_cm(windows[group], name):.1f}" for group in groups)
+    for name in (method for method in methods() if method in PRODUCT):
+        means = ", ".join(f"{group} {_mean_cm(windows[group], name):.1f}" for group in groups)
         met = all(_mean_cm(windows[group], name) <= ANCHOR_CM for group in groups)
-        judged.append(f"`{name}` {told}: {in_a_word(met)}")
+        judged.append(f"`{name}` {means}: {in_a_word(met)}")
     floor = ", ".join(f"{group} {_mean_cm(windows[group], FLOOR):.1f}" for group in groups)
     below = all(_mean_cm(windows[group], FLOOR) <= ANCHOR_CM for group in groups)
     missed = ": what is missed is due to the disturbance, and to the noise of the start"

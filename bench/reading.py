@@ -1,4 +1,4 @@
-"""Opening a recording: from a `.tlog` to aligned arrays, beside pymavlink's reading of the same file."""
+"""Opening a recording: from a `.tlog` to aligned arrays, compared with pymavlink's reading of the same file."""
 
 import time
 from collections.abc import Callable
@@ -36,16 +36,16 @@ OURS, CAREFUL, THEIRS = (
 
 
 def page(cache: Path, seed: int) -> str:
-    """The section of docs/benchmarks.md; what was measured before is read from `cache`."""
+    """The section of docs/benchmarks.md; earlier results are read from `cache`."""
     kept = Remembered(cache / f"reading-{stamp(*SOURCES)}.jsonl")
     log = dived(CONFIGURATION, CONFIGURATION, seed, cache / "dives").dive.source
-    found = kept.get(f"{CONFIGURATION} {seed}", lambda: measured(log))
+    campaign = kept.get(f"{CONFIGURATION} {seed}", lambda: measured(log))
     of_an_hour = kept.get(f"an hour {seed}", lambda: measured(hour(cache, seed)))
-    return "\n".join([*table(found), *hour_lines(of_an_hour)])
+    return "\n".join([*table(campaign), *hour_lines(of_an_hour)])
 
 
 def hour(cache: Path, seed: int) -> Path:
-    """The recording of an hour, dived once."""
+    """The recording of a one-hour dive, dived once."""
     log = cache / "dives" / f"hour-{seed}-{stamp(*SIMULATED)}.tlog"
     if not log.exists():
         legs, part = log.with_suffix(".yaml"), log.with_suffix(".part")
@@ -58,7 +58,7 @@ def hour(cache: Path, seed: int) -> Path:
 
 
 def measured(log: Path) -> Data:
-    """Median seconds of each reader: in turn, ROUNDS times, so that all meet the same load."""
+    """Median seconds of each reader over ROUNDS turns, in which all readers meet the same load."""
     readers: dict[str, Callable[[Path], int]] = {OURS: _ours, CAREFUL: _careful, THEIRS: _theirs}
     messages = {name: read(log) for name, read in readers.items()}
     seconds: dict[str, list[float]] = {name: [] for name in readers}
@@ -114,7 +114,7 @@ def table(found: Data) -> list[str]:
 
 
 def hour_lines(found: Data) -> list[str]:
-    """What it takes to open the recording of an hour."""
+    """Sentences on opening the recording of an hour."""
     ours_s, theirs_s = found["seconds"][OURS], found["seconds"][THEIRS]
     return [
         *paragraph(

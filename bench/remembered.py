@@ -1,4 +1,4 @@
-"""Results kept as JSON lines, so that a benchmark resumes where it stopped, after a kill too."""
+"""Results kept as JSON lines, so that a benchmark resumes where it stopped, even after a kill."""
 
 import json
 import multiprocessing
@@ -22,7 +22,7 @@ ONE_THREAD = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
 class Remembered:
-    """What was measured before, by key; what is new is appended to the file `path` at once."""
+    """Earlier results by key; a new result is appended to the file `path` at once."""
 
     def __init__(self, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -39,13 +39,13 @@ class Remembered:
         return key in self._known
 
     def get(self, key: str, measure: Callable[[], Data]) -> Data:
-        """The result under `key`, measured if it is not known."""
+        """The result under `key`, measured if it is unknown."""
         if key not in self._known:
             self.put(key, measure())
         return self._known[key]
 
     def put(self, key: str, data: Data) -> None:
-        """Keep a result. Raises LogError where the file can't be written."""
+        """Keep a result. Raises LogError if the file can't be written."""
         try:
             with self._path.open("a", encoding="utf-8") as out:
                 out.write(json.dumps({"key": key, "data": data}) + "\n")
@@ -54,7 +54,7 @@ class Remembered:
         self._known[key] = data
 
     def fill(self, jobs: Mapping[str, Job], words: str) -> dict[str, Data]:
-        """The results of all jobs, by key; those that are not known run side by side, a core each.
+        """The results of all jobs, by key; jobs without a result run in PROCESSES worker processes, one core each.
 
         A job is picklable, as a `partial` of a module's function is.
         """
@@ -71,7 +71,7 @@ class Remembered:
         return {key: self._known[key] for key in jobs}
 
     def _take(self, line: str) -> None:
-        """A line that a kill cut short is measured again."""
+        """Take in a line of the file; a line that a kill cut short is ignored, so that its job runs again."""
         try:
             kept = json.loads(line)
         except json.JSONDecodeError:
@@ -80,9 +80,9 @@ class Remembered:
 
 
 def _take_one_core() -> None:
-    """Before torch or numba is imported in a worker: its neighbour has the other core.
+    """Initialise a worker, before it imports torch or numba: one thread, because another worker has the other core.
 
-    Ctrl-C is for the one that waits for it; if that one is killed, nobody wants the work any more.
+    Ctrl-C is left to the parent process that waits for the results. If the parent is killed, the worker ends too.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.environ.update(dict.fromkeys(ONE_THREAD, "1"))

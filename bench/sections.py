@@ -1,4 +1,4 @@
-"""The sections of the benchmark by name, in the page's order: what each runs, in its short and in its full form."""
+"""The sections of the benchmark by name, in the page's order, each with its short and its full form."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -26,12 +26,12 @@ from bench.stamp import stamp
 from bench.unknown.sources import SECTION as UNKNOWN
 
 CAMPAIGN_SEEDS = (901, 902, 903, 904, 905)
-"""Of the paper's own two campaigns, dived by its vehicle."""
+"""Seeds of the paper's two campaigns, dived by its vehicle."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """Where results are kept and where the page lies; `short` is the form for a quick look."""
+    """Folders of results and page of a run; `short` selects the quick form."""
 
     cache: Path
     docs: Path
@@ -119,7 +119,7 @@ def _power(run: Run) -> str:
 
 @dataclass(frozen=True)
 class Measurement:
-    """A section's page, and the code that its figures hang on (`bench.stamp`); `asked`: measured only by its name."""
+    """A section's page, and the code that its figures depend on (`bench.stamp`); `asked`: run only if named."""
 
     page: Callable[[Run], str]
     sources: tuple[str, ...]

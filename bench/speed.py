@@ -1,4 +1,4 @@
-"""Speed: from the log of the source paper's survey to parameters with intervals, beside the paper's network."""
+"""Speed: from the log of the source paper's survey to parameters with intervals, compared with the paper's network."""
 
 import shutil
 import subprocess
@@ -35,21 +35,21 @@ REPEATS = 3
 
 
 def page(cache: Path, seed: int) -> str:
-    """The section of docs/benchmarks.md; what was measured before, in one run, is read from `cache`."""
+    """The section of docs/benchmarks.md; results of an earlier run are read from `cache`."""
     kept = Remembered(cache / f"speed-{stamp(*SOURCES)}.jsonl")
-    one = dived(CONFIGURATION, CONFIGURATION, seed, cache / "dives")
-    timed = kept.get(f"processor {' '.join(METHODS)} {seed}", lambda: on_processor(one))
+    survey = dived(CONFIGURATION, CONFIGURATION, seed, cache / "dives")
+    timed = kept.get(f"processor {' '.join(METHODS)} {seed}", lambda: on_processor(survey))
     lines = table(timed)
     if torch.cuda.is_available():
         name = torch.cuda.get_device_name()
-        lines += card.lines(kept.get(f"{name} {torch.__version__} {seed}", lambda: on_card(one)))
+        lines += card.lines(kept.get(f"{name} {torch.__version__} {seed}", lambda: on_card(survey)))
     else:
         lines += [card.NO_CARD, ""]
     return "\n".join(lines)
 
 
 def on_processor(one: Dived) -> Data:
-    """Seconds of everything, one after the other, with all cores to itself."""
+    """Seconds of every method, run one after the other with all cores."""
     read_s, _ = _timed(lambda: read_dive(one.dive.source, None, one.file))
     first, again = {}, {}
     for name in ("likelihood", "pinn"):
@@ -94,7 +94,7 @@ def on_card(one: Dived) -> Data:
 
 
 def _learnt(dive: Any, file: VehicleFile, options: PaperOptions) -> tuple[AlignedDive, Samples]:
-    """What the paper's method learns from."""
+    """The training data of the paper's method."""
     grid = aligned(dive, file, CONFIGURATION, options.rate_hz, options.cutoff_hz)
     _, dofs = excited(grid)
     shape = file.vehicle.configurations[CONFIGURATION]
@@ -102,7 +102,7 @@ def _learnt(dive: Any, file: VehicleFile, options: PaperOptions) -> tuple[Aligne
 
 
 def _command(log: Path) -> None:
-    """`seatrial identify` as a crew types it, from a cold start."""
+    """Run `seatrial identify` as a crew types it, from a cold start."""
     command = shutil.which("seatrial", path=str(Path(sys.executable).parent))
     if command is None:
         raise FitError("the command 'seatrial' is not beside this Python; install the package first")
@@ -111,7 +111,7 @@ def _command(log: Path) -> None:
 
 
 def table(timed: Data) -> list[str]:
-    """The processor's part of the page."""
+    """The page's part on the processor."""
     read_s, epoch_s = timed["read"], timed["epoch"]
     epochs, fewest = (most(timed["settled"], timed["loss settled"]) for most in (max, min))
     whole_s = epoch_s * epochs
@@ -167,11 +167,11 @@ def table(timed: Data) -> list[str]:
 
 
 def _timed(work: Callable[[], Any]) -> tuple[float, Any]:
-    """Seconds, and what came of it."""
+    """Seconds that `work` takes, and its result."""
     begun = time.perf_counter()
     result = work()
     return time.perf_counter() - begun, result
 
 
 def _silent(_share: float, _words: str) -> None:
-    """Nobody watches."""
+    """Ignore the progress."""

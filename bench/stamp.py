@@ -1,4 +1,4 @@
-"""A stamp of code, so that a figure of older code is never shown for the present one."""
+"""A stamp of code, so that a figure of older code is never shown for the present code."""
 
 import ast
 import hashlib
@@ -67,14 +67,14 @@ BASELINES = (
     "identify/ingest",
     "configs/thrusters/*.csv",
 )
-"""What the paper's campaigns, the drawn missions, the product's answers and those of the baselines run through."""
+"""Code behind the paper's campaigns, the drawn missions, the product's answers and those of the baselines."""
 
 
 @cache
 def stamp(*sources: str) -> str:
-    """Ten hexadecimal digits of files and folders of code, whatever its layout and its words.
+    """Ten hexadecimal digits of the code in files and folders, independent of layout, comments and docstrings.
 
-    A source is a pattern from the repository's root; files that are no Python count byte by byte.
+    A source is a pattern from the repository's root; files other than Python count byte by byte.
     """
     digest = hashlib.sha256()
     for file in files(*sources):
@@ -91,10 +91,10 @@ def files(*sources: str) -> list[Path]:
 
 @cache
 def reached(*modules: str) -> tuple[str, ...]:
-    """All files of the rooms that these files import, and what those import in turn, as sources of a stamp.
+    """The given files and all files of ROOMS that they import, directly or indirectly, as sources of a stamp.
 
-    Found by reading, so that an import inside a function counts too; packages' own files and the benchmark's are left
-    out, where the modules themselves are not.
+    Found by parsing, so that an import inside a function counts too. A package's own `__init__` and files of the
+    benchmark are left out unless they are given.
     """
     seen: set[Path] = set()
     ahead = [ROOT / module for module in modules]
@@ -113,8 +113,8 @@ def _imported(file: Path) -> list[Path]:
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
             names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
-    own = [name.replace(".", "/") + ".py" for name in names if name.split(".")[0] in ROOMS]
-    return [ROOT / path for path in own if (ROOT / path).is_file()]
+    paths = [name.replace(".", "/") + ".py" for name in names if name.split(".")[0] in ROOMS]
+    return [ROOT / path for path in paths if (ROOT / path).is_file()]
 
 
 def _meaning(source: str) -> str:

@@ -1,6 +1,7 @@
-"""The operator's station: how long from a finished dive to an upload that the vehicle's own values prove.
+"""The operator's station: time from a finished dive to an upload verified by the vehicle's own values.
 
-The app itself, by its keys, without a terminal; the vehicle is simulated, the recording beside the app is a real one.
+The app itself runs without a terminal, driven by its keys. The vehicle is simulated; the recorder that runs next to
+the app is the real recorder.
 """
 
 import asyncio
@@ -47,15 +48,17 @@ STEPS = ("identified", "what is to be confirmed", "written and read back")
 
 
 def page(cache: Path, seed: int) -> str:
-    """The section of docs/benchmarks.md; what was measured before is read from `cache`."""
+    """The section of docs/benchmarks.md; earlier results are read from `cache`."""
     kept = Remembered(cache / f"station-{stamp(*SOURCES)}.jsonl")
-    one = dived(CONFIGURATION, CONFIGURATION, seed, cache / "dives")
-    dive_s = float(one.time_s[-1])
-    return "\n".join(table(kept.get(f"{CONFIGURATION} {seed}", lambda: measured(one.dive.source)), dive_s))
+    campaign = dived(CONFIGURATION, CONFIGURATION, seed, cache / "dives")
+    dive_s = float(campaign.time_s[-1])
+    return "\n".join(
+        table(kept.get(f"{CONFIGURATION} {seed}", lambda: measured(campaign.dive.source)), dive_s)
+    )
 
 
 def measured(log: Path) -> Data:
-    """Seconds since the first key at which each step was on the screen, the keys, and how many lines were written."""
+    """Seconds from the first key to each step on the screen, the number of keys, and the number of lines written."""
     with tempfile.TemporaryDirectory() as name, _afloat(Path(name)) as dives:
         folder = dives / "2026-01-01T0000Z-finished"
         folder.mkdir()
@@ -70,7 +73,7 @@ def measured(log: Path) -> Data:
 
 
 def by_the_recording() -> Station:
-    """What the app shows of the vehicle whose recording runs."""
+    """The app's station for the vehicle that is being recorded."""
     clock = SystemClock()
     return Station(
         LinkSource(lambda: open_link(recorder.hub()), "hub", clock),
@@ -82,7 +85,7 @@ def by_the_recording() -> Station:
 
 
 async def _flown(app: SeatrialApp) -> Data:
-    """From Identify to the receipt, each key as soon as the screen asks for it."""
+    """Run from Identify to the receipt, pressing each key as soon as the screen asks for it."""
     async with app.run_test(size=SIZE) as pilot:
         await _seen(app, pilot, "LINK 0")
         began_s, reached, keys = time.monotonic(), [], 0
@@ -93,9 +96,9 @@ async def _flown(app: SeatrialApp) -> Data:
             await pilot.press(*pressed)
 
         async def until(pattern: str) -> re.Match[str]:
-            found = await _seen(app, pilot, pattern)
+            match = await _seen(app, pilot, pattern)
             reached.append(time.monotonic() - began_s)
-            return found
+            return match
 
         await press("i")
         await until("converged")
@@ -107,20 +110,20 @@ async def _flown(app: SeatrialApp) -> Data:
 
 
 async def _seen(app: SeatrialApp, pilot: Pilot[None], pattern: str) -> re.Match[str]:
-    """What matches on the screen, once something does. Raises LinkTimeout."""
+    """Wait for text on the screen that matches, and return the match. Raises LinkTimeout."""
     until_s = time.monotonic() + PATIENCE_S
     while time.monotonic() < until_s:
         await pilot.pause(0.05)
         strips = app.screen._compositor.render_strips()
         said = " ".join(" ".join(strip.text for strip in strips).split())
-        if found := re.search(pattern, said):
-            return found
+        if match := re.search(pattern, said):
+            return match
     raise LinkTimeout(f"'{pattern}' was not seen within {PATIENCE_S:.0f} s, but: {said}")
 
 
 @contextlib.contextmanager
 def _afloat(folder: Path) -> Iterator[Path]:
-    """The simulated vehicle and a recording of it that runs; the folder of the dives."""
+    """Run the simulated vehicle and a recording of it; yields the folder of the dives."""
     with socket.socket(type=socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
         link = f"udpout:127.0.0.1:{probe.getsockname()[1]}"

@@ -1,10 +1,9 @@
-"""The steady error of feed-forward alone, speed by speed, and how it stands to its goal.
+"""The steady error of feed-forward alone, speed by speed, and whether it meets its goal.
 
-Two figures are told of every speed. The error of the mean speed is the source paper's own: its vehicle, sent off at
-0.4 m/s, settles at 0.3705 m/s on average, "a mean steady-state error of 0.0295 m/s" (text of its Fig. 15); the
-sign is kept until the mean is taken, and the disturbance averages out. The error of one leg, whichever its sign,
-holds what the disturbance does to that leg too. The same vehicle by its true parameters, in the same sea, is the
-floor of both.
+Every speed has two figures. The error of the mean speed is the source paper's own: its vehicle, sent off at 0.4 m/s,
+settles at 0.3705 m/s on average, "a mean steady-state error of 0.0295 m/s" (text of its Fig. 15); the sign is kept
+until the mean is taken, and the disturbance averages out. The absolute error of one leg also holds the effect of the
+disturbance on that leg. The same vehicle with its true parameters, in the same sea, is the floor of both.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,7 +23,7 @@ Legs = Mapping[str, Sequence[float]]
 """Errors of legs in m/s or rad/s, by `axis speed`."""
 
 SETTLE_S = 2.0
-"""What a leg's steady part leaves out at its beginning, where the transient dies away."""
+"""Beginning of a leg's steady part that is left out, in which the transient dies away."""
 
 AXES = {"surge": 0, "sway": 1, "yaw": 5}
 UNITS = {"surge": "mm/s", "sway": "mm/s", "yaw": "mrad/s"}
@@ -38,7 +37,7 @@ Z95 = 1.96
 class Held:
     """A speed that was held: errors of its legs (n,) in mm/s or mrad/s, too fast positive.
 
-    `identified` by the identified parameters, `true` by the true ones over the same legs in the same sea.
+    `identified`: with the identified parameters; `true`: with the true parameters over the same legs in the same sea.
     """
 
     configuration: str
@@ -53,12 +52,12 @@ class Held:
 
     @property
     def apart(self) -> float:
-        """What the parameters do, mean over the legs whichever its sign: the disturbance is in both alike."""
+        """Mean absolute difference over the legs, due to the parameters alone: the disturbance is the same in both."""
         return size(self.identified - self.true)
 
 
 def steady_errors(flown: Dived, spans: tuple[tuple[Leg, float, float], ...]) -> dict[str, list[float]]:
-    """Mean true velocity less the wanted one over each leg that holds a speed, by `axis speed`."""
+    """Mean true velocity less the wanted velocity over each leg that holds a speed, by `axis speed`."""
     out: dict[str, list[float]] = {}
     since_s = flown.time_s - WARM_UP_S
     for leg, start_s, end_s in spans:
@@ -94,12 +93,12 @@ def size(errors: Array) -> float:
 
 
 def standard_error(errors: Array) -> float:
-    """Of the mean; NaN for a single leg."""
+    """Standard error of the mean; NaN for a single leg."""
     return float(errors.std(ddof=1) / np.sqrt(len(errors))) if len(errors) > 1 else float("nan")
 
 
 def lines(speeds: Sequence[Held], seeds: int) -> list[str]:
-    """The steady part of the page."""
+    """The page's part on the steady error."""
     text = paragraph(
         f"Feed-forward alone, parameters by `{DEFAULT}` from the campaign before, {seeds} seeds: true velocity less",
         f"wanted velocity over each leg that holds a speed, from {SETTLE_S:g} s after reaching it, in mm/s (yaw:",
@@ -116,11 +115,11 @@ def lines(speeds: Sequence[Held], seeds: int) -> list[str]:
         "| parameters alone | paper, mean speed |",
         "|---" * 10 + "|",
     ]
-    for one in speeds:
-        paper = PAPER_MM_S.get((one.configuration, one.axis))
+    for row in speeds:
+        paper = PAPER_MM_S.get((row.configuration, row.axis))
         rows.append(
-            f"| {one.configuration} | {one.axis} | {one.speed} | {len(one.identified)} | {_mean(one.identified)} "
-            f"| {_mean(one.true)} | {size(one.identified):.1f} | {size(one.true):.1f} | {one.apart:.1f} "
+            f"| {row.configuration} | {row.axis} | {row.speed} | {len(row.identified)} | {_mean(row.identified)} "
+            f"| {_mean(row.true)} | {size(row.identified):.1f} | {size(row.true):.1f} | {row.apart:.1f} "
             f"| {'-' if paper is None else f'{paper:g}'} |"
         )
     return [*text, *rows, "", *_verdict(speeds), ""]
@@ -131,7 +130,7 @@ def _mean(errors: Array) -> str:
 
 
 def _verdict(speeds: Sequence[Held]) -> list[str]:
-    """Each axis by its worst speed, by each figure."""
+    """Each axis at its worst speed, by each figure."""
     rows = [
         f"Goal: {GOAL_MM_S:g} mm/s at every speed, judged by each figure at the speed where it is worst:",
         "",

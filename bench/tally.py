@@ -1,4 +1,4 @@
-"""What a method's trials come to against the bounds of their missions: errors, refusals, intervals."""
+"""A method's trials evaluated against the bounds of their missions: errors, refusals, intervals."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -18,9 +18,9 @@ CONVERGED = "converged"
 
 @dataclass(frozen=True)
 class Case:
-    """One coefficient of one mission as a method states it: its error over the bound, and what it claims of it.
+    """One coefficient of one mission as a method states it: its error over the bound, and its stated uncertainty.
 
-    `error` is that of the logarithm, in the bound's units of relative standard error.
+    `error` is that of the logarithm, in units of the bound's relative standard error.
     """
 
     seed: int
@@ -35,7 +35,10 @@ class Case:
 
 @dataclass(frozen=True)
 class Tally:
-    """A method's cases where the bound is below TELLING, and how many coefficients it refused, there and elsewhere."""
+    """A method's cases with a bound below TELLING, and its numbers of refused and stated coefficients.
+
+    refused: below TELLING; refused_rightly, stated_rashly: at or above it.
+    """
 
     method: str
     cases: tuple[Case, ...]
@@ -47,18 +50,18 @@ class Tally:
 
     @property
     def refused_share(self) -> float:
-        """Of the coefficients whose bound is below TELLING."""
+        """Refused share of the coefficients whose bound is below TELLING."""
         asked = self.refused + len(self.cases)
         return self.refused / asked if asked else math.nan
 
 
 def tally(method: str, bounds: Iterable[Bound], trials: Iterable[Trial]) -> Tally:
-    """What a method's trials come to against the bounds of their missions."""
-    own = {trial.seed: trial for trial in trials if trial.method == method}
+    """Evaluate a method's trials against the bounds of their missions."""
+    by_seed = {trial.seed: trial for trial in trials if trial.method == method}
     cases: list[Case] = []
     refused = rightly = rashly = 0
     for bound in bounds:
-        if (trial := own.get(bound.seed)) is None:
+        if (trial := by_seed.get(bound.seed)) is None:
             continue
         for name in bound.truth:
             stated, least = trial.stated.get(name), bound.least[name]
@@ -70,31 +73,32 @@ def tally(method: str, bounds: Iterable[Bound], trials: Iterable[Trial]) -> Tall
             else:
                 warned = stated.doubted or trial.outcome != CONVERGED
                 cases.append(_case(bound, name, stated, warned))
-    seconds = float(np.median([trial.seconds for trial in own.values()])) if own else math.nan
-    return Tally(method, tuple(cases), refused, rightly, rashly, seconds, len(own))
+    seconds = float(np.median([trial.seconds for trial in by_seed.values()])) if by_seed else math.nan
+    return Tally(method, tuple(cases), refused, rightly, rashly, seconds, len(by_seed))
 
 
 def _case(bound: Bound, name: str, stated: Stated, warned: bool) -> Case:
     truth, least = bound.truth[name], bound.least[name]
     ratio = stated.value / truth
-    # A mass below zero has no logarithm: it counts as wrong by as much as it is.
+    # A mass below zero has no logarithm: its relative error counts instead.
     error = math.log(ratio) if ratio > 0 else ratio - 1.0
     inside = stated.low95 <= truth <= stated.high95
     return Case(bound.seed, name, bound.kind, error / least, least, inside, error / stated.std, warned)
 
 
 def root_mean_square(cases: Iterable[Case]) -> float:
-    """Of the errors over the bound: 1 where a method does all that can be done."""
+    """Rms of the errors over the bound: 1 for a method that does all that can be done."""
     errors = np.array([case.error for case in cases])
     return float(np.sqrt(np.mean(errors**2))) if len(errors) else math.nan
 
 
 def median_ratio(cases: Iterable[Case]) -> float:
-    """The median error over what it is for normal errors at the bound: 1, too, and blind to a few wild ones."""
+    """Median error over the median of normal errors at the bound: also 1 at best, and insensitive to a few wild
+    errors."""
     errors = np.array([case.error for case in cases])
     return float(np.median(np.abs(errors)) / NORMAL_MEDIAN) if len(errors) else math.nan
 
 
 def inside95(cases: Sequence[Case]) -> tuple[float, float, float]:
-    """The share of intervals that hold the truth, and its 95 % bounds: a mission's coefficients hang together."""
+    """Share of intervals that hold the truth, and its 95 % bounds; a mission's coefficients count as correlated."""
     return share95([case.inside for case in cases], [case.seed for case in cases])

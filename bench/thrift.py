@@ -30,8 +30,10 @@ NAMES = {
 
 @dataclass(frozen=True)
 class Cell:
-    """Over the seeds that had an answer, `count` of them: rms relative error, and median half 95 % interval over the
-    value (NaN where none is stated).
+    """Errors over the `count` seeds that had an answer: rms relative error, and median half 95 % interval over the
+    value.
+
+    `median_half95` is NaN if no interval is stated.
     """
 
     count: int
@@ -40,7 +42,7 @@ class Cell:
 
 
 def page(cache: Path, seeds: tuple[int, ...]) -> str:
-    """The section of docs/benchmarks.md; what was measured before is read from `cache`."""
+    """The section of docs/benchmarks.md; earlier results are read from `cache`."""
     kept = Remembered(cache / f"thrift-{stamp(*SOURCES)}.jsonl")
     dives = cache / "dives"
     prepared = {f"dive {c} {s}": partial(_dive, c, s, dives) for c in CONFIGURATIONS for s in seeds}
@@ -51,7 +53,7 @@ def page(cache: Path, seeds: tuple[int, ...]) -> str:
         for seed in seeds
         for name in methods()
     }
-    found = kept.fill(jobs, "data thrift")
+    results = kept.fill(jobs, "data thrift")
     lines = [
         "## Data thrift",
         "",
@@ -63,19 +65,22 @@ def page(cache: Path, seeds: tuple[int, ...]) -> str:
     ]
     for configuration in CONFIGURATIONS:
         truth = dived(configuration, configuration, seeds[0], dives).truth
-        lines += _table(configuration, seeds, found, truth)
+        lines += _table(configuration, seeds, results, truth)
     if "pinn" not in PRODUCT:
         lines += [NOT_HERE, ""]
     return "\n".join(lines)
 
 
 def shortened(configuration: str, seed: int, name: str, dives: Path) -> Data:
-    """A method's answers to the beginnings of a campaign, by their length in s."""
-    one = dived(configuration, configuration, seed, dives)
-    begin_s, end_s = one.dive.span_s
+    """A method's answers to the beginnings of a recorded, by their length in s."""
+    recorded = dived(configuration, configuration, seed, dives)
+    begin_s, end_s = recorded.dive.span_s
     return {
         str(length_s): answered(
-            name, one.dive.between(begin_s, min(begin_s + length_s, end_s + 1.0)), one.file, configuration
+            name,
+            recorded.dive.between(begin_s, min(begin_s + length_s, end_s + 1.0)),
+            recorded.file,
+            configuration,
         )
         for length_s in LENGTHS_S
     }

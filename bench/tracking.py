@@ -1,8 +1,8 @@
-"""How well the simulated vehicle follows its references by parameters that it was identified with.
+"""How well the simulated vehicle follows its references with the parameters identified from its own campaign.
 
 The paper's vehicle is identified from its campaign and flies again in other water: by feed-forward alone over both
-campaigns, for the steady error at every speed (`bench/steady`); and over the validation mission in the paper's
-three modes.
+campaigns, for the steady error at every speed (`bench/steady`), and over the validation mission in the paper's three
+modes.
 """
 
 from dataclasses import replace
@@ -42,47 +42,52 @@ PAPER_TABLE_5 = {
 
 
 def page(cache: Path, seeds: tuple[int, ...]) -> str:
-    """The section of docs/benchmarks.md; what was measured before is read from `cache`."""
+    """The section of docs/benchmarks.md; earlier results are read from `cache`."""
     kept = Remembered(cache / f"tracking-{stamp(*SOURCES)}.jsonl")
     jobs = {
         f"{configuration} {seed}": partial(flights, configuration, seed, cache / "dives")
         for configuration in CONFIGURATIONS
         for seed in seeds
     }
-    found = kept.fill(jobs, "tracking")
+    results = kept.fill(jobs, "tracking")
     speeds: list[steady.Held] = []
     for configuration in CONFIGURATIONS:
-        legs = [found[f"{configuration} {seed}"]["steady"] for seed in seeds]
-        speeds += steady.held(configuration, [(one[IDENTIFIED], one[TRUE]) for one in legs])
-    table_5 = [found[f"hovering {s}"]["validation"] for s in seeds]
+        legs = [results[f"{configuration} {seed}"]["steady"] for seed in seeds]
+        speeds += steady.held(
+            configuration, [(leg_errors[IDENTIFIED], leg_errors[TRUE]) for leg_errors in legs]
+        )
+    table_5 = [results[f"hovering {s}"]["validation"] for s in seeds]
     return "\n".join(
         ["## Tracking by identified parameters", "", *steady.lines(speeds, len(seeds)), *_table_5(table_5)]
     )
 
 
 def flights(configuration: str, seed: int, dives: Path) -> Data:
-    """Errors in m/s and rad/s: `steady`, of the legs by whose parameters, axis and speed; in hovering `validation`."""
+    """Errors in m/s and rad/s of the flights.
+
+    `steady`: of the legs, by parameters, axis and speed; `validation`, in hovering only: of the paper's modes.
+    """
     learnt = dived(configuration, configuration, seed, dives)
     model = answer(answered(DEFAULT, learnt.dive, learnt.file, configuration)).value
     sea = seed + OTHER_SEA
     shape = learnt.file.vehicle.configurations[configuration]
     spans = mission_named(configuration, shape).spans()
-    found: Data = {"steady": {}, "validation": {}}
+    errors: Data = {"steady": {}, "validation": {}}
     for whose, fed in ((IDENTIFIED, model), (TRUE, learnt.truth)):
         alone = dived(configuration, configuration, sea, dives, Mode.ALONE, fed)
-        found["steady"][whose] = steady.steady_errors(alone, spans)
+        errors["steady"][whose] = steady.steady_errors(alone, spans)
     if configuration == "hovering":
         for words, mode in MODES.items():
             flown = dived(configuration, "validation", sea, dives, mode, model)
-            found["validation"][words] = {
+            errors["validation"][words] = {
                 "measured": _phases(flown.dive, flown),
                 "true": _phases(truly(flown), flown),
             }
-    return found
+    return errors
 
 
 def truly(flown: Dived) -> Dive:
-    """The dive as sensors without noise at the origin would have told it."""
+    """The dive as noise-free sensors at the origin would have recorded it."""
     velocity, rates = flown.nu[:, :3], flown.nu[:, 3:]
     return replace(
         flown.dive, velocity=Signal(flown.time_s, velocity), gyro=Signal(flown.time_s, rates), fog=None
@@ -91,8 +96,8 @@ def truly(flown: Dived) -> Dive:
 
 def _phases(dive: Dive, flown: Dived) -> dict[str, dict[str, float]]:
     dvl = flown.file.vehicle.sensors.dvl
-    told = dive is flown.dive and dvl is not None
-    lever_m = dvl.mounting.position_m if told and dvl is not None else (0.0, 0.0, 0.0)
+    measured = dive is flown.dive and dvl is not None
+    lever_m = dvl.mounting.position_m if measured and dvl is not None else (0.0, 0.0, 0.0)
     errors = tracking_errors(dive, lever_m)
     return {axis.axis: {phase: axis.phase(phase) for phase in PHASES} for axis in errors.axes}
 
@@ -108,13 +113,13 @@ def _table_5(found: list[Data]) -> list[str]:
     ]
     for axis, rows in PAPER_TABLE_5.items():
         for phase, paper in rows.items():
-            told = [1e3 * _mean(found, mode, "measured", axis, phase) for mode in MODES]
+            errors = [1e3 * _mean(found, mode, "measured", axis, phase) for mode in MODES]
             true = 1e3 * _mean(found, "both", "true", axis, phase)
-            cells = " | ".join(f"{value:.1f}" for value in (*told, true))
-            met = f"{'yes' if told[-1] <= paper / 2 else 'no'} ({told[-1] / paper:.2f} of the paper's)"
+            cells = " | ".join(f"{value:.1f}" for value in (*errors, true))
+            met = f"{'yes' if errors[-1] <= paper / 2 else 'no'} ({errors[-1] / paper:.2f} of the paper's)"
             lines.append(f"| {axis} | {phase.lower()} | {cells} | {paper:g} | {met} |")
     return [*lines, ""]
 
 
 def _mean(found: list[Data], mode: str, judged: str, axis: str, phase: str) -> float:
-    return float(np.nanmean([one[mode][judged][axis][phase] for one in found]))
+    return float(np.nanmean([flight[mode][judged][axis][phase] for flight in found]))

@@ -30,28 +30,28 @@ def bound_job(seed: int) -> Data:
 
 
 def method_job(method: str, seed: int) -> Data:
-    """A method's answer to a seed's mission, as JSON; only what the mission holds a truth of."""
+    """A method's answer to a seed's mission, as JSON; only coefficients whose truth the mission holds."""
     mission = draw_one(seed)
     estimate = cast(Estimator, import_module(OWN[method]).estimate) if method in OWN else estimator(method)
     started = time.perf_counter()
     stated: dict[str, list[float | bool | None]] = {}
     outcome = "refused"
     try:
-        found = estimate(mission.dive, mission.file, mission.configuration, lambda *_report: None)
+        identified = estimate(mission.dive, mission.file, mission.configuration, lambda *_report: None)
     except FitError:
         return {
             "seed": seed, "method": method, "stated": stated, "refused": list(mission.truth), "outcome": outcome,
             "seconds": time.perf_counter() - started,
         }  # fmt: skip
     seconds = time.perf_counter() - started
-    doubted = {name for doubt in found.doubts for name in doubt.about}
+    doubted = {name for doubt in identified.doubts for name in doubt.about}
     for name in mission.truth:
-        p = found[name]
+        p = identified[name]
         if p.identifiable:
             stated[name] = [_finite(p.value), _finite(p.low95), _finite(p.high95), name in doubted]
     return {
         "seed": seed, "method": method, "stated": stated, "refused": [n for n in mission.truth if n not in stated],
-        "outcome": found.outcome.value, "seconds": seconds,
+        "outcome": identified.outcome.value, "seconds": seconds,
     }  # fmt: skip
 
 

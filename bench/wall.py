@@ -1,4 +1,4 @@
-"""How long the sections took, over all the runs that measured them, and whether that is as quick as it is to be."""
+"""Wall time of the sections over all the runs that measured them, and whether it meets the goal."""
 
 import time
 from collections.abc import Iterator, Mapping
@@ -14,7 +14,7 @@ GOAL_MIN = 90.0
 
 @contextmanager
 def timed(cache: Path, section: str, code: str) -> Iterator[None]:
-    """Adds the wall time of what is done within to that of a section of this code, be it stopped halfway."""
+    """Add the wall time of the `with` block to that of a section of this code, even if it is interrupted."""
     began_s = time.perf_counter()
     try:
         yield
@@ -25,7 +25,7 @@ def timed(cache: Path, section: str, code: str) -> Iterator[None]:
 
 
 def wall_s(cache: Path, section: str, code: str) -> float:
-    """Wall time of a section of this code in all runs so far, s; 0 where none was kept."""
+    """Wall time of a section of this code in all runs so far, s; 0 if none was kept."""
     return _kept_s(Remembered(cache / "wall.jsonl"), section, code)
 
 
@@ -35,7 +35,7 @@ def _kept_s(kept: Remembered, section: str, code: str) -> float:
 
 
 def lines(whole: Mapping[str, float | None]) -> list[str]:
-    """The paragraph at the top of the page: what `make bench` took, by its sections' times, None where not kept."""
+    """The paragraph at the top of the page: the time of `make bench` from its sections' times, None if not kept."""
     known = {name: seconds for name, seconds in whole.items() if seconds is not None}
     lacking = [name for name in whole if name not in known]
     if not known:

@@ -1,4 +1,4 @@
-"""Words of the page."""
+"""Text layout of the page."""
 
 import textwrap
 
@@ -6,5 +6,5 @@ WIDTH = 118
 
 
 def paragraph(*sentences: str) -> list[str]:
-    """The sentences as lines of the page."""
+    """Wrap the sentences into lines of the page."""
     return textwrap.wrap(" ".join(sentences), WIDTH, break_long_words=False, break_on_hyphens=False)

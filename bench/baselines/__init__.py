@@ -1,1 +1,1 @@
-"""What others would do with a dive, each as `estimate(dive, file, configuration, progress) -> Identification`."""
+"""Other methods' answers to a dive, each as `estimate(dive, file, configuration, progress) -> Identification`."""

@@ -1,6 +1,7 @@
 """The source paper's method at its optimum: the closed form of its loss, at once instead of by training.
 
-Where training ends (`identify.estimators.paper_physics`), with the paper's filter before it; it states no interval.
+The result is that of converged training (`identify.estimators.paper_physics`), with the paper's filter before it; it
+states no interval.
 """
 
 import math
@@ -21,7 +22,7 @@ from identify.identification import estimate as one_estimate
 def estimate(
     dive: Dive, file: VehicleFile, configuration: str, progress: Progress, options: PaperOptions = SMALL
 ) -> Identification:
-    """What the paper's loss is least for. Raises FitError where the paper's method finds nothing to learn."""
+    """Coefficients that minimise the paper's loss. Raises FitError if the dive excites none of its axes."""
     started = time.perf_counter()
     shape = file.vehicle.configurations[configuration]
     grid = aligned(dive, file, configuration, options.rate_hz, options.cutoff_hz)

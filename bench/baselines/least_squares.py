@@ -16,20 +16,20 @@ from identify.estimators.table import Progress
 from identify.identification import Identification
 
 RATE_HZ, CUTOFF_HZ = 20.0, 0.5
-"""On missions that the benchmark does not use, the best of 0.3, 0.5, 1, 2 and 5 Hz; and force on acceleration came out
-better than acceleration on force."""
+"""The best of 0.3, 0.5, 1, 2 and 5 Hz on missions that the benchmark does not use; there, force on acceleration came
+out better than acceleration on force."""
 
 
 def estimate(
     dive: Dive, file: VehicleFile, configuration: str, progress: Progress, cutoff_hz: float = CUTOFF_HZ
 ) -> Identification:
-    """Masses and dampings of every axis that the dive pushes. Raises FitError where it holds too little."""
+    """Masses and dampings of every axis that the dive pushes. Raises FitError if the thrusters push no axis."""
     started = time.perf_counter()
     terms = axis_terms(dive, file, configuration, RATE_HZ, cutoff_hz)
-    found = {axis.dof: fitted(axis) for axis in terms}
+    answers = {axis.dof: fitted(axis) for axis in terms}
     progress(1.0, "solved")
     wall_s = time.perf_counter() - started
-    return identification("least squares", dive, file, configuration, found, len(terms[0].force), wall_s)
+    return identification("least squares", dive, file, configuration, answers, len(terms[0].force), wall_s)
 
 
 def fitted(axis: AxisTerms) -> AxisAnswer:

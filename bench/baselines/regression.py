@@ -1,7 +1,7 @@
 """Each axis's equation of motion as a regression on its true terms alone.
 
     tau_i - g_i = M_i nu_dot_i + D_i nu_i + (two products of velocities) + a constant
-The products are those of C(nu) nu with a diagonal M; their coefficients are left free.
+The products are those of C(nu) nu with a diagonal M; their coefficients are free.
 """
 
 from dataclasses import dataclass
@@ -31,14 +31,14 @@ PRODUCTS = (
 """Velocities whose products push each axis (Fossen 2011, eq. 6.44 for a diagonal M)."""
 
 LEAST_DRIVE = 1e-3
-"""Thrust below this share of one thruster's limit (N, or N m) weighs nothing."""
+"""An axis whose thrust has less spread than this share of one thruster's limit (N, or N m) counts as not pushed."""
 
 Z95 = 1.959963984540054
 
 
 @dataclass(frozen=True)
 class AxisTerms:
-    """Terms of one axis on a uniform grid, (n,) each: thrust less restoring, velocity, the two products."""
+    """Terms of one axis on a uniform grid, (n,) each: thrust less restoring force, velocity, the two products."""
 
     dof: int
     rate_hz: float
@@ -50,7 +50,7 @@ class AxisTerms:
 
 @dataclass(frozen=True)
 class AxisAnswer:
-    """Mass and damping with their standard deviations; NaN where the method states none."""
+    """Mass and damping with their standard deviations; NaN if the method states none."""
 
     mass: float
     damping: float
@@ -59,20 +59,20 @@ class AxisAnswer:
 
 
 def axis_terms(dive: Dive, file: VehicleFile, name: str, rate_hz: float, cutoff_hz: float) -> list[AxisTerms]:
-    """The terms of every axis that the dive pushes, where bottom velocity was known.
+    """The terms of every axis that the dive pushes, at times with known bottom velocity.
 
-    Raises FitError where the dive holds too little.
+    Raises FitError if the thrusters push no axis.
     """
     shape = file.vehicle.configurations[name]
     grid = aligned(dive, file, name, rate_hz, cutoff_hz)
     g = np.column_stack([np.broadcast_to(x, len(grid)) for x in restoring(shape, list(grid.attitude.T))])
-    found = []
+    axes = []
     for dof in range(6):
         if grid.has[dof] and np.std(grid.tau[:, dof]) > LEAST_DRIVE * shape.thruster_limit_n:
-            found.append(_terms(grid, g, dof, rate_hz))
-    if not found:
+            axes.append(_terms(grid, g, dof, rate_hz))
+    if not axes:
         raise FitError(f"{dive.name}: the thrusters pushed no axis; dive with changes of speed")
-    return found
+    return axes
 
 
 def _terms(grid: AlignedDive, g: Array, dof: int, rate_hz: float) -> AxisTerms:
@@ -90,7 +90,7 @@ def identification(
     samples: int,
     wall_s: float,
 ) -> Identification:
-    """What a regression found, in the product's own form."""
+    """The result of a regression in the product's own form."""
     parameters = tuple(
         _parameter(c.name, found.get(c.dof), c.kind == "mass", DOFS[c.dof]) for c in COEFFICIENTS
     )

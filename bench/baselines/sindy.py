@@ -1,9 +1,9 @@
 """PySINDy (Brunton, Proctor and Kutz 2016) with the library of the true terms of each axis.
 
-Told which terms there are, its sparse regression has nothing left to select: threshold 0, so that no true term is
-dropped. It regresses acceleration on force: the mass is one over the coefficient of the force, the damping that of the
-velocity over it. Differentiation is what PySINDy recommends for noisy data, SmoothedFiniteDifference as it comes
-(Savitzky-Golay, cubic, 11 samples). It states no interval. Needs the optional extra `bench`.
+Given the true terms, its sparse regression has nothing left to select: threshold 0, so that no true term is dropped.
+It regresses acceleration on force: the mass is the inverse of the force's coefficient, the damping is the velocity's
+coefficient over the force's. The derivative is PySINDy's recommendation for noisy data, SmoothedFiniteDifference with
+its defaults (Savitzky-Golay, cubic, 11 samples). It states no interval. Needs the optional extra `bench`.
 """
 
 import time
@@ -26,13 +26,13 @@ RIDGE = 1e-8
 
 
 def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progress) -> Identification:
-    """Masses and dampings of every axis that the dive pushes. Raises FitError where it holds too little."""
+    """Masses and dampings of every axis that the dive pushes. Raises FitError if the thrusters push no axis."""
     started = time.perf_counter()
     terms = axis_terms(dive, file, configuration, RATE_HZ, UNFILTERED_HZ)
-    found = {axis.dof: fitted(axis, _differentiated()) for axis in terms}
+    answers = {axis.dof: fitted(axis, _differentiated()) for axis in terms}
     progress(1.0, "solved")
     wall_s = time.perf_counter() - started
-    return identification("PySINDy", dive, file, configuration, found, len(terms[0].force), wall_s)
+    return identification("PySINDy", dive, file, configuration, answers, len(terms[0].force), wall_s)
 
 
 def _differentiated() -> pysindy.SINDy:

@@ -26,16 +26,16 @@ SEED = 0
 
 
 def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progress) -> Identification:
-    """Masses and dampings of every axis that the dive pushes. Raises FitError where it holds too little."""
+    """Masses and dampings of every axis that the dive pushes. Raises FitError if the thrusters push no axis."""
     started = time.perf_counter()
     terms = axis_terms(dive, file, configuration, RATE_HZ, UNFILTERED_HZ)
     with warnings.catch_warnings():
         # PySINDy warns of its own use of its axes' labels.
         warnings.simplefilter("ignore")
-        found = {axis.dof: fitted(axis, _weak(axis)) for axis in terms}
+        answers = {axis.dof: fitted(axis, _weak(axis)) for axis in terms}
     progress(1.0, "solved")
     wall_s = time.perf_counter() - started
-    return identification("PySINDy weak", dive, file, configuration, found, len(terms[0].force), wall_s)
+    return identification("PySINDy weak", dive, file, configuration, answers, len(terms[0].force), wall_s)
 
 
 def _weak(axis: AxisTerms) -> pysindy.SINDy:

@@ -1,17 +1,18 @@
 """The Cramer-Rao bound of a mission, jointly over all six degrees of freedom.
 
-What it is. The readings of a dive have the likelihood of the innovations of a Kalman filter, closed loop or not
-(Ljung 1999, section 13.4). The Fisher information is the sum of de' S^-1 de + dS' dS / (2 S^2) over all readings, with
-de and dS the sensitivities of an innovation and of its variance (Gupta and Mehra 1974, eq. 35); its inverse is the
-least covariance that an unbiased method can have. Filter and sensitivities run over the dive's own readings at the
-TRUE parameters and over one joint state, so that what one axis says of another through the Coriolis forces is counted.
+The readings of a dive have the likelihood of the innovations of a Kalman filter, closed loop or not (Ljung 1999,
+section 13.4). The Fisher information is the sum of de' S^-1 de + dS' dS / (2 S^2) over all readings, with de and dS
+the sensitivities of an innovation and of its variance (Gupta and Mehra 1974, eq. 35); its inverse is the least
+covariance that an unbiased method can have. Filter and sensitivities run over the dive's own readings at the TRUE
+parameters and over one joint state, so that the information which an axis holds about another through the Coriolis
+forces counts.
 
-What is unknown, and so widens the bound: the twelve coefficients, a trim force on every axis, the spread and the time
-constant of each axis's disturbance, the noise level of each sensor on each axis. What it takes as known, as every
-method does: the thruster curve and its lag, restoring and buoyancy, the sensors' places.
+Unknown, and so widening the bound: the twelve coefficients, a trim force on every axis, the spread and the time
+constant of each axis's disturbance, the noise level of each sensor on each axis. Known, as every method assumes: the
+thruster curve and its lag, restoring and buoyancy, the sensors' positions.
 
-A wide Gaussian prior (a factor of e^3 either way; for the trims a tenth of full thrust) keeps the inverse finite where
-a dive says nothing at all of a coefficient; below a relative error of 30 % it does not show.
+A wide Gaussian prior (a factor of e^3 either way; for the trims a tenth of full thrust) keeps the inverse finite if a
+dive holds no information at all on a coefficient; below a relative error of 30 % it has no visible effect.
 """
 
 from dataclasses import dataclass
@@ -35,7 +36,7 @@ START_STD = np.array([0.1] * 6 + [0.0] * 6 + [0.05] * 3 + [1.0, 0.0])
 
 @dataclass(frozen=True)
 class Information:
-    """Fisher information (p, p) of a mission, its log likelihood and the gradient (p,) of that, all at the truth.
+    """Fisher information (p, p) of a mission, its log likelihood and the likelihood's gradient (p,), all at the truth.
 
     In the order of `kernel`: log masses, log dampings, trims (N, N m), logs of spreads, time constants and noises.
     `prior` (p,) is the wide prior's precision.
@@ -58,7 +59,7 @@ def cramer_rao(mission: Mission) -> dict[str, float]:
 
 
 def information(mission: Mission) -> Information:
-    """What the readings of a mission say of its parameters."""
+    """Compute the information that a mission's readings hold on its parameters."""
     vehicle, sensors, dive = mission.drawn, mission.sensors, mission.dive
     model = kernel.Model(
         vehicle.mass,
@@ -113,7 +114,7 @@ def _values(signal: Signal | None, columns: int) -> Array:
 
 
 def _wrench(mission: Mission) -> Array:
-    """(n, 6) mean wrench over each event step, from the recorded pulses through curve, lag and geometry."""
+    """Mean wrench (n, 6) over each event step, from the recorded pulses through curve, lag and geometry."""
     pwm, vehicle = mission.dive.pwm, mission.file.vehicle
     assert pwm is not None
     curve = thrust_curve(vehicle.thrust_curve, mission.file.path.parent)

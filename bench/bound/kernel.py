@@ -1,11 +1,12 @@
 """The joint Kalman filter of all six degrees of freedom at the true parameters, with its sensitivities, compiled.
 
 State (17): nu (6), disturbance as an acceleration (6), roll, pitch, yaw, depth, turned (the integral of yaw rate
-since the last mean of the fibre-optic gyro). Parameters (48): log total masses (6), log dampings (6), trim forces (6),
-log spread of the disturbance as an acceleration (6), log of its time constant (6), log noise by axis and channel
+since the last mean of the fibre-optic gyro). Parameters (48): log total masses (6), log dampings (6), trim forces
+(6), log spread of the disturbance as an acceleration (6), log of its time constant (6), log noise by axis and channel
 (6 x 3: velocity or rate; depth or angle; fibre-optic gyro).
-The equations are Fossen's (2011, eqs 2.28, 6.1 to 6.3), linearised about the filter's own estimate. How the gains
-depend on the parameters is taken from a small Riccati recursion of each axis beside the joint one (`shadow`).
+
+The equations are Fossen's (2011, eqs 2.28, 6.1 to 6.3), linearised about the filter's own estimate. The gains'
+derivatives by the parameters come from a small Riccati recursion of each axis next to the joint one (`shadow`).
 """
 
 import math
@@ -20,14 +21,14 @@ Array = NDArray[np.float64]
 NU, PUSH, ROLL, PITCH, YAW, DEPTH, TURNED, STATES = 0, 6, 12, 13, 14, 15, 16, 17
 LOG_MASS, LOG_DAMPING, TRIM, LOG_SPREAD, LOG_TIME, LOG_NOISE, PARAMETERS = 0, 6, 12, 18, 24, 30, 48
 SIZE, LOCALS, NOISES = 4, 6, 3
-"""Of an axis's shadow: states, parameters, and where among these its noises begin."""
+"""Of an axis's shadow: number of states, number of parameters, and place of the first noise among the parameters."""
 
 ORDER = (1, 0, 2, 2)
-"""How often each state of a shadow integrates the push."""
+"""Number of times that each state of a shadow integrates the push."""
 
 SMALL = 1e-4
 BLOCK = 256
-"""Readings whose sensitivities are gathered before they are added to the information."""
+"""Number of sensitivities that are gathered before they are added to the information."""
 
 
 class Model(NamedTuple):
@@ -43,11 +44,11 @@ class Model(NamedTuple):
 
 
 class Recorded(NamedTuple):
-    """Wrench (n, 6) N and N m, its mean over each step of `step_s`; readings in time order, as they were recorded.
+    """Mean wrench (n, 6), N and N m, over each step of `step_s`, and the recorded readings in time order.
 
-    dvl (a, 3) at `arm` (3,); gyro (b, 3); fog (c, 1); angles (e, 3) roll pitch yaw; depth (f, 1). `every` (5,) their
-    periods in steps, 0 for a sensor that is not there; `dvl_first` the step of the first of the DVL; `variance` (6,)
-    of one reading of dvl, gyro, fog, tilt, heading, depth.
+    dvl (a, 3) at `arm` (3,); gyro (b, 3); fog (c, 1); angles (e, 3) roll pitch yaw; depth (f, 1). `every` (5,): their
+    periods in steps, 0 for a missing sensor; `dvl_first`: step of the first DVL reading; `variance` (6,): of one
+    reading of dvl, gyro, fog, tilt, heading, depth.
     """
 
     step_s: float
@@ -64,13 +65,14 @@ class Recorded(NamedTuple):
 
 
 class Shadow(NamedTuple):
-    """How the gains depend on the parameters.
+    """Derivatives of the covariance, and so of the gains, by the parameters.
 
-    by_mass (6, STATES, STATES): the derivative of the joint covariance by each log mass, exact. All else from a small
-    filter of each axis: p (6, SIZE, SIZE) the covariance of speed, push, place (angle or depth), turned; dp (6, LOCALS,
-    SIZE, SIZE) its derivatives by log damping, spread, time constant and the three noises; phi, q (6, SIZE, SIZE) and
-    dphi, dq (6, LOCALS, SIZE, SIZE) what a step makes of them; state (6, SIZE) places in the joint state, -1 for none;
-    column (6, LOCALS) places among the parameters.
+    by_mass (6, STATES, STATES): derivative of the joint covariance by each log mass, exact. All other derivatives
+    come from a small filter of each axis: p (6, SIZE, SIZE): covariance of speed, push, position (angle or depth),
+    turned; dp (6, LOCALS, SIZE, SIZE): its derivatives by log damping, spread, time constant and the three noises;
+    phi, q (6, SIZE, SIZE) and dphi, dq (6, LOCALS, SIZE, SIZE): transition and noise of a step, and their
+    derivatives; state (6, SIZE): places in the joint state, -1 if absent; column (6, LOCALS): places among the
+    parameters.
     """
 
     by_mass: Array
@@ -85,9 +87,9 @@ class Shadow(NamedTuple):
 
 
 class Score(NamedTuple):
-    """What the readings add up to: log likelihood (1,), gradient (PARAMETERS,), information (PARAMETERS, PARAMETERS).
+    """Sums over the readings: log likelihood (1,), gradient (PARAMETERS,), information (PARAMETERS, PARAMETERS).
 
-    `rows` (BLOCK, PARAMETERS) gathers sensitivities over their spread, `used` (1,) of them so far.
+    `rows` (BLOCK, PARAMETERS) gathers sensitivities over their spread; `used` (1,) is the number gathered so far.
     """
 
     likelihood: Array
@@ -105,12 +107,12 @@ def new_score() -> Score:
 
 
 def shared_noise(m: int, n: int, h: float) -> float:
-    """What white noise gives over h to the covariance of its m-fold and n-fold further integrals, over its own."""
+    """Covariance of the m-fold and n-fold integrals of white noise over h, relative to the noise's own."""
     return h ** (m + n) / ((m + n + 1) * math.factorial(m) * math.factorial(n))
 
 
 def new_shadow(model: Model, covariance: Array, h: float) -> Shadow:
-    """The shadow of a joint covariance (STATES, STATES) that hangs on the spread of the disturbance alone."""
+    """The shadow of a joint covariance (STATES, STATES) that depends on the spread of the disturbance alone."""
     state = np.full((6, SIZE), -1, np.int64)
     state[:, 0], state[:, 1] = np.arange(6), PUSH + np.arange(6)
     state[2, 2], state[3:, 2], state[5, 3] = DEPTH, [ROLL, PITCH, YAW], TURNED
@@ -148,7 +150,7 @@ def new_shadow(model: Model, covariance: Array, h: float) -> Shadow:
 
 @njit(cache=True, error_model="numpy")
 def _motion(x: Array, tau: Array, model: Model, out: Array) -> None:
-    """The time derivative of the state; the disturbance's own decay is left to the exact answer."""
+    """Time derivative of the state; the decay of the disturbance is applied exactly elsewhere."""
     m, d = model.mass, model.damping
     u, v, w, p, q, r = x[0], x[1], x[2], x[3], x[4], x[5]
     sr, cr, sp, cp = np.sin(x[ROLL]), np.cos(x[ROLL]), np.sin(x[PITCH]), np.cos(x[PITCH])
@@ -169,7 +171,7 @@ def _motion(x: Array, tau: Array, model: Model, out: Array) -> None:
 
 @njit(cache=True, error_model="numpy")
 def _jacobian(x: Array, m: Array, model: Model, a: Array) -> None:
-    """The derivative of `_motion` by the state at total masses m (6,), and the disturbance's decay."""
+    """Derivative of `_motion` by the state at total masses m (6,), and the disturbance's decay."""
     d = model.damping
     u, v, w, p, q, r = x[0], x[1], x[2], x[3], x[4], x[5]
     sr, cr, sp, cp = np.sin(x[ROLL]), np.cos(x[ROLL]), np.sin(x[PITCH]), np.cos(x[PITCH])
@@ -204,10 +206,10 @@ def _jacobian(x: Array, m: Array, model: Model, a: Array) -> None:
 
 @njit(cache=True, error_model="numpy")
 def _by_parameter(x: Array, motion: Array, model: Model, out: Array) -> None:
-    """The derivative of nu_dot (6) by masses, dampings and trims, into (STATES, PARAMETERS).
+    """Derivative of nu_dot (6) by masses, dampings and trims, into (STATES, PARAMETERS).
 
-    A mass divides what pushes its own axis (the disturbance is held as an acceleration, which its mass leaves
-    alone) and makes Coriolis forces in the others.
+    A mass divides the force on its own axis (the disturbance is held as an acceleration, which its mass leaves
+    unchanged) and causes Coriolis forces in the others.
     """
     m, d = model.mass, model.damping
     u, v, w, p, q, r = x[0], x[1], x[2], x[3], x[4], x[5]
@@ -233,8 +235,8 @@ def _by_parameter(x: Array, motion: Array, model: Model, out: Array) -> None:
 def _shadow_read(shadow: Shadow, axis: int, place: int, channel: int, variance: float, gain: Array) -> Array:
     """Update an axis's covariance and its derivatives by a reading of the state at `place`.
 
-    Fills `gain` (LOCALS, SIZE), the derivatives of the gain, and returns those of the log of the innovation's
-    variance (LOCALS,). With L = 1 - K H and P+ = L P L' + K R K', dP+ = L dP L' + K dR K' at the optimal gain.
+    Fills `gain` (LOCALS, SIZE), the derivatives of the gain, and returns the derivatives (LOCALS,) of the log of the
+    innovation's variance. With L = 1 - K H and P+ = L P L' + K R K', dP+ = L dP L' + K dR K' at the optimal gain.
     """
     p, dp = shadow.p[axis], shadow.dp[axis]
     total = p[place, place] + variance
@@ -272,7 +274,7 @@ def _sandwich(left: Array, middle: Array, right: Array, out: Array) -> None:
 
 @njit(cache=True, error_model="numpy")
 def _shadow_predict(shadow: Shadow) -> None:
-    """Carry every axis's covariance and its derivatives over a step."""
+    """Propagate every axis's covariance and its derivatives over a step."""
     for axis in range(6):
         phi, dphi, p = shadow.phi[axis], shadow.dphi[axis], shadow.p[axis]
         for j in range(LOCALS):
@@ -290,7 +292,7 @@ def _shadow_predict(shadow: Shadow) -> None:
 
 @njit(cache=True, error_model="numpy")
 def _times_row(p: Array, row: Array, out: Array) -> None:
-    """out = p row, for a row of a few entries and a symmetric p."""
+    """out = p row, for a row with few nonzero entries and a symmetric p."""
     out[:] = 0.0
     for i in range(STATES):
         if row[i] != 0.0:
@@ -312,7 +314,10 @@ def _read(
     s: Array,
     score: Score,
 ) -> None:
-    """One scalar reading, `row` (STATES,) of the state and at `place` of an axis's shadow: score, then update."""
+    """Score one scalar reading, then update the filter; `row` (STATES,) is its row of the state.
+
+    `place` is its place in the shadow of `axis`.
+    """
     if np.isnan(reading):
         return
     ph, column, slope = np.empty(STATES), np.empty(STATES), np.zeros(PARAMETERS)
@@ -364,7 +369,7 @@ def _read(
 
 @njit(cache=True, error_model="numpy")
 def _forget(place: int, x: Array, p: Array, s: Array) -> None:
-    """Start a state anew from zero, known."""
+    """Reset a state to a known zero."""
     x[place] = 0.0
     p[place, :] = 0.0
     p[:, place] = 0.0
@@ -375,7 +380,7 @@ def _forget(place: int, x: Array, p: Array, s: Array) -> None:
 def scored(model: Model, recorded: Recorded, x: Array, p: Array, shadow: Shadow, score: Score) -> None:
     """Fill `score` with the log likelihood at the truth, its gradient and its Fisher information.
 
-    x (STATES,) and p (STATES, STATES) are the estimate and covariance at the start; both are moved on in place.
+    x (STATES,) and p (STATES, STATES) are the estimate and covariance at the start; both are advanced in place.
     """
     h = recorded.step_s
     s = np.zeros((STATES, PARAMETERS))

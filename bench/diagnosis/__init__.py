@@ -1,1 +1,2 @@
-"""The proof of the diagnosis: hundreds of dives with hidden effects, answered and judged, beside rival methods."""
+"""The proof of the diagnosis: hundreds of dives with hidden effects, diagnosed and judged, compared with rival
+methods."""

@@ -1,4 +1,4 @@
-"""The rivals beside the diagnosis, on the same dives: names, false alarms, and how far the gap closes."""
+"""The rivals compared with the diagnosis on the same dives: names, false alarms, and how far the gap closes."""
 
 import math
 import statistics
@@ -20,7 +20,7 @@ OURS = "`seatrial diagnose`"
 
 @dataclass(frozen=True)
 class Beside:
-    """One method on one dive; before, after: rms drift over the axes, in floors of the diagnosis, NaN where none."""
+    """One method on one dive; before, after: rms drift over the axes, in floors of the diagnosis, NaN without data."""
 
     method: str
     truth: dict[str, Any]
@@ -36,13 +36,15 @@ class Beside:
 
 def beside(trials: Sequence[Trial], rivals: Sequence[RivalTrial]) -> list[Beside]:
     """All methods on the dives that the rivals were run on."""
-    own = {one.name: one for one in trials}
+    by_name = {trial.name: trial for trial in trials}
     out = []
-    for name in dict.fromkeys(str(one.truth["name"]) for one in rivals):
-        one = own[name]
-        out.append(_row(OURS, one.truth, one.answer, one.seconds, one.before, one.after, one.floor))
+    for name in dict.fromkeys(str(trial.truth["name"]) for trial in rivals):
+        trial = by_name[name]
+        out.append(
+            _row(OURS, trial.truth, trial.answer, trial.seconds, trial.before, trial.after, trial.floor)
+        )
     for rival in rivals:
-        floor = own[str(rival.truth["name"])].floor
+        floor = by_name[str(rival.truth["name"])].floor
         out.append(
             _row(rival.rival, rival.truth, rival.answer, rival.seconds, rival.before, rival.after, floor)
         )
@@ -62,7 +64,7 @@ def _row(
 
 
 def in_floors(drift: tuple[float, ...], floor: tuple[float, ...]) -> float:
-    """The rms over the axes that are fitted; NaN where none was flown."""
+    """Rms over the fitted axes of drift over floor; NaN if no check dive was flown."""
     if not drift or not floor:
         return math.nan
     ratio = np.array(drift) / np.array(floor)
@@ -72,7 +74,7 @@ def in_floors(drift: tuple[float, ...], floor: tuple[float, ...]) -> float:
 
 def lines(found: Sequence[Beside]) -> list[str]:
     """The table of the page."""
-    methods = list(dict.fromkeys(one.method for one in found))
+    methods = list(dict.fromkeys(result.method for result in found))
     dives = len(found) // max(len(methods), 1)
     rows = [
         "| method | one hidden: named first, or its class | two hidden: both | two hidden: at least one | false alarms "
@@ -80,11 +82,11 @@ def lines(found: Sequence[Beside]) -> list[str]:
         "|---" * 8 + "|",
     ]
     for method in methods:
-        own = [one for one in found if one.method == method]
+        of_method = [result for result in found if result.method == method]
         cells = [
-            *(_naming(own) if method != NETWORK else ["names none", "-", "-", "-"]),
-            *_closing(own),
-            f"{statistics.median(one.seconds for one in own):.1f}",
+            *(_naming(of_method) if method != NETWORK else ["names none", "-", "-", "-"]),
+            *_closing(of_method),
+            f"{statistics.median(result.seconds for result in of_method):.1f}",
         ]
         rows.append(f"| {method} | {' | '.join(cells)} |")
     return [
@@ -111,17 +113,17 @@ def _naming(own: Sequence[Beside]) -> list[str]:
 
 
 def _rate(own: Sequence[Beside], kind: str, hit: Callable[[Judged], bool]) -> str:
-    """Of the dives of a kind."""
-    cases = [one.judged for one in own if one.judged.kind == kind]
+    """Rate of hits on the dives of a kind."""
+    cases = [result.judged for result in own if result.judged.kind == kind]
     return told(Rate(sum(map(hit, cases)), len(cases)))
 
 
 def _closing(own: Sequence[Beside]) -> list[str]:
     """The share of all gaps that is closed, and the median shrink."""
-    flown = [one for one in own if math.isfinite(one.before) and math.isfinite(one.after)]
-    gap = sum(max(one.before - 1.0, 0.0) for one in flown)
-    wide = [(one.before - one.after) / (one.before - 1.0) for one in flown if one.before >= WIDE]
+    flown = [dive for dive in own if math.isfinite(dive.before) and math.isfinite(dive.after)]
+    gap = sum(max(dive.before - 1.0, 0.0) for dive in flown)
+    wide = [(dive.before - dive.after) / (dive.before - 1.0) for dive in flown if dive.before >= WIDE]
     return [
-        f"{100 * sum(one.before - one.after for one in flown) / gap:.0f} %" if gap > 0 else "-",
+        f"{100 * sum(dive.before - dive.after for dive in flown) / gap:.0f} %" if gap > 0 else "-",
         f"{100 * statistics.median(wide):.0f} %" if wide else "-",
     ]

@@ -10,7 +10,7 @@ from identify.challenge.score import CLEAR, WIDE, Rate, Score
 
 @dataclass(frozen=True)
 class Goal:
-    """What is asked for; figure: of a score, None where there is nothing to judge; least or most of it."""
+    """A goal in words; figure: computes it from a score, None without data; least, most: limits of the figure."""
 
     words: str
     figure: Callable[[Score], Rate | float | None]
@@ -41,10 +41,10 @@ def told(figure: Rate | float | None, percent: bool = True) -> str:
 
 
 def rate(name: str) -> Callable[[Score], Rate]:
-    """A rate of a score, by the beginning of its sentence."""
+    """A function that takes a rate from a score, by the beginning of its sentence."""
 
     def of(score: Score) -> Rate:
-        (found,) = [one for words, one in score.rates.items() if words == name]
+        (found,) = [value for words, value in score.rates.items() if words == name]
         return found
 
     return of
@@ -83,7 +83,7 @@ GOALS = (
         percent=False,
     ),
 )
-"""Judged by the figure itself; the 95 % bounds (Wilson 1927) stand beside it."""
+"""Judged by the figure itself; the 95 % bounds (Wilson 1927) are shown next to it."""
 
 ALSO = (
     ("cause named first by its own name, or one in its true class", "one hidden: named first"),
@@ -129,7 +129,7 @@ NUMBERS = (
 
 
 def lines(score: Score) -> list[str]:
-    """The goals, and what else the score holds."""
+    """The goals, and the other figures of the score."""
     rows = ["| goal | figure (95 % bounds) | |", "|---|---|---|", *(goal.line(score) for goal in GOALS), ""]
     rows += ["Beside them:", "", "| what | figure |", "|---|---|"]
     rows += [f"| {words} | {told(score.rates[name])} |" for words, name in ALSO]

@@ -14,38 +14,42 @@ from identify.challenge.score import score
 
 POINTS = 8
 EVERY = {"none": 15, "one": 8, "two": 6}
-"""Rivals are run on every so many of the dives of a kind."""
+"""The rivals are run on every n-th dive of a kind."""
 
 
 def section(cache: Path, short: bool) -> str:
-    """The section, from what `cache` holds and what it lacks."""
+    """The section, from the results in `cache`; runs the dives that are missing there."""
     plan = planned(SHORT if short else FULL)
     trials = measured(plan, Remembered(cache / "diagnosis.jsonl"), "diagnosis")
-    others = rivals.measured(shared(plan), Remembered(cache / "diagnosis-rivals.jsonl"))
+    rival_trials = rivals.measured(shared(plan), Remembered(cache / "diagnosis-rivals.jsonl"))
     timed = speed.measured(Remembered(cache / "diagnosis-speed.jsonl"), short)
-    return page(trials, others, speed.lines(timed))
+    return page(trials, rival_trials, speed.lines(timed))
 
 
 def shared(plan: Sequence[Planned]) -> list[Planned]:
     """The dives that the rivals are run on, too."""
     return [
-        one
+        dive
         for group, every in EVERY.items()
-        for one in [planned for planned in plan if planned.group == group][::every]
+        for dive in [planned for planned in plan if planned.group == group][::every]
     ]
 
 
 def page(trials: Sequence[Trial], others: Sequence[rivals.RivalTrial], fast: Sequence[str]) -> str:
     """The section from its trials and the lines on its speed."""
-    groups = {group: [one for one in trials if one.group == group] for group in ("one", "novel", "left out")}
-    found = score([one.truth for one in trials], {one.name: one.answer for one in trials if one.answer})
-    refused = [f"{one.name} ({one.refusal})" for one in trials if one.answer is None]
+    groups = {
+        group: [trial for trial in trials if trial.group == group] for group in ("one", "novel", "left out")
+    }
+    scored = score(
+        [trial.truth for trial in trials], {trial.name: trial.answer for trial in trials if trial.answer}
+    )
+    refused = [f"{trial.name} ({trial.refusal})" for trial in trials if trial.answer is None]
     lines = [
         "## Diagnosis of hidden effects",
         "",
         *_introduction(trials),
         "",
-        *goals.lines(found),
+        *goals.lines(scored),
         "",
         f"Refused: {'; '.join(refused) if refused else 'none'}.",
         "",
@@ -79,7 +83,8 @@ def page(trials: Sequence[Trial], others: Sequence[rivals.RivalTrial], fast: Seq
 
 def _introduction(trials: Sequence[Trial]) -> list[str]:
     count = {
-        group: sum(one.group == group for one in trials) for group in dict.fromkeys(t.group for t in trials)
+        group: sum(trial.group == group for trial in trials)
+        for group in dict.fromkeys(t.group for t in trials)
     }
     words = {
         "none": "without an effect",
@@ -88,11 +93,11 @@ def _introduction(trials: Sequence[Trial]) -> list[str]:
         "novel": "with something that no library has",
         "left out": "with an effect that the library was made to lack",
     }
-    told = ", ".join(f"{count[group]} {words[group]}" for group in words if group in count)
-    seconds = statistics.median(one.seconds for one in trials)
-    first = min(int(one.name.split()[-1]) for one in trials)
+    counts = ", ".join(f"{count[group]} {words[group]}" for group in words if group in count)
+    seconds = statistics.median(trial.seconds for trial in trials)
+    first = min(int(trial.name.split()[-1]) for trial in trials)
     return paragraph(
-        f"{len(trials)} simulated dives of 300 to 600 s: {told}. Each draws a vehicle, its sensors, controller,",
+        f"{len(trials)} simulated dives of 300 to 600 s: {counts}. Each draws a vehicle, its sensors, controller,",
         "disturbance and mission, and a size that runs over a factor of ten from where an effect begins to show. The",
         "planting simulator (`identify/challenge`) shares no equation with the library and plants other forms than it",
         f"fits. Seeds from {first} on; nothing is tuned on those from {BENCH} on. Median",

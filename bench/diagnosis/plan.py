@@ -1,4 +1,4 @@
-"""Which dives are diagnosed: how many of each kind, by which seeds.
+"""Plan of the diagnosed dives: how many of each kind, and their seeds.
 
 All seeds are of a range that nothing is tuned on; development has seeds of its own (300000 to 399999).
 """
@@ -11,18 +11,18 @@ from identify.challenge.novel import NOVEL
 from identify.challenge.plants import ABSORBED, PLANTS
 
 BENCH, DEVELOPMENT = 500_000, 390_000
-"""The first seed of all; the short form, which anyone may look at, has those of development."""
+"""First seeds; the short form, which anyone may look at, uses seeds of development."""
 
 NONE, ONE, TWO, NOVEL_KINDS, LACKING, SPEED, POWER = (1000 * k for k in range(7))
-"""Of each group, from there on; power comes last, for it has the most."""
+"""Offset of each group's seeds from the first; power comes last, because it has the most."""
 
 UNKNOWABLE = tuple(name for name in PLANTS if name not in UNSEEN_BESIDE)
-"""What is planted once more, left out of the library with its true class."""
+"""Effects that are planted once more while the library lacks them and their true class."""
 
 
 @dataclass(frozen=True)
 class Planned:
-    """One dive. names: what it hides, drawn where None; left: the effect that the library lacks, if one."""
+    """One dive. names: its hidden effects, drawn if None; left: the effect that the library lacks, "" for none."""
 
     group: str
     seed: int
@@ -41,8 +41,12 @@ class Planned:
 
 @dataclass(frozen=True)
 class Counts:
-    """How many dives: without an effect; of each effect alone; of two; of each that no library has; of those left out
-    of the library, each once, so many in all; and of each effect alone for its power. first: the first seed."""
+    """Numbers of dives.
+
+    none: without an effect; each: of each effect alone; two: with two effects; novel: of each effect that no library
+    has; lacking: of effects left out of the library, one dive each; power: of each effect alone, for its power.
+    first: the first seed.
+    """
 
     first: int
     none: int
@@ -58,7 +62,7 @@ SHORT = Counts(DEVELOPMENT, 8, 1, 8, 1, 4, 2)
 
 
 def planned(counts: Counts) -> list[Planned]:
-    """All dives of the section, but for those of the power curves."""
+    """All dives of the section, without those of the power curves."""
     first = counts.first
     alone = [name for name in PLANTS for _ in range(counts.each)]
     novel = [name for name in NOVEL for _ in range(counts.novel)]
@@ -73,7 +77,7 @@ def planned(counts: Counts) -> list[Planned]:
 
 
 def power_planned(counts: Counts) -> list[Planned]:
-    """The dives of the power curves: every effect alone that a refit leaves to be seen."""
+    """The dives of the power curves: every effect alone that remains visible after a refit."""
     names = [name for name in PLANTS if name not in ABSORBED for _ in range(counts.power)]
     return _of_names("power", counts.first + POWER, "one", names)
 

@@ -1,6 +1,7 @@
-"""The power of the diagnosis: of each effect, how large it has to be to be named; rows kept in the repository.
+"""The power of the diagnosis: the size from which each effect is named; rows kept in the repository.
 
-A few hours of work, so what is done is packed at every end, an interruption's too, and gone on with from there.
+It takes a few hours, so finished rows are packed at every end, even by an interruption, and a later run continues
+from them.
 """
 
 import gzip
@@ -23,7 +24,7 @@ POINTS = 3
 
 
 def section(cache: Path, results: Path, short: bool) -> str:
-    """The section, from what `cache` and the packed file `results` hold and what they lack."""
+    """The section, from the results in `cache` and in the packed file `results`; runs the missing dives."""
     kept = Remembered(cache / "power.jsonl")
     jobs = jobs_of(power_planned(SHORT if short else FULL))
     unpack(kept, results, jobs)
@@ -35,24 +36,25 @@ def section(cache: Path, results: Path, short: bool) -> str:
 
 
 def jobs_of(plan: Sequence[Planned]) -> dict[str, Job]:
-    """A job a dive, by a key that holds the stamp of the code."""
-    return {f"{one.name}:{stamp(*DECIDED)}": partial(power_job, one) for one in plan}
+    """A job per dive, by a key that holds the stamp of the code."""
+    return {f"{dive.name}:{stamp(*DECIDED)}": partial(power_job, dive) for dive in plan}
 
 
 def power_job(one: Planned) -> Data:
-    """What hid, its size over the noise floor, whether it was named first or its class was, and what was said."""
+    """Diagnose a dive: hidden effect, its size over the noise floor, whether it or its class came first, and the
+    answer."""
     answered = trial(trial_job(one))
-    found = judged(answered)
+    answer_judged = judged(answered)
     return {
         "effect": answered.truth["effects"][0]["name"],
         "size": answered.truth["size"],
-        "hit": found.in_class(),
-        "said": found.named[0].name if found.named else found.verdict,
+        "hit": answer_judged.in_class(),
+        "said": answer_judged.named[0].name if answer_judged.named else answer_judged.verdict,
     }
 
 
 def unpack(kept: Remembered, results: Path, wanted: Container[str]) -> None:
-    """Take the rows of a packed file that are wanted and not known yet."""
+    """Take in the rows of a packed file that are wanted and not yet known."""
     if not results.exists():
         return
     for line in gzip.decompress(results.read_bytes()).decode().splitlines():
@@ -62,7 +64,7 @@ def unpack(kept: Remembered, results: Path, wanted: Container[str]) -> None:
 
 
 def pack(rows: dict[str, Data], results: Path) -> None:
-    """Write rows to a gzipped file of JSON lines, the same bytes for the same rows."""
+    """Write rows to a gzipped file of JSON lines; the same rows give the same bytes."""
     text = "".join(json.dumps({"key": key, "data": rows[key]}) + "\n" for key in sorted(rows))
     results.parent.mkdir(parents=True, exist_ok=True)
     results.write_bytes(gzip.compress(text.encode(), mtime=0))
@@ -73,8 +75,8 @@ def page(rows: Sequence[Data]) -> str:
     names = sorted({str(row["effect"]) for row in rows})
     lines = ["| effect | size over the noise floor | named first, or its class |", "|---|---|---|"]
     for name in names:
-        own = [(float(row["size"]), bool(row["hit"])) for row in rows if row["effect"] == name]
-        for low, high, rate in by_size(own, POINTS):
+        of_effect = [(float(row["size"]), bool(row["hit"])) for row in rows if row["effect"] == name]
+        for low, high, rate in by_size(of_effect, POINTS):
             lines.append(f"| `{name}` | {low:.2f} to {high:.2f} | {goals.told(rate)} |")
     return "\n".join(
         [
@@ -96,7 +98,7 @@ def page(rows: Sequence[Data]) -> str:
 
 
 def _over_all(rows: Sequence[Data]) -> list[str]:
-    """How many of all, and of those that the dive shows at all."""
+    """The rates of all dives, and of those with a size of CLEAR or more over the floor."""
     shown = [row for row in rows if row["size"] >= CLEAR]
     unseen = sum(not row["hit"] and row["said"] == "no_gap" for row in rows)
     return paragraph(

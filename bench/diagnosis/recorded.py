@@ -1,4 +1,4 @@
-"""A case's dives as a user has them: written as a recording and read again, with what a recording rounds."""
+"""A case's dives as a user has them: written as a recording and read again, with the rounding of a recording."""
 
 import tempfile
 from pathlib import Path

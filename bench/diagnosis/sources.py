@@ -1,4 +1,4 @@
-"""The code that the figures of the diagnosis hang on (`bench.stamp`)."""
+"""The code that the figures of the diagnosis depend on (`bench.stamp`)."""
 
 from bench.stamp import ROOT, files, reached
 
@@ -18,6 +18,6 @@ DECIDED = tuple(
     if source.startswith(CARRIED)
     or not source.startswith(("bridge/", "identify/ingest/", "identify/report/"))
 )
-"""What plants an effect and names it, without the wire and the files between: a row of the power curves, hours of
-work, is not given up for those, whose values are tested by themselves."""
+"""Code that plants an effect and names it, without the link and the files between: its values are tested separately,
+and a change there does not discard rows of the power curves, which take hours."""
 POWER = (*DECIDED, *(f"bench/diagnosis/{name}.py" for name in ("goals", "power", "tables")))

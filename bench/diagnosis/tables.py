@@ -1,4 +1,4 @@
-"""Tables of the diagnosis: by effect, by size over the noise floor, what was said instead, of calibration."""
+"""Tables of the diagnosis: by effect, by size over the noise floor, wrong names, calibration."""
 
 import math
 import statistics
@@ -18,7 +18,7 @@ from identify.challenge.plants import ABSORBED
 from identify.challenge.score import BINS, Judged, Rate
 
 EACH_POINT = 30
-"""So many dives at the least make a point of a power curve."""
+"""Least number of dives in a point of a power curve."""
 
 
 def judged(trial: Trial) -> Judged:
@@ -26,20 +26,28 @@ def judged(trial: Trial) -> Judged:
 
 
 def by_size(told_of: Sequence[tuple[float, bool]], points: int) -> list[tuple[float, float, Rate]]:
-    """Of sizes over the floor, each with whether the cause was named first: smallest and largest of each point, and
-    the rate.
+    """Power by size: smallest and largest size of each point, and the rate of hits.
 
-    Points of as many dives each, and none of fewer than EACH_POINT unless there are no more.
+    `told_of`: size over the floor, and whether the cause was named first. Points hold equally many dives, at least
+    EACH_POINT unless there are fewer in all.
     """
     ordered = sorted(told_of)
     points = max(min(points, len(ordered) // EACH_POINT), 1)
     parts = [[ordered[i] for i in part] for part in np.array_split(np.arange(len(ordered)), points)]
-    return [(own[0][0], own[-1][0], Rate(sum(hit for _, hit in own), len(own))) for own in parts if own]
+    return [
+        (bin_sizes[0][0], bin_sizes[-1][0], Rate(sum(hit for _, hit in bin_sizes), len(bin_sizes)))
+        for bin_sizes in parts
+        if bin_sizes
+    ]
 
 
 def pooled_power(trials: Sequence[Trial], points: int) -> list[str]:
-    """The power curve of all effects that a refit leaves to be seen, together."""
-    seen = [(float(one.truth["size"]), judged(one).in_class()) for one in trials if judged(one).kind == "one"]
+    """The power curve of all effects that remain visible after a refit, together."""
+    seen = [
+        (float(trial.truth["size"]), judged(trial).in_class())
+        for trial in trials
+        if judged(trial).kind == "one"
+    ]
     rows = ["| size over the noise floor | named first, or its class |", "|---|---|"]
     rows += [f"| {low:.2f} to {high:.2f} | {told(rate)} |" for low, high, rate in by_size(seen, points)]
     return [
@@ -54,19 +62,19 @@ def pooled_power(trials: Sequence[Trial], points: int) -> list[str]:
 
 
 def by_effect(trials: Sequence[Trial]) -> list[str]:
-    """Each effect that hid alone."""
+    """Table of the effects that were hidden alone."""
     rows = [
         "| effect | named first, or its class | smallest named | which is | largest missed | median magnitude error "
         "| said instead |",
         "|---" * 7 + "|",
     ]
     units = _units()
-    names = sorted({one.truth["effects"][0]["name"] for one in trials})
+    names = sorted({dive.truth["effects"][0]["name"] for dive in trials})
     for name in names:
-        own = [one for one in trials if one.truth["effects"][0]["name"] == name]
-        hit = [one for one in own if judged(one).in_class()]
-        missed = [one for one in own if one not in hit]
-        rate = Rate(len(hit), len(own))
+        of_effect = [dive for dive in trials if dive.truth["effects"][0]["name"] == name]
+        hit = [dive for dive in of_effect if judged(dive).in_class()]
+        missed = [dive for dive in of_effect if dive not in hit]
+        rate = Rate(len(hit), len(of_effect))
         mark = " (a refit takes it up)" if name in ABSORBED else ""
         rows.append(
             f"| `{name}`{mark} | {rate.hits} of {rate.of} | {_least(hit, units)} | {_most(missed)} | {_magnitude(hit)} "
@@ -76,47 +84,51 @@ def by_effect(trials: Sequence[Trial]) -> list[str]:
 
 
 def calibration(trials: Sequence[Trial]) -> list[str]:
-    """How often causes of a stated probability were there."""
-    stated = [(named.probability, judged(one).right(named)) for one in trials for named in judged(one).named]
+    """How often causes of a stated probability were present."""
+    stated = [
+        (named.probability, judged(trial).right(named)) for trial in trials for named in judged(trial).named
+    ]
     stated = [(p, right) for p, right in stated if math.isfinite(p)]
     rows = ["| stated probability | causes | mean stated | were there |", "|---" * 4 + "|"]
     for k in range(BINS):
-        own = [(p, right) for p, right in stated if min(int(p * BINS), BINS - 1) == k]
-        if own:
-            rate = Rate(sum(right for _, right in own), len(own))
-            mean = statistics.fmean(p for p, _ in own)
+        in_bin = [(p, right) for p, right in stated if min(int(p * BINS), BINS - 1) == k]
+        if in_bin:
+            rate = Rate(sum(right for _, right in in_bin), len(in_bin))
+            mean = statistics.fmean(p for p, _ in in_bin)
             rows.append(
-                f"| {k / BINS:.1f} to {(k + 1) / BINS:.1f} | {len(own)} | {mean:.3f} | {told(rate)} |"
+                f"| {k / BINS:.1f} to {(k + 1) / BINS:.1f} | {len(in_bin)} | {mean:.3f} | {told(rate)} |"
             )
     return rows if len(rows) > 2 else ["No probability was stated."]
 
 
 def unknowns(trials: Sequence[Trial]) -> list[str]:
-    """What no library has, and what was left out of it: verdicts by kind."""
+    """Verdicts on effects that no library has, and on effects that were left out of the library, by kind."""
     rows = ["| hidden | dives | unknown | explained, partly or ambiguous, by | no gap |", "|---" * 5 + "|"]
-    keys = list(dict.fromkeys((one.group, one.truth["effects"][0]["name"]) for one in trials))
+    keys = list(dict.fromkeys((dive.group, dive.truth["effects"][0]["name"]) for dive in trials))
     for group, name in keys:
-        own = [judged(one) for one in trials if (one.group, one.truth["effects"][0]["name"]) == (group, name)]
-        verdicts = Counter(one.verdict for one in own)
+        of_kind = [
+            judged(dive) for dive in trials if (dive.group, dive.truth["effects"][0]["name"]) == (group, name)
+        ]
+        verdicts = Counter(dive.verdict for dive in of_kind)
         wrong = Counter(
-            one.named[0].name for one in own if one.named and one.verdict not in ("unknown", "no_gap")
+            dive.named[0].name for dive in of_kind if dive.named and dive.verdict not in ("unknown", "no_gap")
         )
-        by = ", ".join(f"{other} ({count})" for other, count in wrong.most_common(3)) or "-"
+        by = ", ".join(f"{named} ({count})" for named, count in wrong.most_common(3)) or "-"
         title = f"`{name}`, left out" if group == "left out" else f"`{name}`"
-        rows.append(f"| {title} | {len(own)} | {verdicts['unknown']} | {by} | {verdicts['no_gap']} |")
+        rows.append(f"| {title} | {len(of_kind)} | {verdicts['unknown']} | {by} | {verdicts['no_gap']} |")
     return rows
 
 
 def _instead(missed: Sequence[Trial]) -> str:
     said: Counter[str] = Counter()
-    for one in missed:
-        case = judged(one)
+    for dive in missed:
+        case = judged(dive)
         said[case.named[0].name if case.named else case.verdict.replace("_", " ") or "refused"] += 1
     return ", ".join(f"{name} ({count})" for name, count in said.most_common(3)) or "-"
 
 
 def _least(trials: Sequence[Trial], units: Mapping[tuple[str, str], str]) -> str:
-    """The smallest size over the floor, and what was planted there."""
+    """The smallest size over the floor, and the planted parameter there."""
     if not trials:
         return "- | -"
     one = min(trials, key=lambda one: float(one.truth["size"]))
@@ -124,7 +136,7 @@ def _least(trials: Sequence[Trial], units: Mapping[tuple[str, str], str]) -> str
 
 
 def magnitude(effect: Mapping[str, Any], units: Mapping[tuple[str, str], str]) -> str:
-    """The first parameter that tells how large an effect is; of a vector its length."""
+    """The first parameter that measures the size of an effect; its length if it is a vector."""
     sized = {name: value for name, value in effect["parameters"].items() if name not in UNMEASURED}
     if not sized:
         return "-"
@@ -136,7 +148,7 @@ def magnitude(effect: Mapping[str, Any], units: Mapping[tuple[str, str], str]) -
 
 
 def _units() -> dict[tuple[str, str], str]:
-    """Of the library's parameters, by the names of effect and parameter."""
+    """Units of the library's parameters, by the names of effect and parameter."""
     file = load_vehicle("ruvifist:survey")
     effects = library(file.vehicle.configurations["survey"], file.vehicle.thrust_curve.lag_s)
     return {
@@ -147,7 +159,7 @@ def _units() -> dict[tuple[str, str], str]:
 
 
 def _most(trials: Sequence[Trial]) -> str:
-    return f"{max(float(one.truth['size']) for one in trials):.2f}" if trials else "-"
+    return f"{max(float(dive.truth['size']) for dive in trials):.2f}" if trials else "-"
 
 
 def _magnitude(trials: Sequence[Trial]) -> str:

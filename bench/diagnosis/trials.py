@@ -1,6 +1,6 @@
-"""What the diagnosis makes of every planned dive: answers, kept beside the truth.
+"""The diagnosis of every planned dive: answers, kept with the truth.
 
-The key of an answer holds a stamp of the code that it comes from, so that none of older code counts for the present.
+The key of an answer holds a stamp of its code, so that answers of older code never count for the present code.
 """
 
 import math
@@ -27,16 +27,15 @@ from identify.diagnose.diagnose import diagnose
 from identify.diagnose.result import Diagnosis
 
 CHECKED = ("one", "two")
-"""Where a check dive is flown: there is a gap that can be closed."""
+"""Groups with a check dive, because they have a gap that can be closed."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A planned dive with its truth, the answer (None where the diagnosis refused, and why), and the processor's
-    seconds.
+    """A planned dive with its truth, the answer (None with the reason if the diagnosis refused), and the CPU seconds.
 
     before, after, floor (6,): rms drifts on the check dive after 5 s, m/s and rad/s, NaN in axes that are not fitted;
-    empty where none was flown.
+    empty if no check dive was flown.
     """
 
     group: str
@@ -54,63 +53,65 @@ class Trial:
 
 
 def measured(plan: Sequence[Planned], kept: Remembered, words: str) -> list[Trial]:
-    """The trials of all dives; what `kept` lacks is diagnosed, a core each."""
-    jobs: dict[str, Job] = {f"{one.name}:{stamp(*ANSWERS)}": partial(trial_job, one) for one in plan}
+    """The trials of all dives; those missing in `kept` are diagnosed, one core each."""
+    jobs: dict[str, Job] = {f"{dive.name}:{stamp(*ANSWERS)}": partial(trial_job, dive) for dive in plan}
     return [trial(data) for data in kept.fill(jobs, words).values()]
 
 
 def trial_job(one: Planned) -> Data:
-    """A `Trial` as JSON."""
+    """Diagnose a dive; return a `Trial` as JSON."""
     case = one.case()
     check = recorded_check(case) if one.group in CHECKED else None
     dive, effects = recorded_dive(case), effects_for(case)
-    found: Diagnosis | None = None
+    diagnosed: Diagnosis | None = None
     refusal = ""
     began = time.process_time()
     try:
-        found = diagnose(dive, case.file, case.configuration, check=check, effects=effects, progress=_silent)
+        diagnosed = diagnose(
+            dive, case.file, case.configuration, check=check, effects=effects, progress=_silent
+        )
     except SeatrialError as error:
         refusal = str(error)
     seconds = time.process_time() - began
     return {
         "group": one.group,
         "truth": case.truth(),
-        "answer": None if found is None else plain(found),
+        "answer": None if diagnosed is None else plain(diagnosed),
         "refusal": refusal,
         "seconds": seconds,
-        "drifts": [] if found is None else _drifts(found),
+        "drifts": [] if diagnosed is None else _drifts(diagnosed),
     }
 
 
 def effects_for(case: Case) -> tuple[Effect, ...]:
-    """The library without what the case wants it to lack."""
+    """The library without the effects that the case leaves out."""
     shape = case.file.vehicle.configurations[case.configuration]
-    whole = library(shape, case.file.vehicle.thrust_curve.lag_s)
-    return tuple(effect for effect in whole if effect.name not in case.without)
+    full = library(shape, case.file.vehicle.thrust_curve.lag_s)
+    return tuple(effect for effect in full if effect.name not in case.without)
 
 
 def trial(data: Data) -> Trial:
-    """A trial from its JSON."""
+    """Build a trial from its JSON."""
     answer = None if data["answer"] is None else answer_of(data["answer"])
     rows = [tuple(math.nan if v is None else v for v in row) for row in data["drifts"]] or [(), (), ()]
     return Trial(data["group"], data["truth"], answer, data["refusal"], data["seconds"], *rows)
 
 
 def _drifts(found: Diagnosis) -> list[list[float | None]]:
-    """Before, after and floor by axis, of the ends of the windows."""
+    """Rms drift before and after, and the floor, by axis, at the ends of the windows."""
     flown = found.prediction
     if flown is None:
         return []
     ends = np.flatnonzero(np.diff(flown.window, append=flown.window[-1] + 1))
-    off = [one[ends] - flown.measured[ends] for one in (flown.before, flown.after)]
-    rows = [*(np.sqrt(np.mean(one**2, axis=0)) for one in off), flown.floor]
+    off = [simulated[ends] - flown.measured[ends] for simulated in (flown.before, flown.after)]
+    rows = [*(np.sqrt(np.mean(simulated**2, axis=0)) for simulated in off), flown.floor]
     return [[finite(value) for value in row] for row in rows]
 
 
 def finite(value: float) -> float | None:
-    """For JSON."""
+    """Round a number for JSON; None if it is not finite."""
     return float(f"{value:.6g}") if math.isfinite(value) else None
 
 
 def _silent(_share: float, _words: str) -> None:
-    """Nobody watches."""
+    """Ignore the progress."""

@@ -50,10 +50,10 @@ def _score(arguments: argparse.Namespace) -> None:
     from bench.field.section import lines
     from bench.field.sources import ANSWERS
 
-    folders = [place.parent for one in arguments.folders for place in sorted(one.glob("**/truth.yaml"))]
+    folders = [place.parent for folder in arguments.folders for place in sorted(folder.glob("**/truth.yaml"))]
     with tempfile.TemporaryDirectory() as spare:
         kept = Remembered(arguments.kept or Path(spare) / "kept.jsonl")
-        jobs = {f"{one.resolve()}:{stamp(*ANSWERS)}": partial(folder_job, one) for one in folders}
+        jobs = {f"{folder.resolve()}:{stamp(*ANSWERS)}": partial(folder_job, folder) for folder in folders}
         cases = [judged(data) for data in kept.fill(jobs, "field dives").values()]
         sys.stdout.write("\n".join([*lines(cases), ""]))
 

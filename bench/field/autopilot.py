@@ -1,7 +1,7 @@
-"""The autopilot between sticks and pulses: depth held, heading held or turned, the mixer; compiled.
+"""The autopilot between sticks and pulses, compiled: depth hold, heading hold or turn, mixer.
 
-As ArduSub in ALT_HOLD: surge and sway go straight to the mixer, a heave stick is a rate of sinking, a yaw stick a rate
-of turning, and what the stick leaves alone is held.
+As ArduSub in ALT_HOLD: surge and sway go straight to the mixer, a heave stick sets a rate of sinking, a yaw stick a
+rate of turning; depth and heading are held while their stick is at neutral.
 """
 
 from typing import NamedTuple
@@ -25,11 +25,13 @@ FULL_US = 380.0
 
 
 class Autopilot(NamedTuple):
-    """Gains in N and N m by each axis's unit. held (2,): rate by error of depth and of heading; damp, gather (6,):
-    wrench by error of rate and by its integral, of heave and yaw; bound (6,): of the integral's share; level (2,),
-    still (2,): of roll and pitch by angle and by rate. matrix (6, k), inverse (k, 6), reach (6,): N and N m of one
-    newton of every thruster. straight: 1 where the mixer adds up pulses, as the stock one does, `us_per_n` of them for
-    what is held, 0 where it turns thrust into pulses.
+    """Gains in N and N m per unit of each axis.
+
+    held (2,): rate by error of depth and of heading; damp, gather (6,): wrench by error of rate and by its integral,
+    of heave and yaw; bound (6,): limit of the integral's wrench; level (2,), still (2,): roll and pitch moment by
+    angle and by rate. matrix (6, k), inverse (k, 6); reach (6,): N and N m with one newton of every thruster.
+    straight: 1 if the mixer adds up pulses, as the stock mixer does, with `us_per_n` microseconds per newton for the
+    held axes; 0 if it converts thrust into pulses.
     """
 
     held: Array
@@ -48,7 +50,8 @@ class Autopilot(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """What it remembers: integral (6,) N and N m; aim (2,): depth and heading; before (2,): sink and turn stick."""
+    """Memory of the controller: integral (6,) N and N m; aim (2,): depth and heading; before (2,): sink and turn
+    stick."""
 
     integral: Array
     aim: Array
@@ -56,7 +59,7 @@ class Memory(NamedTuple):
 
 
 def draw_autopilot(rng: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot) -> Autopilot:
-    """Gains that a crew would have found: some 0.8 to 1.8 rad/s in yaw, a little less in heave."""
+    """Draw gains that a crew would have found: some 0.8 to 1.8 rad/s in yaw, a little less in heave."""
     shape = vehicle.configuration
     matrix = allocation_matrix(shape)
     reach = np.abs(matrix).sum(axis=1)
@@ -69,7 +72,7 @@ def draw_autopilot(rng: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot
         level, still = vehicle.mass[3:5] * 1.0, vehicle.mass[3:5] * 1.0
     curve = thrust_curve(vehicle.file.vehicle.thrust_curve, vehicle.file.path.parent)
     thrust_at = curve.thrust(LOWEST_US + np.arange(2 * NEUTRAL + 1))
-    # Right at half of what a level thruster gives at full stick: the curve is flatter below, steeper above.
+    # Exact at half of a level thruster's thrust at full stick: the curve is flatter below, steeper above.
     half = pulse(0.5 * pilot.surge_n / float(reach[0]), thrust_at, NEUTRAL)
     us_per_n = 20.0 / float(thrust_at[half + 10] - thrust_at[half - 10])
     return Autopilot(
@@ -95,8 +98,8 @@ def fresh(depth_m: float, heading: float) -> Memory:
 
 @njit(cache=True, error_model="numpy")
 def wrench(asked: Array, seen: Array, pilot: Autopilot, memory: Memory, out: Array) -> None:
-    """Fill the wrench (6,) for the sticks (5,) and what is `seen` (9,): roll, pitch, heading, p, q, r, depth, sinking
-    m/s, and a spare."""
+    """Fill the wrench (6,) for the sticks (5,) and the readings `seen` (9,): roll, pitch, heading, p, q, r, depth,
+    sinking m/s, and a spare."""
     depth, heading = seen[6], seen[2]
     sink, turn = asked[2], asked[3]
     if (depth < SHALLOWEST_M and sink < 0.0) or (depth > DEEPEST_M and sink > 0.0):
@@ -140,7 +143,7 @@ def pulses(want: Array, pilot: Autopilot, out: Array) -> None:
             share = want[axis] / pilot.reach[axis]
             offset = pilot.us_per_n * share
             if axis < 2:
-                # A stick is a pulse: the one that gives its force where nothing else is asked for.
+                # A stick is a pulse: the pulse that gives its force if no other axis is used.
                 offset = float(pulse(share, pilot.thrust_at, NEUTRAL) - NEUTRAL)
             total += np.sign(pilot.matrix[axis, i]) * offset
         out[i] = NEUTRAL + np.round(min(max(total, -FULL_US), FULL_US))

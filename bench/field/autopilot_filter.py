@@ -1,4 +1,5 @@
-"""What the autopilot's own filter makes of a velocity, late, smooth and noisy, and the position reckoned from it."""
+"""The velocity estimate of the autopilot's filter, late, smooth and noisy, and the position by dead reckoning from
+it."""
 
 from dataclasses import dataclass
 
@@ -13,8 +14,8 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class VelocityFilter:
-    """late_s: how old what it reads is; smooth_s: of a first-order smoothing; noise_m_s: standard deviation of what it
-    gets wrong along each axis, with a memory of `memory_s`."""
+    """late_s: age of its readings; smooth_s: time constant of a first-order smoothing; noise_m_s: standard deviation
+    of its error along each axis, with a correlation time of `memory_s`."""
 
     late_s: float
     smooth_s: float
@@ -34,7 +35,7 @@ def draw_filter(rng: np.random.Generator) -> VelocityFilter:
 def estimated(
     moving: Array, step_s: float, every: int, one: VelocityFilter, rng: np.random.Generator
 ) -> Array:
-    """(m, 3) m/s at every so many steps, of what the vehicle does at each, (n, 3)."""
+    """Estimated velocity (m, 3), m/s, at every `every` steps, from the true velocity (n, 3) at each step."""
     steps = np.arange(len(moving), dtype=np.float64)
     late = np.column_stack([np.interp(steps - one.late_s / step_s, steps, column) for column in moving.T])
     if one.smooth_s > 0:
@@ -46,6 +47,6 @@ def estimated(
 
 
 def reckoned(velocity: Array, tick_s: float) -> Array:
-    """(m, 3) m by dead reckoning on a velocity (m, 3), from where it began."""
+    """Position (m, 3), m, by dead reckoning on a velocity (m, 3), from its starting point."""
     between = 0.5 * (velocity[1:] + velocity[:-1]) * tick_s
     return np.concatenate([np.zeros((1, 3)), np.cumsum(between, axis=0)])

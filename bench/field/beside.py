@@ -1,6 +1,6 @@
-"""Plain ways to foretell a field dive, beside the diagnosis: regressions that know of quadratic drag and of a delay.
+"""Plain methods to predict a field dive, for comparison: regressions with quadratic drag and a delay of thrust.
 
-Each learns from the dive and foretells the check dive from the same measured velocities, in the same windows.
+Each learns from the dive and predicts the check dive from the same measured velocities, in the same windows.
 """
 
 import contextlib
@@ -43,7 +43,7 @@ HORIZONS_S = (1.0, 5.0)
 
 @dataclass(frozen=True)
 class Foretold:
-    """The check dive at (n,) times: which window each belongs to, and velocities (n, 6) measured and foretold."""
+    """The check dive at (n,) times: window of each, and velocities (n, 6) measured and predicted."""
 
     time_s: Array
     window: NDArray[np.int64]
@@ -54,7 +54,8 @@ class Foretold:
 
 @dataclass(frozen=True)
 class Regressed:
-    """nu_dot_i = (tau_i - g_i) gain - drag nu - square |nu| nu - products - rest, for the axes AXES; delay_s of tau."""
+    """nu_dot_i = (tau_i - g_i) gain - drag nu - square |nu| nu - products - rest, for the axes AXES; tau comes
+    delay_s late."""
 
     gain: Array
     drag: Array
@@ -65,10 +66,10 @@ class Regressed:
 
 
 def foretold_by(folder: Path, own: Foretold, truth: dict[str, Any]) -> dict[str, Array]:
-    """Velocities (n, 6) by each of the plain ways and by the truth; PySINDy's where the extra `bench` is installed."""
+    """Velocities (n, 6) by each plain method and by the truth; by PySINDy if the extra `bench` is installed."""
     file = load_vehicle(str(folder / "vehicle.yaml"))
     name = next(iter(file.vehicle.configurations))
-    dive, check = (read_dive(folder / f"{which}.tlog.gz", None, file) for which in ("dive", "check"))
+    dive, check = (read_dive(folder / f"{recording}.tlog.gz", None, file) for recording in ("dive", "check"))
     squares = least_squares(dive, file, name)
     models = {NAMES[2]: squares, NAMES[4]: true_one(truth)}
     if find_spec("pysindy"):
@@ -79,7 +80,7 @@ def foretold_by(folder: Path, own: Foretold, truth: dict[str, Any]) -> dict[str,
 def _terms(
     dive: Dive, file: VehicleFile, name: str, delay_s: float, cutoff_hz: float
 ) -> tuple[AlignedDive, Array]:
-    """The dive on a grid, and the wrench less restoring (n, 6), that much later."""
+    """Return the dive on a grid, and the wrench less restoring force (n, 6), delayed by `delay_s`."""
     shape = file.vehicle.configurations[name]
     grid = aligned(dive, file, name, RATE_HZ, cutoff_hz)
     push = np.column_stack([np.interp(grid.time_s - delay_s, grid.time_s, column) for column in grid.tau.T])
@@ -91,15 +92,20 @@ def _restoring(shape: Configuration, attitude: Array) -> Array:
 
 
 def _columns(nu: Array, dof: int) -> Array:
-    """(n, 5): velocity, its square, the two products, a constant."""
-    own = nu[:, dof]
+    """Columns (n, 5): velocity, its square, the two products, a constant."""
+    velocity = nu[:, dof]
     return np.column_stack(
-        [own, np.abs(own) * own, *(nu[:, a] * nu[:, b] for a, b in PRODUCTS[dof]), np.ones(len(nu))]
+        [
+            velocity,
+            np.abs(velocity) * velocity,
+            *(nu[:, a] * nu[:, b] for a, b in PRODUCTS[dof]),
+            np.ones(len(nu)),
+        ]
     )
 
 
 def least_squares(dive: Dive, file: VehicleFile, name: str) -> Regressed:
-    """Force on acceleration and drags, an axis at a time, with the delay that leaves the least of all axes."""
+    """Regress force on acceleration and drag terms axis by axis, with the delay of least residual over all axes."""
     best: tuple[float, Regressed] | None = None
     grid, _ = _terms(dive, file, name, 0.0, CUTOFF_HZ)
     for delay_s in DELAYS_S:
@@ -111,9 +117,9 @@ def least_squares(dive: Dive, file: VehicleFile, name: str) -> Regressed:
         for dof in AXES:
             table = np.column_stack([grid.nu_dot[:, dof], _columns(grid.nu, dof)])[grid.valid]
             force = push[grid.valid, dof]
-            found, *_ = np.linalg.lstsq(table, force, rcond=None)
-            left += float(np.var(force - table @ found) / max(np.var(force), 1e-12))
-            rows.append(found)
+            coefficients, *_ = np.linalg.lstsq(table, force, rcond=None)
+            left += float(np.var(force - table @ coefficients) / max(np.var(force), 1e-12))
+            rows.append(coefficients)
         if best is None or left < best[0]:
             best = left, _regressed([np.concatenate([[1.0], row[1:]]) / row[0] for row in rows], delay_s)
     assert best is not None
@@ -121,7 +127,7 @@ def least_squares(dive: Dive, file: VehicleFile, name: str) -> Regressed:
 
 
 def sindy(dive: Dive, file: VehicleFile, name: str, delay_s: float) -> Regressed:
-    """Acceleration on force and drags by sparse regression at its own threshold, on smoothed finite differences."""
+    """Regress acceleration on force and drag terms by PySINDy with a threshold, on smoothed finite differences."""
     import pysindy
 
     grid, push = _terms(dive, file, name, delay_s, RATE_HZ / 2)
@@ -144,7 +150,7 @@ def sindy(dive: Dive, file: VehicleFile, name: str, delay_s: float) -> Regressed
 
 
 def true_one(truth: dict[str, Any]) -> Regressed:
-    """What the vehicle truly is, as if nothing hid."""
+    """The true coefficients of the vehicle, without its hidden effect."""
     mass, linear, square = (
         np.array(truth[name]) for name in ("total_mass_and_inertia", "linear_damping", "quadratic_damping")
     )
@@ -157,14 +163,17 @@ def true_one(truth: dict[str, Any]) -> Regressed:
 
 
 def _regressed(rows: Sequence[Array], delay_s: float) -> Regressed:
-    """Of rows gain, drag, square, two products, rest."""
-    gain, drag, square, one, two, rest = np.array(rows).T
-    return Regressed(gain, drag, square, np.column_stack([one, two]), rest, delay_s)
+    """Build the model from rows of gain, drag, square, two products, rest."""
+    gain, drag, square, first_product, second_product, offset = np.array(rows).T
+    return Regressed(gain, drag, square, np.column_stack([first_product, second_product]), offset, delay_s)
 
 
 def fly(model: Regressed, check: Dive, file: VehicleFile, name: str, own: Foretold) -> Array:
-    """Velocities (n, 6) by the recorded thrust and attitude alone, each window from what is measured at its beginning;
-    rates of roll and pitch are the measured ones. NaN in windows in which it runs away, and in roll and pitch."""
+    """Velocities (n, 6) by the recorded thrust and attitude alone, each window from the measured velocity at its start.
+
+    Rates of roll and pitch are the measured ones. NaN once the model has run away, and in roll and pitch after the
+    first row.
+    """
     assert check.attitude is not None
     history, shape = wrench(check, file, name), file.vehicle.configurations[name]
     starts = np.flatnonzero(np.diff(own.window, prepend=-1))
@@ -191,16 +200,20 @@ def fly(model: Regressed, check: Dive, file: VehicleFile, name: str, own: Foreto
 def _rate(model: Regressed, nu: Array, push: Array) -> Array:
     out = np.zeros_like(nu)
     for k, dof in enumerate(AXES):
-        own = nu[:, dof]
+        velocity = nu[:, dof]
         (a, b), (c, d) = PRODUCTS[dof]
-        out[:, dof] = model.gain[k] * push[:, dof] - model.drag[k] * own - model.square[k] * np.abs(own) * own
+        out[:, dof] = (
+            model.gain[k] * push[:, dof]
+            - model.drag[k] * velocity
+            - model.square[k] * np.abs(velocity) * velocity
+        )
         out[:, dof] -= model.products[k, 0] * nu[:, a] * nu[:, b] + model.products[k, 1] * nu[:, c] * nu[:, d]
         out[:, dof] -= model.rest[k]
     return out
 
 
 def drifts_of(own: Foretold, way: Array) -> list[list[float | None]]:
-    """For each horizon, by axis: rms drift, m/s and rad/s, None where none was flown or half the windows ran away."""
+    """For each horizon and axis: rms drift, m/s and rad/s, or None without data or if half the windows ran away."""
     starts = np.flatnonzero(np.diff(own.window, prepend=-1))
     length = len(own.window) // len(starts)
     step_s = float(own.time_s[1] - own.time_s[0])

@@ -1,4 +1,4 @@
-"""What `seatrial diagnose` says of a field dive, as a crew runs it: the command, its JSON and its CSV."""
+"""The answer of `seatrial diagnose` to a field dive, run as by a crew: the command, its JSON and its CSV."""
 
 import contextlib
 import io
@@ -35,7 +35,7 @@ class Planned:
 
 
 def planned_job(one: Planned) -> Data:
-    """Make a dive of the plan, diagnose it, and say what came of it."""
+    """Make a dive of the plan, diagnose it, and return the result."""
     case = draw(one.seed, one.number, one.effect)
     with tempfile.TemporaryDirectory() as folder:
         for name, data in case.files().items():
@@ -44,8 +44,11 @@ def planned_job(one: Planned) -> Data:
 
 
 def folder_job(folder: Path) -> Data:
-    """A dive in a folder, diagnosed: its truth, the answer (None where refused, and why), the processor's seconds, and
-    the drifts of each method on the check dive."""
+    """Diagnose the dive in a folder.
+
+    Returns its truth, the answer (None with the reason if refused), the CPU seconds, and the drifts of each method on
+    the check dive.
+    """
     from tui.cli import main
 
     truth = yaml.safe_load((folder / "truth.yaml").read_text(encoding="utf-8"))
@@ -59,25 +62,25 @@ def folder_job(folder: Path) -> Data:
             code = main(words)
         seconds, wall_s = time.process_time() - began, time.perf_counter() - began_s
         refusal = said.getvalue().strip().rpartition("\n")[2] if code else ""
-        own = read_foretold(foretold.read_text(encoding="utf-8")) if foretold.exists() else None
+        prediction = read_foretold(foretold.read_text(encoding="utf-8")) if foretold.exists() else None
         return {
             "truth": truth,
             "answer": json.loads(answer.read_text(encoding="utf-8")) if answer.exists() else None,
             "refusal": refusal,
             "seconds": seconds,
             "wall_s": wall_s,
-            "drifts": {} if own is None else _drifts(folder, own, truth),
+            "drifts": {} if prediction is None else _drifts(folder, prediction, truth),
         }
 
 
 def _drifts(folder: Path, own: Foretold, truth: Data) -> Data:
-    """By method: rms drift of each axis after 1 s and after 5 s, None where it ran away or was not flown."""
+    """Rms drift by method, after 1 s and 5 s, of each axis; None if it ran away or was not flown."""
     ways = {NAMES[0]: own.after, NAMES[1]: own.before} | foretold_by(folder, own, truth)
     return {name: drifts_of(own, way) for name, way in ways.items()}
 
 
 def read_foretold(text: str) -> Foretold:
-    """The CSV of the check dive; an axis that was not flown is NaN."""
+    """Read the CSV of the check dive; an axis that was not flown is NaN."""
     rows = [line for line in text.splitlines() if not line.startswith("#")]
     columns = rows[0].split(",")
     values = np.array([[float(cell) for cell in row.split(",")] for row in rows[1:]])

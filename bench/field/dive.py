@@ -1,5 +1,4 @@
-"""One dive under the autopilot, compiled: `world.rates` with the challenge's thrusters and hull, pulses twenty times
-a second."""
+"""One dive under the autopilot, compiled: `world.rates` with the challenge's thrusters and hull, 20 pulses a second."""
 
 from typing import NamedTuple
 
@@ -16,16 +15,16 @@ Array = NDArray[np.float64]
 
 STEP_S = 0.005
 EACH = 10
-"""Steps to a tick of the autopilot."""
+"""Simulation steps per tick of the autopilot."""
 
 CURRENT_S = 0.05
 AHEAD_A_N15, ASTERN_A_N15, HOTEL_A = 0.062, 0.095, 1.2
-"""Current of a T200 over |thrust|^1.5, and of all that is not a thruster."""
+"""Current of a T200 over |thrust|^1.5, and of everything except the thrusters."""
 
 
 class Water(NamedTuple):
-    """moved (steps + 1, 12) or (1, 12): as `world.rates` has it; push (steps + 1, 6): wrench of what is in time alone;
-    grown: share by which all drag grows a second."""
+    """moved (steps + 1, 12) or (1, 12): motion of the water as `world.rates` takes it; push (steps + 1, 6): wrench
+    that depends on time alone; grown: share by which all drag grows per second."""
 
     moved: Array
     push: Array
@@ -33,8 +32,8 @@ class Water(NamedTuple):
 
 
 class Supply(NamedTuple):
-    """volts, ohm: of the battery; fall: share of the square of its voltage lost a second; felt_ohm, felt_fall: of these
-    what the thrusters feel."""
+    """volts, ohm: of the battery; fall: share of the squared voltage lost per second; felt_ohm, felt_fall: the parts
+    of these that act on the thrusters."""
 
     volts: float
     ohm: float
@@ -44,9 +43,11 @@ class Supply(NamedTuple):
 
 
 class Ticks(NamedTuple):
-    """A row a tick, filled by the dive: state (STATES,), nu_dot (6,), push (6,) as the pulse (k,) is given; nominal
-    (k,): thrust by the file's curve and lag; supply (2,): V and A. And a row a step: moving (3,) over ground, NED,
-    m/s."""
+    """Rows that the dive fills in.
+
+    Per tick: state (STATES,), nu_dot (6,), push (6,) when the pulse (k,) is given; nominal (k,): thrust by the file's
+    curve and lag; supply (2,): V and A. Per step: moving (3,), velocity over ground, NED, m/s.
+    """
 
     state: Array
     nu_dot: Array
@@ -64,7 +65,7 @@ def dive(
 ) -> None:  # fmt: skip
     """Dive the sticks (n, 5) of the legs (n,), filling `ticks`: fourth-order Runge-Kutta at STEP_S.
 
-    noise (n, 8): of what the autopilot sees. prop.delay (n,) is of each tick's pulses. lag_s: the file's.
+    noise (n, 8): error of the autopilot's readings. prop.delay (n,): delay of each tick's pulses. lag_s: the file's.
     """
     h = STEP_S
     count, k = len(asked) * EACH, pilot.matrix.shape[1]
@@ -97,8 +98,8 @@ def dive(
             tick += 1
         while late + 1 < tick and (late + 1) * EACH * h + prop.delay[late + 1] <= time_s + 1e-9:
             late += 1
-        told = given[late] if late >= 0 else nothing
-        shafts_want(told, time_s, False, prop, before, 0.0, wanted)
+        acting = given[late] if late >= 0 else nothing
+        shafts_want(acting, time_s, False, prop, before, 0.0, wanted)
         drawn = HOTEL_A
         for i in range(k):
             drawn += (AHEAD_A_N15 if wanted[i] > 0 else ASTERN_A_N15) * np.abs(wanted[i]) ** 1.5
@@ -145,7 +146,7 @@ def dive(
 
 @njit(cache=True, error_model="numpy")
 def look(state: Array, noise: Array, out: Array) -> None:
-    """Fill what the autopilot sees (9,): roll, pitch, heading, p, q, r, depth, sinking, each with its noise (8,)."""
+    """Fill the autopilot's readings (9,): roll, pitch, heading, p, q, r, depth, sinking, each with its noise (8,)."""
     qw, qx, qy, qz = state[3], state[4], state[5], state[6]
     out[0] = np.arctan2(2 * (qy * qz + qw * qx), 1 - 2 * (qx * qx + qy * qy))
     out[1] = np.arcsin(min(max(2 * (qw * qy - qx * qz), -1.0), 1.0))
@@ -161,7 +162,7 @@ def look(state: Array, noise: Array, out: Array) -> None:
 
 @njit(cache=True, error_model="numpy")
 def homewards(state: Array, heading: float, asked: Array, tick: int, leash_m: float) -> float:
-    """-1 where this leg would lead on away from where the dive began, farther off than the leash; else 1."""
+    """-1 if this leg leads farther away from the start of the dive, beyond the leash; otherwise 1."""
     soon = asked[min(tick + 20, len(asked) - 1)]
     north = np.cos(heading) * soon[0] - np.sin(heading) * soon[1]
     east = np.sin(heading) * soon[0] + np.cos(heading) * soon[1]

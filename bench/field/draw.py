@@ -1,4 +1,4 @@
-"""`draw(seed, number, effect)`: one field dive, with a drawn vehicle, filter and sea, and at most one hidden effect."""
+"""`draw(seed, number, effect)`: a field dive with a drawn vehicle, filter and sea, and at most one hidden effect."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,14 +23,17 @@ Array = NDArray[np.float64]
 
 NONE = "none"
 EMPTY_EACH = 8
-"""One dive in so many hides nothing."""
+"""One dive in this many hides nothing."""
 
 SMALLEST, LARGEST = 0.45, 2.2
-"""Of the middling size, evenly in logarithms."""
+"""Sizes relative to the typical size, drawn evenly in logarithms."""
 
 LEAST_OVER_SEA, LARGER, TRIES, VEHICLES = 0.5, 1.6, 2, 6
-"""An effect that a refit leaves less of than this, over the sea, is drawn so many times larger, this often at most, and
-then for another vehicle, of at most so many."""
+"""Redrawing of weak effects.
+
+An effect whose remainder after a refit is below LEAST_OVER_SEA is drawn LARGER times larger, up to TRIES times, and
+then for another vehicle, of at most VEHICLES.
+"""
 
 LOST = 0.003
 HIGHEST_M, MOST_TILT = 0.3, 0.6
@@ -39,7 +42,8 @@ DIVE_S, CHECK_S = (300.0, 600.0), (200.0, 400.0)
 
 @dataclass(frozen=True)
 class FieldCase:
-    """One vehicle with what it hides. which: 0 for the dive to diagnose, 1 for the check."""
+    """A vehicle with its hidden effect. Argument `which` of its methods: 0 for the dive to diagnose, 1 for the
+    check."""
 
     seed: int
     number: int
@@ -66,7 +70,7 @@ class FieldCase:
         return {}
 
     def flown(self, which: int) -> Flown:
-        """The dive as it was, simulated when first asked for."""
+        """The dive, simulated at the first request."""
         if which not in self._flown:
             self._flown[which] = _fly(self, which)
         return self._flown[which]
@@ -80,7 +84,7 @@ class FieldCase:
         return tlog_of(told(self.flown(which), self.sensors, self.filter, rng), LOST, rng)
 
     def files(self) -> dict[str, bytes]:
-        """All that a folder of it holds, by name."""
+        """All files of the case's folder, by name."""
         truth = yaml.safe_dump(self.truth(), sort_keys=False)
         return {
             "dive.tlog.gz": packed(self.recording(0)),
@@ -90,8 +94,8 @@ class FieldCase:
         }
 
     def truth(self) -> dict[str, Any]:
-        """What is hidden and what the vehicle, its filter and its sea truly are, in plain data."""
-        by, vehicle, own = self.felt(), self.vehicle, self.filter
+        """The hidden effect and the true vehicle, filter and sea, as plain data."""
+        by, vehicle, velocity_filter = self.felt(), self.vehicle, self.filter
         return {
             "name": self.name,
             "effect": [self.effect],
@@ -104,8 +108,8 @@ class FieldCase:
             "linear_damping": [_digits(value) for value in vehicle.linear],
             "quadratic_damping": [_digits(value) for value in vehicle.quadratic],
             "velocity_filter": {
-                "late_s": _digits(own.late_s), "smooth_s": _digits(own.smooth_s),
-                "noise_m_s": _digits(own.noise_m_s), "memory_s": _digits(own.memory_s),
+                "late_s": _digits(velocity_filter.late_s), "smooth_s": _digits(velocity_filter.smooth_s),
+                "noise_m_s": _digits(velocity_filter.noise_m_s), "memory_s": _digits(velocity_filter.memory_s),
             },
             "sea": {
                 "standard_deviation": [_digits(value) for value in self.sea.std],
@@ -124,8 +128,10 @@ def _plain(values: dict[str, float]) -> dict[str, float]:
 
 
 def effects_of(seed: int, count: int) -> list[str]:
-    """What each of so many dives hides: every effect as often as any other, as nearly as that goes, and one in
-    EMPTY_EACH nothing; in a drawn order."""
+    """The effect of each of `count` dives, in a drawn order.
+
+    Every effect appears equally often, as nearly as possible; one dive in EMPTY_EACH hides nothing.
+    """
     empty = round(count / EMPTY_EACH)
     rng = np.random.default_rng([seed, 30])
     names: list[str] = []
@@ -138,14 +144,17 @@ def effects_of(seed: int, count: int) -> list[str]:
 def draw(
     seed: int, number: int, effect: str, size: float | None = None, seconds: float | None = None
 ) -> FieldCase:
-    """The case of that number. What is felt too little is drawn larger, unless the `size` is given; what would come to
-    the surface or over is drawn anew. seconds: how long both dives are, drawn where None."""
+    """The case of a number.
+
+    An effect that is too weak is drawn larger unless `size` is given; a vehicle that would come near the surface or
+    capsize is drawn again. seconds: length of both dives, drawn if None.
+    """
     for vehicle in range(VEHICLES):
-        found = _drawn(seed, number, effect, size, seconds, vehicle)
-        shows = effect == NONE or size is not None or found.felt().size >= LEAST_OVER_SEA
-        if shows and all(stays_down(found.flown(which)) for which in (0, 1)):
+        case = _drawn(seed, number, effect, size, seconds, vehicle)
+        shows = effect == NONE or size is not None or case.felt().size >= LEAST_OVER_SEA
+        if shows and all(stays_down(case.flown(which)) for which in (0, 1)):
             break
-    return found
+    return case
 
 
 def _drawn(
@@ -177,7 +186,7 @@ def _drawn(
 
 
 def stays_down(flown: Flown) -> bool:
-    """Whether a dive is one that a pilot would have gone on with: under water, and not on its side."""
+    """Whether a pilot would have gone on with the dive: under water, and not on its side."""
     level = down(flown.ticks.state)[:, 2]
     return float(flown.ticks.state[:, 2].min()) > HIGHEST_M and float(level.min()) > np.cos(MOST_TILT)
 
@@ -195,12 +204,12 @@ def _planted(
 
 
 def plan(seed: int, count: int) -> Sequence[tuple[int, str]]:
-    """Numbers and effects of so many dives."""
+    """Numbers and effects of `count` dives."""
     return list(enumerate(effects_of(seed, count)))
 
 
 def _fly(case: FieldCase, which: int) -> Flown:
-    # Missions, sea and what an effect draws each have a stream of their own: an effect of no size changes nothing.
+    # Mission, sea and the effect's own draws have separate streams: an effect of size zero changes nothing.
     rng, of_sea, of_effect = (
         np.random.default_rng([case.seed, case.number, part, which]) for part in (34, 35, 36)
     )

@@ -1,4 +1,4 @@
-"""A flown dive as a stock autopilot's `.tlog`: only what ArduSub sends, in its units and at its rates, frames lost."""
+"""A flown dive as a stock autopilot's `.tlog`: only ArduSub's messages, in its units and at its rates, frames lost."""
 
 import gzip
 import struct
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 UNIX_US = 1_760_000_000_000_000
 BOOT_S = 47
-"""Of boot time, when the recording begins."""
+"""Boot time at the beginning of the recording, s."""
 
 FAST, SLOW, SECOND = 1, 2, 20
 """Ticks between messages of 20, 10 and 1 Hz."""
@@ -32,8 +32,11 @@ _STAMP = struct.Struct(">Q")
 
 @dataclass(frozen=True)
 class Told:
-    """What the messages hold, SI units, a row a message. Fast: attitude (n, 6) roll pitch yaw and rates, pwm (n, k),
-    force (n, 3), gyro (n, 3); slow: position (m, 3), velocity (m, 3) NED, depth (m,); once a second: supply (s, 2)."""
+    """Contents of the messages, SI units, a row per message.
+
+    Fast: attitude (n, 6) roll pitch yaw and rates, pwm (n, k), force (n, 3), gyro (n, 3); slow: position (m, 3),
+    velocity (m, 3) NED, depth (m,); once a second: supply (s, 2).
+    """
 
     attitude: Array
     pwm: Array
@@ -46,7 +49,7 @@ class Told:
 
 
 def euler(state: Array) -> Array:
-    """(n, 3) roll, pitch, yaw of states (n, STATES)."""
+    """Roll, pitch, yaw (n, 3) of states (n, STATES)."""
     w, x, y, z = state[:, 3:7].T
     return np.column_stack(
         [
@@ -58,13 +61,13 @@ def euler(state: Array) -> Array:
 
 
 def down(state: Array) -> Array:
-    """(n, 3): the unit vector down, in body axes."""
+    """The unit vector down (n, 3), in body axes."""
     w, x, y, z = state[:, 3:7].T
     return np.column_stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
 
 
 def told(flown: Flown, sensors: Sensors, own: VelocityFilter, rng: np.random.Generator) -> Told:
-    """What the messages of a dive hold. The autopilot tells the attitude and the depth that it flew by."""
+    """Contents of a dive's messages. The reported attitude and depth are the readings that the autopilot flew by."""
     ticks, noise = flown.ticks, flown.noise
     nu = ticks.state[:, 7:13]
     attitude = np.column_stack([euler(ticks.state), nu[:, 3:]]) + noise[:, :6]
@@ -89,7 +92,7 @@ def told(flown: Flown, sensors: Sensors, own: VelocityFilter, rng: np.random.Gen
 
 
 def tlog_of(heard: Told, lost: float, rng: np.random.Generator) -> bytes:
-    """The recording, of which a share of the frames is lost."""
+    """The recording, with a share `lost` of its frames missing."""
     encoder = Encoder(1, 1)
     records: list[bytes] = []
     for late_us, time_s, message in _messages(heard):
@@ -100,7 +103,7 @@ def tlog_of(heard: Told, lost: float, rng: np.random.Generator) -> bytes:
 
 
 def packed(data: bytes) -> bytes:
-    """Gzipped, the same bytes for the same recording."""
+    """Gzip the recording; the same recording gives the same bytes."""
     return gzip.compress(data, 6, mtime=0)
 
 
@@ -109,10 +112,12 @@ def _messages(heard: Told) -> Iterator[tuple[int, float, object]]:
         time_s = tick * TICK_S
         boot_ms = round(1000 * (BOOT_S + time_s))
         if tick % SECOND == 0:
-            yield from ((0, time_s, one) for one in _each_second(heard, tick // SECOND, boot_ms))
-        yield from ((DELAY_US["fast"], time_s, one) for one in _fast(heard, tick, boot_ms))
+            yield from ((0, time_s, message) for message in _each_second(heard, tick // SECOND, boot_ms))
+        yield from ((DELAY_US["fast"], time_s, message) for message in _fast(heard, tick, boot_ms))
         if tick % SLOW == 0:
-            yield from ((DELAY_US["slow"], time_s, one) for one in _slow(heard, tick // SLOW, boot_ms))
+            yield from (
+                (DELAY_US["slow"], time_s, message) for message in _slow(heard, tick // SLOW, boot_ms)
+            )
 
 
 def _each_second(heard: Told, row: int, boot_ms: int) -> Iterator[object]:

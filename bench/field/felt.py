@@ -1,4 +1,4 @@
-"""How much of what moved a vehicle its hidden effect was: beside the thrust, and over the sea once a refit is done."""
+"""How strongly a hidden effect moved the vehicle: relative to the thrust, and to the sea after a refit."""
 
 from dataclasses import dataclass
 
@@ -16,20 +16,23 @@ Array = NDArray[np.float64]
 
 
 TILT = 0.01
-"""rad: less is not seen for sure."""
+"""A smaller tilt, rad, can't be seen reliably."""
 
 
 @dataclass(frozen=True)
 class Felt:
-    """By degree of freedom, (6,) each: rms of the planted wrench over that of the thrust; rms of what a refit of
-    masses, linear and quadratic dampings leaves of it over the standard deviation of the sea."""
+    """Strength of the effect by degree of freedom, (6,) each.
+
+    of_thrust: rms of the planted wrench over that of the thrust; over_sea: rms of the part that a refit of masses,
+    linear and quadratic dampings leaves, over the standard deviation of the sea.
+    """
 
     of_thrust: Array
     over_sea: Array
 
     @property
     def size(self) -> float:
-        """Over the sea, where it is largest."""
+        """The largest `over_sea` of all degrees of freedom."""
         return float(self.over_sea.max())
 
     @property
@@ -38,8 +41,11 @@ class Felt:
 
 
 def missing_wrench(flown: Flown) -> Array:
-    """(n, 6) N and N m at the ticks: what moved the vehicle less what its true model, quadratic drag included, makes of
-    the pulses by the crew's curve and lag, and less the sea."""
+    """Wrench (n, 6), N and N m, that is missing at the ticks.
+
+    It is the total wrench less the true model's, quadratic drag included, which takes thrust from the pulses by the
+    crew's curve and lag, and less the sea's.
+    """
     vehicle, ticks = flown.site.vehicle, flown.ticks
     shape = vehicle.configuration
     modelled = _columns(flown) @ np.concatenate([vehicle.mass, vehicle.linear, vehicle.quadratic])
@@ -52,13 +58,16 @@ def missing_wrench(flown: Flown) -> Array:
 
 
 def felt(flown: Flown, std: Array) -> Felt:
-    """Of a dive in a sea of that standard deviation (6,); in roll and pitch at least of what tilts it by TILT."""
+    """Strength of a dive's effect in a sea of standard deviation `std` (6,).
+
+    In roll and pitch the sea counts as at least the moment that tilts the vehicle by TILT.
+    """
     shape = flown.site.vehicle.configuration
     tilts = TILT * shape.dry_mass_kg * GRAVITY_M_S2 * shape.centre_of_gravity_below_buoyancy_m
     std = np.maximum(std, np.array([0.0, 0.0, 0.0, tilts, tilts, 0.0]))
     gap = missing_wrench(flown)
     if not np.isfinite(gap).all():
-        # What is planted made the vehicle turn over faster and faster: it is no dive, and will be drawn anew.
+        # The planted effect made the vehicle turn over ever faster. That is no dive, and it will be drawn again.
         return Felt(np.full(6, np.inf), np.full(6, np.inf))
     thrust = flown.ticks.nominal @ allocation_matrix(flown.site.vehicle.configuration).T
     rms = np.sqrt(np.mean(thrust**2, axis=0))
@@ -69,7 +78,7 @@ def felt(flown: Flown, std: Array) -> Felt:
 
 
 def _columns(flown: Flown) -> Array:
-    """(n, 6, 18): the wrench of each mass, linear and quadratic damping."""
+    """Table (n, 6, 18): the wrench per unit of each mass, linear and quadratic damping."""
     nu = flown.ticks.state[:, 7:13]
     squares = np.zeros((len(nu), 6, 6))
     for j in range(6):

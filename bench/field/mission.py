@@ -1,4 +1,4 @@
-"""What a pilot does with the sticks: steps, holds, reversals, turns, stops and changes of depth, drawn."""
+"""A pilot's drawn use of the sticks: steps, holds, reversals, turns, stops and changes of depth."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,14 +16,17 @@ TICK_S = 0.05
 REST_S = 5.0
 LEVELS = (0.2, 0.4, 0.65, 1.0)
 MOST = 0.4
-"""Share of what the thrusters can do that a pilot uses at most."""
+"""Largest share of the thrusters' reach that a pilot uses."""
 
 
 @dataclass(frozen=True)
 class Pilot:
-    """What the sticks go up to: surge and sway N, turn rad/s, sink m/s. rough (3,): standard deviation of the jitter of
-    surge and sway force and of yaw moment, with a memory of `rough_s`; hand_s: how long a stick takes from stop to
-    stop; leash_m: how far the vehicle may go before it is turned back."""
+    """Full stick: surge and sway N, turn rad/s, sink m/s.
+
+    rough (3,): standard deviation of the jitter of surge and sway force and of yaw moment, with a correlation time of
+    `rough_s`; hand_s: time of a stick's travel from neutral to its stop; leash_m: distance at which the vehicle is
+    turned back.
+    """
 
     surge_n: float
     sway_n: float
@@ -48,14 +51,15 @@ class Leg:
 
 @dataclass(frozen=True)
 class Sticks:
-    """At the ticks: asked (n, 5) surge N, sway N, sink m/s, turn rad/s, jitter of the yaw moment N m; leg (n,)."""
+    """Sticks at the ticks: asked (n, 5) surge N, sway N, sink m/s, turn rad/s, jitter of the yaw moment N m; leg
+    (n,)."""
 
     asked: Array
     leg: NDArray[np.int64]
 
 
 def draw_pilot(rng: np.random.Generator, vehicle: FieldVehicle) -> Pilot:
-    """One that goes at 0.3 to 0.65 m/s, where the thrusters can."""
+    """Draw a pilot who goes at 0.3 to 0.65 m/s as far as the thrusters allow."""
     reach = (
         np.abs(allocation_matrix(vehicle.configuration)).sum(axis=1) * vehicle.configuration.thruster_limit_n
     )
@@ -137,7 +141,7 @@ def _sink(rng: np.random.Generator) -> list[Leg]:
 
 
 def _kicks(rng: np.random.Generator) -> list[Leg]:
-    """Short pushes, on one axis or on two."""
+    """Short pushes, on one or two axes."""
     out: list[Leg] = []
     for _ in range(4):
         out += [Leg(rng.uniform(0.6, 2.0), _level(rng) * _sign(rng), _level(rng) * _sign(rng) * rng.integers(2)),
@@ -151,7 +155,7 @@ BLOCKS: tuple[Block, ...] = (
 
 
 def draw_mission(rng: np.random.Generator, seconds: float) -> list[Leg]:
-    """Legs of about so many seconds: every block in a drawn order, then all again in another."""
+    """Legs of about `seconds` in total: every block in a drawn order, then all again in another order."""
     legs: list[Leg] = []
     while True:
         for place in rng.permutation(len(BLOCKS)):
@@ -161,14 +165,14 @@ def draw_mission(rng: np.random.Generator, seconds: float) -> list[Leg]:
 
 
 def sticks_of(rng: np.random.Generator, legs: list[Leg], pilot: Pilot, ticks: int) -> Sticks:
-    """The sticks at so many ticks: at rest for REST_S first; a hand that moves them as fast as it can, and jitter."""
+    """The sticks at the ticks: REST_S at rest, then the legs, with the hand's limited rate and jitter."""
     wanted, leg = np.zeros((ticks, 4)), np.zeros(ticks, dtype=np.int64)
     begin_s = REST_S
-    for number, one in enumerate(legs, start=1):
-        part = slice(round(begin_s / TICK_S), round((begin_s + one.duration_s) / TICK_S))
-        wanted[part] = one.surge, one.sway, one.sink, one.turn
+    for number, each in enumerate(legs, start=1):
+        part = slice(round(begin_s / TICK_S), round((begin_s + each.duration_s) / TICK_S))
+        wanted[part] = each.surge, each.sway, each.sink, each.turn
         leg[part] = number
-        begin_s += one.duration_s
+        begin_s += each.duration_s
     most, moved = TICK_S / pilot.hand_s, np.zeros((ticks, 4))
     for tick in range(1, ticks):
         moved[tick] = moved[tick - 1] + np.clip(wanted[tick] - moved[tick - 1], -most, most)

@@ -1,7 +1,8 @@
-"""What is planted in the thrusters and their supply, and all effects that a field dive may hide, by name.
+"""Effects planted in the thrusters and their supply, and all effects that a field dive may hide, by name.
 
-Each takes a size, 1 for a middling one, 0 for none. Parameters are told as they are planted: a soft edge, an amplitude
-that wanders by a twentieth or a damping that grows a little apart, forms are those of the effects' own equations.
+Each takes a size: 1 for a typical effect, 0 for none. Except for a soft edge, an amplitude that varies by a twentieth
+or a damping that grows a little, the forms are those of the effects' own equations. Parameters are the planted
+values.
 """
 
 from collections.abc import Callable
@@ -15,18 +16,18 @@ from bench.field.site import FieldSite, Planted
 from bench.field.vehicle import LAG_S, FieldVehicle
 
 MOST_OHM, MOST_LOST = 0.3, 0.25
-"""Of a supply that still dives, and of its voltage."""
+"""Limits of the resistance of a supply that still dives, ohm, and of the share of voltage lost."""
 
 Plant = Callable[[np.random.Generator, FieldVehicle, Pilot, float], Planted]
 
 
 def _top_n(vehicle: FieldVehicle, pilot: Pilot) -> float:
-    """What a level thruster gives at full stick ahead."""
+    """Thrust of a level thruster at full stick ahead, N."""
     return pilot.surge_n / sum(abs(t.direction[0]) for t in vehicle.configuration.thrusters)
 
 
 def _one_level(rng: np.random.Generator) -> int:
-    """Its place: upright ones hardly push where depth is held."""
+    """Draw the place of a level thruster; upright thrusters hardly push in a dive at constant depth."""
     return int(rng.integers(4))
 
 
@@ -74,7 +75,7 @@ def dead_zone(_: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot, size:
 
 
 def saturation(_: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot, size: float) -> Planted:
-    """A soft limit, from what full stick asks for down."""
+    """A soft limit, from the thrust at full stick downwards."""
     limit = _top_n(vehicle, pilot) * 1.1 / (0.7 + size) if size > 0 else 0.0
 
     def apply(site: FieldSite, _: np.random.Generator) -> None:
@@ -84,7 +85,7 @@ def saturation(_: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot, size
 
 
 def thrust_curve(_: np.random.Generator, __: FieldVehicle, ___: Pilot, size: float) -> Planted:
-    """A loss that falls in a straight line, to none where a thruster gives all that it can."""
+    """A loss that falls linearly, to zero at full thrust."""
     loss = min(0.35 * size, 0.9)
 
     def apply(site: FieldSite, _: np.random.Generator) -> None:
@@ -103,7 +104,7 @@ def inflow_loss(_: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot, siz
 
 
 def hull_interaction(_: np.random.Generator, __: FieldVehicle, ___: Pilot, size: float) -> Planted:
-    """A share of the thrust of those whose wash meets the hull: those that push outwards."""
+    """A loss of thrust of those thrusters whose wash meets the hull: those that push outwards."""
     loss = min(0.2 * size, 0.9)
 
     def apply(site: FieldSite, _: np.random.Generator) -> None:
@@ -122,7 +123,7 @@ def thruster_lag(_: np.random.Generator, __: FieldVehicle, ___: Pilot, size: flo
 
 
 def command_delay(_: np.random.Generator, __: FieldVehicle, ___: Pilot, size: float) -> Planted:
-    """Up to 0.3 s."""
+    """A delay of up to 0.3 s."""
     delay_s = min(0.15 * size, 0.3)
 
     def apply(site: FieldSite, _: np.random.Generator) -> None:
@@ -141,7 +142,7 @@ def battery_sag(_: np.random.Generator, __: FieldVehicle, ___: Pilot, size: floa
 
 
 def load_sag(_: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot, size: float) -> Planted:
-    """A resistance that takes some 12 % of the voltage while all level thrusters push as at full stick."""
+    """A resistance that takes about 12 % of the voltage while all level thrusters push as at full stick."""
     full_a = 4 * 0.08 * _top_n(vehicle, pilot) ** 1.5
     resistance = min(min(0.12 * size, MOST_LOST) * 16.0 / full_a, MOST_OHM)
 
@@ -152,15 +153,15 @@ def load_sag(_: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot, size: 
 
 
 def propeller_torque(_: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot, size: float) -> Planted:
-    """Propellers that all turn the same way, with a torque that grows a little faster than thrust; told as it is at
-    half of full stick."""
+    """Propellers that all turn the same way, with a torque that grows a little faster than thrust; the parameters are
+    its values at half of full stick."""
     torque = 0.03 * vehicle.share ** (1 / 3) * size
-    told = torque * (0.5 * _top_n(vehicle, pilot)) ** 0.1
+    at_half = torque * (0.5 * _top_n(vehicle, pilot)) ** 0.1
 
     def apply(site: FieldSite, _: np.random.Generator) -> None:
         site.prop = site.prop._replace(torque=torque)
 
-    return Planted("propeller_torque", {"K": told, "N": told}, apply)
+    return Planted("propeller_torque", {"K": at_half, "N": at_half}, apply)
 
 
 PLANTS: dict[str, Plant] = {
@@ -171,4 +172,4 @@ PLANTS: dict[str, Plant] = {
         propeller_torque,
     )
 }  # fmt: skip
-"""By the name that a diagnosis has to give."""
+"""All plants, by the name that a diagnosis has to give."""

@@ -1,4 +1,4 @@
-"""What is planted in the water, on a line and on the hull: each of a size, 1 for a middling one, 0 for none."""
+"""Effects planted in the water, on a tether and on the hull, each with a size: 1 for a typical effect, 0 for none."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,7 @@ def lines(
 
 
 def steady_current(rng: np.random.Generator, _: FieldVehicle, __: Pilot, size: float) -> Planted:
-    """A current that wanders slowly by a twentieth of itself."""
+    """A current that varies slowly by a twentieth of itself."""
     speed, angle = 0.13 * size, rng.uniform(-np.pi, np.pi)
     north, east = float(speed * np.cos(angle)), float(speed * np.sin(angle))
 
@@ -47,7 +47,8 @@ def steady_current(rng: np.random.Generator, _: FieldVehicle, __: Pilot, size: f
 
 
 def varying_current(rng: np.random.Generator, _: FieldVehicle, __: Pilot, size: float) -> Planted:
-    """A narrow band of periods, north and east by themselves; told by the one sine of the same power."""
+    """A narrow band of periods, north and east independently; its parameters are those of one sine of the same
+    power."""
     amplitude, period_s = 0.1 * size, float(np.exp(rng.uniform(np.log(18.0), np.log(120.0))))
 
     def apply(site: FieldSite, rng: np.random.Generator) -> None:
@@ -61,7 +62,8 @@ def varying_current(rng: np.random.Generator, _: FieldVehicle, __: Pilot, size: 
 
 
 def waves(rng: np.random.Generator, vehicle: FieldVehicle, _: Pilot, size: float) -> Planted:
-    """A narrow spectrum of deep-water waves whose orbits fade with depth; told as the force on the body at rest."""
+    """A narrow spectrum of deep-water waves whose orbits fade with depth; the parameter is the force on a body at
+    rest."""
     speed, period_s, course = 0.06 * size, rng.uniform(2.5, 7.0), rng.uniform(-np.pi, np.pi)
     omega = 2 * np.pi / period_s
 
@@ -78,7 +80,7 @@ def waves(rng: np.random.Generator, vehicle: FieldVehicle, _: Pilot, size: float
             water[:, 11] -= part * w * cos
         site.hull = site.hull._replace(wave_number=omega**2 / GRAVITY_M_S2)
 
-    # Of water past a body that moves through it at USUAL_M_S: inertia, and drag a quarter of a period behind.
+    # Water flowing past the body at USUAL_M_S: inertia, and drag a quarter of a period behind.
     drag = np.array([vehicle.drag(axis, USUAL_M_S) / USUAL_M_S for axis in range(3)])
     level, upright = (
         float(np.hypot(vehicle.mass[axes].mean() * omega, drag[axes].mean()) * speed)
@@ -88,7 +90,7 @@ def waves(rng: np.random.Generator, vehicle: FieldVehicle, _: Pilot, size: float
 
 
 def tether(rng: np.random.Generator, _: FieldVehicle, pilot: Pilot, size: float) -> Planted:
-    """A spring to an anchor some metres off, level; told as its pull where the dive begins and its stiffness."""
+    """A level spring to an anchor some metres away; parameters: its pull at the start of the dive and its stiffness."""
     stiffness = 0.012 * pilot.surge_n * size
     far, angle = rng.uniform(1.0, 6.0), rng.uniform(-np.pi, np.pi)
     north, east = float(far * np.cos(angle)), float(far * np.sin(angle))
@@ -110,7 +112,7 @@ def net_buoyancy(rng: np.random.Generator, vehicle: FieldVehicle, _: Pilot, size
 
 
 def thrust_bias(rng: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot, size: float) -> Planted:
-    """A level force on the body and a yaw moment, which come and go by a twentieth."""
+    """A level force on the body and a yaw moment, which vary by a twentieth."""
     angle, force = rng.uniform(-np.pi, np.pi), 0.12 * pilot.surge_n * size
     moment = force * rng.uniform(-0.1, 0.1) * vehicle.share ** (1 / 3)
     bias = np.array([force * np.cos(angle), force * np.sin(angle), 0.0, 0.0, 0.0, moment])
@@ -123,7 +125,7 @@ def thrust_bias(rng: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot, s
 
 
 def drag_asymmetry(_: np.random.Generator, vehicle: FieldVehicle, __: Pilot, size: float) -> Planted:
-    """So many times the surge drag, linear and quadratic, astern."""
+    """Surge drag astern, linear and quadratic, multiplied by a ratio."""
     more = 0.6 * size
 
     def apply(site: FieldSite, _: np.random.Generator) -> None:
@@ -143,7 +145,7 @@ def cross_flow_lift(rng: np.random.Generator, vehicle: FieldVehicle, _: Pilot, s
 
 
 def coupled_damping(rng: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot, size: float) -> Planted:
-    """Damping that grows a little with speed; told as it is in the middle of the dive's speeds."""
+    """Damping that grows a little with speed; the parameters are its values in the middle of the dive's speeds."""
     y_r = sign(rng) * 0.5 * pilot.sway_n / pilot.turn * size * rng.uniform(0.6, 1.4)
     n_v = (
         float(np.sign(y_r))
@@ -162,7 +164,7 @@ def coupled_damping(rng: np.random.Generator, vehicle: FieldVehicle, pilot: Pilo
 
 
 def munk_moment(rng: np.random.Generator, vehicle: FieldVehicle, _: Pilot, size: float) -> Planted:
-    """A Munk moment in yaw as of fins or a frame, over what the masses make."""
+    """A Munk moment in yaw as of fins or a frame, in addition to that of the masses."""
     of_masses = float(vehicle.mass[1] - vehicle.mass[0])
     more = sign(rng) * 6.0 * vehicle.share * size
 
@@ -182,7 +184,7 @@ def fouling(_: np.random.Generator, __: FieldVehicle, ___: Pilot, size: float) -
 
 
 def cg_offset(rng: np.random.Generator, vehicle: FieldVehicle, _: Pilot, size: float) -> Planted:
-    """First moments of the mass, trimmed level; half the time as an added mass that couples sway and yaw."""
+    """First moments of the mass, trimmed level; half the time an added mass that couples sway and yaw instead."""
     mass = vehicle.configuration.dry_mass_kg
     off = 0.05 * size * mass * vehicle.share ** (1 / 3)
     of_water = rng.random() < 0.5

@@ -1,4 +1,4 @@
-"""Answers held beside what was hidden in field dives, by the goals' own rules."""
+"""Answers judged against the effects hidden in field dives, by the goals' own rules."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -13,7 +13,7 @@ from identify.challenge.score import Rate
 
 LIKELY = 0.5
 HULL = "quadratic_drag"
-"""Every small ROV's: named, it is neither right nor wrong."""
+"""Every small ROV has it, so naming it is neither right nor wrong."""
 
 NAMING = ("explained", "partly")
 PLACES = ("thruster",)
@@ -21,7 +21,8 @@ PLACES = ("thruster",)
 
 @dataclass(frozen=True)
 class Judged:
-    """One dive: its truth, the answer in the schema's form (None where it was refused), and what it took."""
+    """A dive: its truth, the answer in the schema's form (None if refused), the reason of a refusal, seconds,
+    drifts."""
 
     truth: Mapping[str, Any]
     answer: Mapping[str, Any] | None
@@ -48,51 +49,54 @@ class Judged:
     @cached_property
     def named(self) -> tuple[Named, ...]:
         """All causes but the hull's own drag, strongest first."""
-        told = [] if self.answer is None else self.answer["effects"]
-        return tuple(_named(one) for one in told if one["name"] != HULL)
+        effects = [] if self.answer is None else self.answer["effects"]
+        return tuple(_named(effect) for effect in effects if effect["name"] != HULL)
 
     @property
     def accepted(self) -> tuple[Named, ...]:
-        return tuple(one for one in self.named if one.probability >= LIKELY)
+        return tuple(cause for cause in self.named if cause.probability >= LIKELY)
 
     def right(self) -> Named | None:
-        """What names the hidden cause by its own name: the first of all causes, or an accepted one."""
+        """The cause that names the hidden effect: the first of all causes, or an accepted one; None if nothing does.
+
+        If the verdict is ambiguous, only accepted causes count.
+        """
         if self.empty or self.verdict not in (*NAMING, "ambiguous"):
             return None
-        able = self.accepted if self.verdict == "ambiguous" else (*self.named[:1], *self.accepted)
-        return next((one for one in able if self._is(one)), None)
+        candidates = self.accepted if self.verdict == "ambiguous" else (*self.named[:1], *self.accepted)
+        return next((cause for cause in candidates if self._is(cause)), None)
 
     def by_name(self) -> bool:
         return self.right() is not None
 
     def by_also(self) -> bool:
-        """Whether it is only among those that an accepted cause could not be told from."""
+        """Whether the effect appears only among the alternatives (`also`) of an accepted cause."""
         if self.empty or self.by_name() or self.verdict not in (*NAMING, "ambiguous"):
             return False
-        return any(self.effect in one.also for one in self.accepted)
+        return any(self.effect in cause.also for cause in self.accepted)
 
     def false(self) -> tuple[Named, ...]:
-        """Accepted causes that are not there, nor could not be told from what is."""
+        """Accepted causes that are not present, and whose alternatives do not include the hidden effect."""
         return tuple(one for one in self.accepted if not self._is(one) and self.effect not in one.also)
 
     def errors(self) -> dict[str, float]:
-        """Of each parameter of the right cause: how far off, over how large it truly is."""
+        """Error of each parameter of the right cause, relative to its true size."""
         right = self.right()
         return {} if right is None else errors(dict(self.truth["effect_parameters"]), right)
 
     def delay_off_s(self) -> float | None:
-        """How far off the delay is, of a delay that was named."""
+        """Error of the delay, s, if a delay was hidden and named; otherwise None."""
         right = self.right()
         if right is None or self.effect != "command_delay" or "delay" not in right.parameters:
             return None
         return abs(right.parameters["delay"][0] - float(self.truth["effect_parameters"]["delay"]))
 
     def _is(self, one: Named) -> bool:
-        """By name, and by the thruster's number where it is told."""
+        """Whether a cause matches the hidden effect by name and, if both give one, by thruster number."""
         if one.name != self.effect:
             return False
-        told, true = one.parameters.get("thruster"), self.truth["effect_parameters"].get("thruster")
-        return told is None or true is None or round(told[0]) == round(true)
+        said, true = one.parameters.get("thruster"), self.truth["effect_parameters"].get("thruster")
+        return said is None or true is None or round(said[0]) == round(true)
 
 
 def judged(data: Data) -> Judged:
@@ -112,24 +116,24 @@ def _number(value: Any) -> float:
 
 
 def rate_named(cases: Sequence[Judged]) -> Rate:
-    """Of dives that hide something: those named by their own name."""
-    hidden = [one for one in cases if not one.empty]
-    return Rate(sum(one.by_name() for one in hidden), len(hidden))
+    """Of the dives that hide an effect, those in which it was named by its own name."""
+    hidden = [case for case in cases if not case.empty]
+    return Rate(sum(case.by_name() for case in hidden), len(hidden))
 
 
 def rate_also(cases: Sequence[Judged]) -> Rate:
-    hidden = [one for one in cases if not one.empty]
-    return Rate(sum(one.by_also() for one in hidden), len(hidden))
+    hidden = [case for case in cases if not case.empty]
+    return Rate(sum(case.by_also() for case in hidden), len(hidden))
 
 
 def false_causes(cases: Sequence[Judged]) -> int:
-    return sum(len(one.false()) for one in cases)
+    return sum(len(case.false()) for case in cases)
 
 
 def magnitudes(cases: Sequence[Judged]) -> list[float]:
     """The errors of all parameters of right causes."""
-    return [error for one in cases for error in one.errors().values() if math.isfinite(error)]
+    return [error for case in cases for error in case.errors().values() if math.isfinite(error)]
 
 
 def delays_s(cases: Sequence[Judged]) -> list[float]:
-    return [off for one in cases if (off := one.delay_off_s()) is not None]
+    return [off for case in cases if (off := case.delay_off_s()) is not None]

@@ -15,16 +15,16 @@ from bench.words import paragraph
 
 SEED, COUNT = 590_000, 240
 SHORT_SEED, SHORT_COUNT = 390_000, 16
-"""Nothing is tuned on dives of the first; the short form, which anyone may look at, has one of development."""
+"""Nothing is tuned on dives of SEED; the short form, which anyone may look at, uses seeds of development."""
 
 
 def section(cache: Path, short: bool) -> str:
-    """The section, from what `cache` holds and what it lacks."""
+    """The section, from the results in `cache`; runs the dives that are missing there."""
     seed, count = (SHORT_SEED, SHORT_COUNT) if short else (SEED, COUNT)
     kept = Remembered(cache / "field.jsonl")
     jobs = {
-        f"{one.name}:{stamp(*ANSWERS)}": partial(planned_job, one)
-        for one in (Planned(seed, number, effect) for number, effect in plan(seed, count))
+        f"{dive.name}:{stamp(*ANSWERS)}": partial(planned_job, dive)
+        for dive in (Planned(seed, number, effect) for number, effect in plan(seed, count))
     }
     return page([judged(data) for data in kept.fill(jobs, "field dives").values()], seed)
 
@@ -69,7 +69,7 @@ def lines(cases: Sequence[Judged]) -> list[str]:
 
 
 def _introduction(cases: Sequence[Judged], seed: int) -> list[str]:
-    empty = sum(one.empty for one in cases)
+    empty = sum(case.empty for case in cases)
     return paragraph(
         f"{len(cases)} dives of {DIVE_S[0]:g} to {DIVE_S[1]:g} s as a stock ArduSub records them (`bench/field`,",
         f"seed {seed}): no wrench, no DVL, velocity from the autopilot's own filter, 20 to 120 ms late, smoothed over",

@@ -1,4 +1,4 @@
-"""A site and a mission -> one dive: what moved, what was commanded, what pushed."""
+"""Simulate a dive from a site and a mission: motion, commands and forces."""
 
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ STICK_US = 200
 
 @dataclass(frozen=True)
 class Sea:
-    """A stationary first-order disturbance: standard deviation (6,), N and N m, and memory."""
+    """A stationary first-order disturbance: standard deviation (6,), N and N m, and correlation time."""
 
     std: Array
     memory_s: float
@@ -29,8 +29,12 @@ class Sea:
 
 @dataclass(frozen=True)
 class Sensors:
-    """Standard deviations: tilt (roll and pitch), heading rad, rates rad/s, force m/s2, depth m, position_z m, volts.
-    ohm: of a battery whose voltage gives way that no thruster feels; fall: share of its square lost a second."""
+    """Standard deviations: tilt (roll and pitch) and heading rad, rates rad/s, force m/s2, depth m, position_z m,
+    volts.
+
+    full_v: voltage of the full battery. ohm: resistance of a battery whose sag no thruster feels; fall: share of its
+    squared voltage lost per second.
+    """
 
     tilt: float
     heading: float
@@ -46,7 +50,7 @@ class Sensors:
 
 @dataclass(frozen=True)
 class Flown:
-    """One dive: `ticks` as the kernel filled them, the noise (n, 8) that the autopilot saw, and the sea's wrench
+    """A dive: `ticks` as the kernel filled them, the noise (n, 8) of the autopilot's readings, and the sea's wrench
     (n, 6) at the ticks."""
 
     site: FieldSite
@@ -56,8 +60,11 @@ class Flown:
 
 
 def draw_sea(rng: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot, autopilot: Autopilot) -> Sea:
-    """0.5 to 3 % of full thrust, a sixth of it in N m, with a memory of 0.7 to 4 s. Full thrust is between what a full
-    stick ahead gives at the autopilot's own gain and what this pilot uses (their geometric mean)."""
+    """Draw a sea of 0.5 to 3 % of full thrust, a sixth of it in N m, with a correlation time of 0.7 to 4 s.
+
+    Full thrust is the geometric mean of a full stick ahead at the autopilot's own gain and of this pilot's full
+    surge.
+    """
     one_n = float(autopilot.thrust_at[NEUTRAL + STICK_US])
     full_n = float(np.sqrt(one_n * autopilot.reach[0] * vehicle.share * pilot.surge_n))
     force = float(np.exp(rng.uniform(np.log(0.005), np.log(0.03)))) * full_n

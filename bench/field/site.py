@@ -21,11 +21,11 @@ FLOOR_M = 60.0
 
 @dataclass
 class FieldSite:
-    """One dive's own copy of everything that can hide something; a plant changes it in place.
+    """A dive's own copy of everything that can hide an effect; a plant changes it in place.
 
-    time_s (n,): of the steps and one more; push (n, 6): wrench in time alone; moved (n, 12): as `world.rates` has
-    water, None where it is still; grown: share by which all drag grows a second; felt_ohm, felt_fall: as `dive.Supply`
-    has them. rigid, added, linear (6, 6).
+    time_s (n,): of the steps and one more; push (n, 6): wrench that depends on time alone; moved (n, 12): motion of
+    the water as `world.rates` takes it, None if the water is still; grown: share by which all drag grows per second;
+    felt_ohm, felt_fall: as in `dive.Supply`. rigid, added, linear (6, 6).
     """
 
     vehicle: FieldVehicle
@@ -52,14 +52,14 @@ class FieldSite:
         )
 
     def water(self) -> Array:
-        """(n, 12) to be filled; still where nothing moved it before."""
+        """The array (n, 12) of water motion for a plant to fill; created as still water at the first call."""
         if self.moved is None:
             self.moved = np.zeros((len(self.time_s), 12))
         return self.moved
 
 
 def site_of(vehicle: FieldVehicle, pilot: Pilot, ticks: int, depth_m: float) -> FieldSite:
-    """A vehicle that hides nothing but its own quadratic drag."""
+    """A vehicle whose only hidden effect is its own quadratic drag."""
     shape = vehicle.configuration
     time_s = STEP_S * np.arange(ticks * EACH + 1, dtype=np.float64)
     k = len(shape.thrusters)
@@ -82,8 +82,10 @@ Apply = Callable[[FieldSite, np.random.Generator], None]
 
 @dataclass(frozen=True)
 class Planted:
-    """One hidden effect. parameters: as they are planted, by the names of an answer, SI units. `apply` puts it into a
-    dive's site; what it draws there (the phases of a sea) may differ from dive to dive."""
+    """A hidden effect. parameters: planted values, by the names that an answer uses, SI units.
+
+    `apply` adds the effect to a dive's site; random parts such as the phases of a sea may differ from dive to dive.
+    """
 
     name: str
     parameters: dict[str, float]

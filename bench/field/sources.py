@@ -1,4 +1,4 @@
-"""The code that the figures of the field dives hang on (`bench.stamp`)."""
+"""The code that the figures of the field dives depend on (`bench.stamp`)."""
 
 from bench.stamp import reached
 
@@ -20,6 +20,6 @@ ANSWERS = (
     ),
     "configs/thrusters/*.csv",
 )
-"""What makes the dives, answers them and foretells them; the words around an answer change nothing of it."""
+"""Code that makes, diagnoses and predicts the dives; the code of an answer's wording does not change these."""
 
 SECTION = (*ANSWERS, *(f"bench/field/{name}.py" for name in ("score", "section", "tables")))

@@ -1,4 +1,4 @@
-"""The tables of the field dives: goals, power by effect and by size, false causes, prediction beside plain ways."""
+"""Tables of the field dives: goals, power by effect and by size, false causes, prediction against plain methods."""
 
 import math
 import statistics
@@ -59,18 +59,18 @@ def _row(words: str, figure: str, value: float, met: bool) -> str:
 
 
 def beside_goals(cases: Sequence[Judged]) -> list[str]:
-    """What stands beside the goals, in a sentence or two."""
-    hidden, empty = [one for one in cases if not one.empty], [one for one in cases if one.empty]
+    """Further figures next to the goals, in a few sentences."""
+    hidden, empty = [case for case in cases if not case.empty], [case for case in cases if case.empty]
     named, also = rate_named(cases), rate_also(cases)
-    half = (named.hits + 0.5 * also.hits) / named.of if named.of else math.nan
-    clean = sum(not one.false() for one in empty)
-    verdicts = Counter(one.verdict for one in hidden)
-    verdicts_empty = Counter(one.verdict for one in empty)
-    seconds = [one.seconds for one in cases]
-    refused = [f"{one.truth['name']} ({one.refusal})" for one in cases if one.answer is None]
+    weighted = (named.hits + 0.5 * also.hits) / named.of if named.of else math.nan
+    clean = sum(not case.false() for case in empty)
+    verdicts = Counter(case.verdict for case in hidden)
+    verdicts_empty = Counter(case.verdict for case in empty)
+    seconds = [case.seconds for case in cases]
+    refused = [f"{case.truth['name']} ({case.refusal})" for case in cases if case.answer is None]
     return paragraph(
         f"Named only among those that an accepted cause could not be told from: {told(also)}; counted by half,",
-        f"{100 * half:.1f} % are named. Of {len(empty)} dives that hide nothing {clean} came without a false cause",
+        f"{100 * weighted:.1f} % are named. Of {len(empty)} dives that hide nothing {clean} came without a false cause",
         f"(verdicts: {_counted(verdicts_empty)}); verdicts where something hides: {_counted(verdicts)}.",
         f"One diagnosis with its check dive: median {statistics.median(seconds):.1f} s of one core, slowest",
         f"{max(seconds):.1f} s. Refused: {'; '.join(refused) if refused else 'none'}.",
@@ -82,26 +82,26 @@ def _counted(counts: Counter[str]) -> str:
 
 
 def by_effect(cases: Sequence[Judged]) -> list[str]:
-    """The power by effect."""
+    """Table of the power by effect."""
     rows = [
         "| effect | dives | named (95 % bounds) | only as one of several | sizes over the sea | smallest named "
         "| largest missed | size error, median | said instead |",
         "|---" * 9 + "|",
     ]
-    for name in sorted({one.effect for one in cases} - {NONE}):
-        own = [one for one in cases if one.effect == name]
-        hit, missed = [one for one in own if one.by_name()], [one for one in own if not one.by_name()]
-        rate = Rate(len(hit), len(own))
+    for name in sorted({case.effect for case in cases} - {NONE}):
+        group = [case for case in cases if case.effect == name]
+        hit, missed = [d for d in group if d.by_name()], [d for d in group if not d.by_name()]
+        rate = Rate(len(hit), len(group))
         low, high = rate.bounds()
         off = magnitudes(hit)
         cells = [
             f"`{name}`",
-            str(len(own)),
+            str(len(group)),
             f"{rate.hits} of {rate.of} ({100 * low:.0f} to {100 * high:.0f} %)",
-            str(sum(one.by_also() for one in own)),
-            f"{min(one.size for one in own):.2f} to {max(one.size for one in own):.2f}",
-            f"{min(one.size for one in hit):.2f}" if hit else "-",
-            f"{max(one.size for one in missed):.2f}" if missed else "-",
+            str(sum(case.by_also() for case in group)),
+            f"{min(case.size for case in group):.2f} to {max(case.size for case in group):.2f}",
+            f"{min(case.size for case in hit):.2f}" if hit else "-",
+            f"{max(case.size for case in missed):.2f}" if missed else "-",
             f"{100 * statistics.median(off):.0f} %" if off else "-",
             _instead(missed),
         ]
@@ -110,27 +110,29 @@ def by_effect(cases: Sequence[Judged]) -> list[str]:
 
 
 def _instead(missed: Sequence[Judged]) -> str:
-    said = Counter(one.accepted[0].name if one.accepted else one.verdict.replace("_", " ") for one in missed)
+    said = Counter(
+        case.accepted[0].name if case.accepted else case.verdict.replace("_", " ") for case in missed
+    )
     return ", ".join(f"{name} ({count})" for name, count in said.most_common(3)) or "-"
 
 
 def by_size(cases: Sequence[Judged]) -> list[str]:
-    """The power by size over the sea, all effects together."""
+    """Table of the power by size over the sea, all effects together."""
     hidden = sorted((one for one in cases if not one.empty), key=lambda one: one.size)
     rows = ["| size over the sea | named (95 % bounds) |", "|---|---|"]
     points = max(min(POINTS, len(hidden) // EACH_POINT), 1)
     for part in np.array_split(np.arange(len(hidden)), points):
-        own = [hidden[i] for i in part]
-        if own:
-            rate = Rate(sum(one.by_name() for one in own), len(own))
-            rows.append(f"| {own[0].size:.2f} to {own[-1].size:.2f} | {told(rate)} |")
+        bin_cases = [hidden[i] for i in part]
+        if bin_cases:
+            rate = Rate(sum(case.by_name() for case in bin_cases), len(bin_cases))
+            rows.append(f"| {bin_cases[0].size:.2f} to {bin_cases[-1].size:.2f} | {told(rate)} |")
     return rows
 
 
 def wrong(cases: Sequence[Judged]) -> list[str]:
-    """Which causes were accepted that were not there."""
-    said = Counter(one.name for case in cases for one in case.false())
-    empty = Counter(one.name for case in cases if case.empty for one in case.false())
+    """Table of the causes that were accepted and not present."""
+    said = Counter(cause.name for case in cases for cause in case.false())
+    empty = Counter(cause.name for case in cases if case.empty for cause in case.false())
     if not said:
         return ["No false cause was accepted."]
     rows = ["| accepted, and not there | dives | of these hid nothing |", "|---|---|---|"]
@@ -138,8 +140,8 @@ def wrong(cases: Sequence[Judged]) -> list[str]:
 
 
 def prediction(cases: Sequence[Judged]) -> list[str]:
-    """The drift on check dives by method: medians over the dives of the rms over windows."""
-    flown = [one for one in cases if one.drifts]
+    """Drift on check dives by method: medians over the dives of the rms over windows."""
+    flown = [case for case in cases if case.drifts]
     heads = [
         f"{axis}, {horizon:g} s"
         for horizon in HORIZONS_S
@@ -147,19 +149,19 @@ def prediction(cases: Sequence[Judged]) -> list[str]:
     ]
     rows = [f"| by | {' | '.join(heads)} | dives in which it ran away |", "|---" * (len(heads) + 2) + "|"]
     for name in NAMES:
-        own = [one.drifts[name] for one in flown if name in one.drifts]
+        rms = [case.drifts[name] for case in flown if name in case.drifts]
         cells = [
-            _median(own, horizon, axes) for horizon in range(len(HORIZONS_S)) for axes in ((0, 1), (2,), (3,))
+            _median(rms, horizon, axes) for horizon in range(len(HORIZONS_S)) for axes in ((0, 1), (2,), (3,))
         ]
-        lost = sum(any(value is None for value in one[-1][:2]) for one in own)
-        rows.append(f"| {name} | {' | '.join(cells)} | {lost} of {len(own)} |")
+        lost = sum(any(value is None for value in way[-1][:2]) for way in rms)
+        rows.append(f"| {name} | {' | '.join(cells)} | {lost} of {len(rms)} |")
     return rows
 
 
 def _median(own: Sequence[Sequence[Sequence[float | None]]], horizon: int, axes: tuple[int, ...]) -> str:
     values = []
-    for one in own:
-        parts = [one[horizon][axis] for axis in axes]
+    for row in own:
+        parts = [row[horizon][axis] for axis in axes]
         known = [value for value in parts if value is not None]
         if len(known) == len(parts):
             values.append(math.sqrt(statistics.fmean(value**2 for value in known)))

@@ -1,4 +1,4 @@
-"""Drawn ROVs: what their crew's file says, and what they truly are."""
+"""Drawn ROVs: the crew's vehicle file, and the true vehicle."""
 
 import hashlib
 import math
@@ -31,9 +31,9 @@ class Drag:
 
 
 DRAGS = (
-    # von Benzon et al. 2022; what it gives as none is a little here, for no hull has none.
+    # von Benzon et al. 2022; zero entries are replaced by small values, because no hull is without damping.
     Drag((13.7, 3.3, 33.0, 0.2, 0.8, 0.05), (141.0, 217.0, 190.0, 1.19, 0.47, 1.5)),
-    # Wu 2018; about the axes with more linear damping, without which a model is never at rest.
+    # Wu 2018; with more linear damping about the axes, without which a model never comes to rest.
     Drag((4.03, 6.22, 5.18, 0.3, 0.3, 0.3), (18.18, 21.66, 36.99, 1.55, 1.55, 1.55)),
 )
 
@@ -54,25 +54,25 @@ class FieldVehicle:
 
     @property
     def rigid(self) -> Array:
-        """(6,): dry mass three times, and the inertias."""
+        """Rigid-body diagonal (6,): dry mass three times, then the inertias."""
         shape = self.configuration
         return np.array([shape.dry_mass_kg] * 3 + list(shape.inertia_kgm2))
 
     @property
     def share(self) -> float:
-        """Its dry mass over that of a BlueROV2 Heavy."""
+        """Dry mass over that of a BlueROV2 Heavy."""
         return self.configuration.dry_mass_kg / REFERENCE_KG
 
     def drag(self, axis: int, speed: float) -> float:
-        """N or N m at a steady speed along or about an axis."""
+        """Drag, N or N m, at a steady speed along or about an axis."""
         return float(self.linear[axis] * speed + self.quadratic[axis] * speed * abs(speed))
 
 
 def draw_vehicle(rng: np.random.Generator, name: str) -> FieldVehicle:
-    """A BlueROV2 at another size, with another hull and with six or eight thrusters.
+    """Draw a BlueROV2 of another size, with another hull and with six or eight thrusters.
 
-    Masses go as size^3, drags along the axes as size^2, about them as size^5 (quadratic) and size^4 (linear); added
-    masses and drags are drawn within a factor of two about that.
+    Masses scale as size^3, drags along the axes as size^2, about them as size^5 (quadratic) and size^4 (linear);
+    added masses and drags are drawn within a factor of two of that.
     """
     dry_kg = float(np.exp(rng.uniform(np.log(LIGHTEST_KG), np.log(HEAVIEST_KG))))
     scale = dry_kg / REFERENCE_KG
@@ -96,19 +96,23 @@ def draw_vehicle(rng: np.random.Generator, name: str) -> FieldVehicle:
     vehicle = Vehicle(name, {kind: configuration}, thrust_curve=ThrustCurve("table", CURVE, VOLTAGE_V, LAG_S))
     text = vehicle_text(vehicle)
     digest = hashlib.sha256(text.encode()).hexdigest()
-    own = np.array([configuration.dry_mass_kg] * 3 + list(configuration.inertia_kgm2))
+    rigid_body = np.array([configuration.dry_mass_kg] * 3 + list(configuration.inertia_kgm2))
     return FieldVehicle(
-        VehicleFile(Path(f"{name}/vehicle.yaml"), vehicle, kind, digest), text, own + added, linear, quadratic
+        VehicleFile(Path(f"{name}/vehicle.yaml"), vehicle, kind, digest),
+        text,
+        rigid_body + added,
+        linear,
+        quadratic,
     )
 
 
 def _within_two(rng: np.random.Generator) -> Array:
-    """(6,): factors between a half and two; most within a third of one."""
+    """Factors (6,) between a half and two; most within a third of 1."""
     return np.asarray(np.exp(np.clip(0.35 * rng.standard_normal(6), -math.log(2), math.log(2))))
 
 
 def _thrusters(rng: np.random.Generator, size: float, eight: bool) -> tuple[Thruster, ...]:
-    """Four level ones at some 45 degrees, and two or four upright ones."""
+    """Four level thrusters at about 45 degrees, and two or four upright thrusters."""
     angle = math.radians(45.0 + rng.uniform(-8.0, 8.0))
     cos, sin = round(math.cos(angle), 5), round(math.sin(angle), 5)
     x, y = round(0.156 * size * rng.uniform(0.9, 1.2), 3), round(0.111 * size * rng.uniform(0.9, 1.1), 3)
@@ -124,7 +128,7 @@ def _thrusters(rng: np.random.Generator, size: float, eight: bool) -> tuple[Thru
 
 
 def vehicle_text(vehicle: Vehicle) -> str:
-    """The crew's file of a vehicle, as YAML: it knows no drag and no added mass."""
+    """The crew's file of a vehicle, as YAML; it holds no drag and no added mass."""
     curve, water = vehicle.thrust_curve, vehicle.water
     data: dict[str, Any] = {
         "name": vehicle.name,

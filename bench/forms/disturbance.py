@@ -16,35 +16,35 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Disturbance:
-    """The disturbance of a task at K instants, `every` so many steps, straight between them; (K, n), m/s2, rad/s2."""
+    """The disturbance of a task at K instants, `every` so many steps, linear in between; (K, n), m/s2, rad/s2."""
 
     task: Task
     every: int
 
     @property
     def instants(self) -> int:
-        """K."""
+        """K, the number of instants."""
         return -(-self.task.steps // self.every) + 1
 
     @property
     def kept(self) -> Tensor:
-        """(n,): what stays of it from one instant to the next."""
+        """Factor (n,) by which the disturbance decays from one instant to the next."""
         return torch.exp(-self.every * STEP_S / self.task.disturbance_time_s)
 
     def roughness(self, slow: Tensor) -> Tensor:
-        """Half the squares of its innovations over their spreads."""
+        """Half the sum of its squared innovations, each over its standard deviation."""
         share = slow / self.task.disturbance_std
         steps = (share[1:] - self.kept * share[:-1]) / (1 - self.kept**2).sqrt()
         return 0.5 * (share[0].square().sum() + steps.square().sum())
 
     def coloured(self, white: Tensor) -> Tensor:
-        """The disturbance whose innovations over their spreads are `white` (K, n)."""
+        """The disturbance with the normalised innovations `white` (K, n)."""
         slow = _Coloured.apply(white, self.kept)  # type: ignore[no-untyped-call]
         assert isinstance(slow, Tensor)
         return slow * self.task.disturbance_std
 
     def at_halves(self, slow: Tensor) -> Tensor:
-        """(2 N + 1, n) at the task's instants and halfway."""
+        """The disturbance (2 N + 1, n) at the task's instants and halfway."""
         place = torch.arange(2 * self.task.steps + 1, dtype=torch.float64) / (2 * self.every)
         before = place.floor().long().clamp_max(len(slow) - 2)
         share = (place - before)[:, None]

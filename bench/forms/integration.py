@@ -1,6 +1,7 @@
-"""Fossen's equations forward in time by fourth-order Runge-Kutta, and back through its own steps: compiled, for torch.
+"""Integrate Fossen's equations by fourth-order Runge-Kutta, with the slope by the discrete adjoint; compiled, for
+torch.
 
-The way back is the discrete adjoint: the exact slope of what the way forward computes, not of the equations.
+The adjoint gives the exact slope of the computed path, not of the continuous equations.
 """
 
 from functools import cache
@@ -20,7 +21,10 @@ Whole = NDArray[np.int64]
 
 @cache
 def coriolis_terms() -> tuple[Whole, Array]:
-    """(T, 4) i, j, k, l and (T,) s: (C(nu) nu)_i is the sum of s M_j nu_k nu_l; from `bridge`'s own C."""
+    """Terms of the Coriolis force, from `bridge`'s own C: indices i, j, k, l (T, 4) and factors s (T,).
+
+    (C(nu) nu)_i is the sum of s M_j nu_k nu_l.
+    """
     unit = np.eye(6).tolist()
     rows, signs = [], []
     for j in range(6):
@@ -36,12 +40,12 @@ def coriolis_terms() -> tuple[Whole, Array]:
 
 @cache
 def terms_of(dofs: tuple[int, ...]) -> tuple[Whole, Whole, Whole, Whole, Whole, Array]:
-    """The fitted axes, and of the terms in them the place of i among these, j, k, l and s."""
+    """Return the fitted axes and their Coriolis terms: place of i among these axes, then j, k, l and s."""
     rows, signs = coriolis_terms()
-    own = np.isin(rows[:, 0], dofs)
-    axis = np.array([dofs.index(i) for i in rows[own, 0]], dtype=np.int64)
-    j, k, m = np.ascontiguousarray(rows[own, 1:].T)
-    return np.array(dofs, dtype=np.int64), axis, j, k, m, signs[own]
+    fitted = np.isin(rows[:, 0], dofs)
+    axis = np.array([dofs.index(i) for i in rows[fitted, 0]], dtype=np.int64)
+    j, k, m = np.ascontiguousarray(rows[fitted, 1:].T)
+    return np.array(dofs, dtype=np.int64), axis, j, k, m, signs[fitted]
 
 
 @njit(cache=True, error_model="numpy")
@@ -49,7 +53,7 @@ def _rate(
     drive: Array, nu: Array, mass: Array, damping: Array, dofs: Whole, axis: Whole, j: Whole, k: Whole, m: Whole,
     sign: Array, out: Array,
 ) -> None:  # fmt: skip
-    """nu_dot (n,) at nu (6,) under drive (n,), all that pushes."""
+    """Fill `out` with nu_dot (n,) at velocity nu (6,) under the total force `drive` (n,)."""
     for a in range(len(dofs)):
         out[a] = drive[a] - damping[a] * nu[dofs[a]]
     for t in range(len(axis)):
@@ -63,7 +67,10 @@ def _rate_back(
     g: Array, rate: Array, nu: Array, mass: Array, damping: Array, dofs: Whole, axis: Whole, j: Whole, k: Whole,
     m: Whole, sign: Array, to_nu: Array, to_drive: Array, to_mass: Array, to_damping: Array,
 ) -> None:  # fmt: skip
-    """What g (n,) by the rate comes to by nu fills `to_nu` (6,); what it comes to by all else is added. g is spent."""
+    """Propagate the gradient g (n,) of the rate back to its arguments; g is overwritten.
+
+    Fills `to_nu` (6,) with the gradient by nu, and adds the gradients by drive, mass and damping to their arrays.
+    """
     to_nu[:] = 0.0
     for a in range(len(dofs)):
         i = dofs[a]
@@ -80,7 +87,7 @@ def _rate_back(
 
 
 SHARES = (0.5, 0.5, 1.0)
-"""Of a step, how far the second, third and fourth stage lie along the rate of the one before (Runge-Kutta)."""
+"""How far along the previous rate the second, third and fourth Runge-Kutta stages lie, in steps."""
 
 
 @njit(cache=True, error_model="numpy")
@@ -88,7 +95,7 @@ def _stages(
     h: float, x: Array, drive: Array, others: Array, mass: Array, damping: Array, dofs: Whole, axis: Whole, j: Whole,
     k: Whole, m: Whole, sign: Array, rates: Array, nu: Array,
 ) -> None:  # fmt: skip
-    """The four rates (4, n) of a step from x (n,), and where they were taken, nu (4, 6)."""
+    """Fill the four rates (4, n) of a step from x (n,), and the velocities nu (4, 6) at which they were evaluated."""
     for stage in range(4):
         at = (stage + 1) // 2
         nu[stage] = others[at]
@@ -104,7 +111,8 @@ def forward(
     h: float, start: Array, drive: Array, others: Array, mass: Array, damping: Array, dofs: Whole, axis: Whole,
     j: Whole, k: Whole, m: Whole, sign: Array,
 ) -> Array:  # fmt: skip
-    """(S, L + 1, n) from start (S, n) under drive (S, 2 L + 1, n), beside others (S, 2 L + 1, 6)."""
+    """Path (S, L + 1, n) from start (S, n) under drive (S, 2 L + 1, n), with velocities of the other axes (S, 2 L +
+    1, 6)."""
     segments, n, steps = start.shape[0], start.shape[1], (drive.shape[1] - 1) // 2
     out = np.empty((segments, steps + 1, n))
     rates, nu = np.empty((4, n)), np.empty((4, 6))
@@ -127,7 +135,7 @@ def backward(
     h: float, path: Array, g: Array, drive: Array, others: Array, mass: Array, damping: Array, dofs: Whole,
     axis: Whole, j: Whole, k: Whole, m: Whole, sign: Array,
 ) -> tuple[Array, Array, Array, Array]:  # fmt: skip
-    """What g (S, L + 1, n) by the path comes to by start, drive, mass and damping."""
+    """Propagate the gradient g (S, L + 1, n) of the path back to start, drive, mass and damping."""
     segments, n, steps = path.shape[0], path.shape[2], path.shape[1] - 1
     to_start, to_drive = np.empty((segments, n)), np.zeros(drive.shape)
     to_mass, to_damping, to_nu = np.zeros(6), np.zeros(n), np.zeros(6)
@@ -162,7 +170,7 @@ def backward(
 
 
 class _Integrated(torch.autograd.Function):
-    """`forward` with `backward` as its slope."""
+    """`forward` as a torch function, with `backward` as its gradient."""
 
     @staticmethod
     def forward(
@@ -196,9 +204,9 @@ def integrated(
     dofs: tuple[int, ...],
     step_s: float,
 ) -> Tensor:
-    """The velocities (S, L + 1, n) of S segments of L steps from `start` (S, n), differentiable; all float64, on CPU.
+    """Velocities (S, L + 1, n) of S segments of L steps from `start` (S, n); differentiable, float64, on the CPU.
 
-    drive (S, 2 L + 1, n), N and N m, at instants and halfway; others (S, 2 L + 1, 6) the velocities not fitted.
+    drive (S, 2 L + 1, n), N and N m, at instants and halfway; others (S, 2 L + 1, 6): velocities that are not fitted.
     """
     path = _Integrated.apply(  # type: ignore[no-untyped-call]
         start, drive, mass, damping, others, terms_of(dofs), step_s

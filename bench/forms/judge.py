@@ -1,6 +1,6 @@
-"""Every form on the same missions, beside the product's methods and the paper's closed form: trials, kept, and tallies.
+"""Run every form on the missions, with the product's methods and the paper's closed form; keep and tally the trials.
 
-The forms know the true noise levels and state no interval; the product's methods have to find the levels.
+The forms are given the true noise levels and state no interval; the product's methods have to find the levels.
 """
 
 from collections.abc import Callable, Sequence
@@ -51,9 +51,8 @@ MASS_NAMES = tuple(MASSES[dof].name for dof in FITTED)
 
 @dataclass(frozen=True)
 class Judged:
-    """A method's cases, how many of the coefficients it refused, its median seconds, and where it is a form how many
-    missions it settled on before its time was up (None for the others).
-    """
+    """A method's tally: its cases, refused coefficients and median seconds. settled: missions on which a form settled
+    before its time was up, None for the other methods."""
 
     method: str
     tally: Tally
@@ -69,7 +68,8 @@ class Judged:
 
 
 def judged(seeds: Sequence[int], cache: Path) -> tuple[list[Bound], list[Trial], list[Judged]]:
-    """Bounds, trials and tallies of all seeds, of the coefficients that the forms fit; what `cache` lacks is run."""
+    """Bounds, trials and tallies of all seeds, for the coefficients that the forms fit; runs those missing in
+    `cache`."""
     methods = [method for method in BESIDE if method in PRODUCT or method in OWN]
     jobs: dict[str, Job] = {}
     for seed in seeds:
@@ -79,8 +79,8 @@ def judged(seeds: Sequence[int], cache: Path) -> tuple[list[Bound], list[Trial],
             jobs[f"{seed}:{method}:{stamp(*SOURCES[group])}"] = partial(method_job, method, seed)
         for form in FORMS:
             jobs[f"{seed}:{form}:{stamp(*OF_FORMS)}"] = partial(form_job, form, seed, SECONDS)
-    found = Remembered(cache / "forms.jsonl").fill(jobs, "forms")
-    all_bounds, trials = known(found)
+    results = Remembered(cache / "forms.jsonl").fill(jobs, "forms")
+    all_bounds, trials = known(results)
     bounds = [
         replace(b, truth={name: b.truth[name] for name in NAMES if name in b.truth}) for b in all_bounds
     ]
@@ -88,31 +88,31 @@ def judged(seeds: Sequence[int], cache: Path) -> tuple[list[Bound], list[Trial],
 
 
 def _judged(method: str, bounds: list[Bound], trials: list[Trial]) -> Judged:
-    own = [trial for trial in trials if trial.method == method]
-    settled = sum(trial.outcome == "settled" for trial in own) if method in FORMS else None
+    of_method = [trial for trial in trials if trial.method == method]
+    settled = sum(trial.outcome == "settled" for trial in of_method) if method in FORMS else None
     return Judged(method, tally(method, bounds, trials), settled)
 
 
 def form_job(form: str, seed: int, seconds: float) -> Data:
-    """A form's answer to a seed's mission, as JSON: see `accuracy_trials.Trial`."""
+    """Fit a form to a seed's mission and return the answer as JSON: see `accuracy_trials.Trial`."""
     torch.set_num_threads(1)
     torch.manual_seed(SEED)
     fit = cast(Callable[[Task, float], Fitted], import_module(FORMS[form]).fit)
     mission = draw_one(seed)
-    found = fit(task_of(mission), seconds)
+    fitted = fit(task_of(mission), seconds)
     stated = {
         name: [float(f"{value:.6g}"), None, None, False]
-        for name, value in found.values.items()
+        for name, value in fitted.values.items()
         if name in mission.truth
     }
     return {
-        "seed": seed, "method": form, "stated": stated, "refused": [], "outcome": found.reason,
-        "seconds": found.seconds,
+        "seed": seed, "method": form, "stated": stated, "refused": [], "outcome": fitted.reason,
+        "seconds": fitted.seconds,
     }  # fmt: skip
 
 
 def relative(cases: Sequence[Case]) -> float:
-    """The median size of the relative error."""
+    """Median of the absolute relative error; NaN without cases."""
     return (
         float(np.median([abs(np.expm1(case.error * case.least)) for case in cases]))
         if cases
@@ -121,5 +121,5 @@ def relative(cases: Sequence[Case]) -> float:
 
 
 def leaning(cases: Sequence[Case]) -> float:
-    """The mean signed error over the bound: what is left of it where chance averages out."""
+    """Mean signed error over the bound, in which chance averages out; NaN without cases."""
     return float(np.mean([case.error for case in cases])) if cases else float("nan")

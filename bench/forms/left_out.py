@@ -1,8 +1,8 @@
-"""What fitting a disturbance leaves out, exactly: one axis alone, all else at the truth, where the loss is least.
+"""The bias of fitting a disturbance, exactly: one axis alone, everything else at the truth, at the least loss.
 
-The axis is linear then, M nu_dot + D nu = F + M a with a first-order Gauss-Markov acceleration a, so a Kalman filter
-gives both parts of minus the log likelihood: the squares, which are what the best path and its disturbance cost
-together, and the log determinant, which only integrating over the paths brings (Ljung 1999, section 13.4).
+The axis is then linear, M nu_dot + D nu = F + M a with a first-order Gauss-Markov acceleration a, so a Kalman filter
+gives both parts of the negative log likelihood: the squares, which are the cost of the best path together with its
+disturbance, and the log determinant, which appears only if the paths are integrated out (Ljung 1999, section 13.4).
 """
 
 import math
@@ -25,12 +25,12 @@ AXES = (0, 1, 5)
 YAW = 5
 LEAST_START_S, LAGS_OF_START = 0.5, 10.0
 WIDE = 1.0
-"""Variance of the first velocity."""
+"""Variance of the initial velocity."""
 
 
 @dataclass(frozen=True)
 class AxisAlone:
-    """Readings (n,) of one velocity, each `step_s` after the last; `force` is the mean between; all SI."""
+    """Readings (n,) of one velocity, each `step_s` after the last; `force`: mean force between readings; SI units."""
 
     step_s: Array
     force: Array
@@ -51,11 +51,11 @@ def scored(
     mass: float,
     damping: float,
 ) -> tuple[float, float]:
-    """Half the squares of the innovations over their variances, and half the sum of the logarithms of these."""
+    """Half the sum of squared innovations over their variances, and half the sum of the variances' logarithms."""
     rate, keep_rate = damping / mass, 1.0 / time_s
     # Of the stationary pair of velocity and acceleration.
-    both = std**2 / (rate + keep_rate)
-    own = both / rate
+    covariance_xa = std**2 / (rate + keep_rate)
+    variance_x = covariance_xa / rate
     x, a = 0.0, 0.0
     p, c, q = WIDE, 0.0, std**2
     squares, spread = 0.0, 0.0
@@ -67,9 +67,9 @@ def scored(
             mixed = (keep - phi) / off if abs(off) * h > 1e-6 else h * phi
             x = phi * x + mixed * a + (1.0 - phi) / damping * force[i]
             a = keep * a
-            dp, dc, dq = p - own, c - both, q - std**2
-            p = own + phi * phi * dp + 2.0 * phi * mixed * dc + mixed * mixed * dq
-            c = both + keep * (phi * dc + mixed * dq)
+            dp, dc, dq = p - variance_x, c - covariance_xa, q - std**2
+            p = variance_x + phi * phi * dp + 2.0 * phi * mixed * dc + mixed * mixed * dq
+            c = covariance_xa + keep * (phi * dc + mixed * dq)
             q = std**2 + keep * keep * dq
         s = p + variance
         e = reading[i] - x
@@ -84,7 +84,7 @@ def scored(
 
 
 def best_masses(alone: AxisAlone, mass: float, damping: float) -> tuple[float, float]:
-    """The mass, over the true one, where the loss is least: with the disturbance fitted, and with it integrated out."""
+    """Mass over the true mass at the least loss: with the disturbance fitted, and with it integrated out."""
 
     def ratio(weight: float) -> float:
         def loss(logs: Array) -> float:
@@ -95,16 +95,16 @@ def best_masses(alone: AxisAlone, mass: float, damping: float) -> tuple[float, f
             return float(squares + weight * spread)
 
         start = np.array([[0.0, 0.0], [0.1, 0.0], [0.0, 0.1]])
-        found = minimize(
+        best_fit = minimize(
             loss, start[0], method="Nelder-Mead", options={"initial_simplex": start, "xatol": 1e-3}
         )
-        return math.exp(float(found.x[0]))
+        return math.exp(float(best_fit.x[0]))
 
     return ratio(0.0), ratio(1.0)
 
 
 def of_mission(mission: Mission) -> dict[str, tuple[float, float]]:
-    """`best_masses` of surge, sway and yaw, where driven, by axis."""
+    """`best_masses` of surge, sway and yaw by axis, as far as driven."""
     driven = [dof for dof in AXES if dof in mission.drawn.driven]
     return {
         DOFS[dof]: best_masses(
@@ -115,7 +115,7 @@ def of_mission(mission: Mission) -> dict[str, tuple[float, float]]:
 
 
 def axis_alone(mission: Mission, dof: int) -> AxisAlone:
-    """Surge and sway as the DVL read them, yaw as the gyro did."""
+    """Prepare one axis for the filter: surge and sway from the DVL, yaw from the gyro."""
     dive, drawn = mission.dive, mission.drawn
     signal = dive.gyro if dof == YAW else dive.velocity
     assert signal is not None

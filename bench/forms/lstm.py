@@ -1,7 +1,7 @@
-"""The coupled LSTM: the source paper's network, made to carry the state that its physics is taken on.
+"""The coupled LSTM: the source paper's network, changed to output the state on which its physics is evaluated.
 
-Windows of thrust and measured velocity go in, the velocity comes out; its own differences in time, not those of the
-sensors, go into Fossen's equations, and the disturbance is what these leave over, held to its prior.
+Windows of thrust and measured velocity go in, and the velocity comes out. Its finite differences in time, not those
+of the sensors, go into Fossen's equations. The residual of these is the disturbance, held to its prior.
 """
 
 import torch
@@ -20,7 +20,7 @@ FINEST = 3e-4
 
 
 class StateNetwork(nn.Module):
-    """Velocity (N + 1, n) from windows of thrust and measured velocity: what is measured, and a learnt correction."""
+    """Velocity (N + 1, n) from windows of thrust and measured velocity: the measurement plus a learnt correction."""
 
     def __init__(self, task: Task) -> None:
         super().__init__()
@@ -43,7 +43,7 @@ class StateNetwork(nn.Module):
 
 
 def fit(task: Task, seconds: float) -> Fitted:
-    """Coefficients by the coupled LSTM."""
+    """Fit the coefficients by the coupled LSTM."""
     budget = Budget(seconds)
     given = Coefficients(task)
     disturbance = Disturbance(task, 1)
@@ -67,6 +67,6 @@ def fit(task: Task, seconds: float) -> Fitted:
 
 
 def mean_drive(task: Task, given: Coefficients) -> Tensor:
-    """(N, n): all that pushes but the disturbance, its mean over each step by Simpson's rule."""
+    """Total force (N, n) without the disturbance, averaged over each step by Simpson's rule."""
     drive = given.drive(task.force.new_zeros(()))
     return (drive[:-2:2] + 4 * drive[1::2] + drive[2::2]) / 6

@@ -1,4 +1,4 @@
-"""The neural ODE: one integration through the whole dive, its disturbance a network of time.
+"""The neural ODE: one integration through the whole dive, with a network of time as its disturbance.
 
 After Chen, Rubanova, Bettencourt and Duvenaud (2018), with the slope by the discrete adjoint of the integration.
 """
@@ -23,7 +23,7 @@ RATE, COEFFICIENT_RATE = 5e-2, 2.0
 
 
 def fit(task: Task, seconds: float) -> Fitted:
-    """Coefficients by a neural ODE."""
+    """Fit the coefficients by a neural ODE."""
     budget = Budget(seconds)
     given = Coefficients(task)
     disturbance = Disturbance(task, EVERY)
@@ -46,5 +46,5 @@ def fit(task: Task, seconds: float) -> Fitted:
         (list(given.parameters()), COEFFICIENT_RATE),
     ]
     _, first = by_adam(loss, groups, budget, ADAM_SHARE)
-    reason, steps = by_lbfgs(loss, [p for own, _ in groups for p in own], budget)
+    reason, steps = by_lbfgs(loss, [p for parameters, _ in groups for p in parameters], budget)
     return Fitted(values_of(given, task.dofs), reason, first + steps, budget.spent_s)

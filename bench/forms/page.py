@@ -1,4 +1,4 @@
-"""docs/network_forms.md: the network's other forms, how far each errs and why; their lines of docs/benchmarks.md."""
+"""Write docs/network_forms.md, on how far each form of the network errs and why, and its part of docs/benchmarks.md."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,16 +13,16 @@ from bench.words import paragraph
 
 
 def page(cache: Path, target: Path, seeds: Sequence[int]) -> str:
-    """The section of docs/benchmarks.md; the record itself is written to `target`."""
-    bounds, trials, found = judged(seeds, cache)
+    """Return the section of docs/benchmarks.md, and write the record itself to `target`."""
+    bounds, trials, forms = judged(seeds, cache)
     left_out = {seed: of_mission(draw_one(seed)) for seed in seeds}
-    target.write_text(record(bounds, trials, found, left_out), encoding="utf-8")
+    target.write_text(record(bounds, trials, forms, left_out), encoding="utf-8")
     lines = [
         "## The network's other forms",
         "",
         *paragraph(
             f"Each form of a physics-informed network on missions {seeds[0]} to {seeds[-1]}, error over the bound in",
-            f"rms (median): {'; '.join(f'{one.method} {_ratios(one)}' for one in found)}.",
+            f"rms (median): {'; '.join(f'{form.method} {_ratios(form)}' for form in forms)}.",
             f"[What each does, and where it errs]({target.name}).",
         ),
         "",
@@ -31,9 +31,9 @@ def page(cache: Path, target: Path, seeds: Sequence[int]) -> str:
 
 
 def record(bounds: list[Bound], trials: list[Trial], found: list[Judged], left_out: LeftOut) -> str:
-    """The page."""
+    """The text of docs/network_forms.md."""
     seeds = sorted(bound.seed for bound in bounds)
-    count = max(len(one.tally.cases) + one.tally.refused for one in found)
+    count = max(len(form.tally.cases) + form.tally.refused for form in found)
     lines = [
         "# The network's forms, judged",
         "",
@@ -84,20 +84,20 @@ def _overall(found: list[Judged]) -> list[str]:
         "| median relative error, masses | dampings | settled | seconds |",
         "|---" * 11 + "|",
     ]
-    for one in found:
-        settled = "-" if one.settled is None else f"{one.settled} of {one.tally.missions}"
+    for form in found:
+        settled = "-" if form.settled is None else f"{form.settled} of {form.tally.missions}"
         cells = [
-            f"`{one.method}`" if one.method not in FORMS else one.method,
-            str(one.tally.refused),
-            _ratios(one),
-            f"{root_mean_square(one.masses):.2f}",
-            f"{leaning(one.masses):+.2f}",
-            f"{root_mean_square(one.dampings):.2f}",
-            f"{leaning(one.dampings):+.2f}",
-            f"{100 * relative(one.masses):.1f} %",
-            f"{100 * relative(one.dampings):.1f} %",
+            f"`{form.method}`" if form.method not in FORMS else form.method,
+            str(form.tally.refused),
+            _ratios(form),
+            f"{root_mean_square(form.masses):.2f}",
+            f"{leaning(form.masses):+.2f}",
+            f"{root_mean_square(form.dampings):.2f}",
+            f"{leaning(form.dampings):+.2f}",
+            f"{100 * relative(form.masses):.1f} %",
+            f"{100 * relative(form.dampings):.1f} %",
             settled,
-            f"{one.tally.seconds:.1f}",
+            f"{form.tally.seconds:.1f}",
         ]
         rows.append("| " + " | ".join(cells) + " |")
     return rows
@@ -107,12 +107,14 @@ def _by_mission(found: list[Judged], bounds: list[Bound], trials: list[Trial]) -
     rows = [
         "Rms error over the bound by mission:",
         "",
-        f"| mission | {' | '.join(one.method for one in found)} |",
+        f"| mission | {' | '.join(form.method for form in found)} |",
         "|---" * (len(found) + 1) + "|",
     ]
     for bound in sorted(bounds, key=lambda bound: bound.seed):
-        own = [trial for trial in trials if trial.seed == bound.seed]
-        cells = [f"{root_mean_square(tally(one.method, [bound], own).cases):.2f}" for one in found]
+        mission_trials = [trial for trial in trials if trial.seed == bound.seed]
+        cells = [
+            f"{root_mean_square(tally(form.method, [bound], mission_trials).cases):.2f}" for form in found
+        ]
         rows.append(f"| {bound.seed}, {bound.kind}, {bound.duration_s:.0f} s | {' | '.join(cells)} |")
     return rows
 

@@ -1,4 +1,4 @@
-"""What pulls on every form alike: Fossen's equations, the coefficients' priors, the readings."""
+"""Loss terms that all forms share: Fossen's equations, the coefficients' priors, the readings."""
 
 import numpy as np
 import torch
@@ -9,19 +9,19 @@ from bench.forms.task import STEP_S, Task
 from bridge.vehicle.dynamics import acceleration
 
 UNDER_ONE = float(np.log(np.expm1(1.0)))
-"""Where softplus is 1."""
+"""Softplus is 1 at this argument."""
 
 FINE = 0.01
-"""Of a raw parameter, in one step of what is trained: the readings know coefficients that finely."""
+"""Change of a raw parameter per unit of the trained parameter: the readings resolve coefficients about this finely."""
 
 SPREAD = 1.0
-"""Standard deviation of the logarithm of a mass or damping about where it begins: next to nothing is known."""
+"""Standard deviation of the logarithm of a mass or damping about its initial value: next to nothing is known."""
 
 
 class Coefficients(nn.Module):
-    """Masses (6,), dampings (n,) and trims (n,) of a task; softplus keeps all but trims positive.
+    """Masses (6,), dampings (n,) and trims (n,) of a task; softplus keeps all but the trims positive.
 
-    What is trained is so scaled that a step of 1 is about 1 %.
+    The trained parameters are scaled so that a step of 1 is about 1 %.
     """
 
     def __init__(self, task: Task) -> None:
@@ -45,18 +45,18 @@ class Coefficients(nn.Module):
         return self._task.trim * FINE * self.fine_trim
 
     def prior(self) -> Tensor:
-        """Half the squares of logarithms and trims over their spreads."""
+        """Half the sum of squared logarithms of masses and dampings and of trims, each over its spread."""
         ratios = torch.cat([self.mass / self._task.mass, self.damping / self._task.damping])
         trims = FINE * self.fine_trim
         return 0.5 * (ratios.log() / SPREAD).square().sum() + 0.5 * trims.square().sum()
 
     def drive(self, disturbance: Tensor) -> Tensor:
-        """All that pushes, (2 N + 1, n): thrust less restoring, trim, and a `disturbance` given as acceleration."""
+        """Total force (2 N + 1, n): thrust less restoring force, trim, and a `disturbance` given as acceleration."""
         return self._task.force + self.trim + self.mass[list(self._task.dofs)] * disturbance
 
 
 def accelerations(task: Task, given: Coefficients, nu: Tensor, drive: Tensor, others: Tensor) -> Tensor:
-    """nu_dot (k, n) of the fitted axes at nu (k, n) under drive (k, n), beside others (k, 6)."""
+    """Acceleration nu_dot (k, n) of the fitted axes at nu (k, n) under drive (k, n), with velocities others (k, 6)."""
     motion, tau = list(others.unbind(1)), list(torch.zeros_like(others).unbind(1))
     damping: list[Tensor | float] = [0.0] * 6
     for axis, dof in enumerate(task.dofs):
@@ -66,10 +66,10 @@ def accelerations(task: Task, given: Coefficients, nu: Tensor, drive: Tensor, ot
 
 
 def misfit(task: Task, nu: Tensor, rate: Tensor, finest: float = 0.0) -> Tensor:
-    """Half the squares of all readings' errors over their standard deviations.
+    """Half the sum of squared errors of all readings, each over its standard deviation.
 
-    nu, rate (N + 1, n): velocity and acceleration at the instants. `finest`: below it no standard deviation of a
-    velocity goes, for a form that can't be as fine as the best sensor.
+    nu, rate (N + 1, n): velocity and acceleration at the instants. `finest`: lower limit of a velocity's standard
+    deviation, for a form that can't be as fine as the best sensor.
     """
     read = task.instants
     k, a, w = read.step, read.axis, read.weight
@@ -79,8 +79,8 @@ def misfit(task: Task, nu: Tensor, rate: Tensor, finest: float = 0.0) -> Tensor:
         return 0.5 * total
     mean = 0.5 * (nu[1:] + nu[:-1]) + STEP_S / 12 * (rate[:-1] - rate[1:])
     if (means := task.means) is not None:
-        own = mean[:, means.axis]
-        pair = 0.5 * (own[means.step] + own[means.step + 1])
+        of_axis = mean[:, means.axis]
+        pair = 0.5 * (of_axis[means.step] + of_axis[means.step + 1])
         total = total + ((pair - means.value) / max(means.std, finest)).square().sum()
     if (depths := task.depths) is not None:
         sunk = torch.cat([mean.new_zeros(1), STEP_S * (depths.down * mean).sum(dim=1).cumsum(dim=0)])

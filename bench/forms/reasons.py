@@ -1,6 +1,6 @@
-"""How the forms differ and what that does, beside what their tallies say, and how each was set: words of the record.
+"""Text of the record: how the forms differ, which effect that has, how each was set, and their tallies in words.
 
-The words explain mechanisms; every comparison is computed from the tallies.
+The text explains mechanisms; every comparison is computed from the tallies.
 """
 
 from collections.abc import Mapping, Sequence
@@ -45,22 +45,22 @@ MECHANISMS: Mapping[str, str] = {
 
 
 def standing(found: Sequence[Judged]) -> list[str]:
-    """Who errs by how much, least first, and how many of the forms err by more than the product's network."""
-    rows = sorted((root_mean_square(one.tally.cases), one.method) for one in found)
+    """State the rms errors in ascending order, and how many of the forms err more than the product's network."""
+    rows = sorted((root_mean_square(form.tally.cases), form.method) for form in found)
     rms = {method: value for value, method in rows}
     order = ", ".join(f"{method} {value:.2f}" for method, value in rms.items())
     sentences = [f"By rms error over the bound, the least first: {order}."]
     if REFERENCE in rms:
-        forms = [method for method in rms if method in FORMS]
-        more = sum(rms[method] > rms[REFERENCE] for method in forms)
-        who = {len(forms): f"All {len(forms)} forms err", 0: "No form errs"}
-        words = who.get(more, f"Of the {len(forms)} forms, {more} err{'s' if more == 1 else ''}")
+        methods = [method for method in rms if method in FORMS]
+        more = sum(rms[method] > rms[REFERENCE] for method in methods)
+        who = {len(methods): f"All {len(methods)} forms err", 0: "No form errs"}
+        words = who.get(more, f"Of the {len(methods)} forms, {more} err{'s' if more == 1 else ''}")
         sentences.append(f"{words} by more than `{REFERENCE}`.")
     return paragraph(*sentences)
 
 
 def why(found: Sequence[Judged], left_out: LeftOut) -> list[str]:
-    """What all have in common, then for each form what its tally says and what it does."""
+    """Say what all forms share, then for each form its own figures and its mechanism."""
     lines = [
         *paragraph(
             "**What they share.** All of them look for the one best path of the vehicle and its disturbance",
@@ -74,25 +74,25 @@ def why(found: Sequence[Judged], left_out: LeftOut) -> list[str]:
         ),
         "",
     ]
-    for one in found:
-        if one.method in FORMS:
-            title = one.method[0].upper() + one.method[1:]
-            lines += [*paragraph(f"**{title}.** {_here(one)} {MECHANISMS[one.method]}"), ""]
+    for form in found:
+        if form.method in FORMS:
+            title = form.method[0].upper() + form.method[1:]
+            lines += [*paragraph(f"**{title}.** {_here(form)} {MECHANISMS[form.method]}"), ""]
     return lines
 
 
 def _exactly(left_out: LeftOut) -> str:
-    """The last table's means over missions, by axis."""
+    """Means of the last table over missions, by axis, as a sentence."""
     axes = list(dict.fromkeys(axis for row in left_out.values() for axis in row))
-    told = []
+    figures = []
     for axis in axes:
         fitted, integrated = np.mean([row[axis] for row in left_out.values() if axis in row], axis=0)
-        told.append(f"{axis} {fitted:.2f} (integrated out: {integrated:.2f})")
-    return f"By the last table the mass over the true one comes out, on the mean over missions: {', '.join(told)}."
+        figures.append(f"{axis} {fitted:.2f} (integrated out: {integrated:.2f})")
+    return f"By the last table the mass over the true one comes out, on the mean over missions: {', '.join(figures)}."
 
 
 def _here(one: Judged) -> str:
-    """A form's own figures: where its masses lean, axis by axis, and on how many missions it came to an end."""
+    """A form's own figures: the lean of its masses by axis, and on how many missions it settled."""
     by_axis = {name: [case for case in one.masses if case.name == name] for name in MASS_NAMES}
     leans = ", ".join(f"{name} {leaning(cases):+.1f}" for name, cases in by_axis.items() if cases)
     return (
@@ -102,7 +102,7 @@ def _here(one: Judged) -> str:
 
 
 def settings() -> list[str]:
-    """What was set how, and what was tried beside it, on other missions (seeds from 100 000)."""
+    """How each form was set, and which settings were also tried, on other missions (seeds from 100 000)."""
     return [
         *paragraph(
             f"All: float64, steps of {STEP_S:g} s; masses and dampings through softplus, so scaled that a step of",

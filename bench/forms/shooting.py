@@ -1,7 +1,7 @@
-"""Multiple shooting (Bock and Plitt 1984) with a learnt disturbance, trained by first-order steps.
+"""Multiple shooting (Bock and Plitt 1984) with a learnt disturbance, trained by gradient steps.
 
-Short segments are integrated side by side from states of their own; a penalty pulls each one's end to the next one's
-start. The disturbance is free at its own instants, as the white innovations of its prior.
+Short segments are integrated in parallel, each from its own initial state; a penalty pulls the end of each segment to
+the start of the next. The disturbance is free at its own instants, as the white innovations of its prior.
 """
 
 import torch
@@ -23,7 +23,7 @@ ADAM_SHARE = 0.1
 
 
 def fit(task: Task, seconds: float) -> Fitted:
-    """Coefficients by multiple shooting."""
+    """Fit the coefficients by multiple shooting."""
     budget = Budget(seconds)
     given = Coefficients(task)
     segments = -(-task.steps // SEGMENT_STEPS)
@@ -54,6 +54,7 @@ def fit(task: Task, seconds: float) -> Fitted:
 
 
 def places_of(steps: int, segments: int) -> Tensor:
-    """(S, 2 L + 1) places among instants and halfway of each segment's own; the last segment holds at the end."""
+    """Places (S, 2 L + 1) of each segment's instants and midpoints in the task; past the end, the last place
+    repeats."""
     at = torch.arange(2 * SEGMENT_STEPS + 1) + 2 * SEGMENT_STEPS * torch.arange(segments)[:, None]
     return at.clamp_max(2 * steps)

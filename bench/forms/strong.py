@@ -1,7 +1,8 @@
 """The strong form: the classic physics-informed network (Raissi, Perdikaris and Karniadakis 2019).
 
-A network of time is the velocity; its derivative, exact, goes into Fossen's equations at collocation points. What the
-equations leave over is the disturbance, held to its prior: no weight between data and physics has to be chosen.
+A network of time gives the velocity. Its exact derivative enters Fossen's equations at collocation points. The
+residual of the equations is the disturbance, and its prior weights it, so that no weight between data and physics has
+to be chosen.
 """
 
 import torch
@@ -21,7 +22,7 @@ FINEST = 3e-4
 
 
 def fit(task: Task, seconds: float) -> Fitted:
-    """Coefficients by the strong form."""
+    """Fit the coefficients by the strong form."""
     budget = Budget(seconds)
     given = Coefficients(task)
     disturbance = Disturbance(task, 1)

@@ -1,4 +1,5 @@
-"""A mission as the forms train on it: surge, sway, heave and yaw where driven, forces and readings on even steps."""
+"""A mission prepared for training: driven axes of surge, sway, heave and yaw, with forces and readings on even
+steps."""
 
 from dataclasses import dataclass
 
@@ -18,7 +19,7 @@ Array = NDArray[np.float64]
 
 STEP_S = 0.05
 FOG_STEPS = 2
-"""Means of the fibre-optic gyro are pooled over this many steps: both of its rates divide them."""
+"""Means of the fibre-optic gyro are pooled over this many steps, because both of its rates divide them."""
 
 FITTED = (0, 1, 2, 5)
 HEAVE, YAW = 2, 5
@@ -28,9 +29,9 @@ BESIDE_DRY, DAMPING_AT_LEAST = 1.5, 1e-3
 
 @dataclass(frozen=True)
 class Instants:
-    """R readings of the velocity of one `axis` (place among the fitted) each, within one step, from its two ends.
+    """R velocity readings, each of one `axis` (its place among the fitted axes) within one step.
 
-    weight (R, 4) of velocity and acceleration at the start, then at the end: the cubic through both.
+    weight (R, 4): cubic weights of velocity and acceleration at the start of the step, then at its end.
     """
 
     axis: Tensor
@@ -52,7 +53,7 @@ class Means:
 
 @dataclass(frozen=True)
 class Depths:
-    """R depths, m, at the instants `at`; `down` (N, n): rate of depth by the velocity of each fitted axis."""
+    """R depths, m, at the instants `at`; `down` (N, n): depth rate per unit of each fitted axis's velocity."""
 
     at: Tensor
     down: Tensor
@@ -62,12 +63,12 @@ class Depths:
 
 @dataclass(frozen=True)
 class Task:
-    """N steps between N + 1 instants, n fitted axes `dofs`; float64, SI.
+    """N steps between N + 1 instants, with n fitted axes `dofs`; float64, SI.
 
-    force (2 N + 1, n): thrust less restoring at instants and halfway. others (2 N + 1, 6): velocity of the axes that
-    are not fitted, smoothed, 0 in those that are. seen (N + 1, n): the readings smoothed. mass (6,), damping (n,),
-    trim (n,): where training begins, and for a trim its scale. disturbance_std, disturbance_time_s (n,): of a
-    first-order Gauss-Markov acceleration, the truth, as are all standard deviations.
+    force (2 N + 1, n): thrust less restoring force at instants and halfway. others (2 N + 1, 6): smoothed velocity of
+    the axes that are not fitted, 0 in the fitted ones. seen (N + 1, n): smoothed readings. mass (6,), damping (n,):
+    initial values of training. trim (n,): scale of the trims, which start at 0. disturbance_std, disturbance_time_s
+    (n,): of a first-order Gauss-Markov acceleration. These and all standard deviations are the true ones.
     """
 
     dofs: tuple[int, ...]
@@ -93,7 +94,7 @@ class Task:
 
 
 def task_of(mission: Mission) -> Task:
-    """The task, with the noise levels that the mission truly had."""
+    """Prepare the task, with the noise levels that the mission truly had."""
     dive, shape, sensors = mission.dive, mission.drawn.configuration, mission.sensors
     assert dive.velocity is not None
     assert dive.gyro is not None
@@ -101,7 +102,7 @@ def task_of(mission: Mission) -> Task:
     dofs = tuple(dof for dof in FITTED if dof in mission.drawn.driven)
     forces = wrench(dive, mission.file, mission.configuration)
     pooled_s = FOG_STEPS * STEP_S
-    # What the thrusters did before the first command is unknown to a form, and forgotten some lags later.
+    # A form does not know what the thrusters did before the first command; some lags later that no longer matters.
     start_s = pooled_s * np.ceil(max(LAGS_OF_START * forces.lag_s, LEAST_START_S) / pooled_s)
     steps = FOG_STEPS * int((mission.time_s[-1] - start_s) / pooled_s)
     halves_s = start_s + 0.5 * STEP_S * np.arange(2 * steps + 1)
@@ -134,7 +135,7 @@ def task_of(mission: Mission) -> Task:
 
 
 def _instants(mission: Mission, dofs: tuple[int, ...], nodes_s: Array) -> Instants:
-    """The DVL, carried to the body's origin, and the gyro's yaw where no fibre-optic one is better."""
+    """DVL readings, carried to the body's origin, and the gyro's yaw rate if no fibre-optic gyro is fitted."""
     dive, sensors = mission.dive, mission.sensors
     assert dive.velocity is not None
     assert dive.gyro is not None
@@ -165,29 +166,31 @@ def _instants(mission: Mission, dofs: tuple[int, ...], nodes_s: Array) -> Instan
 
 
 def lever_of(mission: Mission) -> Array:
-    """(3,) from the body's origin to the DVL, m."""
+    """Lever (3,) from the body's origin to the DVL, m; zero without a DVL."""
     dvl = mission.file.vehicle.sensors.dvl
     return np.zeros(3) if dvl is None else np.asarray(dvl.mounting.position_m)
 
 
 def hermite(share: Array) -> Array:
-    """(R, 4) weights of velocity and acceleration at both ends of a step, for the velocity at a share of it."""
-    s, rest = share, 1.0 - share
+    """Weights (R, 4) of velocity and acceleration at both ends of a step, for the velocity at a share of the step."""
+    s, left = share, 1.0 - share
     return np.column_stack(
-        [(1 + 2 * s) * rest**2, STEP_S * s * rest**2, s**2 * (3 - 2 * s), -STEP_S * s**2 * rest]
+        [(1 + 2 * s) * left**2, STEP_S * s * left**2, s**2 * (3 - 2 * s), -STEP_S * s**2 * left]
     )
 
 
 def pooled(signal: Signal, column: int, nodes_s: Array) -> tuple[Array, Array, Array]:
-    """Mean time, mean value and number of the finite readings of each step; steps without any are left out."""
+    """Mean time, mean value and number of the finite readings of each step; steps without readings are omitted."""
     value = signal.value[:, column]
     inside = (signal.time_s >= nodes_s[0]) & (signal.time_s < nodes_s[-1]) & np.isfinite(value)
     time_s, value = signal.time_s[inside], value[inside]
     step = np.clip(np.searchsorted(nodes_s, time_s, side="right") - 1, 0, len(nodes_s) - 2)
     count = np.bincount(step, minlength=len(nodes_s) - 1).astype(np.float64)
-    some = count > 0
-    mean_s, mean = (np.bincount(step, x, minlength=len(count))[some] / count[some] for x in (time_s, value))
-    return mean_s, mean, count[some]
+    filled = count > 0
+    mean_s, mean = (
+        np.bincount(step, x, minlength=len(count))[filled] / count[filled] for x in (time_s, value)
+    )
+    return mean_s, mean, count[filled]
 
 
 def _means(fog: Signal | None, dofs: tuple[int, ...], nodes_s: Array, std: float) -> Means | None:
@@ -197,17 +200,17 @@ def _means(fog: Signal | None, dofs: tuple[int, ...], nodes_s: Array, std: float
     block = np.searchsorted(at, fog.time_s, side="right") - 1
     count = np.bincount(block[block >= 0], minlength=len(at))[: len(at) - 1]
     total = np.bincount(block[block >= 0], fog.value[block >= 0, 0], minlength=len(at))[: len(at) - 1]
-    whole = np.flatnonzero(count == count.max())
+    full = np.flatnonzero(count == count.max())
     return Means(
         dofs.index(YAW),
-        torch.from_numpy(FOG_STEPS * whole),
-        torch.from_numpy(total[whole] / count.max()),
+        torch.from_numpy(FOG_STEPS * full),
+        torch.from_numpy(total[full] / count.max()),
         std / float(np.sqrt(count.max())),
     )
 
 
 def _depths(mission: Mission, dofs: tuple[int, ...], nodes_s: Array, attitude: Array) -> Depths | None:
-    """None where heave is not fitted. `attitude` (N, 4) in the middle of each step."""
+    """Depth readings of the dive; None if heave is not fitted. attitude (N, 4): in the middle of each step."""
     depth = mission.dive.depth
     if depth is None or HEAVE not in dofs:
         return None

@@ -1,4 +1,4 @@
-"""Training by first-order steps within a time, with a schedule, an early stop and the reason for it."""
+"""Training by gradient steps within a time budget, with a schedule, an early stop and the reason for stopping."""
 
 import math
 import time
@@ -16,15 +16,15 @@ OUT_OF_TIME = "time was up"
 
 SPAN, PATIENCE = 50, 20
 LEAST_FALL = 0.02
-"""Of the loss, in halves of squared standard deviations: settled is where no span of PATIENCE in a row brings more."""
+"""Least fall of the loss (half of squared standard deviations); settled: PATIENCE spans in a row bring less."""
 
 MEMORY, PORTION = 30, 20
-"""Pairs that L-BFGS keeps, and the steps of one of its spans."""
+"""Pairs that L-BFGS keeps, and the number of steps in one of its spans."""
 
 
 @dataclass(frozen=True)
 class Fitted:
-    """What a form answers: coefficients by name, how training ended, its steps and its CPU seconds."""
+    """Result of a form: coefficients by name, why training ended, its steps and its CPU seconds."""
 
     values: dict[str, float]
     reason: str
@@ -34,7 +34,7 @@ class Fitted:
 
 @dataclass
 class Budget:
-    """CPU seconds of this process, so that a busy machine takes nothing from a form."""
+    """Budget of CPU seconds of this process, so that a busy machine takes nothing from a form."""
 
     seconds: float
 
@@ -53,8 +53,8 @@ class Budget:
 def values_of(given: Coefficients, dofs: tuple[int, ...]) -> dict[str, float]:
     """Masses and dampings of the fitted axes by name."""
     mass, damping = given.mass.tolist(), given.damping.tolist()
-    found = {MASSES[dof].name: mass[dof] for dof in dofs}
-    return found | {DAMPINGS[dof].name: damping[axis] for axis, dof in enumerate(dofs)}
+    masses = {MASSES[dof].name: mass[dof] for dof in dofs}
+    return masses | {DAMPINGS[dof].name: damping[axis] for axis, dof in enumerate(dofs)}
 
 
 def by_adam(
@@ -63,13 +63,14 @@ def by_adam(
     budget: Budget,
     share: float = 1.0,
 ) -> tuple[str, int]:
-    """Adam, every group at its own rate, all falling as a cosine over the `share` of the budget; why it ended, steps.
+    """Run Adam over the `share` of the budget; return why it ended, and its steps.
 
-    It ends early once the mean loss of a span no longer falls.
+    Every group has its own rate; all rates fall as a cosine. Training ends early once the mean loss of a span no
+    longer falls.
     """
-    optimiser = torch.optim.Adam([{"params": own, "lr": rate} for own, rate in groups])
+    optimiser = torch.optim.Adam([{"params": parameters, "lr": rate} for parameters, rate in groups])
     began, end = budget.spent_s, share * budget.seconds
-    steps, total, best, since = 0, 0.0, math.inf, 0
+    steps, total, best, spans = 0, 0.0, math.inf, 0
     while budget.spent_s < end:
         fall = 0.5 * (1 + math.cos(math.pi * (budget.spent_s - began) / (end - began)))
         for group, (_, rate) in zip(optimiser.param_groups, groups, strict=True):
@@ -81,20 +82,21 @@ def by_adam(
         steps += 1
         total += float(value.detach())
         if steps % SPAN == 0:
-            since = 0 if total / SPAN < best - LEAST_FALL else since + 1
+            spans = 0 if total / SPAN < best - LEAST_FALL else spans + 1
             best, total = min(best, total / SPAN), 0.0
-            if since >= PATIENCE:
+            if spans >= PATIENCE:
                 return SETTLED, steps
     return OUT_OF_TIME, steps
 
 
 def by_lbfgs(loss: Callable[[], Tensor], parameters: list[nn.Parameter], budget: Budget) -> tuple[str, int]:
-    """L-BFGS with a strong Wolfe search (Liu and Nocedal 1989), MEMORY pairs; why it ended, steps."""
+    """Run L-BFGS with a strong Wolfe search (Liu and Nocedal 1989) and MEMORY pairs; return why it ended, and its
+    steps."""
     optimiser = torch.optim.LBFGS(
         parameters, max_iter=PORTION, history_size=MEMORY, tolerance_change=0.0, tolerance_grad=0.0,
         line_search_fn="strong_wolfe",
     )  # fmt: skip
-    steps, last, since = 0, math.inf, 0
+    steps, last, spans = 0, math.inf, 0
 
     def slope() -> Tensor:
         optimiser.zero_grad()
@@ -105,8 +107,8 @@ def by_lbfgs(loss: Callable[[], Tensor], parameters: list[nn.Parameter], budget:
     while not budget.is_over:
         value = float(optimiser.step(slope).detach())  # type: ignore[no-untyped-call]
         steps += PORTION
-        since = 0 if value < last - LEAST_FALL else since + 1
+        spans = 0 if value < last - LEAST_FALL else spans + 1
         last = min(last, value)
-        if since >= PATIENCE:
+        if spans >= PATIENCE:
             return SETTLED, steps
     return OUT_OF_TIME, steps

@@ -1,7 +1,7 @@
 """A network of time: sines and cosines (Tancik et al. 2020), two hidden layers, and its derivative.
 
-The first layer of such a network is a Fourier series for each of its units, so on even instants it is one inverse
-FFT: a hundred times cheaper than the product of the features with the weights, and the same numbers.
+The first layer of such a network is a Fourier series for each of its units. On even instants it is one inverse FFT: a
+hundred times cheaper than the product of the features with the weights, with the same result.
 """
 
 import math
@@ -12,11 +12,11 @@ from torch import Tensor, nn
 
 
 class Waves(nn.Module):
-    """`outputs` functions of time, of order 1, at even instants 0, 1 .. `steps` that lie `step_s` apart.
+    """`outputs` functions of time, of order 1, at even instants 0, 1 .. `steps`, `step_s` apart.
 
-    Waves up to `highest_hz` with a period of about twice the whole; those above an output's `corner_hz` (outputs,)
-    begin and learn the more slowly the faster they are, as their frequency to the power `fall`; those of the hidden
-    layers likewise, from the mean corner on. It begins at 0, or after `begin_at` there.
+    Waves go up to `highest_hz`, with a period of about twice the whole. Above an output's `corner_hz` (outputs,), the
+    initial size and the learning rate of a wave fall with its frequency to the power `fall`; the waves of the hidden
+    layers likewise, above the mean corner. The output starts at 0, or at the values given to `begin_at`.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class Waves(nn.Module):
         return straight + self.last(b), straight_slope + b_slope @ self.last.weight.mT
 
     def begin_at(self, values: Tensor) -> None:
-        """Begin at values (steps + 1, outputs), as far as the waves can."""
+        """Start at values (steps + 1, outputs), as closely as the waves allow."""
         mirrored = torch.cat([values, values.flip(0), values[:1].expand(self._period - 2 * self._points, -1)])
         waves = torch.fft.rfft(mirrored, dim=0, norm="forward")[: len(self._omega)].mT
         waves = waves / self._gain[: len(self.straight)]
@@ -66,6 +66,6 @@ class Waves(nn.Module):
     def _series(self, weights: Tensor) -> tuple[Tensor, Tensor]:
         """Fourier series (steps + 1, k) of weights (k, count + 1, 2) and their derivatives."""
         waves = torch.view_as_complex(weights) * self._gain
-        both = torch.cat([waves, 1j * self._omega * waves])
-        points = torch.fft.irfft(both, self._period, norm="forward")[:, : self._points]
+        spectra = torch.cat([waves, 1j * self._omega * waves])
+        points = torch.fft.irfft(spectra, self._period, norm="forward")[:, : self._points]
         return points[: len(weights)].mT, points[len(weights) :].mT

@@ -1,1 +1,1 @@
-"""Two runs of a vehicle in Fossen's PythonVehicleSimulator: what does the one hold that the other does not?"""
+"""Two runs of a vehicle in Fossen's PythonVehicleSimulator: find the effect that is in only one of them."""

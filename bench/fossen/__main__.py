@@ -18,18 +18,20 @@ log = logging.getLogger(__name__)
 
 
 def said(found: Judged) -> str:
-    """Which run holds what, with how probable that is."""
+    """State in a sentence which run holds an effect, and how probable each of its causes is."""
     if found.verdict == "no_gap":
         return "no run holds anything that the other does not"
-    which = "one of the runs, which can't be told," if found.run is None else f"run {found.run}"
+    holder = "one of the runs, which can't be told," if found.run is None else f"run {found.run}"
     if found.verdict == "unknown":
-        return f"{which} holds something that has no name here"
-    causes = ", ".join(f"{name} ({100 * sure:.0f} %)" for name, sure in found.probabilities.items())
-    return f"{which} holds what the other does not: {causes}"
+        return f"{holder} holds something that has no name here"
+    causes = ", ".join(
+        f"{name} ({100 * probability:.0f} %)" for name, probability in found.probabilities.items()
+    )
+    return f"{holder} holds what the other does not: {causes}"
 
 
 def command(words: Sequence[str]) -> int:
-    """0, or 1 where something is wrong, which it says; argparse leaves with 2 where an argument is missing."""
+    """Run the command; return 0, or 1 after logging a LogError; argparse exits with 2 if an argument is missing."""
     parser = argparse.ArgumentParser(prog="python -m bench.fossen", description=__doc__)
     parser.add_argument("folder", metavar="FOLDER", type=Path, help="the simulator's runs")
     parser.add_argument(
@@ -50,11 +52,16 @@ def main(folder: Path, out: Path) -> None:
     except OSError as error:
         raise LogError(f"{out}: is no folder to write into ({error.strerror}); give another one") from None
     for vehicle in NEEDED:
-        one_of_two = judged(vehicle, {name: load_run(folder, vehicle, name) for name in "ab"})
-        log.info("%s: %s; left on pieces held out of %s", vehicle, said(one_of_two), STATES)
-        for one in one_of_two.weighed:
-            log.info("  %-38s %s %s", one.candidate.name, np.round(one.left, 4), np.round(one.values, 4))
-        text = json.dumps(answer(one_of_two), indent=2) + "\n"
+        verdict = judged(vehicle, {name: load_run(folder, vehicle, name) for name in "ab"})
+        log.info("%s: %s; left on pieces held out of %s", vehicle, said(verdict), STATES)
+        for candidate in verdict.weighed:
+            log.info(
+                "  %-38s %s %s",
+                candidate.candidate.name,
+                np.round(candidate.left, 4),
+                np.round(candidate.values, 4),
+            )
+        text = json.dumps(answer(verdict), indent=2) + "\n"
         (out / f"{vehicle}.json").write_text(text, encoding="utf-8")
 
 

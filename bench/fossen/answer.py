@@ -1,6 +1,8 @@
-"""What two runs come to, as the answer of a diagnosis: drift of the simulated velocity, where it lies, the cause.
+"""The result of comparing two runs, in the form of a diagnosis: drift of the simulated velocity, its phases, the
+causes.
 
-What is fitted is acceleration, by sums of terms of unknown size: it has no newtons, for the runs tell no mass.
+The fit is of acceleration, by sums of terms of unknown size. It has no newtons, because the runs do not show the
+mass.
 """
 
 from typing import Any
@@ -17,17 +19,17 @@ from identify.diagnose.gap import PHASES, phases_of_motion
 Array = NDArray[np.float64]
 
 HORIZON = 50
-"""Steps of the drift that is told of: 5 s."""
+"""Steps of the reported drift: 5 s."""
 
 STARTED = round(PIECE_S / STEP_S)
-"""Runs start at rest over ground and in a current at once: water from abeam at no speed ahead is seen there alone, and
-a model that was not taught it flies off."""
+"""First step of the windows: the first piece is left out. Runs start at rest over ground in a current, so water from
+abeam at no speed ahead occurs there alone, and a model that has not learnt it runs away."""
 
 PARAMETERS = {
     "steady_current": ("north", "east"),
     "dvl_bias": ("x", "y"),
 }
-"""Which values of a candidate are whose."""
+"""The values of a candidate that belong to each cause."""
 
 DRAWS, SEED = 400, 0
 Z95 = 1.959964
@@ -36,18 +38,19 @@ DOFS = ("surge", "sway", "yaw")
 
 
 def drift(vehicle: str, run: Columns, model: list[Array], flown: Water, starts: NDArray[np.intp]) -> Array:
-    """(windows, 3): how far surge and sway over ground and yaw rate, simulated over 5 s from the recorded ones, end
-    off those. The model, sizes (k,) of each state's terms, flies `run` in `flown` water from the steps `starts`, where
-    actuators, attitude, heave, roll and pitch are the recorded ones.
+    """Drift (windows, 3): simulated surge and sway velocity over ground and yaw rate after 5 s, less the recorded ones.
+
+    Each window starts from the recorded state at one of the steps `starts`. The model, sizes (k,) of each state's
+    terms, flies `run` in `flown` water; actuators, attitude, heave, roll and pitch are the recorded ones.
     """
     state = np.stack([run[name][starts] for name in "uvr"])
 
     def rates(at: NDArray[np.intp], nu: Array) -> Array:
         now = {name: values[at] for name, values in run.items()} | dict(zip("uvr", nu, strict=True))
-        own = terms(vehicle, now, flown)
-        relative = np.stack([one @ size for one, size in zip(own, model, strict=True)])
+        columns = terms(vehicle, now, flown)
+        relative = np.stack([table @ size for table, size in zip(columns, model, strict=True)])
         u, v = through_water(now, flown)
-        # A current that stands still turns in body axes.
+        # A constant current turns in body axes.
         u_water, v_water = now["u"] - u, now["v"] - v
         return np.asarray(relative + np.stack([nu[2] * v_water, -nu[2] * u_water, np.zeros_like(u)]))
 
@@ -59,7 +62,7 @@ def drift(vehicle: str, run: Columns, model: list[Array], flown: Water, starts: 
 
 
 def answer(judged: Judged) -> dict[str, Any]:
-    """The answer in the form of a diagnosis, with the run that holds the cause and what was tried beside it."""
+    """The answer in the form of a diagnosis, with the run that holds the cause and all candidates that were tried."""
     pair, found = judged.pair, judged.found
     floor, before, after = _drifts(pair, found)
     before, after = before / floor, after / floor
@@ -78,24 +81,25 @@ def answer(judged: Judged) -> dict[str, Any]:
                 "name": name,
                 "also": [],
                 "likeness": {},
-                "probability": sure,
+                "probability": probability,
                 "parameters": _parameters(found, name),
                 "feedforward_gain": None,
             }
-            for name, sure in judged.probabilities.items()
+            for name, probability in judged.probabilities.items()
         ],
         "character": None,
         "shrink": {"heldout": None if found.candidate is ALONE else _shrunk(before, after), "check": None},
         "next": None,
         "run": judged.run,
         "tried": {
-            one.candidate.name: dict(zip(DOFS, one.left.tolist(), strict=True)) for one in judged.weighed
+            weighed.candidate.name: dict(zip(DOFS, weighed.left.tolist(), strict=True))
+            for weighed in judged.weighed
         },
     }
 
 
 def _parameters(found: Weighed, cause: str) -> dict[str, Any]:
-    """Those of a cause that are known by themselves; terms of another size have none."""
+    """The parameters of a cause that can be known by themselves; a change of terms has none."""
     return {
         name: {
             "value": float(value),
@@ -109,33 +113,35 @@ def _parameters(found: Weighed, cause: str) -> dict[str, Any]:
 
 
 def _missing(judged: Judged) -> Array:
-    """(3,): rms of the acceleration that goes with the causes on pieces held out, m/s2 and rad/s2."""
-    nothing = next(one for one in judged.weighed if one.candidate is ALONE)
+    """Rms (3,) of the acceleration that the causes explain on pieces held out, m/s2 and rad/s2."""
+    nothing = next(weighed for weighed in judged.weighed if weighed.candidate is ALONE)
     closed = np.maximum(nothing.left**2 - judged.found.left**2, 0.0)
     return np.asarray(np.sqrt(closed) * scales(judged.pair))
 
 
 def _starts(run: Columns) -> NDArray[np.intp]:
-    """The steps that windows start from; the first piece is left out, see STARTED."""
+    """The steps at which windows start; the first piece is left out, see STARTED."""
     return np.arange(STARTED, len(run["t"]) - HORIZON, HORIZON // 2)
 
 
 def _drifts(pair: Pair, found: Weighed) -> tuple[Array, Array, Array]:
-    """The floor (3,), which is what the model leaves of the plain run, and the drifts (windows, 3) of the other run
-    without the causes and with them, each window by what was learnt without its fold."""
+    """The floor (3,): drift of the model on the plain run; and the drifts (windows, 3) of the other run without the
+    causes and with them. The model and values of each window are learnt without the window's fold."""
     fold, scale, starts = folds(pair.other), scales(pair), _starts(pair.other)
-    own, _ = learnt(pair, found.candidate, found.values, np.zeros(len(fold), np.bool_))
-    plain = drift(pair.vehicle, pair.plain, own, Water(), _starts(pair.plain))
+    sizes, _ = learnt(pair, found.candidate, found.values, np.zeros(len(fold), np.bool_))
+    plain = drift(pair.vehicle, pair.plain, sizes, Water(), _starts(pair.plain))
     before, after = np.empty((2, len(starts), len(DOFS)))
     for k in range(FOLDS):
-        # A window that ends in another fold would have its end taught.
-        mine = fold[starts] == k
-        reached = (starts[mine] + HORIZON) // HORIZON
+        # A window that reaches into another fold must not have learnt its end.
+        in_fold = fold[starts] == k
+        reached = (starts[in_fold] + HORIZON) // HORIZON
         held = (fold == k) | np.isin(np.arange(len(fold)) // HORIZON, reached)
         values, _ = best_values(pair, found.candidate, found.values, held, scale)
-        own, changed = learnt(pair, found.candidate, values, held)
-        before[mine] = drift(pair.vehicle, pair.other, own, Water(), starts[mine])
-        after[mine] = drift(pair.vehicle, pair.other, changed, found.candidate.water(values), starts[mine])
+        sizes, changed = learnt(pair, found.candidate, values, held)
+        before[in_fold] = drift(pair.vehicle, pair.other, sizes, Water(), starts[in_fold])
+        after[in_fold] = drift(
+            pair.vehicle, pair.other, changed, found.candidate.water(values), starts[in_fold]
+        )
     return np.sqrt(np.mean(plain**2, axis=0)), before, after
 
 
@@ -145,20 +151,20 @@ def _shrink(before: float, after: float) -> float:
 
 def _shrunk(before: Array, after: Array) -> dict[str, float]:
     low, high = _interval(before, after)
-    value = _shrink(*(float(np.sqrt(np.mean(one**2))) for one in (before, after)))
+    value = _shrink(*(float(np.sqrt(np.mean(drifts**2))) for drifts in (before, after)))
     return {"value": value, "low95": low, "high95": high}
 
 
 def _interval(before: Array, after: Array) -> tuple[float, float]:
-    """95 % of the shrink, windows drawn with replacement piece by piece."""
+    """95 % interval of the shrink, by drawing pieces of windows with replacement."""
     rng = np.random.default_rng(SEED)
     each = round(2 * PIECE_S / (HORIZON * STEP_S))
     pieces = np.arange(len(before)) // each
     drawn = []
     for _ in range(DRAWS):
         picked = rng.integers(0, pieces[-1] + 1, pieces[-1] + 1)
-        rows = np.concatenate([np.flatnonzero(pieces == one) for one in picked])
-        drawn.append(_shrink(*(float(np.sqrt(np.mean(one[rows] ** 2))) for one in (before, after))))
+        rows = np.concatenate([np.flatnonzero(pieces == drifts) for drifts in picked])
+        drawn.append(_shrink(*(float(np.sqrt(np.mean(drifts[rows] ** 2))) for drifts in (before, after))))
     low, high = np.percentile(drawn, [2.5, 97.5])
     return float(low), float(high)
 
@@ -168,22 +174,22 @@ def _where(run: Columns, before: Array) -> list[dict[str, Any]]:
     phases = phases_of_motion(nu, STEP_S)[_starts(run) + HORIZON // 2]
     table = np.stack([np.square(before[phases == k]).sum(axis=0) for k in range(len(PHASES))])
     shares = table / table.sum()
-    found = [
+    shares_found = [
         {"dof": dof, "phase": phase, "share": float(shares[k, i])}
         for k, phase in enumerate(PHASES)
         for i, dof in enumerate(DOFS)
         if shares[k, i] > 0
     ]
-    return sorted(found, key=lambda one: -float(str(one["share"])))
+    return sorted(shares_found, key=lambda one: -float(str(one["share"])))
 
 
 def _by_heading(run: Columns, before: Array) -> list[dict[str, Any]]:
-    """How much of each drift goes with the cosine and sine of the heading."""
+    """Share of each drift's variance explained by the cosine and sine of the heading."""
     heading = run["psi"][_starts(run) + HORIZON // 2]
     columns = np.column_stack([np.cos(heading), np.sin(heading), np.ones(len(heading))])
-    found = []
+    dependences = []
     for dof, off in zip(DOFS, before.T, strict=True):
         left = off - columns @ np.linalg.lstsq(columns, off, rcond=None)[0]
         strength = float(np.clip(1.0 - np.var(left) / np.var(off), 0.0, 1.0))
-        found.append({"dof": dof, "variable": "heading", "parity": None, "strength": strength})
-    return sorted(found, key=lambda one: -float(str(one["strength"])))
+        dependences.append({"dof": dof, "variable": "heading", "parity": None, "strength": strength})
+    return sorted(dependences, key=lambda one: -float(str(one["strength"])))

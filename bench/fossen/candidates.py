@@ -1,4 +1,4 @@
-"""What a run of Fossen's simulator may hold beyond another, told by the terms of `runs`."""
+"""The effects that a run of Fossen's simulator may hold and another not, expressed by the terms of `runs`."""
 
 from collections.abc import Mapping
 from typing import Literal
@@ -63,29 +63,34 @@ GROUPS: Mapping[str, Mapping[Group, tuple[tuple[int, ...], ...]]] = {
         "all": (tuple(range(18)), tuple(range(19)), tuple(range(19))),
     },
 }
-"""Which terms, by their places, have sizes of their own: thrust_gain is the propellers', and the rudder's; thrust_bias
-a force, or a moment, that is always there."""
+"""The terms, by their places, that have sizes of their own.
+
+thrust_gain: the terms of the propellers, and of the rudder; thrust_bias: a constant force or moment.
+"""
 
 CAUSES: Mapping[Group, str] = {"drag": "fouling", "all": ANYTHING}
-"""What a change of these terms from one run to the other is called, where that is not the group's own name."""
+"""Names of changes of these terms from one run to the other, if they are not the group's own name."""
 
 
 def alone(vehicle: str) -> tuple[Candidate, ...]:
-    """Nothing first, then one cause at a time."""
+    """No effect first, then one cause at a time."""
     return ALONE, BIAS, *_own(vehicle, ALONE), CURRENT
 
 
 def beside(vehicle: str, one: Candidate) -> tuple[Candidate, ...]:
-    """A cause with one more beside it: a current, with which all others can be, or else a current beside it."""
+    """The candidates that add a second cause to `one`.
+
+    A current goes with any other cause; any other cause is joined by a current.
+    """
     if one is CURRENT:
         return DRIFTING, CURRENT_AND_BIAS, *_own(vehicle, CURRENT)
     if one is BIAS:
         return (CURRENT_AND_BIAS,)
-    return tuple(both for both in _own(vehicle, CURRENT) if set(one.causes) <= set(both.causes))
+    return tuple(combined for combined in _own(vehicle, CURRENT) if set(one.causes) <= set(combined.causes))
 
 
 def _own(vehicle: str, of: Candidate) -> tuple[Candidate, ...]:
-    """Terms with sizes of their own, beside what another candidate has."""
+    """The candidates of `of` in addition to a group of terms with sizes of their own."""
     return tuple(
         Candidate(
             " and ".join((*of.causes, name)),

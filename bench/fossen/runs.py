@@ -1,8 +1,9 @@
-"""Runs of Fossen's PythonVehicleSimulator, and the terms of which its vehicles' accelerations are linear sums.
+"""Runs of Fossen's PythonVehicleSimulator, and the terms whose linear sums are the vehicles' accelerations.
 
 The shapes of the terms are those of its vehicles (Fossen 2021, Handbook of Marine Craft Hydrodynamics and Motion
 Control, ch. 6 and 8-10): added mass and damping over the velocity through the water, cross-flow drag by strips, lift
-and drag of a body of revolution, propellers and fins by the squares of speeds. Their sizes are nowhere taken from it.
+and drag of a body of revolution, propellers and fins by the squares of speeds. None of their sizes is taken from
+there.
 """
 
 from dataclasses import dataclass
@@ -18,12 +19,12 @@ Columns = dict[str, Array]
 
 STEP_S = 0.1
 STATES = ("u", "v", "r")
-"""Surge, sway and yaw: what a horizontal gap shows in."""
+"""Surge, sway and yaw: the states in which a horizontal gap appears."""
 
 LENGTHS_M = {"otter": 2.0, "remus100": 1.6}
 STRIPS = 20
 VANISHING_S_M = 3.0
-"""The linear damping of the REMUS dies out as exp(-3 U)."""
+"""The linear damping of the REMUS fades as exp(-3 U)."""
 
 NEEDED = {
     "otter": ("act0", "act1"),
@@ -33,8 +34,11 @@ NEEDED = {
 
 @dataclass(frozen=True)
 class Water:
-    """The current that a model assumes: north and east, m/s, and the drift of both, m/s in the whole run; and what
-    a velocity sensor reads too much, ahead and aside, m/s."""
+    """The water that a model assumes, and the velocity sensor's offset.
+
+    north, east: current, m/s; more_north, more_east: its drift over the whole run, m/s; ahead, aside: excess reading
+    of the velocity sensor, m/s.
+    """
 
     north: float = 0.0
     east: float = 0.0
@@ -45,7 +49,7 @@ class Water:
 
 
 def load_run(folder: Path, vehicle: str, run: str) -> Columns:
-    """The columns of one run. Raises LogError where it can't be read or lacks a column."""
+    """Load the columns of one run. Raises LogError if the file can't be read or lacks a column."""
     path = folder / f"{vehicle}_{run}.csv"
     try:
         table = np.genfromtxt(path, delimiter=",", names=True)
@@ -61,7 +65,7 @@ def load_run(folder: Path, vehicle: str, run: str) -> Columns:
 
 
 def through_water(run: Columns, water: Water) -> tuple[Array, Array]:
-    """Surge and sway velocity through the water, body axes."""
+    """Surge and sway velocity through the water, in body axes, m/s."""
     since = run["t"] / 600.0 - 0.5
     north, east = water.north + water.more_north * since, water.east + water.more_east * since
     cosine, sine = np.cos(run["psi"]), np.sin(run["psi"])
@@ -71,7 +75,7 @@ def through_water(run: Columns, water: Water) -> tuple[Array, Array]:
 
 
 def moving(run: Columns, water: Water) -> tuple[Array, Array, Array]:
-    """The states (n,) whose derivatives the terms sum up to: velocity through the water, and yaw rate."""
+    """The states (n,) whose derivatives are the sums of terms: velocity through the water, and yaw rate."""
     return *through_water(run, water), run["r"]
 
 
@@ -81,7 +85,7 @@ def terms(vehicle: str, run: Columns, water: Water) -> tuple[Array, Array, Array
 
 
 def _cross_flow(v: Array, r: Array, length_m: float) -> tuple[Array, Array]:
-    """Force and moment of cross-flow drag by strips along the hull, of unit coefficient (Fossen 2021, sec. 6.4)."""
+    """Force and moment of cross-flow drag by strips along the hull, with unit coefficient (Fossen 2021, sec. 6.4)."""
     x = (np.arange(STRIPS) + 0.5) / STRIPS * length_m - length_m / 2
     local = v[..., None] + x * r[..., None]
     drag = local * np.abs(local)

@@ -1,7 +1,7 @@
 """Simulated missions that nothing was tuned on: `draw(seeds)` gives vehicles, dives and the truth behind them.
 
-`vehicles` draws a vehicle, `sensors` what it carries, `manoeuvres` what it is asked to do, `kernel` dives it under
-feedback, `mission` puts the four together as a `Mission`.
+`vehicles` draws a vehicle, `sensors` its sensors, `manoeuvres` its reference, `kernel` dives it under feedback,
+`mission` puts the four together as a `Mission`.
 """
 
 from bench.missions.mission import Mission, draw

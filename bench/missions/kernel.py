@@ -1,8 +1,8 @@
 """One mission dived under feedback, compiled: the body, its thrusters, its sensors and its controller.
 
 M nu_dot + C(nu) nu + D nu + g(eta) = tau + trim + d with diagonal M and D (Fossen 2011, eqs 6.1 to 6.3), by
-fourth-order Runge-Kutta. Of the disturbance d, a first-order Gauss-Markov process, each step has the
-exact mean; the thrusters' wrench follows what was asked with the exact answer of one first-order lag. It shares no line
+fourth-order Runge-Kutta. Each step has the exact mean of the disturbance d, a first-order Gauss-Markov process. The
+thrusters' wrench follows the commanded wrench with the exact response of a first-order lag. This code shares no line
 with the estimators, nor with the simulator that is flown over bytes.
 """
 
@@ -39,7 +39,7 @@ class Body(NamedTuple):
 
 
 class Gains(NamedTuple):
-    """(6,) each, N and N m by the unit of each axis; `bound` limits the integral's share of the wrench."""
+    """Gains (6,) each, N and N m per unit of each axis; `bound` limits the integral's share of the wrench."""
 
     kp: Array
     ki: Array
@@ -48,7 +48,7 @@ class Gains(NamedTuple):
 
 
 class Clockwork(NamedTuple):
-    """Periods in steps of `step_s`; a period of 0 is a sensor that is not there."""
+    """Periods in steps of `step_s`; a period of 0 means that the sensor is missing."""
 
     step_s: float
     tick: int
@@ -62,9 +62,9 @@ class Clockwork(NamedTuple):
 
 
 class Readings(NamedTuple):
-    """Rows in time order, filled with noise beforehand, with what was measured added by the dive.
+    """Rows in time order, filled with noise beforehand; the dive adds the measured values.
 
-    dvl (a, 3), gyro (b, 3), fog (c, 1), attitude (e, 3) roll pitch yaw, depth (f, 1). A NaN stays one.
+    dvl (a, 3), gyro (b, 3), fog (c, 1), attitude (e, 3) roll pitch yaw, depth (f, 1). A NaN stays a NaN.
     """
 
     dvl: Array
@@ -75,8 +75,10 @@ class Readings(NamedTuple):
 
 
 class Ticks(NamedTuple):
-    """A row a control tick, to be filled: true state (STATES) and disturbance (6) before its command acts;
-    pulses (k), feedback wrench and commanded wrench (6), what was fed back (6).
+    """A row per control tick, filled by the dive.
+
+    True state (STATES) and disturbance (6) before the tick's command acts; pulses (k), feedback wrench and commanded
+    wrench (6), velocity that was fed back (6).
     """
 
     state: Array
@@ -121,7 +123,7 @@ def rates(state: Array, tau: Array, body: Body, out: Array) -> None:
 
 @njit(cache=True, error_model="numpy")
 def _pulse(thrust_n: float, thrust_at: Array) -> int:
-    """The place of the pulse whose thrust is nearest; 1500 us where that is none."""
+    """The place of the pulse whose thrust is nearest; that of 1500 us if the nearest thrust is zero."""
     above = int(np.searchsorted(thrust_at, thrust_n))
     if above >= len(thrust_at):
         return len(thrust_at) - 1
@@ -151,11 +153,10 @@ def dive(
 ) -> None:
     """Dive a mission, filling `readings` and `ticks`.
 
-    arm (3,) m from the origin to the DVL; reference (n, 16) as `manoeuvres.sampled` makes it; keep, share (6,)
-    what stays of the disturbance at the end of a step and in its mean, kicks (steps + 1, 2, 6) what is added to each,
-    row 0 its start; start (STATES,).
-    The controller is a PID on the readings that have come in: velocity in surge and sway, depth,
-    heading, rates of roll and pitch. A roll or pitch that is wanted is pushed to open loop, beside it.
+    arm (3,): m from the origin to the DVL; reference (n, 16): as `manoeuvres.sampled` makes it; keep, share (6,):
+    factors on the disturbance for its end of step and its mean; kicks (steps + 1, 2, 6): noise added to each, row 0
+    its start; start (STATES,). The controller is a PID on the readings that have arrived: velocity in surge and sway,
+    depth, heading, rates of roll and pitch. A wanted roll or pitch is added as an open-loop moment.
     """
     h = clock.step_s
     state, trial = start.copy(), np.empty(STATES)

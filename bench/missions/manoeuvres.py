@@ -1,4 +1,4 @@
-"""What a mission asks for: legs of body velocity, joined by jerk-limited ramps, sampled at the controller's ticks."""
+"""Reference of a mission: legs of body velocity, joined by jerk-limited ramps, sampled at the controller's ticks."""
 
 import math
 from collections.abc import Callable
@@ -30,7 +30,7 @@ class Leg:
 
 @dataclass(frozen=True)
 class Paces:
-    """Speeds that suit a vehicle: well within its thrust, and what a crew would dive."""
+    """Speeds that suit a vehicle: well within its thrust, and such as a crew would dive."""
 
     surge: float
     sway: float
@@ -52,7 +52,7 @@ def paces(rng: np.random.Generator, vehicle: DrawnVehicle) -> Paces:
 
 
 def lawnmower(rng: np.random.Generator, pace: Paces, seconds: float) -> list[Leg]:
-    """Straight runs, a half turn at each end."""
+    """Straight runs with a half turn at each end."""
     run_s, ramp_s = rng.uniform(10.0, 30.0), rng.uniform(2.0, 5.0)
     speed = pace.surge * rng.uniform(0.7, 1.0)
     rate = max(pace.yaw, 0.1)
@@ -66,7 +66,7 @@ def lawnmower(rng: np.random.Generator, pace: Paces, seconds: float) -> list[Leg
 
 
 def double_s(rng: np.random.Generator, pace: Paces, seconds: float) -> list[Leg]:
-    """Double-S profiles to several speeds ahead and, where it can, to the side, with rest between."""
+    """Double-S profiles to several speeds ahead and, if the thrusters can, to the side, with rest between."""
     ramp_s, hold_s = rng.uniform(2.0, 5.0), rng.uniform(5.0, 12.0)
     legs: list[Leg] = []
     while _length(legs) < seconds:
@@ -79,7 +79,7 @@ def double_s(rng: np.random.Generator, pace: Paces, seconds: float) -> list[Leg]
 
 
 def square(rng: np.random.Generator, pace: Paces, seconds: float) -> list[Leg]:
-    """Square waves of speed to and fro, an axis after the other."""
+    """Square waves of speed forward and back, one axis after another."""
     half_s = rng.uniform(2.0, 10.0)
     shares = np.diag([pace.surge, pace.sway, 0.0, pace.yaw])[[0, 1, 3]]
     shares = shares[shares.any(axis=1)]
@@ -93,7 +93,7 @@ def square(rng: np.random.Generator, pace: Paces, seconds: float) -> list[Leg]:
 
 
 def together(rng: np.random.Generator, pace: Paces, seconds: float) -> list[Leg]:
-    """Surge, sway, heave and yaw at once, each to its own speed, anew every few seconds, about one depth."""
+    """Surge, sway, heave and yaw at once, each to its own speed, redrawn every few seconds, around one depth."""
     legs: list[Leg] = []
     sunk_m = 0.0
     while _length(legs) < seconds:
@@ -108,7 +108,7 @@ def together(rng: np.random.Generator, pace: Paces, seconds: float) -> list[Leg]
 
 
 def spin(rng: np.random.Generator, pace: Paces, seconds: float) -> list[Leg]:
-    """Turning in place, one way and the other, then a straight run."""
+    """Turning in place in both directions, then a straight run."""
     legs: list[Leg] = []
     while _length(legs) < seconds:
         for sign in (1.0, -1.0):
@@ -136,7 +136,7 @@ def steps_down(rng: np.random.Generator, pace: Paces, seconds: float) -> list[Le
 
 
 def rocking(rng: np.random.Generator, pace: Paces, seconds: float) -> list[Leg]:
-    """All at once, and steps of roll and pitch where the thrusters reach both."""
+    """All axes at once, and steps of roll and pitch if the thrusters reach both."""
     legs: list[Leg] = []
     for leg in together(rng, pace, seconds):
         tilt = rng.uniform(-0.15, 0.15, 2) if pace.tilts else np.zeros(2)
@@ -156,7 +156,7 @@ MANOEUVRES: dict[str, Manoeuvre] = {
 
 
 def sampled(legs: list[Leg], time_s: Array, depth_m: float) -> Array:
-    """(n, COLUMNS) at the ticks (n,): rest for REST_S, then the legs, each from where the one before ended.
+    """Reference (n, COLUMNS) at the ticks (n,): rest for REST_S, then the legs, each from the end of the previous leg.
 
     A ramp is a double-S of triangular acceleration; a ramp of 0 s jumps. Heading and depth are the integrals.
     """

@@ -1,9 +1,9 @@
 """`draw(seeds)`: a mission for each seed, with its dive as a recording would give it and the truth behind it.
 
-What is simulated is the estimators' own model class, and plainly so: six degrees of freedom with full Coriolis,
-diagonal total mass, linear damping, restoring, a constant trim force, a first-order Gauss-Markov disturbance, white
-noise without bias. The thruster curve, its lag and the sensors' places are those of the vehicle file. What a real
-vehicle adds to that (drag that grows as the speed squared, currents, a tether) is not judged here.
+The simulation uses the estimators' own model class: six degrees of freedom with full Coriolis, diagonal total mass,
+linear damping, restoring, a constant trim force, a first-order Gauss-Markov disturbance, white noise without bias.
+The thruster curve, its lag and the sensors' positions are those of the vehicle file. Effects that a real vehicle adds
+(drag that grows as the speed squared, currents, a tether) are not judged here.
 """
 
 import hashlib
@@ -30,11 +30,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Mission:
-    """One dive and what it truly was; SI units, body FRD.
+    """One dive with its truth; SI units, body FRD.
 
-    truth: total masses and dampings by name, of the axes that the thrusters reach. `drawn` and `sensors` hold all
-    else: all six masses, trim, disturbance, noise levels. time_s (n,) control ticks; position (n, 3) NED; attitude
-    (n, 4) w x y z; nu (n, 6); disturbance (n, 6) N and N m.
+    truth: total masses and dampings by name, of the axes that the thrusters reach. `drawn` and `sensors` hold the
+    rest of the truth: all six masses, trim, disturbance, noise levels. time_s (n,) control ticks; position (n, 3)
+    NED; attitude (n, 4) w x y z; nu (n, 6); disturbance (n, 6) N and N m.
     """
 
     seed: int
@@ -53,15 +53,15 @@ class Mission:
 
 
 def draw(seeds: Iterable[int]) -> list[Mission]:
-    """The missions of these seeds, each the same whatever the others are; one thread a core."""
+    """The missions of these seeds, each independent of the others; one thread per core."""
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         return list(pool.map(draw_one, seeds))
 
 
 def draw_one(seed: int, repeat: int = 0, seconds: float | None = None, kind: str | None = None) -> Mission:
-    """The mission of a seed; another `repeat` has other disturbance and noise, and all else the same.
+    """The mission of a seed; another `repeat` has another disturbance and other noise, and all else the same.
 
-    `seconds` and `kind` (of MANOEUVRES) override what the seed draws of these.
+    `seconds` and `kind` (of MANOEUVRES) override the seed's own draws.
     """
     rng = np.random.default_rng(seed)
     vehicle = draw_vehicle(rng, str(seed))
@@ -97,7 +97,7 @@ def draw_one(seed: int, repeat: int = 0, seconds: float | None = None, kind: str
 
 
 def _gains(rng: np.random.Generator, vehicle: DrawnVehicle) -> kernel.Gains:
-    """Gains that a crew would have found: right for the vehicle within some 30 %, none where nothing can push."""
+    """Gains that a crew would have found: right for the vehicle within some 30 %, zero in axes without thrust."""
     mass, damping = (
         values * np.exp(0.3 * rng.standard_normal(6)) for values in (vehicle.mass, vehicle.damping)
     )
@@ -107,10 +107,10 @@ def _gains(rng: np.random.Generator, vehicle: DrawnVehicle) -> kernel.Gains:
         kd[dof] = 1.4 * mass[dof] * pace[dof]
         kp[dof] = 0.7 * pace[dof] * (damping[dof] + kd[dof])
         ki[dof] = 0.15 * pace[dof] * kp[dof]
-    # Through thrusters that lag, a stiffer loop would set roll and pitch rocking.
+    # A stiffer loop through lagging thrusters would make roll and pitch oscillate.
     kp[3:5], ki[3:5], kd[3:5] = 0.0, 0.0, 0.3 * damping[3:5]
-    able = np.isin(np.arange(6), vehicle.driven)
-    return kernel.Gains(kp * able, ki * able, kd * able, 0.5 * vehicle.reach)
+    driven = np.isin(np.arange(6), vehicle.driven)
+    return kernel.Gains(kp * driven, ki * driven, kd * driven, 0.5 * vehicle.reach)
 
 
 def _dive(
@@ -120,7 +120,7 @@ def _dive(
     wanted: Array,
     rng: np.random.Generator,
 ) -> tuple[kernel.Readings, kernel.Ticks]:
-    """Noise drawn, dived through, readings and ticks filled."""
+    """Draw the noise and dive; return the filled readings and ticks."""
     shape, ticks = vehicle.configuration, len(wanted)
     steps = ticks * sensors.tick_steps
     keep, share, kicks = _disturbance(vehicle, steps, rng)
@@ -143,9 +143,11 @@ def _dive(
 
 
 def _disturbance(vehicle: DrawnVehicle, steps: int, rng: np.random.Generator) -> tuple[Array, Array, Array]:
-    """What a step keeps of a Gauss-Markov force at its end and in its mean, (6,) each, and the noise, (n, 2, 6).
+    """Coefficients of the disturbance over a step.
 
-    End and mean of a step are jointly normal given its start (Gillespie 1996, Phys. Rev. E 54, 2084).
+    Returns the factors on a Gauss-Markov force for its value at the end of a step and for its mean, (6,) each, and
+    the noise added to both, (n, 2, 6). End and mean of a step are jointly normal given its start (Gillespie 1996,
+    Phys. Rev. E 54, 2084).
     """
     step = STEP_S / vehicle.disturbance_time_s
     keep = np.exp(-step)
@@ -181,7 +183,7 @@ def _body(vehicle: DrawnVehicle) -> kernel.Body:
 
 
 def _noise(sensors: SensorSuite, steps: int, rng: np.random.Generator) -> kernel.Readings:
-    """As many readings of each sensor as the dive has, nothing but noise in them."""
+    """Readings of each sensor for the whole dive, with only the noise in them."""
     dvl = sensors.dvl_m_s * rng.standard_normal((len(range(sensors.dvl_first, steps, sensors.dvl_steps)), 3))
     dvl[rng.random(len(dvl)) < sensors.dvl_loss] = np.nan
     gyro = sensors.gyro_rad_s * rng.standard_normal((len(range(0, steps, sensors.gyro_steps)), 3))

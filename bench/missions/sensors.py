@@ -1,4 +1,4 @@
-"""What a drawn vehicle's sensors say and when: periods in physics steps, white noise a reading."""
+"""Readings of a drawn vehicle's sensors: periods in physics steps, white noise on each reading."""
 
 from dataclasses import dataclass
 
@@ -14,9 +14,9 @@ EVENT_STEPS = 2
 
 @dataclass(frozen=True)
 class SensorSuite:
-    """Periods in steps and standard deviations in SI units. `fog_steps` is 0 where there is no fibre-optic gyro.
+    """Periods in steps and standard deviations in SI units. `fog_steps` is 0 without a fibre-optic gyro.
 
-    A FOG reading is the mean over its period; every other one is of the moment. `dvl_loss` is the share of DVL
+    A FOG reading is the mean over its period; all other readings are instantaneous. `dvl_loss` is the share of DVL
     readings without bottom lock. `tick_steps` is the controller's period.
     """
 
@@ -38,7 +38,8 @@ class SensorSuite:
 
 
 def draw_sensors(rng: np.random.Generator, has_fog: bool, dvl_latency_s: float) -> SensorSuite:
-    """DVL 4 to 10 Hz with 2 to 6 mm/s, gyro at 50 or 100 Hz, FOG means at 20 or 50 Hz, attitude, depth."""
+    """Draw the sensors: DVL 4 to 10 Hz with 2 to 6 mm/s, gyro at 50 or 100 Hz, FOG means at 20 or 50 Hz, attitude,
+    depth."""
     dvl_steps = int(rng.choice([20, 24, 28, 32, 40, 50]))
     fog_steps = int(rng.choice([4, 10])) if has_fog else 0
     # 4e-6 rad/s/sqrt(Hz) is the DSP-1750's 0.013 deg/sqrt(h).

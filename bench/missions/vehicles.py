@@ -1,4 +1,4 @@
-"""A vehicle drawn at random: the file that a crew would have written of it, and what it truly is."""
+"""A vehicle drawn at random: the file that a crew would have written, and the true coefficients."""
 
 import hashlib
 import math
@@ -31,10 +31,10 @@ TEMPLATES = (
 )
 LIGHTEST_KG, HEAVIEST_KG = 11.0, 120.0
 STEADY_SPEED_M_S = 0.6
-"""At least up to this speed the righting moment outweighs the Munk moment."""
+"""Up to at least this speed the righting moment outweighs the Munk moment."""
 
 SHORTEST_COAST_S = 0.3
-"""Mass over damping is no shorter than this: the time in which an unpushed vehicle loses most of its speed."""
+"""Least mass over damping: the time in which an unpushed vehicle loses most of its speed."""
 
 LEAST_REACH = 0.1
 """An axis is driven if the thrusters reach it without the others, with this share of the thrust of surge."""
@@ -44,8 +44,8 @@ LEAST_REACH = 0.1
 class DrawnVehicle:
     """The vehicle file, and the truth in SI units, (6,) each: total mass and inertia, linear damping, trim force.
 
-    `disturbance_std` and `disturbance_time_s` describe a first-order Gauss-Markov force on every axis. `reach` is
-    the largest wrench; `driven` names the degrees of freedom that the thrusters reach on their own.
+    `disturbance_std` and `disturbance_time_s` describe a first-order Gauss-Markov force on every axis. `reach` is the
+    largest wrench; `driven` names the degrees of freedom that the thrusters reach independently.
     """
 
     file: VehicleFile
@@ -64,13 +64,17 @@ class DrawnVehicle:
 
     @property
     def righting_nm(self) -> float:
-        """Weight times the lever of the centre of gravity: restoring moment by the sine of the tilt."""
+        """Weight times the lever of the centre of gravity: restoring moment per sine of the tilt."""
         shape = self.configuration
         return shape.centre_of_gravity_below_buoyancy_m * shape.dry_mass_kg * GRAVITY_M_S2
 
     @property
     def steady_to_m_s(self) -> float:
-        """The speed at which the Munk moment, (M_w - M_u) u^2 by the tilt, comes to the righting moment."""
+        """The speed at which the largest Munk moment equals the righting moment.
+
+        The Munk moment per tilt is u^2 times the difference between the largest and the least of the three total
+        masses.
+        """
         return math.sqrt(self.righting_nm / float(np.ptp(self.mass[:3])))
 
 
@@ -119,7 +123,7 @@ def draw_vehicle(rng: np.random.Generator, label: str) -> DrawnVehicle:
         centre_of_gravity_below_buoyancy_m=righting_nm / (dry_kg * GRAVITY_M_S2),
         net_buoyancy_n=rng.uniform(0.0, 0.06) * float(reach[2]),
     )
-    # A tilting moment in proportion to what rights the vehicle: a light one would be rolled over by a share of thrust.
+    # A tilting moment in proportion to the righting moment: a share of the thrust would roll a light vehicle over.
     scale = np.array([reach[0]] * 3 + [min(reach[5], righting_nm)] * 2 + [reach[5]])
     spread = log_uniform(rng, 0.003, 0.03) * np.exp(0.2 * rng.standard_normal(6))
     sensors = _sensors(rng, size)
@@ -160,7 +164,10 @@ def _curve(rng: np.random.Generator, dry_kg: float) -> ThrustCurve:
 
 
 def _damping(rng: np.random.Generator, mass: Array, reach: Array) -> Array:
-    """Linear damping: in surge and yaw from a plausible top speed, elsewhere in proportion; none stops in no time."""
+    """Linear damping: in surge and yaw from a plausible top speed, elsewhere in proportion.
+
+    It is limited so that no axis stops faster than SHORTEST_COAST_S.
+    """
     surge = reach[0] / log_uniform(rng, 1.2, 4.0)
     yaw = reach[5] / log_uniform(rng, 1.0, 3.0)
     tilt = mass[3:5] / rng.uniform(0.25, 1.0, 2)

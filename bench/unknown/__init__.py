@@ -1,1 +1,1 @@
-"""Forces that a grammar draws, so that nobody chose them: whether the diagnosis says that it knows no cause."""
+"""Forces drawn by a grammar, so that nobody chose them: whether the diagnosis says that it knows no cause."""

@@ -1,4 +1,4 @@
-"""The grammar: where a force acts, what it goes with, odd or even, what it remembers, and when it is there.
+"""The grammar of a drawn force: degrees of freedom, inputs, parity, memory, timing.
 
 force   = degrees of freedom, factors, memory, timing, rhythm
 degrees = one | two
@@ -39,10 +39,10 @@ Word = TypeVar("Word", Memory, Timing)
 
 DOF_SHARES = (0.2, 0.2, 0.2, 0.1, 0.1, 0.2)
 TWO_SHARE, TIME_ALONE_SHARE, PRODUCT_SHARE = 0.25, 0.15, 0.25
-"""Shares of forces in two degrees of freedom, of time alone, and of two factors."""
+"""Shares of forces in two degrees of freedom, of forces of time alone, and of forces with two factors."""
 
 LEVERS_M = (1.0, 1.0, 1.0, 0.2, 0.2, 0.2)
-"""A moment beside a force is so many newton metres a newton."""
+"""Size of a moment per newton of force, N m, by degree of freedom; 1 for a force."""
 
 BEGINS: dict[Sort, tuple[int, int]] = {
     "velocity": (VELOCITY, 6),
@@ -52,10 +52,10 @@ BEGINS: dict[Sort, tuple[int, int]] = {
     "attitude": (ATTITUDE, 3),
     "depth": (DEPTH, 1),
 }
-"""Where the signals of a sort begin, and how many there are; of pulses as many as thrusters."""
+"""First signal of a sort, and the number of its signals; 0 for pulses, which have as many signals as thrusters."""
 
 NO_THRUST = (3, 4)
-"""Degrees of freedom that no controller pushes in."""
+"""Degrees of freedom in which no controller pushes."""
 
 POWERS = (0.5, 3.0)
 MEMORIES: dict[Memory, float] = {
@@ -65,7 +65,7 @@ REMEMBERED_S: dict[Memory, tuple[float, float]] = {
     "lag": (0.5, 5.0), "delay": (0.3, 3.0), "leaky integral": (5.0, 40.0),
 }  # fmt: skip
 PLAYS = (0.3, 1.0)
-"""Half-widths of hysteresis, in typical sizes of what it is of."""
+"""Range of the half-widths of hysteresis, in typical sizes of the input."""
 
 TIMINGS: dict[Timing, float] = {
     "steady": 0.5, "from a time on": 0.15, "for a while": 0.1, "bursts": 0.125, "slow drift": 0.125,
@@ -73,14 +73,14 @@ TIMINGS: dict[Timing, float] = {
 RHYTHM_SHARE, RHYTHM_ALONE_SHARE = 0.2, 0.6
 PERIODS_S = (1.0, 60.0)
 SOFT_S = 1.0
-"""A force comes and goes in so long."""
+"""Time in which a force fades in or out."""
 
 BURST_EVERY_S, BURST_S = 20.0, (1.0, 6.0)
 
 
 @dataclass(frozen=True)
 class Factor:
-    """sort and its axis, or thruster, from 0; power: of its magnitude."""
+    """A factor of a force: sort of its signal and axis or thruster (from 0), parity, and power of the magnitude."""
 
     sort: Sort
     axis: int
@@ -89,14 +89,18 @@ class Factor:
 
     @property
     def signal(self) -> int:
-        """The place of its signal."""
+        """Number of its signal."""
         return BEGINS[self.sort][0] + self.axis
 
 
 @dataclass(frozen=True)
 class Sentence:
-    """One drawn force. dofs: one or two. gains: of each, to each other. begin, end: shares of the dive between which it
-    is there. seed: of its bursts and its walk."""
+    """One drawn force.
+
+    dofs: one or two degrees of freedom; gains: relative size in each; remembered: s, or half-width of hysteresis;
+    begin, end: shares of the dive between which the force acts; period_s: 0 for no rhythm; seed: of its bursts and
+    its walk.
+    """
 
     dofs: tuple[int, ...]
     gains: tuple[float, ...]
@@ -112,17 +116,17 @@ class Sentence:
 
     @property
     def goes_with(self) -> str:
-        """What it goes with, in a word or two."""
+        """Its factors' sort in a word or two."""
         if not self.factors:
             return "time alone"
         return self.factors[0].sort if len(self.factors) == 1 else "two of these"
 
     @property
     def parity(self) -> str:
-        """Of the whole, in its factors."""
+        """Parity of the whole force in its factors."""
         if not self.factors:
             return "neither"
-        return "even" if sum(not one.even for one in self.factors) % 2 == 0 else "odd"
+        return "even" if sum(not factor.even for factor in self.factors) % 2 == 0 else "odd"
 
     @property
     def rhythm(self) -> str:
@@ -130,7 +134,7 @@ class Sentence:
 
 
 def drawn(rng: np.random.Generator, thrusters: int) -> Sentence:
-    """A force for a vehicle with so many thrusters."""
+    """Draw a force for a vehicle with `thrusters` thrusters."""
     count = 2 if rng.random() < TWO_SHARE else 1
     dofs = tuple(sorted(int(dof) for dof in rng.choice(6, count, replace=False, p=DOF_SHARES)))
     gains = tuple(float(way * rng.uniform(0.5, 1.0)) * LEVERS_M[dof] for dof, way in _ways(rng, dofs))
@@ -158,14 +162,16 @@ def drawn(rng: np.random.Generator, thrusters: int) -> Sentence:
 
 
 def force_of(sentence: Sentence, time_s: Array, middle: Array, scale: Array) -> DrawnForce:
-    """A sentence as the simulator has it, of size one, over the steps (n,) of a dive. middle, scale (factors,): what
-    the signals vary about, and typical sizes."""
+    """A drawn force in the simulator's form, of size one, over the steps (n,) of a dive.
+
+    middle, scale (factors,): mean and typical deviation of each signal.
+    """
     size = np.zeros(6)
     size[list(sentence.dofs)] = sentence.gains
     signal, even = np.full(2, NOTHING), np.zeros(2, np.int64)
     about, typical, power = np.zeros(2), np.ones(2), np.ones(2)
-    for i, one in enumerate(sentence.factors):
-        signal[i], even[i], power[i] = one.signal, one.even, one.power
+    for i, factor in enumerate(sentence.factors):
+        signal[i], even[i], power[i] = factor.signal, factor.even, factor.power
         about[i], typical[i] = middle[i], scale[i]
     code = {"none": INSTANT, "lag": LAG, "delay": DELAY, "leaky integral": LEAK, "hysteresis": PLAY}
     return DrawnForce(
@@ -175,15 +181,15 @@ def force_of(sentence: Sentence, time_s: Array, middle: Array, scale: Array) -> 
 
 
 def when(sentence: Sentence, time_s: Array) -> Array:
-    """(n,): how much of a force is there."""
+    """Envelope (n,) of a force over time, including its rhythm."""
     rng = np.random.default_rng(sentence.seed)
-    whole_s = float(time_s[-1] - time_s[0])
+    duration_s = float(time_s[-1] - time_s[0])
     since_s = time_s - time_s[0]
     out = np.ones(len(time_s))
     if sentence.timing in ("from a time on", "for a while"):
-        out *= np.clip((since_s - sentence.begin * whole_s) / SOFT_S, 0.0, 1.0)
+        out *= np.clip((since_s - sentence.begin * duration_s) / SOFT_S, 0.0, 1.0)
         if sentence.end < 1.0:
-            out *= np.clip((sentence.end * whole_s - since_s) / SOFT_S, 0.0, 1.0)
+            out *= np.clip((sentence.end * duration_s - since_s) / SOFT_S, 0.0, 1.0)
     elif sentence.timing == "bursts":
         out = _bursts(rng, since_s, both=not sentence.factors)
     elif sentence.timing == "slow drift":
@@ -195,7 +201,7 @@ def when(sentence: Sentence, time_s: Array) -> Array:
 
 
 def _bursts(rng: np.random.Generator, since_s: Array, both: bool) -> Array:
-    """Half waves now and then, of drawn lengths; `both`: to either side."""
+    """Half waves of drawn lengths at drawn times; `both`: of either sign."""
     out, at = np.zeros(len(since_s)), 0.0
     while True:
         at += rng.exponential(BURST_EVERY_S)
@@ -225,5 +231,5 @@ def _one_of(rng: np.random.Generator, shares: dict[Word, float]) -> Word:
 
 
 def _between(rng: np.random.Generator, low: float, high: float) -> float:
-    """Evenly in logarithms."""
+    """Draw evenly in logarithms."""
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))

@@ -1,8 +1,8 @@
-"""A sentence of the grammar planted in a dive, as large as it was drawn to be, and unlike any known effect.
+"""A drawn force planted in a dive, at its drawn size, and unlike any known effect.
 
-How large: the drift over 5 s that the force causes, beyond what a refit of masses and dampings takes up, over the
-drift by noise alone of the same dive without it, as the diagnosis itself measures drift and floor
-(`identify/diagnose/drift.py`), in the degree of freedom where that is most.
+Its size is the drift over 5 s that the force causes beyond the part that a refit of masses and dampings takes up,
+over the drift by noise alone of the same dive without it. Drift and floor are measured as by the diagnosis itself
+(`identify/diagnose/drift.py`), in the degree of freedom with the largest ratio.
 """
 
 from dataclasses import dataclass, replace
@@ -33,13 +33,13 @@ Array = NDArray[np.float64]
 
 MULTIPLES = (1.5, 6.0)
 NEAR, ROUNDS = 0.1, 7
-"""A multiple is met to that share, in so many trials."""
+"""Largest relative deviation from the wanted multiple, and the number of trials to reach it."""
 
 LEAST_LEFT = 0.2
-"""Share of a force's power that a refit has to leave: else it is a mass or a damping."""
+"""Share of a force's power that a refit has to leave; below it, the force is a change of mass or damping."""
 
 MOST_LIKE = 0.8
-"""Share of what is left that one known effect may hold: else it is that effect."""
+"""Largest share of the remainder that one known effect may explain; above it, the force is that effect."""
 
 LEAST_SCALE = 1e-6
 SEAS_S = 200.0
@@ -47,7 +47,7 @@ SEAS_S = 200.0
 
 @dataclass(frozen=True)
 class Unknown:
-    """A case with one force of the grammar, what it is, its drift in floors, and how many were drawn before it."""
+    """A case with one drawn force, its sentence, its drift in floors, and the number of forces drawn in vain before."""
 
     case: Case
     sentence: Sentence
@@ -65,7 +65,7 @@ class _Still:
     floor: Array
 
     def multiple(self, force: Array, time_s: Array, dofs: tuple[int, ...]) -> float:
-        """The drift of a force (n, 6) at times (n,), in floors."""
+        """Drift of a force (n, 6) at times (n,), in floors."""
         model = self.model
         lacking = np.column_stack([np.interp(model.time_s, time_s, column) for column in force.T])
         lacking[:, [dof for dof in range(6) if dof not in model.dofs]] = 0.0
@@ -78,16 +78,16 @@ class _Still:
 
 
 def unknown_of(seed: int) -> Unknown:
-    """The case of a seed: vehicle, mission and sensors of `draw_case`, and a force that no effect is."""
+    """The case of a seed: vehicle, mission and sensors of `draw_case`, and a force that is no known effect."""
     still = _without(draw_case(seed, name=f"unknown {seed}", kind="none"))
     thrusters = len(still.case.vehicle.configuration.thrusters)
     redrawn = 0
     while True:
         rng = np.random.default_rng([seed, 40, redrawn])
         sentence = drawn(rng, thrusters)
-        found = _sized(still, sentence, float(rng.uniform(*MULTIPLES)))
-        if found is not None:
-            case, multiple = found
+        sized = _sized(still, sentence, float(rng.uniform(*MULTIPLES)))
+        if sized is not None:
+            case, multiple = sized
             return Unknown(case, sentence, multiple, redrawn)
         redrawn += 1
 
@@ -101,9 +101,11 @@ def _without(case: Case) -> _Still:
 
 
 def _sized(still: _Still, sentence: Sentence, wanted: float) -> tuple[Case, float] | None:
-    """The case with a force of the size that makes the wanted drift; None where there is none, a refit takes it up, or
-    it is a known effect."""
-    typical = [typical_of(still.case, still.simulated, one.signal) for one in sentence.factors]
+    """Scale the force to the wanted drift, and return the case and the drift in floors.
+
+    Returns None if a signal hardly moves, the size is not found, a refit takes the force up, or it is a known effect.
+    """
+    typical = [typical_of(still.case, still.simulated, factor.signal) for factor in sentence.factors]
     if any(scale < LEAST_SCALE for _, scale in typical):
         return None
     middle, scale = (np.array(part) for part in zip(*typical, strict=True)) if typical else (np.zeros(0),) * 2
@@ -138,7 +140,7 @@ def planted(sentence: Sentence, size: float, middle: Array, scale: Array) -> Pla
 
 
 def typical_of(case: Case, simulated: Simulated, signal: int) -> tuple[float, float]:
-    """What a signal of a dive varies about (a depth its mean, all else zero), and its rms about that."""
+    """Centre of a signal in a dive (mean of a depth, zero for others), and its rms about it."""
     ticks, vehicle = simulated.ticks, case.vehicle
     asked = thrust_curve(vehicle.file.vehicle.thrust_curve, vehicle.file.path.parent).thrust(ticks.pwm)
     thrust = ticks.nominal @ allocation_matrix(vehicle.configuration).T
@@ -155,22 +157,25 @@ def typical_of(case: Case, simulated: Simulated, signal: int) -> tuple[float, fl
 
 
 def left_of(site: Site, simulated: Simulated) -> tuple[Array, Array]:
-    """What is planted in a dive, and what a refit of masses and dampings leaves of it, (n, 6) each at the ticks."""
-    whole, std = missing_wrench(site, simulated), site.vehicle.disturbance
+    """The planted wrench in a dive, and the part that a refit of masses and dampings leaves, (n, 6) each at the
+    ticks."""
+    missing, std = missing_wrench(site, simulated), site.vehicle.disturbance
     columns = nominal_columns(simulated.ticks.state[:, 7:13], simulated.ticks.nu_dot)
     table = (columns / std[None, :, None]).reshape(-1, 12)
-    theta = np.linalg.lstsq(table, (whole / std).reshape(-1), rcond=None)[0]
-    return whole, whole - columns @ theta
+    theta = np.linalg.lstsq(table, (missing / std).reshape(-1), rcond=None)[0]
+    return missing, missing - columns @ theta
 
 
 def likeness(site: Site, simulated: Simulated, period_s: float) -> float:
-    """The largest share of the power of what a refit leaves that one known effect holds, each degree of freedom over
-    its disturbance. A reading's error counts by the force that the model takes it for. A force with a period is held
-    against seas of that period as well."""
+    """Largest share of the power of a refit's remainder that one known effect explains.
+
+    Each degree of freedom is scaled by its disturbance. An error of a reading counts as the force that the model
+    would see in it. A force with a period is also compared with waves and currents of that period.
+    """
     course, std = course_of(site, simulated), site.vehicle.disturbance
     every = max(round(EACH_S / course.step_s), 1)
     effects: tuple[Effect, ...] = library(course.configuration, course.lag_s)
-    effects = tuple(one for one in effects if one.parameters and not one.refit_absorbs)
+    effects = tuple(setting for setting in effects if setting.parameters and not setting.refit_absorbs)
     if 0 < period_s < SEAS_S:
         effects += (waves(period_s), varying_current(period_s))
     settings, acts = settings_of(effects, course)
@@ -183,22 +188,22 @@ def likeness(site: Site, simulated: Simulated, period_s: float) -> float:
     value = whole.reshape(-1) - base @ (base.T @ whole.reshape(-1))
     table -= base @ (base.T @ table)
     power = float(value @ value)
-    shares = [_share(table[:, list(one.columns)], value) / power for one in settings]
+    shares = [_share(table[:, list(setting.columns)], value) / power for setting in settings]
     return max(shares)
 
 
 def _share(columns: Array, value: Array) -> float:
-    """The power of a value that columns hold."""
+    """The power of a value that columns explain."""
     size = np.sqrt((columns**2).sum(axis=0))
-    able = columns[:, size > 0] / size[size > 0]
-    if not able.shape[1]:
+    scaled = columns[:, size > 0] / size[size > 0]
+    if not scaled.shape[1]:
         return 0.0
-    fitted = able @ np.linalg.lstsq(able, value, rcond=1e-9)[0]
+    fitted = scaled @ np.linalg.lstsq(scaled, value, rcond=1e-9)[0]
     return float(fitted @ fitted)
 
 
 def _force(act: Act, course: Course) -> Array:
-    """(n, 6): an act's wrench, and what the model takes its wrong velocities for."""
+    """An act's wrench (n, 6), plus the force that the model sees in the act's wrong velocities."""
     out = np.zeros_like(course.nu)
     if act.wrench is not None:
         out += act.wrench

@@ -14,7 +14,7 @@ from bench.words import paragraph
 
 
 def section(cache: Path, short: bool) -> str:
-    """The section, from what `cache` holds and what it lacks."""
+    """The section, from the results in `cache`; runs the dives that are missing there."""
     first, other, count = (SHORT_DRAWN, SHORT_KNOWN, SHORT_COUNT) if short else (DRAWN, KNOWN, COUNT)
     kept, code = Remembered(cache / "unknown.jsonl"), stamp(*ANSWERS)
     jobs = {f"{key}:{code}": job for key, job in unknown_jobs(first, count).items()}
@@ -48,14 +48,14 @@ def page(drawn: Sequence[Judged], known: Sequence[Judged]) -> str:
 def _introduction(drawn: Sequence[Judged], known: Sequence[Judged]) -> list[str]:
     low, high = MULTIPLES
     return paragraph(
-        f"{len(drawn)} dives (seeds from {min(one.seed for one in drawn)} on) with one force each that",
+        f"{len(drawn)} dives (seeds from {min(dive.seed for dive in drawn)} on) with one force each that",
         "nobody chose (`bench/unknown/grammar.py`): in one degree of freedom or two, with a velocity, an acceleration,",
         "a thrust, a pulse, an attitude, depth, a product of two of these, or time alone; odd or even; with a lag, a",
         "delay, a leaky integral, hysteresis or none; steady, from a time on, for a while, in bursts or slowly",
         f"drifting; with a period or none. Each causes {low:g} to {high:g} times the noise floor's drift over 5 s,",
         f"beyond what a refit takes up. What a refit leaves less than {100 * LEAST_LEFT:.0f} % of, or of what one",
         f"known effect holds more than {100 * MOST_LIKE:.0f} %, is drawn again: it is that. {len(known)} dives (seeds",
-        f"from {min(one.seed for one in known)} on) have one effect of the library each, planted in another form. A",
+        f"from {min(dive.seed for dive in known)} on) have one effect of the library each, planted in another form. A",
         "drawn force counts as called unknown by that verdict, or by `partly` where what is left is told in a degree",
         "of freedom of the force.",
     )

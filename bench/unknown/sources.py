@@ -1,4 +1,4 @@
-"""The code that the figures of drawn forces hang on (`bench.stamp`)."""
+"""The code that the figures of drawn forces depend on (`bench.stamp`)."""
 
 from bench.diagnosis.sources import ANSWERS as DIAGNOSED
 from bench.stamp import reached

@@ -1,4 +1,4 @@
-"""Tables of drawn forces: the goals, by part of the grammar, what was named instead, and the known called unknown."""
+"""Tables of drawn forces: goals, results by part of the grammar, wrong names, and known effects called unknown."""
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
@@ -11,11 +11,11 @@ from identify.challenge.score import Rate
 
 LEAST_CALLED, MOST_MISTAKEN = 0.85, 0.02
 DRIFTS = (1.5, 2.5, 4.0, 6.6)
-"""Ends of the ranges of drift, in floors; a force is scaled to a tenth of what was drawn."""
+"""Ends of the ranges of drift, in floors; a force is scaled to within a tenth of its drawn drift."""
 
 
 def goals(drawn: Sequence[Judged], known: Sequence[Judged]) -> list[str]:
-    """What was asked for, and what else became of the dives."""
+    """Table of the goals, and of the other outcomes."""
     called, mistaken = (
         _rate(drawn, lambda one: one.called),
         _rate(known, lambda one: one.verdict == "unknown"),
@@ -46,30 +46,30 @@ def by_part(drawn: Sequence[Judged]) -> list[str]:
         "| part | | dives | called unknown | by a known cause | no gap |",
         "|---" * 6 + "|",
     ]
-    for part in dict.fromkeys(part for one in drawn for part in one.parts):
-        for word in sorted({one.parts[part] for one in drawn}):
-            rows.append(_row(part, word, [one for one in drawn if one.parts[part] == word]))
-    for dof in dict.fromkeys(dof for one in drawn for dof in one.dofs):
-        rows.append(_row("degree of freedom", dof, [one for one in drawn if dof in one.dofs]))
-    for hull in sorted({one.hull for one in drawn}):
-        rows.append(_row("hull", hull, [one for one in drawn if one.hull == hull]))
+    for part in dict.fromkeys(part for dive in drawn for part in dive.parts):
+        for word in sorted({dive.parts[part] for dive in drawn}):
+            rows.append(_row(part, word, [dive for dive in drawn if dive.parts[part] == word]))
+    for dof in dict.fromkeys(dof for dive in drawn for dof in dive.dofs):
+        rows.append(_row("degree of freedom", dof, [dive for dive in drawn if dof in dive.dofs]))
+    for hull in sorted({dive.hull for dive in drawn}):
+        rows.append(_row("hull", hull, [dive for dive in drawn if dive.hull == hull]))
     for low, high in pairwise(DRIFTS):
-        own = [one for one in drawn if low <= max(one.multiple, DRIFTS[0]) < high]
-        if own:
-            rows.append(_row("drift", f"{low:g} to {min(high, 6.0):g} floors", own))
+        in_range = [dive for dive in drawn if low <= max(dive.multiple, DRIFTS[0]) < high]
+        if in_range:
+            rows.append(_row("drift", f"{low:g} to {min(high, 6.0):g} floors", in_range))
     return rows
 
 
 def misnamed(drawn: Sequence[Judged]) -> list[str]:
-    """Which causes were said to be all of it."""
-    said = _counted(name for one in drawn if _by_cause(one) for name in one.told)
+    """The causes that were said to explain a drawn force."""
+    said = _counted(name for dive in drawn if _by_cause(dive) for name in dive.told)
     return paragraph(f"Known causes told instead of an unknown one: {said}.")
 
 
 def mistaken(known: Sequence[Judged]) -> list[str]:
-    """Which effects were called unknown."""
+    """The effects that were called unknown."""
     return paragraph(
-        f"Known effects called unknown: {_counted(one.hidden for one in known if one.verdict == 'unknown')}."
+        f"Known effects called unknown: {_counted(dive.hidden for dive in known if dive.verdict == 'unknown')}."
     )
 
 
@@ -78,7 +78,7 @@ def _counted(names: Iterable[str]) -> str:
 
 
 def _row(part: str, word: str, own: Sequence[Judged]) -> str:
-    no_gap = sum(one.verdict == "no_gap" for one in own)
+    no_gap = sum(dive.verdict == "no_gap" for dive in own)
     called, by_cause = (_rate(own, what) for what in (_called, _by_cause))
     return f"| {part} | {word} | {len(own)} | {100 * called.share:.0f} % | {by_cause.hits} | {no_gap} |"
 
@@ -96,7 +96,7 @@ def _right(one: Judged) -> bool:
 
 
 def _rate(dives: Sequence[Judged], what: Callable[[Judged], bool]) -> Rate:
-    return Rate(sum(what(one) for one in dives), len(dives))
+    return Rate(sum(what(dive) for dive in dives), len(dives))
 
 
 def _met(met: bool) -> str:

@@ -1,4 +1,4 @@
-"""What the diagnosis says of drawn forces, and of as many dives with one effect of its library."""
+"""The diagnosis of drawn forces, and of as many dives with one effect of its library."""
 
 import time
 from dataclasses import dataclass
@@ -17,17 +17,19 @@ from identify.diagnose.answer import plain
 from identify.diagnose.diagnose import diagnose
 
 KNOWN = tuple(name for name in PLANTS if name not in ABSORBED)
-"""The effects that a refit leaves to be seen."""
+"""The effects that remain visible after a refit."""
 
 LIKELY = 0.5
-"""Probability from which on a cause counts as told."""
+"""Least probability at which a cause counts as named."""
 
 
 @dataclass(frozen=True)
 class Judged:
-    """A dive with what was said of it: `refused` where no verdict was given. hidden: the effect's name, "" for a drawn
-    force, whose parts and degrees of freedom are given, and its drift in floors. told: the likely causes; where: the
-    degrees of freedom that the unexplained remainder is said to lie in."""
+    """A dive with its verdict, `refused` if the diagnosis gave none.
+
+    hidden: name of the effect, "" for a drawn force; parts, dofs, multiple: the force's grammar, degrees of freedom
+    and drift in floors; told: the likely causes; where: degrees of freedom of the reported unexplained remainder.
+    """
 
     seed: int
     hull: str
@@ -42,27 +44,28 @@ class Judged:
 
     @property
     def right_axis(self) -> bool:
-        """Whether the remainder is said to lie where the force is."""
+        """Whether the reported remainder lies in a degree of freedom of the force."""
         return bool({*self.dofs} & {*self.where})
 
     @property
     def called(self) -> bool:
-        """Whether the dive is said to hold what no cause explains: all of it, or a part where the force is."""
+        """Whether the dive is said to hold an unexplained force: verdict unknown, or partly with the right degree of
+        freedom."""
         return self.verdict == "unknown" or (self.verdict == "partly" and self.right_axis)
 
 
 def unknown_jobs(first: int, count: int) -> dict[str, Job]:
-    """Of the drawn forces of so many seeds."""
+    """Jobs of `count` drawn forces."""
     return {f"drawn {seed}": partial(unknown_job, seed) for seed in range(first, first + count)}
 
 
 def known_jobs(first: int, count: int) -> dict[str, Job]:
-    """Of so many dives with an effect each, all effects in turn."""
+    """Jobs of `count` dives with an effect each, all effects in turn."""
     return {f"known {first + i}": partial(known_job, first + i, KNOWN[i % len(KNOWN)]) for i in range(count)}
 
 
 def unknown_job(seed: int) -> Data:
-    """A drawn force diagnosed."""
+    """Diagnose a drawn force."""
     one = unknown_of(seed)
     sentence = one.sentence
     parts = {
@@ -77,7 +80,7 @@ def unknown_job(seed: int) -> Data:
 
 
 def known_job(seed: int, name: str) -> Data:
-    """One effect of the library, in another form than the library's, diagnosed."""
+    """Diagnose an effect of the library, planted in another form than the library's."""
     return _diagnosed(draw_case(seed, kind="one", names=(name,))) | {"hidden": name}
 
 
@@ -94,9 +97,9 @@ def _diagnosed(case: Case) -> Data:
 
 
 def judged(data: Data) -> Judged:
-    """From its JSON."""
+    """Build a dive from its JSON."""
     answer: dict[str, Any] = data["answer"]
-    told = [one["name"] for one in answer["effects"] if (one["probability"] or 0.0) >= LIKELY]
+    likely = [effect["name"] for effect in answer["effects"] if (effect["probability"] or 0.0) >= LIKELY]
     return Judged(
         data["seed"],
         data["hull"],
@@ -105,11 +108,11 @@ def judged(data: Data) -> Judged:
         tuple(data.get("dofs", ())),
         data.get("multiple", 0.0),
         answer["verdict"],
-        tuple(told),
+        tuple(likely),
         tuple((answer["character"] or {}).get("dof", ())),
         data["seconds"],
     )
 
 
 def _silent(_share: float, _words: str) -> None:
-    """Nobody watches."""
+    """Ignore the progress."""

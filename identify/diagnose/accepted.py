@@ -1,8 +1,8 @@
-"""What accepting the likely causes comes to: a model with its effects, parameters of the feed-forward, and doubts.
+"""The result of accepting the likely causes: a model with its effects, parameters of the feed-forward, and doubts.
 
-Only causes that are likelier present than absent are accepted, with masses and dampings fitted beside them. Sentences
-name the effects that the feed-forward can't compensate. The doubts are those of any fit, with the coefficients' changes
-if their cause were let in.
+Only causes that are likelier present than absent are accepted, with masses and dampings fitted together with them.
+Sentences name the effects that the feed-forward can't compensate. The doubts are those of any fit; they widen the
+intervals by the coefficients' changes if the cause of a doubt were part of the model.
 """
 
 from collections.abc import Callable, Collection, Sequence
@@ -71,24 +71,24 @@ NO_MISFIT = Misfit((), np.zeros(len(OF_HULL)))
 
 
 def misfit_of(now: Nominal, quadratic: Collection[int]) -> Misfit:
-    """Of a fit beside causes with quadratic drag in the degrees of freedom `quadratic`.
+    """Misfit of a fit with causes that include quadratic drag in the degrees of freedom `quadratic`.
 
     A dive that asks for other quadratic drag than accepted can't separate it from linear damping. Doubted degrees of
     freedom are left out: their thrust only seems late.
     """
-    found = {dof: one for dof, one in doubts_of(now.joint, now.theta).items() if dof not in now.doubted}
-    late = {dof: one.late for dof, one in found.items() if one.is_late}
-    drag = {dof: one.drag for dof, one in found.items() if one.lacks_drag}
-    beside = {dof: one for dof, one in drag.items() if dof in quadratic}
-    lacking = {dof: one for dof, one in drag.items() if dof not in beside}
-    # A single step from none: the form of these forces is a guess.
-    steps = [one.size * one.leaning for one in (*drag.values(), *late.values())]
-    off = np.sqrt(np.sum(np.square([np.zeros(len(OF_HULL)), *steps, *timing_of(found)]), axis=0))
+    tests = {dof: test for dof, test in doubts_of(now.joint, now.theta).items() if dof not in now.doubted}
+    late = {dof: test.late for dof, test in tests.items() if test.is_late}
+    drag = {dof: test.drag for dof, test in tests.items() if test.lacks_drag}
+    held_together = {dof: test for dof, test in drag.items() if dof in quadratic}
+    lacking = {dof: test for dof, test in drag.items() if dof not in held_together}
+    # A single step from zero: the form of these forces is a guess.
+    steps = [test.size * test.leaning for test in (*drag.values(), *late.values())]
+    off = np.sqrt(np.sum(np.square([np.zeros(len(OF_HULL)), *steps, *timing_of(tests)]), axis=0))
     return Misfit(
         (
-            *late_doubts(late, [dof for dof in now.built.pushed if dof in found]),
+            *late_doubts(late, [dof for dof in now.built.pushed if dof in tests]),
             *drag_doubts(lacking),
-            *(_not_apart(dof, one) for dof, one in beside.items()),
+            *(_not_apart(dof, test) for dof, test in held_together.items()),
         ),
         np.minimum(off, MOST_CHANGE),
     )
@@ -106,39 +106,43 @@ def _not_apart(dof: int, one: Tested) -> Doubt:
 
 
 def accepted_of(found: Sequence[Found], now: Nominal, shape: Configuration) -> Accepted:
-    """What accepting these causes comes to; `now` is the nominal model fitted beside them, which includes causes
-    absorbed by a refit."""
+    """The result of accepting these causes.
+
+    `now` is the nominal model fitted together with them, which includes causes absorbed by a refit.
+    """
     quadratic = _quadratic_dofs(found)
     misfit = misfit_of(now, quadratic)
-    values, sentences = _linear([one.cause for one in found], now, shape, misfit, quadratic)
+    values, sentences = _linear([found_cause.cause for found_cause in found], now, shape, misfit, quadratic)
     of_effects: dict[str, Value] = {}
-    for one in found:
-        coefficients = _coefficients(one, now.course)
+    for found_cause in found:
+        coefficients = _coefficients(found_cause, now.course)
         if not coefficients:
-            sentences.append(_uncompensated_note(one))
+            sentences.append(_uncompensated_note(found_cause))
         of_effects |= coefficients
-        sentences += _remarks(one)
-    fit = {one.name: one for one in effect_coefficients(shape)}
+        sentences += _remarks(found_cause)
+    fit = {found_cause.name: found_cause for found_cause in effect_coefficients(shape)}
     for name, value in of_effects.items():
         fault = fit[name].fault(value.value) if name in fit else f"{name} is of no thruster of this vehicle"
         if fault:
             sentences.append(f"{fault}: it is not sent to the vehicle; mend what it tells of.")
         elif not _includes(value, _absent(name)):
             values[name] = value
-    effects = tuple(_effect(one) for one in found)
-    doubts = tuple(one for one in misfit.doubts if not values.keys().isdisjoint(one.about))
+    effects = tuple(_effect(found_cause) for found_cause in found)
+    doubts = tuple(
+        found_cause for found_cause in misfit.doubts if not values.keys().isdisjoint(found_cause.about)
+    )
     return Accepted(values, effects, tuple(dict.fromkeys(sentences)), doubts)
 
 
 def beside_all(found: Explanation, shape: Configuration) -> dict[str, Value]:
-    """Masses and dampings fitted beside all causes, accepted or not."""
+    """Masses and dampings fitted together with all causes, accepted or not."""
     return _linear(found.causes, found.now, shape)[0]
 
 
 def _quadratic_dofs(found: Sequence[Found]) -> tuple[int, ...]:
     """Degrees of freedom with quadratic drag among the causes."""
-    told = {name for one in found if one.name == "quadratic_drag" for name in one.parameters}
-    return tuple(dof for dof, name in enumerate(QUADRATIC) if name in told)
+    names = {name for cause in found if cause.name == "quadratic_drag" for name in cause.parameters}
+    return tuple(dof for dof, name in enumerate(QUADRATIC) if name in names)
 
 
 def _absent(name: str) -> float:
@@ -216,17 +220,17 @@ def _unrecorded_note(dofs: Sequence[int]) -> str:
 
 
 def log_stds(causes: Sequence[Cause], now: Nominal) -> list[tuple[float, float]]:
-    """Standard errors of log mass and log damping of each axis, beside the causes."""
+    """Standard errors of log mass and log damping of each axis, with the causes fitted too."""
     rows = regression_of(now.joint, now.theta, now.unheard)
     slopes = [
-        one.slope(now.course, p)
-        for one in causes
-        if not one.effect.refit_absorbs
-        for p in np.flatnonzero(one.present).tolist()
+        cause.slope(now.course, p)
+        for cause in causes
+        if not cause.effect.refit_absorbs
+        for p in np.flatnonzero(cause.present).tolist()
     ]
-    whole = np.hstack([rows.nominal, rows.columns(slopes, now.course)]) if slopes else rows.nominal
+    columns = np.hstack([rows.nominal, rows.columns(slopes, now.course)]) if slopes else rows.nominal
     known = np.concatenate([rows.nominal_precision, np.zeros(len(slopes))])
-    std = np.sqrt(np.maximum(np.diag(inverse(whole.T @ whole + np.diag(known))), 0.0))
+    std = np.sqrt(np.maximum(np.diag(inverse(columns.T @ columns + np.diag(known))), 0.0))
     kept = sorted({*now.joint.mass_places, *mean_places(now.joint)})
     at = {place: float(std[i]) for i, place in enumerate(kept)}
     return [(at[place.start + MASS], at[place.start + DAMPING]) for place in now.joint.places]
@@ -284,32 +288,34 @@ def _converted(value: Value, change: Callable[[float], float], unit: str) -> Val
 
 
 def _uncompensated_note(one: Found) -> str:
-    what = _capital(name_of(one))
+    cause_name = _capital(name_of(one))
     if one.cause.effect.feedforward and one.cause.effect.refit_absorbs:
-        return f"{what} is in the masses and dampings of this dive, which are sent."
+        return f"{cause_name} is in the masses and dampings of this dive, which are sent."
     if one.cause.effect.place in ("reading", "log"):
-        return f"{what} lies in what is read, not in how the vehicle moves: correct it where it is read."
+        return (
+            f"{cause_name} lies in what is read, not in how the vehicle moves: correct it where it is read."
+        )
     if one.cause.effect.place == "water":
-        return f"{what} is the water's, of another day: the feed-forward can't make up for it."
-    return f"{what} is in the model, but the feed-forward can't make up for it."
+        return f"{cause_name} is the water's, of another day: the feed-forward can't make up for it."
+    return f"{cause_name} is in the model, but the feed-forward can't make up for it."
 
 
 def _remarks(one: Found) -> list[str]:
-    told = []
+    remarks = []
     quadratic = one.parameters if one.name == "quadratic_drag" else {}
     held = [name for name in HELD_BY_PID if name in quadratic and not _includes(quadratic[name], 0.0)]
     if held:
-        told.append(
+        remarks.append(
             f"{', '.join(held)}: there is no feed-forward in heave, roll and pitch, their PID holds them."
         )
     if one.name == "munk_moment" and one.cause.effect.variant == "all three":
-        told.append("Munk moment: the feed-forward makes up for it in yaw, the PID in roll and pitch.")
+        remarks.append("Munk moment: the feed-forward makes up for it in yaw, the PID in roll and pitch.")
     if one.also:
-        told.append(
+        remarks.append(
             f"{_capital(effect_words(one.cause.effect))} was accepted, though this dive can't tell it from "
             f"{', '.join(map(words, one.also))}."
         )
-    return told
+    return remarks
 
 
 def _capital(sentence: str) -> str:
@@ -324,7 +330,7 @@ def likely_accepted(
     holds: Sequence[Cause],
     shape: Configuration,
 ) -> Accepted:
-    """What accepting the likely causes comes to, beside the effects that the model `holds` already."""
+    """The result of accepting the likely causes, in addition to the effects that the model `holds` already."""
     likely = [one for one in causes if one.probability >= LIKELY]
     now = found.now
     if len(likely) < len(causes):
@@ -344,5 +350,7 @@ def none_accepted(causes: Sequence[Found]) -> str:
     """A clause on why nothing is accepted."""
     if not causes:
         return "no cause was found that could be accepted"
-    told = listed([f"{name_of(one)} ({percent_sure(one.probability)} probable)" for one in causes])
-    return f"what was found is likelier absent than present, and so not accepted: {told}"
+    listed_causes = listed(
+        [f"{name_of(cause)} ({percent_sure(cause.probability)} probable)" for cause in causes]
+    )
+    return f"what was found is likelier absent than present, and so not accepted: {listed_causes}"

@@ -1,4 +1,4 @@
-"""A real dive against a simulator's recording: effects and numbers that the simulator must change.
+"""A real dive compared with a simulator's recording: effects and numbers that the simulator must change.
 
 Both recordings are diagnosed alike, each by its own commands, so these may differ. The gap is that of the simulator's
 own model, parameters and effects, along the real dive.
@@ -26,7 +26,7 @@ DRIFT_S = 5.0
 """Horizon of the drift in the answer."""
 
 SIGNIFICANT = 3.0
-"""Standard errors of a significant difference, among some dozen compared."""
+"""Standard errors of a significant difference, among some dozen that are compared."""
 
 LEAST_SHARE = 0.01
 """Smaller relative differences are good enough, however precise."""
@@ -37,8 +37,11 @@ LEAST_DRIFT = 1.2
 
 @dataclass(frozen=True)
 class Difference:
-    """A number that differs between simulator and vehicle. of: its effect, "" for the nominal model. probability: that
-    this effect is present in both, 1 for the nominal model."""
+    """A number that differs between simulator and vehicle.
+
+    of: its effect, "" for the nominal model. probability: that this effect is present in both, 1 for the nominal
+    model.
+    """
 
     of: str
     name: str
@@ -54,12 +57,12 @@ class Difference:
 
 @dataclass(frozen=True)
 class Against:
-    """vehicle: the diagnosis of the real dive, with the simulator's gap. simulator: that of its own recording.
+    """vehicle: the diagnosis of the real dive, with the simulator's gap. simulator: the diagnosis of its own recording.
 
-    lacks: effects to add. has: effects in both, with the lower of both probabilities. spare: its own effects that the
-    real dive does not show. differences: numbers to change. stories: causes that would explain differences of masses
-    and dampings. untold: degrees of freedom with undetermined numbers in either recording. All may hold possible causes
-    as well as likely ones.
+    lacks: effects to add. has: effects in both, with the lower of both probabilities. spare: the simulator's own
+    effects that the real dive does not show. differences: numbers to change. stories: causes that would explain
+    differences of masses and dampings. untold: degrees of freedom with undetermined numbers in either recording. All
+    may hold possible causes as well as likely causes.
     """
 
     vehicle: Diagnosis
@@ -73,21 +76,22 @@ class Against:
 
     @property
     def causes(self) -> tuple[Found, ...]:
-        """Of the simulator's gap, strongest first, without effects that it has."""
-        mine = {id(found) for found in (*self.lacks, *self.stories)}
-        return tuple(found for found in self.vehicle.found if id(found) in mine)
+        """Causes of the simulator's gap, strongest first, without effects that it already has."""
+        own_causes = {id(found) for found in (*self.lacks, *self.stories)}
+        return tuple(found for found in self.vehicle.found if id(found) in own_causes)
 
     @property
     def off(self) -> tuple[Difference, ...]:
-        """The differing numbers, without those of possible effects."""
+        """The differing numbers, without those of merely possible effects."""
         return tuple(each for each in self.differences if each.probability >= LIKELY)
 
     @property
     def verdict(self) -> Verdict:
-        """Of the simulator's gap. Significant drift without a missing effect or a differing number is ambiguous."""
+        """Verdict on the simulator's gap. Significant drift without a missing effect or a differing number is
+        ambiguous."""
         if self.vehicle.verdict in ("partly", "unknown"):
-            named = self.vehicle.verdict == "partly" and (self.causes or self.off)
-            return "partly" if named else "unknown"
+            has_cause = self.vehicle.verdict == "partly" and (self.causes or self.off)
+            return "partly" if has_cause else "unknown"
         if self.causes or self.off:
             return "ambiguous" if any(found.also for found in self.causes) else "explained"
         return "no_gap" if self.vehicle.gap.before < 1.0 + CHANCE else "ambiguous"
@@ -102,12 +106,12 @@ def against(
     effects: Sequence[Effect] | None = None,
     progress: Progress,
 ) -> Against:
-    """A real dive against a simulator's recording of the same vehicle. Raises FitError as `diagnose` does."""
-    own = diagnose(
+    """Diagnose a real dive against a simulator's recording of the same vehicle. Raises FitError as `diagnose` does."""
+    of_simulator = diagnose(
         sim, file, configuration, effects=effects, progress=lambda share, words: progress(0.5 * share, words)
     )
-    simulator = simulator_of(own)
-    found = diagnose(
+    simulator = simulator_of(of_simulator)
+    of_vehicle = diagnose(
         real,
         file,
         configuration,
@@ -116,12 +120,12 @@ def against(
         accepted=priors_of(simulator),
         progress=lambda share, words: progress(0.5 + 0.5 * share, words),
     )
-    return compared(found, own)
+    return compared(of_vehicle, of_simulator)
 
 
 def compared(vehicle: Diagnosis, simulator: Diagnosis) -> Against:
-    """The differences between the two."""
-    structural = [one for one in vehicle.found if not one.cause.effect.refit_absorbs]
+    """The differences between the two diagnoses."""
+    structural = [found for found in vehicle.found if not found.cause.effect.refit_absorbs]
     both = [(mine, _matching(mine, simulator.found)) for mine in structural]
     lacks = tuple(mine for mine, its in both if its is None)
     pairs = [(mine, its) for mine, its in both if its is not None]
@@ -148,17 +152,19 @@ def compared(vehicle: Diagnosis, simulator: Diagnosis) -> Against:
         for dof in range(len(DOFS))
         if any(one.name not in its or one.name not in mine for one in (MASSES[dof], DAMPINGS[dof]))
     )
-    stories = tuple(one for one in vehicle.found if one.cause.effect.refit_absorbs) if nominal else ()
+    stories = tuple(found for found in vehicle.found if found.cause.effect.refit_absorbs) if nominal else ()
     return Against(vehicle, simulator, lacks, has, spare, (*nominal, *differences), stories, untold)
 
 
 def plain(one: Against) -> dict[str, Any]:
-    """The answer on the simulator's gap as plain data, with the changes to make under `against`; `has`: effects in
-    both; `possible`: which of all are less probable than not."""
+    """The answer on the simulator's gap as plain data, with the changes to make under `against`.
+
+    `has`: effects in both; `possible`: those of all effects that are less probable than not.
+    """
     gap = one.vehicle.gap
     after = [drift.total for drift in gap.after if drift.horizon_s == DRIFT_S]
-    told = {"lacks": one.lacks, "has": one.has, "spare": one.spare, "stories": one.stories}
-    halves = {key: sorted_by_likelihood(found) for key, found in told.items()}
+    groups = {"lacks": one.lacks, "has": one.has, "spare": one.spare, "stories": one.stories}
+    halves = {key: sorted_by_likelihood(found) for key, found in groups.items()}
     return answer.plain(replace(one.vehicle, verdict=one.verdict, found=one.causes)) | {
         "against": {
             "simulator": one.simulator.dive,
@@ -190,7 +196,7 @@ def differ(one: Value, other: Value) -> bool:
 
 
 def _costs(vehicle: Diagnosis) -> list[bool]:
-    """Whether each degree of freedom drifts more than necessary, over any horizon."""
+    """Whether each degree of freedom drifts more than with the vehicle's own numbers, over any horizon."""
     both = list(zip(vehicle.gap.drifts, vehicle.gap.after, strict=True))
     return [
         any(before.by_axis[dof] > LEAST_DRIFT * after.by_axis[dof] for before, after in both)
@@ -199,15 +205,15 @@ def _costs(vehicle: Diagnosis) -> list[bool]:
 
 
 def _half_interval(one: Value, towards: Value) -> float:
-    """The half of its 95 % interval on the other value's side."""
+    """The half of its 95 % interval on the side of the other value."""
     return one.high95 - one.value if towards.value > one.value else one.value - one.low95
 
 
 def _matching(mine: Found, others: Sequence[Found]) -> Found | None:
-    """The matching or ambiguous cause of the other recording."""
+    """The cause of the other recording that matches, or is ambiguous with, `mine`; None without one."""
     number = mine.cause.effect.number
     names = {mine.name, *mine.also}
-    for one in others:
-        if one.cause.effect.number == number and names & {one.name, *one.also}:
-            return one
+    for found in others:
+        if found.cause.effect.number == number and names & {found.name, *found.also}:
+            return found
     return None

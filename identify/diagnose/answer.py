@@ -8,11 +8,11 @@ from identify.diagnose.result import AxisShrink, Diagnosis, Found, Gap, Shrink
 
 def plain(diagnosis: Diagnosis) -> dict[str, Any]:
     """The answer; None for absent parts."""
-    character, more = diagnosis.character, diagnosis.next
+    character, next_dive = diagnosis.character, diagnosis.next
     return {
         "verdict": diagnosis.verdict,
         "gap": _gap(diagnosis.gap),
-        "effects": [_effect(one) for one in diagnosis.found],
+        "effects": [_effect(found) for found in diagnosis.found],
         "character": None
         if character is None
         else {
@@ -24,11 +24,11 @@ def plain(diagnosis: Diagnosis) -> dict[str, Any]:
         },
         "shrink": {"heldout": _heldout(diagnosis.heldout), "check": _check(diagnosis.check)},
         "next": None
-        if more is None
+        if next_dive is None
         else {
-            "manoeuvre": "; ".join(more.manoeuvres) or None,
-            "sensor": "; ".join(more.sensors) or None,
-            "splits": list(more.splits),
+            "manoeuvre": "; ".join(next_dive.manoeuvres) or None,
+            "sensor": "; ".join(next_dive.sensors) or None,
+            "splits": list(next_dive.splits),
         },
     }
 
@@ -38,13 +38,13 @@ def _gap(gap: Gap) -> dict[str, Any]:
         "before": gap.before,
         "floor": 1,
         "force": {dof: _number(force) for dof, force in gap.force.items()},
-        "where": [{"dof": one.dof, "phase": one.phase, "share": one.share} for one in gap.where],
+        "where": [{"dof": part.dof, "phase": part.phase, "share": part.share} for part in gap.where],
         "depends_on": [
-            {"dof": one.dof, "variable": one.variable, "parity": one.parity, "strength": one.strength}
-            for one in gap.depends_on
+            {"dof": part.dof, "variable": part.variable, "parity": part.parity, "strength": part.strength}
+            for part in gap.depends_on
         ],
         "unexplained": _number(gap.unexplained),
-        "disturbance": {one.dof: _number(one.share) for one in gap.disturbance},
+        "disturbance": {part.dof: _number(part.share) for part in gap.disturbance},
     }
 
 

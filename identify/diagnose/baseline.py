@@ -1,7 +1,7 @@
-"""The plain baseline beside a diagnosis: each degree of freedom by itself, as least squares would have it.
+"""The plain baseline of a diagnosis: each degree of freedom separately, by least squares.
 
-By equation error (Ljung 1999, section 10.1), nu' = a tau(t - delay) - b nu - c |nu| nu - e sin(angle) + trim, with the
-delay from a grid. No Coriolis forces, no library, no noise model: what a diagnosis has to beat.
+By equation error (Ljung 1999, section 10.1), nu' = a tau(t - delay) - b nu - c |nu| nu - e sin(angle) + trim, with
+the delay from a grid. It has no Coriolis forces, no library, no noise model: a diagnosis has to beat it.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from identify.diagnose.simulation import EACH, RUN_AWAY
 Array = NDArray[np.float64]
 
 DELAYS_S = np.arange(51) * 0.02
-"""Delays tried, of the asked thrust."""
+"""Delays of the asked thrust that are tried, s."""
 
 TERMS = 5
 THRUST, LINEAR, QUADRATIC, RIGHTING, TRIM = range(TERMS)
@@ -26,15 +26,18 @@ RIGHTED = (3, 4)
 
 @dataclass(frozen=True)
 class Baseline:
-    """terms (6, TERMS): acceleration by asked force (1/kg, 1/(kg m2)), speed, speed by its magnitude, sine of the angle
-    and trim. delay_s (6,)."""
+    """terms (6, TERMS): acceleration by asked force (1/kg, 1/(kg m2)), speed, speed times its magnitude, sine of the
+    angle and trim. delay_s (6,): delay of the asked thrust."""
 
     terms: Array
     delay_s: Array
 
     def flown(self, course: Course, measured: Array, starts: NDArray[np.int64], length: int) -> Array:
-        """(w, length, 6): velocities at the steps after each start, from the measured (n, 6) there, by Heun's rule; n:
-        every EACH-th instant of the course. The trims are refitted to `measured`, as those of any model are."""
+        """Velocities (w, length, 6) at the steps after each start, from the measured velocity (n, 6) there, by Heun's
+        rule.
+
+        n: every EACH-th instant of the course. The trims are refitted to `measured`, as those of any model are.
+        """
         step_s = course.step_s * EACH
         pushed = self._pushed(course)
         trim = np.mean(np.gradient(measured, step_s, axis=0) - pushed + self._drag(measured), axis=0)
@@ -48,7 +51,7 @@ class Baseline:
         return out
 
     def _pushed(self, course: Course) -> Array:
-        """(n, 6): acceleration by thrust and righting."""
+        """Acceleration (n, 6) by thrust and righting moment."""
         force, sines = course.wrench_of(course.asked_n), _sines(course)
         late = [delayed(force[:, [dof]], course.step_s, self.delay_s[dof])[::EACH, 0] for dof in range(6)]
         return np.asarray(self.terms[:, THRUST] * np.stack(late, axis=1) + self.terms[:, RIGHTING] * sines)
@@ -58,7 +61,7 @@ class Baseline:
 
 
 def baseline_of(course: Course, nu: Array) -> Baseline:
-    """By a dive's velocities nu (n, 6) at the times of its course; of all delays the one that explains most."""
+    """Fit the baseline to velocities nu (n, 6) at the times of a dive's course; of all delays, the best is kept."""
     moved = nu[::EACH]
     rate = np.gradient(moved, course.step_s * EACH, axis=0)
     force, sines = course.wrench_of(course.asked_n), _sines(course)
@@ -68,23 +71,23 @@ def baseline_of(course: Course, nu: Array) -> Baseline:
             [moved[:, dof], np.abs(moved[:, dof]) * moved[:, dof], sines[:, dof], np.ones(len(moved))]
         )
         best = np.inf
-        for one_s in DELAYS_S:
-            late = delayed(force[:, [dof]], course.step_s, float(one_s))[::EACH, 0]
+        for tried_s in DELAYS_S:
+            late = delayed(force[:, [dof]], course.step_s, float(tried_s))[::EACH, 0]
             sizes, left = _least_squares(np.vstack([late, columns]), rate[:, dof])
             if left < best:
-                best, terms[dof], delay_s[dof] = left, sizes, one_s
+                best, terms[dof], delay_s[dof] = left, sizes, tried_s
     return Baseline(terms, delay_s)
 
 
 def _sines(course: Course) -> Array:
-    """(n, 6): of roll and pitch, 0 elsewhere."""
+    """Sines (n, 6) of roll and pitch, 0 elsewhere."""
     out = np.zeros((len(course.euler[::EACH]), 6))
     out[:, RIGHTED] = np.sin(course.euler[::EACH, :2])
     return out
 
 
 def _least_squares(columns: Array, value: Array) -> tuple[Array, float]:
-    """Sizes (k,) of columns (k, n), 0 for what can't be told, and the mean square of what they leave."""
+    """Sizes (k,) of columns (k, n), 0 if undetermined, and the mean square of the residual."""
     length = np.sqrt(np.mean(columns**2, axis=1))
     unit = columns / np.where(length > 0, length, 1.0)[:, None]
     sizes, *_ = np.linalg.lstsq(unit @ unit.T, unit @ value, rcond=1e-9)

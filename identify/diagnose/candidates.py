@@ -2,14 +2,15 @@
 
 No form of a library is exact: drag is not quite quadratic, a dead zone has soft edges, a lag is of second order. The
 larger an effect, the clearer its remainder, and the first false cause would absorb it. Other forms of a cause are
-therefore no evidence for a second one. Moving water also turns the hull, by moments that no effect of the library has:
-other forms of it, or a thruster that sits elsewhere would stand in for them.
+therefore no evidence for a second cause. Moving water also turns the hull, by moments that no effect of the library
+has: other forms of the water's effect, or a misplaced thruster, would absorb them.
 
-Companions are contributions beyond any form, and no unexplained remainder once the cause is found. A fast cause leaves
-a slow remainder in the filters' disturbance. A bias comes and goes. A sea has more lines than its form. A line that
-pulls along also pulls down, and thrust gives way under load by other laws. A reading error from a sensor's position is
-instantaneous and proportional by geometry, and has only changes in time as companions. The search allows for forms
-alone, so that a second cause keeps its evidence, but beside a sea.
+Companions are contributions beyond any form, and do not count as an unexplained remainder once the cause is found. A
+fast cause leaves a slow remainder in the filters' disturbance. A bias comes and goes. A sea has more lines than its
+form. A line that pulls along also pulls down, and thrust drops under load by other laws. A reading error from a
+sensor's position is instantaneous and proportional by geometry, and has only changes in time as companions. The
+search allows for forms alone, so that a second cause keeps its evidence; only with a sea it allows for companions,
+too.
 """
 
 from collections.abc import Iterator, Sequence
@@ -30,7 +31,7 @@ Array = NDArray[np.float64]
 NEAR = 0.02
 
 LEAST_SIZE = 0.12
-"""Of a parameter's natural scale."""
+"""Least noticeable size, in a parameter's natural scale."""
 
 OTHER_SIZES = (0.5, 2.0)
 POWERS = (0.6, 1.6)
@@ -39,14 +40,14 @@ POWERS = (0.6, 1.6)
 LATER_S = 0.2
 
 SLOWER_S = (0.5, 1.5)
-"""Lags of a cause's contribution."""
+"""Lags of a cause's contribution, s."""
 
 TURNS = (2, 3)
 """Powers of time by which a cause comes and goes; linear growth is among its forms."""
 
 DRIFTS = (1, 2, 3)
-"""The same for each parameter of the water: a current turns as it comes and goes, and a narrow band drifts in phase
-against one period."""
+"""Powers of time for each parameter of the water: a current turns as it comes and goes, and a narrow band drifts in
+phase against one period."""
 
 BESIDE, MOST_BESIDE = 0.2, 8
 """Width of a sea's band, relative to the strongest line's rate, and the most lines looked at on either side. A dive
@@ -56,7 +57,7 @@ LOADS = (0.7, 1.0, 1.4, 2.0)
 """Powers of thrust in the load of all thrusters."""
 
 GIVES_WAY_S = 0.3
-"""Response time of a supply to load."""
+"""Response time of a supply to load, s."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,7 @@ class Cause:
 
     @property
     def present(self) -> NDArray[np.bool_]:
-        """Which parameters differ from absence, (p,)."""
+        """Whether each parameter (p,) differs from absence."""
         return np.asarray(self.values != self.effect.none())
 
     @property
@@ -84,18 +85,19 @@ class Cause:
 
     @property
     def at_bound(self) -> bool:
-        """Whether a parameter ended at a bound that is a guess: the dive then speaks for another form."""
-        own = zip(self.effect.parameters, self.values.tolist(), strict=True)
-        return any(parameter.at_guess(value) for parameter, value in own)
+        """Whether a parameter ended at a bound that is a guess: the dive then supports another form."""
+        parameters = zip(self.effect.parameters, self.values.tolist(), strict=True)
+        return any(parameter.at_guess(value) for parameter, value in parameters)
 
     def act(self, course: Course) -> Act:
         return self.effect.act(course, self.values)
 
     def moved(self, p: int, by: float) -> "Cause":
-        """With one parameter changed within its bounds; by at most its natural scale, unless the effect is linear."""
-        one, values = self.effect.parameters[p], self.values.copy()
-        far = np.inf if self.effect.linear else natural_scale(one)
-        values[p] = float(np.clip(values[p] + np.clip(by, -far, far), one.low, one.high))
+        """The cause with one parameter changed within its bounds; by at most its natural scale, unless the effect is
+        linear."""
+        parameter, values = self.effect.parameters[p], self.values.copy()
+        most = np.inf if self.effect.linear else natural_scale(parameter)
+        values[p] = float(np.clip(values[p] + np.clip(by, -most, most), parameter.low, parameter.high))
         return Cause(self.effect, values)
 
     def slope(self, course: Course, p: int) -> Act:
@@ -113,13 +115,13 @@ class Cause:
 
 
 def natural_scale(one: Parameter) -> float:
-    """From absence to a noticeable value; of a limit, the limit itself."""
+    """Distance from absence to a noticeable value; for a limit, the limit itself."""
     return abs(one.start - one.none) if np.isfinite(one.none) else abs(one.start)
 
 
 @dataclass(frozen=True)
 class Setting:
-    """One trial of an effect: a column for each of `steps` (k, p) from absence."""
+    """A trial of an effect: a column for each of `steps` (k, p) from absence."""
 
     effect: Effect
     columns: tuple[int, ...]
@@ -148,7 +150,7 @@ def settings_of(effects: tuple[Effect, ...], course: Course) -> tuple[tuple[Sett
 
 
 def _steps(effect: Effect, size: float) -> Array:
-    """(k, p): steps of one parameter each from absence, `size` times its start; from infinity, to its start."""
+    """Steps (k, p) of one parameter each from absence, `size` times its start; from infinity, to its start."""
     none, start = effect.none(), effect.start()
     if not np.isfinite(none).all():
         return np.array([start / size])
@@ -161,41 +163,47 @@ def _at(effect: Effect, step: Array) -> Array:
 
 
 def other_forms(course: Course, cause: Cause) -> Iterator[Act]:
-    """Acts of the cause at other sizes, bent, late, and growing over the dive; of moving water the moments too, and of
-    what goes with accelerations the part that thrust makes of them."""
-    own = cause.act(course)
+    """Acts of the cause at other sizes, bent, late, and growing over the dive.
+
+    Moving water adds its moments. A cause that depends on accelerations adds its act at the accelerations due to
+    thrust.
+    """
+    act = cause.act(course)
     yield from _possible(course, cause)
-    yield from _by_thrust(course, cause, own)
+    yield from _by_thrust(course, cause, act)
     if cause.effect.place == "water":
-        pushed = own.wrench if own.water is None else course.pushed_by(own.water)
+        pushed = act.wrench if act.water is None else course.pushed_by(act.water)
         if pushed is not None:
             yield from _moments(course, pushed[:, :3])
     for power in POWERS:
-        yield own.each(partial(_bent, power=power))
-    yield own.each(lambda part: delayed(part, course.step_s, LATER_S) - part)
+        yield act.each(partial(_bent, power=power))
+    yield act.each(lambda part: delayed(part, course.step_s, LATER_S) - part)
 
 
 def other_variants(course: Course, cause: Cause, library: Sequence[Effect]) -> Iterator[Act]:
-    """Acts of the cause in its other variants of the same parameters: of a body, where it is off balance in more
-    degrees of freedom, say. Variants of water are its periods."""
-    names = [one.name for one in cause.effect.parameters]
+    """Acts of the cause in its other variants with the same parameters.
+
+    A variant of a body, for example, is off balance in more degrees of freedom. Variants of water are its periods,
+    and are left out.
+    """
+    names = [parameter.name for parameter in cause.effect.parameters]
     for effect in library:
-        other = Cause(effect, cause.values)
-        same = other.key == cause.key and [one.name for one in effect.parameters] == names
+        variant = Cause(effect, cause.values)
+        same = variant.key == cause.key and [parameter.name for parameter in effect.parameters] == names
         if same and effect.label != cause.effect.label and effect.place != "water":
-            own = other.act(course)
-            yield own
-            yield from _by_thrust(course, other, own)
+            act = variant.act(course)
+            yield act
+            yield from _by_thrust(course, variant, act)
 
 
 def possible_forms(course: Course, cause: Cause) -> Iterator[Act]:
-    """Forms that a cause may have in truth: a reading error by geometry is instantaneous and proportional, never bent
-    or late."""
+    """Forms that a cause may truly have: a reading error by geometry is instantaneous and proportional, never bent or
+    late."""
     return _possible(course, cause) if cause.effect.place == "reading" else other_forms(course, cause)
 
 
 def _possible(course: Course, cause: Cause) -> Iterator[Act]:
-    effect, own = cause.effect, cause.act(course)
+    effect, act = cause.effect, cause.act(course)
     if not effect.linear:
         none = effect.none()
         # A limit is absent at infinity; its other sizes scale the limit itself.
@@ -205,12 +213,14 @@ def _possible(course: Course, cause: Cause) -> Iterator[Act]:
     if effect.growth_is_apart:
         return
     growing = course.since_s[:, None] / course.since_s[-1] - 0.5
-    yield own.each(lambda part: growing * part)
+    yield act.each(lambda part: growing * part)
 
 
 def _by_thrust(course: Course, cause: Cause, own: Act) -> Iterator[Act]:
-    """Its act at the accelerations that each axis's thrust alone makes: a mass that a closed loop bends is off there,
-    and a thruster that pushes elsewhere would stand in for it."""
+    """The cause's act at the accelerations due to each axis's thrust alone.
+
+    A closed loop biases a mass there, and a misplaced thruster would absorb the error.
+    """
     if own.wrench is None:
         return
     still = cause.act(replace(course, nu_dot=np.zeros_like(course.nu_dot))).wrench
@@ -218,11 +228,11 @@ def _by_thrust(course: Course, cause: Cause, own: Act) -> Iterator[Act]:
         return
     pushed = course.wrench_of(course.thrust_n) / np.maximum(course.mass, 1e-9)
     for dof in range(3):
-        alone = np.zeros_like(course.nu_dot)
-        alone[:, dof] = pushed[:, dof]
-        moved = cause.act(replace(course, nu_dot=alone)).wrench
-        if moved is not None and np.any(moved - still):
-            yield Act(wrench=moved - still)
+        accelerations = np.zeros_like(course.nu_dot)
+        accelerations[:, dof] = pushed[:, dof]
+        by_axis = cause.act(replace(course, nu_dot=accelerations)).wrench
+        if by_axis is not None and np.any(by_axis - still):
+            yield Act(wrench=by_axis - still)
 
 
 def _bent(part: Array, power: float) -> Array:
@@ -232,13 +242,13 @@ def _bent(part: Array, power: float) -> Array:
 
 def companions(course: Course, cause: Cause) -> Iterator[Act]:
     """Acts of a cause's companions, of any size."""
-    own = cause.act(course)
+    act = cause.act(course)
     if cause.effect.place != "reading":
         for lag_s in SLOWER_S:
-            yield own.each(partial(lagged, step_s=course.step_s, lag_s=lag_s))
+            yield act.each(partial(lagged, step_s=course.step_s, lag_s=lag_s))
     middle = (2.0 * course.since_s / course.since_s[-1] - 1.0)[:, None]
     for power in TURNS:
-        yield own.each(partial(np.multiply, middle**power))
+        yield act.each(partial(np.multiply, middle**power))
     if cause.effect.place == "water":
         for p in np.flatnonzero(cause.present).tolist():
             part = cause.slope(course, p)
@@ -247,30 +257,33 @@ def companions(course: Course, cause: Cause) -> Iterator[Act]:
         yield from _band(course, cause)
     if cause.effect.name == LOAD_SAG.name:
         yield from _load_losses(course)
-    if cause.effect.name == TETHER.name and own.wrench is not None:
-        yield from _upright_pulls(course, own.wrench[:, :3])
+    if cause.effect.name == TETHER.name and act.wrench is not None:
+        yield from _upright_pulls(course, act.wrench[:, :3])
 
 
 def _band(course: Course, cause: Cause) -> Iterator[Act]:
     """The strongest line of a sea at neighbouring rates that the dive resolves."""
-    told = cause.effect.told(cause.values)
-    if "period" not in told:
+    parameters = cause.effect.told(cause.values)
+    if "period" not in parameters:
         return
-    whole_s = float(course.since_s[-1])
-    beside = min(int(np.ceil(BESIDE * whole_s / told["period"][0])), MOST_BESIDE)
-    each = len({one.name for one in cause.effect.parameters})
+    duration_s = float(course.since_s[-1])
+    neighbours = min(int(np.ceil(BESIDE * duration_s / parameters["period"][0])), MOST_BESIDE)
+    each = len({parameter.name for parameter in cause.effect.parameters})
     strongest = int(np.argmax(np.linalg.norm(cause.values.reshape(-1, each), axis=1)))
     for p in range(strongest * each, (strongest + 1) * each):
         part = cause.slope(course, p)
-        for k in range(1, beside + 1):
-            angle = (2 * np.pi * k / whole_s * course.since_s)[:, None]
+        for k in range(1, neighbours + 1):
+            angle = (2 * np.pi * k / duration_s * course.since_s)[:, None]
             yield part.each(partial(np.multiply, np.sin(angle)))
             yield part.each(partial(np.multiply, np.cos(angle)))
 
 
 def _moments(course: Course, force: Array) -> Iterator[Act]:
-    """Moments of water that pushes by `force` (n, 3): by a lever, and by its drift along the hull (Munk 1924), each in
-    phase with the force and a quarter of a period off."""
+    """Moments of water that pushes by `force` (n, 3).
+
+    They arise by a lever, and by its drift along the hull (Munk 1924), each in phase with the force and a quarter of
+    a period off.
+    """
     u, v, w = course.nu[:, :3].T
     for push in (force, np.gradient(force, course.step_s, axis=0)):
         x, y, z = push.T

@@ -1,9 +1,9 @@
 """Changes since earlier acceptance: of accepted effects, which the model before holds, and of masses and dampings.
 
-Some causes are absorbed whole by a refit of the nominal model. Each shifts masses and dampings in its own pattern:
-weaker thrust shifts all alike, a payload the masses by its kilograms. The shift since acceptance is regressed on these
-patterns by generalised least squares (Aitken 1935), weighted by the precision of both values, beside the causes of the
-dive.
+Some causes are absorbed entirely by a refit of the nominal model. Each shifts masses and dampings in its own pattern:
+weaker thrust shifts all alike, a payload the masses by its kilograms. The shift since acceptance is regressed on
+these patterns by generalised least squares (Aitken 1935), weighted by the precision of both values, with the causes
+of the dive fitted too.
 """
 
 from collections.abc import Mapping, Sequence
@@ -49,19 +49,19 @@ MOST = 2
 def accepted_causes(
     accepted: Sequence[AcceptedEffect], library: Sequence[Effect]
 ) -> tuple[tuple[Cause, ...], tuple[str, ...]]:
-    """Accepted effects as causes, and sentences on those left out: effects of one dive's water or tether, and effects
-    unknown to the library.
+    """Accepted effects as causes, and a sentence on the effects left out.
 
-    An effect that a refit absorbs is part of the accepted masses and dampings, and left out as well.
+    Left out are effects of one dive's water or tether, and effects unknown to the library. An effect that a refit
+    absorbs is part of the accepted masses and dampings, and left out as well.
     """
     by_label = {(effect.label, effect.number): effect for effect in library}
     causes, left = [], []
-    for one in accepted:
-        effect = by_label.get((one.label, one.number))
-        if effect is None or {p.name for p in effect.parameters} != set(one.parameters):
-            left.append(f"{one.label} (this library has no such effect)")
+    for effect_accepted in accepted:
+        effect = by_label.get((effect_accepted.label, effect_accepted.number))
+        if effect is None or {p.name for p in effect.parameters} != set(effect_accepted.parameters):
+            left.append(f"{effect_accepted.label} (this library has no such effect)")
             continue
-        cause = Cause(effect, np.array([one.parameters[p.name] for p in effect.parameters]))
+        cause = Cause(effect, np.array([effect_accepted.parameters[p.name] for p in effect.parameters]))
         if not lasting(cause):
             left.append(f"{effect_words(effect)} (of that dive alone)")
         elif not effect.refit_absorbs and cause.present.any():
@@ -71,7 +71,7 @@ def accepted_causes(
 
 def held_sentence(causes: Sequence[Cause]) -> tuple[str, ...]:
     """A sentence on the accepted effects in the model before; empty without any."""
-    told = []
+    sentences_of = []
     for cause in causes:
         shown = {p.name for p, has in zip(cause.effect.parameters, cause.present, strict=True) if has}
         values = [
@@ -79,18 +79,18 @@ def held_sentence(causes: Sequence[Cause]) -> tuple[str, ...]:
             for name, (value, unit) in cause.effect.told(cause.values).items()
             if name != "thruster" and (name in shown or cause.effect.telling is not None)
         ]
-        told.append(f"{effect_words(cause.effect)} ({', '.join(values)})")
-    return (f"The model before holds what was accepted: {listed(told)}.",) if told else ()
+        sentences_of.append(f"{effect_words(cause.effect)} ({', '.join(values)})")
+    return (f"The model before holds what was accepted: {listed(sentences_of)}.",) if sentences_of else ()
 
 
 def with_accepted(nominal: Nominal, causes: Sequence[Cause]) -> Nominal:
-    """A dive less the accepted causes' forces, reading errors and witness contributions, fitted anew."""
+    """A dive less the accepted causes' forces, reading errors and witness contributions, fitted again."""
     if not causes:
         return nominal
     now = nominal
     for _ in range(PASSES):
         now = refitted(nominal, [cause.act(now.course) for cause in causes])
-    seen = tuple(_witness_without(one, now.acts, now.course) for one in nominal.witnesses)
+    seen = tuple(_witness_without(witness, now.acts, now.course) for witness in nominal.witnesses)
     return replace(now, acts=(), witnesses=seen, accepted=tuple(causes))
 
 
@@ -148,10 +148,14 @@ def _change(cause: Cause) -> Effect:
 
 
 def all_accepted(found: Sequence[Found], causes: Sequence[Cause]) -> tuple[Found, ...]:
-    """The effects of a model with causes accepted beside its earlier ones, each with its change included."""
-    changes = {one.cause.key: one for one in found if one.cause.effect.variant == SINCE}
-    mine = tuple(_with_change(cause, changes.get(cause.key)) for cause in causes)
-    return (*mine, *(one for one in found if one.cause.effect.variant != SINCE))
+    """The effects of a model with causes accepted in addition to its earlier effects, each with its change included."""
+    changes = {
+        cause_found.cause.key: cause_found
+        for cause_found in found
+        if cause_found.cause.effect.variant == SINCE
+    }
+    changed = tuple(_with_change(cause, changes.get(cause.key)) for cause in causes)
+    return (*changed, *(cause_found for cause_found in found if cause_found.cause.effect.variant != SINCE))
 
 
 def _with_change(cause: Cause, change: Found | None) -> Found:
@@ -174,8 +178,10 @@ def _with_change(cause: Cause, change: Found | None) -> Found:
 
 @dataclass(frozen=True)
 class Shift:
-    """Relative shift (k,) from this dive's parameters to the accepted ones, with precision (k, k). patterns (e, k):
-    shift by removal of one unit of each effect."""
+    """Relative shift (k,) from this dive's parameters to the accepted values, with precision (k, k).
+
+    patterns (e, k): shift by removal of one unit of each effect.
+    """
 
     size: Array
     precision: Array
@@ -183,7 +189,7 @@ class Shift:
     patterns: Array
 
     def without(self, chosen: Sequence[int]) -> tuple[Array, Array, Array]:
-        """Residual beside some effects (k,), their sizes (c,) and covariance."""
+        """Residual shift (k,) with some effects taken out, their sizes (c,) and covariance."""
         columns = self.patterns[list(chosen)].T
         covariance = np.linalg.pinv(columns.T @ self.precision @ columns, hermitian=True)
         sizes = covariance @ (columns.T @ self.precision @ self.size)
@@ -197,7 +203,7 @@ class Shift:
         return 0.5 * float(self.size @ self.precision @ self.size - left @ self.precision @ left)
 
     def best_beside(self, chosen: Sequence[int]) -> list[tuple[float, int]]:
-        """Nats and index of each further effect, best first; other forms of a chosen one are left out."""
+        """Nats and index of each further effect, best first; other forms of a chosen effect are left out."""
         taken, base = {self.effects[k].name for k in chosen}, self.nats(chosen)
         return sorted(
             (
@@ -222,7 +228,7 @@ def shift_of(found: Explanation, accepted: Mapping[str, Prior], library: Sequenc
     theta = now.theta[[places[k] for k in at]]
     fitted = np.exp(theta)
     value, std = np.array([p.value for p in prior]), np.array([p.std for p in prior])
-    both = covariance[np.ix_(at, at)] + np.diag((std / fitted) ** 2)
+    covariance_both = covariance[np.ix_(at, at)] + np.diag((std / fitted) ** 2)
     effects = tuple(one for one in library if one.refit_absorbs and len(one.parameters) == 1)
     patterns = [
         _pattern(one, weighing, covariance)[at]
@@ -230,7 +236,7 @@ def shift_of(found: Explanation, accepted: Mapping[str, Prior], library: Sequenc
         else _direct_pattern(one, now, names)
         for one in effects
     ]
-    precision = np.asarray(np.linalg.inv(both), dtype=np.float64)
+    precision = np.asarray(np.linalg.inv(covariance_both), dtype=np.float64)
     return Shift(value / fitted - 1.0, precision, effects, np.array(patterns))
 
 
@@ -254,9 +260,9 @@ def changes_of(
         }
         chosen.append(k)
     causes = tuple(_found(shift, chosen, i, also[k], found, missing) for i, k in enumerate(chosen))
-    rest = [(gain, k, False) for gain, k in shift.best_beside(chosen)]
-    mine = [(one.gain_nats, k, True) for one, k in zip(causes, chosen, strict=True)]
-    tried = (Tried(shift.effects[k], nats, yes) for nats, k, yes in (*mine, *rest))
+    remaining = [(gain, k, False) for gain, k in shift.best_beside(chosen)]
+    of_causes = [(cause.gain_nats, k, True) for cause, k in zip(causes, chosen, strict=True)]
+    tried = (Tried(shift.effects[k], nats, yes) for nats, k, yes in (*of_causes, *remaining))
     return causes, tuple(tried)
 
 
@@ -264,11 +270,11 @@ def _found(
     shift: Shift, chosen: Sequence[int], i: int, also: dict[str, float], found: Explanation, missing: Missing
 ) -> Found:
     effect = shift.effects[chosen[i]]
-    (one,) = effect.parameters
+    (parameter,) = effect.parameters
     _, sizes, covariance = shift.without(chosen)
-    cause = Cause(effect, np.clip(effect.none() + sizes[i], one.low, one.high))
+    cause = Cause(effect, np.clip(effect.none() + sizes[i], parameter.low, parameter.high))
     half = Z95 * float(np.sqrt(covariance[i, i]))
-    told = {
+    values_told = {
         name: Value(value, unit, value - half, value + half)
         for name, (value, unit) in effect.told(cause.values).items()
     }
@@ -281,7 +287,7 @@ def _found(
         if effect.feedforward
         else None
     )
-    return Found(cause, tuple(also), also, probability(nats), told, nats, gain)
+    return Found(cause, tuple(also), also, probability(nats), values_told, nats, gain)
 
 
 def _likeness(shift: Shift, one: int, other: int) -> float:
@@ -290,8 +296,10 @@ def _likeness(shift: Shift, one: int, other: int) -> float:
 
 
 def _nominal_covariance(weighing: Weighing, fit: Fitted) -> tuple[Array, list[int]]:
-    """Covariance of the nominal parameters beside the causes' parameters, and their places in theta, where the thrust
-    is that of its curve."""
+    """Covariance of the nominal parameters, with the causes' parameters fitted too, and their places in theta.
+
+    The thrust is held to its curve, without a scale.
+    """
     joint = weighing.now.joint
     places = sorted({*joint.mass_places, *mean_places(joint)})
     columns = np.column_stack([-weighing.rows.nominal, fit.slopes])
@@ -301,7 +309,7 @@ def _nominal_covariance(weighing: Weighing, fit: Fitted) -> tuple[Array, list[in
 
 
 def _coefficient_places(now: Nominal) -> list[tuple[str, int]]:
-    """Name and place in theta of each mass and damping; a mass from its own axis' equation."""
+    """Name and place in theta of each mass and damping; a mass as in its own axis' equation."""
     out = []
     for problem, place in zip(now.joint.problems, now.joint.places, strict=True):
         dof = problem.axis.dof
@@ -334,7 +342,7 @@ def _direct_pattern(effect: Effect, now: Nominal, names: Sequence[str]) -> Array
 
 
 def _as_wrench(act: Act, course: Course) -> Array:
-    """(n, 6): an act's wrench, with its change of masses and dampings."""
+    """Wrench (n, 6) of an act, including that of its change of masses and dampings."""
     out = np.zeros_like(course.nu) if act.wrench is None else act.wrench.copy()
     if act.mass is not None:
         out -= act.mass * course.nu_dot + course.coriolis_of(act.mass, course.nu)

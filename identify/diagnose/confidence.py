@@ -1,12 +1,12 @@
 """Confidence in the causes found: parameter covariance, confidence in their presence, ambiguity groups.
 
-White innovations alone give intervals that are too narrow, because no form of a library is exact. Parts of a dive then
-disagree on a parameter. The variance between parts beyond their noise is a random effect (DerSimonian and Laird 1986)
-that limits the mean. Other forms of a cause shift the parameter as well, and their value is as good an answer.
+White innovations alone give intervals that are too narrow, because no form of a library is exact. Parts of a dive
+then disagree on a parameter. The variance between parts beyond their noise is a random effect (DerSimonian and Laird
+1986) that limits the mean. Other forms of a cause shift the parameter as well, and their value is as good an answer.
 
-The wider interval decides presence: a cause that may as well be absent by it is dropped, for the remainder of another's
-form looks like that. A sea is exempt. Its lines beat, so parts of a dive always disagree, and held-out gain decides
-instead (`search.LEAST_SEA_GAIN`).
+The wider interval decides presence: a cause that may as well be absent by it is dropped, because the remainder of
+another cause's form looks like that. A sea is exempt. Its lines beat, so parts of a dive always disagree, and
+held-out gain decides instead (`search.LEAST_SEA_GAIN`).
 """
 
 from collections.abc import Iterator, Sequence
@@ -58,16 +58,16 @@ LEAST_LIKENESS = 0.5
 
 
 def covariance_of(weighing: Weighing, fit: Fitted) -> Array:
-    """(k, k): of the parameters of a fit's causes."""
+    """Covariance (k, k) of the parameters of a fit's causes."""
     return _covariance(weighing, fit, coupled_nominal(weighing, fit.causes))
 
 
 def _covariance(weighing: Weighing, fit: Fitted, nominal: Array) -> Array:
-    """The same beside these nominal columns (rows, m)."""
+    """Covariance (k, k) given the nominal columns (rows, m)."""
     rows, m = weighing.rows, weighing.rows.nominal.shape[1]
-    whole = np.hstack([nominal, fit.slopes])
+    columns_all = np.hstack([nominal, fit.slopes])
     known = np.concatenate([rows.nominal_precision, np.zeros(len(fit.at))])
-    within = inverse(whole.T @ whole + np.diag(known))[m:, m:]
+    within = inverse(columns_all.T @ columns_all + np.diag(known))[m:, m:]
     columns = np.column_stack([fit.slopes, fit.value])
     free = inverse(nominal.T @ nominal + np.diag(rows.nominal_precision))
     columns -= nominal @ (free @ (nominal.T @ columns))
@@ -75,15 +75,15 @@ def _covariance(weighing: Weighing, fit: Fitted, nominal: Array) -> Array:
     left = columns[:, -1] - slopes @ (inverse(slopes.T @ slopes) @ (slopes.T @ columns[:, -1]))
     between = np.zeros(len(fit.at))
     for k in range(len(fit.causes)):
-        own = [i for i, (of, _) in enumerate(fit.at) if of == k]
-        for parts in _partitions(weighing, slopes[:, own]):
-            between[own] += between_parts(slopes[:, own], left, parts)
+        of_cause = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == k]
+        for parts in _partitions(weighing, slopes[:, of_cause]):
+            between[of_cause] += between_parts(slopes[:, of_cause], left, parts)
     shift = in_other_forms(weighing, fit, nominal)
     return np.asarray(within + np.diag(between) + np.outer(shift, shift))
 
 
 def in_other_forms(weighing: Weighing, fit: Fitted, nominal: Array) -> Array:
-    """(k,): shift of the parameters with other forms of the causes admitted.
+    """Shift (k,) of the parameters if other forms of the causes are admitted.
 
     Each form counts only beyond its least-squares fit by the cause's own slopes, masses and dampings, so that the
     cause's own form stays the nearest to both.
@@ -91,16 +91,16 @@ def in_other_forms(weighing: Weighing, fit: Fitted, nominal: Array) -> Array:
     rows, course = weighing.rows, weighing.now.course
     columns, shares = [nominal, fit.slopes], [np.zeros(0)]
     for k, cause in enumerate(fit.causes):
-        own, others = cause.act(course), list(other_forms(course, cause))
-        places = [i for i, (of, _) in enumerate(fit.at) if of == k]
+        own_act, others = cause.act(course), list(other_forms(course, cause))
+        places = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == k]
         slopes = [cause.slope(course, fit.at[i][1]) for i in places]
         by_own, by_others = (
-            np.column_stack([_along(course, act, own) for act in acts])
+            np.column_stack([_along(course, act, own_act) for act in acts])
             for acts in ([*slopes, *_nominal_acts(course)], others)
         )
         taken = np.linalg.lstsq(by_own, by_others, rcond=1e-10)[0]
-        beyond, whole = by_others - by_own @ taken, _along(course, own, own)
-        share = (beyond**2).sum(axis=0) / max(float(whole @ whole), 1e-300)
+        beyond, own_row = by_others - by_own @ taken, _along(course, own_act, own_act)
+        share = (beyond**2).sum(axis=0) / max(float(own_row @ own_row), 1e-300)
         # Forms of a constant contribution equal it but for rounding.
         new = share > NOTHING_NEW
         more = rows.columns(others, course) - fit.slopes[:, places] @ taken[: len(places)]
@@ -142,26 +142,29 @@ def _partitions(weighing: Weighing, slopes: Array) -> Iterator[Parts]:
     yield weighing.rows.piece // PART_PIECES
     size = ((slopes / np.maximum(np.sqrt(np.mean(slopes**2, axis=0)), 1e-300)) ** 2).sum(axis=1)
     order = np.argsort(size)
-    told = np.cumsum(size[order]) / max(float(size.sum()), 1e-300)
+    share = np.cumsum(size[order]) / max(float(size.sum()), 1e-300)
     parts = np.empty(len(size), dtype=np.intp)
-    parts[order] = np.minimum((CLASSES * told).astype(np.intp), CLASSES - 1)
+    parts[order] = np.minimum((CLASSES * share).astype(np.intp), CLASSES - 1)
     yield parts
     yield np.unique(weighing.rows.dof, return_inverse=True)[1]
 
 
 def between_parts(slopes: Array, left: Array, parts: Parts) -> Array:
-    """(k,): between-part variance of each parameter's mean. slopes (rows, k), left (rows,): a regression and its
-    residual. Parts with little information on a parameter are ignored."""
+    """Between-part variance (k,) of each parameter's mean.
+
+    slopes (rows, k), left (rows,): a regression and its residual. Parts with little information on a parameter are
+    ignored.
+    """
     total = np.einsum("ni,ni->i", slopes, slopes)
     off, weight = np.zeros((2, int(parts.max()) + 1, slopes.shape[1]))
     for part in range(len(off)):
-        mine = slopes[parts == part]
-        square = mine.T @ mine
-        telling = np.flatnonzero(np.diag(square) > SCARCE * total)
-        if len(telling):
-            own = inverse(square[np.ix_(telling, telling)])
-            off[part, telling] = own @ (mine[:, telling].T @ left[parts == part])
-            weight[part, telling] = 1.0 / np.diag(own)
+        of_part = slopes[parts == part]
+        square = of_part.T @ of_part
+        informed = np.flatnonzero(np.diag(square) > SCARCE * total)
+        if len(informed):
+            covariance = inverse(square[np.ix_(informed, informed)])
+            off[part, informed] = covariance @ (of_part[:, informed].T @ left[parts == part])
+            weight[part, informed] = 1.0 / np.diag(covariance)
     sum_, squares = np.maximum(weight.sum(axis=0), 1e-300), (weight**2).sum(axis=0)
     mean = (weight * off).sum(axis=0) / sum_
     excess = (weight * (off - mean) ** 2).sum(axis=0) - np.maximum((weight > 0).sum(axis=0) - 1, 0)
@@ -177,10 +180,10 @@ def coupled_nominal(weighing: Weighing, causes: tuple[Cause, ...]) -> Array:
     at: list[int] = []
     for problem, place, of_mass in zip(joint.problems, joint.places, joint.mass_places, strict=True):
         dof = problem.axis.dof
-        more = np.where(np.arange(6) == dof, 1.0 + NEAR, 1.0)
+        factors = np.where(np.arange(6) == dof, 1.0 + NEAR, 1.0)
         for moved, of in (
-            (replace(course, mass=course.mass * more), of_mass),
-            (replace(course, damping=course.damping * more), place.start + DAMPING),
+            (replace(course, mass=course.mass * factors), of_mass),
+            (replace(course, damping=course.damping * factors), place.start + DAMPING),
         ):
             for cause in causes:
                 change = cause.act(moved).less(cause.act(course)).times(1.0 / NEAR)
@@ -197,10 +200,12 @@ def coupled_nominal(weighing: Weighing, causes: tuple[Cause, ...]) -> Array:
 def without_doubtful(
     found: Explanation, nominal: Nominal, library: Sequence[Effect]
 ) -> tuple[Explanation, NDArray[np.float64]]:
-    """An explanation without causes that may be absent, that which saves least beside the others first; and the
-    covariance (k, k) of the remaining parameters."""
+    """Drop causes that may be absent, first the cause that saves least in addition to the others.
+
+    Returns the remaining explanation, and the covariance (k, k) of its parameters.
+    """
     while found.causes:
-        # An absent cause hangs on no mass or damping, however much its size does.
+        # An absent cause depends on no mass or damping, however much its size does.
         absent = _covariance(found.weighing, found.fit, found.weighing.rows.nominal)
         shares = [
             1.0 if cause.effect.name in SEAS else _confidence(found.fit, absent, k)
@@ -213,7 +218,8 @@ def without_doubtful(
         ]
         if not fewer:
             return found, covariance_of(found.weighing, found.fit)
-        # Of causes that trade with each other the shadows go, however wide the interval of the one that casts them.
+        # Of causes that trade with each other the shadows are dropped, however wide the interval of the cause that
+        # casts them.
         best = max(fewer, key=lambda others: found.weighing.fitted(others).gain)
         found = explained_by(best, nominal, library)
     return found, np.zeros((0, 0))
@@ -222,18 +228,21 @@ def without_doubtful(
 def _confidence(fit: Fitted, covariance: NDArray[np.float64], k: int) -> float:
     """Confidence that a cause of a fit is present, by Wald's test of all its parameters."""
     cause = fit.causes[k]
-    places = [i for i, (of, _) in enumerate(fit.at) if of == k]
-    far = np.array(
+    places = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == k]
+    distance = np.array(
         [cause.values[p] - cause.effect.parameters[p].none for _, p in (fit.at[i] for i in places)]
     )
-    return float(chdtr(len(places), far @ np.linalg.pinv(covariance[np.ix_(places, places)]) @ far))
+    return float(chdtr(len(places), distance @ np.linalg.pinv(covariance[np.ix_(places, places)]) @ distance))
 
 
 @dataclass(frozen=True)
 class AmbiguityGroup:
-    """Of one cause. names: causes that do as well; likeness: |cosine| of their columns with the cause's, nominal model
-    and other causes projected out; margin_nats: over the best explanation without any of them, and over what the forms
-    of the other causes may leave."""
+    """Causes that can't be separated from a cause.
+
+    names: causes that do as well; likeness: |cosine| of their columns with the cause's, nominal model and other
+    causes projected out; margin_nats: gain over the best explanation without any of them, and over what the forms of
+    the other causes may leave.
+    """
 
     names: tuple[str, ...]
     likeness: dict[str, float]
@@ -243,21 +252,21 @@ class AmbiguityGroup:
 def ambiguity_of(found: Explanation, k: int) -> AmbiguityGroup:
     """The causes that this dive can't separate from the k-th, each fitted in its place."""
     fit, weighing = found.fit, found.weighing
-    own = fit.causes[k]
+    cause_k = fit.causes[k]
     others = weighing.fitted((*fit.causes[:k], *fit.causes[k + 1 :]))
     names: list[str] = []
     likeness: dict[str, float] = {}
-    # What the others' forms may leave speaks against its presence, not against its name.
-    best_apart = others.gain + remainder_nats(FormRemainder(weighing, others), own)
+    # The remainder of the other forms speaks against the presence of the cause, not against its name.
+    best_apart = others.gain + remainder_nats(FormRemainder(weighing, others), cause_k)
     nearly = nats_apart(fit, others)
     for _, _, cause in ranked_candidates(weighing.candidates_beside(others), others)[:LOOKED_AT]:
-        if cause.effect.name == own.effect.name:
+        if cause.effect.name == cause_k.effect.name:
             continue
         tried = weighing.fitted((*others.causes, cause))
         if len(tried.causes) <= len(others.causes):
             continue
         if tried.gain > fit.gain - nearly:
-            alike = cosine(weighing, others, own, tried.causes[-1])
+            alike = cosine(weighing, others, cause_k, tried.causes[-1])
             if cause.effect.name not in names and alike >= LEAST_LIKENESS:
                 names.append(cause.effect.name)
                 likeness[cause.effect.name] = alike
@@ -267,7 +276,7 @@ def ambiguity_of(found: Explanation, k: int) -> AmbiguityGroup:
 
 
 def cosine(weighing: Weighing, others: Fitted, one: Cause, other: Cause) -> float:
-    """|cosine| of two causes' columns, the nominal model and the slopes of the others projected out."""
+    """|cosine| of two causes' columns, with the nominal model and the slopes of `others` projected out."""
     course = weighing.now.course
     columns = weighing.rows.columns([one.act(course), other.act(course)], course)
     known = np.column_stack([weighing.rows.nominal, others.slopes])

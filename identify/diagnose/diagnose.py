@@ -1,4 +1,4 @@
-"""The diagnosis of a dive: where its gap lies, its causes, how far it shrinks. No I/O."""
+"""The diagnosis of a dive: location of its gap, its causes, how far it shrinks. No I/O."""
 
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -94,7 +94,7 @@ Array = NDArray[np.float64]
 Progress = Callable[[float, str], None]
 
 SEED = 0
-"""Of the noise draws for the floors: one dive has one answer."""
+"""Seed of the noise draws for the floors: a dive always has the same answer."""
 
 ONE_S, FIVE_S = 0, 1
 """Indices of the horizons used for the unexplained remainder and for `gap.before`."""
@@ -112,15 +112,15 @@ def diagnose(
     effects_accepted: Sequence[AcceptedEffect] = (),
     progress: Progress,
 ) -> Diagnosis:
-    """The diagnosis of a dive, checked on another dive of the same vehicle if `check` is given; `effects`: the library,
-    all if None.
+    """Diagnose a dive, and check on another dive of the same vehicle if `check` is given.
 
-    The gap is that of the nominal model fitted to this dive; with a `simulator`, of that simulator's model; with values
-    `accepted` earlier, of the nominal model at these values, and changes since then are among the causes. With
-    `effects_accepted` the model also holds these effects.
+    effects: the library, all effects if None. The gap is that of the nominal model fitted to this dive; with a
+    `simulator`, of that simulator's model; with values `accepted` earlier, of the nominal model at these values, and
+    changes since then are among the causes. With `effects_accepted` the model also holds these effects.
 
-    Raises FitError for a recording that can't be diagnosed: nothing was pushed, or read, it is too short, or of another
-    vehicle. Degrees of freedom and effects that it does not tell of are left out, and named.
+    Raises FitError for a recording that can't be diagnosed: nothing was pushed, or read, it is too short, or of
+    another vehicle. Degrees of freedom and effects on which it holds no information are left out, and named in the
+    answer.
     """
     began_s = time.perf_counter()
     rng = np.random.default_rng(SEED)
@@ -134,17 +134,17 @@ def diagnose(
         check, other_spiky = without_spikes(check)
     progress(0.0, "fitting the nominal model")
     shape = file.vehicle.configurations[configuration]
-    dives = [one for one in (dive, check) if one is not None]
+    dives = [item for item in (dive, check) if item is not None]
     lacks = lacking(dives, shape)
-    whole = _judged(library(shape, file.vehicle.thrust_curve.lag_s), lacks)
-    holds, not_held = accepted_causes(effects_accepted, whole)
+    full_library = _judged(library(shape, file.vehicle.thrust_curve.lag_s), lacks)
+    holds, not_held = accepted_causes(effects_accepted, full_library)
     fitted = fitted_nominal(dive, file, configuration)
     nominal = with_accepted(fitted, holds)
-    tried = library_with_changes(_judged(effects or (), lacks) or whole, holds)
+    tried = library_with_changes(_judged(effects or (), lacks) or full_library, holds)
 
     def searched() -> tuple[Explanation, Array]:
-        found = explain(nominal, tried, lambda share, words: progress(0.1 + 0.6 * share, words))
-        return without_doubtful(found, nominal, tried)
+        explanation = explain(nominal, tried, lambda share, words: progress(0.1 + 0.6 * share, words))
+        return without_doubtful(explanation, nominal, tried)
 
     def other_filters() -> Nominal | None:
         if check is None:
@@ -155,7 +155,7 @@ def diagnose(
     progress(0.7, "measuring the gap, and looking at what is left")
     before_it = simulator or Simulator(_values(accepted or {}), ())
     before_it = replace(
-        before_it, causes=tuple(one for one in before_it.causes if not lacks & {*one.effect.needs})
+        before_it, causes=tuple(item for item in before_it.causes if not lacks & {*item.effect.needs})
     )
     plain = before_it.beside(nominal) if simulator or accepted else nominal
     models = beside(found, plain)
@@ -194,7 +194,7 @@ def diagnose(
         dive_next = next_for_unexplained(forces, found.now.course, dive_next)
     elif verdict == "unknown" or swallowing(gap.disturbance):
         dive_next = next_for_disturbance(dive_next)
-    many = any(one.share >= MANY for one in spiky)
+    many = any(item.share >= MANY for item in spiky)
     measured = None if prediction is None else checked(prediction, rng)
     progress(1.0, "done")
     return Diagnosis(
@@ -238,13 +238,15 @@ def diagnose(
 
 
 def _judged(effects: Sequence[Effect], lacks: Collection[str]) -> tuple[Effect, ...]:
-    """The effects that need nothing of the thruster commands that is lacking."""
+    """The effects whose required thruster commands (`Effect.needs`) are all recorded."""
     return tuple(effect for effect in effects if not {*lacks} & {*effect.needs})
 
 
 def beside(found: Explanation, nominal: Nominal) -> tuple[Simulation, Simulation]:
-    """Simulations of the nominal model and of the model with the causes, along one recorded motion: the first against
-    the readings as recorded, the second against readings corrected for the causes."""
+    """Simulations of the nominal model and of the model with the causes, along one recorded motion.
+
+    The first runs against the readings as recorded, the second against readings corrected for the causes.
+    """
     now, causes = found.now, found.causes
     nu, wrong = now.motion.nu, beyond_motion_of(causes, now.course)
     after = simulation_of(now, now.theta, nu, slope=slope_of(causes, now.course))
@@ -260,8 +262,8 @@ def _gap(
     causes: Sequence[Found],
 ) -> Gap:
     now, misheard = found.now, FEEDBACK_DOFS & set(found.now.doubted)
-    # With a wrong log as the only likely cause, possible causes do not locate the gap.
-    likely = any(one.probability >= LIKELY and one.cause.effect.place != "log" for one in causes)
+    # If a wrong log is the only likely cause, possible causes do not locate the gap.
+    likely = any(cause.probability >= LIKELY and cause.cause.effect.place != "log" for cause in causes)
     anything_left = bool(unexplained_forces(left))
     told_by_causes = missing.power.any() and (likely or anything_left)
     power, phases = missing.power, phases_of(now.course, EACH)
@@ -275,7 +277,7 @@ def _gap(
     if misheard and not told_by_causes:
         power = power_of_drift(before[FIVE_S], missing.time_s, sorted(misheard))
     elif not power.any():
-        # Without any cause, the generic forces locate it; these leave out doubted degrees of freedom.
+        # Without any cause, the generic forces locate the gap; these leave out doubted degrees of freedom.
         power = power_of_generic(left, EACH)
         if now.doubted or not len(power):
             power = power_of_drift(before[FIVE_S], missing.time_s, PUSHED)
@@ -295,7 +297,8 @@ def _gap(
 
 
 def _values(accepted: Mapping[str, Prior]) -> dict[str, Value]:
-    """As accepted, regardless of their widths: the gap is that of the crew's own model."""
+    """Accepted values without their widths: the gap is that of the crew's own model."""
     return {
-        name: Value(one.value, BY_NAME[name].unit, one.value, one.value) for name, one in accepted.items()
+        name: Value(prior.value, BY_NAME[name].unit, prior.value, prior.value)
+        for name, prior in accepted.items()
     }

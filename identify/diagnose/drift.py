@@ -1,9 +1,9 @@
-"""Drift of a simulated velocity from the recorded one over 1, 5 and 20 s, beside its floor by noise alone.
+"""Drift of a simulated velocity from the recorded velocity over 1, 5 and 20 s, with its floor by noise alone.
 
 A simulation starts from the recorded velocity at each second of a dive, and then uses only recorded thrust and
-attitude. Its error at the horizon is the drift. The floor is the drift of dives without any gap, drawn from the fitted
-disturbance and sensor noise, smoothed and simulated alike (a parametric bootstrap, Efron and Tibshirani 1993, section
-6.5), so that errors at a window's ends count equally.
+attitude. Its error at the horizon is the drift. The floor is the drift of dives without any gap, drawn from the
+fitted disturbance and sensor noise, smoothed and simulated alike (a parametric bootstrap, Efron and Tibshirani 1993,
+section 6.5), so that errors at a window's ends count equally.
 """
 
 from collections.abc import Sequence
@@ -24,13 +24,16 @@ HORIZONS_S = (1.0, 5.0, 20.0)
 EVERY_S = 1.0
 
 DRAWN_S = 2400.0
-"""Total length of the drawn dives, for floors known to about 3 %."""
+"""Total length of the drawn dives, s, for floors known to about 3 %."""
 
 
 @dataclass(frozen=True)
 class Drift:
-    """At one horizon: starts_s (w,) of the windows; off (w, 6) errors, m/s and rad/s; floor (6,) rms by noise alone,
-    NaN in axes that are not fitted."""
+    """The drift at one horizon.
+
+    starts_s (w,): of the windows; off (w, 6): errors, m/s and rad/s; floor (6,): rms by noise alone, NaN in axes that
+    are not fitted.
+    """
 
     horizon_s: float
     starts_s: Array
@@ -39,7 +42,7 @@ class Drift:
 
     @property
     def by_axis(self) -> Array:
-        """(6,) rms over windows, in floors."""
+        """Rms (6,) over windows, in floors."""
         return np.asarray(np.sqrt(np.mean(self.off**2, axis=0)) / self.floor)
 
     @property
@@ -59,48 +62,50 @@ def drifts(model: Simulation, floors: Array) -> tuple[Drift, ...]:
     off = model.off(starts, _steps(model), np.zeros_like(model.nu))
     out = []
     for k, horizon_s in enumerate(HORIZONS_S):
-        whole = np.isfinite(off[:, k, model.dofs[0]])
-        out.append(Drift(horizon_s, model.time_s[starts[whole]], off[whole, k], floors[k]))
+        complete = np.isfinite(off[:, k, model.dofs[0]])
+        out.append(Drift(horizon_s, model.time_s[starts[complete]], off[complete, k], floors[k]))
     return tuple(out)
 
 
 def ran_away(before: Sequence[Drift], after: Sequence[Drift]) -> tuple[str, ...]:
     """Sentences on runs that diverged, at the shortest horizon with any."""
     out = []
-    for model, of in (("the nominal model", before), ("the model with the causes in", after)):
-        away = next((one for one in of if one.ran_away > 0), None)
-        if away is not None:
+    for model, drifts_of in (("the nominal model", before), ("the model with the causes in", after)):
+        diverged = next((drift for drift in drifts_of if drift.ran_away > 0), None)
+        if diverged is not None:
             out.append(
-                f"Flown for {away.horizon_s:g} s, {model} runs away from the recording in "
-                f"{100 * away.ran_away:.1f} % of the flights, which end there: how large its drift is says little."
+                f"Flown for {diverged.horizon_s:g} s, {model} runs away from the recording in "
+                f"{100 * diverged.ran_away:.1f} % of the flights, which end there: how large its drift is says little."
             )
     return tuple(out)
 
 
 def floors_of(noise: Nominal, model: Simulation, rng: np.random.Generator) -> Array:
-    """(h, 6): rms drift at each horizon under a fit's noise alone."""
+    """Rms drift (h, 6) at each horizon under a fit's noise alone."""
     square = np.zeros((len(HORIZONS_S), 6))
     starts, steps = _starts(model), _steps(model)
     draws = max(round(DRAWN_S / float(model.time_s[-1] - model.time_s[0])), 4)
     for _ in range(draws):
         disturbance, errors = drawn(noise, rng)
         off = replace(model, lacking=disturbance).off(starts, steps, errors)
-        whole = np.isfinite(off)
-        square += (np.where(whole, off, 0.0) ** 2).sum(axis=0) / np.maximum(whole.sum(axis=0), 1)
+        finite = np.isfinite(off)
+        square += (np.where(finite, off, 0.0) ** 2).sum(axis=0) / np.maximum(finite.sum(axis=0), 1)
     return np.asarray(np.where(square > 0, np.sqrt(square / draws), np.nan))
 
 
 def drawn(noise: Nominal, rng: np.random.Generator) -> tuple[Array, Array]:
-    """A disturbance and the error of the smoothed velocity, (n, 6) each, drawn from a fit's noise levels. For a body
-    that rights itself, the error of its angle adds a righting moment."""
+    """A disturbance and the error of the smoothed velocity, (n, 6) each, drawn from a fit's noise levels.
+
+    For a body that rights itself, the error of its angle adds a righting moment.
+    """
     time_s = noise.course.time_s[::EACH]
     force, errors = np.zeros((len(time_s), 6)), np.zeros((len(time_s), 6))
     for problem, place in zip(noise.joint.at(noise.theta), noise.joint.places, strict=True):
-        own, axis = noise.theta[place], problem.axis
-        table, variance = problem.transition_table(own), problem.noise_variance(own)
-        sigma = float(np.exp(own[DISTURBANCE]))
+        theta_axis, axis = noise.theta[place], problem.axis
+        table, variance = problem.transition_table(theta_axis), problem.noise_variance(theta_axis)
+        sigma = float(np.exp(theta_axis[DISTURBANCE]))
         normal = rng.normal(size=(len(axis.time_s), 4))
-        slow, _ = problem.coloured(own)
+        slow, _ = problem.coloured(theta_axis)
         coloured = rng.normal(size=len(axis.time_s)) if axis.is_coloured else np.zeros(len(axis.time_s))
         true, angle, pushed, reading = _coloured_motion(
             table,
@@ -115,20 +120,20 @@ def drawn(noise: Nominal, rng: np.random.Generator) -> tuple[Array, Array]:
         )
         still = np.concatenate([np.zeros(2), axis.initial[2:]])
         no_force = np.zeros((len(true), 2))
-        found = smoothed_velocity(
+        smoothed = smoothed_velocity(
             table, problem.step, no_force, reading, axis.state_read, variance, sigma, slow, still
         )
-        errors[:, axis.dof] = np.interp(time_s, axis.time_s, found - true)
+        errors[:, axis.dof] = np.interp(time_s, axis.time_s, smoothed - true)
         force[:, axis.dof] = np.interp(time_s, axis.time_s, pushed)
-        white = problem.white_force(own)
+        white = problem.white_force(theta_axis)
         if white > 0:
-            # Held over a simulation's step; the drawn readings have a like one.
+            # Held over a step of the simulation; the drawn readings have a similar noise.
             force[:, axis.dof] += white * rng.normal(size=len(time_s)) / np.sqrt(time_s[1] - time_s[0])
         placed = (axis.state_read == POSITION) & np.isfinite(reading)
         if axis.stiffness > 0 and placed.any():
-            rate = np.interp(time_s, axis.time_s, found)
-            thought = smoothed_angle(time_s, axis.time_s[placed], reading[placed], rate)
-            force[:, axis.dof] += axis.stiffness * (thought - np.interp(time_s, axis.time_s, angle))
+            rate = np.interp(time_s, axis.time_s, smoothed)
+            estimated_angle = smoothed_angle(time_s, axis.time_s[placed], reading[placed], rate)
+            force[:, axis.dof] += axis.stiffness * (estimated_angle - np.interp(time_s, axis.time_s, angle))
     return force, errors
 
 

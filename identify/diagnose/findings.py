@@ -34,8 +34,10 @@ LEVEL = (0, 1)
 """Surge and sway: the feed-forward axes whose error is a speed."""
 
 WRONG_LOG_PROBABILITY = 0.9
-"""Probability that a recording lacks the controller's input if its wrench follows from nothing recorded. Other
-explanations, such as a changed gain, are indistinguishable here."""
+"""Probability that a recording lacks the controller's input, if its wrench follows from no recorded reading.
+
+Other explanations, such as a changed gain, are indistinguishable here.
+"""
 
 FEEDBACK_DOFS = {0, 1, 5}
 """Surge, sway and yaw: in heave a controller may filter depth itself, and its roll and pitch inputs are seldom
@@ -50,8 +52,12 @@ NEAR = 1e-3
 def feedforward_gain(
     cause: Cause, others: Sequence[Cause], missing: Missing, now: Nominal, braking: Array
 ) -> Gain | None:
-    """Of a cause beside others, with the masses and dampings fitted together with them, as `--accept` sends them; None
-    if the feed-forward can't compensate it. The others remain, less their part in masses and dampings."""
+    """The feed-forward's gain by a cause, with the masses and dampings fitted together with all causes, as `--accept`
+    sends them.
+
+    None if the feed-forward can't compensate the cause. The other causes remain, less their part in masses and
+    dampings.
+    """
     if not cause.effect.feedforward or cause.act(now.course).wrench is None:
         return None
     wrench = missing_wrench_of(others, now.course)
@@ -60,20 +66,23 @@ def feedforward_gain(
 
 
 def feedforward_gain_by(left: Array, missing: Missing, now: Nominal, braking: Array) -> Gain:
-    """Velocity errors of the feed-forward alone, by m e' + B e = f. f is the disturbance with the missing force before,
-    and with its remainder `left` (n, 6) after, at the times of `missing`; B as in `braking_of`."""
+    """Velocity errors of the feed-forward alone, by m e' + B e = f.
+
+    f is the disturbance with the missing force before, and with its remainder `left` (n, 6) after, at the times of
+    `missing`; B as in `braking_of`.
+    """
     before = after = 0.0
     for dof in LEVEL:
-        mass, own = float(now.course.mass[dof]), braking[:, dof]
-        noise = _driven(now, dof, float(np.mean(own)))
+        mass, braking_axis = float(now.course.mass[dof]), braking[:, dof]
+        noise = _driven(now, dof, float(np.mean(braking_axis)))
         step_s = now.course.step_s * EACH
-        before += float(np.mean(_error(missing.wrench[:, dof], mass, own, step_s) ** 2)) + noise
-        after += float(np.mean(_error(left[:, dof], mass, own, step_s) ** 2)) + noise
+        before += float(np.mean(_error(missing.wrench[:, dof], mass, braking_axis, step_s) ** 2)) + noise
+        after += float(np.mean(_error(left[:, dof], mass, braking_axis, step_s) ** 2)) + noise
     return Gain(float(np.sqrt(before)), float(np.sqrt(after)))
 
 
 def braking_of(causes: Sequence[Cause], now: Nominal) -> Array:
-    """(n, 6): damping of a velocity error along the dive, N s/m and N m s/rad: the linear damping and the slope of
+    """Damping (n, 6) of a velocity error along the dive, N s/m and N m s/rad: the linear damping and the slope of
     causes such as quadratic drag."""
     slope = slope_of([*now.accepted, *causes], now.course)[::EACH]
     return np.asarray(np.maximum(now.course.damping - np.diagonal(slope, axis1=1, axis2=2), 0.0))
@@ -86,12 +95,12 @@ def _beyond_refit(force: Array, course: Course, dof: int) -> Array:
 
 
 def _error(force: Array, mass: float, braking: Array, step_s: float) -> Array:
-    """m e' + B e = f from rest, with f and B (n,) constant over each step."""
+    """Solve m e' + B e = f from rest, with f and B (n,) constant over each step."""
     keep = np.exp(-braking / mass * step_s)
     push = np.where(braking > 0, (1.0 - keep) / np.where(braking > 0, braking, 1.0), step_s / mass)
     out, e = np.empty(len(force)), 0.0
-    for i, (one, more) in enumerate(zip(keep.tolist(), (push * force).tolist(), strict=True)):
-        e = one * e + more
+    for i, (decay, gained) in enumerate(zip(keep.tolist(), (push * force).tolist(), strict=True)):
+        e = decay * e + gained
         out[i] = e
     return out
 
@@ -100,10 +109,10 @@ def _driven(now: Nominal, dof: int, braking: float) -> float:
     """Variance of the velocity under the disturbance alone: s^2 / m^2 / (a (a + b))."""
     for problem, place in zip(now.joint.problems, now.joint.places, strict=True):
         if problem.axis.dof == dof and braking > 0:
-            own = now.theta[place]
+            theta_axis = now.theta[place]
             a = braking / float(now.course.mass[dof])
-            b = float(np.exp(-own[TIME_CONSTANT]))
-            return float(np.exp(own[DISTURBANCE]) / now.course.mass[dof]) ** 2 / (a * (a + b))
+            b = float(np.exp(-theta_axis[TIME_CONSTANT]))
+            return float(np.exp(theta_axis[DISTURBANCE]) / now.course.mass[dof]) ** 2 / (a * (a + b))
     return 0.0
 
 
@@ -112,20 +121,20 @@ def findings_of(
 ) -> tuple[Found, ...]:
     """The causes with parameters and intervals by their covariance (k, k), strongest first.
 
-    unexplained_nats: of the significant generic forces beside them.
+    unexplained_nats: of the significant generic forces in addition to the causes.
     """
-    told = replace(found.fit, covariance=covariance)
+    fit = replace(found.fit, covariance=covariance)
     out, braking = [], braking_of(found.causes, found.now)
     for k, cause in enumerate(found.causes):
         others = _without(found, k)
-        alike = ambiguity_of(found, k)
+        group = ambiguity_of(found, k)
         out.append(
             Found(
                 cause,
-                alike.names,
-                alike.likeness,
-                probability(alike.margin_nats, unexplained_nats),
-                _with_period_interval(cause, parameters_of(told, k), found),
+                group.names,
+                group.likeness,
+                probability(group.margin_nats, unexplained_nats),
+                _with_period_interval(cause, parameters_of(fit, k), found),
                 found.fit.gain - others.gain,
                 feedforward_gain(cause, _others(found, k), missing, found.now, braking),
             )
@@ -136,7 +145,7 @@ def findings_of(
 
 
 def strongest_first(causes: Sequence[Found]) -> tuple[Found, ...]:
-    """Likely causes before possible ones, then by probability in whole per cent, then by nats: some causes rest on
+    """Likely causes before possible causes, then by probability in whole per cent, then by nats: some causes rest on
     another test and save none."""
 
     def place(one: Found) -> tuple[bool, int, float]:
@@ -148,25 +157,25 @@ def strongest_first(causes: Sequence[Found]) -> tuple[Found, ...]:
 def trials_of(found: Explanation, causes: tuple[Found, ...]) -> tuple[Tried, ...]:
     """Every candidate, by nats saved; a candidate without a noticeable size saves none."""
     weighing, fit = found.weighing, found.fit
-    beside = weighing.candidates_beyond_forms(fit)
-    rest = [_rejected(found, *one) for one in ranked_candidates(beside, fit, len(beside.settings))]
-    mine = [Tried(one.cause.effect, one.gain_nats, True) for one in causes]
-    taken, told = {cause.key for cause in fit.causes}, {one.label for one in rest}
+    equations = weighing.candidates_beyond_forms(fit)
+    rejected = [_rejected(found, *one) for one in ranked_candidates(equations, fit, len(equations.settings))]
+    accepted = [Tried(one.cause.effect, one.gain_nats, True) for one in causes]
+    taken, told = {cause.key for cause in fit.causes}, {one.label for one in rejected}
     mute = [
         Tried(effect, 0.0, False)
         for effect in weighing.library
         if effect.label not in told and (effect.name, effect.number) not in taken
     ]
-    return tuple(sorted((*mine, *rest, *mute), key=lambda one: -one.gain_nats))
+    return tuple(sorted((*accepted, *rejected, *mute), key=lambda one: -one.gain_nats))
 
 
 def _rejected(found: Explanation, gain: float, sigma: float, cause: Cause) -> Tried:
     """A rejected candidate, fitted in full with the causes if it seems to save enough."""
     fit, why = found.fit, ""
     if gain > LEAST_GAIN:
-        whole = found.weighing.fitted((*fit.causes, cause))
-        shows = len(whole.causes) > len(fit.causes) and whole.causes[-1].shows
-        gain = min(gain, whole.gain - fit.gain) if shows else 0.0
+        with_candidate = found.weighing.fitted((*fit.causes, cause))
+        shows = len(with_candidate.causes) > len(fit.causes) and with_candidate.causes[-1].shows
+        gain = min(gain, with_candidate.gain - fit.gain) if shows else 0.0
     if gain > LEAST_GAIN:
         why = _reason(found, gain, sigma, cause)
     return Tried(cause.effect, gain, False, why)
@@ -184,33 +193,37 @@ def _reason(found: Explanation, gain: float, sigma: float, cause: Cause) -> str:
 
 
 def parameters_of(fit: Fitted, k: int) -> dict[str, Value]:
-    """A cause's parameters as in the answer, with first-order 95 % intervals within their bounds; undetermined ones are
-    left out."""
+    """A cause's parameters as in the answer, with first-order 95 % intervals within their bounds; undetermined
+    parameters are left out."""
     cause = fit.causes[k]
-    places = [i for i, (of, _) in enumerate(fit.at) if of == k]
+    places = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == k]
     moved = [fit.at[i][1] for i in places]
     covariance = fit.covariance[np.ix_(places, places)]
     mute = {
-        one.name
-        for p, one in enumerate(cause.effect.parameters)
+        parameter.name
+        for p, parameter in enumerate(cause.effect.parameters)
         if p not in moved and cause.effect.telling is None
     } | _undetermined(cause, moved, np.sqrt(np.diag(covariance)))
     slopes = [_slope(cause, p) for p in moved]
-    able = {} if cause.effect.telling else {one.name: (one.low, one.high) for one in cause.effect.parameters}
+    bounds = (
+        {}
+        if cause.effect.telling
+        else {parameter.name: (parameter.low, parameter.high) for parameter in cause.effect.parameters}
+    )
     out = {}
     for name, (value, unit) in cause.effect.told(cause.values).items():
         if name in mute:
             continue
-        slope = np.array([one[name] for one in slopes])
+        slope = np.array([parameter[name] for parameter in slopes])
         std = float(np.sqrt(max(slope @ covariance @ slope, 0.0)))
         ends = value + Z95 * std * np.array([-1.0, 1.0]) if np.isfinite(std) else np.full(2, np.nan)
-        low, high = np.clip(ends, *able.get(name, (-np.inf, np.inf))).tolist()
+        low, high = np.clip(ends, *bounds.get(name, (-np.inf, np.inf))).tolist()
         out[name] = Value(value, unit, low, high)
     return out
 
 
 def _with_period_interval(cause: Cause, told: dict[str, Value], found: Explanation) -> dict[str, Value]:
-    """With an interval for a sea's period, which is read off a spectrum and no parameter of the fit."""
+    """Add an interval for a sea's period, which is read off a spectrum and is no parameter of the fit."""
     if cause.effect.name not in SEAS or PERIOD not in told:
         return told
     period, course = told[PERIOD], found.weighing.now.course
@@ -219,15 +232,17 @@ def _with_period_interval(cause: Cause, told: dict[str, Value], found: Explanati
 
 
 def _undetermined(cause: Cause, moved: Sequence[int], std: Array) -> set[str]:
-    """Names of parameters, std (k,), with a 95 % interval that spans both absence and a large value: a damping in a
-    degree of freedom that hardly moves, say."""
+    """Names of parameters, std (k,), with a 95 % interval that spans both absence and a large value.
+
+    For example, a damping in a degree of freedom that hardly moves.
+    """
     if cause.effect.telling is not None:
         return set()
     vague = set()
-    for p, wide in zip(moved, std.tolist(), strict=True):
-        one = cause.effect.parameters[p]
-        if wide > max(natural_scale(one), abs(cause.values[p] - one.none) / Z95):
-            vague.add(one.name)
+    for p, std_p in zip(moved, std.tolist(), strict=True):
+        parameter = cause.effect.parameters[p]
+        if std_p > max(natural_scale(parameter), abs(cause.values[p] - parameter.none) / Z95):
+            vague.add(parameter.name)
     return vague if len(vague) < len(moved) else set()
 
 
@@ -242,7 +257,7 @@ def _slope(cause: Cause, p: int) -> dict[str, float]:
 
 
 def _without(found: Explanation, k: int) -> Fitted:
-    """All causes but one."""
+    """All causes but the k-th, fitted."""
     return found.weighing.fitted(_others(found, k))
 
 

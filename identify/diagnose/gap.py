@@ -23,14 +23,17 @@ PHASES: tuple[Phase, ...] = ("rest", "accelerating", "decelerating", "steady", "
 REST, ACCELERATING, DECELERATING, STEADY, TURNING, REVERSING = range(6)
 
 SLOW, QUICK = 0.15, 0.25
-"""Shares of the 95 % quantile of speed, and of acceleration: slower is rest, faster no steady motion."""
+"""Shares of the 95 % quantile of speed, and of acceleration: slower is rest, faster is not steady."""
 
 LEAST_SPEED_M_S, LEAST_TURN_RAD_S = 0.02, 0.03
 MEANT_S = 0.5
 PUSHED = tuple(dof for dof in range(6) if dof not in LEVELLED)
 DRIVEN = 0.25
-"""Thrust, relative to that of the hardest driven degree of freedom, from which one is driven too. Less holds a depth or
-a heading: it answers the disturbance, and is no larger than that however good the model."""
+"""Thrust, relative to that of the hardest driven degree of freedom, from which a degree of freedom counts as driven.
+
+A smaller thrust holds a depth or a heading: it answers the disturbance, and is no larger than that however good the
+model.
+"""
 
 NORMAL = 0.6745
 """Median magnitude of a standard normal variable."""
@@ -54,8 +57,11 @@ TIMINGS: dict[Variable, Timing] = {"time": "drifting", "voltage": "drifting", "a
 
 @dataclass(frozen=True)
 class Missing:
-    """At uniform times (n,): missing force wrench (n, 6), N and N m; reading errors wrong (n, 6); and the power (n, 6)
-    of both, in units of the noise that hides them: the disturbance for forces, sensor noise for readings."""
+    """The missing force and the reading errors at uniform times (n,).
+
+    wrench (n, 6): missing force, N and N m; wrong (n, 6): reading errors; power (n, 6): of both, in units of the
+    noise that hides them, which is the disturbance for forces and sensor noise for readings.
+    """
 
     time_s: Array
     wrench: Array
@@ -63,39 +69,38 @@ class Missing:
     power: Array
 
     def force(self) -> Array:
-        """(6,) rms."""
+        """Rms (6,) of the missing force."""
         return np.asarray(np.sqrt(np.mean(self.wrench**2, axis=0)))
 
 
 def missing_of(before: Simulation, after: Simulation, wrong: Array, felt: Array, noise: Nominal) -> Missing:
-    """Difference of two models along one motion, with velocity errors `wrong` (n, 6) and accelerometer errors `felt`
-    (n, 3), which count as the force of that acceleration.
+    """Difference of two models along one motion.
 
+    wrong (n, 6): velocity errors; felt (n, 3): accelerometer errors, which count as the force of that acceleration.
     Both models lack the same disturbance, so the difference is nearly free of noise.
     """
     wrench = before.lacking - after.lacking
     force, sensor = _levels(noise)
-    amiss = _without_scale(wrong, after.nu)
-    power = np.nan_to_num((wrench / force) ** 2) + np.nan_to_num((amiss / sensor) ** 2)
+    error = _without_scale(wrong, after.nu)
+    power = np.nan_to_num((wrench / force) ** 2) + np.nan_to_num((error / sensor) ** 2)
     power[:, :3] += np.nan_to_num((after.mass[:3] * felt / force[:3]) ** 2)
     return Missing(after.time_s, wrench, wrong, power)
 
 
 def beyond_refit(missing: Missing, wrench: Array, noise: Nominal, every: int) -> Missing:
-    """The same with the power of the causes' forces (n, 6) beyond a refit of masses and dampings; every: instants of
-    the course per instant of `missing`.
+    """The gap with the power of the causes' forces (n, 6) beyond a refit of masses and dampings.
 
-    The nominal model fits readings, not forces. For precise readings, as a gyro's, it bends masses and dampings far,
-    and lacks that as well.
+    every: instants of the course per instant of `missing`. The nominal model fits readings, not forces. Precise
+    readings, as a gyro's, shift its masses and dampings far, and the missing force then includes that shift.
     """
     force, _ = _levels(noise)
     course, fitted = noise.course, np.isfinite(force)
-    nu, nu_dot, own = course.nu[::every], course.nu_dot[::every], wrench[::every].copy()
+    nu, nu_dot, force_of_causes = course.nu[::every], course.nu_dot[::every], wrench[::every].copy()
     columns = []
     for unit in np.eye(6):
         columns += [unit * nu_dot + course.coriolis_of(unit, nu), unit * nu]
-    table = np.stack([(one / force)[:, fitted].ravel() for one in columns], axis=1)
-    value = (own / force)[:, fitted].ravel()
+    table = np.stack([(column / force)[:, fitted].ravel() for column in columns], axis=1)
+    value = (force_of_causes / force)[:, fitted].ravel()
     sizes, *_ = np.linalg.lstsq(table.T @ table, table.T @ value, rcond=None)
     power = missing.power - np.nan_to_num((missing.wrench / force) ** 2)
     power[:, fitted] += (value - table @ sizes).reshape(len(nu), -1) ** 2
@@ -103,45 +108,45 @@ def beyond_refit(missing: Missing, wrench: Array, noise: Nominal, every: int) ->
 
 
 def with_unexplained(missing: Missing, left: Unexplained, noise: Nominal, every: int) -> Missing:
-    """The same with the generic forces of the unexplained remainder, beyond a refit of masses, dampings and trims;
-    every: instants of theirs per instant of `missing`.
+    """The gap with the generic forces of the unexplained remainder, beyond a refit of masses, dampings and trims.
 
-    Power sums over all forces, but in each degree of freedom only the strongest counts as a force: their sum is
-    undetermined. Collinear forces may have any size, so none counts for more than its nats. A force of k standard
-    deviations saves k^2 / 2 nats per independent disturbance, one every two time constants (Bartlett 1946).
+    every: instants of theirs per instant of `missing`. Power sums over all forces, but in each degree of freedom only
+    the strongest counts as a force: their sum is undetermined. Collinear forces may have any size, so none counts for
+    more than its nats. A force of k standard deviations saves k^2 / 2 nats per independent disturbance, one every two
+    time constants (Bartlett 1946).
     """
     wrench, power, course = missing.wrench.copy(), missing.power.copy(), noise.course
     force, _ = _levels(noise)
-    told: set[int] = set()
+    added: set[int] = set()
     seconds, memory_s = float(missing.time_s[-1] - missing.time_s[0]), _time_constants_s(noise)
     for shape, size, gain in zip(left.shapes, left.forces, left.gains, strict=True):
         dof = shape.dof
         nu, nu_dot = course.nu[::every, dof], course.nu_dot[::every, dof]
-        own = size * _least_squares_residual(
+        beyond = size * _least_squares_residual(
             shape.force[::every], np.column_stack([nu, nu_dot, np.ones(len(nu))])
         )
-        square = (own / force[dof]) ** 2
+        square = (beyond / force[dof]) ** 2
         most = 2.0 * gain * 2.0 * memory_s[dof] / seconds
         power[:, dof] += square * min(1.0, most / max(float(np.mean(square)), 1e-300))
-        if dof not in told:
-            wrench[:, dof] += own
-            told.add(dof)
+        if dof not in added:
+            wrench[:, dof] += beyond
+            added.add(dof)
     return Missing(missing.time_s, wrench, missing.wrong, power)
 
 
 def _levels(noise: Nominal) -> tuple[Array, Array]:
-    """Standard deviations (6,) of the disturbance, N and N m, and of rate readings, m/s and rad/s; infinite for an axis
-    that is not fitted."""
+    """Standard deviations (6,) of the disturbance, N and N m, and of rate readings, m/s and rad/s; infinite for an
+    axis that is not fitted."""
     force, sensor = np.full(6, np.inf), np.full(6, np.inf)
     for problem, place in zip(noise.joint.problems, noise.joint.places, strict=True):
-        own = noise.theta[place]
-        force[problem.axis.dof] = np.exp(own[DISTURBANCE])
-        sensor[problem.axis.dof] = np.exp(own[problem.noise_place])
+        theta_axis = noise.theta[place]
+        force[problem.axis.dof] = np.exp(theta_axis[DISTURBANCE])
+        sensor[problem.axis.dof] = np.exp(theta_axis[problem.noise_place])
     return force, sensor
 
 
 def _time_constants_s(noise: Nominal) -> dict[int, float]:
-    """Time constants of the disturbance by degree of freedom."""
+    """Time constants of the disturbance by degree of freedom, s."""
     return {
         problem.axis.dof: float(np.exp(noise.theta[place][TIME_CONSTANT]))
         for problem, place in zip(noise.joint.problems, noise.joint.places, strict=True)
@@ -160,13 +165,15 @@ def _without_scale(wrong: Array, nu: Array) -> Array:
 
 
 def phases_of(course: Course, every: int) -> NDArray[np.intp]:
-    """(n,): phase of every n-th instant, an index into PHASES."""
+    """Phase (n,) of every n-th instant, an index into PHASES."""
     return phases_of_motion(course.nu[::every], course.step_s * every)
 
 
 def phases_of_motion(nu: Array, step_s: float) -> NDArray[np.intp]:
-    """(n,): index into PHASES by velocities (n, 6); turning takes precedence over reversing, that over changes of
-    speed."""
+    """Index (n,) into PHASES by velocities (n, 6).
+
+    Turning takes precedence over reversing, and reversing over changes of speed.
+    """
     kernel = np.ones(max(round(MEANT_S / step_s), 1))
     kernel /= len(kernel)
     speed = np.convolve(np.linalg.norm(nu[:, :3], axis=1), kernel, mode="same")
@@ -193,10 +200,10 @@ def shares_of(power: Array, phases: NDArray[np.intp]) -> tuple[Share, ...]:
     # Shares below a tenth of a per cent are dropped, the others normalised to 1.
     kept = table > LEAST_SHARE * total
     shares = table * kept / float(table[kept].sum())
-    found = [
+    shares_found = [
         Share(DOFS[dof], PHASES[k], float(shares[k, dof])) for k, dof in zip(*np.nonzero(kept), strict=True)
     ]
-    return tuple(sorted(found, key=lambda one: -one.share))
+    return tuple(sorted(shares_found, key=lambda one: -one.share))
 
 
 def slices_of(power: Array, course: Course, every: int) -> tuple[Slice, ...]:
@@ -232,11 +239,15 @@ def _cut(name: str, values: Array, edges: Array, power: Array, total: Array) -> 
 
 
 def power_of_generic(left: Unexplained, every: int) -> Array:
-    """(n, 6): squares of the strongest generic forces, each scaled to its nats; (0, 6) without any.
+    """Squares (n, 6) of the strongest generic forces, each scaled to its nats; (0, 6) without any.
 
     Not in roll and pitch: insignificant forces there are those of levelling.
     """
-    shapes = [(one, gain) for one, gain in zip(left.shapes, left.gains, strict=True) if one.dof in PUSHED]
+    shapes = [
+        (generic, gain)
+        for generic, gain in zip(left.shapes, left.gains, strict=True)
+        if generic.dof in PUSHED
+    ]
     out = np.zeros((len(shapes[0][0].force[::every]) if shapes else 0, 6))
     for shape, gain in shapes:
         square = shape.force[::every] ** 2
@@ -245,8 +256,10 @@ def power_of_generic(left: Unexplained, every: int) -> Array:
 
 
 def power_of_drift(drift: Drift, time_s: Array, dofs: Sequence[int]) -> Array:
-    """(n, 6): excess of the squared drift around each instant over its floor, in some axes; at least 0 over the dive in
-    each, and the whole drift if none exceeds its floor."""
+    """Excess (n, 6) of the squared drift around each instant over its floor, in some axes.
+
+    Its sum over the dive is at least 0 in each axis. If no axis exceeds its floor, the result is the whole drift.
+    """
     square = np.nan_to_num((drift.off / drift.floor) ** 2)
     square *= np.isin(np.arange(6), list(dofs))
     over = _excess(square)
@@ -254,7 +267,7 @@ def power_of_drift(drift: Drift, time_s: Array, dofs: Sequence[int]) -> Array:
 
 
 def power_of_remainder(after: Drift, time_s: Array, dofs: Sequence[int]) -> Array:
-    """(n, 6): excess of the squared drift with the causes in over the dive's usual drift, in some axes.
+    """Excess (n, 6) of the squared drift with the causes in over the dive's usual drift, in some axes.
 
     A fit takes an unexplained force for noise, and the floor drawn from that noise contains it. An intermittent force
     is absent from most windows, so the median magnitude gives the usual spread (Rousseeuw and Croux 1993, section 1).
@@ -278,8 +291,11 @@ def _nearest(drift: Drift, time_s: Array) -> NDArray[np.intp]:
 
 
 def disturbance_of(now: Nominal) -> tuple[Disturbance, ...]:
-    """The fitted stationary disturbance of each degree of freedom, beside the thrusters' force by the vehicle file, or
-    beside the force that the motion takes where nothing pushes."""
+    """The fitted stationary disturbance of each degree of freedom, compared with the thrusters' force by the vehicle
+    file.
+
+    Without thrust it is compared with the force that the motion takes.
+    """
     force, _ = _levels(now)
     course, out = now.course, []
     thrust = {
@@ -287,24 +303,27 @@ def disturbance_of(now: Nominal) -> tuple[Disturbance, ...]:
         for axis in now.built.axes
         if np.isfinite(force[axis.dof])
     }
-    # How hard each thruster works for it, which is comparable between forces and moments.
+    # Effort of each thruster for it, which is comparable between forces and moments.
     reach = np.linalg.norm(allocation_matrix(course.configuration), axis=1)
     work = {dof: std / reach[dof] for dof, std in thrust.items() if dof in PUSHED and reach[dof] > 0}
     hardest = max(work.values(), default=0.0)
     for dof, pushing in thrust.items():
         pushed = dof not in now.built.unpushed and pushing > 0.0
         motion = course.mass[dof] * course.nu_dot[:, dof] + course.damping[dof] * course.nu[:, dof]
-        whole = pushing if pushed else float(np.std(motion))
+        compared_with = pushing if pushed else float(np.std(motion))
         std = float(force[dof])
-        share = min((std / whole) ** 2, 1.0) if whole > 0 else 1.0
+        share = min((std / compared_with) ** 2, 1.0) if compared_with > 0 else 1.0
         driven = pushed and work.get(dof, 0.0) > DRIVEN * hardest
         out.append(Disturbance(DOFS[dof], std, share, driven, pushed))
     return tuple(out)
 
 
 def depends_on(missing: Missing, course: Course, every: int) -> tuple[Dependence, ...]:
-    """Variables that each degree of freedom's missing force depends on, strongest first. Strength is the share of its
-    power explained beyond masses, linear damping and a constant, times its share of all missing power."""
+    """Variables that each degree of freedom's missing force depends on, strongest first.
+
+    Strength is the share of its power explained beyond masses, linear damping and a constant, times its share of all
+    missing power.
+    """
     power = missing.power.sum(axis=0)
     if not power.any():
         return ()
@@ -330,16 +349,16 @@ def _of_axis(
         return np.asarray(value - base @ (base.T @ value))
 
     left = beyond(force)
-    whole = float(left @ left)
-    columns = np.column_stack([beyond(one) for _, _, one in forces])
+    power = float(left @ left)
+    columns = np.column_stack([beyond(values) for _, _, values in forces])
     length = np.sqrt(np.sum(columns**2, axis=0))
-    told = length > 1e-3 * np.sqrt(len(force))
-    columns = columns / np.where(told, length, 1.0)
+    nonzero = length > 1e-3 * np.sqrt(len(force))
+    columns = columns / np.where(nonzero, length, 1.0)
     out: dict[Variable, Dependence] = {}
     for _ in range(MOST):
-        along = np.where(told, columns.T @ left, 0.0)
+        along = np.where(nonzero, columns.T @ left, 0.0)
         best = int(np.argmax(along**2 >= AS_GOOD * np.max(along**2)))
-        share = float(along[best] ** 2) / max(whole, 1e-300)
+        share = float(along[best] ** 2) / max(power, 1e-300)
         if share < LEAST_STRENGTH:
             break
         variable, parity, _ = forces[best]
@@ -350,7 +369,7 @@ def _of_axis(
 
 
 def character_of(left: Unexplained) -> Character:
-    """By the generic forces, each weighted by its nats."""
+    """Character of the unexplained remainder by its generic forces, each weighted by its nats."""
     weight = dict.fromkeys(DOFS, 0.0)
     frames: dict[Fixed, float] = {"body": 0.0, "world": 0.0, "neither": 0.0}
     parities: dict[Parity, float] = {"odd": 0.0, "even": 0.0, "neither": 0.0}

@@ -1,9 +1,9 @@
-"""One axis' innovations: responses to forces and reading errors unknown to its filter, and prewhitening.
+"""The innovations of an axis: responses to forces and reading errors unknown to its filter, and prewhitening.
 
-A disturbance that is not of first order leaves the innovations autocorrelated. Standard errors that ignore this are too
-small, and the first slow effect tried would seem to explain them (Klein and Morelli 2016, section 5.3, on coloured
-residuals). An autoregression of each channel on its own ORDER earlier innovations prewhitens both sides of the
-regression; it does nothing to white innovations.
+A disturbance that is not of first order leaves the innovations autocorrelated. Standard errors that ignore this are
+too small, and the first slow effect tried would seem to explain them (Klein and Morelli 2016, section 5.3, on
+coloured residuals). An autoregression of each channel on its own ORDER earlier innovations prewhitens both sides of
+the regression; it does nothing to white innovations.
 """
 
 from collections.abc import Sequence
@@ -30,21 +30,21 @@ ORDER = 10
 LEAST_ROWS = 20 * ORDER
 
 DIFFERENCE = 1e-4
-"""Of the logarithm of a coefficient."""
+"""Step of the logarithm of a coefficient for derivatives."""
 
 NARROW = 4
-"""Up to this many columns are prewhitened one by one; more go faster side by side."""
+"""Up to this many columns are prewhitened column by column; more go faster together."""
 
 
 @dataclass(frozen=True)
 class Autoregression:
-    """Of one channel: `rows` (m,) in order of time, and coefficients by lag, nearest first."""
+    """Autoregression of a channel: `rows` (m,) in order of time, and coefficients by lag, nearest first."""
 
     rows: NDArray[np.intp]
     by_lag: Array
 
     def prewhitened(self, values: Array) -> None:
-        """Prewhiten values (n, k) in place; the first few rows stay as they are."""
+        """Prewhiten values (n, k) in place; the first rows use only as many lags as they have earlier rows."""
         if values.shape[1] > NARROW:
             _prewhitened(values, self.rows, self.by_lag)
         else:
@@ -53,50 +53,50 @@ class Autoregression:
 
 @njit(cache=True, nogil=True)
 def _prewhitened(values: Array, rows: NDArray[np.intp], by_lag: Array) -> None:
-    """From the last row back, in place: earlier rows must still hold their values."""
+    """Prewhiten in place from the last row back, because earlier rows must still hold their values."""
     width = values.shape[1]
     left = np.empty(width)
     for k in range(len(rows) - 1, -1, -1):
-        own = values[rows[k]]
-        left[:] = own
+        row = values[rows[k]]
+        left[:] = row
         for lag in range(1, min(len(by_lag), k) + 1):
             share, before = by_lag[lag - 1], values[rows[k - lag]]
             for c in range(width):
                 left[c] -= share * before[c]
-        own[:] = left
+        row[:] = left
 
 
 @njit(cache=True, nogil=True)
 def _each_prewhitened(values: Array, rows: NDArray[np.intp], by_lag: Array) -> None:
-    """The same lag by lag, which vectorises along a column."""
+    """Prewhiten in place, lag by lag, which vectorises along a column."""
     count = len(rows)
-    own, left = np.empty(count), np.empty(count)
+    column, left = np.empty(count), np.empty(count)
     for c in range(values.shape[1]):
         for k in range(count):
-            own[k] = values[rows[k], c]
-        left[:] = own
+            column[k] = values[rows[k], c]
+        left[:] = column
         for lag in range(1, len(by_lag) + 1):
             share = by_lag[lag - 1]
             for k in range(lag, count):
-                left[k] -= share * own[k - lag]
+                left[k] -= share * column[k - lag]
         for k in range(count):
             values[rows[k], c] = left[k]
 
 
 def autoregression_of(rows: NDArray[np.intp], innovations: Array) -> Autoregression:
     """Coefficients by the Yule-Walker equations of `innovations` (n,) at some rows; none for few rows."""
-    own = innovations[rows]
-    if len(own) < LEAST_ROWS:
+    series = innovations[rows]
+    if len(series) < LEAST_ROWS:
         return Autoregression(rows, np.zeros(0))
-    own = own - own.mean()
-    products = np.array([float(own[lag:] @ own[: len(own) - lag]) for lag in range(ORDER + 1)])
+    series = series - series.mean()
+    products = np.array([float(series[lag:] @ series[: len(series) - lag]) for lag in range(ORDER + 1)])
     table = products[np.abs(np.subtract.outer(np.arange(ORDER), np.arange(ORDER)))]
     return Autoregression(rows, np.asarray(np.linalg.solve(table, products[1:])))
 
 
 @dataclass(frozen=True)
 class Push:
-    """What an act pushes with along a course: force (6, t), and the degrees of freedom in which there is any."""
+    """Force of an act along a course: force (6, t), and the degrees of freedom in which it is nonzero."""
 
     force: Array
     dofs: frozenset[int]
@@ -106,10 +106,10 @@ NO_PUSH = Push(np.zeros((6, 0)), frozenset())
 
 
 def push_of(act: Act, course: Course) -> Push:
-    """What an act pushes with along a course.
+    """The force of an act along a course.
 
-    A filter whose readings are over ground has Coriolis forces by these. Of those in roll and pitch water is not
-    judged: they go with the speed of heave, which is little and poorly known beforehand, and their gyros are sharp.
+    A filter whose readings are over ground adds Coriolis forces of moving water. In roll and pitch these are left
+    out: they depend on the heave velocity, which is small and poorly predicted, while the gyros there are precise.
     """
     force = act.wrench
     if act.water is not None:
@@ -124,7 +124,7 @@ def push_of(act: Act, course: Course) -> Push:
 
 @dataclass(frozen=True)
 class AxisInnovations:
-    """One axis: its likelihood at `theta`, its filter's table and gains, its innovations with their standard
+    """An axis: its likelihood at `theta`, its filter's table and gains, its innovations with their standard
     deviations, and an autoregression for each channel."""
 
     problem: AxisLikelihood
@@ -163,7 +163,7 @@ class AxisInnovations:
 
     def by_motion(self) -> Array:
         """Normalised innovations (rows, 3) per unit of log mass, log damping, and the log of the quadratic damping in
-        the filter's own dynamics."""
+        the filter's own dynamics; (rows, 2) with linear damping alone."""
         force = self.problem.mean_force(self.theta)
 
         def under_that_force(more: Array) -> tuple[Array, Array]:
@@ -173,19 +173,20 @@ class AxisInnovations:
             error, variance, _ = self.problem.run_filter(moved, table, force, np.inf)
             return error[self.read], variance[self.read]
 
-        of = range(2 if self.problem.damped == "linear" else 3)
-        slope, _ = slopes(under_that_force, np.zeros(3), np.full(3, DIFFERENCE), of)
+        places = range(2 if self.problem.damped == "linear" else 3)
+        slope, _ = slopes(under_that_force, np.zeros(3), np.full(3, DIFFERENCE), places)
         return np.asarray(slope.T / self.std[:, None])
 
     def by_course(self, course: Course, forces: Array) -> Array:
-        """The same, prewhitened, of forces (k, t) along a course, as an autopilot's own filter shows them."""
+        """Prewhitened innovations in response to forces (k, t) along a course, as an autopilot's own filter shows
+        them."""
         time_s = self.problem.axis.time_s
         before = np.concatenate([time_s[:1], time_s[:-1]])
         forces = behind_filter(forces, course.step_s, self.problem.axis.smoothing_s)
         return self.prewhitened(self.by_force(means_before(course.time_s, forces, before, time_s)))
 
     def block(self, acts: Sequence[Act], pushes: Sequence[Push], course: Course) -> Block:
-        """Response of the axis' rows to each act and what it pushes with; acts without any are left out."""
+        """Response of the axis' rows to each act and its force; acts without any response are left out."""
         dof = self.problem.axis.dof
         forces = {k: push.force[dof] for k, push in enumerate(pushes) if dof in push.dofs}
         offs = {
@@ -193,16 +194,16 @@ class AxisInnovations:
             for k, act in enumerate(acts)
             if (off := reading_error(self.problem, act, course)) is not None
         }
-        of = sorted({*forces, *offs})
-        place = {k: i for i, k in enumerate(of)}
-        values = np.zeros((len(self.std), len(of)))
+        responding = sorted({*forces, *offs})
+        place = {k: i for i, k in enumerate(responding)}
+        values = np.zeros((len(self.std), len(responding)))
         if forces:
             values[:, [place[k] for k in forces]] = self.by_course(course, np.stack([*forces.values()]))
         if offs:
             values[:, [place[k] for k in offs]] += self.prewhitened(
                 self.by_reading(np.column_stack([*offs.values()]))
             )
-        return Block(np.array(of, dtype=np.intp), values)
+        return Block(np.array(responding, dtype=np.intp), values)
 
 
 def reading_error(problem: AxisLikelihood, act: Act, course: Course) -> Array | None:
@@ -237,10 +238,10 @@ def _responses(
     gain: Array,
     std: Array,
 ) -> Array:
-    """Innovations (rows, k) over `std` (rows,) of a filter with given gains (n, 3), in response to forces and reading
-    errors, (n, k) each, or (0, k) for none.
+    """Innovations (rows, k) over `std` (rows,) of a filter with given gains (n, 3), in response to unknown inputs.
 
-    x is the vehicle's state less the filter's. Columns run side by side for vectorisation.
+    force, off: forces and reading errors, (n, k) each, or (0, k) for none. x is the vehicle's state less the
+    filter's. Columns are computed together for vectorisation.
     """
     count = force.shape[1]
     pushed, wrong = len(force) > 0, len(off) > 0

@@ -37,10 +37,10 @@ def swapped(axes: Sequence[Axis]) -> tuple[tuple[int, int], ...]:
     """Pairs of degrees of freedom whose velocities each follow the other's thrust."""
     read = [axis for axis in axes if axis.dof < 3]
     return tuple(
-        (one.dof, other.dof)
-        for i, one in enumerate(read)
-        for other in read[i + 1 :]
-        if min(_rather(one, other), _rather(other, one)) > SWAPPED
+        (first.dof, second.dof)
+        for i, first in enumerate(read)
+        for second in read[i + 1 :]
+        if min(_rather(first, second), _rather(second, first)) > SWAPPED
     )
 
 
@@ -59,10 +59,10 @@ def mounted_otherwise(dofs: Sequence[int], pairs: Sequence[tuple[int, int]]) -> 
 def mounting_hints(dofs: Sequence[int], pairs: Sequence[tuple[int, int]]) -> tuple[str, ...]:
     """A sentence for each mirrored degree of freedom and each swapped pair."""
     crossed = tuple(
-        f"The recorded velocity in {DOFS[one]} goes with the thrust in {DOFS[other]}, and that in {DOFS[other]} with "
-        f"the thrust in {DOFS[one]}: the axes of the DVL, or of the thrusters, are not as the vehicle file has them; "
+        f"The recorded velocity in {DOFS[first]} goes with the thrust in {DOFS[other]}, and that in {DOFS[other]} with "
+        f"the thrust in {DOFS[first]}: the axes of the DVL, or of the thrusters, are not as the vehicle file has them; "
         "check both (seatrial doctor --wet tells of them)."
-        for one, other in pairs
+        for first, other in pairs
     )
     return crossed + tuple(
         f"In {DOFS[dof]} the recorded {'velocity' if dof < 3 else 'rate of turn'} runs against the thrust: the "
@@ -82,15 +82,19 @@ def _rather(axis: Axis, other: Axis) -> float:
 
 
 def _goes_with(axis: Axis, pushed: Axis) -> float:
-    """Correlation of an axis' velocity with a thrust behind its best lag; 0 without readings."""
+    """Correlation of an axis' velocity with the thrust of `pushed` behind its best lag; 0 without readings."""
     moving = np.isfinite(axis.reading) & (axis.state_read != POSITION)
     force, speed = pushed.force.mean(axis=1), axis.reading[moving]
     if len(speed) < 2 or np.std(speed) == 0.0:
         return 0.0
     at_s = axis.time_s[moving]
     behind = [np.interp(at_s, pushed.time_s, _behind(force, pushed.step_s, lag_s)) for lag_s in LAGS_S]
-    found = [float(np.corrcoef(speed, one)[0, 1]) for one in behind if np.std(one) > 0.0]
-    return max(found, key=abs, default=0.0)
+    correlations = [
+        float(np.corrcoef(speed, lagged_thrust)[0, 1])
+        for lagged_thrust in behind
+        if np.std(lagged_thrust) > 0.0
+    ]
+    return max(correlations, key=abs, default=0.0)
 
 
 @njit(cache=True, nogil=True)

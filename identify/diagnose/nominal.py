@@ -44,10 +44,10 @@ NEARLY = 0.05
 PASSES = 2
 
 SEA_S, SEA_SPREAD = 1.5, 0.1
-"""How long a disturbance remembers, and how far, in its logarithm, it may well be from that."""
+"""Correlation time of a sea's disturbance, s, and the prior spread of its logarithm."""
 
 SURGE, SWAY, ALIKE = 0, 1, 0.2
-"""How far apart, in its logarithm, what a filter is off by may well be in surge and in sway."""
+"""Prior spread between surge and sway of the logarithm of an autopilot filter's error."""
 
 QUICKEST_S = 0.06
 """Least time constant (mass over damping) of a degree of freedom: three commands of an autopilot's log."""
@@ -90,8 +90,8 @@ def _averaged(signal: Signal | None) -> Signal | None:
     n = len(signal) // k
     time_s = signal.time_s[: n * k].reshape(n, k)
     value = signal.value[: n * k].reshape(n, k, -1).mean(axis=1)
-    whole = np.ptp(time_s, axis=1) < 1.5 * (k - 1) / signal.rate_hz
-    return Signal(time_s.mean(axis=1)[whole], value[whole])
+    regular = np.ptp(time_s, axis=1) < 1.5 * (k - 1) / signal.rate_hz
+    return Signal(time_s.mean(axis=1)[regular], value[regular])
 
 
 @dataclass(frozen=True)
@@ -99,13 +99,13 @@ class Nominal:
     """A dive's filters at the maximum likelihood of the nominal model.
 
     built, joint: the identification's axes and likelihood, less the contribution of `acts`. theta (p,): the maximum,
-    with no steady push. log_posterior: at the maximum, each reading that was left out counted as far off as the gate
-    is. motion: velocities for the Coriolis forces. course: inputs of the effects. doubted: degrees of freedom whose
+    with no steady push. log_posterior: at the maximum, with each dropped reading counted as far off as the gate.
+    motion: velocities for the Coriolis forces. course: inputs of the effects. doubted: degrees of freedom whose
     controller used an unrecorded reading. filtered: degrees of freedom whose outliers an autopilot's filter has
-    already removed; timing_s: how late that filter tells them, and how smooth, None where there is none; late_thrust_s:
-    delay and lag of the thrust beyond the vehicle file's that its dating came upon. witnesses:
-    further sensors that show effects. accepted: earlier effects, removed from forces, readings and witnesses.
-    mirrored: degrees of freedom that run against their thrust; swapped: pairs that follow each other's.
+    already removed; timing_s: lateness and smoothing of that filter's velocity, None without it; late_thrust_s: delay
+    and lag of the thrust beyond the vehicle file's, as found when the velocity was dated. witnesses: further sensors
+    that show effects. accepted: earlier effects, removed from forces, readings and witnesses. mirrored: degrees of
+    freedom that run against their thrust; swapped: pairs that follow each other's thrust.
     """
 
     built: Axes
@@ -126,15 +126,20 @@ class Nominal:
 
     @property
     def unheard(self) -> tuple[int, ...]:
-        """Degrees of freedom in which a controller may have acted on a reading that the recording lacks: the doubted
-        ones, and heave, where an autopilot that holds its depth keeps its climb rate to itself."""
+        """Degrees of freedom in which a controller may have acted on a reading that the recording lacks.
+
+        They are the doubted ones, and heave behind an autopilot's filter or known by depth alone, because the climb
+        rate that holds the depth is not recorded.
+        """
         return tuple(sorted({*self.doubted, *({HEAVE} & {*self.filtered}), *self._by_depth}))
 
     @property
     def untold(self) -> tuple[int, ...]:
-        """The degrees of freedom in which an unknown force can't be told from what was not recorded: heave by depth
-        alone, whose controller knows its climb rate; roll, pitch and yaw where the thrusters pushed in surge or sway
-        and no velocity tells what came of it, for a drifting hull is turned (Munk 1924)."""
+        """Degrees of freedom in which an unknown force can't be separated from an unrecorded reading.
+
+        Heave is known by depth alone, while the controller knows the climb rate. Roll, pitch and yaw if the thrusters
+        pushed in surge or sway and no velocity was read there, because a drifting hull is turned (Munk 1924).
+        """
         fitted = {problem.axis.dof for problem in self.joint.problems}
         unseen = {SURGE, SWAY} - fitted - {*self.built.unpushed}
         turned = fitted & {ROLL, PITCH, YAW} if unseen else set()
@@ -142,15 +147,19 @@ class Nominal:
 
     @property
     def _by_depth(self) -> set[int]:
-        """Heave where depth alone was read of it."""
-        read = {one.axis.dof for one in self.joint.problems if one.axis.channels[0].state_read == POSITION}
+        """Heave if its only reading is depth."""
+        read = {
+            problem.axis.dof
+            for problem in self.joint.problems
+            if problem.axis.channels[0].state_read == POSITION
+        }
         return read & {HEAVE}
 
 
 def nominal_of(
     dive: Dive, file: VehicleFile, configuration: str, timing_s: tuple[float, float] | None = None
 ) -> Nominal:
-    """The nominal model alone, fitted to a dive; `timing_s` of an autopilot's velocity where another dive has told it.
+    """Fit the nominal model alone to a dive; `timing_s`: of an autopilot's velocity, if another dive has shown it.
 
     Raises FitError for a recording without a usable axis.
     """
@@ -166,7 +175,7 @@ def nominal_of(
             "velocity and thruster commands"
         )
     shape = file.vehicle.configurations[configuration]
-    against, crossed = mirrored(built.axes), swapped(built.axes)
+    runs_against, crossed = mirrored(built.axes), swapped(built.axes)
     start = filters_of(built, shape)
     if late_s := late_samples_s(start):
         dive = with_later_commands(dive, late_s)
@@ -176,15 +185,15 @@ def nominal_of(
         start, built = filters_of(slow, shape), slow
     filtered = (0, 1, 2) if dive.velocity_is_filtered else ()
     problems = tuple(
-        replace(one, reading=one.axis.reading) if one.axis.dof in filtered else one
-        for one in start.joint.problems
+        replace(each, reading=each.axis.reading) if each.axis.dof in filtered else each
+        for each in start.joint.problems
     )
     if filtered:
         problems = tuple(_bounded(problem) for problem in problems)
     joint, theta, log_posterior = _maximised(
         replace(start.joint, problems=problems), start.theta, built.motion, filtered
     )
-    doubted = tuple(one.dof for one in unrecorded(dive, file.vehicle.water))
+    doubted = tuple(each.dof for each in unrecorded(dive, file.vehicle.water))
     motion = _smoothed(joint, theta, built.motion)
     mass, damping = _coefficients(joint, theta)
     course = course_of(dive, file, configuration, predicted(joint, theta, motion), mass, damping)
@@ -200,7 +209,7 @@ def nominal_of(
         doubted,
         filtered,
         seen,
-        mirrored=against,
+        mirrored=runs_against,
         swapped=crossed,
         timing_s=(dive.velocity_late_s, dive.velocity_smoothing_s) if filtered else None,
         late_thrust_s=(dive.thrust_delay_s, dive.thrust_lag_s),
@@ -208,9 +217,11 @@ def nominal_of(
 
 
 def late_samples_s(found: Filters) -> float:
-    """How late slow samples of the commands act, by all the axes that tell of it under one prior; 0 for commands that
-    are known all the time. A sample that holds until the next acts half of the time between later than one that a
-    quick loop leaves behind."""
+    """Delay with which slow samples of the commands act, s; 0 for commands that are known all the time.
+
+    Estimated from all axes that hold information on it, under one prior. A command that holds until the next sample
+    acts later, by half the sampling interval, than a command that a fast loop leaves behind.
+    """
     axes = [
         (problem, place.start + problem.noise_place - len(problem.axis.timing))
         for problem, place in zip(found.joint.problems, found.joint.places, strict=True)
@@ -222,30 +233,33 @@ def late_samples_s(found: Filters) -> float:
     _, information = found.joint.score(found.theta)
     variance = np.diag(np.linalg.inv(information + np.diag(found.joint.prior_precision)))
     precision = np.array([1.0 / variance[at] for _, at in axes])
-    told = precision @ np.array([found.theta[at] for _, at in axes])
-    return float(told / (np.sum(precision - prior) + prior))
+    weighted = precision @ np.array([found.theta[at] for _, at in axes])
+    return float(weighted / (np.sum(precision - prior) + prior))
 
 
 def with_later_commands(dive: Dive, by_s: float) -> Dive:
-    """The dive with all that its thrusters were asked for so much later."""
+    """The dive with its thruster commands delayed by `by_s`."""
     later = {
-        name: Signal(one.time_s + by_s, one.value)
-        for name, one in {"pwm": dive.pwm, "tau_cmd": dive.tau_cmd}.items()
-        if one is not None
+        name: Signal(signal.time_s + by_s, signal.value)
+        for name, signal in {"pwm": dive.pwm, "tau_cmd": dive.tau_cmd}.items()
+        if signal is not None
     }
     return replace(dive, pwm=later.get("pwm"), tau_cmd=later.get("tau_cmd"))
 
 
 def _bounded(problem: AxisLikelihood) -> AxisLikelihood:
-    """With a disturbance that remembers no longer than the sea does: a slower one would take up what causes do, and a
-    model that lacks them would seem to lack nothing."""
+    """Limit the disturbance's correlation time to a sea's.
+
+    A slower disturbance would absorb the effect of causes, and a model without them would seem complete.
+    """
     mean, precision = problem.prior_mean.copy(), problem.prior_precision.copy()
     mean[TIME_CONSTANT], precision[TIME_CONSTANT] = np.log(SEA_S), SEA_SPREAD**-2.0
     return replace(problem, prior_mean=mean, prior_precision=precision)
 
 
 def _without_quick(start: Filters, built: Axes) -> Axes:
-    """Without degrees of freedom that settle within a few commands: the recording does not show them in between."""
+    """The axes without degrees of freedom that settle within a few commands: the recording misses their motion in
+    between."""
     theta = start.theta
     quick = {
         problem.axis.dof
@@ -260,8 +274,10 @@ def _without_quick(start: Filters, built: Axes) -> Axes:
 
 
 def _without_still(built: Axes, dive: Dive) -> Axes:
-    """Without roll and pitch that are held level and unpushed: the little motion there is rounding, and noiseless
-    readings turn it into a cause."""
+    """The axes without roll and pitch that are held level and unpushed.
+
+    Their little motion is rounding, which noiseless readings turn into a cause.
+    """
     if dive.attitude is None:
         return built
     w, x, y, z = dive.attitude.value.T
@@ -273,8 +289,10 @@ def _without_still(built: Axes, dive: Dive) -> Axes:
 
 
 def refitted(nominal: Nominal, acts: Sequence[Act], near: Nominal | None = None) -> Nominal:
-    """The same dive less the acts' forces and reading errors, with parameters and noise levels fitted anew. The fit
-    starts from `near` if given."""
+    """The same dive less the acts' forces and reading errors, with parameters and noise levels fitted again.
+
+    The fit starts from `near` if given.
+    """
     near = near or nominal
     pairs = zip(nominal.joint.problems, near.joint.problems, strict=True)
     problems = tuple(_without_acts(problem, acts, nominal.course, at.axis) for problem, at in pairs)
@@ -299,15 +317,18 @@ def refitted(nominal: Nominal, acts: Sequence[Act], near: Nominal | None = None)
 
 
 def _braking(act: Act, course: Course) -> Act:
-    """A quadratic drag along a course: the filters braked by their own speeds, not by those it was made of."""
+    """A quadratic drag along a course: the filters brake by their own speeds, not by the speeds from which it was
+    computed."""
     if act.quadratic is None:
         return act
     return replace(act, wrench=-act.quadratic * np.abs(course.nu) * course.nu)
 
 
 def _without_trims(joint: JointLikelihood, theta: Array) -> Array:
-    """Without steady pushes: they are fitted so that the disturbance need not absorb them, but are no part of the
-    nominal model."""
+    """Theta without steady pushes, which are fitted only so that the disturbance need not absorb them.
+
+    They are not part of the nominal model.
+    """
     out = theta.copy()
     out[steady_trims(joint)] = 0.0
     return out
@@ -316,9 +337,9 @@ def _without_trims(joint: JointLikelihood, theta: Array) -> Array:
 def _maximised(
     joint: JointLikelihood, theta: Array, motion: Motion, filtered: tuple[int, ...], passes: int = PASSES
 ) -> tuple[JointLikelihood, Array, float]:
-    """The maximum likelihood, with Coriolis forces of ever better velocities, and the log posterior there.
+    """Maximise the likelihood, with Coriolis forces of ever better velocities; also returns the log posterior there.
 
-    Outliers are dropped, except in `filtered` degrees of freedom: there a large residual is the model's.
+    Outliers are dropped, except in `filtered` degrees of freedom, where a large residual is due to the model.
     """
     for _ in range(passes):
         theta = climb(joint, theta, NEARLY, JointLikelihood.score).theta
@@ -334,24 +355,26 @@ def _maximised(
 
 
 def _left_out(joint: JointLikelihood) -> int:
-    """How many readings were."""
+    """Number of readings that were dropped."""
     read = sum(np.count_nonzero(np.isfinite(one.axis.reading)) for one in joint.problems)
     return int(read - sum(np.count_nonzero(np.isfinite(one.reading)) for one in joint.problems))
 
 
 def _alike(joint: JointLikelihood, theta: Array, filtered: Sequence[int]) -> tuple[JointLikelihood, Array]:
-    """With what an autopilot's filter is off by about as much in surge as in sway. Where a model lacks a force in one
-    of them, errors of the readings would make up for it."""
-    own = [
+    """Make an autopilot filter's error about equal in surge and sway.
+
+    If a model lacks a force in one of them, reading errors would make up for it.
+    """
+    coloured = [
         (k, place.stop - 2)
         for k, (problem, place) in enumerate(zip(joint.problems, joint.places, strict=True))
         if problem.axis.dof in {SURGE, SWAY} & {*filtered} and problem.axis.is_coloured
     ]
-    if len(own) < 2:
+    if len(coloured) < 2:
         return joint, theta
     problems, theta = list(joint.problems), theta.copy()
-    _, quietest = min(own, key=lambda one: float(theta[one[1]]))
-    for k, place in own:
+    _, quietest = min(coloured, key=lambda one: float(theta[one[1]]))
+    for k, place in coloured:
         mean, precision = problems[k].prior_mean.copy(), problems[k].prior_precision.copy()
         mean[-2], precision[-2] = theta[quietest], ALIKE**-2.0
         problems[k] = replace(problems[k], prior_mean=mean, prior_precision=precision)
@@ -360,17 +383,17 @@ def _alike(joint: JointLikelihood, theta: Array, filtered: Sequence[int]) -> tup
 
 
 def _without_acts(problem: AxisLikelihood, acts: Sequence[Act], course: Course, near: Axis) -> AxisLikelihood:
-    """An axis less the acts, at the speeds of a fit near by."""
+    """An axis less the acts, at the speeds of a nearby fit."""
     axis = problem.axis
     before = np.concatenate([axis.time_s[:1], axis.time_s[:-1]])
     force, reading, quadratic = axis.force.copy(), problem.reading.copy(), axis.quadratic
     for act in acts:
         if act.quadratic is not None:
-            # The filter itself brakes so: the velocity that a force is made of beforehand is off.
+            # The filter itself brakes: a velocity computed beforehand would be off.
             quadratic += float(act.quadratic[axis.dof])
         elif act.wrench is not None:
-            own = behind_filter(act.wrench[None, :, axis.dof], course.step_s, axis.smoothing_s)[0]
-            force += mean_before(course.time_s, own, before, axis.time_s)[:, None]
+            delayed_force = behind_filter(act.wrench[None, :, axis.dof], course.step_s, axis.smoothing_s)[0]
+            force += mean_before(course.time_s, delayed_force, before, axis.time_s)[:, None]
         off = reading_error(problem, act, course)
         if off is not None:
             reading -= off
@@ -386,7 +409,7 @@ def _smoothed(joint: JointLikelihood, theta: Array, motion: Motion) -> Motion:
 
 
 def quadratic_of(joint: JointLikelihood, theta: Array) -> Array:
-    """The quadratic dampings (6,) that are fitted with the filters."""
+    """Quadratic dampings (6,) that are fitted with the filters."""
     out = np.zeros(6)
     for problem, place in zip(joint.problems, joint.places, strict=True):
         out[problem.axis.dof] = problem.quadratic(theta[place])
@@ -394,8 +417,8 @@ def quadratic_of(joint: JointLikelihood, theta: Array) -> Array:
 
 
 def _known_course(course: Course, joint: JointLikelihood, theta: Array, acts: Sequence[Act]) -> Course:
-    """The course with what the filters' model and the acts make known: quadratic drag, water, and the motion that an
-    autopilot's filter smooths."""
+    """The course with quadratic drag, water and the motion before an autopilot's smoothing, by the filters and the
+    acts."""
     quadratic = quadratic_of(joint, theta)
     for problem in joint.problems:
         quadratic[problem.axis.dof] += problem.axis.quadratic
@@ -405,8 +428,10 @@ def _known_course(course: Course, joint: JointLikelihood, theta: Array, acts: Se
 
 
 def _unsmoothed(course: Course, joint: JointLikelihood) -> Course:
-    """The course with velocity and acceleration ahead of an autopilot's filter: nu + T nu_dot of what it makes of them,
-    where the thrust is what changes nu_dot fast."""
+    """The course with velocity and acceleration before an autopilot's filter: nu + T nu_dot of the filtered velocity.
+
+    Thrust changes nu_dot quickly, so the thrust ahead of the filter's lag gives the fast part of the acceleration.
+    """
     nu, nu_dot = course.nu.copy(order="F"), course.nu_dot.copy(order="F")
     for axis in (problem.axis for problem in joint.problems):
         if axis.smoothing_s > 0:

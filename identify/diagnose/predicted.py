@@ -1,7 +1,7 @@
 """Velocities and accelerations predicted by the filters from earlier readings alone, and the course made of them.
 
-A regressor of an innovation must not depend on it. A velocity smoothed over the whole dive does, and any force computed
-from such velocities would seem to explain something.
+A regressor of an innovation must not depend on it. A velocity smoothed over the whole dive does, and any force
+computed from it would predict the innovations even without a gap.
 """
 
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 TOGETHER = 8
 
 APART_S = 1e-4
-"""Times closer than this are one: readings' times are rounded."""
+"""Times closer than this count as equal, because readings' times are rounded."""
 
 
 @dataclass(frozen=True)
@@ -41,50 +41,50 @@ class Predicted:
 
 
 def predicted(joint: JointLikelihood, theta: Array, motion: Motion) -> Predicted:
-    """At the times of a motion, which fills in for axes that are not fitted."""
+    """Predict at the times of a motion, which provides the axes that are not fitted."""
     nu, nu_dot = motion.nu.copy(), np.gradient(motion.nu, motion.time_s, axis=0)
     step_s = float(motion.time_s[1] - motion.time_s[0])
     for problem, place in zip(joint.at(theta), joint.places, strict=True):
-        own, dof = theta[place], problem.axis.dof
-        state = problem.means(own)
+        theta_axis, dof = theta[place], problem.axis.dof
+        state = problem.means(theta_axis)
         time_s = problem.axis.time_s
         just_before = motion.time_s - APART_S
         last = np.maximum(np.searchsorted(time_s, just_before, side="left") - 1, 0)
         # A step that ends later may hold a command that responds to a reading at this time.
-        force = problem.mean_force(own).mean(axis=1)
+        force = problem.mean_force(theta_axis).mean(axis=1)
         step = np.minimum(np.searchsorted(time_s, just_before, side="left"), len(time_s) - 1)
         step = np.where(time_s[step] <= motion.time_s + APART_S, step, np.maximum(step - 1, 0))
-        # Of several readings at one time only the first ends a step, during which something pushed.
+        # Of several readings at one time only the first ends a step of nonzero length.
         lasting = np.maximum.accumulate(np.where(problem.axis.step_s > 0, np.arange(len(time_s)), 0))
         step = lasting[step]
-        now, mass = force[step], np.exp(own[MASS])
-        quadratic = problem.axis.quadratic + problem.quadratic(own)
-        damping = np.exp(own[DAMPING]) + quadratic * problem.slope[step]
+        force_now, mass = force[step], np.exp(theta_axis[MASS])
+        quadratic = problem.axis.quadratic + problem.quadratic(theta_axis)
+        damping = np.exp(theta_axis[DAMPING]) + quadratic * problem.slope[step]
         speed, place_, disturbance = state[last].T
-        rate = (now - damping * speed - problem.axis.stiffness * place_ + disturbance) / mass
+        rate = (force_now - damping * speed - problem.axis.stiffness * place_ + disturbance) / mass
         since = np.clip(motion.time_s - time_s[last], 0.0, 5 * step_s)
         nu[:, dof], nu_dot[:, dof] = speed + rate * since, rate
     return Predicted(motion.time_s, np.asfortranarray(nu), np.asfortranarray(nu_dot))
 
 
 def mean_before(time_s: Array, values: Array, start_s: Array, end_s: Array) -> Array:
-    """(m,): means over intervals of values at uniform times (n,), causal: none uses a value after its end.
+    """Means (m,) over intervals of values at uniform times (n,); causal: no mean uses a value after its end.
 
-    Beyond the last time, values are extrapolated from the two before, and the next interval corrects for that. 0 for an
-    empty interval.
+    Beyond the last time, values are extrapolated from the two before, and the next interval corrects for that. 0 for
+    an empty interval.
     """
     return means_before(time_s, values[None], start_s, end_s)[:, 0]
 
 
 def means_before(time_s: Array, values: Array, start_s: Array, end_s: Array) -> Array:
-    """The same (m, k) for several rows (k, n)."""
+    """The same means (m, k) for several rows (k, n)."""
     step_s = float(time_s[1] - time_s[0])
     values = np.ascontiguousarray(values, dtype=np.float64)
     return np.asarray(_mean_of_each(float(time_s[0]), step_s, values, start_s, end_s))
 
 
 def value_before(time_s: Array, values: Array, at_s: Array) -> Array:
-    """(m,): extrapolated from the last two of uniform times (n,) that are not later."""
+    """Values (m,), extrapolated from the last two of the uniform times (n,) that are not later."""
     step_s = time_s[1] - time_s[0]
     last = np.clip(((at_s - time_s[0]) / step_s + 1e-6).astype(np.intp), 1, len(time_s) - 1)
     since = np.clip((at_s - time_s[last]) / step_s, -1.0, 1.0)
@@ -93,7 +93,7 @@ def value_before(time_s: Array, values: Array, at_s: Array) -> Array:
 
 @njit(cache=True, inline="always")
 def _last(began_s: float, step_s: float, count: int, at_s: float) -> tuple[int, float]:
-    """Index of the last time not later, from the second on, and the time since."""
+    """Index of the last time that is not later, at least 1, and the time since."""
     last = min(max(int((at_s - began_s) / step_s + 1e-6), 1), count - 1)
     return last, min(max(at_s - (began_s + last * step_s), -step_s), step_s)
 
@@ -102,7 +102,7 @@ def _last(began_s: float, step_s: float, count: int, at_s: float) -> tuple[int, 
 def _mean_of_each(began_s: float, step_s: float, values: Array, start_s: Array, end_s: Array) -> Array:
     width, count = values.shape
     out = np.zeros((len(start_s), width))
-    # Some columns at a time, for contiguous writes.
+    # A few columns at a time, for contiguous writes.
     for first in range(0, width, TOGETHER):
         for k in range(len(start_s)):
             span_s = end_s[k] - start_s[k]
@@ -111,11 +111,11 @@ def _mean_of_each(began_s: float, step_s: float, values: Array, start_s: Array, 
                 j, late_s = _last(began_s, step_s, count, end_s[k])
                 by_i, by_j = 0.5 * early_s**2 / step_s, 0.5 * late_s**2 / step_s
                 for c in range(first, min(first + TOGETHER, width)):
-                    own = values[c]
-                    area = (late_s + by_j) * own[j] - by_j * own[j - 1]
-                    area -= (early_s + by_i) * own[i] - by_i * own[i - 1]
+                    row = values[c]
+                    area = (late_s + by_j) * row[j] - by_j * row[j - 1]
+                    area -= (early_s + by_i) * row[i] - by_i * row[i - 1]
                     for at in range(i, j):
-                        area += 0.5 * step_s * (own[at] + own[at + 1])
+                        area += 0.5 * step_s * (row[at] + row[at + 1])
                     out[k, c] = area / span_s
     return out
 
@@ -123,14 +123,15 @@ def _mean_of_each(began_s: float, step_s: float, values: Array, start_s: Array, 
 def course_of(
     dive: Dive, file: VehicleFile, configuration: str, at: Predicted, mass: Array, damping: Array
 ) -> Course:
-    """The course of the predicted motion, without thrusters where no pulses tell of each; `mass`, `damping` (6,) of the
-    nominal model.
+    """The course of the predicted motion; without thrusters if the pulses of each are not recorded.
+
+    mass, damping (6,): of the nominal model.
     """
     shape = file.vehicle.configurations[configuration]
     time_s, asked = at.time_s, _asked(dive, file, configuration)
     count = asked.value.shape[1]
     by_wrench = not tells_thrusters(dive, shape)
-    # A step ago: an angle must not explain its own reading.
+    # One step earlier: an angle must not explain its own reading.
     euler = _euler(dive, time_s - (time_s[1] - time_s[0]))
     depth = dive.depth_by(file.vehicle.water)
     return Course(
@@ -155,7 +156,7 @@ def course_of(
 
 
 def _asked(dive: Dive, file: VehicleFile, configuration: str) -> Signal:
-    """What each thruster is asked for (n, k); the wrench (n, 6) where no pulses tell of each."""
+    """Thrust (n, k) that each thruster is asked for; the wrench (n, 6) if the pulses of each are not recorded."""
     shape = file.vehicle.configurations[configuration]
     if dive.pwm is not None and tells_thrusters(dive, shape):
         pulses = dive.pwm.value[:, : len(shape.thrusters)]
@@ -188,7 +189,7 @@ def _at(signal: Signal | None, time_s: Array) -> Array:
 
 
 def _euler(dive: Dive, time_s: Array) -> Array:
-    """Roll and heading as they run on over all turns, pitch between them, (n, 3); zeros without an attitude."""
+    """Roll and heading, continuous over full turns, and pitch, (n, 3); zeros without an attitude."""
     if dive.attitude is None or not len(dive.attitude):
         return np.zeros((len(time_s), 3))
     attitude = attitude_at(dive.attitude, time_s)

@@ -16,10 +16,11 @@ LIKELY = 0.5
 
 
 def probability(margin_nats: float, unexplained_nats: float = 0.0) -> float:
-    """That a cause, or one of its ambiguity group, is present, beside unexplained forces of so many nats.
+    """Probability that a cause, or a member of its ambiguity group, is present, given unexplained forces of so many
+    nats.
 
-    A margin counts by its share of what it and they may both be about: next to a large unknown force a small margin
-    tells little, and a large one is no smaller for what is left.
+    The margin counts by its share of the margin and the nats that the cause may have taken up from these forces: next
+    to a large unknown force a small margin means little, while a large margin keeps its value.
     """
     margin = min(max(margin_nats, 0.0), 1e6)
     margin *= margin / max(margin + TAKEN_UP * unexplained_nats, 1e-9)

@@ -46,7 +46,7 @@ ENOUGH_CHECK_S = 60.0
 """A shorter check dive is simulated, but a dozen windows of 5 s are too few."""
 
 MOST_STILL = 0.5
-"""Share of a dive with a frozen velocity from which on the rest of it is not believed."""
+"""Share of a dive with a frozen velocity from which the remaining velocity is not used either."""
 
 BESIDE = 2
 """Neighbours on either side of a reading."""
@@ -61,14 +61,14 @@ AGREE = 0.5
 """Largest span of a spike's neighbours, relative to its size: a start or a stop is no spike."""
 
 MANY = 0.005
-"""Share of spikes from which on the verdict mentions them."""
+"""Share of spikes from which the verdict mentions them."""
 
 NORMAL = 0.6745
 """Median magnitude of a standard normal variable."""
 
 
 def refuse_short(dive: Dive, least_s: float) -> None:
-    """Raises FitError for a recording that is too short."""
+    """Raise FitError for a recording that is too short."""
     if dive.duration_s < least_s:
         cut = "ends in the middle of a record, and what comes before " if dive.counts.get("cut") else ""
         mend = "copy the whole file, or " if cut else ""
@@ -90,17 +90,17 @@ def without_still_velocity(dive: Dive) -> tuple[Dive, tuple[str, ...]]:
 
 
 def lacking(dives: Sequence[Dive], shape: Configuration) -> frozenset[str]:
-    """What effects need (`Effect.needs`) and some dive lacks."""
+    """The inputs that effects need (`Effect.needs`) and that some dive lacks."""
     has = {
         PULSES: all(tells_thrusters(dive, shape) for dive in dives),
         QUICK_COMMANDS: not any(_seldom(dive, shape) for dive in dives),
         OWN_VELOCITY: not any(dive.velocity_is_filtered and _has_velocity(dive) for dive in dives),
     }
-    return frozenset(name for name, there in has.items() if not there)
+    return frozenset(name for name, is_there in has.items() if not is_there)
 
 
 def unjudged_causes(lacks: Collection[str]) -> tuple[str, ...]:
-    """Sentences on the causes that can't be judged without these, and what to record."""
+    """Sentences on the causes that can't be judged without these inputs, and on the data to record."""
     words = {
         PULSES: "No pulses tell what each thruster did: causes in a single thruster, or in the thrusters' curve, were "
         "not judged; record ACTUATOR_OUTPUT_STATUS or SERVO_OUTPUT_RAW.",
@@ -122,7 +122,7 @@ def _seldom(dive: Dive, shape: Configuration) -> bool:
 
 
 def fitted_nominal(dive: Dive, file: VehicleFile, configuration: str, like: Nominal | None = None) -> Nominal:
-    """The nominal fit of a dive, its autopilot's velocity as late as in one that is `like` it.
+    """The nominal fit of a dive, with the lateness of an autopilot's velocity as in the fit `like`, if given.
 
     Raises FitError if no thruster pushed, or the dive is of another vehicle.
     """
@@ -131,8 +131,8 @@ def fitted_nominal(dive: Dive, file: VehicleFile, configuration: str, like: Nomi
         nominal = nominal_of(dive, file, configuration, like.timing_s if like else None)
     except FitError as error:
         # The source separates two recordings of one name.
-        said = str(error).removeprefix(f"{dive.source}: ").removeprefix(f"{dive.name}: ")
-        raise FitError(f"{dive.source}: {said}") from None
+        message = str(error).removeprefix(f"{dive.source}: ").removeprefix(f"{dive.name}: ")
+        raise FitError(f"{dive.source}: {message}") from None
     if nominal.built.strange:
         raise FitError(
             f"{dive.source}: {nominal.built.strange}; give the vehicle file and the configuration that it was dived "
@@ -167,15 +167,15 @@ def recording_notes(dive: Dive, nominal: Nominal) -> tuple[str, ...]:
         "of the evidence."
         for dof in nominal.doubted
     ]
-    noisy = loud(nominal.joint, nominal.theta, nominal.built.pushed)
-    loudest = (*(one.sentence for one in noisy if one.inflated), *loud_note(noisy))
+    loud_axes = loud(nominal.joint, nominal.theta, nominal.built.pushed)
+    loudest = (*(axis.sentence for axis in loud_axes if axis.inflated), *loud_note(loud_axes))
     return tuple(dict.fromkeys((*doubted, *_wild(nominal), *loudest, *nominal.built.notes, *dive.notes)))
 
 
 def unjudged_notes(nominal: Nominal) -> tuple[str, ...]:
-    """Degrees of freedom that were not judged, why, and what to record: the verdict does not cover them.
+    """Sentences on degrees of freedom that were not judged, why, and what to record: the verdict does not cover them.
 
-    Roll and pitch right themselves: without thrust there nobody misses them.
+    Roll and pitch right themselves; without thrust there, nobody misses them.
     """
     built = nominal.built
     missing = (
@@ -194,17 +194,17 @@ def unjudged_notes(nominal: Nominal) -> tuple[str, ...]:
 
 def _wild(nominal: Nominal) -> tuple[str, ...]:
     """A note of outliers dropped, by degree of freedom."""
-    told = []
+    counts = []
     for problem in nominal.joint.problems:
         read = np.isfinite(problem.axis.reading)
         wild = int(np.count_nonzero(read & ~np.isfinite(problem.reading)))
         if wild:
             share = 100.0 * wild / np.count_nonzero(read)
-            told.append(f"{wild} in {DOFS[problem.axis.dof]} ({share:.2g} %)")
-    if not told:
+            counts.append(f"{wild} in {DOFS[problem.axis.dof]} ({share:.2g} %)")
+    if not counts:
         return ()
     return (
-        f"Readings that are far off from those before and after, spikes, were left out: {', '.join(told)}.",
+        f"Readings that are far off from those before and after, spikes, were left out: {', '.join(counts)}.",
     )
 
 
@@ -228,45 +228,49 @@ def without_spikes(dive: Dive) -> tuple[Dive, tuple[Spikes, ...]]:
     """
     if dive.velocity is None or dive.velocity_is_filtered:
         return dive, ()
-    value, found = dive.velocity.value.copy(), []
+    value, spikes = dive.velocity.value.copy(), []
     for dof in range(3):
         read = np.flatnonzero(np.isfinite(value[:, dof]))
         spiky = _spikes(value[read, dof])
         if spiky.any():
-            found.append(Spikes(dof, int(spiky.sum()), len(read)))
+            spikes.append(Spikes(dof, int(spiky.sum()), len(read)))
             value[read[spiky], dof] = np.nan
-    return (replace(dive, velocity=Signal(dive.velocity.time_s, value)) if found else dive), tuple(found)
+    return (replace(dive, velocity=Signal(dive.velocity.time_s, value)) if spikes else dive), tuple(spikes)
 
 
 def spikes_sentence(found: Sequence[Spikes], name: str = "") -> str:
     """A sentence on the spikes dropped. name: of another dive."""
-    told = ", ".join(f"{one.count} in {DOFS[one.dof]} ({100 * one.share:.2g} %)" for one in found)
+    counts = ", ".join(
+        f"{spikes.count} in {DOFS[spikes.dof]} ({100 * spikes.share:.2g} %)" for spikes in found
+    )
     return (
         f"Velocities{f' of {name}' if name else ''} stand off from those before and after as no motion does: these "
-        f"spikes were left out: {told}; look at the DVL, and at what passes its readings on."
+        f"spikes were left out: {counts}; look at the DVL, and at what passes its readings on."
     )
 
 
 def _spikes(value: Array) -> NDArray[np.bool_]:
-    """Which readings (n,) of a velocity are spikes; none at either end."""
+    """Whether each reading (n,) of a velocity is a spike; no reading at either end is."""
     out = np.zeros(len(value), dtype=np.bool_)
     width = 2 * BESIDE + 1
     if len(value) < 2 * width:
         return out
     windows = sliding_window_view(value, width)
-    beside = np.delete(windows, BESIDE, axis=1)
-    off = np.abs(windows[:, BESIDE] - np.median(beside, axis=1))
+    neighbours = np.delete(windows, BESIDE, axis=1)
+    off = np.abs(windows[:, BESIDE] - np.median(neighbours, axis=1))
     least = max(FAR * float(np.median(off)) / NORMAL, LEAST_SPIKE_M_S)
-    # One neighbour may be a spike, too: the others' span is the vehicle's motion.
-    inner = np.sort(beside, axis=1)
+    # One neighbour may be a spike, too: the span of the others is the vehicle's motion.
+    inner = np.sort(neighbours, axis=1)
     span = np.minimum(inner[:, -2] - inner[:, 0], inner[:, -1] - inner[:, 1])
     out[BESIDE:-BESIDE] = (off > least) & (span < AGREE * off)
     return out
 
 
 def mass_hints(now: Nominal, log_stds: Sequence[float], shape: Configuration) -> tuple[str, ...]:
-    """Sentences on masses in surge, sway or heave that are impossible for the file's rigid body in water; log_stds
-    (axes,): their relative standard errors."""
+    """Sentences on masses in surge, sway or heave that are impossible for the file's rigid body in water.
+
+    log_stds (axes,): relative standard errors of the masses.
+    """
     light, heavy = [], []
     for problem, std in zip(now.joint.problems, log_stds, strict=True):
         dof = problem.axis.dof

@@ -24,12 +24,12 @@ from identify.side_by_side import side_by_side
 Array = NDArray[np.float64]
 
 PIECE_S, LEAST_PIECE_S = 20.0, 6.0
-"""Length of a held-out piece: longer than the disturbance's memory, shorter than most legs; and the least of it in a
+"""Length of a held-out piece: longer than the disturbance's memory, shorter than most legs; and its least length in a
 short dive: longer than a drift of 5 s."""
 
 
 def piece_s(lasting_s: float) -> float:
-    """Length of the pieces of a dive: two for each fold, in a dive too short for that of 20 s."""
+    """Length of the pieces of a dive: two for each fold, if the dive is too short for pieces of 20 s."""
     return float(np.clip(lasting_s / (2 * FOLDS), LEAST_PIECE_S, PIECE_S))
 
 
@@ -39,27 +39,29 @@ LEVELLED = (3, 4)
 YAW = 5
 
 DRIFT_MOMENTS = {3: (1, 2), 4: (2, 0), 5: (0, 1)}
-"""By degree of freedom, the two velocities whose product turns the hull by the difference of their masses (Munk 1924).
-"""
+"""By degree of freedom, the two velocities whose product turns the hull by the difference of their masses (Munk
+1924)."""
 
 MASS_OFF = 0.02
-"""How far off, as a share, a mass may be that was fitted to the velocity of an autopilot's filter. Its lateness and
-smoothing leave so much, and the moments of drift are made of small differences of masses."""
+"""Relative error of a mass that was fitted to the velocity of an autopilot's filter.
+
+The velocity's lateness and smoothing leave that much, and moments of drift come from small differences of masses.
+"""
 
 SCALE_SPREAD = 1.5
-"""How far the logarithm of a thrust's scale may be off: as far as that of a mass."""
+"""Prior spread of the logarithm of a thrust's scale: that of a mass."""
 
 THRUST_DELAYS_S = (0.0, 0.1, 0.2, 0.3, 0.5, 0.8, 1.2)
-"""Delays allowed for thrust that answers an unrecorded disturbance."""
+"""Delays allowed for thrust that answers an unrecorded disturbance, s."""
 
 
 @dataclass(frozen=True)
 class Regression:
-    """The regression of a fit: the rows of all its axes, one after another.
+    """The regression of a fit: the rows of all its axes, one axis after another.
 
     value (rows,): normalised innovations. nominal (rows, m): nuisance columns of the nominal parameters, with prior
-    precision nominal_precision (m,); scales: those of a thrust that may be of another scale. piece (rows,): piece of
-    the dive. dof (rows,): degree of freedom, -1 for rows of `witnesses`, which come last.
+    precision nominal_precision (m,); scales: columns of a thrust of unknown scale. piece (rows,): piece of the dive.
+    dof (rows,): degree of freedom, -1 for rows of `witnesses`, which come last.
     """
 
     axes: tuple[AxisInnovations, ...]
@@ -75,15 +77,20 @@ class Regression:
         """Response to each act: a block for each axis and each witness."""
         pushes = [push_of(act, course) for act in acts]
         blocks = side_by_side(lambda axis: axis.block(acts, pushes, course), self.axes)
-        return Blocks((*blocks, *(_witness_block(one, acts, course) for one in self.witnesses)), len(acts))
+        return Blocks(
+            (*blocks, *(_witness_block(witness, acts, course) for witness in self.witnesses)), len(acts)
+        )
 
     def columns(self, acts: Sequence[Act], course: Course) -> Array:
-        """The same as a dense matrix (rows, acts)."""
+        """Response to each act as a dense matrix (rows, acts)."""
         return self.blocks(acts, course).dense()
 
     def with_thrust_scale(self) -> "Regression":
-        """With a nuisance column for the thrust in yaw. Where a controller holds a heading against a disturbance, the
-        inertia and that disturbance scale together, and the column of the inertia leaves the disturbance as it is."""
+        """Add a nuisance column for the thrust in yaw.
+
+        If a controller holds a heading against a disturbance, the inertia and that disturbance scale together, and
+        the column of the inertia leaves the disturbance as it is.
+        """
         columns = [
             axis.prewhitened(axis.by_force(axis.problem.axis.force.mean(axis=1)[:, None]))
             for axis in self.axes
@@ -97,12 +104,12 @@ class Regression:
         return replace(scaled, scales=tuple(range(first, first + len(columns))))
 
     def with_drift_moments(self, course: Course) -> "Regression":
-        """With nuisance columns for moments of drift: as large as masses through an autopilot's filter may be off."""
+        """Add nuisance columns for moments of drift, as large as the error of masses through an autopilot's filter."""
         acts = []
-        for dof, (one, other) in DRIFT_MOMENTS.items():
+        for dof, (first, second) in DRIFT_MOMENTS.items():
             wrench = np.zeros_like(course.nu)
-            size = np.hypot(course.mass[one], course.mass[other])
-            wrench[:, dof] = size * course.drifting[:, one] * course.drifting[:, other]
+            size = np.hypot(course.mass[first], course.mass[second])
+            wrench[:, dof] = size * course.drifting[:, first] * course.drifting[:, second]
             acts.append(Act(wrench=wrench))
         return self._with_nuisances(self.columns(acts, course), MASS_OFF)
 
@@ -116,30 +123,39 @@ class Regression:
     def with_witnesses(
         self, witnesses: Sequence[Witness], acts: Sequence[Act], course: Course
     ) -> "Regression":
-        """With the rows of witnesses, weighted by their residuals beside the acts."""
-        beside = tuple(weighed_witness(one, acts, course) for one in witnesses)
-        if not beside:
+        """Add the rows of witnesses, weighted by their residuals less the acts."""
+        weighed = tuple(weighed_witness(witness_rows, acts, course) for witness_rows in witnesses)
+        if not weighed:
             return self
         began_s = min(float(axis.problem.axis.time_s[0]) for axis in self.axes)
         known = block_diag(
-            [np.zeros((len(self.value), 0)), *(one.whitened(one.witness.known) for one in beside)]
+            [
+                np.zeros((len(self.value), 0)),
+                *(witness_rows.whitened(witness_rows.witness.known) for witness_rows in weighed),
+            ]
         )
         nominal = np.vstack([self.nominal, np.zeros((len(known) - len(self.nominal), self.nominal.shape[1]))])
         each_s = piece_s(_lasting_s([axis.problem for axis in self.axes]))
-        late = [np.minimum((one.witness.time_s - began_s) / each_s, self.piece.max()) for one in beside]
+        late = [
+            np.minimum((witness_rows.witness.time_s - began_s) / each_s, self.piece.max())
+            for witness_rows in weighed
+        ]
         piece = np.concatenate([self.piece, *(np.maximum(part, 0.0).astype(np.intp) for part in late)])
         # Less the acts, like all other rows: `weighing_of` adds them again.
-        left = [one.whitened(_witness_residual(one.witness, acts, course)[:, None])[:, 0] for one in beside]
+        left = [
+            witness_rows.whitened(_witness_residual(witness_rows.witness, acts, course)[:, None])[:, 0]
+            for witness_rows in weighed
+        ]
         return replace(
             self,
             value=np.concatenate([self.value, *left]),
             nominal=np.hstack([nominal, known]),
             nominal_precision=np.concatenate(
-                [self.nominal_precision, *(one.witness.precision for one in beside)]
+                [self.nominal_precision, *(witness_rows.witness.precision for witness_rows in weighed)]
             ),
             piece=piece,
             dof=np.concatenate([self.dof, np.full(len(piece) - len(self.piece), -1, dtype=np.intp)]),
-            witnesses=beside,
+            witnesses=weighed,
         )
 
 
@@ -156,11 +172,11 @@ def _witness_block(one: WeighedWitness, acts: Sequence[Act], course: Course) -> 
 
 def block_diag(blocks: Sequence[Array]) -> Array:
     """A block-diagonal matrix of blocks (m, k)."""
-    out = np.zeros((sum(len(one) for one in blocks), sum(one.shape[1] for one in blocks)))
+    out = np.zeros((sum(len(block) for block in blocks), sum(block.shape[1] for block in blocks)))
     row = column = 0
-    for one in blocks:
-        out[row : row + len(one), column : column + one.shape[1]] = one
-        row, column = row + len(one), column + one.shape[1]
+    for block in blocks:
+        out[row : row + len(block), column : column + block.shape[1]] = block
+        row, column = row + len(block), column + block.shape[1]
     return out
 
 
@@ -168,7 +184,7 @@ def regression_of(joint: JointLikelihood, theta: Array, unheard: Sequence[int]) 
     """The regression at the maximum `theta` of a joint fit.
 
     In an `unheard` degree of freedom the controller used an unrecorded reading. Its thrust follows the disturbance
-    unseen, so delayed thrust is a nuisance there.
+    without a recorded cause, so delayed thrust is a nuisance there.
     """
     problems = joint.at(theta)
     masses = joint.mass_places
@@ -199,9 +215,9 @@ def regression_of(joint: JointLikelihood, theta: Array, unheard: Sequence[int]) 
         for slope in quadratic:
             slopes[:, 2 + problem.quadratic_place - FORCES] += slope
         by_theta = innovations.prewhitened(slopes)
-        of = [place.start + at for at in (MASS, DAMPING, *range(FORCES, problem.noise_place))]
+        targets = [place.start + at for at in (MASS, DAMPING, *range(FORCES, problem.noise_place))]
         rows = np.zeros((len(std), len(kept)))
-        for at, column in zip((*of, *masses), by_theta.T, strict=True):
+        for at, column in zip((*targets, *masses), by_theta.T, strict=True):
             rows[:, kept == at] += column[:, None]
         axes.append(innovations)
         values.append(innovations.prewhitened((innovations.error / innovations.std)[:, None])[:, 0])
@@ -229,24 +245,27 @@ def _lasting_s(problems: Sequence[AxisLikelihood]) -> float:
 
 
 def mean_places(joint: JointLikelihood) -> list[int]:
-    """Places in theta of all that moves the innovations' mean: masses, dampings, masses of one axis alone, and nuisance
-    trims."""
+    """Places in theta of all parameters that move the innovations' mean: masses, dampings, masses of one axis alone,
+    and nuisance trims."""
     pushes = steady_trims(joint)
     return [
         at
-        for one, place in zip(joint.problems, joint.places, strict=True)
-        for at in (place.start + k for k in (MASS, DAMPING, *range(FORCES, one.noise_place)))
+        for problem, place in zip(joint.problems, joint.places, strict=True)
+        for at in (place.start + k for k in (MASS, DAMPING, *range(FORCES, problem.noise_place)))
         if at not in pushes
     ]
 
 
 def steady_trims(joint: JointLikelihood) -> list[int]:
-    """Places in theta of trims that the nominal model lacks: it has the vehicle file's net buoyancy, and any other
-    steady push is a cause. In roll and pitch a tilted sensor makes one."""
+    """Places in theta of trims that the nominal model lacks.
+
+    The model has the vehicle file's net buoyancy, and any other steady push is a cause. In roll and pitch a tilted
+    sensor causes a trim, so trims there are nuisances.
+    """
     return [
         place.start + FORCES
-        for one, place in zip(joint.problems, joint.places, strict=True)
-        if one.axis.dof not in LEVELLED
+        for problem, place in zip(joint.problems, joint.places, strict=True)
+        if problem.axis.dof not in LEVELLED
     ]
 
 

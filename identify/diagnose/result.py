@@ -41,8 +41,11 @@ class Gain:
 
 @dataclass(frozen=True)
 class Found:
-    """An accepted cause. also: names of its ambiguity group, likeness: |cosine| of each; probability: that it, or one
-    of `also`, is present; gain_nats: saved on held-out pieces beside the others."""
+    """A cause that was found, likely or merely possible.
+
+    also: names of its ambiguity group; likeness: |cosine| of each; probability: that it, or a member of `also`, is
+    present; gain_nats: saved on held-out pieces in addition to the other causes.
+    """
 
     cause: Cause
     also: tuple[str, ...]
@@ -59,8 +62,10 @@ class Found:
 
 @dataclass(frozen=True)
 class Tried:
-    """A candidate of the library, and the nats that its best form saves in addition to the accepted causes. why: for a
-    crew, why a candidate that saves enough is not accepted."""
+    """A candidate of the library, and the nats that its best form saves in addition to the accepted causes.
+
+    why: for a crew, why a candidate that saves enough is not accepted.
+    """
 
     effect: Effect
     gain_nats: float
@@ -87,8 +92,10 @@ class Share:
 
 @dataclass(frozen=True)
 class Slice:
-    """A part of the squared gap by another variable. by: "speed", "heading", "depth", "time", "voltage", "distance";
-    low, high: its range, SI."""
+    """A part of the squared gap by another variable.
+
+    by: "speed", "heading", "depth", "time", "voltage", "distance"; low, high: its range, SI.
+    """
 
     dof: str
     by: str
@@ -109,9 +116,11 @@ class Dependence:
 
 @dataclass(frozen=True)
 class Disturbance:
-    """The fitted stationary disturbance in a degree of freedom. std: N or N m. share: its variance over that of the
-    thrusters' force, or of the force of the motion where nothing pushes; 1 at most. driven: whether the thrusters push
-    there of their own accord, not merely to hold a depth or a heading."""
+    """The fitted stationary disturbance in a degree of freedom.
+
+    std: N or N m. share: its variance over that of the thrusters' force, or of the force of the motion if no thruster
+    pushes; 1 at most. driven: whether the thrusters push there to move, not merely to hold a depth or a heading.
+    """
 
     dof: str
     std: float
@@ -122,10 +131,13 @@ class Disturbance:
 
 @dataclass(frozen=True)
 class Gap:
-    """before: rms over axes of the 5 s drift, in floors. drifts: over 1, 5 and 20 s; after: the same with the causes
-    in. force: rms of the missing force by degree of freedom, N and N m. where: shares of the whole gap.
-    unexplained_where: shares of the unexplained remainder, if any. drifted: shares of the squared 5 s drift beyond its
-    floor. unexplained: share of the closable gap, held out, that the causes leave; NaN if unknown."""
+    """The gap of a dive.
+
+    before: rms over axes of the 5 s drift, in floors. drifts: over 1, 5 and 20 s; after: the same with the causes in.
+    force: rms of the missing force by degree of freedom, N and N m. where: shares of the whole gap.
+    unexplained_where: shares of the unexplained remainder, if any. drifted: shares of the squared 5 s drift beyond
+    its floor. unexplained: share of the closable gap, held out, that the causes leave; NaN if unknown.
+    """
 
     before: float
     drifts: tuple[Drift, ...]
@@ -142,7 +154,7 @@ class Gap:
 
 @dataclass(frozen=True)
 class Character:
-    """Of the unexplained remainder."""
+    """Character of the unexplained remainder."""
 
     dof: tuple[str, ...]
     frame: Fixed
@@ -153,10 +165,12 @@ class Character:
 
 @dataclass(frozen=True)
 class Prediction:
-    """On a further dive, or on held-out pieces, at uniform times (n,): velocities (n, 6) in body axes, m/s and rad/s,
-    measured (smoothed), and predicted without and with the causes and by the plain baseline, restarted from the
-    measured one with every window. window (n,): number of the window; its last instant is its drift. floor (6,): rms of
-    that by noise alone, NaN in axes that are not fitted."""
+    """Velocities (n, 6) on a further dive, or on held-out pieces, at uniform times (n,), body axes, m/s and rad/s.
+
+    measured: smoothed; before, after, baseline: predicted without and with the causes and by the plain baseline,
+    restarted from the measured velocity with every window. window (n,): number of the window; the error at its last
+    instant is its drift. floor (6,): rms drift by noise alone, NaN in axes that are not fitted.
+    """
 
     dive: str
     time_s: Array
@@ -170,8 +184,11 @@ class Prediction:
 
 @dataclass(frozen=True)
 class AxisShrink:
-    """Of one degree of freedom. before, after, floor: rms 5 s drift, m/s or rad/s. value: as of `Shrink`. nrmse: of the
-    velocity simulated over 5 s windows, over the measured one's standard deviation; NaN where that stands still."""
+    """The shrink of one degree of freedom.
+
+    before, after, floor: rms 5 s drift, m/s or rad/s. value: as in `Shrink`. nrmse: error of the velocity simulated
+    over 5 s windows, over the measured velocity's standard deviation; NaN if that is zero.
+    """
 
     dof: str
     before: float
@@ -185,9 +202,12 @@ class AxisShrink:
 
 @dataclass(frozen=True)
 class Shrink:
-    """before, after: rms drifts in floors. value = (before - after) / (before - floor), after no less than floor; NaN
+    """How far the drift shrinks with the causes.
+
+    before, after: rms drifts in floors. value = (before - after) / (before - floor), after no less than floor; NaN
     without a gap. low95, high95: of the value, NaN if unknown. floor: near 1, as in `shrink.floor_of`. by_axis: the
-    same for each fitted degree of freedom, in absolute terms."""
+    shrink of each fitted degree of freedom, in absolute terms.
+    """
 
     before: float
     after: float
@@ -209,9 +229,12 @@ class Next:
 
 @dataclass(frozen=True)
 class Accepted:
-    """What accepting the causes comes to. values: coefficients of the linear model, then of the feed-forward's effects,
-    with 95 % intervals. effects: all causes found. sentences: effects that the feed-forward can't compensate, and other
-    remarks. doubts: of the fit beside the causes, on values of the linear model."""
+    """The result of accepting the causes.
+
+    values: coefficients of the linear model, then of the feed-forward's effects, with 95 % intervals. effects: all
+    causes found. sentences: effects that the feed-forward can't compensate, and other remarks. doubts: of the fit
+    with the causes, on values of the linear model.
+    """
 
     values: dict[str, Value]
     effects: tuple[AcceptedEffect, ...]
@@ -220,8 +243,8 @@ class Accepted:
 
     @property
     def tells(self) -> bool:
-        """Whether there is anything to accept: a wrong log has no size, and gives no mass."""
-        return bool(self.values) or any(one.parameters for one in self.effects)
+        """Whether it holds anything to accept: a wrong log has no size, and gives no mass."""
+        return bool(self.values) or any(effect.parameters for effect in self.effects)
 
 
 NOTHING = Accepted({}, (), ())
@@ -229,10 +252,13 @@ NOTHING = Accepted({}, (), ())
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The whole answer. heldout: cross-validated shrink; check: shrink on a check dive; None if not asked for. tried:
-    all candidates, strongest first. prediction: on the check dive; held: on held-out pieces. numbers: masses and
-    dampings fitted beside all causes, accepted or not. provisos: sentences after the verdict that limit it. first:
-    sentences before it that invalidate all."""
+    """The complete answer.
+
+    heldout: cross-validated shrink; check: shrink on a check dive; None if not asked for. tried: all candidates,
+    strongest first. prediction: on the check dive; held: on held-out pieces. numbers: masses and dampings fitted
+    together with all causes, accepted or not. provisos: sentences after the verdict that limit it. first: sentences
+    before it that invalidate all.
+    """
 
     dive: str
     vehicle: str

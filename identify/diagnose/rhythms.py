@@ -28,43 +28,47 @@ from identify.estimators.innovations import INCREMENT, VELOCITY
 Array = NDArray[np.float64]
 
 PERIODS_S, WAVES_M = (0.6, 60.0), (0.3, 8.0)
-"""Bands of wavelengths: velocity readings do not resolve shorter ones, and a disturbance mimics longer ones."""
+"""Bands of wavelengths, in seconds or metres: velocity readings do not resolve shorter ones, and a disturbance mimics
+longer ones."""
 
 BINS = 4
-"""Per shortest wavelength."""
+"""Bins per shortest wavelength."""
 
 FINER = 4
-"""Rates tried per rate that a dive resolves."""
+"""Number of rates tried per rate that a dive resolves."""
 
 AROUND = 40
 """Neighbouring rates that give the chance level of power."""
 
 LIKELY_NATS = 10.0
-"""In sample; on most dives without a line, the best of all rates saves less."""
+"""Least nats in sample of a likely line; on most dives without a line, the best of all rates saves less."""
 
 MOST = 3
 
 BESIDE, MOST_BESIDE = 12, 6
-"""A line that starts and ends has sidebands: within so many resolved rates, so many are taken."""
+"""A line that starts and ends has sidebands: MOST_BESIDE at most, within BESIDE resolved rates."""
 
 PRICE_NATS, BESIDE_NATS = 3.9, 3.2
-"""Nats that a line must save beyond other forces. Some 6000 rates of all axes are tried, held-out pieces included, at
-one false alarm in a thousand dives: ln(6e6), less a force's ln(1.2e5). A sideband is one of 24."""
+"""Nats that a line must save beyond other forces.
+
+Some 6000 rates of all axes are tried, held-out pieces included, at one false alarm in a thousand dives: ln(6e6), less
+a force's ln(1.2e5). A sideband is one of 24.
+"""
 
 BLOWS_S = (0.7, 1.5, 3.0)
-"""Lengths of a blow."""
+"""Lengths of a blow, s."""
 
 BEATS_S = (5.0, 10.0)
-"""Lengths of an intermittent beat."""
+"""Lengths of an intermittent beat, s."""
 
 SHORTEST_S, MOST_TURNS = 0.6, 0.5
 """Periods of beats: from the shortest that velocity readings resolve, to this share of a beat's length."""
 
 WEIGHED = 3
-"""Beats weighed per length and axis, those with the most uneven stretches."""
+"""Number of beats weighed per length and axis, those with the most uneven stretches."""
 
 MOST_SIGMA = 4.0
-"""Clip of a row: a single outlier is no blow, which moves many rows."""
+"""Clip of a row: a blow moves many rows, a single outlier is none."""
 
 LEAST_STRETCHES = 20
 ROUNDS = 30
@@ -72,8 +76,10 @@ ROUNDS = 30
 
 @dataclass(frozen=True)
 class Clock:
-    """Phase of an oscillation (n,), nondecreasing, in seconds or metres, with its band of wavelengths, and the
-    oscillation's amplitude `size` (n,)."""
+    """Phase of an oscillation (n,), nondecreasing, in seconds or metres, with its band of wavelengths.
+
+    size (n,): the oscillation's amplitude.
+    """
 
     by: Literal["time", "way"]
     phase: Array
@@ -83,7 +89,7 @@ class Clock:
 
 @dataclass(frozen=True)
 class Cluster:
-    """Oscillations together, in radians per unit of their clock, strongest first; nats: of the first, in sample."""
+    """Oscillations in radians per unit of their clock, strongest first; nats: of the first, in sample."""
 
     clock: Clock
     rates: tuple[float, ...]
@@ -94,7 +100,7 @@ class Cluster:
         return PRICE_NATS + BESIDE_NATS * (len(self.rates) - 1)
 
     def forces(self) -> Array:
-        """(2 k, n): in phase with the clock, and a quarter of a period off."""
+        """Forces (2 k, n): in phase with the clock, and a quarter of a period off."""
         angles = [rate * self.clock.phase for rate in self.rates]
         return np.stack(
             [self.clock.size * wave for angle in angles for wave in (np.sin(angle), np.cos(angle))]
@@ -115,9 +121,9 @@ def clusters(innovations: AxisInnovations, left: Array, course: Course) -> list[
     score, time_s = scores(innovations, left), innovations.problem.axis.time_s
     # A step's force is the mean over it.
     middle = time_s - 0.5 * np.diff(time_s, prepend=time_s[:1])
-    found = [one for clock in clocks(course) for one in _peaks(clock, score, middle, course.time_s)]
-    found.sort(key=lambda one: -one[0].nats)
-    return [cluster for one in found[:MOST] for cluster in one]
+    lines = [one for clock in clocks(course) for one in _peaks(clock, score, middle, course.time_s)]
+    lines.sort(key=lambda one: -one[0].nats)
+    return [cluster for one in lines[:MOST] for cluster in one]
 
 
 def _peaks(clock: Clock, score: Array, at_s: Array, time_s: Array) -> Iterator[tuple[Cluster, ...]]:
@@ -131,20 +137,22 @@ def _peaks(clock: Clock, score: Array, at_s: Array, time_s: Array) -> Iterator[t
         if nats[i] < LIKELY_NATS:
             return
         near = [j for j in peaks.tolist() if 0 < abs(i - j) <= FINER * BESIDE and nats[j] > BESIDE_NATS + 2.0]
-        some = [(i,)] if not near else [(i,), (i, *near[:MOST_BESIDE])]
-        yield tuple(Cluster(clock, tuple(rate[list(k)].tolist()), float(nats[i])) for k in some)
+        groups = [(i,)] if not near else [(i,), (i, *near[:MOST_BESIDE])]
+        yield tuple(Cluster(clock, tuple(rate[list(k)].tolist()), float(nats[i])) for k in groups)
 
 
 def _spectrum(clock: Clock, score: Array, at_s: Array, time_s: Array) -> tuple[Array, Array]:
-    """Rates and the nats of each: by chance, the variance of a force's score is its information. Empty for a clock that
-    hardly moves."""
+    """Rates and the nats of each.
+
+    By chance, the variance of a force's score is its information. Empty for a clock that hardly moves.
+    """
     phase, size = np.interp(at_s, time_s, clock.phase), np.interp(at_s, time_s, clock.size)
     low, high = clock.band
-    whole = float(phase[-1] - phase[0])
-    if whole < 2 * high:
+    travelled = float(phase[-1] - phase[0])
+    if travelled < 2 * high:
         return np.zeros(0), np.zeros(0)
     step = low / BINS
-    count = int(whole / step) + 1
+    count = int(travelled / step) + 1
     binned = np.bincount(((phase - phase[0]) / step).astype(np.intp), size * score, minlength=count)
     power = np.abs(np.fft.rfft(binned, FINER * count)) ** 2
     rate = 2 * np.pi * np.arange(len(power)) / (FINER * count * step)
@@ -153,16 +161,18 @@ def _spectrum(clock: Clock, score: Array, at_s: Array, time_s: Array) -> tuple[A
     reach = FINER * AROUND
     # The median of chance power is ln 2 of its mean.
     middles = np.arange(0, len(power), max(reach // 4, 1))
-    usual = [np.median(power[max(0, i - reach) : i + reach + 1]) for i in middles.tolist()]
-    around = np.interp(np.arange(len(power)), middles, usual) if len(middles) else np.ones(0)
+    chance_power = [np.median(power[max(0, i - reach) : i + reach + 1]) for i in middles.tolist()]
+    around = np.interp(np.arange(len(power)), middles, chance_power) if len(middles) else np.ones(0)
     nats: Array = np.log(2) * power / np.maximum(around, 1e-300)
     return np.asarray(rate, np.float64), nats
 
 
 @dataclass(frozen=True)
 class _StretchScores:
-    """One axis' score by stretch: `total` (m, dims) over its standard deviation, with the newtons of one such unit in
-    `unit`."""
+    """One axis' score by stretch.
+
+    total (m, dims): score over its standard deviation; unit: newtons of one such standard deviation.
+    """
 
     total: Array
     unit: float
@@ -181,8 +191,11 @@ class _StretchScores:
 
 @dataclass(frozen=True)
 class Burst:
-    """A candidate burst in stretches of `long_s`. dof: its strongest axis, with the score `stretches`. gain: nats on
-    held-out stretches. square (m,): sums of squares of `dims` values of each stretch."""
+    """A candidate burst in stretches of `long_s`.
+
+    dof: its strongest axis, with the score `stretches`. gain: nats on held-out stretches. square (m,): sums of
+    squares of `dims` values of each stretch.
+    """
 
     dof: int
     gain: float
@@ -211,9 +224,9 @@ def bursts(left: Mapping[int, tuple[AxisInnovations, Array]], time_s: Array) -> 
         dof: (innovations.problem.axis.time_s, scores(innovations, np.clip(rows, -MOST_SIGMA, MOST_SIGMA)))
         for dof, (innovations, rows) in left.items()
     }
-    whole_s = float(time_s[-1] - time_s[0])
+    duration_s = float(time_s[-1] - time_s[0])
     for long_s in BLOWS_S:
-        if whole_s / long_s < LEAST_STRETCHES:
+        if duration_s / long_s < LEAST_STRETCHES:
             return
         stretches = {dof: _stretches(*one, time_s, long_s, 0.0) for dof, one in clipped.items()}
         for dof, one in stretches.items():
@@ -229,7 +242,7 @@ def bursts(left: Mapping[int, tuple[AxisInnovations, Array]], time_s: Array) -> 
                 long_s,
             )
     for long_s in BEATS_S:
-        if whole_s / long_s < LEAST_STRETCHES:
+        if duration_s / long_s < LEAST_STRETCHES:
             return
         for dof, axis in clipped.items():
             tried = [
@@ -241,7 +254,7 @@ def bursts(left: Mapping[int, tuple[AxisInnovations, Array]], time_s: Array) -> 
 
 
 def _periods_s(long_s: float) -> list[float]:
-    """Spaced at half the resolution of a stretch."""
+    """Periods of beats, spaced at half the resolution of a stretch."""
     rates = np.arange(1.0 / (MOST_TURNS * long_s), 1.0 / SHORTEST_S, 0.5 / long_s)
     return [float(1.0 / rate) for rate in rates]
 
@@ -257,26 +270,28 @@ def _stretches(at_s: Array, score: Array, time_s: Array, long_s: float, rate: fl
 
 
 def _weighed(dof: int, stretches: _StretchScores, square: Array, dims: int, long_s: float) -> Iterator[Burst]:
-    """None if the strongest axis is no more uneven than noise."""
+    """The burst with its gain on held-out stretches; none if the strongest axis is no more uneven than noise."""
     if stretches.uneven > 0:
         piece = (np.arange(len(square)) * long_s / piece_s(len(square) * long_s)).astype(np.intp)
         yield Burst(dof, mixture_gain(square, dims, piece), stretches, square, dims, long_s)
 
 
 def mixture_gain(square: Array, dims: int, piece: NDArray[np.intp]) -> float:
-    """Nats that two spreads save over one on held-out pieces; square (m,): sums of squares of `dims` values of each
-    stretch."""
+    """Nats that two spreads save over one on held-out pieces.
+
+    square (m,): sums of squares of `dims` values of each stretch.
+    """
     gain = 0.0
     for fold in range(FOLDS):
-        out = piece % FOLDS == fold
-        if out.any() and not out.all():
-            share, quiet, loud = _fitted(square[~out], dims)
-            one = _density(square[out], dims, float(np.mean(square[~out])) / dims)
-            two = np.logaddexp(
-                np.log1p(-share) + _density(square[out], dims, quiet),
-                np.log(share) + _density(square[out], dims, loud),
+        held = piece % FOLDS == fold
+        if held.any() and not held.all():
+            share, quiet, loud = _fitted(square[~held], dims)
+            single = _density(square[held], dims, float(np.mean(square[~held])) / dims)
+            mixture = np.logaddexp(
+                np.log1p(-share) + _density(square[held], dims, quiet),
+                np.log(share) + _density(square[held], dims, loud),
             )
-            gain += float(np.sum(two - one))
+            gain += float(np.sum(mixture - single))
     return gain
 
 
@@ -286,9 +301,9 @@ def _density(square: Array, dims: int, spread: float) -> Array:
 
 
 def _is_loud(square: Array, dims: int, share: float, quiet: float, loud: float) -> Array:
-    one = np.log1p(-share) + _density(square, dims, quiet)
-    two = np.log(share) + _density(square, dims, loud)
-    return np.asarray(np.exp(two - np.logaddexp(one, two)))
+    quiet_density = np.log1p(-share) + _density(square, dims, quiet)
+    loud_density = np.log(share) + _density(square, dims, loud)
+    return np.asarray(np.exp(loud_density - np.logaddexp(quiet_density, loud_density)))
 
 
 def _fitted(square: Array, dims: int) -> tuple[float, float, float]:
@@ -304,7 +319,7 @@ def _fitted(square: Array, dims: int) -> tuple[float, float, float]:
 
 
 def scores(innovations: AxisInnovations, left: Array) -> Array:
-    """(n,): derivative of the log likelihood of rows `left` (rows,) by the mean force of each step."""
+    """Derivative (n,) of the log likelihood of rows `left` (rows,) by the mean force of each step."""
     freed = left.copy()
     for autoregression in innovations.autoregressions:
         for lag, share in enumerate(autoregression.by_lag.tolist(), 1):

@@ -18,27 +18,33 @@ from identify.side_by_side import side_by_side
 Array = NDArray[np.float64]
 
 LEAST_GAIN, LEAST_SIGMA = 7.0, 1.0
-"""Nats on held-out pieces, and standard errors of them, that one more cause must save among some forty candidates."""
+"""Nats on held-out pieces, and standard errors of them, that a further cause must save among some forty candidates."""
 
 LEAST_SEA_GAIN = 20.0
-"""The same for a sea: its periods were read off the whole dive, held-out pieces included."""
+"""Nats that a sea must save: its periods were read off the whole dive, held-out pieces included."""
 
 LEAST_SHARE = 0.01
-"""Share of the nats saved by earlier causes, in the axes and pieces they share, that a further cause must exceed; or
-else the savings of their other forms, if smaller. No form of a library is exact, and a form's remainder grows with its
-evidence. A cause whose other forms save little is nearly exact."""
+"""Share of the nats saved by earlier causes, in the axes and pieces they share, that a further cause must exceed.
+
+If the savings of the earlier causes' other forms are smaller, these are the limit. No form of a library is exact, and
+a form's remainder grows with its evidence. A cause whose other forms save little is nearly exact.
+"""
 
 SHADOW, SHADOW_BEHIND_FILTER = 1e-3, 7e-3
-"""Share of the nats saved by earlier causes that a further cause must exceed wherever it acts: forms right to a
-thirtieth of their force leave as much, and what they leave has no form of theirs. Behind an autopilot's filter, whose
-lateness and smoothing are fitted, they are right to a twelfth."""
+"""Share of the nats saved by earlier causes that a further cause must exceed wherever it acts.
+
+Forms right to a thirtieth of their force leave that much, and their other forms do not absorb it. Behind an
+autopilot's filter, whose lateness and smoothing are fitted, they are right to a twelfth.
+"""
 
 NEXT_TO_NONE = 0.5
 """Nats of a form's remainder below which no bound is sharpened: half the chance gain of one parameter."""
 
 LEAST_MOTION_NATS = 3.0
-"""Nats that a cause must save in sample in the vehicle's motion: odds of twenty to one. Shaft speeds identify and size
-a cause, but one that the motion does not show is an artefact of telemetry."""
+"""Nats that a cause must save in sample in the vehicle's motion: odds of twenty to one.
+
+Shaft speeds identify and size a cause, but a cause that the motion does not show is an artefact of telemetry.
+"""
 
 LEAST_SWAP = 1.0
 
@@ -59,11 +65,13 @@ WITNESSED = {"imu_gravity_leak", "gyro_bias"}
 """Effects that a sensor of their own identifies, without the motion, and that no other form can mimic."""
 
 SIMPLER_SHARE = 5e-3
-"""Share of the nats of a cause of one number that its form may leave to one of several: an attitude that is off by two
-degrees tilts a weight by as much."""
+"""Share of a one-parameter cause's nats that its form may leave to a cause of several parameters.
+
+An attitude that is off by two degrees tilts a weight by as much.
+"""
 
 LATE_S = 0.02
-"""Delay or lag of the thrust from which on the search begins with it."""
+"""Delay or lag of the thrust from which the search begins with it."""
 
 MOST_CAUSES, MOST_TURNS, MOST_REFITS = 3, 7, 5
 SETTLED = 1.0
@@ -86,7 +94,8 @@ class Explanation:
 def explain(
     nominal: Nominal, library: Sequence[Effect], progress: Callable[[float, str], None]
 ) -> Explanation:
-    """The causes of a dive's gap among the effects of a library that a refit of the nominal model would not absorb."""
+    """Find the causes of a dive's gap among a library's effects, leaving out those that a refit of the model would
+    absorb."""
     at = _weighing_maker(library)
     weighing, fit = _begun(nominal, at)
     been: list[tuple[str, ...]] = []
@@ -105,7 +114,7 @@ def explain(
         settled, settled_fit = _settled(nominal, weighing, better, at)
         new = {*_labels(better)} - {*_labels(fit)}
         if settled.now.log_posterior < weighing.now.log_posterior - AMBIGUOUS_NATS:
-            # What they save at one set of noise levels they lose where the filters are fitted with them.
+            # The nats saved at fixed noise levels are lost when the filters are fitted with the causes.
             if new:
                 refused |= new
                 continue
@@ -121,12 +130,15 @@ def explain(
 
 
 def _begun(nominal: Nominal, at: Callable[[Nominal, Sequence[Cause]], Weighing]) -> tuple[Weighing, Fitted]:
-    """Nothing, or the late thrust that the dating of an autopilot's velocity came upon, where the filters are likelier
-    with it: a large delay is out of reach of columns of small ones."""
+    """Start the search with no cause, or with a late thrust that the dating of an autopilot's velocity found.
+
+    The late thrust is kept if the filters are likelier with it: a large delay is out of reach of columns for small
+    delays.
+    """
     weighing = at(nominal, ())
     delay_s, lag_s = nominal.late_thrust_s
     name, later_s = (THRUSTER_LAG, lag_s) if lag_s > 0 else (COMMAND_DELAY.name, delay_s)
-    effect = next((one for one in weighing.library if one.name == name), None)
+    effect = next((candidate for candidate in weighing.library if candidate.name == name), None)
     if effect is not None and later_s > LATE_S:
         late = Cause(effect, effect.none() + later_s)
         near = at(refitted(nominal, [late.act(nominal.course)]), (late,))
@@ -137,15 +149,15 @@ def _begun(nominal: Nominal, at: Callable[[Nominal, Sequence[Cause]], Weighing])
 
 
 def without_shadows_of_seas(weighing: Weighing, fit: Fitted) -> Fitted:
-    """Without causes that a sea's companions replace, those found before the sea among them."""
+    """The fit without causes that a sea's companions replace, including causes found before the sea."""
     for k in range(len(fit.causes) - 1, -1, -1):
         others = weighing.fitted(_without(fit.causes, k))
         seas = [cause for cause in others.causes if cause.effect.name in SEAS]
         if not seas or fit.causes[k].effect.name in (SEAS | WITNESSED):
             continue
         tried = ranked_candidates(_beyond_all(weighing, others), others)
-        own = [gain for gain, _, cause in tried if cause.key == fit.causes[k].key]
-        if max(own, default=0.0) < required_gain(FormRemainder(weighing, others), fit.causes[k]):
+        gains = [gain for gain, _, cause in tried if cause.key == fit.causes[k].key]
+        if max(gains, default=0.0) < required_gain(FormRemainder(weighing, others), fit.causes[k]):
             fit = others
     return fit
 
@@ -153,8 +165,10 @@ def without_shadows_of_seas(weighing: Weighing, fit: Fitted) -> Fitted:
 def _settled(
     nominal: Nominal, weighing: Weighing, fit: Fitted, at: Callable[[Nominal, Sequence[Cause]], Weighing]
 ) -> tuple[Weighing, Fitted]:
-    """Causes from one weighing, refitted with noise levels in turns until both agree: far faster than weighing all
-    candidates each time. Turns that lead away from the filters' maximum are not gone on with."""
+    """Refit causes and noise levels in turns until both agree; far faster than weighing all candidates each time.
+
+    Turns that lead away from the filters' maximum are abandoned.
+    """
     best: tuple[Weighing, Fitted] | None = None
     for _ in range(MOST_REFITS):
         now = refitted(nominal, [cause.act(weighing.now.course) for cause in fit.causes], weighing.now)
@@ -170,7 +184,7 @@ def _settled(
 
 
 def explained_by(causes: Sequence[Cause], nominal: Nominal, library: Sequence[Effect]) -> Explanation:
-    """An explanation by these causes alone, refitted with their noise levels; nominal: the filters without any."""
+    """An explanation by the given causes alone, refitted with their noise levels; nominal: the filters without any."""
     at = _weighing_maker(library)
     start = at(nominal, causes)
     weighing, fit = _settled(nominal, start, start.fitted(tuple(causes)), at)
@@ -204,22 +218,22 @@ def _same(one: Fitted, other: Fitted) -> bool:
 
 
 def improved(weighing: Weighing, fit: Fitted, refused: Collection[str] = ()) -> Fitted:
-    """Pruned, swapped, and with at most one more; none of those refused, by label."""
+    """Prune, swap, and add at most one cause; `refused` causes, by label, are left out."""
     fit = swapped(weighing, pruned(weighing, fit), refused)
     return with_one_more(weighing, fit, refused) if len(fit.causes) < MOST_CAUSES else fit
 
 
 def pruned(weighing: Weighing, fit: Fitted) -> Fitted:
-    """Without causes that other forms of the remaining ones replace."""
+    """The fit without causes that other forms of the remaining causes replace."""
     for k in range(len(fit.causes) - 1, -1, -1):
         if len(fit.causes) > 1:
             others = _others_at_their_best(weighing, fit, k)
             remainder = FormRemainder(weighing, others)
             tried = ranked_candidates(weighing.candidates_beyond_forms(others), others)
-            own = [
+            gains = [
                 gain for gain, sigma, cause in tried if cause.key == fit.causes[k].key and sigma > LEAST_SIGMA
             ]
-            if max(own, default=0.0) < required_gain(remainder, fit.causes[k]) or not _shows_in_motion(
+            if max(gains, default=0.0) < required_gain(remainder, fit.causes[k]) or not _shows_in_motion(
                 fit, others, fit.causes[k]
             ):
                 fit = others
@@ -231,7 +245,7 @@ def pruned(weighing: Weighing, fit: Fitted) -> Fitted:
 
 
 def _others_at_their_best(weighing: Weighing, fit: Fitted, k: int) -> Fitted:
-    """All causes but one, each in the variant that does best without it."""
+    """All causes but the k-th, each in the variant that does best without it."""
     others = weighing.fitted(_without(fit.causes, k))
     for cause in others.causes:
         variants = {
@@ -240,27 +254,32 @@ def _others_at_their_best(weighing: Weighing, fit: Fitted, k: int) -> Fitted:
             if (effect.name, effect.number) == cause.key and effect.label != cause.effect.label
         }
         if variants:
-            rest = weighing.fitted(tuple(one for one in others.causes if one.key != cause.key))
-            tried = ranked_candidates(weighing.candidates_beside(rest), rest)
-            fits = _fits(weighing, rest, [one for _, _, one in tried if one.effect.label in variants])
+            without_cause = weighing.fitted(tuple(one for one in others.causes if one.key != cause.key))
+            tried = ranked_candidates(weighing.candidates_beside(without_cause), without_cause)
+            fits = _fits(
+                weighing, without_cause, [one for _, _, one in tried if one.effect.label in variants]
+            )
             others = max((others, *fits), key=lambda one: one.gain)
     return others
 
 
 def swapped(weighing: Weighing, fit: Fitted, refused: Collection[str] = ()) -> Fitted:
-    """Each cause replaced by a better one beside the others, if any: another, or the same by other parameters."""
+    """The fit with each cause replaced by a better cause given the others, if any.
+
+    The better cause is another effect, or the same effect with other parameters.
+    """
     for k in range(len(fit.causes)):
         if k >= len(fit.causes):
             break
         others = weighing.fitted(_without(fit.causes, k))
-        mine = _form(fit.causes[k])
+        key = _form(fit.causes[k])
         tried = [
             cause
             for _, _, cause in ranked_candidates(weighing.candidates_beside(others), others)
-            if _form(cause) != mine and cause.effect.label not in refused
+            if _form(cause) != key and cause.effect.label not in refused
         ]
-        able = [one for one in _fits(weighing, others, tried) if _replaces(one, fit, fit.causes[k], others)]
-        fit = _simplest(able, others) or fit
+        fits = [new for new in _fits(weighing, others, tried) if _replaces(new, fit, fit.causes[k], others)]
+        fit = _simplest(fits, others) or fit
     return fit
 
 
@@ -269,8 +288,11 @@ def _form(cause: Cause) -> tuple[str, bytes]:
 
 
 def _replaces(one: Fitted, fit: Fitted, cause: Cause, others: Fitted) -> bool:
-    """Whether the last cause of `one` does better than that one of `fit`, or as well and is simpler. Parameters of the
-    same cause that are present or not are none of these: a sea of two dozen never settles on which."""
+    """Whether the last cause of `one` does better than `cause` in `fit`, or as well and is simpler.
+
+    Another choice of parameters of the same cause has to exceed the margin for simplicity: a sea of two dozen
+    parameters would never settle.
+    """
     new = one.causes[-1]
     if new.effect.label == cause.effect.label:
         return one.gain > fit.gain + _nats_for_simplicity(fit, others)
@@ -280,7 +302,7 @@ def _replaces(one: Fitted, fit: Fitted, cause: Cause, others: Fitted) -> bool:
 
 
 def with_one_more(weighing: Weighing, fit: Fitted, refused: Collection[str] = ()) -> Fitted:
-    """With the best candidate that other forms of the present causes do not replace."""
+    """The fit with the best further candidate that other forms of the present causes do not replace."""
     remainder = FormRemainder(weighing, fit)
     tried = [
         cause
@@ -296,8 +318,11 @@ def with_one_more(weighing: Weighing, fit: Fitted, refused: Collection[str] = ()
 
 
 def _beyond_all(weighing: Weighing, fit: Fitted) -> CandidateEquations:
-    """All candidates beyond the forms of a fit's causes, and beyond the companions of a sea: waves turn a hull as they
-    push it, and whatever goes with the rate of pitch would tell of all the waves that a few lines leave out."""
+    """All candidates, with the forms of a fit's causes and the companions of a sea projected out.
+
+    Waves also turn a hull as they push it, and a candidate that goes with the pitch rate would seem to explain all
+    the waves that a few lines leave out.
+    """
     acts = [
         act
         for cause in fit.causes
@@ -308,12 +333,12 @@ def _beyond_all(weighing: Weighing, fit: Fitted) -> CandidateEquations:
 
 
 def required_gain(remainder: FormRemainder, cause: Cause) -> float:
-    """Nats that one more cause must save: chance, plus the form remainder of earlier ones."""
+    """Nats that a further cause must save: chance, plus the form remainder of earlier causes."""
     return _least_gain(cause) + remainder_nats(remainder, cause)
 
 
 def remainder_nats(remainder: FormRemainder, cause: Cause) -> float:
-    """Nats that a further cause may save by the form remainder of earlier ones alone."""
+    """Nats that a further cause may save by the form remainder of earlier causes alone."""
     if cause.effect.name in WITNESSED or not remainder.fit.causes:
         return 0.0
     left = SHADOW_BEHIND_FILTER if remainder.weighing.now.filtered else SHADOW
@@ -332,15 +357,24 @@ def _shows_in_motion(fit: Fitted, others: Fitted, cause: Cause) -> bool:
 
 
 def _fits(weighing: Weighing, others: Fitted, tried: Sequence[Cause]) -> list[Fitted]:
-    """Of the first causes beside the others, those that show as they are fitted."""
+    """Fits of the first candidates with the other causes, without candidates that show no effect or end at a bound."""
     fits = side_by_side(lambda cause: weighing.fitted((*others.causes, cause)), tried[:LOOKED_AT])
-    fits = [one for one in fits if len(one.causes) == len(others.causes) + 1 and one.causes[-1].shows]
-    fits = [one for one in fits if not one.causes[-1].at_bound]
-    return [one for one in fits if _shows_in_motion(one, others, one.causes[-1])]
+    fits = [
+        candidate_fit
+        for candidate_fit in fits
+        if len(candidate_fit.causes) == len(others.causes) + 1 and candidate_fit.causes[-1].shows
+    ]
+    fits = [candidate_fit for candidate_fit in fits if not candidate_fit.causes[-1].at_bound]
+    return [
+        candidate_fit
+        for candidate_fit in fits
+        if _shows_in_motion(candidate_fit, others, candidate_fit.causes[-1])
+    ]
 
 
 def _simplest(fits: Sequence[Fitted], others: Fitted) -> Fitted | None:
-    """The best, or one of a single number that does nearly as well: a weight rather than a push in any direction."""
+    """The best fit, or a fit with a one-parameter cause that does nearly as well: a weight rather than a push in any
+    direction."""
     best = max(fits, key=lambda one: one.gain, default=None)
     if best is None:
         return None
@@ -352,12 +386,12 @@ def _simplest(fits: Sequence[Fitted], others: Fitted) -> Fitted | None:
 
 
 def nats_apart(fit: Fitted, others: Fitted) -> float:
-    """Nats within which another cause is as good as the one that `fit` has beyond others."""
+    """Nats within which another cause is as good as the last cause of `fit`."""
     return max(AMBIGUOUS_NATS, SAME_FORM * (fit.gain - others.gain))
 
 
 def _nats_for_simplicity(fit: Fitted, others: Fitted) -> float:
-    """Nats that a cause of several numbers has to save beyond one of a single number."""
+    """Nats that a cause of several parameters has to save beyond a cause of a single parameter."""
     return max(AMBIGUOUS_NATS, SIMPLER_SHARE * (fit.gain - others.gain))
 
 
@@ -378,9 +412,9 @@ def ranked_candidates(
     """
     taken = {cause.key for cause in fit.causes}
     best: dict[str, tuple[float, float, Cause]] = {}
-    able = [one for one in beside.settings if (one.effect.name, one.effect.number) not in taken]
-    able.sort(key=lambda setting: -beside.equations.fitted(setting.columns))
-    for setting in able[:most]:
+    untaken = [one for one in beside.settings if (one.effect.name, one.effect.number) not in taken]
+    untaken.sort(key=lambda setting: -beside.equations.fitted(setting.columns))
+    for setting in untaken[:most]:
         evidence, columns = weighed_setting(beside, setting)
         cause = _cause(setting, columns, evidence.size)
         if not cause.shows:

@@ -19,7 +19,8 @@ SEAS = {"waves", "varying_current"}
 WAVES_S, CURRENTS_S = (1.5, 12.0), (15.0, 200.0)
 MOST_LINES = 4
 NEAR, WIDE = 0.2, 3.0
-"""A sea's lines lie within a share NEAR of the strongest rate; the background is a median within a factor WIDE."""
+"""A sea's lines lie within a share NEAR of the strongest line's rate; the background is a median within a factor
+WIDE."""
 
 CORNER_HZ = 0.1
 """A usual disturbance falls off as the square of the rate above this."""
@@ -29,7 +30,7 @@ LEAST_OVER = 4.0
 
 
 def sea_effects(now: Nominal, sea: Callable[..., Effect], band_s: tuple[float, float]) -> tuple[Effect, ...]:
-    """The effect of `sea` with the strongest line of a band, and with all significant lines beside it."""
+    """The effect of `sea` with the strongest line of a band, and with all significant lines of the band."""
     lines = _lines(_spectrum(now), band_s)
     return tuple(sea(*lines[:count]) for count in sorted({1, len(lines)}) if lines)
 
@@ -40,8 +41,10 @@ def seas_of(now: Nominal) -> tuple[Effect, ...]:
 
 
 def period_interval(period_s: float, duration_s: float) -> tuple[float, float]:
-    """Interval of a period read off a dive of that length: the spectrum's rates are whole numbers of turns, so a line
-    is at most half a turn off."""
+    """Interval of a period read off a dive of that length.
+
+    The spectrum's rates are whole numbers of cycles per dive, so a line is at most half a cycle off.
+    """
     half = 0.5 / duration_s
     return 1.0 / (1.0 / period_s + half), 1.0 / max(1.0 / period_s - half, half)
 

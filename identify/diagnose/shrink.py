@@ -79,22 +79,23 @@ class Windows:
     piece: NDArray[np.intp]
 
     def shrink(self, rng: np.random.Generator) -> Shrink:
-        """With a 95 % interval by a bootstrap over pieces (Efron and Tibshirani 1993, section 8.5)."""
+        """Compute the shrink, with a 95 % interval by a bootstrap over pieces (Efron and Tibshirani 1993, section
+        8.5)."""
         pieces = np.unique(self.piece)
         sums = np.stack(
             [
-                np.stack([one[self.piece == piece].sum(axis=0) for piece in pieces])
-                for one in (self.before, self.after)
+                np.stack([drift[self.piece == piece].sum(axis=0) for piece in pieces])
+                for drift in (self.before, self.after)
             ]
         )
         counts = np.array([np.count_nonzero(self.piece == piece) for piece in pieces])
-        whole = _by_axis(sums, counts, np.arange(len(pieces)))
-        closes = np.abs(whole[0] - whole[1]) > LEAST_GAP
+        all_axes = _by_axis(sums, counts, np.arange(len(pieces)))
+        closes = np.abs(all_axes[0] - all_axes[1]) > LEAST_GAP
         again = (
             _by_axis(sums, counts, rng.integers(len(pieces), size=len(pieces))) for _ in range(RESAMPLED)
         )
-        drawn = np.array([value for one in again if np.isfinite(value := _value(*_totals(one, closes)))])
-        before, after, floor = _totals(whole, closes)
+        drawn = np.array([value for axes in again if np.isfinite(value := _value(*_totals(axes, closes)))])
+        before, after, floor = _totals(all_axes, closes)
         value = _value(before, after, floor)
         if np.isnan(value) or len(drawn) < SURE * RESAMPLED:
             return Shrink(before, after, np.nan, np.nan, np.nan, floor)
@@ -121,7 +122,7 @@ def _overstated(after: float, floor: float) -> bool:
 
 
 def floor_of(after: Array, closes: NDArray[np.bool_]) -> Array:
-    """(6,): this dive's floor by degree of freedom.
+    """This dive's floor (6,) by degree of freedom.
 
     It is 1 in degrees of freedom that the causes close. In others the drift itself, within chance, is this dive's
     floor: before and after deviate from 1 alike there, and only noise explains it.
@@ -130,7 +131,7 @@ def floor_of(after: Array, closes: NDArray[np.bool_]) -> Array:
 
 
 def _by_axis(sums: Array, counts: NDArray[np.intp], drawn: NDArray[np.intp]) -> Array:
-    """(2, 6) rms drifts before and after."""
+    """Rms drifts (2, 6) before and after."""
     return np.asarray(np.sqrt(sums[:, drawn].sum(axis=1) / counts[drawn].sum()))
 
 
@@ -143,25 +144,28 @@ def _totals(axes: Array, closes: NDArray[np.bool_]) -> tuple[float, float, float
 
 
 def by_axis(drift: Windows, flown: Prediction) -> tuple[AxisShrink, ...]:
-    """The shrink of each fitted degree of freedom, with the errors of the velocities flown."""
-    rms = np.sqrt(np.stack([np.mean(one, axis=0) for one in (drift.before, drift.after)]))
+    """The shrink of each fitted degree of freedom, with the errors of the simulated velocities."""
+    rms = np.sqrt(np.stack([np.mean(squares, axis=0) for squares in (drift.before, drift.after)]))
     spread = np.std(flown.measured, axis=0)
     errors = [
-        np.sqrt(np.mean((way - flown.measured) ** 2, axis=0)) / np.where(spread > 0, spread, np.nan)
-        for way in (flown.before, flown.after, flown.baseline)
+        np.sqrt(np.mean((simulated - flown.measured) ** 2, axis=0)) / np.where(spread > 0, spread, np.nan)
+        for simulated in (flown.before, flown.after, flown.baseline)
     ]
     noise = floor_of(rms[1], np.abs(rms[0] - rms[1]) > LEAST_GAP)
     out = []
     for dof in np.flatnonzero(np.isfinite(flown.floor)).tolist():
         before, after = rms[:, dof].tolist()
         floor, value = float(flown.floor[dof]), _value(before, after, float(noise[dof]))
-        nrmse = [float(one[dof]) for one in errors]
+        nrmse = [float(squares[dof]) for squares in errors]
         out.append(AxisShrink(DOFS[dof], before * floor, after * floor, floor, value, *nrmse))
     return tuple(out)
 
 
 def _value(before: float, after: float, floor: float) -> float:
-    """No model drifts by less than noise: below the floor is chance, or an overstated floor."""
+    """Share of the closable gap that closes; NaN without a gap.
+
+    No model drifts by less than noise, so a drift below the floor is chance, or an overstated floor.
+    """
     if before - floor <= LEAST_GAP:
         return float("nan")
     return (before - max(after, floor)) / (before - floor)
@@ -177,43 +181,43 @@ def held_out_shrink(
     """
     weighing, fit = found.weighing, found.fit
     course, nu, causes = found.now.course, found.now.motion.nu, found.causes
-    own = HeldOutFit(weighing.rows, found.now, fit.slopes, fit.value)
+    fitted_after = HeldOutFit(weighing.rows, found.now, fit.slopes, fit.value)
     plain_rows = regression_of(nominal.joint, nominal.theta, nominal.unheard)
-    plain = HeldOutFit(plain_rows, nominal, np.zeros((len(plain_rows.value), 0)), plain_rows.value)
-    slope, whole, wrong = (
+    fitted_before = HeldOutFit(plain_rows, nominal, np.zeros((len(plain_rows.value), 0)), plain_rows.value)
+    slope, wrench_before, wrong = (
         slope_of(causes, course),
         wrench_of(causes, course),
         beyond_motion_of(causes, course),
     )
     lasting = without_seas(causes)
-    seas, still = whole - wrench_of(lasting, course), beyond_motion_of(lasting, course)
+    seas, beyond_lasting = wrench_before - wrench_of(lasting, course), beyond_motion_of(lasting, course)
     plainest = baseline_of(course, nu + wrong)
     squares: list[tuple[Array, Array, NDArray[np.intp]]] = []
     flown: list[tuple[NDArray[np.int64], Array, Array]] = []
     for fold in range(FOLDS):
-        theta, step = own.without(fold)
+        theta, step = fitted_after.without(fold)
         moved = list(causes)
         for (k, p), by in zip(fit.at, step.tolist(), strict=True):
             moved[k] = moved[k].moved(p, by)
-        more = wrench_of(moved, course) - whole
+        more = wrench_of(moved, course) - wrench_before
         through = nu + wrong - beyond_motion_of(moved, course)
         after = simulation_of(found.now, theta, through, more, slope)
-        before = simulation_of(nominal, plain.without(fold)[0], nu + still, seas)
+        before = simulation_of(nominal, fitted_before.without(fold)[0], nu + beyond_lasting, seas)
         starts, piece = held_windows(after, fold)
         squares.append((squared(before, starts, floor), squared(after, starts, floor), piece))
         apart = stitched_windows(after, fold)
         flown.append((apart, differences(before, apart), differences(after, apart)))
-    drift = Windows(*(np.concatenate(one) for one in zip(*squares, strict=True)))
-    starts, *gone = (np.concatenate(one) for one in zip(*flown, strict=True))
+    drift = Windows(*(np.concatenate(parts) for parts in zip(*squares, strict=True)))
+    starts, *gone = (np.concatenate(parts) for parts in zip(*flown, strict=True))
     order = np.argsort(starts)
     prediction = _flown(
-        "pieces held out", before, starts[order], [one[order] for one in gone], plainest, course, floor
+        "pieces held out", before, starts[order], [parts[order] for parts in gone], plainest, course, floor
     )
     return replace(drift.shrink(rng), by_axis=by_axis(drift, prediction)), prediction
 
 
 def stitched_windows(model: Simulation, fold: int) -> NDArray[np.int64]:
-    """Starts (w,) of the windows of a fold's pieces, one behind another."""
+    """Starts (w,) of the windows of a fold's pieces, one directly after another."""
     length = round(HORIZON_S / model.step_s)
     starts = np.arange(0, len(model.time_s) - length, length)
     since_s = model.time_s - model.time_s[0]
@@ -222,7 +226,7 @@ def stitched_windows(model: Simulation, fold: int) -> NDArray[np.int64]:
 
 
 def differences(model: Simulation, starts: NDArray[np.int64]) -> Array:
-    """(w, length, 6): by how much a model is off at every step of its windows; 0 in axes that are not fitted."""
+    """Errors (w, length, 6) of a model at every step of its windows; 0 in axes that are not fitted."""
     every = range(1, round(HORIZON_S / model.step_s) + 1)
     return np.asarray(np.nan_to_num(model.off(starts, every, np.zeros_like(model.nu))))
 
@@ -236,19 +240,21 @@ def _flown(
     course: Course,
     floor: Array,
 ) -> Prediction:
-    """The velocities of windows from `starts` (w,): those of `model` measured, and `gone` (w, length, 6) off from these
-    before and after."""
+    """The velocities of windows from `starts` (w,): measured, as in `model`, and predicted.
+
+    gone (w, length, 6): errors of the models before and after.
+    """
     length = gone[0].shape[1]
     at = (starts[:, None] + np.arange(1, length + 1)).ravel()
     measured = model.nu[at]
-    before, after = (measured + one.reshape(-1, 6) for one in gone)
+    before, after = (measured + part.reshape(-1, 6) for part in gone)
     baseline = plainest.flown(course, model.nu, starts, length).reshape(-1, 6)
     window = np.repeat(np.arange(len(starts)), length)
     return Prediction(name, model.time_s[at], measured, before, after, baseline, window, floor)
 
 
 def without_seas(causes: Sequence[Cause]) -> list[Cause]:
-    """Causes whose forces recur on a further dive; a sea's phase is unpredictable."""
+    """The causes whose forces recur on a further dive; a sea's phase is unpredictable."""
     return [cause for cause in causes if cause.effect.name not in SEAS]
 
 
@@ -273,21 +279,23 @@ class HeldOutFit:
 
     @cached_property
     def _whole(self) -> Array:
-        """Columns (rows, k + 1), the value last. A rise of a nominal parameter adds its column to the innovations; a
-        missing force subtracts its own."""
+        """Columns (rows, k + 1), the value last.
+
+        A rise of a nominal parameter adds its column to the innovations; a missing force subtracts its own.
+        """
         return np.column_stack([-self.rows.nominal, self.slopes, self.value])
 
     @cached_property
     def _products(self) -> Array:
-        """(F, k + 1, k + 1): the columns' products within each fold."""
+        """Products (F, k + 1, k + 1) of the columns within each fold."""
         fold = self.rows.piece % FOLDS
-        return np.array([(own := self._whole[fold == k]).T @ own for k in range(FOLDS)])
+        return np.array([(part := self._whole[fold == k]).T @ part for k in range(FOLDS)])
 
     def without(self, fold: int) -> tuple[Array, Array]:
         """The fit's theta and the step of the slopes' parameters, with a fold left out.
 
-        If the fold holds nearly all information on a parameter, as the only leg that dives, noise would move it; SCARCE
-        holds it in place.
+        If the fold holds nearly all information on a parameter, as the only leg that dives would, noise would move
+        the parameter; SCARCE holds it in place.
         """
         joint, theta = self.model.joint, self.model.theta
         kept = sorted({*joint.mass_places, *mean_places(joint)})
@@ -302,8 +310,10 @@ class HeldOutFit:
 
 
 def _moved(theta: Array, joint: JointLikelihood, places: Sequence[int], step: Array) -> Array:
-    """Theta one step further. Forces are linear in masses and dampings, not in their logarithms, so the step is linear
-    in these."""
+    """Move theta by a step.
+
+    Forces are linear in masses and dampings, not in their logarithms, so the step is linear in these.
+    """
     out = theta.copy()
     for at, by in zip(places, step.tolist(), strict=True):
         out[at] += np.log(max(1.0 + by, LEAST_LEFT)) if at in logarithms(joint) else by
@@ -321,20 +331,22 @@ def held_windows(model: Simulation, fold: int) -> tuple[NDArray[np.int64], NDArr
 
 
 def squared(model: Simulation, starts: NDArray[np.int64], floor: Array) -> Array:
-    """(w, 6): squares of the 5 s drift, in floors; NaN in axes that are not fitted."""
+    """Squares (w, 6) of the 5 s drift, in floors; NaN in axes that are not fitted."""
     off = model.off(starts, [round(HORIZON_S / model.step_s)], np.zeros_like(model.nu))[:, 0]
     return np.asarray((off / floor) ** 2)
 
 
 def windows_of(one: Prediction) -> Windows:
-    """Squared drifts at the ends of the windows, each window a block of its own."""
+    """Squared drifts at the ends of the windows, each window a piece of its own."""
     ends = np.flatnonzero(np.diff(one.window, append=one.window[-1] + 1))
-    before, after = (((way[ends] - one.measured[ends]) / one.floor) ** 2 for way in (one.before, one.after))
+    before, after = (
+        ((simulated[ends] - one.measured[ends]) / one.floor) ** 2 for simulated in (one.before, one.after)
+    )
     return Windows(before, after, one.window[ends])
 
 
 def csv_of(one: Prediction) -> str:
-    """Header lines that begin with #, then a line per instant."""
+    """The prediction as CSV: header lines that begin with #, then a line per instant."""
     fitted = [dof for dof in range(6) if np.isfinite(one.floor[dof])]
     floors = ", ".join(f"{DOFS[dof]} {one.floor[dof]:.6g} {UNITS[dof]}" for dof in fitted)
     lines = [
@@ -361,7 +373,7 @@ def csv_of(one: Prediction) -> str:
 
 
 def with_coefficients(model: Nominal, of: Nominal) -> Array:
-    """A fit's theta with another's masses and dampings, and the best trims for these."""
+    """A fit's theta with the masses and dampings of another fit, and the best trims for these."""
     joint, theta = model.joint, model.theta.copy()
     mass, damping = coefficients(of.joint, of.theta)
     for problem, place, at in zip(joint.problems, joint.places, joint.mass_places, strict=True):
@@ -381,8 +393,10 @@ def with_coefficients(model: Nominal, of: Nominal) -> Array:
 
 @dataclass(frozen=True)
 class Flight:
-    """Models of one dive along a further one: `before` over ground, `after` through the water, by the fit `own` of that
-    dive less the causes."""
+    """Models of a dive, simulated along a further dive.
+
+    before: over ground; after: through the water, by the fit `own` of the further dive less the causes.
+    """
 
     own: Nominal
     course: Course
@@ -391,26 +405,29 @@ class Flight:
 
 
 def flight_of(now: Nominal, causes: Sequence[Cause], nominal: Nominal, check: Nominal) -> Flight:
-    """The models of a dive, `nominal` before, `now` with its causes after, on a further dive with filters `check`:
-    masses, dampings and causes come from the dive, trims and noise levels from the further one."""
-    mass, damping, own = now.course.mass, now.course.damping, check
+    """Simulate the models of a dive on a further dive with filters `check`.
+
+    `nominal` is the model before, `now` with its causes the model after. Masses, dampings and causes come from the
+    dive, trims and noise levels from the further dive.
+    """
+    mass, damping, fit = now.course.mass, now.course.damping, check
     for _ in range(PASSES if causes else 1):
-        course = replace(own.course, mass=mass, damping=damping)
-        own = refitted(check, [cause.act(course) for cause in causes], own)
-    course = replace(own.course, mass=mass, damping=damping)
-    nu, wrong = own.motion.nu, beyond_motion_of(causes, course)
-    after = simulation_of(own, with_coefficients(own, now), nu, slope=slope_of(causes, course))
+        course = replace(fit.course, mass=mass, damping=damping)
+        fit = refitted(check, [cause.act(course) for cause in causes], fit)
+    course = replace(fit.course, mass=mass, damping=damping)
+    nu, wrong = fit.motion.nu, beyond_motion_of(causes, course)
+    after = simulation_of(fit, with_coefficients(fit, now), nu, slope=slope_of(causes, course))
     before = simulation_of(check, with_coefficients(check, nominal), nu + wrong)
-    return Flight(own, course, before, after)
+    return Flight(fit, course, before, after)
 
 
 def predict(
     found: Explanation, nominal: Nominal, check: Nominal, name: str, rng: np.random.Generator
 ) -> Prediction:
-    """The model of a dive, `nominal` before and `found` after, on a further dive with filters `check`.
+    """Predict a further dive with filters `check` by the models of a dive, `nominal` before and `found` after.
 
     Masses, dampings and causes come from the dive; trims, noise levels and seas, which change between dives, from the
-    further dive. Raises LogError if that is too short.
+    further dive. Raises LogError if the further dive is too short.
     """
     flight = flight_of(found.now, without_seas(found.causes), nominal, check)
     before, after = flight.before, flight.after
@@ -453,7 +470,7 @@ def contradiction_clause(foretold: Shrink | None, measured: Shrink | None) -> st
 
 
 def contradiction_note(foretold: Shrink | None, measured: Shrink | None) -> tuple[str, ...]:
-    """The same as a sentence, with advice."""
+    """The contradiction as a sentence, with advice; empty otherwise."""
     if foretold is None or measured is None or not contradicted(foretold, measured):
         return ()
     return (

@@ -23,8 +23,8 @@ from identify.estimators.likelihood_joint import JointLikelihood
 Array = NDArray[np.float64]
 
 RUN_AWAY = np.array([10.0, 10.0, 10.0, 20.0, 20.0, 20.0])
-"""Difference, m/s and rad/s, that ends a simulation: no thruster-driven vehicle moves so fast under water, and squares
-of a larger drift would overflow."""
+"""Difference, m/s and rad/s, that ends a simulation: no thruster-driven vehicle moves so fast under water, and
+squares of a larger drift would overflow."""
 
 EACH = 2
 """Steps of the course per step of the simulation: 40 ms."""
@@ -51,8 +51,10 @@ def off_by(
     errors: Array,
     step_s: float,
 ) -> Array:
-    """The compiled loop of `Simulation.off`, by Heun's rule, from each start in turn. A run that ends early stays at
-    the RUN_AWAY of its axis."""
+    """The compiled loop of `Simulation.off`, by Heun's rule, from each start in turn.
+
+    A run that ends early stays at the RUN_AWAY of its axis.
+    """
     n, last = nu.shape[0], steps[-1]
     out = np.full((starts.shape[0], steps.shape[0], 6), np.nan)
     bent = bool(np.any(slope))
@@ -115,10 +117,10 @@ def _rate(
     stiffness: Array,
     ease: Array,
 ) -> None:
-    """Rate of change of the difference d (6,), with integral a (6,). ease (6,): one over mass, 0 for an axis that is
-    not fitted; bent: whether any slope is nonzero.
+    """Rate of change of the difference d (6,), with integral a (6,).
 
-    Change of C(nu) nu in `bridge.vehicle.dynamics.coriolis`: for a product u v it is du (v + dv) + u dv.
+    ease (6,): inverse mass, 0 for an axis that is not fitted; bent: whether any slope is nonzero. Change of C(nu) nu
+    in `bridge.vehicle.dynamics.coriolis`: for a product u v it is du (v + dv) + u dv.
     """
     u, v, w, p, q, r = nu[0], nu[1], nu[2], nu[3], nu[4], nu[5]
     du, dv, dw, dp, dq, dr = d[0], d[1], d[2], d[3], d[4], d[5]
@@ -146,8 +148,8 @@ def _rate(
 class Simulation:
     """A model along a recorded motion at uniform times (n,), body axes, SI units.
 
-    dofs: the fitted ones; others follow the recording. mass, damping, stiffness (6,). nu, nu_dot (n, 6): recorded.
-    lacking (n, 6): the missing force. slope (n, 6, 6): of the causes' forces by velocity.
+    dofs: fitted degrees of freedom; the others follow the recording. mass, damping, stiffness (6,). nu, nu_dot (n,
+    6): recorded. lacking (n, 6): the missing force. slope (n, 6, 6): of the causes' forces by velocity.
     """
 
     time_s: Array
@@ -165,14 +167,14 @@ class Simulation:
         return float(self.time_s[1] - self.time_s[0])
 
     def less(self, wrench: Array) -> "Simulation":
-        """The same with a force (n, 6) known."""
+        """The simulation with a force (n, 6) known."""
         return replace(self, lacking=self.lacking - wrench)
 
     def off(self, starts: NDArray[np.int64], steps: Sequence[int], errors: Array) -> Array:
-        """(w, h, 6): difference after some steps from each start; NaN beyond the recording's end and in axes that are
+        """Difference (w, h, 6) after some steps from each start; NaN beyond the recording's end and in axes that are
         not fitted. errors (n, 6): of the recorded velocity."""
         along = (self.lacking, self.nu, self.slope)
-        lacking, nu, slope = (np.ascontiguousarray(one) for one in along)
+        lacking, nu, slope = (np.ascontiguousarray(series) for series in along)
         out = off_by(
             starts, np.array(sorted(steps), dtype=np.int64), lacking, nu, slope, self.mass, self.damping,
             self.stiffness, np.array(self.dofs), errors, self.step_s,
@@ -189,7 +191,7 @@ def simulation_of(
 ) -> Simulation:
     """A fit's equations at `theta` along a velocity nu (n, 6) at the times of its course.
 
-    wrench (n, 6): of causes outside the fit's forces; slope (n, 6, 6): of all causes but the held ones.
+    wrench (n, 6): of causes outside the fit's forces; slope (n, 6, 6): of all causes but those of `accepted`.
     """
     course = model.course
     mass, damping = coefficients(model.joint, theta)
@@ -201,12 +203,20 @@ def simulation_of(
     dofs = tuple(problem.axis.dof for problem in model.joint.problems)
     lacking[:, [dof for dof in range(6) if dof not in dofs]] = 0.0
     grid = slice(None, None, EACH)
-    still = slope_of(model.accepted, course)[grid]
+    total_slope = slope_of(model.accepted, course)[grid]
     if slope is not None:
-        still = still + slope[grid]
-    still[:, range(6), range(6)] -= 2.0 * quadratic_of(model.joint, theta) * np.abs(nu[grid])
+        total_slope = total_slope + slope[grid]
+    total_slope[:, range(6), range(6)] -= 2.0 * quadratic_of(model.joint, theta) * np.abs(nu[grid])
     return Simulation(
-        course.time_s[grid], dofs, mass, damping, stiffness, nu[grid], nu_dot[grid], lacking[grid], still
+        course.time_s[grid],
+        dofs,
+        mass,
+        damping,
+        stiffness,
+        nu[grid],
+        nu_dot[grid],
+        lacking[grid],
+        total_slope,
     )
 
 
@@ -220,17 +230,17 @@ def coefficients(joint: JointLikelihood, theta: Array) -> tuple[Array, Array]:
 
 def logarithms(joint: JointLikelihood) -> set[int]:
     """Places in theta of masses and dampings."""
-    own = {place.start + at for place in joint.places for at in (MASS, DAMPING)}
-    return own | set(joint.mass_places)
+    places = {place.start + at for place in joint.places for at in (MASS, DAMPING)}
+    return places | set(joint.mass_places)
 
 
 def wrench_of(causes: Sequence[Cause], course: Course) -> Array:
-    """(n, 6): the forces of causes along a course."""
+    """Forces (n, 6) of causes along a course."""
     return summed([cause.act(course) for cause in causes], course)
 
 
 def summed(acts: Sequence[Act], course: Course) -> Array:
-    """(n, 6): the forces of acts together."""
+    """Forces (n, 6) of acts together."""
     total = np.zeros_like(course.nu)
     for act in acts:
         if act.wrench is not None:
@@ -239,8 +249,8 @@ def summed(acts: Sequence[Act], course: Course) -> Array:
 
 
 def missing_wrench_of(causes: Sequence[Cause], course: Course) -> Array:
-    """(n, 6): what a model of the velocity over ground lacks without the causes: their forces, and those of water that
-    moves."""
+    """Force (n, 6) that a model of the velocity over ground lacks without the causes: their forces, and that of
+    moving water."""
     total = wrench_of(causes, course)
     for cause in causes:
         act = cause.act(course)
@@ -250,7 +260,7 @@ def missing_wrench_of(causes: Sequence[Cause], course: Course) -> Array:
 
 
 def velocity_error_of(causes: Sequence[Cause], course: Course) -> Array:
-    """(n, 6): the causes' errors in readings of velocity and rate."""
+    """Errors (n, 6) of the causes in readings of velocity and rate."""
     total = np.zeros_like(course.nu)
     for cause in causes:
         act = cause.act(course)
@@ -262,8 +272,8 @@ def velocity_error_of(causes: Sequence[Cause], course: Course) -> Array:
 
 
 def beyond_motion_of(causes: Sequence[Cause], course: Course) -> Array:
-    """(n, 6): what readings of velocity and rate have beyond the motion through the water: the causes' errors, and
-    the water's own velocity."""
+    """Readings of velocity and rate (n, 6) beyond the motion through the water: the causes' errors, and the water's
+    own velocity."""
     total = velocity_error_of(causes, course)
     for cause in causes:
         act = cause.act(course)
@@ -273,35 +283,36 @@ def beyond_motion_of(causes: Sequence[Cause], course: Course) -> Array:
 
 
 def specific_force_of(causes: Sequence[Cause], course: Course) -> Array:
-    """(n, 3): the causes' errors in the accelerometer's reading, m/s2."""
+    """Errors (n, 3) of the causes in the accelerometer's reading, m/s2."""
     total = np.zeros((len(course.time_s), 3))
     for cause in causes:
-        felt = cause.act(course).specific_force
-        total += 0.0 if felt is None else felt
+        error = cause.act(course).specific_force
+        total += 0.0 if error is None else error
     return total
 
 
 def slope_of(causes: Sequence[Cause], course: Course) -> Array:
-    """(n, 6, 6): derivative of the causes' forces (rows) by each velocity."""
+    """Derivative (n, 6, 6) of the causes' forces (rows) by each velocity."""
     out = np.zeros((len(course.time_s), 6, 6))
     if any(cause.act(course).wrench is not None for cause in causes):
         for dof, h in enumerate(NUDGE):
             moved = np.zeros(6)
             moved[dof] = h
             up, down = (
-                wrench_of(causes, replace(course, nu=course.nu + way * moved, drift=None)) for way in (1, -1)
+                wrench_of(causes, replace(course, nu=course.nu + sign * moved, drift=None))
+                for sign in (1, -1)
             )
             out[:, :, dof] = (up - down) / (2 * h)
     return out
 
 
 def _pushed(model: Nominal, theta: Array) -> tuple[Array, Array]:
-    """(n, 6): all forces on the vehicle but Coriolis and damping ones, and the stiffness (6,)."""
+    """All forces (n, 6) on the vehicle but Coriolis and damping forces, and the stiffness (6,)."""
     time_s = model.course.time_s
     force, stiffness = np.zeros((len(time_s), 6)), np.zeros(6)
     for problem, place in zip(model.joint.problems, model.joint.places, strict=True):
         axis = problem.axis
-        # When readings are told, and how smooth, is nothing that pushes the vehicle.
+        # Lateness and smoothing of readings exert no force on the vehicle.
         pushing = problem.noise_place - len(axis.timing)
         shapes = problem.shapes[:, : pushing - FORCES] @ problem.factors(theta[place])[: pushing - FORCES]
         drag = axis.quadratic * np.abs(axis.speed) * axis.speed
@@ -318,7 +329,7 @@ def _pushed(model: Nominal, theta: Array) -> tuple[Array, Array]:
 
 
 def between(time_s: Array, end_s: Array, step_s: Array, force: Array) -> Array:
-    """(n,): mean forces of steps (m,) that end at end_s, each at its middle.
+    """Mean forces (n,) of steps (m,) that end at end_s, each at its middle.
 
     Two readings of one instant, as of a gyro and an attitude, have no step between them.
     """
@@ -330,8 +341,8 @@ def smoothed_angle(time_s: Array, read_s: Array, angle: Array, rate: Array) -> A
     """An angle (n,) with its reading noise averaged out of the slow difference from its integrated rate."""
     step_s = float(time_s[1] - time_s[0])
     turned = np.cumsum(rate) * step_s
-    beside = np.interp(time_s, read_s, angle) - turned
+    difference = np.interp(time_s, read_s, angle) - turned
     half = round(0.5 * MEANT_S / step_s)
-    edges = np.clip(np.arange(len(beside))[:, None] + [-half, half + 1], 0, len(beside))
-    total = np.concatenate([[0.0], np.cumsum(beside)])
+    edges = np.clip(np.arange(len(difference))[:, None] + [-half, half + 1], 0, len(difference))
+    total = np.concatenate([[0.0], np.cumsum(difference)])
     return np.asarray(turned + (total[edges[:, 1]] - total[edges[:, 0]]) / (edges[:, 1] - edges[:, 0]))

@@ -1,4 +1,4 @@
-"""A simulator's model, as diagnosed from its own recording, to set beside a real dive."""
+"""A simulator's model, as diagnosed from its own recording, for comparison with a real dive."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -25,8 +25,11 @@ SETTING = ("tether", "wrong_feedback_log")
 
 @dataclass(frozen=True)
 class Simulator:
-    """values: coefficients of the nominal model by name, as far as its recording determines them; causes: its own
-    effects, which hold on any dive."""
+    """A simulator's model.
+
+    values: coefficients of the nominal model by name, as far as its recording determines them; causes: its own
+    effects, which hold on any dive.
+    """
 
     values: Mapping[str, Value]
     causes: tuple[Cause, ...]
@@ -35,40 +38,40 @@ class Simulator:
         """A dive's filters with the simulator's parameters and effects alone; trims and noise levels are the dive's
         own.
 
-        Of an interval for a mass or damping, the value nearest to the dive's is held: the simulator is not to blame for
-        an undetermined value.
+        Of an interval for a mass or damping, the value nearest to the dive's is held: an undetermined value is no
+        error of the simulator.
         """
         joint = nominal.joint
         theta = nominal.theta.copy()
         for problem, place in zip(joint.problems, joint.places, strict=True):
-            told = self._logs(problem.axis.dof, nominal)
-            if told is not None:
-                theta[place.start + MASS], theta[place.start + DAMPING] = told
+            logs = self._logs(problem.axis.dof, nominal)
+            if logs is not None:
+                theta[place.start + MASS], theta[place.start + DAMPING] = logs
         held = tuple(self._held(problem, nominal) for problem in joint.problems)
         locked = replace(joint, problems=held, apart_prior=self._apart(nominal))
         acts = [cause.act(nominal.course) for cause in self.causes]
         return refitted(replace(nominal, joint=locked, theta=theta), acts)
 
     def _held(self, problem: AxisLikelihood, nominal: Nominal) -> AxisLikelihood:
-        told = self._logs(problem.axis.dof, nominal)
-        if told is None:
+        logs = self._logs(problem.axis.dof, nominal)
+        if logs is None:
             return problem
         mean, precision = problem.prior_mean.copy(), problem.prior_precision.copy()
-        mean[MASS], mean[DAMPING] = told
+        mean[MASS], mean[DAMPING] = logs
         precision[[MASS, DAMPING]] = HELD_STD**-2
         return replace(problem, prior_mean=mean, prior_precision=precision)
 
     def _apart(self, nominal: Nominal) -> Array:
         prior = nominal.joint.apart_prior.copy()
         for k, dof in enumerate(nominal.joint.apart):
-            told = self._logs(dof, nominal)
-            if told is not None:
-                prior[k] = told[0], HELD_STD**-2
+            logs = self._logs(dof, nominal)
+            if logs is not None:
+                prior[k] = logs[0], HELD_STD**-2
         return prior
 
     def _logs(self, dof: int, nominal: Nominal) -> tuple[float, float] | None:
-        """Logarithms of a degree of freedom's mass and damping."""
-        mass, damping = (self.values.get(one.name) for one in (MASSES[dof], DAMPINGS[dof]))
+        """Logarithms of a degree of freedom's mass and damping; None if the simulator lacks either."""
+        mass, damping = (self.values.get(coefficient.name) for coefficient in (MASSES[dof], DAMPINGS[dof]))
         if mass is None or damping is None:
             return None
         return _nearest(mass, nominal.course.mass[dof]), _nearest(damping, nominal.course.damping[dof])
@@ -77,9 +80,11 @@ class Simulator:
 def priors_of(simulator: Simulator) -> dict[str, Prior]:
     """Its masses and dampings with their widths, as priors for the real dive."""
     return {
-        name: Prior(one.value, (one.high95 - one.low95) / (2 * Z95), "the simulator's recording", "thrust")
-        for name, one in simulator.values.items()
-        if one.high95 > one.low95
+        name: Prior(
+            value.value, (value.high95 - value.low95) / (2 * Z95), "the simulator's recording", "thrust"
+        )
+        for name, value in simulator.values.items()
+        if value.high95 > value.low95
     }
 
 
@@ -89,9 +94,9 @@ def _nearest(told: Value, own: float) -> float:
 
 
 def simulator_of(diagnosis: Diagnosis) -> Simulator:
-    """The simulator by the diagnosis of its own recording."""
-    own = tuple(one.cause for one in diagnosis.found if lasting(one.cause))
-    return Simulator(diagnosis.numbers, own)
+    """Build the simulator's model from the diagnosis of its own recording."""
+    causes = tuple(found.cause for found in diagnosis.found if lasting(found.cause))
+    return Simulator(diagnosis.numbers, causes)
 
 
 def lasting(cause: Cause) -> bool:

@@ -1,7 +1,8 @@
-"""Slow forces that the disturbance took up: one that remembers for longer than a sea does is a force of the vehicle.
+"""Slow forces that the disturbance absorbed: a longer correlation time than a sea's shows a force of the vehicle.
 
-A disturbance of free memory follows any force that changes slowly, and its filter's innovations are then as white as
-without it. So each axis's filter is held against one whose disturbance forgets as a sea does, all else fitted anew.
+A disturbance of free correlation time follows any force that changes slowly, and its filter's innovations are then as
+white as without the force. So each axis's filter is compared with a filter whose disturbance forgets as a sea's does,
+with all else fitted again.
 """
 
 from dataclasses import dataclass, replace
@@ -16,10 +17,10 @@ from identify.estimators.scoring import climb
 Array = NDArray[np.float64]
 
 LONGEST_S = 6.0
-"""How long a sea's disturbance remembers at most: four times what is usual."""
+"""Longest correlation time of a sea's disturbance, s: four times the usual."""
 
 HELD = 1e6
-"""Precision of a logarithm that is held."""
+"""Precision of a logarithm that is held fixed."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,10 @@ class Slow:
 
 
 def slow_axes(now: Nominal) -> tuple[int, ...]:
-    """The degrees of freedom whose disturbance remembers for longer than a sea's; an autopilot's filter holds that."""
+    """Degrees of freedom whose disturbance has a longer correlation time than a sea's.
+
+    Left out are doubted and `untold` ones, and those behind an autopilot's filter, whose correlation time is held.
+    """
     return tuple(
         problem.axis.dof
         for problem, place in zip(now.joint.problems, now.joint.places, strict=True)
@@ -42,10 +46,12 @@ def slow_axes(now: Nominal) -> tuple[int, ...]:
 
 
 def slow_forces(now: Nominal) -> tuple[Slow, ...]:
-    """What the disturbance of each of these holds."""
+    """The slow forces in these degrees of freedom."""
     dofs = slow_axes(now)
     pairs = zip(now.joint.at(now.theta), now.joint.places, strict=True)
-    return tuple(_slow(one, now.theta[place], now) for one, place in pairs if one.axis.dof in dofs)
+    return tuple(
+        _slow(problem, now.theta[place], now) for problem, place in pairs if problem.axis.dof in dofs
+    )
 
 
 def _slow(problem: AxisLikelihood, theta: Array, now: Nominal) -> Slow:

@@ -39,8 +39,8 @@ Force = tuple[Variable, Parity | None, Array]
 _Unit = tuple[Variable, Parity | None, Array, Timing | None]
 
 LEAST_STEP = 3.0
-"""Held-out nats below which selection in an axis ends. No significance threshold: the best of so many forces exceeds it
-on a dive without any effect."""
+"""Held-out nats below which selection in an axis ends. Not a significance threshold: the best of so many forces
+exceeds it on a dive without any effect."""
 
 MOST = 4
 
@@ -48,10 +48,12 @@ WEIGHED = 12
 """Best forces in sample that are weighed on held-out pieces."""
 
 UNKNOWN_NATS, LEVELLED_NATS = 11.7, 100.0
-"""Nats that one force must save for the verdict "unknown". Under the null, x nats on held-out pieces have probability
-exp(-x) at most (Markov's inequality for a likelihood ratio). Some 1200 forces are tried, at one false alarm in a
-hundred dives: ln(120000). Roll and pitch ask for far more: a vehicle held level shows little of its inertia there, and
-much of its levelling."""
+"""Nats that one force must save for the verdict "unknown".
+
+Under the null, x nats on held-out pieces have probability exp(-x) at most (Markov's inequality for a likelihood
+ratio). Some 1200 forces are tried, at one false alarm in a hundred dives: ln(120000). Roll and pitch need far more
+nats: a vehicle held level shows little of its inertia there, and much of its levelling.
+"""
 
 PAST_S = (1.5, 3.0, 6.0, 12.0)
 """Memory of water or vehicle: longer than a disturbance, shorter than most legs."""
@@ -60,14 +62,16 @@ ZERO_M_S2 = 0.03
 """Usual zero error of an accelerometer, by switching on and by age (Xsens MTi data sheet)."""
 
 LEAST_FORCE = 0.02
-"""Least force, relative to thrust in that degree of freedom, both as standard deviations. No thrust curve is known
-better. Forces with a timing of their own may be smaller: no curve makes these."""
+"""Least force, relative to thrust in that degree of freedom, both as standard deviations.
+
+No thrust curve is known better. Forces with a timing of their own may be smaller, because no curve causes these.
+"""
 
 
 @dataclass(frozen=True)
 class GenericForce:
-    """A force (n,) in one degree of freedom: the variable it depends on, its parity in that, and a timing of its own if
-    it has one."""
+    """A force (n,) in one degree of freedom: the variable it depends on, its parity in that variable, and its own
+    timing, if any."""
 
     dof: int
     variable: Variable
@@ -78,9 +82,11 @@ class GenericForce:
 
 @dataclass(frozen=True)
 class Unexplained:
-    """The unexplained remainder: generic forces that predict it on held-out pieces, strongest first. gains (k,): nats
-    of each in its axis beside those before it. forces (k,): standard deviation, N or N m; 0 for a reading error.
-    explained: nats that the causes save in the vehicle's motion."""
+    """The unexplained remainder: generic forces that predict it on held-out pieces, strongest first.
+
+    gains (k,): nats that each adds in its axis to the forces before it. forces (k,): standard deviation, N or N m; 0
+    for a reading error. explained: nats that the causes save in the vehicle's motion.
+    """
 
     shapes: tuple[GenericForce, ...] = ()
     gains: tuple[float, ...] = ()
@@ -96,8 +102,9 @@ def beyond_chance(shape: GenericForce, gain: float) -> bool:
 def unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
     """The generic forces that predict a dive's innovations beyond some causes and their companions.
 
-    Degrees of freedom with an unrecorded controller reading are left out: thrust answers the sea unseen there, and
-    every function of thrust predicts something. So are those where what was not recorded looks like one.
+    Degrees of freedom with an unrecorded controller reading are left out: the unrecorded reading makes thrust follow
+    the sea, and every function of thrust predicts something. Degrees of freedom in which an unrecorded reading looks
+    like an unknown force are left out, too.
     """
     left = _unexplained_of(weighing, fit)
     if not _at_sea(fit) or not any(map(beyond_chance, left.shapes, left.gains)):
@@ -122,16 +129,21 @@ def _without_remainder(weighing: Weighing, fit: Fitted) -> Weighing:
     columns = np.column_stack([rows.nominal, rows.columns(acts, course)])
     precision = np.concatenate([rows.nominal_precision, np.zeros(len(acts))])
     size = inverse(columns.T @ columns + np.diag(precision)) @ (columns.T @ fit.value)
-    rest = [act.times(one) for act, one in zip(acts, size[rows.nominal.shape[1] :].tolist(), strict=True)]
-    now = refitted(weighing.now, rest)
-    return weighing_of(replace(now, acts=(*weighing.now.acts, *rest)), weighing.library)
+    removed = [
+        act.times(factor) for act, factor in zip(acts, size[rows.nominal.shape[1] :].tolist(), strict=True)
+    ]
+    now = refitted(weighing.now, removed)
+    return weighing_of(replace(now, acts=(*weighing.now.acts, *removed)), weighing.library)
 
 
 def _accompanying(weighing: Weighing, fit: Fitted) -> list[Act]:
     """Possible forms and companions of the causes."""
     course = weighing.now.course
     return [
-        act for cause in fit.causes for some in (possible_forms, companions) for act in some(course, cause)
+        act
+        for cause in fit.causes
+        for acts_of in (possible_forms, companions)
+        for act in acts_of(course, cause)
     ]
 
 
@@ -148,15 +160,19 @@ def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
         if innovations.problem.axis.dof not in (*weighing.now.doubted, *weighing.now.untold)
     ]
     by_axis = side_by_side(lambda axis: _of_axis(axis, course, shapes, dofs), axes)
-    found = [one for axis, own in zip(axes, by_axis, strict=True) for one in _large(own, thrust[axis.dof])]
-    found += [one for own in side_by_side(lambda axis: _lines(axis, course, at_sea), axes) for one in own]
-    found += _of_witnesses(weighing, fit.value, known)
+    weighed = [
+        one for axis, of_axis in zip(axes, by_axis, strict=True) for one in _large(of_axis, thrust[axis.dof])
+    ]
+    weighed += [
+        one for of_axis in side_by_side(lambda axis: _lines(axis, course, at_sea), axes) for one in of_axis
+    ]
+    weighed += _of_witnesses(weighing, fit.value, known)
     # An autopilot's filter corrects itself now and then, which looks like a burst.
-    found += _bursts([axis for axis in axes if axis.dof not in weighing.now.filtered], course)
+    weighed += _bursts([axis for axis in axes if axis.dof not in weighing.now.filtered], course)
     if not at_sea and slow_axes(weighing.now):
-        found += _slow(_without_remainder(weighing, fit).now if fit.causes else weighing.now)
-    found.sort(key=lambda one: -one.gain)
-    kept = found[:MOST]
+        weighed += _slow(_without_remainder(weighing, fit).now if fit.causes else weighing.now)
+    weighed.sort(key=lambda one: -one.gain)
+    kept = weighed[:MOST]
     return Unexplained(
         tuple(one.shape for one in kept),
         tuple(one.gain for one in kept),
@@ -176,7 +192,7 @@ class _Weighed:
 
 @dataclass(frozen=True)
 class _Axis:
-    """One axis' rows: value (rows,), nuisance columns nominal (rows, m) with their precision (m,), and pieces."""
+    """The rows of one axis: value (rows,), nuisance columns nominal (rows, m) with their precision (m,), and pieces."""
 
     innovations: AxisInnovations
     value: Array
@@ -195,7 +211,7 @@ class _Axis:
 
     @cached_property
     def left(self) -> Array:
-        """(rows,): residual beside the nuisance columns."""
+        """Residual (rows,) with the nuisance columns projected out."""
         square = self.nominal.T @ self.nominal + np.diag(self.precision)
         return np.asarray(self.value - self.nominal @ (inverse(square) @ (self.nominal.T @ self.value)))
 
@@ -203,8 +219,11 @@ class _Axis:
 def _axis_beside(
     weighing: Weighing, value: Array, known: Array, innovations: AxisInnovations, at_sea: bool
 ) -> _Axis:
-    """At sea, delayed thrust is a nuisance: the controller answers the remainder of the sea's form, and thrust then
-    seems to predict it."""
+    """The rows of one axis, with the nuisance columns of the causes.
+
+    At sea, delayed thrust is a nuisance too: the controller answers the remainder of the sea's form, and thrust then
+    seems to predict it.
+    """
     rows = weighing.rows
     mine = rows.dof == innovations.problem.axis.dof
     following = (
@@ -212,26 +231,26 @@ def _axis_beside(
     )
     nominal = np.column_stack([rows.nominal[mine], known[mine], following])
     precision = np.concatenate([rows.nominal_precision, np.zeros(nominal.shape[1] - rows.nominal.shape[1])])
-    here = nominal.any(axis=0)
-    nominal, precision = nominal[:, here], precision[here]
+    nonzero = nominal.any(axis=0)
+    nominal, precision = nominal[:, nonzero], precision[nonzero]
     return _Axis(innovations, value[mine], nominal, precision, rows.piece[mine])
 
 
 def _large(found: list[_Weighed], thrust: float) -> Iterator[_Weighed]:
-    """Forces before the first small one: later ones may be its remainder."""
-    for one in found:
-        if one.size < LEAST_FORCE * thrust and one.shape.timing is None:
+    """The forces before the first small force, as later forces may be its remainder."""
+    for weighed in found:
+        if weighed.size < LEAST_FORCE * thrust and weighed.shape.timing is None:
             return
-        yield one
+        yield weighed
 
 
 def _of_axis(axis: _Axis, course: Course, shapes: list[_Unit], fitted: list[int]) -> list[_Weighed]:
-    """Forward selection of the forces that predict one axis, its own past included."""
+    """Forward selection of the forces that predict one axis, including its own past."""
     dofs = [k for k in fitted if k != axis.dof]
     shapes = [
         *shapes,
-        *((*one, None) for one in _of_unit_spread(of_other_speeds(course, dofs))),
-        *((*one, "transient") for one in _of_unit_spread(_of_the_past(course, axis.dof))),
+        *((*unit, None) for unit in _of_unit_spread(of_other_speeds(course, dofs))),
+        *((*unit, "transient") for unit in _of_unit_spread(_of_the_past(course, axis.dof))),
     ]
     sums = axis.sums(course, np.stack([force for _, _, force, _ in shapes]))
     kept, gains = _one_after_another(sums, len(shapes))
@@ -243,13 +262,13 @@ def _of_axis(axis: _Axis, course: Course, shapes: list[_Unit], fitted: list[int]
 
 
 def _one_after_another(sums: NormalEquations, count: int) -> tuple[list[int], list[float]]:
-    """Forward selection among `count` columns, with the nats of each beside those before it."""
+    """Forward selection among `count` columns, with the nats that each adds to the columns before it."""
     kept: list[int] = []
     gains: list[float] = []
     while len(kept) < MOST:
-        able = [k for k in range(count) if k not in kept and sums.telling[k]]
-        able.sort(key=lambda k: -sums.fitted([*kept, k]))
-        tried = [(sums.evidence([*kept, k]).gain, k) for k in able[:WEIGHED]]
+        open_columns = [k for k in range(count) if k not in kept and sums.telling[k]]
+        open_columns.sort(key=lambda k: -sums.fitted([*kept, k]))
+        tried = [(sums.evidence([*kept, k]).gain, k) for k in open_columns[:WEIGHED]]
         gain, best = max(tried, default=(-np.inf, -1))
         if gain - sum(gains) < LEAST_STEP:
             break
@@ -259,58 +278,67 @@ def _one_after_another(sums: NormalEquations, count: int) -> tuple[list[int], li
 
 
 def _of_witnesses(weighing: Weighing, value: Array, known: Array) -> Iterator[_Weighed]:
-    """Constant or drifting errors of heading and accelerometer: reading errors, so of no force. Shafts are left out:
-    they show how a thruster answers its pulse, which functions of thrust cover."""
+    """Constant or drifting errors of heading and accelerometer: reading errors, so of no force.
+
+    Shafts are left out: they show how a thruster answers its pulse, and functions of thrust cover that.
+    """
     rows, course = weighing.rows, weighing.now.course
     began = int(np.sum(rows.dof >= 0))
     units: tuple[tuple[Array, Timing], ...] = (
         (np.ones(len(course.nu)), "steady"),
         (2.0 * course.since_s / course.since_s[-1] - 1.0, "drifting"),
     )
-    for one in rows.witnesses:
-        mine = slice(began, began + len(one.std))
-        began += len(one.std)
-        if one.witness.kind == "shaft":
+    for weighed in rows.witnesses:
+        mine = slice(began, began + len(weighed.std))
+        began += len(weighed.std)
+        if weighed.witness.kind == "shaft":
             continue
-        columns = one.whitened(np.column_stack([one.witness.bins.along(course, unit) for unit, _ in units]))
+        columns = weighed.whitened(
+            np.column_stack([weighed.witness.bins.along(course, unit) for unit, _ in units])
+        )
         nominal = np.column_stack([rows.nominal[mine], known[mine]])
         precision = np.concatenate([rows.nominal_precision, np.zeros(known.shape[1])])
         sums = equations_of(value[mine], nominal, precision, columns, rows.piece[mine])
         kept, gains = _one_after_another(sums, len(units))
-        felt = one.witness.kind == "specific_force"
-        dof = one.witness.number if felt else 5
+        is_accelerometer = weighed.witness.kind == "specific_force"
+        dof = weighed.witness.number if is_accelerometer else 5
         sizes = sums.evidence(kept).size if kept else np.zeros(0)
         for k, gain, size in zip(kept, gains, sizes.tolist(), strict=True):
             # Evidence for an accelerometer's error is limited by its usual zero error.
-            most = 0.5 * (size / ZERO_M_S2) ** 2 if felt else np.inf
-            yield _Weighed(GenericForce(dof, "time", None, units[k][0], units[k][1]), min(gain, most), 0.0)
+            most_nats = 0.5 * (size / ZERO_M_S2) ** 2 if is_accelerometer else np.inf
+            yield _Weighed(
+                GenericForce(dof, "time", None, units[k][0], units[k][1]), min(gain, most_nats), 0.0
+            )
 
 
 def _lines(axis: _Axis, course: Course, at_sea: bool) -> list[_Weighed]:
-    """The likeliest spectral line, as others may be its sidebands. At sea none in time: a sea has more lines than any
-    form."""
+    """The likeliest spectral line, as others may be its sidebands; in time none at sea, because a sea has more lines
+    than its form."""
     if axis.dof in LEVELLED:
         return []
     lines = clusters(axis.innovations, axis.left, course)
-    found = [line for line in lines if not (at_sea and line.clock.by == "time")]
-    if not found:
+    clusters_left = [line for line in lines if not (at_sea and line.clock.by == "time")]
+    if not clusters_left:
         return []
-    forces = [one.forces() for one in found]
+    forces = [cluster_forces.forces() for cluster_forces in clusters_left]
     sums = axis.sums(course, np.vstack(forces))
-    ends = np.cumsum([len(one) for one in forces]).tolist()
+    ends = np.cumsum([len(cluster_forces) for cluster_forces in forces]).tolist()
     weighed = [sums.evidence(range(end - len(own), end)) for own, end in zip(forces, ends, strict=True)]
-    gains = [one.gain - cluster.price_nats for one, cluster in zip(weighed, found, strict=True)]
+    gains = [
+        cluster_forces.gain - cluster.price_nats
+        for cluster_forces, cluster in zip(weighed, clusters_left, strict=True)
+    ]
     best = int(np.argmax(gains))
     force = weighed[best].size @ forces[best]
     size = float(np.std(force))
     if gains[best] < LEAST_STEP or size == 0:
         return []
-    by: Variable = "time" if found[best].clock.by == "time" else "speed"
+    by: Variable = "time" if clusters_left[best].clock.by == "time" else "speed"
     return [_Weighed(GenericForce(axis.dof, by, None, force / size, "periodic"), gains[best], size)]
 
 
 def _bursts(axes: list[_Axis], course: Course) -> list[_Weighed]:
-    """The likeliest burst, as many lengths fit the same one."""
+    """The likeliest burst, as many lengths fit the same burst."""
     able = {axis.dof: (axis.innovations, axis.left) for axis in axes if axis.dof not in LEVELLED}
     best = max(bursts(able, course.time_s), key=lambda one: one.gain, default=None)
     if best is None or best.gain < LEAST_STEP:
@@ -323,16 +351,16 @@ def _bursts(axes: list[_Axis], course: Course) -> list[_Weighed]:
 
 
 def _slow(now: Nominal) -> Iterator[_Weighed]:
-    """What an axis's disturbance remembers for longer than a sea's."""
-    for one in slow_forces(now):
-        size = float(np.std(one.force))
-        if one.gain > LEAST_STEP and size > 0:
-            force = one.force / size
-            yield _Weighed(GenericForce(one.dof, "time", None, force, "drifting"), one.gain, size)
+    """The slow part of an axis's disturbance, whose correlation time exceeds a sea's."""
+    for burst in slow_forces(now):
+        size = float(np.std(burst.force))
+        if burst.gain > LEAST_STEP and size > 0:
+            force = burst.force / size
+            yield _Weighed(GenericForce(burst.dof, "time", None, force, "drifting"), burst.gain, size)
 
 
 def unit_forces(course: Course, dofs: list[int]) -> Iterator[Force]:
-    """Instantaneous forces of unit standard deviation, constant ones left out."""
+    """Instantaneous forces of unit standard deviation, without constant forces."""
     return _of_unit_spread(_forces(course, dofs))
 
 
@@ -354,11 +382,11 @@ def _forces(course: Course, dofs: list[int]) -> Iterator[Force]:
         yield name, "even", np.abs(speed)
         yield name, "odd", np.sign(speed) * np.sqrt(np.abs(speed))
         yield "acceleration", "odd", course.nu_dot[:, dof]
-    for i, one in enumerate(dofs):
-        for other in dofs[i + 1 :]:
-            yield "speed", "even", nu[:, one] * nu[:, other]
-            yield "speed", "odd", np.abs(nu[:, one]) * nu[:, other]
-            yield "speed", "odd", nu[:, one] * np.abs(nu[:, other])
+    for i, first in enumerate(dofs):
+        for second in dofs[i + 1 :]:
+            yield "speed", "even", nu[:, first] * nu[:, second]
+            yield "speed", "odd", np.abs(nu[:, first]) * nu[:, second]
+            yield "speed", "odd", nu[:, first] * np.abs(nu[:, second])
     wrench = course.wrench_of(course.thrust_n)
     for dof in dofs:
         if np.std(wrench[:, dof]) > 0:
@@ -397,7 +425,7 @@ def _forces(course: Course, dofs: list[int]) -> Iterator[Force]:
 
 
 def of_other_speeds(course: Course, dofs: list[int]) -> Iterator[Force]:
-    """Linear in other axes' speeds; the own is the nominal model's."""
+    """Forces linear in other axes' speeds; the axis's own speed belongs to the nominal model."""
     for dof in dofs:
         yield "yaw_rate" if dof == 5 else "speed", "odd", course.nu[:, dof]
 

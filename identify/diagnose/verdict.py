@@ -16,19 +16,19 @@ from identify.diagnose.result import Disturbance, Found, Next, Shrink, Verdict
 from identify.diagnose.unexplained import GenericForce, Unexplained, Variable, beyond_chance
 
 FORM_SHARE = 0.02
-"""Share of the causes' nats that a form's remainder may reach: a form right to a seventh of its force leaves as much.
-"""
+"""Share of the causes' nats that a form's remainder may reach: a form right to a seventh of its force leaves as
+much."""
 
 LEAST_CLOSED = 1 / 3
-"""Share of what can be closed, held out, that the causes must close for a verdict beside an unexplained remainder."""
+"""Share of the closable gap, held out, that the causes must close for a verdict despite an unexplained remainder."""
 
 MOST_DISTURBED = 1 / 3
-"""Share of the thrusters' variance up to which a disturbance is none that a model should have explained."""
+"""Share of the thrusters' variance up to which a model need not explain the disturbance."""
 
 Array = NDArray[np.float64]
 
 MOST = 2
-"""Manoeuvres to ask for: a crew dives one and looks again."""
+"""Number of manoeuvres to ask for: a crew dives one and looks again."""
 
 RUNS = (
     "steady runs ahead and astern at three speeds",
@@ -38,7 +38,7 @@ RUNS = (
     "pitching up and down, quickly and slowly",
     "steady turns both ways at three rates",
 )
-"""By the degree of freedom of the speed that a force depends on."""
+"""Manoeuvres by the degree of freedom of the speed that a force depends on."""
 
 STARTS = (
     "starts and stops ahead and astern, quick and slow",
@@ -50,7 +50,7 @@ STARTS = (
 )
 
 QUIET = 0.25
-"""Drift above the floor, in floors, that is noise: a force that makes so little of it was found, but is no gap."""
+"""Drift above the floor, in floors, that counts as noise: a force that causes so little was found, but is no gap."""
 
 BATTERY = "the same leg with a fresh and with an empty battery"
 THRUSTERS = "one pair of thrusters at a time, from rest"
@@ -71,11 +71,14 @@ OTHERS: dict[Variable, str] = {
 
 
 def above_noise(left: Unexplained, held: Shrink) -> Unexplained:
-    """What is left in the degrees of freedom where a model whose gap the causes close, on pieces held out, still drifts
-    by more than noise. What a disturbance takes up by being slow, or rare, is left there all the same."""
+    """The unexplained remainder, without degrees of freedom in which the model drifts no more than noise.
+
+    It applies if the causes close enough of the gap on held-out pieces. Slow or rare forces are kept, because a
+    disturbance absorbs them without a drift, and so are reading errors.
+    """
     if not held.value >= LEAST_CLOSED:
         return left
-    quiet = {one.dof for one in held.by_axis if one.after < (1.0 + QUIET) * one.floor}
+    quiet = {axis.dof for axis in held.by_axis if axis.after < (1.0 + QUIET) * axis.floor}
     kept = [
         k
         for k, shape in enumerate(left.shapes)
@@ -100,22 +103,25 @@ def unexplained_forces(left: Unexplained) -> tuple[GenericForce, ...]:
 
 
 def unexplained_nats(left: Unexplained) -> float:
-    """Of the significant generic forces together."""
-    mine = {id(shape) for shape in unexplained_forces(left)}
-    return sum(gain for shape, gain in zip(left.shapes, left.gains, strict=True) if id(shape) in mine)
+    """Nats of the significant generic forces together."""
+    significant = {id(shape) for shape in unexplained_forces(left)}
+    return sum(gain for shape, gain in zip(left.shapes, left.gains, strict=True) if id(shape) in significant)
 
 
 def swallowing(disturbance: Sequence[Disturbance]) -> tuple[Disturbance, ...]:
     """Disturbances of driven degrees of freedom that leave a model too little to explain."""
-    return tuple(one for one in disturbance if one.driven and one.share > MOST_DISTURBED)
+    return tuple(each for each in disturbance if each.driven and each.share > MOST_DISTURBED)
 
 
 def is_unknown(found: Sequence[Found], left_nats: float, saved_nats: float, closes: float) -> bool:
-    """Whether the larger part of a gap is unexplained: the nats left exceed those that the causes save, or no cause is
-    accepted, or the causes close too little of it on held-out pieces (`closes`, NaN if unknown)."""
+    """Whether the larger part of a gap is unexplained.
+
+    It is if the nats left exceed those that the causes save, if no cause is accepted, or if the causes close too
+    little of the gap on held-out pieces (`closes`, NaN if unknown).
+    """
     if left_nats <= 0:
         return False
-    accepted = any(one.probability >= LIKELY for one in found)
+    accepted = any(cause.probability >= LIKELY for cause in found)
     return not accepted or left_nats > saved_nats or (math.isfinite(closes) and closes < LEAST_CLOSED)
 
 
@@ -126,8 +132,11 @@ def verdict_of(
     closes: float,
     disturbance: Sequence[Disturbance],
 ) -> Verdict:
-    """saved_nats: by the causes together; closes: share of the gap that they close on held-out pieces, NaN if unknown;
-    disturbance: of every degree of freedom. A model that leaves the motion to the disturbance is not without a gap."""
+    """The verdict on a dive. A model that leaves the motion to the disturbance is not without a gap.
+
+    saved_nats: by the causes together; closes: share of the gap that they close on held-out pieces, NaN if unknown;
+    disturbance: of every degree of freedom.
+    """
     left_nats = unexplained_nats(left)
     if is_unknown(found, left_nats, saved_nats, closes):
         return "unknown"
@@ -135,21 +144,21 @@ def verdict_of(
         return "partly"
     if not found:
         return "unknown" if swallowing(disturbance) else "no_gap"
-    return "ambiguous" if any(one.also for one in found) else "explained"
+    return "ambiguous" if any(cause.also for cause in found) else "explained"
 
 
 def share_left(verdict: Verdict, closes: float) -> float:
-    """Share of the closable gap that the causes leave: none where everything is explained, NaN if unknown."""
+    """Share of the closable gap that the causes leave: 0 if everything is explained, NaN if unknown."""
     return 1.0 - float(np.clip(closes, 0.0, 1.0)) if verdict in ("partly", "unknown") else 0.0
 
 
 def next_of(found: Sequence[Found], library: Sequence[Effect]) -> Next | None:
     """Manoeuvres and sensors that separate the ambiguous causes; None without ambiguity."""
-    doubtful = [one for one in found if one.also]
+    doubtful = [cause for cause in found if cause.also]
     if not doubtful:
         return None
     by_name = {effect.name: effect for effect in reversed(library)}
-    names = [name for one in doubtful for name in (one.name, *one.also)]
+    names = [name for cause in doubtful for name in (cause.name, *cause.also)]
     separations = [by_name[name].separation for name in names if name in by_name]
     return Next(
         _each_once(way for separation in separations for way in separation.manoeuvres),
@@ -159,7 +168,7 @@ def next_of(found: Sequence[Found], library: Sequence[Effect]) -> Next | None:
 
 
 def next_for_unexplained(left: Sequence[GenericForce], course: Course, beside: Next | None) -> Next:
-    """Manoeuvres that isolate the unexplained forces, strongest first, then those of `beside`."""
+    """Manoeuvres that isolate the unexplained forces, strongest first, followed by those of `beside`."""
     asked = [_manoeuvre(shape, course) for shape in left]
     strongest = _each_once(asked)[:MOST]
     beside = beside or Next()
@@ -167,7 +176,8 @@ def next_for_unexplained(left: Sequence[GenericForce], course: Course, beside: N
 
 
 def next_for_disturbance(beside: Next | None) -> Next:
-    """What tells a sea from a force that the model or the recording lacks."""
+    """Manoeuvre and readings that separate a sea from a force that the model or the recording lacks, before those of
+    `beside`."""
     beside = beside or Next()
     return replace(beside, manoeuvres=(SPOT, *beside.manoeuvres), sensors=beside.sensors or (SEA,))
 

@@ -38,7 +38,7 @@ Array = NDArray[np.float64]
 Key = tuple[Effect, bytes]
 
 KEPT = 32
-"""Causes whose columns are kept: a long dive's take a megabyte each."""
+"""Number of causes whose columns are kept: those of a long dive take a megabyte per cause."""
 
 MOST_STEPS = 8
 SETTLED = 0.1
@@ -73,13 +73,13 @@ class CandidateColumns:
         return settings_of(self.library, self.course)
 
     def of(self, cause: Cause) -> Array:
-        """(1 + k, rows): a cause's column, and its slopes by each parameter present."""
+        """Columns (1 + k, rows): a cause's column, and its slopes by each parameter present."""
         if cause.effect.linear:
             return self._of_linear(cause)
         return self._last(*key_of(cause))
 
     def forms_of(self, cause: Cause) -> Array:
-        """(k, rows): columns of a cause's other forms."""
+        """Columns (k, rows) of a cause's other forms."""
         key = key_of(cause)
         if key not in self._other:
             forms = [*other_forms(self.course, cause), *other_variants(self.course, cause, self.library)]
@@ -88,21 +88,21 @@ class CandidateColumns:
 
     @cached_property
     def _last(self) -> Callable[[Effect, bytes], Array]:
-        """Cache of the latest causes."""
+        """The cache of the latest causes' columns."""
         return lru_cache(KEPT)(partial(_columns_of, self.rows, self.course))
 
     def _of_linear(self, cause: Cause) -> Array:
-        """By superposition of unit columns."""
+        """Columns of a linear cause by superposition of unit columns."""
         if cause.effect not in self._by_unit:
             self._by_unit[cause.effect] = self._units(cause.effect)
         slopes, present = self._by_unit[cause.effect], cause.present
-        own = (cause.values - cause.effect.none())[present] @ slopes[present]
-        return np.vstack([own, slopes[present]])
+        column = (cause.values - cause.effect.none())[present] @ slopes[present]
+        return np.vstack([column, slopes[present]])
 
     def _units(self, effect: Effect) -> Array:
-        """(p, rows): unit columns, taken from the trial columns if these exist."""
+        """Unit columns (p, rows), taken from the trial columns if these exist."""
         if "candidates" in vars(self) and effect in self.library:
-            setting = next(one for one in self.settings if one.effect == effect)
+            setting = next(trial for trial in self.settings if trial.effect == effect)
             tried = self.candidates.some(setting.columns)
         else:
             (setting,), acts = settings_of((effect,), self.course)
@@ -130,9 +130,9 @@ class Fitted:
     """Causes at their best values for given noise levels.
 
     value (rows,): the remainder left to the nominal model. slopes (rows, k): of the parameters `at` (k pairs of cause
-    and parameter), with covariance (k, k). residual_squares: sum of squares of `value` beside the best nominal model.
-    gain: nats saved on held-out pieces, `std` its standard error over pieces. motion_nats: nats saved in sample by the
-    vehicle's motion alone.
+    and parameter), with covariance (k, k). residual_squares: sum of squares of `value` less the best nominal model.
+    gain: nats saved on held-out pieces, `std` its standard error over pieces. motion_nats: nats saved in sample by
+    the vehicle's motion alone.
     """
 
     causes: tuple[Cause, ...]
@@ -148,7 +148,7 @@ class Fitted:
 
 @dataclass(frozen=True)
 class CandidateEquations:
-    """Normal equations of all candidates beside some fitted causes, and the settings that the columns belong to."""
+    """Normal equations of all candidates given some fitted causes, and the settings that the columns belong to."""
 
     equations: NormalEquations
     settings: tuple[Setting, ...]
@@ -156,7 +156,8 @@ class CandidateEquations:
 
 @dataclass(frozen=True)
 class Weighing:
-    """now: the filters. rows: their regression, before any effect was removed."""
+    """Candidates of a library weighed by fixed filters. now: the filters. rows: their regression, before any effect
+    was removed."""
 
     now: Nominal
     rows: Regression
@@ -169,7 +170,7 @@ class Weighing:
 
     @cached_property
     def _candidates(self) -> Blocks:
-        """The columns of all settings, behind the nominal ones."""
+        """The columns of all settings, after the nominal columns."""
         return self._columns.candidates.after(self.rows.nominal)
 
     @cached_property
@@ -179,7 +180,7 @@ class Weighing:
 
     @cached_property
     def _by_piece(self) -> Array:
-        """(P, m, m): the products of the nominal columns, with a part of their prior precision in every piece."""
+        """Products (P, m, m) of the nominal columns within each piece, each with a part of their prior precision."""
         products = self._nominal.products(self.rows.piece)
         return np.asarray(products + np.diag(self.rows.nominal_precision) / len(products))
 
@@ -195,9 +196,9 @@ class Weighing:
     @cached_property
     def moving(self) -> tuple[Blocks, Array]:
         """The nominal columns on the axes' rows, and their products (m, m) with their prior precision."""
-        own = Blocks(self._nominal.parts[: len(self.rows.axes)], self._nominal.width)
-        products = own.products(np.zeros(own.places[-1].stop, dtype=np.intp))[0]
-        return own, products + np.diag(self.rows.nominal_precision)
+        columns = Blocks(self._nominal.parts[: len(self.rows.axes)], self._nominal.width)
+        products = columns.products(np.zeros(columns.places[-1].stop, dtype=np.intp))[0]
+        return columns, products + np.diag(self.rows.nominal_precision)
 
     @cached_property
     def _found(self) -> dict[tuple[Key, ...], Fitted]:
@@ -209,7 +210,7 @@ class Weighing:
         return {}
 
     def fitted(self, causes: Sequence[Cause]) -> Fitted:
-        """The causes at their best values beside the best nominal model; kept, as a search asks repeatedly."""
+        """The causes at their best values with the best nominal model; kept, because a search asks repeatedly."""
         key = tuple(key_of(cause) for cause in causes)
         if key not in self._found:
             fit = self._fitted(causes)
@@ -220,7 +221,7 @@ class Weighing:
         return replace(known, value=rows.value, slopes=rows.slopes)
 
     def _fitted(self, causes: Sequence[Cause]) -> Fitted:
-        """By Gauss-Newton; a step that raises the residual is shortened."""
+        """Fit by Gauss-Newton; a step that raises the residual is shortened."""
         best, step = self._weighed(tuple(cause for cause in causes if cause.present.any()))
         for _ in range(MOST_STEPS if best.at else 0):
             tried, further = self._moved(best, step)
@@ -232,8 +233,8 @@ class Weighing:
             best, step = tried, further
             if small or not best.at or all(cause.effect.linear for cause in best.causes):
                 break
-        gain, std, felt = self._held(best)
-        return replace(best, gain=gain, std=std, motion_nats=felt)
+        gain, std, motion_nats = self._held(best)
+        return replace(best, gain=gain, std=std, motion_nats=motion_nats)
 
     def _moved(self, fit: Fitted, step: Array) -> tuple[Fitted, Array]:
         moved = list(fit.causes)
@@ -242,19 +243,19 @@ class Weighing:
         return self._weighed(tuple(cause for cause in moved if cause.present.any()))
 
     def candidates_beside(self, fit: Fitted) -> CandidateEquations:
-        """All candidates beside a fit, its slopes projected out."""
+        """All candidates, with a fit's slopes projected out."""
         return self._weighed_beside(fit, fit.slopes)
 
     def candidates_beyond_forms(self, fit: Fitted) -> CandidateEquations:
-        """The same with the other forms of the fit's causes projected out as well."""
+        """All candidates, with the slopes and the other forms of the fit's causes projected out."""
         return self._weighed_beside(fit, self.nuisance(fit))
 
     def candidates_beyond_acts(self, fit: Fitted, acts: list[Act]) -> CandidateEquations:
-        """The same with further acts projected out as well."""
+        """All candidates, with the slopes, the other forms and further acts projected out."""
         return self._weighed_beside(fit, self.nuisance(fit), acts)
 
     def nuisance(self, fit: Fitted) -> Array:
-        """(rows, k): slopes and other forms of a fit's causes."""
+        """Slopes and other forms of a fit's causes (rows, k)."""
         others = [self._columns.forms_of(cause) for cause in fit.causes]
         return np.vstack([fit.slopes.T, *others]).T
 
@@ -268,18 +269,21 @@ class Weighing:
         return self._besides[key]
 
     def _beside(self, new: Blocks) -> CandidateEquations:
-        """Normal equations from products made once and products with the value left, which comes first, and with the
-        columns known beside it."""
+        """Normal equations of all candidates, with the columns in `new` projected out.
+
+        Products of nominal and candidate columns are made once and reused. `new` holds the residual value first, then
+        the known columns.
+        """
         m, n = self.rows.nominal.shape[1], new.width - 1
         with_new, among = (
             self._candidates.products_between(new, self.rows.piece),
             new.products(self.rows.piece),
         )
-        cross, own = with_new[:, :, 1:], among[:, 1:, 1:]
+        cross, among_new = with_new[:, :, 1:], among[:, 1:, 1:]
         square = np.block(
             [
                 [self._products[:, :m, :m], cross[:, :m], self._products[:, :m, m:]],
-                [cross[:, :m].mT, own, cross[:, m:].mT],
+                [cross[:, :m].mT, among_new, cross[:, m:].mT],
                 [self._products[:, m:, :m], cross[:, m:], self._products[:, m:, m:]],
             ]
         )
@@ -293,7 +297,7 @@ class Weighing:
 
     @cached_property
     def _products(self) -> Array:
-        """(P, m + c, m + c): of the nominal and candidate columns."""
+        """Products (P, m + c, m + c) of the nominal and candidate columns within each piece."""
         return self._candidates.products(self.rows.piece)
 
     def _weighed(self, causes: tuple[Cause, ...]) -> tuple[Fitted, Array]:
@@ -301,9 +305,9 @@ class Weighing:
         at = tuple((k, p) for k, cause in enumerate(causes) for p in np.flatnonzero(cause.present).tolist())
         columns = [self._columns.of(cause) for cause in causes]
         value = self.rows.value.copy()
-        for own in columns:
-            value -= own[0]
-        new = np.vstack([*(own[1:] for own in columns), value])
+        for of_cause in columns:
+            value -= of_cause[0]
+        new = np.vstack([*(of_cause[1:] for of_cause in columns), value])
         cross, products = self._nominal.crossed(new.T), new @ new.T
         square = np.block([[self._square, cross[:, :-1]], [cross[:, :-1].T, products[:-1, :-1]]])
         m, free = len(self._square), inverse(square)
@@ -312,8 +316,11 @@ class Weighing:
         return Fitted(causes, at, new[-1], new[:-1].T, free[m:, m:], left, 0.0, 0.0, 0.0), step
 
     def _held(self, fit: Fitted) -> tuple[float, float, float]:
-        """Nats saved on held-out pieces over the nominal model alone, their standard error, and nats saved in sample by
-        the vehicle's motion."""
+        """Evaluate a fit on held-out pieces and in the motion.
+
+        Returns the nats saved on held-out pieces over the nominal model alone, their standard error, and the nats
+        saved in sample by the vehicle's motion.
+        """
         columns = np.vstack([fit.slopes.T, self.rows.value, fit.value]).T
         cross = self._nominal.products_with(columns, self.rows.piece)
         taken = self._inverse_square @ cross.sum(axis=0)
@@ -346,21 +353,21 @@ def weighing_of(now: Nominal, library: tuple[Effect, ...]) -> Weighing:
 
 @dataclass(frozen=True)
 class FormRemainder:
-    """Of the causes of a fit."""
+    """Bound on the nats that a further cause may save by the remainder of a fit's forms."""
 
     weighing: Weighing
     fit: Fitted
 
     def overlap(self, cause: Cause) -> float:
-        """Nats of the fit's causes that a further cause could share: same axes, same pieces."""
+        """Nats of the fit's causes that a further cause could share, in the same axes and pieces."""
         course = self.weighing.now.course
-        acts = [cause.act(course), *(one.act(course) for one in self.fit.causes)]
+        acts = [cause.act(course), *(other.act(course) for other in self.fit.causes)]
         columns = self.weighing.rows.columns(acts, course)[: self._count]
-        own, *before = self._taken_out(self._nominal, columns).T
-        return self._shared(own, *before)
+        column, *before = self._taken_out(self._nominal, columns).T
+        return self._shared(column, *before)
 
     def saved_overlap(self, cause: Cause) -> float:
-        """Nats saved by other forms of the causes that a further cause could share, its own share of these forms
+        """Nats saved by other forms of the causes that a further cause could share, with its own share of these forms
         projected out."""
         course = self.weighing.now.course
         column = self.weighing.rows.columns([cause.act(course)], course)[: self._count]
@@ -368,7 +375,7 @@ class FormRemainder:
 
     @property
     def _count(self) -> int:
-        """Of the axes' rows, which come before those of the witnesses."""
+        """Number of the axes' rows, which come before those of the witnesses."""
         return len(self.weighing.rows.dof) - int(np.count_nonzero(self.weighing.rows.dof < 0))
 
     @cached_property
@@ -385,18 +392,18 @@ class FormRemainder:
 
     @cached_property
     def _saved(self) -> Array:
-        """(rows,): the part of the residual that other forms absorb."""
+        """The part (rows,) of the residual that other forms absorb."""
         value = self.fit.value[: self._count, None]
-        own = self._regressors(self.fit.slopes.shape[1])
-        return (self._taken_out(own, value) - self._taken_out(self._all, value))[:, 0]
+        slopes_only = self._regressors(self.fit.slopes.shape[1])
+        return (self._taken_out(slopes_only, value) - self._taken_out(self._all, value))[:, 0]
 
     def _regressors(self, known: int) -> tuple[Array, Array]:
         """The first `known` nuisance columns on the axes' rows, and the inverse square of the nominal columns and
         these."""
-        nominal, own = self.weighing.moving
+        nominal, nominal_square = self.weighing.moving
         more = self._known[:, :known]
         cross = nominal.crossed(more)
-        square = np.block([[own, cross], [cross.T, more.T @ more]])
+        square = np.block([[nominal_square, cross], [cross.T, more.T @ more]])
         return more, inverse(square)
 
     def _taken_out(self, regressors: tuple[Array, Array], columns: Array) -> Array:
@@ -409,6 +416,6 @@ class FormRemainder:
         """Cauchy-Schwarz bound, in nats, of a column's overlap with others, cell by cell."""
         rows = self.weighing.rows
         cell = (rows.piece * len(DOFS) + rows.dof)[: self._count]
-        mine, *others = (np.bincount(cell, one**2) for one in (own, *before))
-        both = np.sqrt(mine * np.sum(others, axis=0)).sum()
-        return 0.5 * float(both**2 / max(mine.sum(), 1e-300))
+        own_power, *others = (np.bincount(cell, column**2) for column in (own, *before))
+        both = np.sqrt(own_power * np.sum(others, axis=0)).sum()
+        return 0.5 * float(both**2 / max(own_power.sum(), 1e-300))

@@ -1,4 +1,4 @@
-"""Sensors outside the filters that show some effects at once: shafts, heading, accelerometer.
+"""Sensors outside the filters that show some effects directly: shafts, heading, accelerometer.
 
 Each is compared with its prediction by the nominal model. The residual is averaged in bins, normalised, freed of its
 first-order autocorrelation, and added to the regression below the filters' innovations.
@@ -31,7 +31,7 @@ LATE_S, SLOWER_S = (-0.05, 0.05, 0.1, 0.2), 0.1
 lags longer by this, are nuisances."""
 
 JITTER_S = 0.03
-"""Random error of a reading's time, beside its mean delay."""
+"""Random error of a reading's time, in addition to its mean delay, s."""
 
 ROUNDED_S = (-JITTER_S, JITTER_S)
 """A course samples thrust at its own instants, between the pulses' edges. Shifts within this are nuisances: rounding
@@ -62,9 +62,11 @@ class Bins:
 
 @dataclass(frozen=True)
 class Witness:
-    """One sensor's residual beyond the nominal model, averaged in bins, `off` (m,). known (m, q): nuisance columns with
-    prior precision (q,); size (m,): scale of a proportional error; timing_std (m,): its part by jitter.
-    kind and number select the part of an act it measures."""
+    """One sensor's residual beyond the nominal model, averaged in bins, `off` (m,).
+
+    known (m, q): nuisance columns with prior precision (q,); size (m,): scale of a proportional error; timing_std
+    (m,): the part of the error by jitter. kind and number select the part of an act that the sensor measures.
+    """
 
     kind: Literal["shaft", "heading", "specific_force"]
     number: int
@@ -82,7 +84,7 @@ class Witness:
     def of(self, act: Act, course: Course) -> Array | None:
         """An act's contribution to `off`; None for none."""
         if self.kind == "heading":
-            # A gyro that reads high turns further than the heading.
+            # If a gyro reads high, its integrated rate turns further than the heading.
             return None if act.gyro is None else -WINDOW_S * self.bins.along(course, act.gyro[:, 2])
         part = act.shaft_n if self.kind == "shaft" else act.specific_force
         return None if part is None else self.bins.along(course, part[:, self.number])
@@ -104,7 +106,7 @@ class WeighedWitness:
 
 
 def weighed_witness(witness: Witness, acts: Sequence[Act], course: Course) -> WeighedWitness:
-    """A witness weighed by its residual beside the acts."""
+    """Weigh a witness by its residual less the acts."""
     witness = _with_acts(witness, acts, course)
     left = witness.off.copy()
     for act in acts:
@@ -141,19 +143,22 @@ def _with_acts(witness: Witness, acts: Sequence[Act], course: Course) -> Witness
     late.append(SLOWER_S / slower_s * (lagged(more, step_s, slower_s) - more))
     late += [delayed(more, step_s, late_s) - more for late_s in ROUNDED_S]
     known = witness.known.copy()
-    known[:, -len(late) :] += np.column_stack([witness.bins.along(course, one[:, 0]) for one in late])
+    known[:, -len(late) :] += np.column_stack([witness.bins.along(course, shifted[:, 0]) for shifted in late])
     return replace(witness, known=known)
 
 
 def witnesses(dive: Dive, file: VehicleFile, course: Course) -> tuple[Witness, ...]:
     """All witnesses of a dive."""
-    found = (*_shafts(dive, file, course), *_heading(dive, course), *_accelerometer(dive, course))
-    return tuple(one for one in found if len(one.off) >= LEAST_ROWS)
+    all_witnesses = (*_shafts(dive, file, course), *_heading(dive, course), *_accelerometer(dive, course))
+    return tuple(witness for witness in all_witnesses if len(witness.off) >= LEAST_ROWS)
 
 
 def _shafts(dive: Dive, file: VehicleFile, course: Course) -> Iterator[Witness]:
-    """Thrust by shaft speed less thrust by pulse and lag. Scales of either curve ahead and astern, and the telemetry's
-    delay, are nuisances: a thruster's timing shows in the vehicle's motion."""
+    """Thrust by shaft speed less thrust by pulse and lag.
+
+    Scales of either curve ahead and astern, and the telemetry's delay, are nuisances: a thruster's timing shows in
+    the vehicle's motion.
+    """
     if dive.rpm is None or dive.pwm is None or course.by_wrench:
         return
     curve = file.vehicle.thrust_curve
@@ -170,7 +175,7 @@ def _shafts(dive: Dive, file: VehicleFile, course: Course) -> Iterator[Witness]:
         late.append(bins.mean(slower_n(bins.time_s)[:, k] - at))
         given = course.thrust_n[:, [k]]
         rounded = [delayed(given, course.step_s, late_s) - given for late_s in ROUNDED_S]
-        late += [bins.along(course, one[:, 0]) for one in rounded]
+        late += [bins.along(course, shifted[:, 0]) for shifted in rounded]
         before = thrust_n(bins.time_s - JITTER_S)[:, k]
         after = thrust_n(bins.time_s + JITTER_S)[:, k]
         timing_std = bins.mean(0.5 * np.abs(after - before))
@@ -181,8 +186,10 @@ def _shafts(dive: Dive, file: VehicleFile, course: Course) -> Iterator[Witness]:
 
 
 def _by_pulses(pwm: Signal, file: VehicleFile, count: int, lag_s: float) -> Callable[[Array], Array]:
-    """The thrusters' output by curve and lag at any times, (n, k): it has edges between a course's instants, at which
-    shafts are read."""
+    """The thrusters' output by curve and lag at any times, (n, k).
+
+    It has edges between a course's instants, and shafts are read there.
+    """
     curve = file.vehicle.thrust_curve
     pulses = np.where(pwm.value[:, :count] > 0, pwm.value[:, :count], NEUTRAL_US)
     asked = thrust_curve(curve, file.path.parent).thrust(pulses)
@@ -200,7 +207,7 @@ def _by_pulses(pwm: Signal, file: VehicleFile, count: int, lag_s: float) -> Call
 
 
 def _heading(dive: Dive, course: Course) -> Iterator[Witness]:
-    """Turn of the heading in a window, less the gyros'."""
+    """Turn of the heading in a window, less the gyros' turn."""
     turn = dive.fog if dive.fog is not None and len(dive.fog) else dive.gyro
     if (
         dive.attitude is None
@@ -231,13 +238,13 @@ def _heading(dive: Dive, course: Course) -> Iterator[Witness]:
     window = np.minimum(((time_s - edges[0]) / WINDOW_S).astype(np.intp), len(off) - 1)
     kept = good[window]
     number = np.cumsum(good) - 1
-    of = number[window[kept]].astype(np.intp)
-    bins = Bins(time_s[kept], of, np.bincount(of, minlength=int(good.sum())).astype(np.float64))
+    bin_of = number[window[kept]].astype(np.intp)
+    bins = Bins(time_s[kept], bin_of, np.bincount(bin_of, minlength=int(good.sum())).astype(np.float64))
     yield _plain_witness("heading", 2, bins, off[good])
 
 
 def _accelerometer(dive: Dive, course: Course) -> Iterator[Witness]:
-    """Specific force ahead and aside, less that of motion and gravity."""
+    """Specific force ahead and aside, less the prediction by motion and gravity."""
     if dive.specific_force is None or dive.attitude is None:
         return
     bins, read = _binned(dive.specific_force, WINDOW_S, course)
@@ -258,11 +265,11 @@ def _plain_witness(
 
 
 def _binned(signal: Signal, each_s: float, course: Course) -> tuple[Bins, Array]:
-    """Bins of the valid readings within the course, and these (n, k)."""
+    """Bins of the valid readings within the course, and these readings (n, k)."""
     began_s, ended_s = float(course.time_s[0]), float(course.time_s[-1])
     inside = (signal.time_s >= began_s) & (signal.time_s < ended_s) & np.isfinite(signal.value).all(axis=1)
     time_s = signal.time_s[inside]
-    _, of, count = np.unique(
+    _, bin_of, count = np.unique(
         ((time_s - began_s) / each_s).astype(np.intp), return_inverse=True, return_counts=True
     )
-    return Bins(time_s, of, count.astype(np.float64)), signal.value[inside]
+    return Bins(time_s, bin_of, count.astype(np.float64)), signal.value[inside]

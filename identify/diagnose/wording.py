@@ -15,21 +15,21 @@ CAPITALS = {"dvl": "DVL", "imu": "IMU", "cg": "CG"}
 UNITLESS = ("", "1")
 
 SINCE = "since it was accepted"
-"""Variant of an effect that is the change of an accepted one."""
+"""Variant of an effect that is the change of an accepted effect."""
 
 
 def cause_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
     """A line per cause: name, probability, description, parameters and ambiguity."""
-    return tuple(_cause_line(one) for one in diagnosis.found)
+    return tuple(_cause_line(found) for found in diagnosis.found)
 
 
 def gain_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
     """The feed-forward's gain by each cause that it can compensate."""
     return tuple(
-        f"{capital(name_of(one))}: the feed-forward alone would track to {mm_s(one.feedforward.after_m_s)} "
-        f"instead of {mm_s(one.feedforward.before_m_s)} (typical velocity error)."
-        for one in diagnosis.found
-        if one.feedforward is not None
+        f"{capital(name_of(found))}: the feed-forward alone would track to {mm_s(found.feedforward.after_m_s)} "
+        f"instead of {mm_s(found.feedforward.before_m_s)} (typical velocity error)."
+        for found in diagnosis.found
+        if found.feedforward is not None
     )
 
 
@@ -44,7 +44,7 @@ def name_of(found: Found) -> str:
 
 
 def effect_words(effect: Effect) -> str:
-    """Its name in words, with its thruster's number if it has one."""
+    """An effect's name in words, with its thruster's number if it has one."""
     name = _of_thruster(effect.name, effect.number) if effect.number else words(effect.name)
     return f"a change of {name}" if effect.variant == SINCE else name
 
@@ -62,8 +62,8 @@ def candidate_words(effect: Effect) -> str:
 
 def _of_thruster(name: str, number: int) -> str:
     """`weak thruster 8`, `thruster misalignment (thruster 8)`."""
-    told = words(name)
-    return f"{told} {number}" if told.endswith("thruster") else f"{told} (thruster {number})"
+    wording = words(name)
+    return f"{wording} {number}" if wording.endswith("thruster") else f"{wording} (thruster {number})"
 
 
 def percents(low: float, high: float) -> str:
@@ -76,8 +76,8 @@ def value_words(name: str, value: Value) -> str:
     """`X_uu 12.3 N s²/m² (95 %: 10.1 to 14.5)`; with degrees for angles, and rates per minute."""
     number, interval = with_interval(value.value, value.low95, value.high95)
     known = math.isfinite(value.low95) and math.isfinite(value.high95)
-    sure = f" (95 %: {interval})" if known and value.high95 > value.low95 else ""
-    return f"{parameter(name)} {number}{unit_after(value.unit)}{sure}{_in_other_units(value)}"
+    interval_words = f" (95 %: {interval})" if known and value.high95 > value.low95 else ""
+    return f"{parameter(name)} {number}{unit_after(value.unit)}{interval_words}{_in_other_units(value)}"
 
 
 def parameter(name: str) -> str:
@@ -86,8 +86,8 @@ def parameter(name: str) -> str:
 
 
 def told_parameters(found: Found) -> dict[str, Value]:
-    """Its parameters without the thruster's number, which is in its name."""
-    return {name: one for name, one in found.parameters.items() if name != "thruster"}
+    """A cause's parameters without the thruster's number, which is in its name."""
+    return {name: value for name, value in found.parameters.items() if name != "thruster"}
 
 
 def cause_sentence(found: Found) -> str:
@@ -123,7 +123,7 @@ def mm_s(value_m_s: float) -> str:
 
 
 def _cause_line(found: Found) -> str:
-    values = [value_words(name, one) for name, one in told_parameters(found).items()]
+    values = [value_words(name, value) for name, value in told_parameters(found).items()]
     parameters = f" Fitted: {', '.join(values)}." if values else ""
     doubt = f" {alike_sentence(found)}" if found.also else ""
     return f"{cause_sentence(found)}{parameters}{doubt}"

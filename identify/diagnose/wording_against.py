@@ -1,4 +1,4 @@
-"""The changes to a simulator, in sentences."""
+"""Sentences on the changes to a simulator."""
 
 from collections.abc import Sequence
 
@@ -9,14 +9,14 @@ from identify.diagnose.result import Found
 from identify.report.text import significant
 
 NAMED = 3
-"""Numbers named in the verdict, those with the largest error."""
+"""Number of numbers named in the verdict, those with the largest error."""
 
 
 def verdict_sentence(one: Against) -> str:
-    """Effects to add, numbers to change, and the drift they cost, with provisos."""
-    both = (*one.simulator.first, *one.simulator.provisos)
-    its = (f"Of the simulator: {proviso}" for proviso in both)
-    return " ".join((*one.vehicle.first, _verdict(one), *one.vehicle.provisos, *its))
+    """Effects to add, numbers to change, and the drift that they cost, with provisos."""
+    provisos = (*one.simulator.first, *one.simulator.provisos)
+    of_simulator = (f"Of the simulator: {proviso}" for proviso in provisos)
+    return " ".join((*one.vehicle.first, _verdict(one), *one.vehicle.provisos, *of_simulator))
 
 
 def _verdict(one: Against) -> str:
@@ -27,43 +27,45 @@ def _verdict(one: Against) -> str:
     where = wording_verdict.gap_sentence(gap, "the gap")
     if lacks:
         causes = wording.listed([wording.name_of(found) for found in lacks])
-        told = f"Your simulator must gain {causes}: {where}{_drift_clause(one)}."
-        told += f" {_capital(numbers)}." if numbers else ""
-        told += f" It may lack {may_lack}, too." if possible else ""
+        sentence = f"Your simulator must gain {causes}: {where}{_drift_clause(one)}."
+        sentence += f" {_capital(numbers)}." if numbers else ""
+        sentence += f" It may lack {may_lack}, too." if possible else ""
     elif numbers:
         shows = "surely shows" if possible else "shows"
-        told = f"Your simulator lacks no effect that this dive {shows}, but {numbers}{_drift_clause(one)}."
-        told += f" It may lack {may_lack}, too." if possible else ""
+        sentence = (
+            f"Your simulator lacks no effect that this dive {shows}, but {numbers}{_drift_clause(one)}."
+        )
+        sentence += f" It may lack {may_lack}, too." if possible else ""
     elif possible:
-        told = f"Your simulator may lack {may_lack}: {where}{_drift_clause(one)}."
+        sentence = f"Your simulator may lack {may_lack}: {where}{_drift_clause(one)}."
     elif one.vehicle.verdict in ("partly", "unknown"):
-        there = wording_verdict.where_sentence(gap, "the gap")
-        return f"Your simulator lacks something that no candidate explains: {there}."
+        location = wording_verdict.where_sentence(gap, "the gap")
+        return f"Your simulator lacks something that no candidate explains: {location}."
     elif one.verdict == "no_gap":
-        told = (
+        sentence = (
             f"Your simulator lacks nothing that this dive shows: its {wording.DRIFT_S:g} s drift is "
             f"{significant(gap.before, 2)} floors, where noise alone would give 1."
         )
     else:
-        told = (
+        sentence = (
             "Your simulator lacks no effect that this dive shows, and of its numbers none is off beyond doubt, but its "
             f"{wording.DRIFT_S:g} s drift is {significant(gap.before, 2)} floors, where noise alone would give 1"
             f"{_drift_clause(one)}: give longer recordings of both, with the same manoeuvres."
         )
     if one.vehicle.verdict in ("partly", "unknown"):
-        told += " Something else is there that no candidate explains."
-    return told
+        sentence += " Something else is there that no candidate explains."
+    return sentence
 
 
 def cause_lines(one: Against) -> tuple[str, ...]:
     """The causes of the real dive, each marked if the simulator has it."""
     has = {found.cause.key: found.probability for found in one.has}
-    told = zip(one.vehicle.found, wording.cause_lines(one.vehicle), strict=True)
-    return tuple(_already(has.get(found.cause.key)) + line for found, line in told)
+    pairs = zip(one.vehicle.found, wording.cause_lines(one.vehicle), strict=True)
+    return tuple(_already(has.get(found.cause.key)) + line for found, line in pairs)
 
 
 def _already(probability: float | None) -> str:
-    """Prefix for a cause that the simulator has, or may have; "" for a missing one."""
+    """Prefix for a cause that the simulator has, or may have; "" for a missing cause."""
     if probability is None:
         return ""
     if probability < LIKELY:
@@ -86,7 +88,7 @@ def lines(one: Against) -> tuple[str, ...]:
 
 
 def _story_sentence(found: Found) -> str:
-    would = (
+    clause = (
         f"{wording.name_of(found)} would make"
         if found.probability >= LIKELY
         else f"{_with_probability(found)} may make"
@@ -94,7 +96,7 @@ def _story_sentence(found: Found) -> str:
     values = ", ".join(
         wording.value_words(name, value) for name, value in wording.told_parameters(found).items()
     )
-    return f"{_capital(would)} masses and dampings differ so: {found.cause.effect.sentence} ({values})."
+    return f"{_capital(clause)} masses and dampings differ so: {found.cause.effect.sentence} ({values})."
 
 
 def _spare_sentence(found: Found) -> str:

@@ -1,4 +1,4 @@
-"""What a diagnosis says of each degree of freedom, in absolute terms: drifts, errors, disturbance."""
+"""Sentences on each degree of freedom in absolute terms: drifts, errors, disturbance."""
 
 import math
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from identify.diagnose.wording import DRIFT_S, listed, percent, percent_sure
 from identify.report.text import fixed, significant
 
 NAMED = 2
-"""Degrees of freedom named in the verdict, those that change most."""
+"""Number of degrees of freedom named in the verdict, those that change most."""
 
 TURNING = DOFS[3:]
 
@@ -49,16 +49,18 @@ def _axis_words(one: AxisShrink) -> str:
 
 
 def changes(one: Shrink) -> str:
-    """`falls from 34 to 16 mm/s in surge and from 2.1 to 1.2 °/s in yaw`, of the degrees of freedom that change most in
-    floors; "" if none does."""
+    """`falls from 34 to 16 mm/s in surge and from 2.1 to 1.2 °/s in yaw`, of the degrees of freedom that change most
+    in floors; "" if none changes."""
     moved = [axis for axis in one.by_axis if math.isfinite(axis.value) and axis.before != axis.after]
     moved.sort(key=lambda axis: -abs(axis.before - axis.after) / axis.floor)
     if not moved:
         return ""
     named = moved[:NAMED]
     goes = "falls" if all(axis.after < axis.before for axis in named) else "goes"
-    told = [f"from {rate(one.before, one.dof)} to {rate(one.after, one.dof)} in {one.dof}" for one in named]
-    return f"{goes} {listed(told)}"
+    phrases = [
+        f"from {rate(one.before, one.dof)} to {rate(one.after, one.dof)} in {one.dof}" for one in named
+    ]
+    return f"{goes} {listed(phrases)}"
 
 
 def disturbance_words(one: Disturbance) -> str:
@@ -72,28 +74,27 @@ def force_words(one: Disturbance) -> str:
 
 
 def disturbance_line(disturbance: Sequence[Disturbance]) -> tuple[str, ...]:
-    """A line on what the fitted disturbance takes in each pushed degree of freedom."""
-    pushed = [one for one in disturbance if one.pushed]
+    """A line on the fitted disturbance in each pushed degree of freedom."""
+    pushed = [axis for axis in disturbance if axis.pushed]
     if not pushed:
         return ()
-    told = listed([f"in {one.dof} {force_words(one)} ({_share_words(one)})" for one in pushed])
-    line = (
-        f"The fitted disturbance takes {told}; in brackets the share of the variance of the thrusters' force."
-    )
+    phrases = listed([f"in {axis.dof} {force_words(axis)} ({_share_words(axis)})" for axis in pushed])
+    line = f"The fitted disturbance takes {phrases}; in brackets the share of the variance of the thrusters' force."
     if swallowing(pushed):
         line += f" More than a third is much: {MAY_BE}."
     return (line,)
 
 
 def _share_words(one: Disturbance) -> str:
-    """Of a degree of freedom that is only held, thrust answers the disturbance and is no measure for it."""
+    """Share of the variance; marked in a degree of freedom that is only held, where thrust merely answers the
+    disturbance."""
     held = not one.driven and one.share > MOST_DISTURBED
     return f"{percent_sure(one.share)}, only held" if held else percent_sure(one.share)
 
 
 def swallowed_sentence(disturbance: Sequence[Disturbance]) -> str:
-    """That a disturbance takes so much that its model explains too little."""
-    told = listed([f"in {one.dof} it takes {disturbance_words(one)}" for one in swallowing(disturbance)])
+    """Sentence that a disturbance takes so much that its model explains too little."""
+    told = listed([f"in {axis.dof} it takes {disturbance_words(axis)}" for axis in swallowing(disturbance)])
     return (
         f"No candidate and no force that returns is missing, but the model leaves too much to the disturbance: {told}. "
         f"It may be {MAY_BE}; the model explains too little there to say that there is no gap."

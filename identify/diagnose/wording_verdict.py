@@ -70,7 +70,7 @@ def where_lines(diagnosis: Diagnosis, most: int = 3) -> tuple[str, ...]:
 
 
 def gap_sentence(gap: Gap, whole: str = "it") -> str:
-    """Location of the gap: by drift, its measure, if that lies in another degree of freedom than by force."""
+    """Location of the gap: by drift, its measure, if the drift lies in another degree of freedom than the force."""
     by_force = where_sentence(gap, whole)
     if not drifts_elsewhere(gap):
         return by_force
@@ -87,8 +87,8 @@ def where_sentence(gap: Gap, whole: str = "it") -> str:
         return f"{percent(first.share)} of {whole} is in {first.dof}, {PHASES[first.phase]}{_above(gap, first.dof)}"
     by_dof = shares_by_dof(gap.where)
     dof = max(by_dof, key=lambda name: by_dof[name])
-    mine = [one for one in gap.where if one.dof == dof]
-    largest = max(mine, key=lambda one: one.share)
+    of_dof = [one for one in gap.where if one.dof == dof]
+    largest = max(of_dof, key=lambda one: one.share)
     part = "most" if largest.share > MOST_OF_THAT * by_dof[dof] else "the largest part"
     return f"{percent(by_dof[dof])} of {whole} is in {dof}, {part} of that {PHASES[largest.phase]}{_above(gap, dof)}"
 
@@ -117,21 +117,21 @@ def where_note(gap: Gap) -> str:
 def shares_by_dof(where: Sequence[Share]) -> dict[str, float]:
     """The share of each degree of freedom, in their given order."""
     out: dict[str, float] = {}
-    for one in where:
-        out[one.dof] = out.get(one.dof, 0.0) + one.share
+    for share in where:
+        out[share.dof] = out.get(share.dof, 0.0) + share.share
     return out
 
 
 def _above(gap: Gap, dof: str) -> str:
-    """The speed above which most of a degree of freedom's gap lies, if above rest."""
+    """Clause on the speed above which most of a degree of freedom's gap lies; "" if that is rest."""
     slices = sorted(
         (one for one in gap.slices if one.dof == dof and one.by == "speed"), key=lambda one: -one.low
     )
-    whole = sum(one.share for one in slices)
-    held = 0.0
+    total = sum(one.share for one in slices)
+    summed = 0.0
     for one in slices[:-1]:
-        held += one.share
-        if whole > 0 and held >= MOST_OF_IT * whole:
+        summed += one.share
+        if total > 0 and summed >= MOST_OF_IT * total:
             return f", mostly above {fixed(one.low, 2)} m/s" if one.low >= LEAST_SPEED_M_S else ""
     return ""
 
@@ -156,7 +156,9 @@ def _verdict(diagnosis: Diagnosis) -> str:
         part += f" {capital(_may_explain(possible, 'part of the gap'))}." if possible else ""
         part = f"{part[:-1]}{contradiction_clause(diagnosis.heldout, diagnosis.check)}." if part else ""
         return f"Something is there that no candidate explains: {_unexplained(diagnosis, 'it')}.{part}"
-    doubt = "".join(f", but this dive can't tell {_ambiguity_clause(one)}" for one in likely if one.also)
+    doubt = "".join(
+        f", but this dive can't tell {_ambiguity_clause(cause)}" for cause in likely if cause.also
+    )
     partly = diagnosis.verdict == "partly"
     no_gap = not partly and _opens_no_gap(diagnosis)
     if not likely:
@@ -179,7 +181,7 @@ def _verdict(diagnosis: Diagnosis) -> str:
 
 
 def _rest(diagnosis: Diagnosis) -> str:
-    """What the accepted causes leave."""
+    """Sentence on the part of the gap that the accepted causes leave."""
     left = diagnosis.gap.unexplained
     share = f", {percent_sure(left)} of what can be closed on pieces held out" if math.isfinite(left) else ""
     return f" Something is left that no candidate explains{share}: {_unexplained(diagnosis, 'that')}."
@@ -188,15 +190,15 @@ def _rest(diagnosis: Diagnosis) -> str:
 def _unexplained(diagnosis: Diagnosis, whole: str) -> str:
     """Location and character of the unexplained remainder."""
     gap = diagnosis.gap
-    told = f"; {_character_clause(diagnosis.character)}" if diagnosis.character else ""
+    character = f"; {_character_clause(diagnosis.character)}" if diagnosis.character else ""
     of_it = replace(gap, where=gap.unexplained_where, slices=()) if gap.unexplained_where else gap
-    return f"{where_sentence(of_it, whole)}{told}"
+    return f"{where_sentence(of_it, whole)}{character}"
 
 
 def sorted_by_likelihood(found: Sequence[Found]) -> tuple[tuple[Found, ...], tuple[Found, ...]]:
     """Likely causes, and possible ones."""
-    likely = tuple(one for one in found if one.probability >= LIKELY)
-    return likely, tuple(one for one in found if one.probability < LIKELY)
+    likely = tuple(cause for cause in found if cause.probability >= LIKELY)
+    return likely, tuple(cause for cause in found if cause.probability < LIKELY)
 
 
 def _explain(found: Sequence[Found], what: str) -> str:
@@ -204,18 +206,20 @@ def _explain(found: Sequence[Found], what: str) -> str:
 
 
 def _may_explain(found: Sequence[Found], what: str) -> str:
-    """A possible cause: `thrust bias or DVL bias (42 % probable) may explain some of it, too`."""
-    named = listed([f"{name_of(one)} ({percent_sure(one.probability)} probable)" for one in found])
+    """Clause on possible causes: `thrust bias or DVL bias (42 % probable) may explain some of it, too`."""
+    named = listed([f"{name_of(cause)} ({percent_sure(cause.probability)} probable)" for cause in found])
     return f"{named} may explain {what}"
 
 
 def shrink_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """Drift over the whole dive, and shrink on held-out pieces and on the check dive: pooled, after each degree of
-    freedom where there are causes."""
+    """Drift over the whole dive, and shrink on held-out pieces and on the check dive.
+
+    With causes, each degree of freedom has a line, before the pooled line.
+    """
     fitted = _whole_dive(diagnosis)
     whole = (f"Over the whole dive, which was fitted: {fitted}.",) if fitted else ()
-    told = (("On pieces held out", diagnosis.heldout), ("On the check dive", diagnosis.check))
-    return (*whole, *(line for where, one in told if one is not None for line in _shrunk(where, one)))
+    shrinks = (("On pieces held out", diagnosis.heldout), ("On the check dive", diagnosis.check))
+    return (*whole, *(line for where, one in shrinks if one is not None for line in _shrunk(where, one)))
 
 
 def _shrunk(where: str, one: Shrink) -> tuple[str, ...]:
@@ -255,13 +259,13 @@ def _shrink(one: Shrink) -> str:
     if not math.isfinite(one.value):
         return f"{falls}; {NO_SHRINK}"
     interval = percents(one.low95, one.high95)
-    sure = f" (95 %: {interval})" if interval else ""
-    return f"{falls}, {percent(one.value)}{sure} of what can be closed"
+    interval_words = f" (95 %: {interval})" if interval else ""
+    return f"{falls}, {percent(one.value)}{interval_words} of what can be closed"
 
 
 def _whole_dive(diagnosis: Diagnosis) -> str:
-    """The drift of the gap, before and after; empty without causes."""
-    after = [one.total for one in diagnosis.gap.after if one.horizon_s == DRIFT_S]
+    """Clause on the drift of the gap over the whole dive, before and after; "" without causes."""
+    after = [drift.total for drift in diagnosis.gap.after if drift.horizon_s == DRIFT_S]
     if not after or not diagnosis.found:
         return ""
     return f"the {DRIFT_S:g} s drift goes from {_floors(diagnosis.gap.before)} to {_floors(after[0])}"
@@ -274,40 +278,40 @@ def _drifts(diagnosis: Diagnosis) -> tuple[Shrink, str] | None:
     if diagnosis.heldout is not None:
         return diagnosis.heldout, " on pieces held out"
     before = diagnosis.gap.before
-    at = [one.total for one in diagnosis.gap.after if one.horizon_s == DRIFT_S]
+    at = [drift.total for drift in diagnosis.gap.after if drift.horizon_s == DRIFT_S]
     closed = before - at[0] if at and before - 1.0 > LEAST_GAP else math.nan
     return (Shrink(before, at[0], closed / (before - 1.0), math.nan, math.nan), "") if at else None
 
 
 def _opens_no_gap(diagnosis: Diagnosis) -> bool:
-    """Whether the causes' drift is within noise, so that there is no gap to shrink."""
-    found = _drifts(diagnosis)
-    if found is None or max(found[0].before, diagnosis.gap.before) > 1.0 + CHANCE:
+    """Whether the drift is within noise, so that there is no gap to shrink."""
+    drift = _drifts(diagnosis)
+    if drift is None or max(drift[0].before, diagnosis.gap.before) > 1.0 + CHANCE:
         return False
-    return not math.isfinite(found[0].value)
+    return not math.isfinite(drift[0].value)
 
 
 def _drift_clause(diagnosis: Diagnosis, causes: str, no_gap: bool) -> str:
-    """The change of the drift."""
-    found = _drifts(diagnosis)
-    if found is None:
+    """Clause on the change of the drift."""
+    drifts = _drifts(diagnosis)
+    if drifts is None:
         return ""
-    (before, after), where = (found[0].before, found[0].after), found[1]
-    told = significant(before, 2), significant(after, 2)
-    if all(one.cause.effect.place == "log" for one in diagnosis.found):
+    (before, after), where = (drifts[0].before, drifts[0].after), drifts[1]
+    numbers = significant(before, 2), significant(after, 2)
+    if all(cause.cause.effect.place == "log" for cause in diagnosis.found):
         return (
             f"; it shows in what is recorded, not in the motion: with {causes} or without, the model's {DRIFT_S:g} s "
             f"drift is {_floors(after)}{where}{_within_noise(before)}"
         )
-    if told[0] == told[1]:
+    if numbers[0] == numbers[1]:
         drift = f"{_floors(after)}{where}{_within_noise(before)}"
         return f"; with {causes} or without, the model's {DRIFT_S:g} s drift is {drift}"
     if no_gap:
-        drift = f"{told[0]} floors, with {causes} {_floors(after)}{where}{_within_noise(before)}"
+        drift = f"{numbers[0]} floors, with {causes} {_floors(after)}{where}{_within_noise(before)}"
         return f"; without {causes} the model's {DRIFT_S:g} s drift is {drift}"
     goes = "falls" if after < before else "goes"
-    change = f"from {told[0]} to {_floors(after)}"
-    if by_axis := changes(found[0]):
+    change = f"from {numbers[0]} to {_floors(after)}"
+    if by_axis := changes(drifts[0]):
         pooled = f" (all together {change})"
         return (
             f"; with {causes} the model's {DRIFT_S:g} s drift {by_axis}{pooled}{where}{_within_noise(before)}"
@@ -316,12 +320,12 @@ def _drift_clause(diagnosis: Diagnosis, causes: str, no_gap: bool) -> str:
 
 
 def _within_noise(before: float) -> str:
-    """A clause on drift within noise."""
+    """Clause on drift within noise."""
     return f", where noise alone would give {BY_CHANCE}" if before <= 1.0 + CHANCE else ""
 
 
 def _all(found: Sequence[Found]) -> str:
-    return listed([name_of(one) for one in found])
+    return listed([name_of(cause) for cause in found])
 
 
 def _ambiguity_clause(one: Found) -> str:

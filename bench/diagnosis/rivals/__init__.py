@@ -1,1 +1,1 @@
-"""Other ways to name what a model lacks, as simple as their authors have them, on the same dives."""
+"""Other methods to name an effect that a model lacks, as simple as their authors have them, on the same dives."""

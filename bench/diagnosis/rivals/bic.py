@@ -1,7 +1,7 @@
-"""One cause at the most, by the Bayesian information criterion (Schwarz 1978) of the whole dive.
+"""At most one cause, by the Bayesian information criterion (Schwarz 1978) of the whole dive.
 
-Every effect of the library by itself, in the product's own regression: what it saves in sample, less half the logarithm
-of the number of readings for each of its parameters. No piece is held out, and no second cause is looked for.
+Every effect of the library is tried alone, in the product's own regression: its gain in sample, less half the
+logarithm of the number of readings for each of its parameters. No piece is held out, and no second cause is sought.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 
 def named(nominal: Nominal, library: Sequence[Effect]) -> Said:
-    """The effect of least criterion; none where the nominal model alone has it."""
+    """The effect of least criterion; none if the nominal model alone has the least."""
     rows = regression_of(nominal.joint, nominal.theta, nominal.doubted)
     settings, acts = settings_of(tuple(library), nominal.course)
     square, right = _beside_nominal(rows, rows.columns(acts, nominal.course))
@@ -40,7 +40,7 @@ def named(nominal: Nominal, library: Sequence[Effect]) -> Said:
 
 
 def _beside_nominal(rows: Regression, columns: Array) -> tuple[Array, Array]:
-    """Normal equations of the columns with the nominal ones projected out (Frisch and Waugh 1933)."""
+    """Normal equations of the columns with the nominal columns projected out (Frisch and Waugh 1933)."""
     inner = rows.nominal.T @ rows.nominal + np.diag(rows.nominal_precision)
     cross = rows.nominal.T @ columns
     leaning = _solved(inner, np.column_stack([cross, rows.nominal.T @ rows.value]))

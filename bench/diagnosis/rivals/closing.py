@@ -1,4 +1,4 @@
-"""How far a rival's model closes the gap on another dive of the vehicle, by the same flight as the diagnosis's."""
+"""How far a rival's model closes the gap on another dive of the vehicle, simulated as for the diagnosis."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ HORIZON_S = 5.0
 
 
 def closed(said: Said, nominal: Nominal, check: Nominal) -> tuple[Array, Array]:
-    """Rms drifts (6,) after 5 s on the check dive, by the nominal model and with what the rival adds; m/s and rad/s.
+    """Rms drifts (6,) after 5 s on the check dive, by the nominal model and with the rival's causes; m/s and rad/s.
 
     Masses, dampings and causes are those of the first dive; trims are the check dive's own, as for the diagnosis.
     """

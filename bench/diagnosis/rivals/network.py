@@ -1,7 +1,7 @@
 """A black box: a small network from velocity and thrust to the missing force. It shrinks the gap and names nothing.
 
-It is given neither time nor heading: what it learns of these in one dive is not so in the next. Trained on three
-quarters of a dive, stopped where the last quarter is foretold best.
+Its inputs exclude time and heading, because their effect differs from dive to dive. It is trained on three quarters
+of a dive; the weights of the epoch that predicts the last quarter best are kept.
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ SEED = 0
 
 
 def named(nominal: Nominal) -> Said:
-    """The missing force as the network has learnt it; no name."""
+    """The missing force as the network has learnt it, without a name."""
     gap = missing(nominal)
     inputs = _inputs(nominal.course)
     centre, spread = inputs.mean(axis=0), np.maximum(inputs.std(axis=0), 1e-6)
@@ -47,7 +47,7 @@ def _inputs(course: Course) -> Array:
 
 
 def _taught(inputs: Tensor, wanted: Tensor) -> nn.Module:
-    """The network of the epoch that foretells the last part of the dive best."""
+    """Train the network, and return it as of the epoch that predicts the last part of the dive best."""
     taught = round(TAUGHT * len(inputs))
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(SEED)

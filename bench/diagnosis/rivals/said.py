@@ -1,4 +1,4 @@
-"""What a rival makes of a dive: names, and a model of what is missing that can be flown on another dive."""
+"""A rival's answer to a dive: names, and a model of the missing force that can be simulated on another dive."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,8 +22,11 @@ SMOOTH_HZ = 1.0
 
 @dataclass(frozen=True)
 class Said:
-    """names: effects with the number of the thruster, 0 for all, strongest first; none where it sees no gap, or where
-    it can't name any. causes: what is missing, flown beside the nominal model `now`."""
+    """A rival's answer.
+
+    names: effects with the number of the thruster, 0 for all, strongest first; empty if the rival sees no gap or
+    can't name any. causes: the missing forces, simulated together with the nominal model `now`.
+    """
 
     names: tuple[tuple[str, int], ...]
     causes: tuple[Cause, ...]
@@ -32,8 +35,11 @@ class Said:
 
 @dataclass(frozen=True)
 class Missing:
-    """What the nominal model lacks: wrench (m, 6) in standard deviations of the disturbance, std (6,) of that, N and
-    N m, at the places `at` (m,) of the course; dofs: those that are fitted."""
+    """The force that the nominal model lacks.
+
+    wrench (m, 6): in standard deviations of the disturbance, at the places `at` (m,) of the course; std (6,): of the
+    disturbance, N and N m; dofs: the fitted degrees of freedom.
+    """
 
     wrench: Array
     std: Array
@@ -42,7 +48,7 @@ class Missing:
 
 
 def missing(nominal: Nominal) -> Missing:
-    """The force that would make the nominal model follow the smoothed velocity, slow enough to be looked at."""
+    """The force that would make the nominal model follow the smoothed velocity, low-passed at SMOOTH_HZ."""
     course = nominal.course
     along = simulation_of(nominal, nominal.theta, nominal.motion.nu)
     rate_hz = 1.0 / along.step_s
@@ -56,7 +62,7 @@ def missing(nominal: Nominal) -> Missing:
 
 
 def pushing(name: str, wrench: Callable[[Course], Array]) -> Cause:
-    """A cause that pushes by so much (n, 6) along a course, N and N m."""
+    """A cause that exerts the given wrench (n, 6) along a course, N and N m."""
 
     def act(course: Course, _: Array) -> Act:
         return Act(wrench=wrench(course))

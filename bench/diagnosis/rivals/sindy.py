@@ -1,7 +1,7 @@
 """A sparse-regression discrepancy (Kaheman, Kutz and Brunton 2019; PySINDy's sequentially thresholded least squares).
 
-The force that the nominal model lacks is regressed on generic terms, an axis at a time, and what survives is named by
-a fixed dictionary. Effects in a sensor's reading, or of one thruster, have no term here: columns for each thruster
+The force that the nominal model lacks is regressed on generic terms, axis by axis, and the surviving terms are named
+by a fixed dictionary. Effects in a sensor's reading, or of one thruster, have no term here: columns for each thruster
 leave the others' sizes undetermined. Needs the optional extra `bench`.
 """
 
@@ -19,14 +19,14 @@ from identify.diagnose.nominal import Nominal
 Array = NDArray[np.float64]
 
 THRESHOLD = 0.35
-"""Standard deviations of the disturbance that a term has to push by in rms."""
+"""Least rms force of a surviving term, in standard deviations of the disturbance."""
 
 RIDGE = 0.1
 MOST = 2
 
 
 def named(nominal: Nominal) -> Said:
-    """Up to two names, by how much their strongest terms push; the model is of all terms that survive."""
+    """Up to two names, ordered by the force of their strongest terms; the model holds all surviving terms."""
     gap = missing(nominal)
     sizes: dict[int, Array] = {}
     pushes: dict[str, float] = {}
@@ -34,9 +34,9 @@ def named(nominal: Nominal) -> Said:
         table = list(terms(nominal.course, dof))
         columns = np.column_stack([force[gap.at] for _, force in table])
         scale = np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-9)
-        found = sparse(columns / scale, gap.wrench[:, dof])
-        sizes[dof] = found / scale * gap.std[dof]
-        for (name, _), size in zip(table, found.tolist(), strict=True):
+        coefficients = sparse(columns / scale, gap.wrench[:, dof])
+        sizes[dof] = coefficients / scale * gap.std[dof]
+        for (name, _), size in zip(table, coefficients.tolist(), strict=True):
             if name and size:
                 pushes[name] = max(pushes.get(name, 0.0), abs(size))
     strongest = sorted(pushes, key=lambda name: -pushes[name])
@@ -51,10 +51,10 @@ def named(nominal: Nominal) -> Said:
 
 
 def sparse(columns: Array, wanted: Array) -> Array:
-    """(k,) of columns of unit rms, most of them 0."""
+    """Sizes (k,) of columns of unit rms, most of them 0."""
     optimizer = pysindy.STLSQ(threshold=THRESHOLD, alpha=RIDGE * len(columns))
     with warnings.catch_warnings():
-        # It warns where nothing survives, which is an answer here.
+        # PySINDy warns if no term survives, which is an answer here.
         warnings.simplefilter("ignore", UserWarning)
         optimizer.fit(columns, wanted[:, None])
     sizes: Array = np.asarray(optimizer.coef_, dtype=np.float64)[0]

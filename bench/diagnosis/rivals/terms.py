@@ -1,4 +1,4 @@
-"""Terms of a force, each with the effect that a fixed dictionary names it by; "" for the nominal model's own."""
+"""Terms of a force, each with the effect that a fixed dictionary assigns to it; "" for the nominal model's own."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""What the rivals make of planned dives: names, and drifts on the check dive, kept."""
+"""The rivals' answers to planned dives: names, and drifts on the check dive, kept."""
 
 import math
 import time
@@ -26,8 +26,10 @@ BIC, SPARSE, NETWORK = "BIC, one cause", "sparse regression (PySINDy)", "network
 
 @dataclass(frozen=True)
 class RivalTrial:
-    """A rival on a planned dive. before, after (6,): rms drifts on the check dive after 5 s, m/s and rad/s; empty where
-    none was flown."""
+    """A rival on a planned dive.
+
+    before, after (6,): rms drifts on the check dive after 5 s, m/s and rad/s; empty if no check dive was flown.
+    """
 
     rival: str
     truth: dict[str, Any]
@@ -39,22 +41,22 @@ class RivalTrial:
 
 def available() -> dict[str, Callable[[Nominal, Case], Said]]:
     """The rivals; PySINDy comes with the extra `bench`."""
-    found: dict[str, Callable[[Nominal, Case], Said]] = {
+    available_rivals: dict[str, Callable[[Nominal, Case], Said]] = {
         BIC: lambda nominal, case: bic.named(nominal, effects_for(case))
     }
     if find_spec("pysindy") is not None:
         from bench.diagnosis.rivals import sindy
 
-        found[SPARSE] = lambda nominal, _: sindy.named(nominal)
-    found[NETWORK] = lambda nominal, _: network.named(nominal)
-    return found
+        available_rivals[SPARSE] = lambda nominal, _: sindy.named(nominal)
+    available_rivals[NETWORK] = lambda nominal, _: network.named(nominal)
+    return available_rivals
 
 
 def measured(plan: Sequence[Planned], kept: Remembered) -> list[RivalTrial]:
-    """All rivals on all dives; what `kept` lacks is run, a core each."""
-    jobs: dict[str, Job] = {f"{one.name}:{stamp(*RIVALS)}": partial(rivals_job, one) for one in plan}
-    found = kept.fill(jobs, "rivals of the diagnosis")
-    return [one for data in found.values() for one in trials(data)]
+    """All rivals on all dives; those missing in `kept` are run, one core each."""
+    jobs: dict[str, Job] = {f"{dive.name}:{stamp(*RIVALS)}": partial(rivals_job, dive) for dive in plan}
+    results = kept.fill(jobs, "rivals of the diagnosis")
+    return [dive for data in results.values() for dive in trials(data)]
 
 
 def rivals_job(one: Planned) -> Data:
@@ -63,13 +65,13 @@ def rivals_job(one: Planned) -> Data:
     began = time.process_time()
     nominal = nominal_of(recorded_dive(case), case.file, case.configuration)
     fitted_s = time.process_time() - began
-    other = nominal_of(recorded_check(case), case.file, case.configuration) if one.group in CHECKED else None
+    check = nominal_of(recorded_check(case), case.file, case.configuration) if one.group in CHECKED else None
     out: dict[str, Any] = {}
     for rival, name in available().items():
         began = time.process_time()
         said = name(nominal, case)
         seconds = fitted_s + time.process_time() - began
-        drifts = [] if other is None else closed(said, nominal, other)
+        drifts = [] if check is None else closed(said, nominal, check)
         out[rival] = {
             "names": said.names,
             "seconds": seconds,
