@@ -88,10 +88,11 @@ def _unseen(words: str, done: int, total: int, stage: Stage | None) -> None:
 class ParameterClient:
     """Reads and writes one vehicle's parameters over `link`.
 
-    Every wait is a read of `link` with a timeout, so a link whose `read` steps a simulation keeps the simulation going.
-    `progress` is called with words for the crew (the stage, and the time without an answer), the number done, the total,
-    and the stage of an upload, None while parameters are read; `line` with the result of each parameter that changes, as
-    soon as it is known. If two vehicles share the address, nothing is requested or written and LinkError is raised.
+    Every wait is a read of `link` with a timeout, so a link whose `read` steps a simulation keeps the simulation
+    going. `progress` is called with words for the crew (the stage, and the time without an answer), the number done,
+    the total, and the stage of an upload, None while parameters are read; `line` with the result of each parameter
+    that changes, as soon as it is known. If two vehicles share the address, nothing is requested or written and
+    LinkError is raised.
     """
 
     def __init__(
