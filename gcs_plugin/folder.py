@@ -95,8 +95,9 @@ class DiveFolder:
         self.change(lambda about: replace(about, conditions=conditions))
 
     def discard(self) -> None:
-        """Delete the recordings and the folder of a dive without frames; it stays if it has events or other files."""
-        noted = bool(self.about().events)
+        """Delete the recordings and the folder of a dive without frames; it stays if it has events, notes or other files."""
+        about = self.about()
+        noted = bool(about.events or about.notes)
         for path in (*self.telemetry(), *([] if noted else [self.path / ABOUT])):
             path.unlink(missing_ok=True)
         with contextlib.suppress(OSError):

@@ -22,9 +22,9 @@ def hull_mark(vehicle: Vehicle, directory: Path) -> str:
     """Return 16 hexadecimal digits that are equal for all files that describe the same hull and thrusters.
 
     The file lies in `directory`. The hash covers, for each configuration, its index, mass, inertia, trim and
-    thrusters, and the conversion of pulses to thrust and shaft speed, with its lag (of a table, the numbers and not
-    the name). It excludes names, devices, water, gains, priors and the file's own `model`. Raises ConfigError if a
-    thrust table can't be read.
+    thrusters, and the conversion of pulses to thrust and shaft speed, with its lag and dead time (of a table, the
+    numbers and not the name). It excludes names, devices, water, gains, priors and the file's own `model`. Raises
+    ConfigError if a thrust table can't be read.
     """
     shapes = [
         (
@@ -42,5 +42,8 @@ def hull_mark(vehicle: Vehicle, directory: Path) -> str:
     thrust_n = thrust_curve(curve, directory).thrust(PULSES_US)
     # A curve's zero may come out as -0.0, whose text differs.
     thrusts_n = (np.round(thrust_n, THRUST_DECIMALS) + 0.0).tolist()
-    description = json.dumps((sorted(shapes), curve.lag_s, curve.forward_n_s2, curve.reverse_n_s2, thrusts_n))
+    thrust = (curve.lag_s, curve.forward_n_s2, curve.reverse_n_s2, thrusts_n)
+    # Without a dead time the mark is that of files written before there was one.
+    dead_time = (curve.delay_s,) if curve.delay_s else ()
+    description = json.dumps((sorted(shapes), *thrust, *dead_time))
     return hashlib.sha256(description.encode()).hexdigest()[:DIGITS]

@@ -103,6 +103,16 @@ def test_what_is_known_of_a_dive_is_kept_beside_it(tmp_path):
     )
 
 
+@pytest.mark.parametrize(("notes", "kept"), [("", False), ("the tether was caught", True)])
+def test_an_empty_dive_leaves_its_folder_only_with_a_note_in_it(tmp_path, notes, kept):
+    folder = new_folder(tmp_path, SECOND_S, "x")
+    folder.describe(About("v.yaml", "abc", "hovering", notes))
+    folder.open_telemetry(1).close()
+    folder.discard()
+    assert folder.path.exists() is kept
+    assert not kept or [path.name for path in folder.path.iterdir()] == ["dive.yaml"]
+
+
 def test_notes_written_by_many_programs_at_once_are_all_kept(tmp_path):
     folder = new_folder(tmp_path, SECOND_S, "x")
     words = (

@@ -187,6 +187,7 @@ def test_what_an_earlier_version_kept_where_no_set_was_committed_is_taken_over(
         replace(OURS, configurations=dict(reversed(OURS.configurations.items()))),
         with_curve(voltage_v=14.0),
         with_curve(lag_s=0.1),
+        with_curve(delay_s=0.1),
         with_curve(kind="quadratic"),
         with_curve(forward_n_s2=0.02),
         with_curve(reverse_n_s2=0.02),
