@@ -10,7 +10,7 @@ from pathlib import Path
 
 import yaml
 
-from docs.make.markdown import code, table
+from docs.make.markdown import table
 
 FOLDER = Path(__file__).resolve().parents[1] / "reliability"
 PAGE = FOLDER.with_suffix(".md")
@@ -18,7 +18,7 @@ PAGE = FOLDER.with_suffix(".md")
 HEAD = """# Reliability
 
 What holds on a bad day, and how it is known. Each promise has tests that inject the fault: a short form in `make test`,
-and most a long one in `make soak`, which writes the figure of its last run. This page is made from both by `make docs`.
+and most a long one in `make soak`, which writes the figure of its last run. The last column leads to their names. `make docs` makes this page.
 
 """
 
@@ -57,8 +57,15 @@ def page() -> str:
         (
             one.promise,
             one.measured or ("not measured at length yet" if one.long else "holds in every case tried"),
-            "<br>".join(code(test) for test in (*one.tests, *one.long)),
+            _tests(one),
         )
         for one in promises()
     ]
     return HEAD + table(("promise", "measured", "tests"), rows)
+
+
+def _tests(promise: Promise) -> str:
+    """How many tests hold a promise, with a link to the file that names them."""
+    count = len(promise.tests) + len(promise.long)
+    long = f", {len(promise.long)} long" if promise.long else ""
+    return f"[{count} test{'s' if count > 1 else ''}{long}]({FOLDER.name}/{promise.name}.yaml)"
