@@ -95,7 +95,7 @@ class DiveFolder:
         self.change(lambda about: replace(about, conditions=conditions))
 
     def discard(self) -> None:
-        """Delete the recordings and folder of a dive without frames; it stays if it has events, notes or other files."""
+        """Delete the recordings and folder of a dive without frames, unless it has events, notes or other files."""
         about = self.about()
         noted = bool(about.events or about.notes)
         for path in (*self.telemetry(), *([] if noted else [self.path / ABOUT])):
