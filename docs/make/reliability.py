@@ -17,8 +17,9 @@ PAGE = FOLDER.with_suffix(".md")
 
 HEAD = """# Reliability
 
-What holds on a bad day, and how it is known. Each promise has tests that inject the fault: a short form in `make test`,
-and most a long one in `make soak`, which writes the figure of its last run. The last column leads to their names. `make docs` makes this page.
+What holds on a bad day, and how it is known. Each promise has tests that inject the fault: a short form in `make
+test`, and most a long one in `make soak`, which writes the figure of its last run. The last column leads to their
+names. `make docs` makes this page.
 
 """
 
