@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from soak import rows_rest_in_soak
 
 from bench.fossen.__main__ import command, said
 from bench.fossen.answer import answer
@@ -112,7 +113,8 @@ def test_a_run_without_the_actuators_states_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("vehicle", "run", "north", "east"), [("otter", "b", 0.26, 0.15), ("remus100", "a", 0.2, 0.346)]
+    ("vehicle", "run", "north", "east"),
+    rows_rest_in_soak([("otter", "b", 0.26, 0.15), ("remus100", "a", 0.2, 0.346)]),
 )
 def test_the_answers_kept_are_those_that_the_runs_give(vehicle, run, north, east):
     if not RUNS.exists():

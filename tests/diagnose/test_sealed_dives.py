@@ -6,7 +6,6 @@ from pathlib import Path
 
 import jsonschema
 import pytest
-from soak import rest_in_soak
 
 from bridge.vehicle.config import load_vehicle
 from identify.diagnose.diagnose import diagnose
@@ -51,8 +50,8 @@ def test_a_drag_that_is_hidden_is_named_with_its_size_and_nothing_else_is():
     assert found.heldout.after < found.heldout.before
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("lag_s", rest_in_soak([0.05, 0.01]))
+@pytest.mark.soak
+@pytest.mark.parametrize("lag_s", [0.05, 0.01])
 def test_a_lag_of_the_vehicle_file_that_is_20_ms_off_is_named_with_the_true_one(lag_s):
     found = told("open_1", lag_s)
     assert (found.verdict, [one.name for one in found.found]) == ("explained", ["thruster_lag"])

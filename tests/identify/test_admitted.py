@@ -7,6 +7,7 @@ import closed_loop
 import network_tasks
 import numpy as np
 import pytest
+from soak import rest_in_soak
 
 from bench.missions.mission import draw_one
 from bridge.vehicle.config import load_vehicle
@@ -119,7 +120,7 @@ def test_a_doubt_is_the_same_a_step_off_the_maximum():
 @pytest.mark.skipif(
     not OPEN_2.exists(), reason="the dives made elsewhere are not beside this checkout (shared)"
 )
-@BOTH
+@pytest.mark.parametrize("method", rest_in_soak(["likelihood", "pinn"]))
 def test_masses_and_dampings_of_a_dive_made_elsewhere_with_quadratic_drag_lie_in_their_intervals(method):
     """What its maker says of it, masses and linear dampings of the axes that its thrusters drive."""
     truth = {"M_u": 111.6, "M_v": 112.41, "M_w": 134.0, "I_r": 16.0}

@@ -36,6 +36,7 @@ def test_mass_and_damping_lie_in_their_intervals_as_often_as_they_should():
     assert 0.75 < np.std(errors) < 1.3
 
 
+@pytest.mark.soak
 def test_the_information_is_the_variance_of_the_score():
     """Of a hundred noises around one truth the mass scatters by what the Fisher information says."""
     values, stds = [], []

@@ -116,6 +116,7 @@ def test_with_control_the_off_key_reaches_the_vehicle_from_the_page(page, vehicl
     assert vehicle.mode == 0.0
 
 
+@pytest.mark.soak
 def test_behind_the_front_of_blueos_the_page_works_by_that_address(page, tmp_path):
     """As through ssh -L, which passes bytes on from another port as well."""
     address, _ = page()
