@@ -8,7 +8,7 @@ from params_line import DESPITE_HALF, run, with_intervals
 
 from bridge.framing import Framer, decode
 from gcs_plugin.params.sidecar import read_sidecar
-from tui import exit_codes, told
+from tui import exit_codes, progress
 
 vehicle = params_line.vehicle
 file = params_line.file
@@ -152,12 +152,14 @@ def test_what_was_verified_is_kept_as_accepted_and_diff_tells_it(vehicle, file, 
 def test_a_program_that_reads_along_hears_of_each_line_once_it_is_read_back(
     vehicle, file, monkeypatch, capsys
 ):
-    monkeypatch.setenv(told.VARIABLE, told.FORM)
+    monkeypatch.setenv(progress.VARIABLE, progress.FORM)
     vehicle.stuck = {"FF1_D_U"}
     assert run("upload", file, "--yes") == exit_codes.NO
-    heard = [told.read(line) for line in capsys.readouterr().err.splitlines()]
-    lines = [one.line for one in heard if one is not None and one.of == told.WRITING and one.line]
-    assert lines[0] == ("FF1_M_U", "111.5 read back equal")
-    assert lines[1][0] == "FF1_D_U"
-    assert "equal" not in lines[1][1]
-    assert lines[2] == ("FF1_M_U", "0 read back equal")
+    heard = [progress.read(line) for line in capsys.readouterr().err.splitlines()]
+    writing = [report for report in heard if report is not None and report.of == progress.WRITING]
+    lines = [report.written for report in writing if report.written is not None]
+    assert lines[0] == progress.Written("FF1_M_U", "111.5 read back equal")
+    assert lines[1].name == "FF1_D_U"
+    assert "equal" not in lines[1].became
+    assert lines[2] == progress.Written("FF1_M_U", "0 read back equal")
+    assert {"STAGE", "UNDO"} <= {report.stage for report in writing}

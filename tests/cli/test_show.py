@@ -84,13 +84,13 @@ def test_progress_without_a_terminal_is_a_line_every_few_seconds(monkeypatch, ca
 def test_of_several_things_each_tells_its_tenths_and_its_end_in_lines_of_its_own(monkeypatch, capsys):
     clock = SimulatedClock()
     monkeypatch.setattr(show, "SystemClock", lambda: clock)
-    with show.bars(("one: dive", "two: dive")) as (one, two):
+    with show.bars({"one": "one: dive", "two": "two: dive"}) as (one, two):
         for step in range(11):
             clock.advance_to(2.0 * step)
-            one(step / 10, f"one: step {step}")
+            one(step / 10, f"step {step}")
             two(step / 20, "")
-        two(1.0, "two: converged")
-        two(1.0, "two: converged")
+        two(1.0, "converged", {"M_u": (110.53, 3.14)}, True)
+        two(1.0, "converged")
     assert capsys.readouterr().err.splitlines() == [
         "one: step 3 (30%)",
         "two: dive (15%)",
@@ -99,7 +99,7 @@ def test_of_several_things_each_tells_its_tenths_and_its_end_in_lines_of_its_own
         "one: step 9 (90%)",
         "two: dive (45%)",
         "one: step 10 (100%)",
-        "two: converged (100%)",
+        "two: converged: M_u 110.5 ± 3.1 (100%)",
     ]
 
 

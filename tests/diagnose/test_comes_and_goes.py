@@ -61,7 +61,7 @@ def test_a_force_that_comes_and_goes_is_unexplained(name, dof, variable, timing)
 def test_what_comes_by_a_clock_of_its_own_asks_for_a_dive_on_one_spot(nominal):
     one = GenericForce(0, "time", None, nominal.course.depth_m, "intermittent")
     assert character_of(Unexplained((one,), (20.0,), (1.0,))).timing == "intermittent"
-    assert "on one spot" in next_for_unexplained([one], nominal.course, None).manoeuvre
+    assert "on one spot" in next_for_unexplained([one], nominal.course, None).manoeuvres[0]
 
 
 def test_a_loud_stretch_now_and_then_is_foretold_and_one_noise_is_not():
