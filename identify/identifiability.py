@@ -80,8 +80,8 @@ def _said(direction: NullDirection, found: Identification) -> NullDirection:
     righted = [name for name in left if name in found.rest_on_righting]
     if righted:
         axes = " and ".join(dict.fromkeys(_axis(name) for name in righted))
-        names = ", ".join(f"{_words(name)} ({name})" for name in righted)
-        sentence = f"The dive says too little of {names}: no thruster pushed {axes}; swing it by hand, then let it rest."
+        text = ", ".join(f"{_words(name)} ({name})" for name in righted)
+        sentence = f"The dive says too little of {text}: no thruster pushed {axes}; swing it by hand, then let it rest."
     else:
         sentence = _sentence(left, direction.relative_std)
     return replace(direction, sentence=sentence)
