@@ -50,8 +50,8 @@ def doubts_of(joint: JointLikelihood, theta: Array) -> dict[int, Doubts]:
             Force(problem.axis.dof, lacking_drag(problem, simulated_speed(problem, theta[place]))),
             Force(problem.axis.dof, by_lateness(problem.axis.force, 0.5 * problem.axis.step_s)),
         ]
-    rows, places = coefficients(joint)
-    tested = [_of_all(test, rows, places) for test in with_forces(joint, theta, forces).tested()]
+    rows, theta_places = coefficients(joint)
+    tested = [_of_all(test, rows, theta_places) for test in with_forces(joint, theta, forces).tested()]
     return {
         problem.axis.dof: Doubts(_undragged(tested[2 * i], problem), _untimed(tested[2 * i + 1], problem))
         for i, problem in enumerate(joint.problems)

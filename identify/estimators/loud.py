@@ -90,12 +90,12 @@ def loud_note(found: Sequence[Loud]) -> tuple[str, ...]:
     quiet = [entry for entry in found if not entry.inflated]
     if not quiet:
         return ()
-    listed = ", ".join(
+    text = ", ".join(
         f"in {DOFS[entry.dof]} ({entry.sensor}, {entry.noise:.2g} of {entry.signal:.2g} {entry.unit})"
         for entry in quiet
     )
     return (
-        f"Noise is more than a fifth of what was read {listed}: little of the motion there stands out of it; push harder "
+        f"Noise is more than a fifth of what was read {text}: little of the motion there stands out of it; push harder "
         "there to tell more.",
     )
 
