@@ -44,10 +44,10 @@ def descent(dive: Dive, water: Water) -> Scale | None:
     edges_s = start_s + WINDOW_S * np.arange(count + 1)
     changes = np.diff(edge_means(at_s, ways, edges_s), axis=0)
     kept = well_read(velocity.time_s[np.isfinite(velocity.value).all(axis=1)], edges_s)
-    fallen, said, *aside = changes[kept & np.isfinite(changes).all(axis=1)].T
-    if not len(fallen) or min(np.std(fallen), np.std(said)) < STILL_M:
+    fallen, integrated, *aside = changes[kept & np.isfinite(changes).all(axis=1)].T
+    if not len(fallen) or min(np.std(fallen), np.std(integrated)) < STILL_M:
         return None
-    return scale_of(fallen, said, np.column_stack([np.ones(len(said)), *aside]))
+    return scale_of(fallen, integrated, np.column_stack([np.ones(len(integrated)), *aside]))
 
 
 def descent_doubts(dive: Dive, water: Water) -> tuple[Doubt, ...]:

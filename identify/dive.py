@@ -65,18 +65,21 @@ class Signal:
 class Dive:
     """One recording. Body frame FRD, radians, boot time; None for a signal that the recording lacks.
 
-    velocity: (n, 3) m/s at the DVL's transducer, body axes, at its time of validity. velocity_is_filtered: whether it
-    comes from an autopilot's own filter, turned from north-east-down into body axes. velocity_late_s: delay of its
-    reports behind the times given here. velocity_smoothing_s: time constant of a first-order filter that smoothed it
-    and so delayed it further. thrust_delay_s, thrust_lag_s: extra delay and extra lag of the thrusters beyond the
-    vehicle file, as found when the dive was dated. gyro: (n, 3) rad/s. fog: (n, 1) rad/s, means over intervals, each
-    dated at the middle of its interval. specific_force: (n, 3) m/s2. attitude: (n, 4) w x y z. pressure: (n, 1) Pa
-    absolute. depth: (n, 1) m, only if the recording states depth itself. altitude: (n, 1) m. pwm: (n, thrusters)
-    microseconds. rpm: (n, thrusters), signed. voltage: (n, 1) V. tau_pid, tau_ff, tau_cmd: (n, 6) N and N m. nu_fb:
-    (n, 6). nu_ref: (n, 14) velocity, acceleration, heading, depth. ff_mode, veh_cfg: (n, 1). armed: (n, 1), 1 for
-    armed. gnss: (n, 4) latitude deg, longitude deg, speed m/s, course rad. notes: losses in the recording, in
-    sentences for the user. frozen: by signal, the intervals in s in which its readings were frozen and therefore left
-    out. sha256, opening: as defined in `ingest.identity`.
+    velocity: (n, 3) m/s at the DVL's transducer, body axes, at its time of validity.
+    velocity_is_filtered: whether velocity comes from an autopilot's own filter, turned from north-east-down into body
+    axes. velocity_late_s: delay of its reports behind the times given here. velocity_smoothing_s: time constant of a
+    first-order filter that smoothed it and so delayed it further.
+    thrust_delay_s, thrust_lag_s: extra delay and extra lag of the thrusters beyond the vehicle file, as found when the
+    dive was dated.
+    gyro: (n, 3) rad/s. fog: (n, 1) rad/s, means over intervals, each dated at the middle of its interval.
+    specific_force: (n, 3) m/s2. attitude: (n, 4) w x y z. pressure: (n, 1) Pa absolute. depth: (n, 1) m, only if the
+    recording states depth itself. altitude: (n, 1) m. pwm: (n, thrusters) microseconds. rpm: (n, thrusters), signed.
+    voltage: (n, 1) V. tau_pid, tau_ff, tau_cmd: (n, 6) N and N m. nu_fb: (n, 6).
+    nu_ref: (n, 14) velocity, acceleration, heading, depth. ff_mode, veh_cfg: (n, 1). armed: (n, 1), 1 for armed.
+    gnss: (n, 4) latitude deg, longitude deg, speed m/s, course rad.
+    notes: losses in the recording, in sentences for the user.
+    frozen: by signal, the intervals in s in which its readings were frozen and therefore left out.
+    sha256, opening: as defined in `ingest.identity`.
     """
 
     name: str

@@ -38,14 +38,15 @@ LAST = 9
 
 @dataclass(frozen=True)
 class WrenchHistory:
-    """The thrusters' wrench about the body's origin, N and N m, at any time.
+    """The thrusters' wrench about the body's origin, N and N m, at any time. Before the first command it is constant.
 
-    `time_s` (n,): when each command begins to act, the delay after it was given. `asked` (n, 6): the wrench that each
-    command settles at after the lag. `state` (n, 6): the wrench at each command. `integral` (n, 6): integral of the
-    wrench from the first command on. `moment` (n, 6): integral of `integral`. Before the first command the wrench is
-    constant. `hidden` (6,): white force that the log hides, in N (N m) per square root of 1/s, from rounding commands
-    to whole microseconds and from sampling them slowly. `sampled_s`: time between slow samples of the commands, 0 if
-    the commands are known at all times.
+    `time_s` (n,): when each command begins to act, the delay after it was given.
+    `asked` (n, 6): the wrench that each command settles at after the lag.
+    `state` (n, 6): the wrench at each command.
+    `integral` (n, 6): integral of the wrench from the first command on. `moment` (n, 6): integral of `integral`.
+    `hidden` (6,): white force that the log hides, in N (N m) per square root of 1/s, from rounding commands to whole
+    microseconds and from sampling them slowly.
+    `sampled_s`: time between slow samples of the commands, 0 if the commands are known at all times.
     """
 
     time_s: Array

@@ -225,15 +225,17 @@ class Identification:
     values, `notes` give other remarks. `nuisance` holds the other fitted quantities (noise levels, time constants),
     by name with the unit in the name. `innovations` holds, by degree of freedom, each reading's residual over its
     expected spread, (n, 1): white with unit spread if the model fits; for the report only, not in the JSON.
+
     `rest_on_righting` names the coefficients that were scaled by the vehicle's righting moment because no thruster
     pushed: thrust does not change them. `weighed_by_others` names the masses that were found only through the
     Coriolis forces in other axes, because their own controller used an unrecorded reading; None if the estimator does
-    not check for this, and such masses are to be left out. `dived` is the date of the dive, empty if unknown.
+    not check for this, and such masses are to be left out.
 
-    `prior_dives` marks the earlier dives behind the priors that were used. `dive_sha256` and `dive_opening` identify
-    this dive. `usual_speeds`: root mean square of speed or rate of turn (m/s, rad/s) of each fitted axis, by name.
-    `drag_forces`: drag at these speeds, for axes with both linear and quadratic damping. `thrust_delay`: set if
-    thrust acts later than the vehicle file says; all values then include the delay.
+    `dived` is the date of the dive, empty if unknown. `prior_dives` marks the earlier dives behind the priors that
+    were used. `dive_sha256` and `dive_opening` identify this dive. `usual_speeds`: root mean square of speed or rate
+    of turn (m/s, rad/s) of each fitted axis, by name. `drag_forces`: drag at these speeds, for axes with both linear
+    and quadratic damping. `thrust_delay`: set if thrust acts later than the vehicle file says; all values then
+    include the delay.
 
     `null_directions` and `thrust_scale` are filled in by `identifiability` and `priors`, as are the partners and
     prior shares of the estimates: an estimator need not set them.

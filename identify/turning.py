@@ -47,17 +47,17 @@ def turning(dive: Dive, rate: Signal | None) -> Scale | None:
     by_yaw, by_pitch, upright = _yawing(dive, rate, attitude)
     within = (attitude.time_s >= start_s) & (attitude.time_s <= end_s)
     time_s, heading = attitude.time_s[within], np.unwrap(_heading(attitude.value[within]))
-    said, pitched = (integral(rate.time_s, part, time_s) for part in (by_yaw, by_pitch))
-    ways = np.column_stack([heading - pitched, said, time_s - start_s])
+    by_gyro, pitched = (integral(rate.time_s, part, time_s) for part in (by_yaw, by_pitch))
+    ways = np.column_stack([heading - pitched, by_gyro, time_s - start_s])
     changes = np.diff(edge_means(time_s, ways, edges_s), axis=0)
     kept = well_read(rate.time_s[upright], edges_s) & well_read(time_s, edges_s)
-    turned, said, passed_s = changes[kept & np.isfinite(changes).all(axis=1)].T
+    turned, by_gyro, passed_s = changes[kept & np.isfinite(changes).all(axis=1)].T
     if not len(turned):
         return None
     unsteady = turned - passed_s * float(passed_s @ turned) / float(passed_s @ passed_s)
     if np.sqrt(np.mean(unsteady**2)) < LEAST_TURNED_RAD:
         return None
-    return scale_of(turned, said, passed_s[:, None])
+    return scale_of(turned, by_gyro, passed_s[:, None])
 
 
 def turning_doubts(dive: Dive) -> tuple[Doubt, ...]:

@@ -80,14 +80,17 @@ class Brackets:
 class Axis:
     """One degree of freedom, (n,) events in time order.
 
-    step_s: time since the event before, equal to entry `step` of `different_s`, or 0 where `step` is -1. force (n,
-    2): thrust less restoring force in the first and the second half of the step before the event. coriolis (n, 6):
-    force per unit of each total mass. reading: NaN where the event only divides a step. scale: standard deviation of
-    a reading over its channel's noise. channel: index of the reading's entry in `channels`. stiffness: restoring
-    moment per angle, for roll and pitch. initial (4,): first speed, first angle or depth, and their variances. speed
-    (n,): the axis's own speed over each step, which gives its quadratic drag. quadratic: quadratic damping that is
-    known beforehand. white_force: force that the log hides of the commands, N (N m) per root of 1/s; 0 if it hides
-    nothing. timing: timing errors of the readings of an autopilot's own filter, and of slow samples of the commands.
+    step_s: time since the event before, equal to entry `step` of `different_s`, or 0 if `step` is -1.
+    force (n, 2): thrust less restoring force in the first and the second half of the step before the event.
+    coriolis (n, 6): force per unit of each total mass.
+    reading: NaN if the event only divides a step. scale: standard deviation of a reading over its channel's noise.
+    channel: index of the reading's entry in `channels`.
+    stiffness: restoring moment per angle, for roll and pitch.
+    initial (4,): first speed, first angle or depth, and their variances.
+    speed (n,): the axis's own speed over each step, which gives its quadratic drag. quadratic: quadratic damping that
+    is known beforehand.
+    white_force: force that the log hides of the commands, N (N m) per root of 1/s; 0 if it hides nothing.
+    timing: timing errors of the readings of an autopilot's own filter, and of slow samples of the commands.
     smoothing_s: time constant of that filter. sampled_s: interval of the command samples, 0 if the commands are known
     at all times.
     """

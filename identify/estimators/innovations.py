@@ -1,13 +1,17 @@
 """Kalman innovations of one degree of freedom with a first-order coloured force: the compiled inner loop.
 
-State (nu, x, d, c), with m nu_dot = F(t) - D nu - k x + d, x_dot = nu, d_dot = -d/T + white noise, so that d is
-stationary with standard deviation `sigma_d` (Jazwinski 1970, theorem 7.1 for the recursion). For the recording of a
-stock autopilot the model also has a white force (from pulses rounded to whole microseconds and unknown between
-messages); a first-order coloured error c of the velocity readings, c_dot = -c/T_c + white noise, which no force
-moves; and, if nu and the forces come out of the autopilot's filter of time constant T_s, x_dot = nu + T_s nu_dot. All
-these are zero for other recordings. Events are measurements in time order: of nu, of x (an angle, or depth), or of
-the change of x since the last such event (an INCREMENT, from a gyro that integrates between its messages). A NaN
-reading is no measurement.
+State (nu, x, d, c), with
+
+    m nu_dot = F(t) - D nu - k x + d,   x_dot = nu,   d_dot = -d/T + white noise,
+
+so that d is stationary with standard deviation `sigma_d` (Jazwinski 1970, theorem 7.1 for the recursion). For the
+recording of a stock autopilot the model also has a white force (from pulses rounded to whole microseconds and unknown
+between messages); a first-order coloured error c of the velocity readings, c_dot = -c/T_c + white noise, which no
+force moves; and, if nu and the forces come out of the autopilot's filter of time constant T_s, x_dot = nu + T_s
+nu_dot. All these are zero for other recordings.
+
+Events are measurements in time order: of nu, of x (an angle, or depth), or of the change of x since the last such
+event (an INCREMENT, from a gyro that integrates between its messages). A NaN reading is no measurement.
 
 Steps are indices into a table of the few different steps that a recording has. `transitions` computes each step once;
 everything after is scalar arithmetic on the ten numbers of the covariance.

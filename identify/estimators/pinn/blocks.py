@@ -98,10 +98,10 @@ def solve(factor: Factor, right: Tensor) -> Tensor:
 def selected_inverse(factor: Factor) -> tuple[Tensor, Tensor]:
     """Blocks of the inverse at (i, i), (n, m, m), and at (i, i + 1), (n - 1, m, m)."""
     on = factor.last[None]
-    beside = on[:0]
+    above = on[:0]
     for step in reversed(factor.rounds):
-        on, beside = _doubled(step, on, beside)
-    return on, beside
+        on, above = _doubled(step, on, above)
+    return on, above
 
 
 def _doubled(step: _Round, on: Tensor, beside: Tensor) -> tuple[Tensor, Tensor]:

@@ -155,8 +155,8 @@ def _trained(task: Task) -> tuple[Trainer, Trained]:
 
 def _wild(trainer: Trainer, point: Point) -> Tensor:
     """The readings (N, C) that are a sensor's errors; none if there are so many that the model must be wrong."""
-    found = wild(trainer.data, trainer.map_, point.raw, point.noise, point.equations.state)
-    return found & (found.sum() <= MOST_WILD * trainer.data.known.sum())
+    wild_readings = wild(trainer.data, trainer.map_, point.raw, point.noise, point.equations.state)
+    return wild_readings & (wild_readings.sum() <= MOST_WILD * trainer.data.known.sum())
 
 
 def _fit(task: Task, trainer: Trainer, trained: Trained) -> Fit:

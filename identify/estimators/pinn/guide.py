@@ -42,7 +42,7 @@ class Guide:
         """Curvature of half the loss without priors, ordered as `Point.where`: from the filters, and from the
         network's own equations for masses that are not fitted."""
         like, noise, count, n = point.raw, point.noise, len(point.raw), len(self.dofs)
-        found = self.filters.curvature(self._levels(like, noise))
+        by_filters = self.filters.curvature(self._levels(like, noise))
         # In the network's order the sensors come before the disturbances.
         sensors = len(noise.sensor)
         place = [
@@ -57,7 +57,7 @@ class Guide:
         out = torch.zeros(len(point.slope), len(point.slope), dtype=like.dtype, device=like.device)
         others = [dof for dof in range(6) if dof not in self.dofs]
         out[np.ix_(others, others)] = point.equations.information[np.ix_(others, others)]
-        out[np.ix_(place, place)] = torch.as_tensor(found, device=like.device) * torch.outer(unit, unit)
+        out[np.ix_(place, place)] = torch.as_tensor(by_filters, device=like.device) * torch.outer(unit, unit)
         return out
 
     def near(self, raw: Tensor, noise: Noise) -> Filters:
