@@ -1,1 +1,1 @@
-"""What is learnt from a dive: dive (the dataset), ingest (.tlog, .BIN, CSV to dive), estimators, validate, report."""
+"""Identification from dives: dive (the dataset), ingest (.tlog, .BIN, CSV to dive), estimators, validate, report."""

@@ -1,4 +1,4 @@
-"""What every estimator's fit goes through before it is an answer: doubts, bounds, priors, identifiability, outcome."""
+"""Turns the fit of any estimator into a result for the user: doubts, bounds, priors, identifiability, outcome."""
 
 import math
 from dataclasses import replace
@@ -20,7 +20,7 @@ from identify.turning import turning_doubts
 
 
 def answered(fit: Identification, dive: Dive, file: VehicleFile) -> Identification:
-    """The answer that a user may rely on as far as it says, from the fit of any method."""
+    """Return the result that a user may rely on, with its stated limits, from the fit of any method."""
     vehicle = file.vehicle
     shape = vehicle.configurations[fit.configuration]
     contradicted = (
@@ -33,19 +33,20 @@ def answered(fit: Identification, dive: Dive, file: VehicleFile) -> Identificati
     of_sensors = (*of_autopilot, *frozen_doubts(dive), *stamp_doubts(dive))
     doubts = (*fit.doubts, *of_sensors, *contradicted)
     notes = (*fit.notes, *unchecked(dive))
-    found = replace(fit, dived=_date(dive), dive_opening=dive.opening, doubts=doubts, notes=notes)
+    result = replace(fit, dived=_date(dive), dive_opening=dive.opening, doubts=doubts, notes=notes)
     if fit.weighed_by_others is None:
-        found = without_masses(found, feedback_doubts(dive, vehicle.water))
-    found = with_bounds(found, shape)
-    found = with_priors(found, shape.priors, vehicle.thrust_curve.scale_std)
-    found = with_identifiability(with_drag_forces(found))
-    totals = found.parameters[:12]
-    whole = (*totals, *(added_mass(total, shape) for total in totals[:6]), *found.parameters[18:])
-    return replace(found, parameters=whole, outcome=_outcome(fit.outcome, outcome_of(totals, found.doubts)))
+        result = without_masses(result, feedback_doubts(dive, vehicle.water))
+    result = with_bounds(result, shape)
+    result = with_priors(result, shape.priors, vehicle.thrust_curve.scale_std)
+    result = with_identifiability(with_drag_forces(result))
+    totals = result.parameters[:12]
+    whole = (*totals, *(added_mass(total, shape) for total in totals[:6]), *result.parameters[18:])
+    return replace(result, parameters=whole, outcome=_outcome(fit.outcome, outcome_of(totals, result.doubts)))
 
 
 def _date(dive: Dive) -> str:
-    """The day on which a dive began by the vehicle's clock or its name, as `2026-11-20`; empty where neither tells."""
+    """The day on which a dive began, by the vehicle's clock or else the dive's name, as `2026-11-20`; empty if
+    unknown."""
     began_s = date_in_name(dive.name) if dive.unix_at_boot_s is None else dive.unix_at_boot_s + dive.span_s[0]
     return "" if began_s is None else utc(began_s)[: len("2026-11-20")]
 
@@ -55,7 +56,7 @@ def without_masses(fit: Identification, doubts: tuple[Doubt, ...]) -> Identifica
     reasons = {name: doubt.clause for doubt in reversed(doubts) for name in doubt.about}
     return replace(
         fit,
-        parameters=tuple(_left_out(one, reasons) for one in fit.parameters),
+        parameters=tuple(_left_out(parameter, reasons) for parameter in fit.parameters),
         doubts=(*fit.doubts, *doubts),
     )
 
@@ -70,7 +71,8 @@ def _left_out(one: Estimate, reasons: dict[str, str]) -> Estimate:
 
 
 def _outcome(by_fit: Outcome, by_doubts: Outcome) -> Outcome:
-    """The worse of what the fit itself said and what the doubts come to; whether anything is known, these alone say."""
+    """The worse of the fit's outcome and the doubts' outcome. The doubts' alone if either is NOT_IDENTIFIABLE: they
+    are based on the final estimates."""
     if by_doubts is Outcome.NOT_IDENTIFIABLE or by_fit is Outcome.NOT_IDENTIFIABLE:
         return by_doubts
     return worst((by_fit, by_doubts))

@@ -1,5 +1,5 @@
-"""Where a fit ended at what a coefficient may not pass: the bounds of the list, the rigid body's own mass, and what the
-water round it can weigh at most."""
+"""Checks a fit against the limits of each coefficient: the listed bounds, the rigid body's own mass, and the largest
+plausible added mass."""
 
 import math
 from dataclasses import replace
@@ -12,60 +12,64 @@ from identify.drag_force import trades
 from identify.identification import Z95, Doubt, Estimate, Identification, Outcome
 
 NEAR = 1e-3
-"""Relative distance from a bound other than 0 within which a value stands at it."""
+"""Relative distance from a nonzero bound within which a value counts as at the bound."""
 
 TELLING_PER_S = 0.1
-"""A damping known to better than this share of the rigid body's mass (1/s) is small, not unknown."""
+"""A damping with a standard error below this share of the rigid body's mass (1/s) is small, not unknown."""
 
 MOST_ADDED = 3.0
-"""Added mass in a translation over the dry mass. A disc broadside has 8/3 rho r^3 (DNV-RP-H103 2011, table A-2): three
-times its own water where it is a seventh as thick as it is wide. Vehicles have less: open frames, two in heave."""
+"""Largest added mass in a translation over the dry mass. A disc moving broadside has 8/3 rho r^3 (DNV-RP-H103 2011,
+table A-2): three times the mass of its own water if its thickness is a seventh of its width. Vehicles have less: open
+frames in heave have two."""
 
 
 FARTHEST = 10.0
-"""Times the rigid body's own, or that part of it: a mass or inertia beyond is no statement about this vehicle."""
+"""A mass or inertia more than this many times above or below the rigid body's own says nothing about this vehicle."""
 
 WIDEST = 5.0
-"""Upper over lower end of a mass's interval: a wider one is no statement either."""
+"""Ratio of the upper to the lower end of a mass's interval: a wider interval says nothing either."""
 
 
 def with_bounds(found: Identification, configuration: Configuration) -> Identification:
-    """The identification with values at a bound named, and held to it; masses below the rigid body's doubted; and axes
-    whose mass is out of all reason called not identifiable.
+    """Return the identification with values held to their bounds and reported, masses below the rigid body's doubted,
+    and axes with an absurd mass called not identifiable.
 
-    A bound of 0 can't be reached by a logarithm: a damping stands there where the dive knows it well in N/(m/s), and
-    none at all is within its interval. Of two dampings of one axis either may well be none.
+    A logarithm can't reach a bound of 0. A damping counts as at that bound if the dive determines it well in N/(m/s)
+    and its interval includes zero. If an axis has two dampings, either may well be zero, so neither counts as at the
+    bound.
     """
     parameters, doubts = [], list(found.doubts)
-    for one in found.parameters:
+    for parameter in found.parameters:
         held, doubt = (
-            _held(one, configuration, trades(found, one.name)) if one.name in OF_HULL else (one, None)
+            _held(parameter, configuration, trades(found, parameter.name))
+            if parameter.name in OF_HULL
+            else (parameter, None)
         )
         parameters.append(held)
         doubts += [] if doubt is None else [doubt]
     absurd = {
-        BY_NAME[one.name].dof: told
-        for one in parameters
-        if one.name in BY_NAME and (told := _no_statement(one, configuration))
+        BY_NAME[parameter.name].dof: reason
+        for parameter in parameters
+        if parameter.name in BY_NAME and (reason := _no_statement(parameter, configuration))
     }
     doubted = {name for doubt in doubts for name in doubt.about}
-    for dof, told in absurd.items():
+    for dof, reason in absurd.items():
         if MASSES[dof].name not in doubted:
             sentence = (
-                f"{told}; check the vehicle file's thrusters and mass, and the sensors' axes and units."
+                f"{reason}; check the vehicle file's thrusters and mass, and the sensors' axes and units."
             )
             doubts.append(Doubt((MASSES[dof].name, DAMPINGS[dof].name), sentence, Outcome.DISAGREES))
     left = tuple(
-        replace(one, identifiable=False, reason=absurd[BY_NAME[one.name].dof])
-        if one.identifiable and one.name in BY_NAME and BY_NAME[one.name].dof in absurd
-        else one
-        for one in parameters
+        replace(parameter, identifiable=False, reason=absurd[BY_NAME[parameter.name].dof])
+        if parameter.identifiable and parameter.name in BY_NAME and BY_NAME[parameter.name].dof in absurd
+        else parameter
+        for parameter in parameters
     )
     return replace(found, parameters=left, doubts=tuple(doubts))
 
 
 def _no_statement(one: Estimate, configuration: Configuration) -> str:
-    """Why a mass is out of all reason for this vehicle, empty where it is not, or is not told anyway."""
+    """Why a mass is absurd for this vehicle; empty if it is plausible, or not identifiable anyway."""
     coefficient = BY_NAME[one.name]
     if coefficient.kind != "mass" or not one.identifiable or not math.isfinite(one.value):
         return ""
@@ -115,8 +119,10 @@ def _held(one: Estimate, configuration: Configuration, traded: bool) -> tuple[Es
 def _at(one: Estimate, coefficient: Coefficient, side: str, bound: float) -> tuple[Estimate, Doubt]:
     """The estimate held to its bound, and the doubt that names both."""
     upper = max(one.value + Z95 * one.std, bound) if math.isfinite(one.std) else math.nan
-    told = f"; the dive puts it below {_written_out(upper)}" if bound == 0.0 and math.isfinite(upper) else ""
-    reason = f"{one.name} stopped at its {side} bound of {bound:g} {one.unit}{told}"
+    dive_limit = (
+        f"; the dive puts it below {_written_out(upper)}" if bound == 0.0 and math.isfinite(upper) else ""
+    )
+    reason = f"{one.name} stopped at its {side} bound of {bound:g} {one.unit}{dive_limit}"
     low, high = (bound, upper) if side == "lower" else (min(one.low95, bound), bound)
     held = replace(
         one,

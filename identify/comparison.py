@@ -1,9 +1,10 @@
-"""Two methods on one dive: where they disagree beyond their intervals, and why.
+"""Compares two methods on one dive: where they disagree beyond their intervals, and why.
 
-They disagree on a coefficient where each one's value lies outside the other's 95 % interval, by as much as matters.
-Both saw the same noise, so their difference spreads less than the root of the sum of their variances. For an efficient
-estimator and another of the same truth its variance is the difference of theirs (Hausman 1978, lemma 2.1), at most the
-larger of the two: what lies beyond both intervals is no chance, whichever of them is efficient.
+They disagree on a coefficient if each value lies outside the other's 95 % interval, by an amount that matters. Both
+methods saw the same noise, so their difference spreads less than the root of the sum of their variances. For an
+efficient estimator and another estimator of the same truth, the variance of the difference is the difference of the
+variances (Hausman 1978, lemma 2.1), at most the larger of the two. So a difference beyond both intervals is not
+chance, whichever method is efficient.
 """
 
 import math
@@ -17,11 +18,11 @@ from identify.identification import Doubt, Estimate, Identification, Outcome, Pa
 from identify.nuisance import WRITTEN, Quantity
 
 LEAST_DIFFERENCE = 0.005
-"""As a share of the value. A smaller one changes nothing that anybody does with it: the thrust that all values hang on
-is known to some per cent, and a controller's feed-forward does not feel it."""
+"""As a share of the value. A smaller difference has no practical effect: the thrust behind all values is known to
+some per cent, and a controller's feed-forward does not notice it."""
 
 OTHER_LEVEL = 1.5
-"""Two fitted noise levels differ where one is this many times the other."""
+"""Two fitted noise levels differ if their ratio exceeds this."""
 
 LEVELS = {
     Quantity.DISTURBANCE: "disturbance",
@@ -43,9 +44,9 @@ class Interval(Protocol):
 
 @dataclass(frozen=True)
 class Difference:
-    """One coefficient by both methods. `distance`: second less first, in standard errors of the less sure of the two.
+    """A coefficient by both methods. `distance`: second less first, in the larger of the two standard errors.
 
-    NaN where one of them has no value. `why` is a sentence where they disagree, empty elsewhere.
+    The distance is NaN if either has no value. `why` is a sentence if they disagree, otherwise empty.
     """
 
     name: str
@@ -61,7 +62,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What a second method says of the same dive, beside the first."""
+    """The results of a first and a second method for the same dive."""
 
     first: Identification
     second: Identification
@@ -73,9 +74,9 @@ class Comparison:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """One for each disagreement; where there is none, one that says so."""
-        if told := tuple(d.why for d in self.disagreements):
-            return told
+        """A sentence for each disagreement, or a single sentence that says that there is none."""
+        if reasons := tuple(d.why for d in self.disagreements):
+            return reasons
         both = [d for d in self.differences if math.isfinite(d.distance)]
         names = f"{self.first.method} and {self.second.method}"
         if not both:
@@ -106,23 +107,24 @@ class Comparison:
 def compare(
     first: Identification, second: Identification, priors: Mapping[str, Prior] | None = None
 ) -> Comparison:
-    """The coefficients of both, in the order of the first; `priors` of the vehicle file help to say who is right."""
-    by_name = {one.name: one for one in second.parameters}
+    """Compare the coefficients of both, in the order of the first; `priors` of the vehicle file help to say who is
+    right."""
+    by_name = {parameter.name: parameter for parameter in second.parameters}
     differences = [
-        _difference(one, by_name[one.name], first, second, (priors or {}).get(one.name))
-        for one in first.parameters
-        if one.name in by_name and one.name in OF_HULL
+        _difference(parameter, by_name[parameter.name], first, second, (priors or {}).get(parameter.name))
+        for parameter in first.parameters
+        if parameter.name in by_name and parameter.name in OF_HULL
     ]
     return Comparison(first, second, tuple(differences))
 
 
 def doubted(compared: Comparison) -> Identification:
-    """The first method's answer, with a doubt about each coefficient of which the second says something else."""
-    told = tuple(Doubt((d.name,), d.why, Outcome.DISAGREES) for d in compared.disagreements)
-    if not told:
+    """The first method's result, with a doubt about each coefficient on which the second disagrees."""
+    doubts = tuple(Doubt((d.name,), d.why, Outcome.DISAGREES) for d in compared.disagreements)
+    if not doubts:
         return compared.first
     outcome = worst((compared.first.outcome, Outcome.DISAGREES))
-    return replace(compared.first, outcome=outcome, doubts=(*compared.first.doubts, *told))
+    return replace(compared.first, outcome=outcome, doubts=(*compared.first.doubts, *doubts))
 
 
 def _difference(
@@ -141,13 +143,14 @@ def _difference(
 
 
 def apart(one: Interval, other: Interval) -> bool:
-    """Whether each value lies outside the other's 95 % interval, and LEAST_DIFFERENCE of it or more away."""
+    """Whether each value lies outside the other's 95 % interval, and they differ by at least LEAST_DIFFERENCE."""
     outside = all(not a.low95 <= b.value <= a.high95 for a, b in ((one, other), (other, one)))
     return outside and abs(other.value / one.value - 1) >= LEAST_DIFFERENCE
 
 
 def distance_between(one: Estimate, other: Estimate) -> float:
-    """Other less one in standard errors of the less sure, of logarithms; NaN where either has none."""
+    """Difference of logarithms, `other` less `one`, in the larger of their standard errors; NaN if either is
+    unusable."""
     usable = one.identifiable and other.identifiable and one.value > 0 and other.value > 0
     stds = (one.relative_std, other.relative_std) if usable else (math.nan, math.nan)
     return math.log(other.value / one.value) / max(stds) if all(std > 0 for std in stds) else math.nan
@@ -156,7 +159,8 @@ def distance_between(one: Estimate, other: Estimate) -> float:
 def _why(
     one: Estimate, other: Estimate, first: Identification, second: Identification, prior: Prior | None
 ) -> str:
-    """What either method doubts about the coefficient, what they took differently, what else could tell."""
+    """Reasons for a disagreement: each method's doubts about the coefficient, their different assumptions, and other
+    evidence."""
     reasons = []
     for method in (first, second):
         about = [doubt.clause for doubt in method.doubts if one.name in doubt.about]
@@ -172,26 +176,28 @@ def _why(
 
 
 def _other_levels(axis: str, first: Identification, second: Identification) -> list[str]:
-    """The noise levels and time constants of an axis that the two took differently, where both state them."""
-    told = []
-    for level_of, level in first.nuisance.items():
-        other = second.nuisance.get(level_of, math.nan)
-        asked = level_of.axis == axis and level_of.quantity is not Quantity.TRIM
-        if asked and min(level, other) > 0 and max(level, other) > OTHER_LEVEL * min(level, other):
-            words, unit = f"{level_of.channel} {LEVELS[level_of.quantity]}".strip(), WRITTEN[level_of.unit]
-            taken = f"{first.method} {level:.2g} {unit}, {second.method} {other:.2g} {unit}"
-            told.append(f"they take the {words} in {axis} differently ({taken})")
-    return told
+    """The noise levels and time constants of an axis on which the two methods differ, among those that both state."""
+    differing = []
+    for fitted, level in first.nuisance.items():
+        second_level = second.nuisance.get(fitted, math.nan)
+        comparable = (
+            fitted.axis == axis and fitted.quantity is not Quantity.TRIM and min(level, second_level) > 0
+        )
+        if comparable and max(level, second_level) > OTHER_LEVEL * min(level, second_level):
+            words, unit = f"{fitted.channel} {LEVELS[fitted.quantity]}".strip(), WRITTEN[fitted.unit]
+            taken = f"{first.method} {level:.2g} {unit}, {second.method} {second_level:.2g} {unit}"
+            differing.append(f"they take the {words} in {axis} differently ({taken})")
+    return differing
 
 
 def _entangled(one: Estimate, other: Estimate, first: Identification, second: Identification) -> list[str]:
-    """What the coefficient is most entangled with, by either method."""
-    told: dict[str, list[str]] = {}
-    for method, found in ((first, one), (second, other)):
-        if found.partner is not None and found.partner.is_close:
-            told.setdefault(_correlated(found.partner), []).append(method.method)
-    words = " and ".join(f"{correlated} by {' and '.join(by)}" for correlated, by in told.items())
-    return [f"{one.name} is correlated {words}"] if told else []
+    """The coefficient that this coefficient correlates most with, by either method."""
+    by_partner: dict[str, list[str]] = {}
+    for method, fitted in ((first, one), (second, other)):
+        if fitted.partner is not None and fitted.partner.is_close:
+            by_partner.setdefault(_correlated(fitted.partner), []).append(method.method)
+    words = " and ".join(f"{correlated} by {' and '.join(by)}" for correlated, by in by_partner.items())
+    return [f"{one.name} is correlated {words}"] if by_partner else []
 
 
 def _percent(of: Difference) -> float:
@@ -205,10 +211,10 @@ def _correlated(partner: Partner) -> str:
 def _beside(
     one: Estimate, other: Estimate, first: Identification, second: Identification, prior: Prior | None
 ) -> list[str]:
-    """Which of the two is nearer to what was known before the dive, where that tells them apart."""
+    """Which of the two values is nearer to the vehicle file's prior, if there is a prior."""
     if prior is None:
         return []
-    away = [abs(math.log(found.value / prior.value)) for found in (one, other)]
+    away = [abs(math.log(fitted.value / prior.value)) for fitted in (one, other)]
     nearer = first if away[0] < away[1] else second
     return [
         f"the vehicle file's prior {prior.value:.4g} ± {prior.std:.2g} {one.unit} is nearer to {nearer.method}"

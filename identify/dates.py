@@ -1,4 +1,4 @@
-"""When a dive began, and who says so."""
+"""When a dive began, and by which source."""
 
 from datetime import UTC, datetime
 from pathlib import Path
@@ -10,9 +10,9 @@ from identify.ingest.open import recording_files
 
 
 def date_of(dive: Dive) -> tuple[float | None, str]:
-    """Unix time of the first sample and its source, in words; None and an empty word where nothing tells it.
+    """Unix time of the first sample and its source, in words; None and an empty string if nothing gives the time.
 
-    The vehicle's own SYSTEM_TIME before the stamps of who recorded it, and these before a date in the name.
+    The vehicle's own SYSTEM_TIME takes precedence over the recorder's stamps, and these over a date in the name.
     """
     if dive.unix_at_boot_s is not None:
         return dive.unix_at_boot_s + dive.span_s[0], "the vehicle's clock"
@@ -24,7 +24,7 @@ def date_of(dive: Dive) -> tuple[float | None, str]:
 
 
 def utc(unix_s: float | None) -> str:
-    """`2026-11-20 09:12`; a dash for a dive that nothing dates."""
+    """`2026-11-20 09:12`; a dash for a dive without a date."""
     return "-" if unix_s is None else f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%d %H:%M}"
 
 

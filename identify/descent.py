@@ -1,4 +1,4 @@
-"""The DVL's downward velocity held against depth: a scale or a sign that both can't have."""
+"""Compares the DVL's downward velocity with depth, to find a wrong scale or sign."""
 
 import numpy as np
 
@@ -12,17 +12,17 @@ from identify.scale import FEWEST_WINDOWS, Scale, edge_means, integral, scale_of
 WINDOW_S, STEP_S = 10.0, 0.1
 
 STILL_M = 0.02
-"""Spread over windows: what moves no more tells nothing of a scale, nor does a sensor that stands still."""
+"""Smallest spread over windows. A sensor that moves less, or is frozen, gives no scale."""
 
 LARGEST_OFF = 0.1
-"""Of the depth gone through: a scale of pressure, by the water's density, or of a healthy DVL is off by less."""
+"""Share of the depth change. The scale of pressure (water density) and of a healthy DVL are off by less."""
 
 
 def descent(dive: Dive, water: Water) -> Scale | None:
-    """Depth gone through by the integral of the downward velocity, over windows.
+    """Scale of depth change over the integral of the downward velocity, over windows.
 
-    What horizontal speed adds to the downward one, through a mounting that is not level, is projected out, and what
-    stands still. None where velocity, attitude or depth is missing, there is too little of them, or one stood still.
+    The contribution of horizontal speed, through a mounting that is not level, and a constant rate are projected out.
+    None if velocity, attitude or depth is missing or too short, or if either side hardly moved.
     """
     depth, velocity, attitude = dive.depth_by(water), dive.velocity, dive.attitude
     if depth is None or velocity is None or attitude is None:
@@ -44,22 +44,22 @@ def descent(dive: Dive, water: Water) -> Scale | None:
     edges_s = start_s + WINDOW_S * np.arange(count + 1)
     changes = np.diff(edge_means(at_s, ways, edges_s), axis=0)
     kept = well_read(velocity.time_s[np.isfinite(velocity.value).all(axis=1)], edges_s)
-    fallen, said, *aside = changes[kept & np.isfinite(changes).all(axis=1)].T
-    if not len(fallen) or min(np.std(fallen), np.std(said)) < STILL_M:
+    fallen, integrated, *aside = changes[kept & np.isfinite(changes).all(axis=1)].T
+    if not len(fallen) or min(np.std(fallen), np.std(integrated)) < STILL_M:
         return None
-    return scale_of(fallen, said, np.column_stack([np.ones(len(said)), *aside]))
+    return scale_of(fallen, integrated, np.column_stack([np.ones(len(integrated)), *aside]))
 
 
 def descent_doubts(dive: Dive, water: Water) -> tuple[Doubt, ...]:
-    """A doubt of the DVL's scale where depth contradicts it."""
-    found = descent(dive, water)
-    if found is None or not found.contradicts(LARGEST_OFF):
+    """Return a doubt about the DVL's scale if depth contradicts it."""
+    scale = descent(dive, water)
+    if scale is None or not scale.contradicts(LARGEST_OFF):
         return ()
     about = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in range(3))
     return (
         Doubt(
             about,
-            f"Depth changes by {found.times} times what the recorded downward velocity comes to: the DVL's "
+            f"Depth changes by {scale.times} times what the recorded downward velocity comes to: the DVL's "
             f"scale, sign or mounting is not as taken, and {', '.join(about)} are as far off where it is all of the "
             "DVL's; check its units and mounting, its speed of sound, and the depth sensor.",
             Outcome.DISAGREES,

@@ -1,4 +1,4 @@
-"""The dataset type: what one vehicle said during one dive, as SI arrays on the vehicle's own clock."""
+"""The dataset type: the signals of one vehicle during one dive, as SI arrays on the vehicle's own clock."""
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 class Signal:
     """Samples of one quantity: `time_s` (n,) rising boot time in s, `value` (n, k) in SI units.
 
-    A NaN in `value` means that the vehicle said that it does not know (a DVL without bottom lock).
+    A NaN in `value` means that the vehicle reported the value as unknown (a DVL without bottom lock).
     """
 
     time_s: Array
@@ -43,7 +43,7 @@ class Signal:
         return Signal(self.time_s[keep], self.value[keep])
 
     def held_at(self, time_s: Array) -> Array:
-        """The latest value at each time, (m, k); NaN before the first."""
+        """The latest value at each time, (m, k); NaN before the first sample."""
         index = np.searchsorted(self.time_s, time_s, side="right") - 1
         out = np.full((len(time_s), self.value.shape[1]), np.nan)
         known = index >= 0
@@ -51,7 +51,8 @@ class Signal:
         return out
 
     def at(self, time_s: Array) -> Array:
-        """Linear interpolation over the finite samples, (m, k), held at the ends; NaN where there are none."""
+        """Linear interpolation over the finite samples, (m, k), constant beyond the ends; NaN if no sample is
+        finite."""
         out = np.full((len(time_s), self.value.shape[1]), np.nan)
         for column in range(self.value.shape[1]):
             good = np.isfinite(self.value[:, column])
@@ -64,19 +65,21 @@ class Signal:
 class Dive:
     """One recording. Body frame FRD, radians, boot time; None for a signal that the recording lacks.
 
-    velocity: (n, 3) m/s at the DVL's transducer, body axes, at its time of validity; `velocity_is_filtered` where it
-    comes from an autopilot's own filter, turned from north-east-down into body axes; `velocity_late_s`: by how much
-    it was told later than it is dated here; `velocity_smoothing_s`: the time constant of a first-order filter that
-    smoothed it and so made it later still. thrust_delay_s, thrust_lag_s: by how much later thrusters act, and how much
-    more slowly they follow, than the vehicle file says, as its dating came upon.
-    gyro: (n, 3) rad/s. fog: (n, 1) rad/s, means over intervals, each dated at the middle of its own.
-    specific_force: (n, 3) m/s2. attitude: (n, 4) w x y z. pressure: (n, 1) Pa absolute. depth: (n, 1) m, only
-    where the recording states depth itself. altitude: (n, 1) m. pwm: (n, thrusters) microseconds. rpm:
-    (n, thrusters), signed. voltage: (n, 1) V. tau_pid, tau_ff, tau_cmd: (n, 6) N and N m. nu_fb: (n, 6).
+    velocity: (n, 3) m/s at the DVL's transducer, body axes, at its time of validity.
+    velocity_is_filtered: whether velocity comes from an autopilot's own filter, turned from north-east-down into body
+    axes. velocity_late_s: delay of its reports behind the times given here. velocity_smoothing_s: time constant of a
+    first-order filter that smoothed it and so delayed it further.
+    thrust_delay_s, thrust_lag_s: extra delay and extra lag of the thrusters beyond the vehicle file, as found when the
+    dive was dated.
+    gyro: (n, 3) rad/s. fog: (n, 1) rad/s, means over intervals, each dated at the middle of its interval.
+    specific_force: (n, 3) m/s2. attitude: (n, 4) w x y z. pressure: (n, 1) Pa absolute. depth: (n, 1) m, only if the
+    recording states depth itself. altitude: (n, 1) m. pwm: (n, thrusters) microseconds. rpm: (n, thrusters), signed.
+    voltage: (n, 1) V. tau_pid, tau_ff, tau_cmd: (n, 6) N and N m. nu_fb: (n, 6).
     nu_ref: (n, 14) velocity, acceleration, heading, depth. ff_mode, veh_cfg: (n, 1). armed: (n, 1), 1 for armed.
     gnss: (n, 4) latitude deg, longitude deg, speed m/s, course rad.
-    notes: what could not be recovered, in sentences for the user. frozen: by signal, from when to when in s its
-    readings stood still, so that they were left out. sha256, opening: as `ingest.identity` has them.
+    notes: losses in the recording, in sentences for the user.
+    frozen: by signal, the intervals in s in which its readings were frozen and therefore left out.
+    sha256, opening: as defined in `ingest.identity`.
     """
 
     name: str
@@ -138,14 +141,14 @@ class Dive:
         return replace(self, **cut)
 
     def depth_by(self, water: Water) -> Signal | None:
-        """Depth (n, 1) in m, positive down: as stated, else from pressure through the water's density."""
+        """Depth (n, 1) in m, positive down: as recorded, otherwise from pressure through the water's density."""
         if self.depth is not None or self.pressure is None:
             return self.depth
         over_pa = self.pressure.value - 100.0 * water.surface_pressure_hpa
         return Signal(self.pressure.time_s, over_pa / (water.density_kg_m3 * water.gravity_m_s2))
 
     def configuration_index(self) -> int | None:
-        """The VEH_CFG value that held for most of the dive, None where it was never said."""
+        """The VEH_CFG value that held for most of the dive, None if it was never reported."""
         if self.veh_cfg is None or len(self.veh_cfg) == 0:
             return None
         values, counts = np.unique(self.veh_cfg.value[:, 0], return_counts=True)

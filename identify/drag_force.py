@@ -1,7 +1,9 @@
-"""What a hull's linear and quadratic damping come to together, where a dive tells their sum better than either.
+"""Total drag of an axis from its linear and quadratic damping, for dives that determine the sum better than either
+part.
 
-At speeds that hardly differ the two trade with each other: each is known loosely, the drag at those speeds well. Then
-both are kept, each with what is known of it, for a model with one of them alone, or with none, would be wrong.
+At speeds that hardly vary, the two dampings trade off: each is known loosely, but the drag at those speeds is known
+well. Then both are kept with their uncertainty, because a model with only one of them, or with neither, would be
+wrong.
 """
 
 import math
@@ -21,25 +23,28 @@ from identify.identification import (
 )
 
 TRADED = 0.9
-"""A correlation, either way, from which on one of two coefficients means little without the other."""
+"""Absolute correlation from which on either of two coefficients means little without the other."""
 
 
 def with_drag_forces(found: Identification) -> Identification:
-    """The identification with the drag of each axis that has both dampings; of those that it tells, both are kept."""
+    """Return the identification with the drag of each axis that has both dampings; if that drag is known well, both
+    dampings are kept."""
     forces = tuple(force for dof in range(6) if (force := _force(found, dof)) is not None)
     known = [force for force in forces if force.relative_std <= LARGEST_RELATIVE_STD]
     kept = {name for force in known for name in (force.linear, force.quadratic)}
     kept -= {name for doubt in found.doubts if _holds_back(doubt) for name in doubt.about}
     return replace(
         found,
-        parameters=tuple(_kept(one) if one.name in kept else one for one in found.parameters),
+        parameters=tuple(
+            _kept(parameter) if parameter.name in kept else parameter for parameter in found.parameters
+        ),
         drag_forces=forces,
         notes=(*found.notes, *(_note(force) for force in known if abs(force.correlation) > TRADED)),
     )
 
 
 def trades(found: Identification, name: str) -> bool:
-    """Whether a coefficient is one of two dampings that were fitted together."""
+    """Whether a coefficient is one of two dampings of an axis that were fitted together."""
     if OF_HULL[name].kind == "mass":
         return False
     dof = OF_HULL[name].dof

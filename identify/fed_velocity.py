@@ -1,4 +1,4 @@
-"""How the velocity that the controller used (NU_FB) came from the recorded readings, and how long after them."""
+"""How the velocity that the controller used (NU_FB) follows from the recorded readings, and how late it used them."""
 
 from dataclasses import dataclass
 
@@ -14,21 +14,22 @@ TAPS = 8
 MEMORIES_S = (0.3, 1.0, 3.0, 10.0)
 LATEST_S, LATE_STEP_S = 0.3, 0.01
 SAME = 1e-5
-"""m/s: two velocities nearer than this are one."""
+"""m/s: velocities closer than this are the same."""
 
 EXPLAINED = 0.1
-"""Of the velocity sensor's noise: where no more than that is left of NU_FB, its timing needs no other explanation."""
+"""Share of the velocity sensor's noise. If the residual of NU_FB is no larger, its timing needs no other
+explanation."""
 
 EARLIER_SHARE = 0.5
-"""Readings that were used before their stamps leave so much less unexplained than those after."""
+"""Use of readings before their stamps is accepted only if it reduces the residual to less than this share."""
 
 
 @dataclass(frozen=True)
 class Fed:
     """How NU_FB came from the recorded velocity in one degree of freedom.
 
-    left: what no causal linear filter of the readings gives of it, over their noise. late_s: how long after its stamp a
-    reading was used; where it is negative, before.
+    left: residual of NU_FB after a causal linear filter of the readings, over their noise. late_s: time from a
+    reading's stamp to its use; negative if it was used before its stamp.
     """
 
     left: float
@@ -36,12 +37,12 @@ class Fed:
 
 
 def fed_velocity(dive: Dive, dof: int) -> Fed | None:
-    """How NU_FB came from the recorded velocity; None where there is too little to tell.
+    """Return how NU_FB came from the recorded velocity; None if there is too little data.
 
-    Rates of turn stand beside the velocity: with a lever arm they carry it to the body's origin. A reading reaches
-    the controller late by a constant of LATEST_S at most: the one that explains most is taken. Only where none
-    explains it are readings tried that the recording says came later. Spreads are medians, which dropouts and wild
-    readings leave alone.
+    Rates of turn are regressors together with the velocity: with a lever arm they carry it to the body's origin. A
+    reading reaches the controller with a constant delay below LATEST_S; the delay that explains most is taken. Delays
+    below zero, for readings whose stamps are late, are tried only if no other delay explains NU_FB. Spreads are
+    medians, which dropouts and wild readings do not affect.
     """
     if dive.nu_fb is None or dive.velocity is None or dive.velocity_is_filtered:
         return None
@@ -53,7 +54,7 @@ def fed_velocity(dive: Dive, dof: int) -> Fed | None:
 
 
 def stamp_doubts(dive: Dive) -> tuple[Doubt, ...]:
-    """A doubt where the controller used velocities before the recording says that they were read."""
+    """Return a doubt if the controller used velocities before their stamps in the recording."""
     by_dof = {dof: fed for dof in range(3) if (fed := fed_velocity(dive, dof)) is not None}
     early = {dof: -fed.late_s for dof, fed in by_dof.items() if fed.late_s < 0}
     if 2 * len(early) <= len(by_dof):
@@ -69,8 +70,8 @@ def stamp_doubts(dive: Dive) -> tuple[Doubt, ...]:
 
 
 def filtered_doubts(dive: Dive) -> tuple[Doubt, ...]:
-    """A warning about the masses where velocity comes from an autopilot's filter: its lateness and smoothing are
-    fitted, and what is left of them goes into the masses."""
+    """Return a warning about the masses if velocity comes from an autopilot's filter. The filter's delay and
+    smoothing are fitted, and their remaining error goes into the masses."""
     if not dive.velocity_is_filtered:
         return ()
     sentence = (
@@ -82,12 +83,12 @@ def filtered_doubts(dive: Dive) -> tuple[Doubt, ...]:
 
 
 def frozen_velocity(dive: Dive, dof: int) -> tuple[tuple[float, float], ...]:
-    """From when to when the recorded velocity of an axis stood still, by itself or with all others."""
+    """Intervals in which the recorded velocity of an axis was frozen, alone or together with all others."""
     return dive.frozen.get("velocity", ()) + dive.frozen.get(axis_key("velocity", DOFS[dof]), ())
 
 
 def _best(dive: Dive, dof: int, late_s: Array) -> Fed | None:
-    """The best of the times (n,) by which readings may be used late; None where too little is known."""
+    """The best of the delays (n,) with which readings may be used; None if too little is known."""
     assert dive.nu_fb is not None
     assert dive.velocity is not None
     good = np.isfinite(dive.velocity.value[:, dof])
@@ -97,7 +98,7 @@ def _best(dive: Dive, dof: int, late_s: Array) -> Fed | None:
         return None
     table = np.column_stack([_past(read), _memories(time_s, read)])
     fed = dive.nu_fb.value[:, dof]
-    frozen = np.zeros(len(fed), dtype=np.bool_)  # `frozen_doubts` tells of those
+    frozen = np.zeros(len(fed), dtype=np.bool_)  # `frozen_doubts` reports these
     for start_s, end_s in frozen_velocity(dive, dof):
         frozen |= (dive.nu_fb.time_s >= start_s) & (dive.nu_fb.time_s <= end_s + LATEST_S)
     best: Fed | None = None
@@ -118,12 +119,13 @@ def _best(dive: Dive, dof: int, late_s: Array) -> Fed | None:
 
 
 def _past(read: Array) -> Array:
-    """Each reading (n,) and those before it, (n, TAPS); the first ones' past is the first."""
+    """Each reading (n,) and its predecessors, (n, TAPS); before the first reading, the first is repeated."""
     return np.asarray(read[np.maximum(np.arange(len(read))[:, None] - np.arange(TAPS), 0)], dtype=np.float64)
 
 
 def _left_by(table: Array, fed: Array) -> float:
-    """Spread of what no combination of the columns, the first TAPS of them readings, gives of `fed`."""
+    """Spread of the residual of `fed` after a fit of the columns, of which the first TAPS are readings; 0 if most of
+    `fed` equals one of these readings."""
     if np.mean(np.abs(table[:, :TAPS] - fed[:, None]).min(axis=1) < SAME) > 0.5:
         return 0.0
     table = np.column_stack([table, np.ones(len(fed))])
@@ -132,14 +134,15 @@ def _left_by(table: Array, fed: Array) -> float:
 
 
 def _memories(time_s: Array, read: Array) -> Array:
-    """Readings (n,) through low-pass filters of several time constants, (n, k): what filters keep beyond the taps."""
+    """Readings (n,) through low-pass filters of several time constants, (n, k): the memory of filters beyond the
+    taps."""
     step_s = float(np.median(np.diff(time_s)))
     return np.asarray(_kept(read, np.exp(-step_s / np.array(MEMORIES_S))), dtype=np.float64)
 
 
 @njit(cache=True, nogil=True)
 def _kept(read: Array, keep: Array) -> Array:
-    """Readings (n,) through filters that keep these shares (k,) of what they held, (n, k)."""
+    """Readings (n,) through filters that keep these shares (k,) of their state each step, (n, k)."""
     out = np.empty((len(read), len(keep)))
     held = np.full(len(keep), read[0])
     for i in range(len(read)):
@@ -149,10 +152,10 @@ def _kept(read: Array, keep: Array) -> Array:
 
 
 def white_noise(read: Array) -> float:
-    """Standard deviation of the white noise on readings (n,); 0 where they are too few."""
+    """Standard deviation of the white noise on readings (n,); 0 if there are too few."""
     return spread(np.diff(read, 2)) / float(np.sqrt(6.0)) if len(read) > TAPS else 0.0
 
 
 def spread(value: Array) -> float:
-    """Standard deviation of a normal bulk, by its median."""
+    """Standard deviation of the normal bulk of the values, from the median absolute deviation."""
     return float(1.4826 * np.median(np.abs(value - np.median(value))))

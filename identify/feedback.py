@@ -1,7 +1,8 @@
-"""Could the recorded velocity be what the controller used? Through another one the sea steers the thrust unseen.
+"""Checks whether the controller used the recorded readings. If it used others, the disturbance steers the thrust
+unseen.
 
-A likelihood of a closed loop is right only where it is given the readings that the controller acted on (Ljung 1999,
-section 13.4); with others it takes for mass what the controller did about the disturbance.
+A likelihood of a closed loop is right only if it is given the readings that the controller acted on (Ljung 1999,
+section 13.4). Given other readings, it takes the controller's reaction to the disturbance for mass.
 """
 
 import math
@@ -21,35 +22,39 @@ from identify.identification import Doubt, Identification, Outcome
 HEAVE = 2
 
 LARGEST_UNEXPLAINED = 0.25
-"""Share of the controller's wrench that may follow from nothing recorded: rounding and late readings."""
+"""Share of the controller's wrench that may remain unexplained by recorded readings: rounding and late readings cause
+this much."""
 
 LARGEST_FOREIGN = 0.5
-"""Share of the velocity sensor's noise that may stand in NU_FB beside what a filter of its readings gives."""
+"""Residual of NU_FB after a filter of the recorded velocity, as a share of the velocity sensor's noise, that is still
+allowed."""
 
 WINDOW_S = 10.0
 STEERED = 0.02
-"""A change of a command by more than this share of its standard deviation is no rounding of pulses."""
+"""A command that changes by more than this share of its standard deviation is not mere rounding of pulses."""
 
 OPEN_SHARE = 0.05
-"""A window in which the controller asked for nothing at all for more than this share of it is left out."""
+"""A window is left out if the controller commanded exactly zero for more than this share of it."""
 
 READINGS = (*["velocity"] * 2, "velocity or depth", *["attitude or rate of turn"] * 3)
 STAMPED_S = 0.5e-3 + 1e-6
-"""Depth and attitude bear whole milliseconds: what a controller used may seem to be later than its wrench."""
+"""Depth and attitude are stamped in whole milliseconds, so a reading that a controller used may seem later than its
+wrench."""
 
 AFTER_S = 1.0
-"""What a filter still makes of the readings before a stretch in which they stand still is over by then."""
+"""Time skipped at the start of a frozen stretch: by then a filter's response to the readings before it has died
+away."""
 
 
 @dataclass(frozen=True)
 class Unrecorded:
-    """What speaks for it that a degree of freedom's controller used a reading which the recording lacks."""
+    """Evidence that the controller of a degree of freedom used a reading that the recording lacks."""
 
     dof: int
     found: str
 
     def doubt(self, done: str) -> Doubt:
-        """The doubt of that axis's mass, with what was done about it."""
+        """Return the doubt about this axis's mass, with `done` saying how the method handled it."""
         sentence = (
             f"{self.found[0].upper()}{self.found[1:]}: a fit of {DOFS[self.dof]} takes that for mass, so "
             f"{MASSES[self.dof].name} {done}, and the true {DAMPINGS[self.dof].name} may lie below its value; "
@@ -59,31 +64,33 @@ class Unrecorded:
 
 
 def feedback_doubts(dive: Dive, water: Water) -> tuple[Doubt, ...]:
-    """A doubt for each axis whose controller used what was not recorded, for a method that leaves its mass out then."""
-    return tuple(one.doubt("is left out") for one in unrecorded(dive, water))
+    """Doubts, for each axis whose controller used an unrecorded reading; for methods that then leave the axis's mass
+    out."""
+    return tuple(axis.doubt("is left out") for axis in unrecorded(dive, water))
 
 
 def unrecorded(dive: Dive, water: Water) -> tuple[Unrecorded, ...]:
-    """The axes whose controller used what was not recorded."""
+    """Return the axes whose controller used an unrecorded reading."""
     out = []
     for dof, name in enumerate(DOFS):
         share = unexplained_wrench(dive, dof, water)
         fed = fed_velocity(dive, dof) if dof < 3 else None
         if share is not None and share > LARGEST_UNEXPLAINED:
-            found = f"in {name} {100 * share:.0f} % of the controller's wrench (TAU_PID) follows from nothing recorded"
+            reason = f"in {name} {100 * share:.0f} % of the controller's wrench (TAU_PID) follows from nothing recorded"
         elif fed is not None and fed.left > LARGEST_FOREIGN:
-            found = (
+            reason = (
                 f"in {name} the velocity that the controller used (NU_FB) is no filter of the recorded one, and "
                 f"{fed.left:.1f} times its noise away from the nearest"
             )
         else:
             continue
-        out.append(Unrecorded(dof, found))
+        out.append(Unrecorded(dof, reason))
     return tuple(out)
 
 
 def unchecked(dive: Dive) -> tuple[str, ...]:
-    """A note where the recording lacks what would tell whether the controller used the velocity that it holds."""
+    """Return a note if the recording lacks the signals that would show whether the controller used the recorded
+    velocity."""
     lacking = _lacking(dive)
     if dive.velocity is None or not lacking:
         return ()
@@ -95,16 +102,17 @@ def unchecked(dive: Dive) -> tuple[str, ...]:
 
 
 def depthless_doubts(fit: Identification, dive: Dive, file: VehicleFile) -> tuple[Doubt, ...]:
-    """A doubt of mass and damping in heave that were found through a controller whose depth is not recorded.
+    """Return a doubt about mass and damping in heave if they were fitted with a controller whose depth is not
+    recorded.
 
-    None where its own wrench tells what it used (`unrecorded`), where it was off in heave, and where heave's thrust
-    changes so seldom that no controller can have made it.
+    No doubt if the controller's own signals are recorded (`unrecorded` then checks them), if the controller was off
+    in heave, or if heave's thrust changes too seldom for a controller to have made it.
     """
     about = tuple(group[HEAVE].name for group in (MASSES, DAMPINGS))
     lacking, depth = _lacking(dive), dive.depth_by(file.vehicle.water)
-    found = [name for name in about if math.isfinite(fit[name].value)]
+    valued = [name for name in about if math.isfinite(fit[name].value)]
     by_hand = dive.tau_pid is not None and len(dive.tau_pid) and not np.any(dive.tau_pid.value[:, HEAVE])
-    if not found or not lacking or (depth is not None and len(depth)) or by_hand or not _commanded(dive):
+    if not valued or not lacking or (depth is not None and len(depth)) or by_hand or not _commanded(dive):
         return ()
     asked = wrench(dive, file, fit.configuration).asked[:, HEAVE]
     if np.mean(np.diff(asked) != 0.0) < OPEN_SHARE:
@@ -112,28 +120,28 @@ def depthless_doubts(fit: Identification, dive: Dive, file: VehicleFile) -> tupl
     sentence = (
         f"Depth is not recorded, nor {'is' if len(lacking) == 1 else 'are'} {_listed(lacking)}: a vehicle that holds "
         "its depth thrusts by a reading that the recording lacks, which a fit of heave takes for mass, so "
-        f"{_listed(found)} may be off by more than their intervals; record the depth that the controller uses."
+        f"{_listed(valued)} may be off by more than their intervals; record the depth that the controller uses."
     )
-    return (Doubt(tuple(found), sentence, Outcome.DISAGREES),)
+    return (Doubt(tuple(valued), sentence, Outcome.DISAGREES),)
 
 
 def steered_doubts(fit: Identification, dive: Dive, file: VehicleFile) -> tuple[Doubt, ...]:
-    """A warning about the axes in which a stock autopilot steered: its log lacks the readings that it acted on, which
-    are more, and other, than those of its filter that it tells."""
+    """Return a warning about the axes that a stock autopilot steered. The autopilot acted on more readings, and on
+    other readings, than the filter outputs in its log."""
     if not dive.velocity_is_filtered or not _lacking(dive) or not _commanded(dive):
         return ()
     asked = wrench(dive, file, fit.configuration).asked
     spread = np.std(asked, axis=0)
     moves = np.mean(np.abs(np.diff(asked, axis=0)) > STEERED * spread, axis=0)
-    told = {
-        one.name
-        for one in fit.parameters
-        if math.isfinite(one.value) and one.name not in fit.rest_on_righting
+    valued = {
+        parameter.name
+        for parameter in fit.parameters
+        if math.isfinite(parameter.value) and parameter.name not in fit.rest_on_righting
     }
     groups = (MASSES, DAMPINGS, QUADRATICS)
     steered = (dof for dof in range(6) if spread[dof] > 0.0 and moves[dof] > OPEN_SHARE)
-    dofs = [dof for dof in steered if MASSES[dof].name in told]
-    about = tuple(group[dof].name for dof in dofs for group in groups if group[dof].name in told)
+    dofs = [dof for dof in steered if MASSES[dof].name in valued]
+    about = tuple(group[dof].name for dof in dofs for group in groups if group[dof].name in valued)
     if not about:
         return ()
     sentence = (
@@ -150,7 +158,7 @@ def _commanded(dive: Dive) -> bool:
 
 
 def _lacking(dive: Dive) -> list[str]:
-    """What the recording lacks of that which tells what the controller used."""
+    """Names of the controller signals that the recording lacks."""
     named = {"NU_FB": dive.nu_fb, "TAU_PID": dive.tau_pid, "NU_REF": dive.nu_ref}
     return [name for name, signal in named.items() if signal is None or len(signal) == 0]
 
@@ -160,7 +168,7 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def frozen_doubts(dive: Dive) -> tuple[Doubt, ...]:
-    """A warning where the recorded velocity stood still while the one that the controller used went on."""
+    """Return a warning if the recorded velocity froze while the velocity that the controller used went on."""
     by_dof = {dof: frozen for dof in range(3) if _went_on(dive, dof, frozen := frozen_velocity(dive, dof))}
     if not by_dof:
         return ()
@@ -178,7 +186,7 @@ def frozen_doubts(dive: Dive) -> tuple[Doubt, ...]:
 
 
 def _went_on(dive: Dive, dof: int, stretches: Sequence[tuple[float, float]]) -> bool:
-    """Whether NU_FB moved in these stretches by more than the lever arm's turning, and the velocity's noise, tell."""
+    """Whether NU_FB moved in these stretches by more than turning on the lever arm and the velocity's noise explain."""
     used = dive.nu_fb
     if used is None:
         return False
@@ -195,11 +203,12 @@ def _went_on(dive: Dive, dof: int, stretches: Sequence[tuple[float, float]]) -> 
 
 
 def unexplained_wrench(dive: Dive, dof: int, water: Water) -> float | None:
-    """Share of the feedback controller's recorded wrench that no recorded reading explains; None where unknown.
+    """Share of the feedback controller's recorded wrench that no recorded reading explains; None if it can't be
+    found.
 
-    A linear controller's wrench is a combination of the velocity that it used, its reference, and the errors of
-    velocity, depth and angle with their integrals. What is left over came from a signal that the recording lacks.
-    The median over short windows, so that gains which are scheduled slowly do not count.
+    The wrench of a linear controller is a combination of the velocity that it used, its reference, and the errors of
+    velocity, depth and angle with their integrals. The residual came from a signal that the recording lacks. The
+    result is the median over short windows, so that slow gain scheduling does not count.
     """
     tau, used, reference = dive.tau_pid, dive.nu_fb, dive.nu_ref
     if tau is None or used is None or reference is None or len(tau) < 2:
@@ -211,7 +220,7 @@ def unexplained_wrench(dive: Dive, dof: int, water: Water) -> float | None:
     columns += [e for error in errors for e in (error, np.cumsum(np.nan_to_num(error) * step_s))]
     table = np.column_stack([*columns, tau.value[:, dof]])
     window = max(round(WINDOW_S * tau.rate_hz), 1)
-    # Where the loop was open, under a push or a stick, there is nothing that a reading could explain.
+    # While the loop is open, under a push or a stick, no reading could explain the wrench.
     closed = [
         table[i : i + window]
         for i in range(0, len(table) - window + 1, window)
@@ -223,7 +232,7 @@ def unexplained_wrench(dive: Dive, dof: int, water: Water) -> float | None:
 
 
 def _place_errors(dive: Dive, dof: int, water: Water, time_s: Array, target: Array) -> list[Array]:
-    """What is wanted less what was read last, (n,), of depth or an angle: roll and pitch are wanted level."""
+    """Reference less the latest reading, (n,), of depth or of an angle. The reference of roll and pitch is level."""
     depth = dive.depth_by(water)
     if dof == 2 and depth is not None and len(depth):
         return [target[:, 13] - depth.held_at(time_s + STAMPED_S)[:, 0]]
@@ -239,7 +248,8 @@ def _place_errors(dive: Dive, dof: int, water: Water, time_s: Array, target: Arr
 
 
 def _left_over(table: Array) -> float | None:
-    """Share of the last column that no combination of the others gives; None where it stands still."""
+    """Share of the last column that no combination of the others explains; None if the column is constant or too
+    short."""
     table = table[np.isfinite(table).all(axis=1)]
     if len(table) < 4 * table.shape[1] or np.std(table[:, -1]) < 1e-9:
         return None

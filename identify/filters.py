@@ -1,10 +1,8 @@
-"""One grid for all that an algebraic fit needs: zero-phase low-pass, differentiation, body velocity at the
-origin.
+"""Puts the inputs of an algebraic fit on one grid: zero-phase low-pass, differentiation, body velocity at the origin.
 
 The source paper "processed the data to increase the signal-to-noise ratio" without saying how. Here it is a
-Butterworth low-pass run forward and backward (scipy's `sosfiltfilt`: no phase shift, gain 1/2 at the
-cut-off, order doubled), the same one on velocity and on the wrench, so that the linear model still holds
-between them.
+Butterworth low-pass run forward and backward (scipy's `sosfiltfilt`: no phase shift, gain 1/2 at the cut-off, order
+doubled). The same filter runs on velocity and on the wrench, so that the linear model still holds between them.
 """
 
 from dataclasses import dataclass
@@ -25,10 +23,10 @@ SLOWEST_COMMAND_HZ = 5.0
 
 @dataclass(frozen=True)
 class AlignedDive:
-    """Samples on one uniform grid: `time_s` (n,), `nu`, `nu_dot`, `tau` (n, 6) in SI, `attitude` (n, 4) w x
-    y z.
+    """Samples on one uniform grid: `time_s` (n,), `nu`, `nu_dot`, `tau` (n, 6) in SI, `attitude` (n, 4) w x y z.
 
-    `valid` (n,): bottom velocity was known around this time. `has` (6,): this velocity was measured at all.
+    `valid` (n,): whether bottom velocity was known around this time. `has` (6,): whether this velocity was measured
+    at all.
     """
 
     time_s: Array
@@ -45,7 +43,7 @@ class AlignedDive:
 
 
 def low_pass(value: Array, rate_hz: float, cutoff_hz: float, order: int = ORDER) -> Array:
-    """Zero-phase Butterworth along the first axis; as it is where the cut-off lies at or above Nyquist."""
+    """Zero-phase Butterworth along the first axis; the value unchanged if the cut-off is at or above Nyquist."""
     if cutoff_hz >= rate_hz / 2:
         return value
     sections = butter(order, cutoff_hz, fs=rate_hz, output="sos")
@@ -67,11 +65,11 @@ def aligned(
     rate_hz: float = 10.0,
     cutoff_hz: float = 1.0,
 ) -> AlignedDive:
-    """Velocity of the origin, its derivative and the wrench on a common grid.
+    """Return the velocity of the origin, its derivative and the wrench on a common grid.
 
-    Linear velocity comes from the DVL, carried from the transducer to the origin by the rates; yaw rate
-    from the FOG where there is one, else from the gyro. What is not measured is zero, and `has` says so.
-    Raises FitError where velocity, rates or forces overlap for less than 20 s or are lacking, or commands are rare.
+    Linear velocity comes from the DVL, carried from the transducer to the origin by the rates; yaw rate comes from
+    the FOG if there is one, otherwise from the gyro. Unmeasured components are zero, and `has` marks them. Raises
+    FitError if velocity, rates or forces are missing or overlap for less than 20 s, or if commands are rare.
     """
     forces = wrench(dive, vehicle, configuration_name)
     measured = [s for s in (dive.velocity, dive.gyro, dive.fog) if s is not None and len(s) > 1]
@@ -120,7 +118,7 @@ def aligned(
 
 
 def _velocity(dive: Dive, time_s: Array) -> tuple[Array, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
-    """(n, 3) and whether a valid sample lies within one and a half periods."""
+    """Velocity (n, 3), and whether a valid sample lies within one and a half periods."""
     if dive.velocity is None:
         return np.zeros((len(time_s), 3)), np.ones(len(time_s), np.bool_)
     known_s = dive.velocity.time_s[np.isfinite(dive.velocity.value).all(axis=1)]
@@ -140,14 +138,14 @@ def _rates(dive: Dive, time_s: Array) -> Array:
 
 
 def _yaw_rate(dive: Dive) -> Signal | None:
-    """From the FOG where there is one, else from the gyro."""
+    """Yaw rate from the FOG if there is one, otherwise from the gyro."""
     if dive.fog is not None and len(dive.fog) > 1:
         return dive.fog
     return None if dive.gyro is None else Signal(dive.gyro.time_s, dive.gyro.value[:, 2:])
 
 
 def _attitude(dive: Dive, time_s: Array) -> Array:
-    """Level where the recording has no attitude."""
+    """Attitude at the times, (n, 4); level if the recording has no attitude."""
     if dive.attitude is None or len(dive.attitude) < 2:
         return np.tile([1.0, 0.0, 0.0, 0.0], (len(time_s), 1))
     return attitude_at(dive.attitude, time_s)

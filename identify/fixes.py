@@ -1,7 +1,8 @@
-"""Surface fixes against dead reckoning: is the DVL's scale right, and the heading?
+"""Compares surface fixes with dead reckoning, to check the DVL's scale and the heading.
 
 Between two surfacings the fixes give a displacement over ground, and velocity turned by attitude gives another. As
-complex numbers (north + i east) their ratio is a scale and a turn, by least squares over all pairs of surfacings.
+complex numbers (north + i east) their ratio is a scale and a rotation, by least squares over all pairs of successive
+surfacings.
 """
 
 import math
@@ -19,17 +20,17 @@ EARTH_RADIUS_M = 6_371_008.8
 APART_S = 10.0
 FEWEST_FIXES = 3
 LEAST_FIX_STD_M = 0.5
-"""A receiver's errors hang together over seconds: the mean of a surfacing is no better than this."""
+"""A receiver's errors are correlated over seconds: the mean of a surfacing is no better than this."""
 
 STEP_S = 0.1
 
 
 @dataclass(frozen=True)
 class FixCheck:
-    """What the fixes say of dead reckoning.
+    """Result of comparing fixes with dead reckoning.
 
-    scale: distance over ground by distance of the DVL; heading_rad: by how much the true course lies clockwise of the
-    reckoned one; both with standard deviations. distance_m: of the longest leg between two surfacings.
+    scale: distance over ground by distance of the DVL. heading_rad: angle of the true course clockwise of the
+    reckoned course. Both with standard deviations. distance_m: length of the longest leg between two surfacings.
     """
 
     surfacings: int
@@ -41,7 +42,7 @@ class FixCheck:
 
     @property
     def sentence(self) -> str:
-        """For a crew."""
+        """The result in a sentence for the crew."""
         if self.scale_std > 0.5:
             return (
                 f"{self.surfacings} surfacings at most {self.distance_m:.0f} m apart: too near each other to check the "
@@ -55,7 +56,7 @@ class FixCheck:
 
 
 def check_fixes(dive: Dive) -> FixCheck | None:
-    """The check; None where there are no two surfacings with fixes, or no velocity and attitude between them."""
+    """Run the check; None without two surfacings with fixes, or without velocity and attitude between them."""
     fixes = _fixes(dive)
     if fixes is None or dive.velocity is None or dive.attitude is None or len(dive.velocity) < 2:
         return None
@@ -83,7 +84,7 @@ def check_fixes(dive: Dive) -> FixCheck | None:
 
 
 def _fixes(dive: Dive) -> tuple[Array, NDArray[np.complex128]] | None:
-    """Times and places (north + i east, m, from the first) of the fixes; None for too few."""
+    """Times and places (north + i east, m, from the first fix) of the fixes; None if there are too few."""
     if dive.gnss is None:
         return None
     good = np.isfinite(dive.gnss.value[:, :2]).all(axis=1)

@@ -1,10 +1,12 @@
-"""The wrench of a dive as a function of time: thruster commands through curve, lag and geometry, or TAU_CMD.
+"""Wrench of a dive as a function of time, from the thruster commands (through curve, lag and geometry) or from
+TAU_CMD.
 
-A command holds from its own time to the next one's. All thrusters share one first-order lag, so the lag
-acts on the wrench: between two commands it is W + (w - W) exp(-s / lag), with W what the command asks for,
-w the wrench at the command and s the time since. That is exact, and so is its integral.
+A command holds from its own time to the next command's. All thrusters share one first-order lag, so the lag acts on
+the wrench: between two commands the wrench is W + (w - W) exp(-s / lag), with W the commanded wrench, w the wrench at
+the command and s the time since the command. This is exact, and so is its integral.
 
-Slow samples of quick commands are taken to change evenly from one to the next; what they did instead is a white force.
+Slow samples of quick commands are taken to change evenly from each sample to the next. The difference from the true
+commands is modelled as a white force.
 """
 
 from dataclasses import dataclass, field, replace
@@ -25,24 +27,26 @@ NOTABLE_DIFFERENCE = 0.05
 LEAST_WRENCH = 1e-3
 
 BETWEEN = 8
-"""Steps from one slow sample to the next."""
+"""Steps between two slow samples."""
 
 FAR = 6.0
-"""Standard deviations of rounding beyond which a change of the wrench is none of it."""
+"""A change of the wrench by more than this many standard deviations of rounding is not rounding."""
 
 LAST = 9
-"""So many commands make a level: half a second of a stock autopilot's log."""
+"""Number of commands whose median is the level: half a second of a stock autopilot's log."""
 
 
 @dataclass(frozen=True)
 class WrenchHistory:
-    """The thrusters' wrench about the body's origin, N and N m, at any time.
+    """The thrusters' wrench about the body's origin, N and N m, at any time. Before the first command it is constant.
 
-    `time_s` (n,) when each command begins to act, its delay after it was given; `asked` (n, 6) what each command
-    comes to after the lag; `state` (n, 6) the wrench at each command; `integral` (n, 6) from the first command on,
-    `moment` (n, 6) the integral of that. Before the first command it is held. `hidden` (6,): white force in N (N m)
-    over the root of 1/s that the log hides: what whole microseconds leave of the commands, and what slow samples do.
-    `sampled_s`: how far apart slow samples of the commands are, 0 where they are known all the time.
+    `time_s` (n,): when each command begins to act, the delay after it was given.
+    `asked` (n, 6): the wrench that each command settles at after the lag.
+    `state` (n, 6): the wrench at each command.
+    `integral` (n, 6): integral of the wrench from the first command on. `moment` (n, 6): integral of `integral`.
+    `hidden` (6,): white force that the log hides, in N (N m) per square root of 1/s, from rounding commands to whole
+    microseconds and from sampling them slowly.
+    `sampled_s`: time between slow samples of the commands, 0 if the commands are known at all times.
     """
 
     time_s: Array
@@ -57,26 +61,26 @@ class WrenchHistory:
     sampled_s: float = 0.0
 
     def along(self, dof: int) -> "WrenchHistory":
-        """The component of one degree of freedom alone: all (n, 6) become (n, 1)."""
-        one = slice(dof, dof + 1)
+        """Return the component of one degree of freedom: every (n, 6) becomes (n, 1)."""
+        axis = slice(dof, dof + 1)
         return replace(
             self,
-            asked=self.asked[:, one],
-            state=self.state[:, one],
-            integral=self.integral[:, one],
-            moment=self.moment[:, one],
-            hidden=self.hidden[one],
+            asked=self.asked[:, axis],
+            state=self.state[:, axis],
+            integral=self.integral[:, axis],
+            moment=self.moment[:, axis],
+            hidden=self.hidden[axis],
         )
 
     def at(self, time_s: Array) -> Array:
-        """(m, 6) at the times (m,)."""
+        """Wrench (m, 6) at the times (m,)."""
         index, since_s = self._segment(time_s)
         asked = self.asked[index]
         value: Array = asked + (self.state[index] - asked) * _decay(since_s, self.lag_s)[:, None]
         return value
 
     def mean_between(self, start_s: Array, end_s: Array) -> Array:
-        """(m, 6) mean over each interval [start, end]; the value itself where an interval is empty."""
+        """Mean wrench (m, 6) over each interval [start, end]; the value at the start for an empty interval."""
         span_s = end_s - start_s
         empty = span_s <= 0
         area = self._integral_to(end_s) - self._integral_to(start_s)
@@ -84,10 +88,10 @@ class WrenchHistory:
         return np.where(empty[:, None], self.at(start_s), mean)
 
     def halves_between(self, start_s: Array, end_s: Array) -> Array:
-        """(m, 2, 6): two constant halves of each interval with the wrench's own area and first moment.
+        """Two constant halves of each interval, (m, 2, 6), with the same area and first moment as the wrench.
 
-        A body that they push comes to the same speed and the same place at the end as under the wrench itself,
-        but for what its damping makes of the difference. The value itself where an interval is empty.
+        They take a body to the same speed and the same place at the end of the interval as the wrench itself would,
+        except for the effect of damping on the difference. For an empty interval both halves are the value itself.
         """
         span_s = (end_s - start_s)[:, None]
         mean = self.mean_between(start_s, end_s)
@@ -105,19 +109,19 @@ class WrenchHistory:
         return area
 
     def _moment_to(self, time_s: Array) -> Array:
-        """The integral of `_integral_to`."""
+        """Integral of `_integral_to`."""
         index, since_s = self._segment(time_s)
         asked, state = self.asked[index], self.state[index]
-        own = _moment(asked, state, since_s, self.lag_s)
-        moment: Array = self.moment[index] + self.integral[index] * since_s[:, None] + own
+        since_command = _moment(asked, state, since_s, self.lag_s)
+        moment: Array = self.moment[index] + self.integral[index] * since_s[:, None] + since_command
         return moment
 
 
 def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) -> WrenchHistory:
-    """The wrench that the thrusters of a configuration made during a dive.
+    """Return the wrench that the thrusters of a configuration made during a dive.
 
-    From PWM where the recording has an output for every thruster, else from TAU_CMD. A thrust table beside
-    the vehicle file is found only by way of its VehicleFile. Raises FitError where the recording tells
+    The wrench comes from PWM if the recording has an output for every thruster, otherwise from TAU_CMD. A thrust
+    table next to the vehicle file is found only if `vehicle` is a VehicleFile. Raises FitError if the recording has
     neither, ConfigError for a thrust table that can't be read.
     """
     if isinstance(vehicle, VehicleFile):
@@ -155,10 +159,10 @@ def tells_thrusters(dive: Dive, configuration: Configuration) -> bool:
 
 
 def evenly_between(samples: Signal) -> Signal:
-    """Slow samples with steps that lead evenly from each to the next."""
+    """Return slow samples with BETWEEN even steps from each sample to the next."""
     at = np.arange(BETWEEN * (len(samples) - 1) + 1) / BETWEEN
     number = np.arange(len(samples))
-    # A step holds until the next one: its middle lies half a step later.
+    # A step holds until the next step, so its middle lies half a step later.
     value = [np.interp(at + 0.5 / BETWEEN, number, column) for column in samples.value.T]
     return Signal(np.interp(at, number, samples.time_s), np.column_stack(value))
 
@@ -170,8 +174,8 @@ def _sampled(
     notes: tuple[str, ...],
     rounded: Array,
 ) -> WrenchHistory:
-    """The history of slow samples. A change at any time between two of them is off by its size times the root of a
-    twelfth of the time between, over the root of that time."""
+    """Return the history for slow samples. A change at an unknown time between two samples is wrong by its size times
+    the root of a twelfth of the sample interval, per root of that interval."""
     step_s = 1.0 / asked.rate_hz
     changes = np.diff(asked.value, axis=0)
     hidden = np.sqrt(rounded + np.nanmean(changes**2, axis=0) * step_s / 12.0)
@@ -184,27 +188,27 @@ def _sampled(
 
 
 def unrounded_thrusts(asked: Signal, dive: Dive, file: VehicleFile, name: str) -> Signal:
-    """What each thruster is asked for (n, k), by the least change that makes it the likeliest wrench behind a rounded
-    one (`unrounded`)."""
+    """Return each thruster's commanded thrust (n, k), corrected by the smallest change that gives the most likely
+    wrench behind the rounded wrench (`unrounded`)."""
     variance = _hidden(dive, file.vehicle, file.path.parent, name)
     allocation = allocation_matrix(file.vehicle.configurations[name])
-    told = asked.value @ allocation.T
+    rounded = asked.value @ allocation.T
     return Signal(
-        asked.time_s, asked.value + (unrounded(told, variance) - told) @ np.linalg.pinv(allocation).T
+        asked.time_s, asked.value + (unrounded(rounded, variance) - rounded) @ np.linalg.pinv(allocation).T
     )
 
 
 def _hidden(dive: Dive, vehicle: Vehicle, directory: Path, name: str) -> Array:
-    """(n, 6): the variance of what whole microseconds hide of each pulse's wrench. None where the wrench that was asked
-    for is recorded, too: the readings that it answers are as well."""
+    """Variance (n, 6) of the part of each command's wrench that rounding to whole microseconds hides. Zero if the
+    commanded wrench is recorded too, because the readings that it responds to are then recorded as well."""
     if dive.pwm is None or (dive.tau_cmd is not None and len(dive.tau_cmd)):
         return np.zeros((0 if dive.pwm is None else len(dive.pwm), 6))
     return _rounding(dive.pwm, vehicle, directory, name)
 
 
 def _rounding(pwm: Signal, vehicle: Vehicle, directory: Path, name: str) -> Array:
-    """(n, 6): the variance of what whole microseconds hide of each command's wrench, an error of a uniform microsecond
-    through the curve's slope; zero where pulses are not rounded."""
+    """Variance (n, 6) of the part of each command's wrench that rounding hides: a uniform error of one microsecond
+    through the slope of the thrust curve. Zero if pulses are not rounded."""
     configuration = vehicle.configurations[name]
     pulses = pwm.value[:, : len(configuration.thrusters)]
     known = np.isfinite(pulses)
@@ -217,19 +221,19 @@ def _rounding(pwm: Signal, vehicle: Vehicle, directory: Path, name: str) -> Arra
 
 
 def unrounded(asked: Array, variance: Array) -> Array:
-    """The likeliest wrench (n, 6) behind a rounded one, whose rounding has a variance (n, 6).
+    """Return the most likely wrench (n, 6) behind a rounded wrench, given the variance (n, 6) of the rounding.
 
-    A recorded force that is partly rounding would be an error in a regressor, and a mass by it too large (Fuller 1987,
-    section 1.1). What a command adds to the median of the last ones is taken for as much as its spread is beyond that
-    of rounding (Wiener 1949), and for whole where it is far larger than rounding ever is. No command that comes later
-    is looked at: it answers readings that are yet to be explained.
+    A recorded force that is partly rounding is an error in a regressor, and makes the mass too large (Fuller 1987,
+    section 1.1). The deviation of a command from the median of the last LAST commands is shrunk by the share of its
+    spread that exceeds the spread of rounding (Wiener 1949), and kept whole if it is far larger than rounding ever
+    is. Later commands are not used: they respond to readings that are yet to be explained.
     """
     out = asked.copy()
     for column in np.flatnonzero(variance.any(axis=0)).tolist():
-        own, hidden = asked[:, column], float(np.mean(variance[:, column]))
-        past = np.lib.stride_tricks.sliding_window_view(np.pad(own, (LAST - 1, 0), mode="edge"), LAST)
+        recorded, hidden = asked[:, column], float(np.mean(variance[:, column]))
+        past = np.lib.stride_tricks.sliding_window_view(np.pad(recorded, (LAST - 1, 0), mode="edge"), LAST)
         level = np.median(past, axis=1)
-        beyond = own - level
+        beyond = recorded - level
         spread = (1.4826 * float(np.median(np.abs(beyond)))) ** 2
         believed = 1.0 - hidden / max(spread, hidden)
         small = 1.0 - hidden / np.maximum(beyond**2, hidden)
@@ -241,10 +245,12 @@ def unrounded(asked: Array, variance: Array) -> Array:
 def _asked_by_pwm(
     dive: Dive, vehicle: Vehicle, directory: Path, name: str, commanded: Signal | None
 ) -> tuple[Signal | None, tuple[str, ...]]:
-    """The wrench that the outputs ask for, and notes on them.
+    """Return the wrench that the outputs command, and notes about it; no wrench if the outputs don't fit the vehicle
+    file.
 
-    A command that is no number is the one before it; where it is none for long, the wrench is TAU_CMD, if recorded.
-    Raises FitError where that is so all the dive and none is recorded.
+    A command that is not a number takes the value of the command before it. If it stays unknown for longer than a
+    command holds, the wrench is TAU_CMD, if recorded. Raises FitError if a command is unknown throughout the dive and
+    no TAU_CMD is recorded.
     """
     configuration = vehicle.configurations[name]
     thrusters = len(configuration.thrusters)
@@ -268,9 +274,9 @@ def _asked_by_pwm(
     asked: Array = thrust_n @ allocation_matrix(configuration).T
     if commanded is None and unknown.any(axis=1).all():
         never = np.asarray(unknown.all(axis=0))
-        what = never_known(never) if never.any() else "at no time are those of all thrusters numbers"
+        reason = never_known(never) if never.any() else "at no time are those of all thrusters numbers"
         raise FitError(
-            f"{dive.source}: the recorded thruster commands tell no wrench, as {what}; check what sends them, or "
+            f"{dive.source}: the recorded thruster commands tell no wrench, as {reason}; check what sends them, or "
             "record TAU_CMD"
         )
     if unknown.any():
@@ -279,8 +285,8 @@ def _asked_by_pwm(
         at_rest = unknown.any(axis=1) & ~by_controller
         asked = np.where(by_controller[:, None], stands_in, asked)
         notes += [
-            f"{_commands(count, 'lack')} a thruster for longer than it holds: {what}."
-            for count, what in (
+            f"{_commands(count, 'lack')} a thruster for longer than it holds: {reason}."
+            for count, reason in (
                 (int(by_controller.sum()), "the wrench is TAU_CMD there"),
                 (int(at_rest.sum()), "it is taken to be at rest there"),
             )
@@ -311,7 +317,7 @@ def _history(
 
 
 def _lagged(asked: Array, decay: Array) -> Array:
-    """w[0] = W[0], w[k + 1] = decay[k] w[k] + (1 - decay[k]) W[k], as a scan in log2(n) passes."""
+    """Return w with w[0] = W[0], w[k + 1] = decay[k] w[k] + (1 - decay[k]) W[k], as a scan in log2(n) passes."""
     factor = np.concatenate(([0.0], decay))
     state = np.concatenate((asked[:1], (1 - decay)[:, None] * asked[:-1]))
     reach = 1
@@ -323,7 +329,8 @@ def _lagged(asked: Array, decay: Array) -> Array:
 
 
 def _decay(since_s: Array, lag_s: float) -> Array:
-    """What is left of a difference after `since_s`; before the first command nothing has begun to change."""
+    """Share of a difference that remains after `since_s`; all of it before the first command, when nothing has begun
+    to change."""
     since_s = np.maximum(since_s, 0.0)
     return np.exp(-since_s / lag_s) if lag_s > 0 else np.zeros_like(since_s)
 

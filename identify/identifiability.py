@@ -1,8 +1,9 @@
-"""What a dive can tell apart: correlations of the answer, and the directions in which the dive alone says nothing.
+"""Which coefficients a dive can separate: correlations of the result, and directions that the dive alone does not
+determine.
 
-A direction is null where the Fisher information of the logarithms leaves it a standard deviation above
-`LARGEST_RELATIVE_STD` (Rothenberg 1971, theorem 1: singular information means no local identifiability).
-Coefficients that share a null direction are found from the projector on all of these: it does not depend on the basis.
+A direction is null if the Fisher information of the logarithms leaves it a standard deviation above
+`LARGEST_RELATIVE_STD` (Rothenberg 1971, theorem 1: singular information means no local identifiability). Coefficients
+that share a null direction are found from the projector onto all null directions, which does not depend on the basis.
 """
 
 import math
@@ -26,27 +27,29 @@ from identify.identification import (
 Array = NDArray[np.float64]
 
 SHARED = 0.1
-"""Entries of the projector below this bind nothing: two parameters share a null direction only above it."""
+"""Entries of the projector up to this size are ignored: two parameters share a null direction only if theirs is
+larger."""
 
 UNKNOWN = 1.0
-"""A direction known to worse than this, relative, is as good as unknown."""
+"""A direction with a larger relative standard deviation is as good as unknown."""
 
 TRIM = "_trim"
 THRUST_SCALE = "thrust_scale"
 
 
 def with_identifiability(found: Identification) -> Identification:
-    """The identification with every coefficient's partner, and what the dive can't tell apart.
+    """Return the identification with each coefficient's partner, and with the coefficients that the dive can't
+    separate.
 
-    Where the estimator gave no information, the inverse of its covariance stands for it. What stands at a bound is
-    known to be there, and in no null direction.
+    If the estimator gave no information matrix, the inverse of its covariance replaces it. A coefficient at a bound
+    counts as known there, so a direction of such coefficients alone is left out.
     """
     partners = partners_of(found.covariance_of, found.covariance)
-    told = found.information or _information(found)
+    information = found.information or _information(found)
     at_bound = {name for doubt in found.doubts if doubt.outcome is Outcome.AT_BOUND for name in doubt.about}
     directions = tuple(
         _said(direction, found)
-        for direction in (() if told is None else null_directions(told))
+        for direction in (() if information is None else null_directions(information))
         if not set(direction.weights) <= at_bound and _open(direction, found)
     )
     scale = found.thrust_scale
@@ -55,33 +58,37 @@ def with_identifiability(found: Identification) -> Identification:
         directions = (*directions, *((scale_direction(moved),) if moved else ()))
     return replace(
         found,
-        parameters=tuple(replace(one, partner=partners.get(one.name)) for one in found.parameters),
+        parameters=tuple(
+            replace(parameter, partner=partners.get(parameter.name)) for parameter in found.parameters
+        ),
         null_directions=directions,
     )
 
 
 def _open(direction: NullDirection, found: Identification) -> dict[str, float]:
-    """The weights of what is not called identifiable, trims beside it; none where every coefficient is."""
-    known = {one.name for one in found.parameters if one.identifiable}
+    """The weights of the coefficients that are not identifiable, and of the trims; empty if every coefficient is
+    identifiable."""
+    known = {parameter.name for parameter in found.parameters if parameter.identifiable}
     left = {name: weight for name, weight in direction.weights.items() if name not in known}
     return left if any(not name.endswith(TRIM) for name in left) else {}
 
 
 def _said(direction: NullDirection, found: Identification) -> NullDirection:
-    """The direction with a sentence about what is not identifiable alone, and with advice that can be followed."""
+    """The direction with a sentence about its coefficients that are not identifiable, with advice that can be
+    followed."""
     left = _open(direction, found)
     righted = [name for name in left if name in found.rest_on_righting]
     if righted:
         axes = " and ".join(dict.fromkeys(_axis(name) for name in righted))
-        told = ", ".join(f"{_words(name)} ({name})" for name in righted)
-        sentence = f"The dive says too little of {told}: no thruster pushed {axes}; swing it by hand, then let it rest."
+        text = ", ".join(f"{_words(name)} ({name})" for name in righted)
+        sentence = f"The dive says too little of {text}: no thruster pushed {axes}; swing it by hand, then let it rest."
     else:
         sentence = _sentence(left, direction.relative_std)
     return replace(direction, sentence=sentence)
 
 
 def partners_of(of: Sequence[str], covariance: Array) -> dict[str, Partner]:
-    """By name, the coefficient with the strongest correlation to it; none where there is only one."""
+    """For each name, the coefficient that correlates most with it; empty if there are fewer than two."""
     spread = np.sqrt(np.diag(covariance))
     if len(of) < 2 or not np.all(spread > 0):
         return {}
@@ -96,7 +103,8 @@ def partners_of(of: Sequence[str], covariance: Array) -> dict[str, Partner]:
 
 
 def null_directions(told: Information) -> tuple[NullDirection, ...]:
-    """The directions in which the dive alone says less than it takes, one for each set of parameters that share one."""
+    """Return the directions in which the dive alone gives too little information, one for each set of parameters that
+    share a direction."""
     strength, vectors = np.linalg.eigh(0.5 * (told.matrix + told.matrix.T))
     null = vectors[:, strength < LARGEST_RELATIVE_STD**-2]
     together = null @ null.T
@@ -114,7 +122,7 @@ def null_directions(told: Information) -> tuple[NullDirection, ...]:
 
 
 def scale_direction(of: Sequence[str]) -> NullDirection:
-    """Thrust and everything that it moves: the same motion follows from all of them larger by one share."""
+    """The direction of thrust and all that scales with it: scaling all of them together gives the same motion."""
     share = 1.0 / math.sqrt(len(of) + 1)
     return NullDirection(
         dict.fromkeys((THRUST_SCALE, *of), share),
@@ -125,7 +133,7 @@ def scale_direction(of: Sequence[str]) -> NullDirection:
 
 
 def _of_dvl(of: Sequence[str]) -> str:
-    """What the DVL's scale does to the coefficients of the axes that it reads."""
+    """A sentence on the effect of the DVL's scale on the coefficients of the axes that it measures."""
     names = [name for name in of if OF_HULL[name].dof < 3]
     if not names:
         return ""
@@ -136,32 +144,32 @@ def _of_dvl(of: Sequence[str]) -> str:
 
 
 def _groups(bound: NDArray[np.bool_]) -> list[list[int]]:
-    """Connected sets of the parameters that stand in a null direction."""
+    """Connected sets of the parameters that take part in a null direction."""
     left = [i for i in range(len(bound)) if bound[i, i]]
     groups = []
     while left:
         group, fresh = [], [left[0]]
         while fresh:
-            one = fresh.pop()
-            left.remove(one)
-            group.append(one)
-            fresh += [i for i in left if bound[one, i] and i not in fresh]
+            member = fresh.pop()
+            left.remove(member)
+            group.append(member)
+            fresh += [i for i in left if bound[member, i] and i not in fresh]
         groups.append(sorted(group))
     return groups
 
 
 def _information(found: Identification) -> Information | None:
-    """The inverse of the covariance of the logarithms, over the coefficients that have both."""
-    by_name = {one.name: one for one in found.parameters}
+    """Inverse of the covariance of the logarithms, over the coefficients that have a value and a variance."""
+    by_name = {parameter.name: parameter for parameter in found.parameters}
     kept = [
         i for i, n in enumerate(found.covariance_of) if _usable(by_name[n]) and found.covariance[i, i] > 0
     ]
     if not kept:
         return None
-    of = tuple(found.covariance_of[i] for i in kept)
-    values = np.array([by_name[name].value for name in of])
+    names = tuple(found.covariance_of[i] for i in kept)
+    values = np.array([by_name[name].value for name in names])
     relative = found.covariance[np.ix_(kept, kept)] / np.outer(values, values)
-    return Information(of, np.asarray(np.linalg.pinv(relative), dtype=np.float64))
+    return Information(names, np.asarray(np.linalg.pinv(relative), dtype=np.float64))
 
 
 def _usable(one: Estimate) -> bool:
@@ -169,7 +177,7 @@ def _usable(one: Estimate) -> bool:
 
 
 def _sentence(weights: dict[str, float], std: float) -> str:
-    """Which parameters can't be told apart, and what dive would."""
+    """A sentence that names the parameters that can't be separated, and the dive that would separate them."""
     names = list(weights)
     axes = list(dict.fromkeys(_axis(name) for name in names))
     masses = [name for name in names if _kind(name) == "mass"]
@@ -206,7 +214,7 @@ def _kind(name: str) -> str:
 
 
 def _words(name: str) -> str:
-    """A parameter as one says it: `surge mass`, `yaw damping`, `surge trim force`."""
+    """A parameter in words: `surge mass`, `yaw damping`, `surge trim force`."""
     dof = DOFS.index(_axis(name))
     kinds = {
         "mass": "mass" if dof < 3 else "inertia",

@@ -1,4 +1,4 @@
-"""What an estimator answers: coefficients with intervals, an outcome in a sentence, and where it came from."""
+"""The result of an estimator: coefficients with intervals, an outcome in a sentence, and the provenance."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -16,11 +16,11 @@ from identify.nuisance import Nuisance
 
 Z95 = 1.959963984540054
 LARGEST_RELATIVE_STD = 0.30
-"""A relative standard error above this is called not identifiable."""
+"""A coefficient with a larger relative standard error is called not identifiable."""
 
 
 class Outcome(Enum):
-    """How an identification ended; the value is the sentence that a user reads. The worst comes last."""
+    """How an identification ended; the value is the text that a user reads. Ordered from best to worst."""
 
     CONVERGED = "converged"
     AT_BOUND = "stopped at a bound"
@@ -29,7 +29,7 @@ class Outcome(Enum):
 
 
 class Culprit(Enum):
-    """What a doubt speaks against; the next dive of the same vehicle errs alike where it is the model."""
+    """The source of a doubt. An error of the MODEL repeats in the next dive of the same vehicle."""
 
     RECORDING = "recording"
     MODEL = "model"
@@ -38,10 +38,10 @@ class Culprit(Enum):
 
 @dataclass(frozen=True)
 class Doubt:
-    """What speaks against the values of the coefficients `about`, in a sentence that says what to do.
+    """A reason to distrust the values of the coefficients `about`, in a sentence that says what to do.
 
-    `outcome` is what the identification ends in because of it; CONVERGED for a warning alone. A doubt about a PRIOR
-    is about no value that the dive told.
+    `outcome` is the outcome that the doubt gives the identification; CONVERGED for a mere warning. A doubt about a
+    PRIOR concerns no value that the dive itself gave.
     """
 
     about: tuple[str, ...]
@@ -51,7 +51,7 @@ class Doubt:
 
     @property
     def clause(self) -> str:
-        """What is wrong, without what to do: up to the first colon, as part of another sentence."""
+        """The problem without the remedy: the sentence up to its first colon, for use inside another sentence."""
         clause = self.sentence.split(": ")[0].rstrip(".")
         return f"{clause[0].lower()}{clause[1:]}" if clause[1:2].islower() or clause[1:2] == " " else clause
 
@@ -66,10 +66,11 @@ class Doubt:
 
 @dataclass(frozen=True)
 class Information:
-    """What the dive alone tells, no prior: Fisher information `matrix` (n, n) of the parameters `of`.
+    """Information of the dive alone, without priors: Fisher information `matrix` (n, n) of the parameters `of`.
 
-    Coefficients stand by name and count in logarithms (1 is 100 %). Beside them may stand the trim force of an axis,
-    `surge_trim`, in shares of the force that drove that axis. All else that was fitted is projected out.
+    Coefficients are listed by name and count in logarithms (1 is 100 %). The trim force of an axis, such as
+    `surge_trim`, may be listed too, in shares of the force that drove that axis. All other fitted quantities are
+    projected out.
     """
 
     of: tuple[str, ...]
@@ -77,27 +78,28 @@ class Information:
 
 
 NEGLIGIBLE_CORRELATION = 0.1
-"""Correlations up to this entangle nothing."""
+"""Correlations up to this size are ignored."""
 
 
 @dataclass(frozen=True)
 class Partner:
-    """The coefficient that another is most entangled with, and their correlation."""
+    """The coefficient that another coefficient correlates most with, and their correlation."""
 
     name: str
     correlation: float
 
     @property
     def is_close(self) -> bool:
-        """Whether the correlation is worth a reader's while."""
+        """Whether the correlation is large enough to report."""
         return abs(self.correlation) > NEGLIGIBLE_CORRELATION
 
 
 @dataclass(frozen=True)
 class NullDirection:
-    """Coefficients that the dive alone can't tell apart, and what would, in a sentence.
+    """Coefficients that the dive alone can't separate, with a sentence on how to separate them.
 
-    `weights` is the direction in logarithms, of length 1; `relative_std` how far it is known (inf: not at all).
+    `weights` is the direction in logarithms, a unit vector. `relative_std` is the standard deviation along it (inf:
+    unknown).
     """
 
     weights: dict[str, float]
@@ -111,10 +113,10 @@ class NullDirection:
 
 @dataclass(frozen=True)
 class ThrustScale:
-    """How far all masses and dampings together hang on the vehicle file's thrust.
+    """How all masses and dampings together depend on the vehicle file's thrust.
 
-    `shift` and `std` are relative: what a force standard made of the thrust, and how well it is known. `in_intervals`
-    says whether the intervals include it.
+    `shift` and `std` are relative: the correction of the thrust by a force standard, and its remaining uncertainty.
+    `in_intervals` says whether the intervals include this uncertainty.
     """
 
     shift: float
@@ -128,8 +130,8 @@ class ThrustScale:
 
 @dataclass(frozen=True)
 class ThrustDelay:
-    """By how many seconds later all thrust acts than the vehicle file says, with the 95 % interval; what the file says
-    of its delay, `in_file_s`, not counted."""
+    """Extra delay of all thrust beyond the delay in the vehicle file (`in_file_s`), in seconds, with its 95 %
+    interval."""
 
     later_s: float
     low95_s: float
@@ -138,7 +140,7 @@ class ThrustDelay:
 
     @property
     def delay_s(self) -> float:
-        """What to write into the vehicle file."""
+        """The total delay, to be written into the vehicle file."""
         return self.in_file_s + self.later_s
 
     @property
@@ -151,8 +153,8 @@ class ThrustDelay:
 
 @dataclass(frozen=True)
 class DragForce:
-    """What the dampings named `linear` and `quadratic` of an axis come to at `speed` (m/s or rad/s), the usual one of
-    the dive: `force` (N or N m), its standard error and 95 % interval, and the correlation of the two."""
+    """Drag of an axis from its dampings `linear` and `quadratic` at `speed` (m/s or rad/s), the usual speed of the
+    dive: `force` (N or N m), its standard error and 95 % interval, and the correlation of the two dampings."""
 
     axis: str
     linear: str
@@ -175,12 +177,13 @@ class DragForce:
 
 @dataclass(frozen=True)
 class Estimate:
-    """One parameter: `value`, `std` and the 95 % interval in `unit`; NaN value where nothing can be said.
+    """One parameter: `value`, `std` and the 95 % interval in `unit`; the value is NaN if nothing can be said.
 
-    `reason` says why it is not identifiable, empty where it is. `scale_std` is what the thrust scale would add to
-    `std`, in `unit`, 0 where the interval includes it. `share_from_prior` is the share of the dive's own variance that
-    priors took away, its own or another's: 1 where all that is known comes from there, 0 where nothing does.
-    `given_thrust` and `given_thrust_std` hold with the vehicle file's thrust as it stands there, whatever was weighed.
+    `reason` says why the parameter is not identifiable; empty if it is. `scale_std` is what the uncertainty of the
+    thrust scale would add to `std`, in `unit`; 0 if the interval includes it. `share_from_prior` is the share of the
+    dive's own variance that priors removed, priors of this coefficient or of others: 1 if all knowledge comes from
+    priors, 0 if none does. `given_thrust` and `given_thrust_std` hold for the thrust in the vehicle file, even if a
+    force standard corrected it.
     """
 
     name: str
@@ -200,11 +203,11 @@ class Estimate:
 
     @property
     def relative_std(self) -> float:
-        """Standard error over value; NaN where there is none."""
+        """Standard error over value; NaN if the value is zero or NaN."""
         return self.std / abs(self.value) if self.value else math.nan
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data; numbers that do not exist become null."""
+        """Plain data; NaN and infinity become null."""
         data = {**vars(self), "relative_std": self.relative_std}
         data["partner"] = None if self.partner is None else dict(vars(self.partner))
         if not self.reason:
@@ -216,25 +219,28 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Identification:
-    """The answer of one estimator for one dive.
+    """The result of an estimator for one dive.
 
-    `covariance` (n, n), in the units of the parameters, belongs to `covariance_of`: every coefficient that was
-    fitted, identifiable or not. `information` is what the dive alone told of them. `doubts` speak against values,
-    `notes` tell what else to know. `nuisance` holds what was fitted beside the coefficients (noise levels, time
-    constants), `settings` the numbers that a method was run with, by name with the unit in the name. `innovations`
-    holds, by degree of freedom, each reading's surprise over its expected spread, (n, 1): white, of spread 1, where
-    the model fits. It is for the report and no part of the JSON. `rest_on_righting` names the coefficients that the
-    vehicle's righting moment weighed, where no thruster pushed: thrust does not move them. `weighed_by_others` names
-    the masses that only the other axes' Coriolis forces weighed, because their own controller used what was not
-    recorded; None where the estimator does not ask for that, and they are to be left out. `dived` is the date of the
-    dive, empty where nothing tells it.
-    `prior_dives` marks the earlier dives that the priors in it came from; `dive_sha256` and `dive_opening` are what
-    this dive is known by.
-    `usual_speeds`: the root mean square of speed or rate of turn (m/s, rad/s) of each axis that was fitted, by name;
-    `drag_forces`, from these, where quadratic damping was fitted beside linear.
-    `thrust_delay`: where thrust acts later than the vehicle file says; all values are those with it.
-    `null_directions` and `thrust_scale` are filled by `identifiability` and `priors`, as is what the estimates say of
-    partners and priors: an estimator need not.
+    `covariance` (n, n), in the units of the parameters, belongs to `covariance_of`: all fitted coefficients,
+    identifiable or not. `information` is the dive's own information about them. `doubts` give reasons to distrust
+    values, `notes` give other remarks. `nuisance` holds the other fitted quantities (noise levels, time constants),
+    `settings` the numbers that the method was run with, by name with the unit in the name. `innovations` holds, by
+    degree of freedom, each reading's residual over its expected spread, (n, 1): white with unit spread if the model
+    fits; for the report only, not in the JSON.
+
+    `rest_on_righting` names the coefficients that were scaled by the vehicle's righting moment because no thruster
+    pushed: thrust does not change them. `weighed_by_others` names the masses that were found only through the
+    Coriolis forces in other axes, because their own controller used an unrecorded reading; None if the estimator does
+    not check for this, and such masses are to be left out.
+
+    `dived` is the date of the dive, empty if unknown. `prior_dives` marks the earlier dives behind the priors that
+    were used. `dive_sha256` and `dive_opening` identify this dive. `usual_speeds`: root mean square of speed or rate
+    of turn (m/s, rad/s) of each fitted axis, by name. `drag_forces`: drag at these speeds, for axes with both linear
+    and quadratic damping. `thrust_delay`: set if thrust acts later than the vehicle file says; all values then
+    include the delay.
+
+    `null_directions` and `thrust_scale` are filled in by `identifiability` and `priors`, as are the partners and
+    prior shares of the estimates: an estimator need not set them.
     """
 
     method: str
@@ -271,17 +277,17 @@ class Identification:
         return next(p for p in self.parameters if p.name == name)
 
     def values(self) -> dict[str, float]:
-        """The identifiable coefficients (not the derived added mass) by name."""
+        """The identifiable coefficients (without the derived added mass) by name."""
         return {p.name: p.value for p in self.parameters if p.identifiable and p.name in OF_HULL}
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """Doubts, then what the dive can't tell apart, then notes: all that a user must read beside the numbers."""
-        told = [doubt.sentence for doubt in self.doubts]
-        told += [direction.sentence for direction in self.null_directions]
+        """All that a user must read in addition to the numbers: doubts, then inseparable coefficients, then notes."""
+        lines = [doubt.sentence for doubt in self.doubts]
+        lines += [direction.sentence for direction in self.null_directions]
         if self.thrust_scale is not None:
-            told.append(self.thrust_scale.sentence)
-        return tuple(dict.fromkeys((*told, *self.notes)))
+            lines.append(self.thrust_scale.sentence)
+        return tuple(dict.fromkeys((*lines, *self.notes)))
 
     def to_json(self) -> dict[str, Any]:
         """The form that `--json` writes."""
@@ -307,28 +313,28 @@ class Identification:
 
 
 def outcome_of(parameters: Sequence[Estimate], doubts: Sequence[Doubt]) -> Outcome:
-    """What the doubts come to, the worst of them; NOT_IDENTIFIABLE where no parameter has a value to use."""
+    """The worst outcome of the doubts; NOT_IDENTIFIABLE if no parameter is identifiable."""
     if not any(p.identifiable for p in parameters):
         return Outcome.NOT_IDENTIFIABLE
     return worst(doubt.outcome for doubt in doubts)
 
 
 def worst(outcomes: Iterable[Outcome]) -> Outcome:
-    """The one that comes last in the list of outcomes; CONVERGED of none."""
+    """The outcome that comes last in the list of outcomes; CONVERGED if there are none."""
     return max(outcomes, key=list(Outcome).index, default=Outcome.CONVERGED)
 
 
 def estimate(name: str, value: float, std: float, low: float, high: float, reason: str = "") -> Estimate:
-    """An Estimate of a coefficient of the list, with its symbol and unit."""
+    """An Estimate of a listed coefficient, with its symbol and unit."""
     coefficient = OF_HULL[name]
     return Estimate(name, coefficient.symbol, coefficient.unit, value, std, low, high, not reason, reason)
 
 
 def added_mass(total: Estimate, configuration: Configuration) -> Estimate:
-    """Added mass from a total mass or inertia: value less the rigid body's, as a positive number.
+    """Added mass from a total mass or inertia: the value less the rigid body's, as a positive number.
 
-    Its interval is wider by what the rigid body may be off by, and as a share of so much less: where that is too wide
-    to be called identifiable, the added mass is not, even if the total is.
+    The uncertainty of the rigid body widens the interval, and relative to the smaller value it widens further. If it
+    becomes too wide, the added mass is not identifiable, even if the total is.
     """
     dof = MASSES.index(BY_NAME[total.name])
     rigid, rigid_std = configuration.rigid_body(dof)

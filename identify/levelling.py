@@ -1,7 +1,7 @@
-"""Roll and pitch of the attitude held against the gyro's rates: a sign, an axis or a stamp that both can't have.
+"""Compares roll and pitch of the attitude with the gyro's rates, to find a wrong sign, axis or time stamp.
 
-A vehicle that is held level rolls and pitches by fractions of a degree, and quickly: windows are short here, and what
-noise leaves open is no doubt. Heading, which turns by much and slowly, is `turning`'s.
+A vehicle that is held level rolls and pitches quickly, by fractions of a degree. So windows are short here, and a
+difference that noise may explain raises no doubt. Heading turns far and slowly; `turning` checks it.
 """
 
 from dataclasses import dataclass
@@ -27,28 +27,30 @@ from identify.scale import (
 WINDOW_S, EDGE_S = 1.0, 0.25
 
 NEAR = 10
-"""Windows before and after one, whose mean is taken off it: a gyro's bias wanders, in all axes alike when it warms."""
+"""Windows on either side whose mean is subtracted from a window: a gyro's bias drifts, in all axes alike as it
+warms."""
 
 LARGEST_OFF, LARGEST_SHARE = 0.2, 0.2
-"""Of the angle turned through, and of the other axis's: filters and mountings of healthy sensors are off by less."""
+"""Shares of the angle turned through, and of the other axis's angle. Filters and mountings of healthy sensors cause
+less."""
 
 LATEST_S, STEP_S = 1.0, 0.1
 LARGEST_LATE_S = 0.15
 
 LEAST_UPRIGHT = 0.5
-"""Cosine of pitch, below which roll is hardly defined."""
+"""Cosine of pitch below which roll is hardly defined."""
 
 ABOUT = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in (2, 3, 4))
-"""Gravity and the way down are turned into body axes by the attitude; where nothing else pushes, roll and pitch rest
-on it."""
+"""The attitude turns gravity and the downward direction into body axes, so these rest on roll and pitch; so do roll
+and pitch themselves if nothing else pushes."""
 
 
 @dataclass(frozen=True)
 class Followed:
     """How an angle of the attitude, roll or pitch, follows the gyro.
 
-    scale: by its own rate, with the bounds of `Scale`. share: by the other axis's rate beside its own; 0 where noise
-    may have made it.
+    scale: of the angle by its own rate, with the bounds of `Scale`. share: of the other axis's rate that the angle
+    follows in addition to its own rate; 0 if noise may explain it.
     """
 
     scale: Scale | None
@@ -56,7 +58,7 @@ class Followed:
 
     @property
     def contradicts(self) -> bool:
-        """Whether the scale is another one by either bound, beyond what noise does to each."""
+        """Whether both bounds of the scale differ from 1, each beyond its noise."""
         scale = self.scale
         if scale is None or not scale.is_known:
             return False
@@ -70,7 +72,8 @@ class Followed:
 
 @dataclass(frozen=True)
 class Levelling:
-    """How much later than the gyro the attitude is stamped, 0 where noise may have made it; roll and pitch then."""
+    """Delay of the attitude's stamps behind the gyro's, 0 if noise may explain it; and roll and pitch with that
+    delay."""
 
     late_s: float
     roll: Followed
@@ -79,8 +82,9 @@ class Levelling:
 
 @dataclass(frozen=True)
 class _Changes:
-    """Over windows: angles of the attitude (n, 2), roll and pitch, without what yawing does of them; the integrals of
-    the gyro's rates that turn them, (n, 2); and beside them one, for a bias, and yaw, for a mounting, (n, 2)."""
+    """Changes over windows. seen: roll and pitch of the attitude (n, 2), without the contribution of yawing. said:
+    integrals of the gyro rates that turn them, (n, 2). beside: other regressors, ones for a bias and yaw for a
+    mounting error, (n, 2)."""
 
     seen: Array
     said: Array
@@ -88,23 +92,24 @@ class _Changes:
 
     @property
     def left(self) -> Array:
-        """Mean square (2,) of what nothing that the gyro says gives of each angle."""
+        """Mean square (2,) of the part of each angle that no gyro signal explains."""
         left = left_of(np.column_stack([self.said, self.beside]), self.seen)
         return np.asarray(np.mean(left**2, axis=0), dtype=np.float64)
 
     def followed(self, axis: int) -> Followed:
-        seen, own, other = self.seen[:, axis], self.said[:, axis], self.said[:, 1 - axis]
-        # Noise on a rate passes for a share of the other one where their motions are alike, but leaves what the angle
-        # does beyond its own rate unlike the other; a wrong scale does it the other way round.
-        alone = scale_of(seen - own, other, self.beside)
-        both = scale_of(seen, other, np.column_stack([self.beside, own]))
-        shares = [0.0 if one is None or not one.is_known else one.least for one in (alone, both)]
+        seen, rate, other_rate = self.seen[:, axis], self.said[:, axis], self.said[:, 1 - axis]
+        # Where both rates move alike, noise on a rate looks like a share of the other rate; but then the angle's
+        # residual against its own rate does not follow the other rate. A wrong scale does the opposite. So both
+        # regressions must agree.
+        alone = scale_of(seen - rate, other_rate, self.beside)
+        both = scale_of(seen, other_rate, np.column_stack([self.beside, rate]))
+        shares = [0.0 if scale is None or not scale.is_known else scale.least for scale in (alone, both)]
         share = min(shares, key=abs) if shares[0] * shares[1] > 0 else 0.0
-        return Followed(scale_of(seen, own, self.beside), share)
+        return Followed(scale_of(seen, rate, self.beside), share)
 
 
 def levelling(dive: Dive) -> Levelling | None:
-    """How roll and pitch of the attitude follow the gyro; None where either is missing or too short.
+    """Return how roll and pitch of the attitude follow the gyro; None if either signal is missing or too short.
 
     Angles change by phi_dot = p + (q sin phi + r cos phi) tan theta and theta_dot = q cos phi - r sin phi (Fossen
     2011, eq. 2.28).
@@ -132,45 +137,45 @@ def levelling(dive: Dive) -> Levelling | None:
 
 
 def levelling_doubts(dive: Dive) -> tuple[Doubt, ...]:
-    """Doubts of what rests on roll and pitch where attitude and gyro contradict each other."""
-    found = levelling(dive)
-    if found is None:
+    """Doubts about the coefficients that rest on roll and pitch, if attitude and gyro contradict each other."""
+    levels = levelling(dive)
+    if levels is None:
         return ()
-    told = []
-    if found.late_s:
+    sentences = []
+    if levels.late_s:
         first, second = "the attitude", "the gyro's rates in roll and pitch"
-        late, by = (first, second) if found.late_s > 0 else (second, first)
+        late, by = (first, second) if levels.late_s > 0 else (second, first)
         are = "is" if late == first else "are"
-        told.append(
-            f"{late[0].upper()}{late[1:]} {are} stamped some {1000 * abs(found.late_s):.0f} ms late, by {by}: "
+        sentences.append(
+            f"{late[0].upper()}{late[1:]} {are} stamped some {1000 * abs(levels.late_s):.0f} ms late, by {by}: "
             f"{', '.join(ABOUT)} may be off by more than their intervals; mend the clocks of both: seatrial doctor "
             "--wet tells how late each sensor is."
         )
-    parts = [part for part in starmap(_said, ((3, found.roll), (4, found.pitch))) if part]
+    parts = [part for part in starmap(_said, ((3, levels.roll), (4, levels.pitch))) if part]
     if parts:
-        told.append(
+        sentences.append(
             f"By the attitude {' and '.join(parts)}: the sign, axes or scale of the attitude or of the gyro are not as "
             f"taken, and {', '.join(ABOUT)} may be off by more than their intervals; check the mounting of the IMU, "
             "and what passes its attitude and rates on."
         )
-    return tuple(Doubt(ABOUT, sentence, Outcome.DISAGREES) for sentence in told)
+    return tuple(Doubt(ABOUT, sentence, Outcome.DISAGREES) for sentence in sentences)
 
 
 def _said(dof: int, followed: Followed) -> str:
-    """What contradicts in an angle, as part of a sentence; empty where nothing does."""
-    name, other = DOFS[dof], DOFS[7 - dof]
+    """The contradiction in an angle, as part of a sentence; empty if there is none."""
+    name, other_axis = DOFS[dof], DOFS[7 - dof]
     if followed.contradicts and followed.scale is not None:
         return f"{name} turns by {followed.scale.times} times what the gyro says"
     return (
-        f"{name} follows the gyro's rate in {other} (by {followed.share:+.1f} of it at least)"
+        f"{name} follows the gyro's rate in {other_axis} (by {followed.share:+.1f} of it at least)"
         if followed.crosses
         else ""
     )
 
 
 def _table(gyro: Signal, attitude: Signal, edges_s: Array, late_s: float) -> Array:
-    """Changes over the windows between edges (n + 1,), (n, 5), were the gyro stamped so much later; NaN where
-    readings lack."""
+    """Changes over the windows between the edges (n + 1,), as (n, 5), for a gyro stamped `late_s` later; NaN if
+    readings are missing."""
     gyro = Signal(gyro.time_s + late_s, gyro.value)
     time_s, (roll, pitch) = attitude.time_s, _roll_and_pitch(attitude.value)
     _, q, r = gyro.at(time_s).T
@@ -193,8 +198,8 @@ def _table(gyro: Signal, attitude: Signal, edges_s: Array, late_s: float) -> Arr
 
 
 def _slow(tables: Array) -> Array:
-    """The mean over a window and the NEAR ones before and after it, of (k, n, columns); of fewer at the ends, as many
-    on either side, so that a trend is none."""
+    """Running mean over a window and NEAR windows on either side, for (k, n, columns). Near the ends it uses fewer,
+    as many on either side, so that subtracting the mean removes a trend entirely."""
     count = tables.shape[1]
     total = np.concatenate([np.zeros_like(tables[:, :1]), np.cumsum(tables, axis=1)], axis=1)
     at = np.arange(count)
@@ -203,7 +208,8 @@ def _slow(tables: Array) -> Array:
 
 
 def _latest(late_s: Array, left: Array, windows: int) -> int:
-    """Which of the lags (n,) leaves least (n, 2); that of none where noise may have made the difference."""
+    """Index of the lag, of (n,), with the smallest residuals (n, 2); the index of zero lag if noise may explain the
+    gain."""
     none = int(np.argmin(np.abs(late_s)))
     moved = np.all(left > 0, axis=0)
     costs = windows * np.log(left[:, moved]).sum(axis=1)

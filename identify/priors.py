@@ -1,10 +1,11 @@
-"""What was known before the dive joined with what the dive tells, and the thrust that all of it rests on.
+"""Joins prior knowledge with the result of a dive, including the thrust scale that all of it depends on.
 
-Everything is Gaussian in logarithms, so the joint answer is the product of the two: exact where the likelihood is
-quadratic. The state is the coefficients given the vehicle file's thrust, and beside them the logarithm of the factor
-that this thrust is off by. It moves alike all masses and dampings that thrust weighs, and no dive without a force
-standard tells it. A prior that was weighed measures their sum, one that was identified with the same thrust the
-coefficient alone. Each prior is a scalar measurement of that state (Kalman 1960, eqs 21 to 25, without motion).
+Everything is Gaussian in logarithms, so the joint result is the product of the two, exact if the likelihood is
+quadratic. The state holds the logarithms of the coefficients given the vehicle file's thrust, and the logarithm of
+the factor by which that thrust is wrong. This factor scales all masses and dampings that were found through thrust,
+and no dive without a force standard can determine it. A prior that was weighed measures the sum of a coefficient's
+logarithm and the factor's; a prior that was identified with the same thrust measures the coefficient's alone. Each
+prior is a scalar measurement of that state (Kalman 1960, eqs 21 to 25, without motion).
 """
 
 import math
@@ -30,14 +31,14 @@ from identify.identification import (
 Array = NDArray[np.float64]
 
 CONFLICT_SIGMA = 3.0
-"""A prior further than this from the dive is left out: one of the two is wrong, and their mean would be neither."""
+"""A prior further than this from the dive is left out: one of the two is wrong, and their mean would be wrong too."""
 
 
 @dataclass(frozen=True)
 class Known:
-    """Logarithms of coefficients: `mean` (n + 1,) and `covariance`; the last is the factor of the thrust.
+    """Logarithms of coefficients, `mean` (n + 1,) and `covariance`; the last entry is the thrust factor.
 
-    `moved` (n,): 1 where that factor moves a coefficient, 0 where the righting moment weighed it.
+    `moved` (n,): 1 if the thrust factor scales the coefficient, 0 if the righting moment scaled it.
     """
 
     of: tuple[str, ...]
@@ -50,20 +51,20 @@ class Known:
         return prior.rests_on == "weight" and bool(self.moved[self.of.index(name)])
 
     def row(self, name: str, prior: Prior) -> Array:
-        """What a prior measures of the state, (n + 1,)."""
+        """Measurement row of a prior over the state, (n + 1,)."""
         measured = np.zeros(len(self.mean))
         measured[self.of.index(name)] = 1.0
         measured[-1] = 1.0 if self.tells_thrust(name, prior) else 0.0
         return measured
 
     def distance(self, name: str, prior: Prior) -> float:
-        """How many standard deviations of their difference a prior is away from what is known without it."""
+        """Distance of a prior from the current knowledge, in standard deviations of their difference."""
         row = self.row(name, prior)
         spread = math.sqrt(row @ self.covariance @ row + relative_std(prior) ** 2)
         return float((math.log(prior.value) - row @ self.mean) / spread)
 
     def joined(self, name: str, prior: Prior) -> "Known":
-        """With one prior more."""
+        """Add a prior."""
         row = self.row(name, prior)
         cross = self.covariance @ row
         gain = cross / (row @ cross + relative_std(prior) ** 2)
@@ -71,7 +72,7 @@ class Known:
         return Known(self.of, mean, self.covariance - np.outer(gain, cross), self.moved)
 
     def with_all(self, priors: Mapping[str, Prior]) -> "Known":
-        """With several priors more."""
+        """Add several priors."""
         known = self
         for name, prior in priors.items():
             known = known.joined(name, prior)
@@ -83,38 +84,40 @@ def relative_std(prior: Prior) -> float:
 
 
 def with_priors(found: Identification, priors: Mapping[str, Prior], scale_std: float) -> Identification:
-    """The identification with the priors in it, what is left of the thrust's factor, and the shares of the priors.
+    """Return the identification joined with the priors, with the remaining thrust uncertainty and the priors' shares.
 
-    Where no prior was weighed, intervals hold given the vehicle file's thrust, and `scale_std` stands beside them.
-    Where one was, they include all that is left of it. A prior in conflict with the dive, or with the dive and the
-    other priors together, is left out and doubted; one that rests on this very dive (or another copy of its
-    recording), by itself or through an identification that had such a prior, is left out and named. What the dive says
-    nothing of takes its prior's value, and stays not identifiable.
+    If no prior was weighed, the intervals hold given the vehicle file's thrust, and each estimate's `scale_std` gives
+    the rest. If a prior was weighed, the intervals include all remaining thrust uncertainty. A prior that conflicts
+    with the dive, or with the dive and the other priors together, is left out and reported as a doubt. A prior that
+    rests on this very dive (or on another copy of its recording), directly or through an identification that had such
+    a prior, is left out and named. A coefficient that the dive says nothing about takes its prior's value and stays
+    not identifiable.
     """
     marks = set(filter(None, map(dive_mark, (found.dive_sha256, found.dive_opening))))
-    own = [name for name, prior in priors.items() if marks.intersection(prior.dives)]
-    priors = {name: prior for name, prior in priors.items() if name not in own}
+    reused = [name for name, prior in priors.items() if marks.intersection(prior.dives)]
+    priors = {name: prior for name, prior in priors.items() if name not in reused}
     alone = _known(found, scale_std)
     here = {name: prior for name, prior in priors.items() if name in alone.of}
     near = {name: p for name, p in here.items() if abs(alone.distance(name, p)) <= CONFLICT_SIGMA}
-    beside = {name: alone.with_all({n: p for n, p in near.items() if n != name}) for name in near}
-    taken = {name: p for name, p in near.items() if abs(beside[name].distance(name, p)) <= CONFLICT_SIGMA}
+    combined = {name: alone.with_all({n: p for n, p in near.items() if n != name}) for name in near}
+    taken = {name: p for name, p in near.items() if abs(combined[name].distance(name, p)) <= CONFLICT_SIGMA}
     conflicts = [_conflict(found[name], p, alone) for name, p in here.items() if name not in near]
     if len(taken) < len(near):
-        # Of priors that contradict each other, each alone may fit the dive: none can be told to be the right one.
-        conflicts.append(_contradiction(near, beside))
+        # If priors contradict each other, each may still fit the dive on its own: the right prior can't be picked
+        # out.
+        conflicts.append(_contradiction(near, combined))
         taken = {}
     known = alone.with_all(taken)
     weighed = any(known.tells_thrust(name, prior) for name, prior in taken.items())
     held = {name for doubt in found.doubts if doubt.outcome is Outcome.AT_BOUND for name in doubt.about}
     before, (mean, covariance) = _reported(alone, weighed)[1], _reported(known, weighed)
     parameters = [
-        _after(one, known.of.index(one.name), before, mean, covariance)
-        if taken and one.name in known.of and one.name not in held
-        else _of_prior_alone(one, priors)
-        if one.name not in known.of
-        else one
-        for one in found.parameters
+        _after(parameter, known.of.index(parameter.name), before, mean, covariance)
+        if taken and parameter.name in known.of and parameter.name not in held
+        else _of_prior_alone(parameter, priors)
+        if parameter.name not in known.of
+        else parameter
+        for parameter in found.parameters
     ]
     left = {name: scale_std * m for name, m in zip(known.of, known.moved, strict=True)} if not weighed else {}
     given = alone.with_all({n: p for n, p in taken.items() if not known.tells_thrust(n, p)})
@@ -122,11 +125,12 @@ def with_priors(found: Identification, priors: Mapping[str, Prior], scale_std: f
     return replace(
         found,
         parameters=tuple(
-            replace(_given(one, given), scale_std=left.get(one.name, 0.0) * one.value) for one in parameters
+            replace(_given(parameter, given), scale_std=left.get(parameter.name, 0.0) * parameter.value)
+            for parameter in parameters
         ),
         covariance=covariance * np.outer(values, values) if known.of else found.covariance,
         covariance_of=known.of if known.of else found.covariance_of,
-        doubts=(*found.doubts, *conflicts, *_of_this_dive(own)),
+        doubts=(*found.doubts, *conflicts, *_of_this_dive(reused)),
         notes=(*found.notes, *_words(priors, taken, known.of)),
         thrust_scale=_scale(found, known, weighed, scale_std),
         prior_dives=tuple(dict.fromkeys(dive for prior in taken.values() for dive in prior.dives)),
@@ -134,20 +138,20 @@ def with_priors(found: Identification, priors: Mapping[str, Prior], scale_std: f
 
 
 def _known(found: Identification, scale_std: float) -> Known:
-    """What the dive alone told, as logarithms; coefficients that a doubt left without a value are not among them."""
-    value = {one.name: one.value for one in found.parameters}
+    """State from the dive alone, in logarithms, without the coefficients that a doubt left without a value."""
+    value = {parameter.name: parameter.value for parameter in found.parameters}
     kept = [i for i, name in enumerate(found.covariance_of) if math.isfinite(value[name])]
-    of = tuple(found.covariance_of[i] for i in kept)
-    values = np.array([value[name] for name in of])
-    covariance = np.zeros((len(of) + 1, len(of) + 1))
+    names = tuple(found.covariance_of[i] for i in kept)
+    values = np.array([value[name] for name in names])
+    covariance = np.zeros((len(names) + 1, len(names) + 1))
     covariance[:-1, :-1] = found.covariance[np.ix_(kept, kept)] / np.outer(values, values)
     covariance[-1, -1] = scale_std**2
-    moved = np.array([0.0 if name in found.rest_on_righting else 1.0 for name in of])
-    return Known(of, np.append(np.log(values), 0.0), covariance, moved)
+    moved = np.array([0.0 if name in found.rest_on_righting else 1.0 for name in names])
+    return Known(names, np.append(np.log(values), 0.0), covariance, moved)
 
 
 def _given(one: Estimate, given: Known) -> Estimate:
-    """The estimate with what holds given the vehicle file's thrust."""
+    """The estimate with its value and standard error given the vehicle file's thrust."""
     if one.name not in given.of:
         return one
     place = given.of.index(one.name)
@@ -158,13 +162,14 @@ def _given(one: Estimate, given: Known) -> Estimate:
 
 
 def _reported(known: Known, weighed: bool) -> tuple[Array, Array]:
-    """Mean and covariance of the coefficients: their own where a force standard was weighed, else given the thrust."""
+    """Mean and covariance of the coefficients: with the thrust factor if a force standard was weighed, else given the
+    thrust."""
     to = np.hstack([np.eye(len(known.of)), (known.moved if weighed else 0.0 * known.moved)[:, None]])
     return to @ known.mean, to @ known.covariance @ to.T
 
 
 def _after(one: Estimate, place: int, before: Array, mean: Array, covariance: Array) -> Estimate:
-    """An estimate after the priors, its interval as lopsided as it was; `before` is the covariance without them."""
+    """The estimate after the priors; its interval keeps its asymmetry. `before` is the covariance without them."""
     value, std = float(np.exp(mean[place])), float(np.sqrt(covariance[place, place]))
     below, above = _stretch(one)
     identifiable = std * max(below, above) <= LARGEST_RELATIVE_STD
@@ -181,7 +186,7 @@ def _after(one: Estimate, place: int, before: Array, mean: Array, covariance: Ar
 
 
 def _stretch(one: Estimate) -> tuple[float, float]:
-    """How much further the ends of a fit's interval lie from its value than a Gaussian logarithm's would."""
+    """Distances of the interval's ends from the value, relative to those of a Gaussian in the logarithm."""
     if not 0 < one.low95 < one.value < one.high95:
         return 1.0, 1.0
     half = Z95 * one.relative_std
@@ -217,12 +222,12 @@ def _conflict(one: Estimate, prior: Prior, known: Known) -> Doubt:
 def _contradiction(near: Mapping[str, Prior], beside: Mapping[str, Known]) -> Doubt:
     apart = {name: abs(beside[name].distance(name, prior)) for name, prior in near.items()}
     worst = max(apart, key=lambda name: apart[name])
-    told = ", ".join(
+    listed = ", ".join(
         f"{n} {p.value:.4g} ± {p.std:.2g} {OF_HULL[n].unit}{_source(p)}" for n, p in near.items()
     )
     sentence = (
         f"The vehicle file's priors contradict each other, {worst} the others by {apart[worst]:.1f} standard errors "
-        f"once the dive ties them together: none of them was taken ({told}); weigh them anew, and take the wrong one "
+        f"once the dive ties them together: none of them was taken ({listed}); weigh them anew, and take the wrong one "
         "out."
     )
     return Doubt(tuple(near), sentence, Outcome.DISAGREES)
@@ -254,7 +259,7 @@ def _words(priors: Mapping[str, Prior], taken: Mapping[str, Prior], fitted: Sequ
 
 
 def _scale(found: Identification, known: Known, weighed: bool, scale_std: float) -> ThrustScale | None:
-    """How the thrust's factor stands after the dive; None where thrust is known, or nothing that hangs on it."""
+    """State of the thrust factor after the dive; None if thrust is known exactly, or no value depends on it."""
     if scale_std == 0.0 or not found.values():
         return None
     if not weighed:

@@ -1,4 +1,4 @@
-"""Two sensors of one motion held against each other, window by window: the scale between them, and how well known."""
+"""Compares two sensors of the same motion, window by window: the scale between them and its uncertainty."""
 
 import math
 from dataclasses import dataclass
@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from identify.dive import Array, Signal
 
 LEAST_READ = 0.8
-"""Share of a window's readings that must be there."""
+"""Share of the usual number of readings that a window must have."""
 
 EDGE_S = 0.5
-"""What was seen at a window's edge is the mean over so long before and after it."""
+"""The value at a window's edge is the mean over this long before and after it."""
 
 FEWEST_WINDOWS = 10
 DOUBTFUL_SCORE = 5.0
@@ -20,10 +20,10 @@ DOUBTFUL_SCORE = 5.0
 
 @dataclass(frozen=True)
 class Scale:
-    """What one sensor saw over what another said of it.
+    """Scale between two sensors: the motion that the first saw over the motion that the second reported.
 
-    The truth lies between `least` and `most`, whatever the noise of either (Frisch 1934): all of it in what was seen,
-    or all of it in what was said. std: of `least`.
+    The true scale lies between `least` and `most`, however the noise is split between them (Frisch 1934): the ends
+    assign all noise to the first sensor, or all to the second. std: standard error of `least`.
     """
 
     least: float
@@ -31,19 +31,20 @@ class Scale:
     std: float
 
     def contradicts(self, largest_off: float) -> bool:
-        """Whether the two can't have the same scale: beyond noise, and beyond what healthy sensors may be off by."""
+        """Whether the two sensors can't share a scale: the difference exceeds noise, and the error of healthy
+        sensors."""
         least, most = self.least - 1.0, self.most - 1.0
         beyond_noise = abs(least) > DOUBTFUL_SCORE * self.std
         return least * most > 0 and min(abs(least), abs(most)) > largest_off and beyond_noise
 
     @property
     def is_known(self) -> bool:
-        """Whether it is one at all beyond noise."""
+        """Whether the scale differs from zero beyond noise."""
         return abs(self.least) > DOUBTFUL_SCORE * self.std
 
     @property
     def times(self) -> str:
-        """The range in words, `1.92 to 2.13`; one number where it is one."""
+        """The range in words, `1.92 to 2.13`; a single number if both ends round to it."""
         ends = [
             f"{end:.2g}" if abs(end) < 0.1 else f"{round(end, 2):g}"
             for end in sorted((self.least, self.most))
@@ -52,7 +53,7 @@ class Scale:
 
 
 def whole(signal: Signal | None) -> Signal | None:
-    """Only its whole readings; None where there are fewer than two."""
+    """The finite readings of a signal; None if fewer than two."""
     if signal is None:
         return None
     good = np.isfinite(signal.value).all(axis=1)
@@ -60,20 +61,20 @@ def whole(signal: Signal | None) -> Signal | None:
 
 
 def scale_of(seen: Array, said: Array, beside: Array) -> Scale | None:
-    """Of what was seen (n,) by what was said (n,), without what the columns of `beside` (n, k) give of either.
+    """Scale of `seen` (n,) over `said` (n,), with the columns of `beside` (n, k) projected out of both.
 
-    None where there are too few windows, or neither moved.
+    None if there are too few windows, or a sensor did not move.
     """
     if len(seen) < max(FEWEST_WINDOWS, beside.shape[1] + 2):
         return None
     said, seen = left_of(beside, said), left_of(beside, seen)
-    both, own = float(said @ seen), float(said @ said)
-    if both == 0.0 or own == 0.0:
+    both, said_power = float(said @ seen), float(said @ said)
+    if both == 0.0 or said_power == 0.0:
         return None
-    least = both / own
+    least = both / said_power
     left = seen - least * said
     free = len(seen) - beside.shape[1] - 1
-    return Scale(least, float(seen @ seen) / both, math.sqrt(float(left @ left) / free / own))
+    return Scale(least, float(seen @ seen) / both, math.sqrt(float(left @ left) / free / said_power))
 
 
 def well_read(time_s: Array, edges_s: Array) -> NDArray[np.bool_]:
@@ -83,15 +84,16 @@ def well_read(time_s: Array, edges_s: Array) -> NDArray[np.bool_]:
 
 
 def integral(time_s: Array, rate: Array, at_s: Array) -> Array:
-    """Of a rate (n,) up to each of the times (m,)."""
+    """Integral of a rate (n,) up to each of the times (m,)."""
     steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(time_s)
     return np.asarray(np.interp(at_s, time_s, np.concatenate([[0.0], np.cumsum(steps)])))
 
 
 def edge_means(time_s: Array, value: Array, edges_s: Array, edge_s: float = EDGE_S) -> Array:
-    """The mean (m, k) of a value (n, k) within `edge_s` of each edge (m,); NaN where nothing was read.
+    """Mean (m, k) of a value (n, k) within `edge_s` of each edge (m,); NaN if nothing was read there.
 
-    Both sensors go through it at the same times, so that what goes and comes again within one cancels alike.
+    Both sensors are averaged at the same times, so that motion that comes and goes within an edge cancels alike in
+    both.
     """
     total = np.concatenate([np.zeros((1, value.shape[1])), np.cumsum(value, axis=0)])
     first, last = np.searchsorted(time_s, edges_s - edge_s), np.searchsorted(time_s, edges_s + edge_s)
@@ -100,6 +102,6 @@ def edge_means(time_s: Array, value: Array, edges_s: Array, edge_s: float = EDGE
 
 
 def left_of(beside: Array, value: Array) -> Array:
-    """What no combination of the columns gives of a value, (n,) or (n, k)."""
+    """Residual of a value, (n,) or (n, k), after a least-squares fit of the columns of `beside`."""
     fitted, *_ = np.linalg.lstsq(beside, value, rcond=None)
     return np.asarray(value - beside @ fitted)

@@ -1,4 +1,4 @@
-"""The same work on several things at once, as many as there are processors; kernels hold no lock while they run."""
+"""Runs work on several items at once, on all processors; the numerical kernels hold no lock while they run."""
 
 import os
 from collections.abc import Callable, Iterable
@@ -10,22 +10,23 @@ R = TypeVar("R")
 
 
 def side_by_side(work: Callable[[T], R], things: Iterable[T]) -> list[R]:
-    """`work` of each thing, in their order; raises what the first that failed raised.
+    """Return `work` of each item, in order; raise the error of the first item that failed.
 
-    Its threads end with it: a process that forks later must not inherit a pool whose threads it does not have.
+    The threads end with the call: a process that forks later must not inherit a pool whose threads it lacks.
     """
     every = list(things)
     at_once = min(len(os.sched_getaffinity(0)), len(every))
     if at_once < 2:
-        return [work(one) for one in every]
+        return [work(item) for item in every]
     with ThreadPoolExecutor(at_once) as pool:
         return list(pool.map(work, every))
 
 
 def both(work: Callable[[], T], other: Callable[[], R]) -> tuple[T, R]:
-    """What two pieces of work come to. The caller's own thread does the first; where both fail, its error is raised."""
+    """Return the results of two pieces of work. The caller's own thread runs the first; if both fail, its error is
+    raised."""
     if len(os.sched_getaffinity(0)) < 2:
         return work(), other()
     with ThreadPoolExecutor(1) as pool:
-        beside = pool.submit(other)
-        return work(), beside.result()
+        second = pool.submit(other)
+        return work(), second.result()

@@ -1,4 +1,4 @@
-"""Several pieces of work at the same time in threads of one process: numerical kernels leave Python free meanwhile."""
+"""Runs several pieces of work at once in threads of one process; numerical kernels release Python's lock meanwhile."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -8,11 +8,11 @@ T = TypeVar("T")
 
 
 def together(works: Sequence[Callable[[], T]]) -> tuple[T, ...]:
-    """What each of `works` (at least one) returns, in their order; raises what one of them raised.
+    """Return the results of `works` (at least one), in order; raise an error that any of them raised.
 
-    The last runs in the calling thread, where an interrupt reaches it: let it be the longest.
+    The last runs in the calling thread, which receives an interrupt: put the longest last.
     """
     with ThreadPoolExecutor(max_workers=len(works)) as pool:
-        beside = [pool.submit(work) for work in works[:-1]]
+        started = [pool.submit(work) for work in works[:-1]]
         last = works[-1]()
-        return (*(one.result() for one in beside), last)
+        return (*(future.result() for future in started), last)

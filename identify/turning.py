@@ -1,4 +1,4 @@
-"""The rate of turn held against heading: a scale or a sign of the gyro's that both can't have."""
+"""Compares the rate of turn with heading, to find a wrong scale or sign of the gyro."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,30 +10,30 @@ from identify.ingest.rotation import attitude_at
 from identify.scale import FEWEST_WINDOWS, Scale, edge_means, integral, scale_of, well_read, whole
 
 WINDOW_S, SHORTEST_S = 10.0, 4.0
-"""Of each window, and at least, in a short dive."""
+"""Length of a window, and its least length in a short dive."""
 
 SPARE_WINDOWS = 2
-"""More than are needed, as some may lack readings."""
+"""Windows beyond the required number, because some may lack readings."""
 
 LARGEST_OFF = 0.05
-"""Of the angle turned through: a healthy gyro's scale is off by less, and a compass's over all headings."""
+"""Share of the angle turned through. A healthy gyro's scale is off by less, and so is a compass over all headings."""
 
 LEAST_TURNED_RAD = 0.1
-"""Root mean square over windows, beside steady turning: below it, what a compass is off by is as large."""
+"""Root mean square over windows, without steady turning. Below it, the compass's error is as large."""
 
 LEAST_UPRIGHT = 0.5
-"""Cosine of pitch, below which heading is hardly defined."""
+"""Cosine of pitch below which heading is hardly defined."""
 
 FOG, IMU = "the fibre-optic gyro", "the IMU's gyro"
 
 
 def turning(dive: Dive, rate: Signal | None) -> Scale | None:
-    """Heading turned through by the integral of a rate of turn (n, 1), over windows.
+    """Scale of heading over the integral of a rate of turn (n, 1), over windows.
 
-    Body rates come to psi_dot = (q sin phi + r cos phi) / cos theta (Fossen 2011, eq. 2.28); what pitching does of it
-    is taken off heading. Both sides are averaged over the same instants at the edges of windows, and a constant bias
-    of the gyro's is projected out. None where heading turned too little or too steadily to tell, or rate or attitude
-    is missing or too short.
+    Body rates give psi_dot = (q sin phi + r cos phi) / cos theta (Fossen 2011, eq. 2.28); the contribution of
+    pitching is subtracted from heading. Both sides are averaged over the same instants at the edges of windows, and a
+    constant bias of the gyro is projected out. None if heading turned too little or too steadily, or if rate or
+    attitude is missing or too short.
     """
     rate, attitude = whole(rate), whole(dive.attitude)
     if rate is None or attitude is None:
@@ -47,47 +47,50 @@ def turning(dive: Dive, rate: Signal | None) -> Scale | None:
     by_yaw, by_pitch, upright = _yawing(dive, rate, attitude)
     within = (attitude.time_s >= start_s) & (attitude.time_s <= end_s)
     time_s, heading = attitude.time_s[within], np.unwrap(_heading(attitude.value[within]))
-    said, pitched = (integral(rate.time_s, part, time_s) for part in (by_yaw, by_pitch))
-    ways = np.column_stack([heading - pitched, said, time_s - start_s])
+    by_gyro, pitched = (integral(rate.time_s, part, time_s) for part in (by_yaw, by_pitch))
+    ways = np.column_stack([heading - pitched, by_gyro, time_s - start_s])
     changes = np.diff(edge_means(time_s, ways, edges_s), axis=0)
     kept = well_read(rate.time_s[upright], edges_s) & well_read(time_s, edges_s)
-    turned, said, passed_s = changes[kept & np.isfinite(changes).all(axis=1)].T
+    turned, by_gyro, passed_s = changes[kept & np.isfinite(changes).all(axis=1)].T
     if not len(turned):
         return None
     unsteady = turned - passed_s * float(passed_s @ turned) / float(passed_s @ passed_s)
     if np.sqrt(np.mean(unsteady**2)) < LEAST_TURNED_RAD:
         return None
-    return scale_of(turned, said, passed_s[:, None])
+    return scale_of(turned, by_gyro, passed_s[:, None])
 
 
 def turning_doubts(dive: Dive) -> tuple[Doubt, ...]:
-    """A doubt of what was found in yaw where heading contradicts the rate of turn that it was found from."""
+    """Return a doubt about the yaw coefficients if heading contradicts the rate of turn that they were fitted to."""
     by_imu = None if dive.gyro is None else Signal(dive.gyro.time_s, dive.gyro.value[:, 2:])
     by_fog = turning(dive, dive.fog)
-    name, found = (FOG, by_fog) if by_fog is not None else (IMU, turning(dive, by_imu))
-    if found is None or not found.contradicts(LARGEST_OFF):
+    name, scale = (FOG, by_fog) if by_fog is not None else (IMU, turning(dive, by_imu))
+    if scale is None or not scale.contradicts(LARGEST_OFF):
         return ()
     inertia, damping, masses = MASSES[5].name, DAMPINGS[5].name, tuple(mass.name for mass in MASSES[:3])
     off = f"{inertia} and {damping} are as far off"
     others = f"by less {', '.join(masses)}, which turning at speed weighs too"
-    beside = turning(dive, by_imu) if name == FOG else None
-    if beside is not None and not beside.contradicts(LARGEST_OFF):
-        told = (
+    imu_scale = turning(dive, by_imu) if name == FOG else None
+    if imu_scale is not None and not imu_scale.contradicts(LARGEST_OFF):
+        remedy = (
             f", and {IMU} agrees with heading: the scale, unit or sign of {name} is not as taken, and {off}, and "
             f"{others}; check {name} and what passes its readings on."
         )
     else:
-        also = "" if beside is None else f", and {IMU} contradicts heading too"
-        told = (
+        also = "" if imu_scale is None else f", and {IMU} contradicts heading too"
+        remedy = (
             f"{also}: the scale, unit or sign of one of them is not as taken, and where it is all of the gyro's {off}, "
             f"and {others}; turn the vehicle once round to see which, and check the gyro's unit and the compass."
         )
     about = (inertia, damping, *masses)
-    return (Doubt(about, f"Heading turns by {found.times} times what {name} says{told}", Outcome.DISAGREES),)
+    return (
+        Doubt(about, f"Heading turns by {scale.times} times what {name} says{remedy}", Outcome.DISAGREES),
+    )
 
 
 def _yawing(dive: Dive, rate: Signal, attitude: Signal) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """What yaw rate and pitch rate (n,) turn heading by, at the rate's times, and whether it is upright enough."""
+    """Contributions of yaw rate and pitch rate to the rate of heading, (n,), at the rate's times, and whether the
+    vehicle is upright enough."""
     w, x, y, z = attitude_at(attitude, rate.time_s).T
     aside, down = 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
     level = np.hypot(aside, down)

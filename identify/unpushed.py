@@ -1,4 +1,4 @@
-"""Dives in which nothing was pushed: the one kind of recording of which nothing can be told."""
+"""Refuses dives in which no thruster pushed: the only kind of recording that can't be identified at all."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,16 +11,16 @@ from identify.forces import WrenchHistory, wrench
 Array = NDArray[np.float64]
 
 BRAKED_S = 10.0
-"""Longest time constant of a vehicle, mass over damping; without added mass it overestimates speed."""
+"""Longest time constant of a vehicle, mass over damping. Without added mass it overestimates the speed."""
 
 LEAST_M_S, LEAST_RAD_S = 0.005, 0.01
-"""Least speed by thrust that a DVL or a gyro resolves."""
+"""Smallest speed under thrust that a DVL or a gyro resolves."""
 
 DRIVEN = {0: LEAST_M_S, 1: LEAST_M_S, 2: LEAST_M_S, 3: LEAST_RAD_S, 4: LEAST_RAD_S, 5: LEAST_RAD_S}
 
 
 def refuse_unpushed(dive: Dive, file: VehicleFile, configuration: str) -> None:
-    """Raises FitError if no thruster pushed enough to move the vehicle."""
+    """Raise FitError if no thruster pushed enough to move the vehicle."""
     if dive.armed is not None and len(dive.armed) and not np.any(dive.armed.value > 0):
         raise FitError(
             f"{dive.name}: the vehicle was never armed (HEARTBEAT), so no thruster pushed in all the dive and nothing "
@@ -45,12 +45,12 @@ def refuse_unpushed(dive: Dive, file: VehicleFile, configuration: str) -> None:
 
 
 def _driven(forces: WrenchHistory, mass: Array) -> Array:
-    """(m, 6): speeds by the commands alone for mass (6,) and the longest time constant."""
+    """Speeds (m, 6) from the commands alone, for mass (6,) and the longest time constant."""
     held_s = np.diff(forces.time_s)
     keep = np.exp(-held_s / BRAKED_S)
     push = BRAKED_S * (1.0 - keep)[:, None] * np.nan_to_num(forces.asked[:-1]) / mass
     out, speed = np.zeros((len(forces.time_s), 6)), np.zeros(6)
-    for k, one in enumerate(keep.tolist()):
-        speed = one * speed + push[k]
+    for k, factor in enumerate(keep.tolist()):
+        speed = factor * speed + push[k]
         out[k + 1] = speed
     return out

@@ -1,14 +1,13 @@
-"""How well a dive followed its reference, phase by phase, as the source paper tells it (Table 5, Figs 10 to
-17).
+"""Tracking errors of a dive, phase by phase, as the source paper reports them (Table 5, Figs 10 to 17).
 
-The phases of an axis follow the reference's own derivative: speeding up, steady, slowing down; an axis
-whose reference rests is in none. Velocity is the DVL's at its time of validity (yaw: the gyro's), the
-reference is interpolated there.
+The phases of an axis follow the reference's own derivative: speeding up, steady, slowing down. An axis whose
+reference rests is in no phase. Velocity is the DVL's at its time of validity (yaw: the gyro's); the reference is
+interpolated to these times.
 
-A sensor's noise is no error of tracking: measured less wanted velocity goes through the zero-phase low-pass of
-`identify.filters`, in every mode the same. What white noise leaves of itself below the cut-off is told, and not
-taken out by its power: where a PID follows its sensor, noise becomes true error of the opposite sign, and the two
-do not add like strangers. What the source paper did with its noise is not known.
+A sensor's noise is not a tracking error. So measured less reference velocity goes through the zero-phase low-pass of
+`identify.filters`, the same in every mode. The white noise that passes below the cut-off is reported, but its power
+is not subtracted: a PID that follows its sensor turns noise into true error of the opposite sign, so the two are not
+independent. How the source paper treated its noise is not known.
 """
 
 import math
@@ -43,7 +42,7 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Phases:
-    """Which samples belong to which phase, (n,) each."""
+    """The samples of each phase, masks (n,)."""
 
     acceleration: Mask
     steady: Mask
@@ -56,9 +55,10 @@ class Phases:
 
 @dataclass(frozen=True)
 class SteadyError:
-    """At one `speed` (m/s or rad/s): mean of measured less wanted velocity, positive where it went too fast.
+    """Mean of measured less reference velocity at one `speed` (m/s or rad/s), positive if the vehicle was too fast.
 
-    Over `runs` of holding that speed, each at least 2 s; `standard_error` from their spread, NaN for one.
+    Over `runs` stretches that hold that speed, each at least 2 s. `standard_error` comes from their spread; NaN for a
+    single run.
     """
 
     speed: float
@@ -69,13 +69,13 @@ class SteadyError:
 
 @dataclass(frozen=True)
 class AxisErrors:
-    """One axis; mean absolute tracking errors in m/s or rad/s, NaN where a phase does not occur.
+    """Mean absolute tracking errors of an axis in m/s or rad/s, NaN for a phase that does not occur.
 
-    `delay_s`: by how much the response lags the reference. `acceleration_less_delay`: the error while
-    speeding up against the reference that much later. In steady state, N or N m: `pid_effort` the mean of
-    TAU_PID, `pid_magnitude` of its absolute value, `pid_minus_ff` of |TAU_PID - TAU_FF|, which the paper
-    uses in shadow mode. `noise`: the standard deviation of the sensor's noise that is left in the filtered error.
-    `speeds`: the error of the mean speed, as the paper judges feed-forward alone, slowest first.
+    `delay_s`: lag of the response behind the reference. `acceleration_less_delay`: error while speeding up, against
+    the reference delayed by that lag. In steady state, N or N m: `pid_effort` is the mean of TAU_PID, `pid_magnitude`
+    the mean of its absolute value, `pid_minus_ff` the mean of |TAU_PID - TAU_FF|, which the paper uses in shadow
+    mode. `noise`: standard deviation of the sensor noise that remains in the filtered error. `speeds`: error of the
+    mean speed, by which the paper judges feed-forward alone, slowest first.
     """
 
     axis: str
@@ -93,7 +93,7 @@ class AxisErrors:
     speeds: tuple[SteadyError, ...] = ()
 
     def phase(self, name: str) -> float:
-        """The error of one of PHASES."""
+        """The error of a phase named in PHASES."""
         values = (self.acceleration, self.steady_state, self.deceleration, self.overall)
         return values[PHASES.index(name)]
 
@@ -111,7 +111,7 @@ class TrackingErrors:
 
 @dataclass(frozen=True)
 class Row:
-    """One line of the table: a phase of an axis, one value a run."""
+    """A line of the table: a phase of an axis, with a value for each run."""
 
     axis: str
     phase: str
@@ -120,13 +120,13 @@ class Row:
 
 
 def tracking_errors(dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0)) -> TrackingErrors:
-    """The errors of a dive; none where it has no NU_REF. `lever_m`: the DVL's transducer in body axes."""
+    """Return the errors of a dive; no axes if it has no NU_REF. `lever_m`: the DVL's transducer in body axes."""
     axes = (_axis_errors(dive, dof, lever_m) for dof in AXES)
     return TrackingErrors(dive.name, tuple(axis for axis in axes if axis is not None))
 
 
 def compare(runs: Mapping[str, Dive], lever_m: Vector3 = (0.0, 0.0, 0.0)) -> tuple[Row, ...]:
-    """Rows laid out like the paper's Table 5, axis by axis, with one value for each run in the mapping's order."""
+    """Return rows laid out like the paper's Table 5, axis by axis, with a value for each run in the mapping's order."""
     errors = [tracking_errors(dive, lever_m) for dive in runs.values()]
     rows = []
     for dof in AXES:
@@ -140,9 +140,9 @@ def compare(runs: Mapping[str, Dive], lever_m: Vector3 = (0.0, 0.0, 0.0)) -> tup
 
 
 def phases(velocity: Array, slope: Array) -> Phases:
-    """The phases of a reference from its velocity and derivative, (n,) each.
+    """Return the phases of a reference from its velocity and derivative, (n,) each.
 
-    Steady is a slope below a twentieth of its largest magnitude, at a speed that is not zero.
+    Steady means a slope below a twentieth of its largest magnitude, at a nonzero speed.
     """
     least = max(STEADY_SHARE * float(np.abs(slope).max(initial=0.0)), LEAST_SLOPE)
     moving = np.abs(slope) > least
@@ -151,7 +151,7 @@ def phases(velocity: Array, slope: Array) -> Phases:
 
 
 def delay(reference: Signal, response: Signal) -> float:
-    """Seconds by which (n, 1) `response` lags `reference`: where their correlation is highest; NaN where undefined."""
+    """Lag of `response` (n, 1) behind `reference`, s, at their highest correlation; NaN if undefined."""
     start = max(reference.time_s[0], response.time_s[0]) + LATEST_S
     end = min(reference.time_s[-1], response.time_s[-1]) + EARLIEST_S
     time_s = np.arange(start, end, LAG_STEP_S)
@@ -179,8 +179,8 @@ def _axis_errors(dive: Dive, dof: int, lever_m: Vector3) -> AxisErrors | None:
     inside = (time_s >= reference.time_s[0]) & (time_s <= reference.time_s[-1])
     response = Signal(time_s[inside], response.value[inside])
     time_s = response.time_s
-    of = phases(reference.at(time_s)[:, 0], slope.at(time_s)[:, 0])
-    if not of.any.any():
+    masks = phases(reference.at(time_s)[:, 0], slope.at(time_s)[:, 0])
+    if not masks.any.any():
         return None
     lag_s = delay(reference, response)
     error = (response.value - reference.at(time_s))[:, 0]
@@ -191,26 +191,26 @@ def _axis_errors(dive: Dive, dof: int, lever_m: Vector3) -> AxisErrors | None:
     return AxisErrors(
         axis=DOFS[dof],
         unit=_unit(dof),
-        acceleration=_mean(now, of.acceleration),
-        steady_state=_mean(now, of.steady),
-        deceleration=_mean(now, of.deceleration),
-        overall=_mean(now, of.any),
+        acceleration=_mean(now, masks.acceleration),
+        steady_state=_mean(now, masks.steady),
+        deceleration=_mean(now, masks.deceleration),
+        overall=_mean(now, masks.any),
         delay_s=lag_s,
-        acceleration_less_delay=_mean(late, of.acceleration),
+        acceleration_less_delay=_mean(late, masks.acceleration),
         pid_effort=effort,
         pid_magnitude=magnitude,
         pid_minus_ff=against_ff,
         noise=noise,
-        speeds=_steady_errors(time_s, reference.at(time_s)[:, 0], error, of.steady),
+        speeds=_steady_errors(time_s, reference.at(time_s)[:, 0], error, masks.steady),
     )
 
 
 def _low(time_s: Array, error: Array) -> tuple[Array, float]:
-    """The error (n,) below CUTOFF_HZ, and the standard deviation of the noise that is left in it.
+    """The error (n,) below CUTOFF_HZ, and the standard deviation of the noise that remains in it.
 
-    The filter's gain is G = 1 / (1 + x^(2 ORDER)), x the frequency over the cut-off. Of white noise up to `top`
-    it passes the power mean(G^2) and takes mean((1 - G)^2); the latter is measured, robustly: nothing else in the
-    error is that fast for long.
+    The filter's gain is G = 1 / (1 + x^(2 ORDER)), with x the frequency over the cut-off. Of white noise up to `top`
+    it passes the power mean(G^2) and removes mean((1 - G)^2). The removed part is measured robustly, because nothing
+    else in the error is that fast for long.
     """
     rate_hz = 1.0 / max(float(np.median(np.diff(time_s))), 1e-9)
     top = rate_hz / (2 * CUTOFF_HZ)
@@ -236,17 +236,17 @@ def _steady_errors(time_s: Array, wanted: Array, error: Array, steady: Mask) -> 
     return tuple(
         SteadyError(
             step * SPEED_STEP,
-            float(np.mean(found)),
-            float(np.std(found, ddof=1) / math.sqrt(len(found))) if len(found) > 1 else math.nan,
-            len(found),
+            float(np.mean(errors)),
+            float(np.std(errors, ddof=1) / math.sqrt(len(errors))) if len(errors) > 1 else math.nan,
+            len(errors),
         )
-        for step, found in sorted(runs.items())
+        for step, errors in sorted(runs.items())
         if step
     )
 
 
 def _response(dive: Dive, dof: int, lever_m: Vector3) -> Signal | None:
-    """What was measured of an axis, (n, 1), without the samples in which it was not."""
+    """Measured velocity or rate of an axis, (n, 1), without unknown samples."""
     if dof >= 3:
         source = dive.fog if dof == 5 and dive.fog is not None else dive.gyro
         if source is None or len(source) < 2:
@@ -264,7 +264,7 @@ def _response(dive: Dive, dof: int, lever_m: Vector3) -> Signal | None:
 
 
 def _wrenches(dive: Dive, dof: int, reference: Signal, slope: Signal) -> tuple[float, float, float]:
-    """Mean of TAU_PID, of its magnitude, and of |TAU_PID - TAU_FF|, in steady state."""
+    """Means of TAU_PID, of its magnitude, and of |TAU_PID - TAU_FF|, in steady state."""
     if dive.tau_pid is None or len(dive.tau_pid) == 0:
         return math.nan, math.nan, math.nan
     time_s, pid = dive.tau_pid.time_s, dive.tau_pid.value[:, dof]

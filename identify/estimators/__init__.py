@@ -1,1 +1,1 @@
-"""One estimator a file; `table.METHODS` names them. Each turns a Dive into an Identification."""
+"""One estimator per file; `table.METHODS` lists them. Each turns a Dive into an Identification."""

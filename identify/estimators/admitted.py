@@ -1,4 +1,5 @@
-"""What coefficients would be, were the forces let in that a fit is doubted for, and how far they hang on its timing."""
+"""Coefficients with the forces included whose absence makes a fit doubtful, and the coefficients' dependence on
+timing."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
@@ -17,19 +18,19 @@ from identify.identification import Z95
 Array = NDArray[np.float64]
 
 STAMPED_S = 0.5e-3
-"""Standard error of when forces act beside readings: many stamps are whole milliseconds, and a computer's tasks wait
-for each other. Where masses are known to a tenth of a per cent, that is most of what is not known."""
+"""Standard error of the time at which forces act relative to readings: many stamps are whole milliseconds, and a
+computer's tasks wait for each other. If masses are known to a tenth of a per cent, this is most of the uncertainty."""
 
 TURNS, SETTLED = 6, 0.1
-"""Forces are made of the speeds and the lateness that the fit with them came to, so often at most, or until no
-coefficient moves by more than this share of its standard error."""
+"""The forces are computed from the speeds and the lateness of the latest fit, at most TURNS times, or until no
+coefficient moves by more than SETTLED of its standard error."""
 
 
 @dataclass(frozen=True)
 class Admitted:
-    """What letting forces in changes of the coefficients, (18,) in the order of `OF_HULL`: `shift` of their logarithms,
-    0 where nothing is let in, and `looser`, what their standard errors are multiplied by. timing (k, 18): one standard
-    error of each degree of freedom's timing in them."""
+    """Effect of the included forces on the coefficients, (18,) in the order of `OF_HULL`: `shift` of their
+    logarithms, 0 if nothing is included, and `looser`, a factor on their standard errors. timing (k, 18): effect of
+    one standard error of each degree of freedom's timing."""
 
     shift: Array
     looser: Array
@@ -37,19 +38,18 @@ class Admitted:
 
     @property
     def covariance(self) -> Array:
-        """Of the logarithms (18, 18): what comes to that of the fit."""
+        """Covariance of the logarithms (18, 18), to be added to the fit's covariance."""
         return np.asarray(np.outer(self.shift, self.shift) + self.timing.T @ self.timing)
 
     def std(self, row: int, std: float) -> float:
-        """The standard error of a logarithm with its timing's, and with what the model without those forces is off
-        by."""
+        """Standard error of a logarithm, including timing and the error of the model without those forces."""
         return float(np.hypot(self._timed(row, std), self.shift[row]))
 
     def reach(self, row: int, std: float, stretch: Array) -> tuple[float, float]:
-        """How far the 95 % interval of a logarithm reaches below and above; `stretch` (2,): see `JointFit`.
+        """Distances of the ends of a logarithm's 95 % interval, below and above; `stretch` (2,): see `JointFit`.
 
-        As far as the shift as one more error takes it, for the form of those forces is a guess; and no less than the
-        interval of the model with them reaches, should the guess be right.
+        The shift counts as one more error, because the form of those forces is a guess. The interval also covers that
+        of the model with those forces, in case the guess is right.
         """
         shift, timed = self.shift[row], self._timed(row, std)
         whole, loose = float(np.hypot(timed, shift)), timed * self.looser[row]
@@ -66,27 +66,27 @@ NOTHING = Admitted(np.zeros(len(OF_HULL)), np.ones(len(OF_HULL)), np.zeros((0, l
 
 
 def timing_of(doubts: Mapping[int, Doubts]) -> Array:
-    """What one standard error of when forces act does to the logarithms, (k, 18): each degree of freedom by itself."""
-    return STAMPED_S * np.array([one.late.leaning for one in doubts.values()]).reshape(-1, len(OF_HULL))
+    """Effect of one standard error of force timing on the logarithms, (k, 18), each degree of freedom separately."""
+    return STAMPED_S * np.array([doubt.late.leaning for doubt in doubts.values()]).reshape(-1, len(OF_HULL))
 
 
 def admitted(
     joint: JointLikelihood, theta: Array, lacking: Collection[int], late: Collection[int], timing: Array
 ) -> Admitted:
-    """All axes fitted again from theta with the forces that are missing: a drag in the degrees of freedom
-    that are `lacking` it, thrust at another time in those that are `late`.
+    """Fit all axes again from theta with the missing forces: a drag in the degrees of freedom `lacking` it, thrust at
+    another time in those that are `late`.
 
-    All together, because a mass also weighs in the Coriolis forces of other axes, and with noise levels of their own.
-    Drag is made of the posterior mean of the speeds, as Coriolis forces are: what is unknown of that does not depend on
-    what is known (Berkson 1950).
+    All axes are fitted together, because a mass also acts in the Coriolis forces of other axes, and with their own
+    noise levels. Drag is computed from the posterior mean of the speeds, as Coriolis forces are: the error of that
+    mean is independent of it (Berkson 1950).
     """
     if not lacking and not late:
         return replace(NOTHING, timing=timing)
     without = climb(joint, theta, score=JointLikelihood.score)
-    rows, where = coefficients(joint)
+    rows, places = coefficients(joint)
     axes = {problem.axis.dof: problem.axis for problem in joint.problems}
     wider, at = Wider(joint, without.theta, ()), without.theta
-    coefficient, size = at[where], dict.fromkeys(late, 0.0)
+    coefficient, size = at[places], dict.fromkeys(late, 0.0)
     for _ in range(TURNS):
         before = coefficient
         lateness = [
@@ -94,24 +94,24 @@ def admitted(
             for dof, by_s in size.items()
         ]
         wider = with_forces(joint, without.theta, [*lateness, *_drag(wider.problem, at, lacking)])
-        found = climb(wider.problem, wider.start, score=JointLikelihood.score)
-        at, kept = found.theta, wider.kept
+        maximum = climb(wider.problem, wider.start, score=JointLikelihood.score)
+        at, kept = maximum.theta, wider.kept
         size = dict(zip(size, at[list(wider.places)].tolist(), strict=False))
-        coefficient, variance = at[kept][where], np.diag(np.linalg.inv(found.precision))[kept][where]
+        coefficient, variance = at[kept][places], np.diag(np.linalg.inv(maximum.precision))[kept][places]
         if np.max(np.abs(coefficient - before) / np.sqrt(variance)) < SETTLED:
             break
-    narrow = np.diag(np.linalg.inv(without.precision))[where]
+    narrow = np.diag(np.linalg.inv(without.precision))[places]
     shift, looser = NOTHING.shift.copy(), NOTHING.looser.copy()
-    shift[rows] = coefficient - without.theta[where]
+    shift[rows] = coefficient - without.theta[places]
     looser[rows] = np.maximum(np.sqrt(variance / narrow), 1.0)
     return Admitted(shift, looser, timing)
 
 
 def _drag(joint: JointLikelihood, theta: Array, lacking: Collection[int]) -> list[Force]:
-    """The drags at theta's speeds."""
-    own = zip(joint.at(theta), joint.places, strict=True)
+    """The missing drags at theta's speeds."""
+    pairs = zip(joint.at(theta), joint.places, strict=True)
     return [
         Force(problem.axis.dof, lacking_drag(problem, problem.speed(theta[place])))
-        for problem, place in own
+        for problem, place in pairs
         if problem.axis.dof in lacking
     ]

@@ -1,5 +1,5 @@
-"""The velocity of an autopilot's own filter: how late it is told and how smooth, found from the dive; and the axes of a
-dive with it dated back."""
+"""Finds the delay and smoothing of velocity from an autopilot's own filter, and builds the axes of a dive with the
+velocity dated back accordingly."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -27,49 +27,52 @@ from identify.unpushed import refuse_unpushed
 Array = NDArray[np.float64]
 
 LATE_S = (0.0, 0.1, 0.2, 0.35, 0.5)
-"""Of the velocity, half of it by smoothing: where the search begins, by surge and sway."""
+"""Start values of the velocity's delay, half of it from smoothing, to be compared by surge and sway."""
 
 LEAST, MOST = np.array([-0.1, 0.0, 0.0]), np.array([0.8, 0.5, 1.0])
-"""Lateness, smoothing and delay, s, that are believed: stamps of pulses and of velocities may be apart, too."""
+"""Bounds of lateness, smoothing and thrust delay, s. Lateness may be negative, because the stamps of pulses and of
+velocities may differ too."""
 
 DELAYS_S = (0.0, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0)
-"""Of the thrust: where the search for it begins, by yaw, which no filter of velocities hides."""
+"""Start values of the thrust delay, to be compared by yaw, which no velocity filter hides."""
 
 LAGS_S = (0.05, 0.1, 0.2, 0.3, 0.45)
-"""Of thrusters that follow later than the vehicle file says: tried where yaw finds the thrust late by LATE_ENOUGH_S. A
-filter's smoothing would take a lag for its own, and yaw alone tells it from a delay."""
+"""Extra lags of the thrusters beyond the vehicle file, tried if yaw finds the thrust late by LATE_ENOUGH_S. A
+filter's smoothing can't be separated from a lag, and only yaw distinguishes a lag from a delay."""
 
 LATE_ENOUGH_S = 0.03
 LIKELIER = 3.0
-"""Nats by which a lag has to do better than a delay in yaw."""
+"""A lag must be this much more likely than a delay in yaw, in nats."""
 
 SURGE, SWAY = 0, 1
 
 DELAY_SPREAD_S = 0.1
-"""How far from where it is taken to be the thrust's delay may well be."""
+"""Prior standard deviation of the thrust delay about its assumed value."""
 
 ROUGH_S = 150.0
-"""Of the middle of a dive: enough to tell where a search begins."""
+"""Length of the middle part of a dive: enough to choose start values."""
 
 FAR = 30.0
-"""Nats below the best, twice in a row, from which on a grid is not gone on with."""
+"""A grid search stops after two successive values this many nats below the best."""
 
 ENOUGH = 0.5
-"""Nats: as far as an axis is climbed here."""
+"""Convergence limit of the climbs here, in nats."""
 
 APART = 10.0
-"""Nats that another date may cost by itself: it makes other steps of the same readings."""
+"""Loss of log posterior, in nats, that a new date may cause by itself, because it divides the same readings into
+other steps."""
 
 TURNS, LONGEST_TURN_S, SETTLED_S = 8, 0.2, 0.005
-"""An axis that says hardly anything of its timing may ask for any step; none goes further than LONGEST_TURN_S."""
+"""Limits of the search. An axis with hardly any information on its timing may ask for any step; none is longer than
+LONGEST_TURN_S."""
 
 
 def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
-    """The dive with the velocity of an autopilot's own filter at the times at which it was so, and its smoothing.
+    """Return the dive with an autopilot's filtered velocity dated at the time of the motion, and with its smoothing.
 
-    Both are what makes surge and sway agree best with the thrust and with their own turning; by how much the thrust
-    itself is late yaw tells, and so much later it is told to be. What is left of them is fitted with each axis
-    (`lateness.timing_of`).
+    Lateness and smoothing are those at which surge and sway agree best with the thrust and with their own turning.
+    Yaw gives the delay of the thrust itself, which the result carries as `thrust_delay_s`. Remaining timing errors
+    are fitted with each axis (`lateness.timing_of`).
     """
     if (
         not dive.velocity_is_filtered
@@ -93,7 +96,7 @@ def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
         early = dated_back(dive, late_s - smoothing_s, smoothing_s)
         fits = _fitted(early, delay_s, file, name, (SURGE, SWAY, YAW), known)
         if (log_posterior := _of_velocity(fits)) < best - APART:
-            # Far from where they agree, a step by the slope may lead further off.
+            # Far from the best agreement, a step along the slope may lead further away.
             timing = 0.5 * (likeliest + timing)
             continue
         best, likeliest, known = max(best, log_posterior), timing, fits
@@ -102,8 +105,8 @@ def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
         if np.all(np.abs(further) < SETTLED_S):
             break
     late_s, smoothing_s, delay_s = likeliest.tolist()
-    found = dated_back(dive, late_s - smoothing_s, smoothing_s)
-    return replace(found, thrust_delay_s=delay_s, thrust_lag_s=lag_s)
+    result = dated_back(dive, late_s - smoothing_s, smoothing_s)
+    return replace(result, thrust_delay_s=delay_s, thrust_lag_s=lag_s)
 
 
 def _middle_of(dive: Dive) -> Dive:
@@ -115,8 +118,9 @@ def _middle_of(dive: Dive) -> Dive:
 
 
 def dated_back(dive: Dive, late_s: float, smoothing_s: float) -> Dive:
-    """The dive with its velocity late_s earlier, still behind a filter of smoothing_s. It is north-east-down that an
-    autopilot tells late and smooths: the body has turned since, on the whole by what it turns in both."""
+    """Return the dive with its velocity late_s earlier, still behind a filter of smoothing_s. The autopilot delays
+    and smooths the velocity in north-east-down, and the body has turned meanwhile, on average over late_s +
+    smoothing_s. So the velocity is turned into body axes with the attitude of that earlier time."""
     velocity, attitude = dive.velocity, dive.attitude
     if velocity is None or attitude is None:
         return dive
@@ -133,8 +137,8 @@ def dated_back(dive: Dive, late_s: float, smoothing_s: float) -> Dive:
 
 @dataclass(frozen=True)
 class _Fit:
-    """An axis alone at the maximum of its posterior: theta, and what its readings alone say of its timing (k,), in s,
-    and how sharply."""
+    """Fit of an axis alone at the maximum of its posterior: theta, and the estimate of its timing (k,), in s, and its
+    precision, both from its readings alone."""
 
     dof: int
     theta: Array
@@ -144,52 +148,52 @@ class _Fit:
 
 
 def _rough_delay(dive: Dive, file: VehicleFile, name: str) -> tuple[float, list[_Fit]]:
-    """The delay of the thrust among DELAYS_S that yaw agrees with best, and yaw's fit there; 0 without yaw."""
-    found: list[tuple[float, list[_Fit]]] = []
+    """The thrust delay among DELAYS_S that fits yaw best, and yaw's fit there; 0 without yaw."""
+    tried: list[tuple[float, list[_Fit]]] = []
     fits: list[_Fit] = []
     built, forces = build_axes(dive, file, name, (YAW,)), wrench(dive, file, name)
     for delay_s in DELAYS_S:
         fits = _fits_of(delayed(built, forces, delay_s), file, name, fits)
         if fits:
-            found.append((delay_s, fits))
-        if _is_past([one.log_posterior for _, (one,) in found]):
+            tried.append((delay_s, fits))
+        if _is_past([one.log_posterior for _, (one,) in tried]):
             break
-    return max(found, key=lambda one: one[1][0].log_posterior, default=(0.0, []))
+    return max(tried, key=lambda one: one[1][0].log_posterior, default=(0.0, []))
 
 
 def _rough_lag(dive: Dive, delay_s: float, file: VehicleFile, name: str) -> float:
-    """The lag of the thrusters beyond the vehicle file's that yaw agrees with best; 0 where a delay does as well."""
+    """The extra lag of the thrusters that fits yaw best; 0 if a delay does as well."""
     later = _settled_on(dive, file, max(LAGS_S))
     fits = _fitted(later, delay_s, file, name, (YAW,), ())
     if not fits:
         return 0.0
     by_delay = fits[0].log_posterior
-    found: list[tuple[float, float]] = []
+    tried: list[tuple[float, float]] = []
     for lag_s in LAGS_S:
         fits = _fitted(later, 0.0, _with_lag(file, lag_s), name, (YAW,), fits)
         if fits:
-            found.append((lag_s, fits[0].log_posterior))
-        if _is_past([value for _, value in found]):
+            tried.append((lag_s, fits[0].log_posterior))
+        if _is_past([value for _, value in tried]):
             break
-    best = max(range(len(found)), key=lambda k: found[k][1], default=-1)
-    if best < 0 or found[best][1] < by_delay + LIKELIER:
+    best = max(range(len(tried)), key=lambda k: tried[k][1], default=-1)
+    if best < 0 or tried[best][1] < by_delay + LIKELIER:
         return 0.0
-    lags_s, values = np.array(found[max(best - 1, 0) : best + 2]).T
+    lags_s, values = np.array(tried[max(best - 1, 0) : best + 2]).T
     if len(lags_s) < 3:
-        return found[best][0]
+        return tried[best][0]
     bend, slope, _ = np.polyfit(lags_s, values, 2)
-    return float(np.clip(-0.5 * slope / bend, lags_s[0], lags_s[-1])) if bend < 0 else found[best][0]
+    return float(np.clip(-0.5 * slope / bend, lags_s[0], lags_s[-1])) if bend < 0 else tried[best][0]
 
 
 def _with_lag(file: VehicleFile, lag_s: float) -> VehicleFile:
-    """With thrusters that follow so much later."""
+    """The vehicle file with thrusters whose lag is `lag_s` longer."""
     curve = replace(file.vehicle.thrust_curve, lag_s=file.vehicle.thrust_curve.lag_s + lag_s)
     return replace(file, vehicle=replace(file.vehicle, thrust_curve=curve))
 
 
 def _settled_on(dive: Dive, file: VehicleFile, lag_s: float) -> Dive:
-    """With rates of turn and angles from when thrusters of that lag no longer know what was before the first command:
-    likelihoods of different lags are then of the same readings."""
+    """The dive with rates of turn and angles only from the time at which thrusters of that lag have forgotten their
+    state before the first command. Likelihoods of different lags then use the same readings."""
     if dive.pwm is None or dive.gyro is None:
         return dive
     start_s = float(dive.pwm.time_s[0]) + LAGS_FORGOTTEN * (file.vehicle.thrust_curve.lag_s + lag_s)
@@ -198,20 +202,21 @@ def _settled_on(dive: Dive, file: VehicleFile, lag_s: float) -> Dive:
 
 
 def _rough_lateness(dive: Dive, delay_s: float, file: VehicleFile, name: str) -> tuple[float, list[_Fit]]:
-    """The lateness among LATE_S that surge and sway agree with best under thrust so late, and their fits there."""
-    found: list[tuple[float, list[_Fit]]] = []
+    """The lateness among LATE_S that fits surge and sway best with thrust delayed by `delay_s`, and their fits
+    there."""
+    tried: list[tuple[float, list[_Fit]]] = []
     fits: list[_Fit] = []
     for late_s in LATE_S:
         early = dated_back(dive, 0.5 * late_s, 0.5 * late_s)
         fits = _fitted(early, delay_s, file, name, (SURGE, SWAY), fits)
-        found.append((late_s, fits))
-        if _is_past([_of_velocity(one) for _, one in found]):
+        tried.append((late_s, fits))
+        if _is_past([_of_velocity(one) for _, one in tried]):
             break
-    return max(found, key=lambda one: _of_velocity(one[1]))
+    return max(tried, key=lambda one: _of_velocity(one[1]))
 
 
 def _is_past(log_posteriors: Sequence[float]) -> bool:
-    """Whether the best of a row of them is two back and far above both since."""
+    """Whether the last two values both lie far below the best before them."""
     return len(log_posteriors) > 2 and max(log_posteriors[-2:]) < max(log_posteriors) - FAR
 
 
@@ -220,16 +225,16 @@ def _of_velocity(fits: Sequence[_Fit]) -> float:
 
 
 def _further(fits: Sequence[_Fit]) -> Array:
-    """By how much more, in s, the lateness and the smoothing of the velocity, by surge and sway, and the delay of the
-    thrust, by yaw, are than these axes were fitted with."""
-    found, precision = np.zeros(2), 1e-9 * np.eye(2)
+    """Further lateness and smoothing of the velocity, from surge and sway, and further thrust delay, from yaw, in s,
+    relative to the values in the fits."""
+    total, precision = np.zeros(2), 1e-9 * np.eye(2)
     later_s = 0.0
     for fit in fits:
         if len(fit.timing) == 1:
             later_s = float(fit.timing[0])
         else:
-            found, precision = found + fit.precision @ fit.timing, precision + fit.precision
-    velocity = np.linalg.solve(precision, found)
+            total, precision = total + fit.precision @ fit.timing, precision + fit.precision
+    velocity = np.linalg.solve(precision, total)
     # Thrust that comes later makes the velocity seem less late.
     return np.array([velocity[0] - later_s, velocity[1], later_s])
 
@@ -237,22 +242,23 @@ def _further(fits: Sequence[_Fit]) -> Array:
 def _fitted(
     dive: Dive, delay_s: float, file: VehicleFile, name: str, dofs: tuple[int, ...], near: Sequence[_Fit]
 ) -> list[_Fit]:
-    """Each of the axes alone under thrust so late, from where it was `near`; none of those that the recording lacks."""
+    """Fits of each axis alone with thrust delayed by `delay_s`, each started from its fit in `near`; axes that the
+    recording lacks are left out."""
     curve = replace(file.vehicle.thrust_curve, delay_s=file.vehicle.thrust_curve.delay_s + delay_s)
     late = replace(file, vehicle=replace(file.vehicle, thrust_curve=curve))
     return _fits_of(build_axes(dive, late, name, dofs), file, name, near)
 
 
 def _fits_of(built: Axes, file: VehicleFile, name: str, near: Sequence[_Fit]) -> list[_Fit]:
-    """Each of the axes alone, from where it was `near`; none of those that have no solution."""
+    """Fits of each axis alone, each started from its fit in `near`; axes without a solution are left out."""
     shape = file.vehicle.configurations[name]
     masses = np.array([MASS_RATIO * rigid_mass(shape, dof) for dof in range(6)])
     starts = {fit.dof: fit.theta for fit in near}
 
     def fit(axis: Axis) -> _Fit | None:
         if not axis.timing:
-            own = Timing(by_lateness(axis.force, 0.5 * axis.step_s), DELAY_SPREAD_S)
-            axis = replace(axis, timing=(own,))
+            thrust_timing = Timing(by_lateness(axis.force, 0.5 * axis.step_s), DELAY_SPREAD_S)
+            axis = replace(axis, timing=(thrust_timing,))
         problem = likelihood_of(axis, shape, masses, (), "both")
         if axis.dof in starts:
             with suppress(np.linalg.LinAlgError):
@@ -261,34 +267,34 @@ def _fits_of(built: Axes, file: VehicleFile, name: str, near: Sequence[_Fit]) ->
             rough = rough_maximum(problem, rigid_mass(shape, axis.dof), shape.model, ENOUGH)
             return _climbed(problem, rough.theta)
         except np.linalg.LinAlgError:
-            # An axis without a solution says nothing of timing; the fit of all axes says why.
+            # An axis without a solution gives no timing; the fit of all axes reports why.
             return None
 
-    found = side_by_side(fit, built.axes)
-    return [one for one in found if one is not None]
+    fits = side_by_side(fit, built.axes)
+    return [fitted for fitted in fits if fitted is not None]
 
 
 def _climbed(problem: AxisLikelihood, near: Array) -> _Fit:
-    """The fit of an axis alone from near by; raises LinAlgError where there is none."""
+    """Fit an axis alone from a point nearby; raises LinAlgError if there is no solution."""
     place = slice(problem.noise_place - len(problem.axis.timing), problem.noise_place)
     theta = near.copy()
-    # What was near was as late by its own timing, which the dive is dated by since.
+    # The dive has since been dated with the timing found at `near`, so the remaining timing starts at zero.
     theta[place] = 0.0
     maximum = climb(problem.slowed(theta), theta, ENOUGH, alone)
     precision = np.linalg.inv(np.linalg.inv(maximum.precision)[place, place])
-    told: Array = np.asarray(precision - np.diag(problem.prior_precision[place]), dtype=np.float64)
+    by_readings: Array = np.asarray(precision - np.diag(problem.prior_precision[place]), dtype=np.float64)
     pull: Array = np.asarray(precision @ maximum.theta[place], dtype=np.float64)
-    timing = np.asarray(np.linalg.solve(told, pull), dtype=np.float64)
+    timing = np.asarray(np.linalg.solve(by_readings, pull), dtype=np.float64)
     if not np.isfinite(timing).all():
         raise np.linalg.LinAlgError("its readings say nothing of its timing")
     off = maximum.theta - problem.prior_mean
     log_posterior = maximum.log_likelihood - 0.5 * float(problem.prior_precision @ off**2)
-    return _Fit(problem.axis.dof, maximum.theta, log_posterior, timing, told)
+    return _Fit(problem.axis.dof, maximum.theta, log_posterior, timing, by_readings)
 
 
 def lasting_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
-    """Those that were read for long enough to be identified; raises FitError where none was, where nothing was pushed,
-    and as `build_axes`."""
+    """The axes that were read for long enough to be identified. Raises FitError if there are none, if nothing was
+    pushed, and in the cases of `build_axes`."""
     lasting(dive)
     refuse_unpushed(dive, file, name)
     built = build_axes(dated(dive, file, name), file, name)
@@ -298,4 +304,4 @@ def lasting_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
 
 
 shared_axes = shared(lasting_axes)
-"""Of a dive, a vehicle file and a configuration: its `Axes`, for all methods that hold them."""
+"""The `Axes` of a dive, a vehicle file and a configuration, shared by all methods that hold them."""

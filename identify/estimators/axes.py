@@ -1,7 +1,7 @@
-"""From a dive to what the filter eats: for each degree of freedom its readings in time order, and the forces.
+"""Prepares a dive for the filter: for each degree of freedom its readings in time order, and the forces.
 
-Coriolis forces couple the axes through products of velocities; they are formed from smoothed velocities, which
-leaves six filters of one axis each instead of one of twelve states. `coupled` makes them anew from better ones.
+Coriolis forces couple the axes through products of velocities. They are formed from smoothed velocities, so that six
+filters of one axis each replace a filter with twelve states. `coupled` forms them again from better velocities.
 """
 
 from collections.abc import Sequence
@@ -34,39 +34,40 @@ Array = NDArray[np.float64]
 
 GRID_S = 0.02
 LONGEST_STEP_S = 0.05
-"""Longer steps between readings are divided, so that what is held over a step is not held for long."""
+"""Longer steps between readings are divided, so that a force held over a step is not held for long."""
 
 TIME_DIGITS = 5
-"""Times are rounded to 10 us, by which no vehicle moves: then few steps differ, and each is worked out once."""
+"""Times are rounded to 10 us, in which no vehicle moves: then few steps differ, and each is computed once."""
 
 FIRST_POSITION_STD = 0.1
 LEAST_START_S, LAGS_FORGOTTEN = 0.5, 10.0
-"""What the thrusters did before the first command is unknown; so many lags later it no longer matters."""
+"""The thrusters' state before the first command is unknown; after this many lags it no longer matters."""
 
 LEAST_FIRST_M_S = 1e-3
 LATE_SHARE = 0.3
-"""Commands that are sampled slowly may act earlier or later than is taken: its standard deviation, over the time from
-one sample to the next."""
+"""Standard deviation of the time at which slowly sampled commands act, as a share of the sample interval."""
 
 BRACKETS, SMALLEST_SPEED = 12, 1e-3
-"""Of speed, within which the slope of quadratic drag is taken to be one; m/s or rad/s."""
+"""Number of speed brackets, and smallest width of all together, m/s or rad/s. Within a bracket the slope of quadratic
+drag counts as constant."""
 
 STRANGE_SHARE, TELLING_SHARE, FEWEST_TELLING = 0.2, 0.15, 20
-"""A thrust curve is known to 10 % as a rule: twice that between PWM and TAU_CMD is another vehicle's. A wrench below
-the other share of a thruster's limit (N, or N m) may lie in the dead band. So many commands above it tell."""
+"""A thrust curve is usually known to 10 %. A median difference of twice that between PWM and TAU_CMD means another
+vehicle. A wrench below TELLING_SHARE of a thruster's limit (N, or N m) may lie in the dead band, so only larger
+wrenches are compared, if there are at least FEWEST_TELLING."""
 
 LEAST_DRIVE = 1e-3
-"""Thrust in an axis below this share of one thruster's limit (N, or N m) weighs nothing."""
+"""Thrust in an axis below this share of one thruster's limit (N, or N m) counts as none."""
 
 
 @dataclass(frozen=True)
 class Brackets:
-    """Brackets of an axis's speed, within which the slope of its square is taken to be one.
+    """Brackets of an axis's speed, within which the slope of its square counts as constant.
 
-    slopes (k,): of the speed times its amount, in the middle of each. slope (n,): of the one that each event is in;
-    step (n,): the row of a table of all different steps in all brackets that leads there, -1 for none. about (2, n):
-    what a unit of quadratic damping pushes with at the events beside a damping of that slope, once without the drag of
-    the axis's own speed, once with it.
+    slopes (k,): derivative of speed times its magnitude, in the middle of each bracket. slope (n,): the slope of each
+    event's bracket. step (n,): the row for this event in a table of all distinct steps in all brackets, -1 for no
+    step. about (2, n): force of a unit of quadratic damping at the events in addition to a linear damping of that
+    slope, first without the drag of the axis's own speed, then with it.
     """
 
     slopes: Array
@@ -79,15 +80,19 @@ class Brackets:
 class Axis:
     """One degree of freedom, (n,) events in time order.
 
-    step_s: since the event before; it is the one of `different_s` that `step` names, or 0 where that is -1.
-    force (n, 2): thrust less restoring in the first and the second half of the step before the event.
-    coriolis (n, 6): force for each unit of each total mass. reading: NaN where the event only divides a step.
-    scale: standard deviation of a reading over its channel's noise. channel: which of `channels` was read.
-    stiffness: restoring moment by angle, for roll and pitch. initial (4,): first speed and angle or depth, and
-    their variances. speed (n,): the axis's own over each step, that its quadratic drag is made of; quadratic: such
-    damping that is known beforehand. white_force: N (N m) over the root of 1/s, what the log hides of the commands;
-    0 where it hides nothing. timing: of the readings of an autopilot's own filter, and of slow samples of the commands;
-    smoothing_s: of that filter; sampled_s: how far apart the samples are, 0 where the commands are known all the time.
+    step_s: time since the event before, equal to entry `step` of `different_s`, or 0 if `step` is -1.
+    force (n, 2): thrust less restoring force in the first and the second half of the step before the event.
+    coriolis (n, 6): force per unit of each total mass.
+    reading: NaN if the event only divides a step. scale: standard deviation of a reading over its channel's noise.
+    channel: index of the reading's entry in `channels`.
+    stiffness: restoring moment per angle, for roll and pitch.
+    initial (4,): first speed, first angle or depth, and their variances.
+    speed (n,): the axis's own speed over each step, which gives its quadratic drag. quadratic: quadratic damping that
+    is known beforehand.
+    white_force: force that the log hides of the commands, N (N m) per root of 1/s; 0 if it hides nothing.
+    timing: timing errors of the readings of an autopilot's own filter, and of slow samples of the commands.
+    smoothing_s: time constant of that filter. sampled_s: interval of the command samples, 0 if the commands are known
+    at all times.
     """
 
     dof: int
@@ -117,37 +122,38 @@ class Axis:
 
     @cached_property
     def one_bracket(self) -> Brackets:
-        """A single one without a slope, of linear damping."""
+        """A single bracket with slope zero, for linear damping."""
         return self._bracketed(1, 0.0)
 
     def _bracketed(self, count: int, slope_by_speed: float) -> Brackets:
         size = np.abs(self.speed)
         width = max(float(np.max(size)), SMALLEST_SPEED) / count
         slopes = np.asarray(slope_by_speed * width * (np.arange(count) + 0.5), dtype=np.float64)
-        own = np.minimum(size / width, count - 1).astype(np.int64)
-        slope = np.asarray(slopes[own], dtype=np.float64)
-        step = np.where(self.step < 0, -1, self.step * count + own)
+        bracket = np.minimum(size / width, count - 1).astype(np.int64)
+        slope = np.asarray(slopes[bracket], dtype=np.float64)
+        step = np.where(self.step < 0, -1, self.step * count + bracket)
         return Brackets(slopes, slope, step, np.stack([slope * self.speed, (slope - size) * self.speed]))
 
     @property
     def is_coloured(self) -> bool:
-        """Whether the velocity readings have a slow error of their own, as those of an autopilot's filter have."""
+        """Whether the velocity readings have a slow error of their own, as those of an autopilot's filter do."""
         return self.channels[0].coloured > 0.0
 
     @property
     def shown_s(self) -> Array:
-        """(n,): when the vehicle itself moved as an autopilot's filter shows it at the events, on the whole."""
+        """Times (n,) of the motion that an autopilot's filter shows at the events, on average."""
         return np.asarray(self.time_s - self.smoothing_s)
 
 
 @dataclass(frozen=True)
 class Axes:
-    """The axes that a dive says something of, why it says nothing of the others, and notes on the forces.
+    """The axes that a dive has information on, the reasons why other axes are missing, and notes on the forces.
 
-    motion: the velocities that the Coriolis forces were made of. restoring: by degree of freedom, (m,) at the times
-    of the motion, but for what the stiffness makes of an axis's own integral. strange: why the recording can hardly
-    be one of this vehicle in this configuration, empty where it can. unpushed: the axes that no thruster pushed, in a
-    sentence: what moved them, if anything, is what the others did to them, and what rights them.
+    motion: the velocities that the Coriolis forces were made of. restoring: restoring force by degree of freedom,
+    (m,) at the times of the motion, without the part that the stiffness makes of an axis's own integral. strange: why
+    the recording can hardly be of this vehicle in this configuration; empty if it can. unpushed: the axes that no
+    thruster pushed, each with a sentence; only the other axes' forces and the righting moment moved them, if anything
+    did.
     """
 
     axes: tuple[Axis, ...]
@@ -165,14 +171,14 @@ class Axes:
 
     @property
     def rest_on_righting(self) -> tuple[str, ...]:
-        """The coefficients of roll and pitch where no thruster pushed: the righting moment weighs them."""
+        """The coefficients of roll and pitch if no thruster pushed there: the righting moment sets their scale."""
         return tuple(c.name for c in COEFFICIENTS if c.dof in (ROLL, PITCH) and c.dof in self.unpushed)
 
 
 def build_axes(dive: Dive, file: VehicleFile, name: str, dofs: Sequence[int] = range(6)) -> Axes:
-    """The axes, among these degrees of freedom, that this dive has readings and forces for.
+    """Return the axes, among these degrees of freedom, for which this dive has readings and forces.
 
-    Raises FitError where the dive holds no thruster command at all, or no reading that does not stand still.
+    Raises FitError if the dive holds no thruster command at all, or if all its readings are frozen.
     """
     if dive.frozen and dive.velocity is dive.gyro is dive.fog is None:
         raise FitError(
@@ -193,15 +199,15 @@ def build_axes(dive: Dive, file: VehicleFile, name: str, dofs: Sequence[int] = r
     axes, missing, unpushed, held = [], {}, {}, {}
     for dof in dofs:
         place = places.get(dof)
-        found = channels(dive, dof, velocity, None if place is None else place.reading)
+        read = channels(dive, dof, velocity, None if place is None else place.reading)
         least_n = LEAST_DRIVE * configuration.thruster_limit_n
         if np.std(forces.asked[:, dof]) <= least_n:
             unpushed[dof] = _unpushed(dof, float(np.max(np.abs(forces.asked[:, dof]), initial=0.0)) > least_n)
-        if not found:
+        if not read:
             missing[dof] = _unread(dive, dof)
-        elif dof in unpushed and found[0].state_read == POSITION and not forces.asked[:, dof].any():
-            missing[dof] = f"{unpushed[dof]}, and {found[0].name} alone was read there"
-        elif (events := _events(dof, found, (start, end))) is None:
+        elif dof in unpushed and read[0].state_read == POSITION and not forces.asked[:, dof].any():
+            missing[dof] = f"{unpushed[dof]}, and {read[0].name} alone was read there"
+        elif (events := _events(dof, read, (start, end))) is None:
             missing[dof] = f"{DOFS[dof]} was recorded only while no thruster command was"
         else:
             stiffness = stiffness_of(dive, configuration, dof)
@@ -232,26 +238,26 @@ def _unpushed(dof: int, steadily: bool) -> str:
 
 def _unread(dive: Dive, dof: int) -> str:
     """Why a dive has no readings of an axis, and what to record."""
-    what = f"{'velocity' if dof < 3 else 'rate of turn'} in {DOFS[dof]}"
+    motion = f"{'velocity' if dof < 3 else 'rate of turn'} in {DOFS[dof]}"
     sensor = "DVL" if dof < 3 else "gyro"
     if ("velocity" if dof < 3 else "gyro") in dive.frozen:
         return (
-            f"the recorded {what} stands still at one value while the vehicle goes on; check the {sensor}, and what "
+            f"the recorded {motion} stands still at one value while the vehicle goes on; check the {sensor}, and what "
             "passes its readings on"
         )
     place = {2: dive.depth if dive.depth is not None else dive.pressure}.get(dof, dive.attitude)
-    told = "depth" if dof == HEAVE else "attitude"
+    source = "depth" if dof == HEAVE else "attitude"
     if dof == HEAVE and place is not None and tumbles(dive):
-        return f"no {what} was recorded, and the depth of a vehicle that turns over tells none; record the {sensor}"
-    beside = "" if dof < 2 or place is None else f", and {told} alone says too little of it"
-    return f"no {what} was recorded{beside}; record the {sensor}"
+        return f"no {motion} was recorded, and the depth of a vehicle that turns over tells none; record the {sensor}"
+    limits = "" if dof < 2 or place is None else f", and {source} alone says too little of it"
+    return f"no {motion} was recorded{limits}; record the {sensor}"
 
 
 def _strange(dive: Dive, forces: WrenchHistory, vehicle: Vehicle, name: str) -> str:
-    said = dive.configuration_index()
-    if said is not None and said != vehicle.veh_cfg(name):
+    recorded = dive.configuration_index()
+    if recorded is not None and recorded != vehicle.veh_cfg(name):
         return (
-            f"the recording says VEH_CFG {said}, configuration '{name}' of vehicle '{vehicle.name}' is "
+            f"the recording says VEH_CFG {recorded}, configuration '{name}' of vehicle '{vehicle.name}' is "
             f"{vehicle.veh_cfg(name)}: it was dived in another configuration, or is another vehicle's"
         )
     shares = _off_the_command(dive, forces, vehicle.configurations[name].thruster_limit_n)
@@ -265,14 +271,15 @@ def _strange(dive: Dive, forces: WrenchHistory, vehicle: Vehicle, name: str) -> 
 
 
 def _off_the_command(dive: Dive, forces: WrenchHistory, limit_n: float) -> dict[int, float]:
-    """By horizontal axis: how far the wrench from PWM is off TAU_CMD, as the median share of it where it tells."""
+    """Median relative difference between the wrench from PWM and TAU_CMD, by horizontal axis, over commands that are
+    large enough."""
     if forces.source != "pwm" or dive.tau_cmd is None:
         return {}
     asked = Signal(forces.time_s, forces.asked).held_at(dive.tau_cmd.time_s)
     shares = {}
     for dof in (0, 1, YAW):
         commanded = dive.tau_cmd.value[:, dof]
-        # Small thrust lies in the thrusters' dead band, and the command with it: it tells nothing of the geometry.
+        # Small thrust lies in the thrusters' dead band, so a small command says nothing about the geometry.
         telling = np.isfinite(asked[:, dof]) & (np.abs(commanded) > TELLING_SHARE * limit_n)
         if np.count_nonzero(telling) >= FEWEST_TELLING:
             off = np.abs(asked[telling, dof] - commanded[telling]) / np.abs(commanded[telling])
@@ -281,7 +288,7 @@ def _off_the_command(dive: Dive, forces: WrenchHistory, limit_n: float) -> dict[
 
 
 def _events(dof: int, found: list[Channel], span_s: tuple[float, float]) -> Axis | None:
-    """The readings of an axis in time order, long steps divided, without any force yet."""
+    """Return the readings of an axis in time order, with long steps divided, still without any force."""
     time_s = np.round(np.concatenate([c.time_s for c in found]), TIME_DIGITS)
     value = np.concatenate([c.value for c in found])
     scale = np.concatenate([c.scale for c in found])
@@ -292,7 +299,7 @@ def _events(dof: int, found: list[Channel], span_s: tuple[float, float]) -> Axis
     time_s, value, scale, state, channel = (a[order] for a in (time_s, value, scale, state, channel))
     if np.count_nonzero(np.isfinite(value) & (state == found[0].state_read)) < FEWEST:
         return None
-    # An increment that began before the first event is no whole one.
+    # An increment that began before the first event is incomplete.
     whole = state != INCREMENT
     value = np.where(whole | (np.cumsum(~whole) > 1), value, np.nan)
     initial = _initial(time_s, value, scale, state)
@@ -322,7 +329,7 @@ def _events(dof: int, found: list[Channel], span_s: tuple[float, float]) -> Axis
 
 
 def _dividing(time_s: Array) -> Array:
-    """Times that divide every step longer than LONGEST_STEP_S into equal ones."""
+    """Times that divide every step longer than LONGEST_STEP_S into equal parts."""
     step_s = np.diff(time_s)
     pieces = np.ceil(step_s / LONGEST_STEP_S - 1e-6).astype(np.int64)
     extra = np.maximum(pieces - 1, 0)
@@ -334,7 +341,7 @@ def _dividing(time_s: Array) -> Array:
 def _pushed(
     events: Axis, forces: WrenchHistory, motion: Motion, restoring_n: Array, stiffness: float
 ) -> Axis:
-    """The events with the thrust less restoring of each step."""
+    """Return the events with the thrust less restoring force of each step."""
     before = np.concatenate([events.time_s[:1], events.time_s[:-1]])
     force = forces.along(events.dof).halves_between(before, events.time_s)[:, :, 0]
     held = motion.mean_between(restoring_n, before, events.time_s)
@@ -344,24 +351,25 @@ def _pushed(
 def _behind_filter(
     axis: Axis, forces: WrenchHistory, grid: Array, restoring_n: Array, smoothing_s: float
 ) -> Axis:
-    """The axis with its force as the readings of an autopilot's own filter show it, which smooths them so."""
+    """Return the axis with its force filtered like the readings of an autopilot's own filter, and their timing
+    errors."""
     before = np.concatenate([axis.time_s[:1], axis.time_s[:-1]])
-    own = FilteredForce(grid, forces.along(axis.dof).at(grid)[:, 0] - restoring_n)
-    force = own.behind(smoothing_s).mean_between(before, axis.time_s)
+    push = FilteredForce(grid, forces.along(axis.dof).at(grid)[:, 0] - restoring_n)
+    force = push.behind(smoothing_s).mean_between(before, axis.time_s)
     return replace(
         axis,
         force=np.column_stack([force, force]),
-        timing=timing_of(own, smoothing_s, before, axis.time_s, axis.dof == HEAVE),
+        timing=timing_of(push, smoothing_s, before, axis.time_s, axis.dof == HEAVE),
         smoothing_s=smoothing_s,
     )
 
 
 def _late_or_early(axis: Axis, forces: WrenchHistory) -> Axis:
-    """The axis with what slow samples of the commands leave open: when, on the whole, these act."""
+    """Return the axis with the timing error of slowly sampled commands, in addition to any other timing error."""
     before = np.concatenate([axis.time_s[:1], axis.time_s[:-1]])
     apart_s, spread_s = 0.5 * forces.sampled_s, LATE_SHARE * forces.sampled_s
-    own = forces.along(axis.dof)
-    early, late = (own.mean_between(before + by_s, axis.time_s + by_s)[:, 0] for by_s in (apart_s, -apart_s))
+    push = forces.along(axis.dof)
+    early, late = (push.mean_between(before + by_s, axis.time_s + by_s)[:, 0] for by_s in (apart_s, -apart_s))
     timing: tuple[Timing, ...] = (Timing((late - early) / (2.0 * apart_s), spread_s),)
     if axis.timing:
         first, *others = axis.timing
@@ -370,12 +378,12 @@ def _late_or_early(axis: Axis, forces: WrenchHistory) -> Axis:
 
 
 def delayed(built: Axes, forces: WrenchHistory, by_s: float) -> Axes:
-    """The axes, built with these forces, as all of them were to act so much later."""
+    """Return the axes, which were built with these forces, for forces that act `by_s` later."""
     return replace(built, axes=tuple(later(axis, built, forces, by_s) for axis in built.axes))
 
 
 def later(axis: Axis, built: Axes, forces: WrenchHistory, by_s: float) -> Axis:
-    """One of the axes built with these forces, as all of them were to act so much later."""
+    """Return an axis of `built`, which was built with these forces, for forces that act `by_s` later."""
     before, grid = np.concatenate([axis.time_s[:1], axis.time_s[:-1]]), built.motion.time_s
     forces = forces.along(axis.dof)
     if not axis.is_coloured:
@@ -383,14 +391,15 @@ def later(axis: Axis, built: Axes, forces: WrenchHistory, by_s: float) -> Axis:
             before, axis.time_s
         )
         return replace(axis, force=axis.force + moved[:, :, 0])
-    own = FilteredForce(grid, forces.at(grid - by_s)[:, 0] - built.restoring[axis.dof])
-    force = own.behind(axis.smoothing_s).mean_between(before, axis.time_s)
-    told = timing_of(own, axis.smoothing_s, before, axis.time_s, axis.dof == HEAVE)
-    return replace(axis, force=np.column_stack([force, force]), timing=(*told, *axis.timing[len(told) :]))
+    push = FilteredForce(grid, forces.at(grid - by_s)[:, 0] - built.restoring[axis.dof])
+    force = push.behind(axis.smoothing_s).mean_between(before, axis.time_s)
+    timing = timing_of(push, axis.smoothing_s, before, axis.time_s, axis.dof == HEAVE)
+    return replace(axis, force=np.column_stack([force, force]), timing=(*timing, *axis.timing[len(timing) :]))
 
 
 def coupled(axis: Axis, motion: Motion) -> Axis:
-    """The axis with the Coriolis forces and the own speed of a motion, each step's mean, as its readings show them."""
+    """Return the axis with the Coriolis forces and its own speed from a motion: means over each step, filtered like
+    its readings."""
     before = np.concatenate([axis.time_s[:1], axis.time_s[:-1]])
 
     def shown(values: Array) -> Array:
@@ -412,6 +421,6 @@ def _initial(time_s: Array, value: Array, scale: Array, state: NDArray[np.int64]
 
 
 def _rate_of(time_s: Array, place: Array) -> Array:
-    """The speeds between readings of a place."""
+    """Speeds from successive readings of a position or angle."""
     step_s = np.diff(time_s)
     return np.asarray(np.diff(place)[step_s > 0] / step_s[step_s > 0])

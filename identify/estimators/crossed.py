@@ -1,4 +1,5 @@
-"""Does the thrust of another axis move this one? It does where the DVL's axes, or the thrusters, are not the file's."""
+"""Tests whether the thrust of another axis moves an axis, as it does if the DVL's axes or the thrusters differ from
+the vehicle file."""
 
 from collections.abc import Mapping
 
@@ -18,13 +19,15 @@ Array = NDArray[np.float64]
 SURGE, SWAY = 0, 1
 
 LARGEST_SHARE = 0.1
-"""Of another axis's thrust: a DVL mounted about 4 degrees off its axes makes as much of it."""
+"""Share of another axis's thrust: a DVL mounted about 4 degrees off its axes causes as much."""
 
 
 def crossed(joint: JointLikelihood, theta: Array) -> dict[tuple[int, int], Tested]:
-    """By (axis, other) of surge and sway: the share of the other's thrust that moves the axis beside its own.
+    """For each (axis, other) of surge and sway: the share of the other's thrust that moves the axis in addition to
+    its own.
 
-    It is none where readings and thrust are in the same axes. With the DVL turned it is about the tangent of that.
+    The share is zero if readings and thrust have the same axes. If the DVL is rotated, it is about the tangent of the
+    angle.
     """
     events = {problem.axis.dof: problem.axis for problem in joint.problems}
     if not {SURGE, SWAY} <= set(events):
@@ -35,20 +38,20 @@ def crossed(joint: JointLikelihood, theta: Array) -> dict[tuple[int, int], Teste
 
 
 def crossed_doubts(found: Mapping[tuple[int, int], Tested]) -> tuple[Doubt, ...]:
-    """A doubt of the axes that another's thrust moves: by LARGEST_SHARE of it or more, and beyond chance."""
-    told = {
-        pair: one
-        for pair, one in found.items()
-        if abs(one.score) > DOUBTFUL_SCORE and abs(one.size) > LARGEST_SHARE
+    """A doubt about the axes that another axis's thrust moves, by more than LARGEST_SHARE of it and beyond chance."""
+    moved = {
+        pair: tested
+        for pair, tested in found.items()
+        if abs(tested.score) > DOUBTFUL_SCORE and abs(tested.size) > LARGEST_SHARE
     }
-    if not told:
+    if not moved:
         return ()
-    worst = max(told, key=lambda pair: abs(told[pair].score))
+    worst = max(moved, key=lambda pair: abs(moved[pair].score))
     axis, other = (DOFS[dof] for dof in worst)
-    dofs = sorted(dof for dof, _ in told)
+    dofs = sorted(dof for dof, _ in moved)
     sentence = (
-        f"The velocity in {axis} answers to the thrust in {other} ({told[worst].size:+.2g} of it, beside its own; "
-        f"{abs(told[worst].score):.0f} standard errors): the DVL's axes or the thrusters are not as the vehicle file "
+        f"The velocity in {axis} answers to the thrust in {other} ({moved[worst].size:+.2g} of it, beside its own; "
+        f"{abs(moved[worst].score):.0f} standard errors): the DVL's axes or the thrusters are not as the vehicle file "
         f"has them, and what is said of {axes_named(dofs)} can hardly be this vehicle's; check the DVL's mounting and "
         "the order of the thrusters: seatrial doctor --wet tells of both."
     )
@@ -57,7 +60,7 @@ def crossed_doubts(found: Mapping[tuple[int, int], Tested]) -> tuple[Doubt, ...]
 
 
 def _thrust_over(other: Axis, axis: Axis) -> Array:
-    """The mean force (n,) of the other axis over each step of this one."""
+    """Mean force (n,) of the other axis over each step of `axis`."""
     impulse = np.cumsum(other.force.mean(axis=1) * other.step_s)
     gained = np.diff(np.interp(axis.time_s, other.time_s, impulse), prepend=0.0)
     some = axis.step_s > 0

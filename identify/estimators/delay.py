@@ -1,8 +1,9 @@
-"""How much later than the vehicle file says thrust acts: by the likelihood of all axes at one delay after another.
+"""Delay of the thrust beyond the vehicle file, from the likelihood of all axes at one delay after another.
 
-A score at the file's own timing tells that this is off, and by how much only where that is little beside a thruster's
-lag. Here all axes are fitted anew at each delay, from the fit at the one before: coarsely over a grid, then nearer and
-nearer to the best. The 95 % interval is where the likelihood, all else at its best, has fallen by 1.96^2 / 2.
+A score test at the file's own timing shows that this is off, but gives the size only if it is small compared with a
+thruster's lag. Here all axes are fitted again at each delay, starting from the fit at the nearest delay: first
+coarsely over a grid, then closer and closer to the best. The 95 % interval ends where the likelihood, maximised over
+all else, has fallen by 1.96^2 / 2.
 """
 
 from collections.abc import Callable
@@ -23,29 +24,29 @@ Array = NDArray[np.float64]
 
 GRID_S = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8, 1.0)
 COARSELY, NEARLY = 1.0, 0.02
-"""Nats: as far as all axes are climbed on the grid, and near the best."""
+"""Convergence limits, in nats, of the climbs of all axes: on the grid, and near the best."""
 
 LEAST_GAIN = 0.5 * DOUBTFUL_SCORE**2
-"""Nats over the vehicle file's own timing, below which this is not mended."""
+"""A delay must gain this many nats over the vehicle file's own timing to be accepted."""
 
 LEAST_S = 0.005
-"""A shorter delay is none: pulses last for more, and stamps are whole milliseconds."""
+"""A shorter delay counts as zero: pulses last longer, and stamps are whole milliseconds."""
 
 LOST, FALLS = 30.0, 3
-"""The grid ends after so many delays in succession that are each so many nats below the best."""
+"""The grid ends after FALLS delays in succession that are each more than LOST nats below the best."""
 
 TURNS = 5
 SETTLED = 0.2
-"""Of half an interval: nearer to it a delay is fitted with well enough."""
+"""Share of half an interval: a fit at a delay closer to the best than this is good enough."""
 
 FALL = 0.5 * Z95**2
 FLAT = 0.5, 8.0
-"""Between these falls, in nats, a parabola is trusted to say where the likelihood has fallen by FALL."""
+"""If the fall, in nats, is between these, the parabola is trusted to say where the likelihood has fallen by FALL."""
 
 
 @dataclass
 class _Profile:
-    """The log posterior at each delay, all else at its best, and theta there."""
+    """The log posterior at each delay, maximised over all else, and theta there."""
 
     at: Callable[[float], JointLikelihood]
     thetas: dict[float, Array]
@@ -53,9 +54,9 @@ class _Profile:
 
     def top(self, by_s: float, enough: float) -> float:
         nearest = min(self.thetas, key=lambda known: abs(known - by_s))
-        found = climb(self.at(by_s), self.thetas[nearest], enough, JointLikelihood.score)
-        self.thetas[by_s], self.tops[by_s] = found.theta, found.log_likelihood
-        return found.log_likelihood
+        maximum = climb(self.at(by_s), self.thetas[nearest], enough, JointLikelihood.score)
+        self.thetas[by_s], self.tops[by_s] = maximum.theta, maximum.log_likelihood
+        return maximum.log_likelihood
 
     @property
     def best(self) -> float:
@@ -64,7 +65,7 @@ class _Profile:
 
 @dataclass(frozen=True)
 class Delayed:
-    """What a dive says of its thrust's delay, and its axes and their fit with that."""
+    """The delay of a dive's thrust, and the dive's axes and their fit with that delay."""
 
     delay: ThrustDelay
     built: Axes
@@ -79,11 +80,11 @@ def with_delay(
     refit: Callable[[Axes], JointFit],
     near: bool,
 ) -> Delayed | None:
-    """The delay beyond that of the vehicle file, `in_file_s`, which is in the forces; None where there may as well be
-    none. `near`: whether it is looked for between none and the first of the grid as well.
+    """Return the delay beyond that of the vehicle file, `in_file_s`, which the forces include; None if zero delay
+    does as well. `near`: whether to search between zero and the first point of the grid too.
 
-    Looked for twice: what the speeds of a fit at another delay make of drag and Coriolis forces draws the first answer
-    towards that.
+    The search runs twice, because drag and Coriolis forces come from the speeds of a fit at another delay, and draw
+    the first result towards that delay.
     """
     profile = _profile(forces, built, fit)
     falls = 0
@@ -112,14 +113,16 @@ def with_delay(
 
 def _profile(forces: WrenchHistory, built: Axes, fit: JointFit) -> _Profile:
     def at(by_s: float) -> JointLikelihood:
-        moved = (replace(one, axis=later(one.axis, built, forces, by_s)) for one in fit.joint.problems)
-        return replace(fit.joint, problems=tuple(one.reshaped() for one in moved))
+        moved = (
+            replace(problem, axis=later(problem.axis, built, forces, by_s)) for problem in fit.joint.problems
+        )
+        return replace(fit.joint, problems=tuple(problem.reshaped() for problem in moved))
 
     return _Profile(at, {0.0: fit.theta})
 
 
 def _near(profile: _Profile, about_s: float, apart_s: float) -> tuple[float, float]:
-    """The best delay, from about where it is, and half of its 95 % interval."""
+    """Return the best delay, from an approximate value, and half of its 95 % interval."""
     best, apart, half = about_s, apart_s, apart_s
     for _ in range(TURNS):
         sides = np.array([best - apart, best, best + apart])
@@ -135,8 +138,8 @@ def _near(profile: _Profile, about_s: float, apart_s: float) -> tuple[float, flo
 
 
 def _parabola(at: Array, tops: Array) -> tuple[float, float]:
-    """The vertex of the parabola through three points, and how far from it it has fallen by FALL; the best of them and
-    half of what is between them where it has no top."""
+    """Vertex of the parabola through three points, and the distance from it to a fall of FALL. If the parabola has no
+    top, the best of the points and half of their spacing."""
     bend, slope, _ = np.polyfit(at - at[1], tops, 2)
     if bend >= 0.0:
         return float(at[int(np.argmax(tops))]), 0.25 * float(at[2] - at[0])

@@ -1,4 +1,4 @@
-"""Why an interval might be wrong: a drag that the model lacks, thrust that acts at another time than it says."""
+"""Tests for wrong intervals: a drag that the model lacks, or thrust that acts at another time than assumed."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -21,10 +21,10 @@ DEAF_NOISE = 1e6
 
 @dataclass(frozen=True)
 class Doubts:
-    """What speaks against the fit of one axis.
+    """Evidence against the fit of one axis.
 
-    drag: of a quadratic damping, N/(m/s)^2 or N m/(rad/s)^2, or of a linear one where the model is quadratic. late: of
-    seconds by which forces act later than they are taken to. Their leanings (18,) are of the logarithms of all
+    drag: test of a quadratic damping, N/(m/s)^2 or N m/(rad/s)^2, or of a linear damping if the model is quadratic.
+    late: test of forces that act later than assumed, in seconds. Their leanings (18,) are of the logarithms of all
     coefficients, in the order of `OF_HULL`, 0 for those not fitted.
     """
 
@@ -50,8 +50,8 @@ def doubts_of(joint: JointLikelihood, theta: Array) -> dict[int, Doubts]:
             Force(problem.axis.dof, lacking_drag(problem, simulated_speed(problem, theta[place]))),
             Force(problem.axis.dof, by_lateness(problem.axis.force, 0.5 * problem.axis.step_s)),
         ]
-    rows, where = coefficients(joint)
-    tested = [_of_all(one, rows, where) for one in with_forces(joint, theta, forces).tested()]
+    rows, theta_places = coefficients(joint)
+    tested = [_of_all(test, rows, theta_places) for test in with_forces(joint, theta, forces).tested()]
     return {
         problem.axis.dof: Doubts(_undragged(tested[2 * i], problem), _untimed(tested[2 * i + 1], problem))
         for i, problem in enumerate(joint.problems)
@@ -64,22 +64,26 @@ def _undragged(drag: Tested, problem: AxisLikelihood) -> Tested:
 
 
 def _untimed(late: Tested, problem: AxisLikelihood) -> Tested:
-    """Slow samples of the commands tell of no lateness."""
+    """Slowly sampled commands give no information on lateness."""
     return replace(late, score=0.0, size=0.0) if problem.axis.sampled_s else late
 
 
 def coefficients(joint: JointLikelihood) -> tuple[list[int], list[int]]:
-    """The coefficients that are fitted, as rows of `OF_HULL`, and where theta has them."""
+    """The fitted coefficients, as rows of `OF_HULL`, and their indices in theta."""
     axes = list(zip(joint.problems, joint.places, strict=True))
-    linear = [(6 + one.axis.dof, place.start + DAMPING) for one, place in axes if one.damped != "quadratic"]
-    squared = [
-        (12 + one.axis.dof, place.start + one.quadratic_place)
-        for one, place in axes
-        if one.damped != "linear"
+    linear = [
+        (6 + problem.axis.dof, place.start + DAMPING)
+        for problem, place in axes
+        if problem.damped != "quadratic"
     ]
-    masses = zip([one.axis.dof for one in joint.problems], joint.mass_places, strict=True)
-    rows, where = zip(*masses, *linear, *squared, strict=True)
-    return list(rows), list(where)
+    squared = [
+        (12 + problem.axis.dof, place.start + problem.quadratic_place)
+        for problem, place in axes
+        if problem.damped != "linear"
+    ]
+    masses = zip([problem.axis.dof for problem in joint.problems], joint.mass_places, strict=True)
+    rows, places = zip(*masses, *linear, *squared, strict=True)
+    return list(rows), list(places)
 
 
 def _of_all(one: Tested, rows: Sequence[int], where: Sequence[int]) -> Tested:
@@ -89,17 +93,17 @@ def _of_all(one: Tested, rows: Sequence[int], where: Sequence[int]) -> Tested:
 
 
 def by_drag(speed: Array) -> Array:
-    """The force (n,) of a quadratic damping of one at these speeds."""
+    """Force (n,) of a unit of quadratic damping at these speeds."""
     return np.asarray(-speed * np.abs(speed))
 
 
 def lacking_drag(problem: AxisLikelihood, speed: Array) -> Array:
-    """The force (n,) at these speeds of a unit of the damping that the model lacks."""
+    """Force (n,) at these speeds of a unit of the damping that the model lacks."""
     return -speed if problem.damped == "quadratic" else by_drag(speed)
 
 
 def simulated_speed(problem: AxisLikelihood, theta: Array) -> Array:
-    """Speed (n,) at the events as the model alone gives it from the forces: it shares no noise with the readings."""
+    """Speed (n,) at the events from the model and the forces alone: it shares no noise with the readings."""
     axis = problem.axis
     theta = theta.copy()
     theta[problem.noise_place : problem.white_place] = np.log(DEAF_NOISE)
@@ -107,6 +111,6 @@ def simulated_speed(problem: AxisLikelihood, theta: Array) -> Array:
     moving = np.isfinite(error) & (axis.state_read != POSITION)
     if not moving.any():
         return problem.means(theta)[:, 0]
-    said = ((problem.reading - error) / axis.scale)[moving]
-    speed: Array = np.interp(axis.time_s, axis.time_s[moving], said)
+    predicted = ((problem.reading - error) / axis.scale)[moving]
+    speed: Array = np.interp(axis.time_s, axis.time_s[moving], predicted)
     return speed

@@ -1,9 +1,9 @@
-"""Linear and quadratic damping of one hull, which a dive at few speeds can't tell apart: what is known of each.
+"""Joint knowledge of linear and quadratic damping of a hull, for dives at few speeds that can't separate the two.
 
-The fit is in logarithms, and so is what is known of a coefficient, as long as that is much. Where it is little, one of
-the two may as well be absent, which no logarithm can say. Drag is linear in its coefficients, so that its likelihood is
-a parabola in them: their mean and covariance are those of a normal distribution without its negative part (Johnson,
-Kotz and Balakrishnan 1994, section 13.10.1), and what that leaves of one moves all that is correlated with it.
+The fit is in logarithms, and so is the knowledge of a coefficient that is known well. If a damping is known loosely,
+it may as well be zero, which a logarithm can't express. Drag is linear in its coefficients, so its likelihood is a
+parabola in them. Their mean and covariance are those of a normal distribution truncated to positive values (Johnson,
+Kotz and Balakrishnan 1994, section 13.10.1), and truncating one of them moves all that is correlated with it.
 """
 
 from dataclasses import dataclass
@@ -20,20 +20,20 @@ from identify.identification import Z95
 Array = NDArray[np.float64]
 
 LOOSE = 0.25
-"""Standard error of a logarithm from which on a drag is told as a number."""
+"""Standard error of a logarithm above which a drag is stated as a number."""
 
 VAGUE = 2.0
-"""Standard deviation of a drag beforehand, as a share of where its climb starts."""
+"""Prior standard deviation of a drag, as a share of the start value of its climb."""
 
 SURELY = 5.0
-"""Standard errors from 0 at which a normal distribution has no negative part."""
+"""Standard errors from 0 beyond which the negative part of a normal distribution is negligible."""
 
 
 @dataclass(frozen=True)
 class Told:
-    """What is known of a fit's theta: its `middle` (p,) and `covariance` (p, p). Of the drags at the places of
-    `stretch` these are the logarithm of the mean and the relative covariance; with it what to multiply the lower and
-    the upper half of their intervals by."""
+    """Knowledge of a fit's theta: its `middle` (p,) and `covariance` (p, p). For the drags at the indices in
+    `stretch` these are the logarithm of the mean and the relative covariance; `stretch` holds factors on the lower
+    and the upper half of their intervals."""
 
     middle: Array
     covariance: Array
@@ -41,20 +41,20 @@ class Told:
 
 
 def told(joint: JointLikelihood, maximum: Maximum) -> Told:
-    """Of all axes; as numbers of the drags that are known loosely."""
+    """Return the knowledge of all axes; drags that are known loosely are treated as numbers."""
     whole: Array = np.asarray(np.linalg.inv(maximum.precision), dtype=np.float64)
     loose = _loose(joint, np.sqrt(np.diag(whole)))
     return _as_numbers(joint, maximum.theta, loose) if loose else Told(maximum.theta, whole, {})
 
 
 def _loose(joint: JointLikelihood, std: Array) -> list[int]:
-    """Where theta has linear and quadratic damping of the axes in which one of them is known loosely; std (p,)."""
-    found: list[int] = []
+    """Indices in theta of linear and quadratic damping, for axes in which either is known loosely; std (p,)."""
+    places: list[int] = []
     for problem, place in zip(joint.problems, joint.places, strict=True):
         both = [place.start + DAMPING, place.start + problem.quadratic_place]
         if problem.damped == "both" and np.max(std[both]) > LOOSE:
-            found += both
-    return found
+            places += both
+    return places
 
 
 def _as_numbers(joint: JointLikelihood, theta: Array, at: list[int]) -> Told:
@@ -67,7 +67,7 @@ def _as_numbers(joint: JointLikelihood, theta: Array, at: list[int]) -> Told:
     covariance: Array = np.asarray(np.linalg.inv(information / np.outer(unit, unit) + np.diag(precision)))
     mean = value + covariance @ (gradient / unit - precision * (value - prior_mean))
     ends = {}
-    # The least sure first: it is the one that the other follows.
+    # The least certain damping first, because the other follows it.
     for place in sorted(at, key=lambda place: mean[place] / np.sqrt(covariance[place, place])):
         ends[place] = _interval(float(mean[place]), float(np.sqrt(covariance[place, place])))
         mean, covariance = _without_negative(mean, covariance, place)
@@ -86,20 +86,20 @@ def _as_numbers(joint: JointLikelihood, theta: Array, at: list[int]) -> Told:
 
 
 def _interval(middle: float, std: float) -> tuple[float, float]:
-    """Of a normal distribution without its negative part, 95 %: from 0 where none at all may as well be."""
-    # By logarithms: far out on the other side what is left would be rounded away.
+    """95 % interval of a normal distribution truncated to positive values; it starts at 0 if zero is plausible."""
+    # In logarithms, because far out on the negative side the remaining probability would be rounded away.
     left = float(log_ndtr(middle / std))
     low, high = (middle - std * float(ndtri_exp(left + np.log(share))) for share in (0.975, 0.025))
     return (0.0 if middle < Z95 * std else low), high
 
 
 def _without_negative(mean: Array, covariance: Array, place: int) -> tuple[Array, Array]:
-    """Mean (p,) and covariance (p, p) once the parameter there can't be negative."""
+    """Mean (p,) and covariance (p, p) once the parameter at `place` can't be negative."""
     std = float(np.sqrt(covariance[place, place]))
     off = float(mean[place]) / std
     if off > SURELY:
         return mean, covariance
-    # The hazard of a normal distribution, by logarithms for the far side.
+    # The hazard of a normal distribution, in logarithms for the far side.
     hazard = float(np.exp(-0.5 * off**2 - 0.5 * np.log(2.0 * np.pi) - log_ndtr(off)))
     left = max(1.0 - hazard * (hazard + off), 1e-6)
     along: Array = covariance[:, place] / std

@@ -1,8 +1,8 @@
-"""The gradient and the information of one degree of freedom's likelihood, in one pass over its events.
+"""Gradient and information of one degree of freedom's likelihood, in one pass over its events.
 
-The filter runs for all parameters at once: beside the one at theta one more for each parameter that moves its gains,
-each a little further in that parameter, which gives the derivatives by forward differences; what acts as a force
-alone goes through the gains of the first (Gupta and Mehra 1974, eqs 33 to 35). Nothing is kept of an event.
+The filter runs for all parameters at once: a run at theta, and a run for each parameter that affects the gains, with
+that parameter slightly larger, which gives the derivatives by forward differences. A parameter that acts only as a
+force uses the gains of the first run (Gupta and Mehra 1974, eqs 33 to 35). No event is stored.
 """
 
 import numpy as np
@@ -22,7 +22,8 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 STEP = 1e-6
-"""Of a logarithm: a forward difference is off by about as much of itself, and rounding by 1e-10."""
+"""Step of a logarithm: the relative error of the forward difference is about as large, and rounding adds about
+1e-10."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz"})
@@ -40,12 +41,13 @@ def gradient_and_information(
     sigma_c: Array,
     initial: Array,
 ) -> tuple[Array, Array]:
-    """Gradient (p,) of the log likelihood and information (p, p), p = c - 1 + k: first the curved, then the linear.
+    """Return the gradient (p,) of the log likelihood and the information (p, p), p = c - 1 + k: first the curved,
+    then the linear parameters.
 
-    Of each of the c runs, the first at theta and each other with one parameter STEP further: tables (c, steps, COLUMNS)
-    of `transitions`, variances (c, channels) of the readings' noise, sigma_d (c,) and sigma_c (c,). columns (n, k): the
-    force of a unit of each linear parameter. channel (n,) of each reading and scale (n,), by which its noise is larger.
-    All else as `innovations` has it, without a gate.
+    There are c runs, the first at theta and each other with one parameter STEP larger. For each run: tables (c,
+    steps, COLUMNS) of `transitions`, variances (c, channels) of the readings' noise, sigma_d (c,) and sigma_c (c,).
+    columns (n, k): the force of a unit of each linear parameter. channel (n,) of each reading, and scale (n,), the
+    factor on its noise. The other arguments are those of `innovations`, without a gate.
     """
     runs, linear = tables.shape[0], columns.shape[1]
     curved = runs - 1
@@ -75,11 +77,11 @@ def gradient_and_information(
                 p = moved_covariance(row, p)
             if read:
                 e = reading[i] - (m[0] + m[3] if velocity else m[1])
-                total, own = gains(p, velocity, variances[r, channel[i]] * scale[i] * scale[i])
-                m = (m[0] + own[0] * e, m[1] + own[1] * e, m[2] + own[2] * e, m[3] + own[3] * e)
-                p = told_covariance(p, velocity, own)
+                total, gain = gains(p, velocity, variances[r, channel[i]] * scale[i] * scale[i])
+                m = (m[0] + gain[0] * e, m[1] + gain[1] * e, m[2] + gain[2] * e, m[3] + gain[3] * e)
+                p = told_covariance(p, velocity, gain)
                 if r == 0:
-                    error, spread, k = e, total, own
+                    error, spread, k = e, total, gain
                 else:
                     slope[r - 1] = (e - error) / STEP
                     widening[r - 1] = (total - spread) / STEP

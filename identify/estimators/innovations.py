@@ -1,16 +1,20 @@
 """Kalman innovations of one degree of freedom with a first-order coloured force: the compiled inner loop.
 
-State (nu, x, d, c), with   m nu_dot = F(t) - D nu - k x + d,   x_dot = nu,   d_dot = -d/T + white noise,
-so that d is stationary with standard deviation `sigma_d` (Jazwinski 1970, theorem 7.1 for the recursion). What a stock
-autopilot's recording needs stands beside it: a white force (pulses in whole microseconds, and what they did between two
-messages); a first-order coloured error c of the velocity readings, c_dot = -c/T_c + white noise, which no force moves;
-and, where nu and the forces are what its own filter of time constant T_s makes of them, x_dot = nu + T_s nu_dot. All
-are zero where a recording has none.
-Events are measurements in time order: of nu, of x (an angle, or depth), or of how far x came since the last such
-event (an INCREMENT: what a gyro that integrates between its messages tells). A NaN reading is none.
+State (nu, x, d, c), with
 
-Steps come as indices into a table of the few different ones that a recording has. `transitions` works out each
-once; everything after is arithmetic on scalars, with the covariance's ten numbers.
+    m nu_dot = F(t) - D nu - k x + d,   x_dot = nu,   d_dot = -d/T + white noise,
+
+so that d is stationary with standard deviation `sigma_d` (Jazwinski 1970, theorem 7.1 for the recursion). For the
+recording of a stock autopilot the model also has a white force (from pulses rounded to whole microseconds and unknown
+between messages); a first-order coloured error c of the velocity readings, c_dot = -c/T_c + white noise, which no
+force moves; and, if nu and the forces come out of the autopilot's filter of time constant T_s, x_dot = nu + T_s
+nu_dot. All these are zero for other recordings.
+
+Events are measurements in time order: of nu, of x (an angle, or depth), or of the change of x since the last such
+event (an INCREMENT, from a gyro that integrates between its messages). A NaN reading is no measurement.
+
+Steps are indices into a table of the few different steps that a recording has. `transitions` computes each step once;
+everything after is scalar arithmetic on the ten numbers of the covariance.
 """
 
 import numpy as np
@@ -21,13 +25,13 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Mean = tuple[float, float, float, float]
 Covariance = tuple[float, float, float, float, float, float, float, float, float, float]
-"""The upper triangle, row by row, 00 01 02 11 12 22, and then what c has with all: 03 13 23 33."""
+"""Upper triangle, row by row, 00 01 02 11 12 22, then the covariances of c: 03 13 23 33."""
 
 Gain = tuple[float, float, float, float]
 
 VELOCITY, POSITION, INCREMENT = 0, 1, 2
 LONGEST_STEP_S = 0.1
-"""Longer steps are divided by whoever makes the events: the series of the exponential is exact up to here."""
+"""The caller divides longer steps: the exponential's series is exact up to this length."""
 
 COLUMNS = 19
 
@@ -45,20 +49,20 @@ def transitions(
     coloured_s: float,
     smoothing_s: float,
 ) -> Array:
-    """For each of the steps (k,) with each of the dampings (b,) one row of COLUMNS numbers, (k b, COLUMNS).
+    """Return a row of COLUMNS numbers for each of the steps (k,) with each of the dampings (b,), (k b, COLUMNS).
 
-    Transition (00 01 02 10 11 12 22), response of nu and x to a unit force held over the first and over the second
-    half of the step, process noise (00 01 02 11 12 22), transition and process noise of c.
-    white_force: N over the root of 1/s (N m in rotation); sigma_c: standard deviation of c, in the reading's unit;
-    coloured_s: its time constant. smoothing_s: of the filter that nu comes out of, 0 for none; x is the vehicle's own
-    place.
+    A row holds the transition (00 01 02 10 11 12 22), the response of nu and x to a unit force held over the first
+    and over the second half of the step, the process noise (00 01 02 11 12 22), and the transition and process noise
+    of c. white_force: N per root of 1/s (N m in rotation). sigma_c: standard deviation of c, in the reading's unit;
+    coloured_s: its time constant. smoothing_s: time constant of the filter that nu comes out of, 0 for no filter; x
+    is the vehicle's own position or angle.
     """
     brackets = dampings.shape[0]
     out = np.empty((different_s.shape[0] * brackets, COLUMNS))
     rate = np.zeros((3, 3))
     rate[0, 1] = -stiffness / mass
     rate[0, 2] = 1.0 / mass
-    # A first-order filter's input is its output and smoothing_s times its rate.
+    # The input of a first-order filter is its output plus smoothing_s times the output's rate.
     rate[1, 1] = smoothing_s * rate[0, 1]
     rate[1, 2] = smoothing_s * rate[0, 2]
     rate[2, 2] = -1.0 / time_constant_s
@@ -98,7 +102,7 @@ def transitions(
 
 @njit(cache=True, inline="always")
 def _pushed(transition: Array, smoothing_s: float) -> tuple[float, float]:
-    """What has become of nu and of x after a push of the mass."""
+    """nu and x after an impulse that adds 1 to nu and smoothing_s to x."""
     return (
         transition[0, 0] + smoothing_s * transition[0, 1],
         transition[1, 0] + smoothing_s * transition[1, 1],
@@ -129,13 +133,13 @@ def innovations(
     initial: Array,
     gate_sigma: float,
 ) -> tuple[Array, Array, Array]:
-    """Innovations and their variances, (n,), NaN where a reading is NaN, and the gains (n, 4).
+    """Return innovations and their variances, (n,), NaN where a reading is NaN, and the gains (n, 4).
 
-    table (k, COLUMNS) of `transitions`; step (n,) its row for the time since the event before, -1 for none; force
+    table (k, COLUMNS) of `transitions`; step (n,) its row for the time since the event before, -1 for no step; force
     (n, 2) N, held over the first and the second half of that step; reading (n,) in SI units; state_read (n,)
     VELOCITY, POSITION or INCREMENT; variance (n,) of each reading; initial (4,): nu, x, their variances. A reading
-    beyond `gate_sigma` standard deviations is clipped to there and changes nothing. An INCREMENT starts x anew from
-    zero, also where its reading is NaN.
+    beyond `gate_sigma` standard deviations has its innovation clipped to that limit and does not update the state. An
+    INCREMENT restarts x from zero, even if its reading is NaN.
     """
     n = step.shape[0]
     error, spread, gain = np.full(n, np.nan), np.full(n, np.nan), np.zeros((n, 4))
@@ -175,8 +179,8 @@ def filtered_means(
     state_read: Indices,
     initial: Array,
 ) -> Array:
-    """The means of nu, x and d after each event (n, 3), by the innovations (n,), 0 where none is, and gains of a filter
-    that was run."""
+    """Means of nu, x and d after each event (n, 3), from the gains and innovations (n,) of an earlier filter run; an
+    innovation is 0 without a reading."""
     out = np.empty((step.shape[0], 3))
     nu, x, d = initial[0], initial[1], 0.0
     for i in range(step.shape[0]):
@@ -201,10 +205,10 @@ def smoothed_velocity(
     sigma_c: float,
     initial: Array,
 ) -> Array:
-    """The mean of nu (n,) at every event given all readings, before and after it.
+    """Mean of nu (n,) at every event given all readings, earlier and later.
 
-    The adjoint form of Bryson and Frazier (1963; Bierman 1977, eqs 10.2.1 to 10.2.4), which inverts nothing and so
-    does not mind that an INCREMENT makes x certain.
+    The adjoint form of Bryson and Frazier (1963; Bierman 1977, eqs 10.2.1 to 10.2.4) inverts no matrix, so an
+    INCREMENT, after which x is certain, does no harm.
     """
     n = step.shape[0]
     means, spreads = np.empty(n), np.empty((n, 4))
@@ -237,12 +241,12 @@ def smoothed_velocity(
         if state_read[i] == INCREMENT:
             a1 = 0.0
         if np.isfinite(reading[i]):
-            told = gain[i, 0] * a0 + gain[i, 1] * a1 + gain[i, 2] * a2 + gain[i, 3] * a3 + surprise[i]
+            update = gain[i, 0] * a0 + gain[i, 1] * a1 + gain[i, 2] * a2 + gain[i, 3] * a3 + surprise[i]
             if state_read[i] == VELOCITY:
-                a0 -= told
-                a3 -= told
+                a0 -= update
+                a3 -= update
             else:
-                a1 -= told
+                a1 -= update
         out[i] = means[i] - (
             spreads[i, 0] * a0 + spreads[i, 1] * a1 + spreads[i, 2] * a2 + spreads[i, 3] * a3
         )

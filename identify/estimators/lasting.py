@@ -1,4 +1,4 @@
-"""How long a dive holds what identification lives on: thruster commands and readings of motion at the same time."""
+"""Time for which a dive has thruster commands and readings of motion together, as identification needs both."""
 
 import math
 
@@ -12,7 +12,7 @@ from identify.estimators.said import SHORTEST_DIVE_S
 
 
 def lasting(dive: Dive) -> None:
-    """Raises FitError where no axis was read for long enough: a battery's voltage may go on when all else ended."""
+    """Raise FitError if no axis was read for long enough. A battery's voltage may be logged after all else ended."""
     common = [span_s for dof in range(len(DOFS)) if not math.isnan(span_s := common_s(dive, dof))]
     if common and round(max(common)) < SHORTEST_DIVE_S:
         raise FitError(
@@ -22,23 +22,23 @@ def lasting(dive: Dive) -> None:
 
 
 def too_short(dive: Dive, dof: int) -> str:
-    """Why an axis was read for too short a time to be identified, empty where it was not.
+    """Why an axis was read for too short a time to be identified; empty if it was read for long enough.
 
-    To the nearest second, as it is told: of a recording of 20 s the last reading is from before its end.
+    Rounded to a second, as in the sentence: the last reading of a recording of 20 s is from before its end.
     """
     span_s = common_s(dive, dof)
     if math.isnan(span_s) or round(span_s) >= SHORTEST_DIVE_S:
         return ""
-    what = "velocity" if dof < 3 else "rate of turn"
+    speed = "velocity" if dof < 3 else "rate of turn"
     return (
-        f"thruster commands and the {what} in {DOFS[dof]} were both recorded for {max(span_s, 0):.0f} s, but at least "
+        f"thruster commands and the {speed} in {DOFS[dof]} were both recorded for {max(span_s, 0):.0f} s, but at least "
         f"{SHORTEST_DIVE_S:.0f} s are needed"
     )
 
 
 def common_s(dive: Dive, dof: int) -> float:
-    """How long a dive has both thruster commands and readings of an axis's velocity, or where nothing read that, of its
-    place; NaN where either lacks."""
+    """Time for which a dive has both thruster commands and readings of an axis's velocity (or of its position or
+    angle, if no sensor read the velocity); NaN if either is missing."""
     commands = [signal.time_s for signal in (dive.pwm, dive.tau_cmd) if signal is not None and len(signal)]
     columns = (
         [(dive.velocity, dof)]

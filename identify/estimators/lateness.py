@@ -1,4 +1,4 @@
-"""What a force changes by, the later it acts: of thrust behind a velocity that is told late, or smoothed."""
+"""Change of a force with the time at which it acts, also for thrust behind a velocity that is late or smoothed."""
 
 from dataclasses import dataclass
 
@@ -9,29 +9,31 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 LATER_S = 0.03
-"""Short beside what moves a vehicle, and of the size of a thruster's lag."""
+"""Short compared with the motion of a vehicle, and about as long as a thruster's lag."""
 
 APART_S = 0.03
 LATENESS_SPREAD_S, SMOOTHING_SPREAD_S, HEAVE_SPREAD_S = 0.03, 0.03, 0.15
-"""How far an autopilot's lateness may be from what surge and sway say of it, in one of these; and the time constant by
-which its filter smooths. In heave, where other sensors feed that filter, both may be further off."""
+"""Prior standard deviations of an autopilot's timing in a single axis: of its lateness about the value that surge
+and sway gave, and of its filter's time constant. In heave, where other sensors feed that filter, both may be
+further off."""
 
 
 @dataclass(frozen=True)
 class Timing:
-    """The force (n,) that a second of lateness or of smoothing makes of an axis's own; `spread`: how many seconds there
-    may well be."""
+    """Change of an axis's force (n,) per second of lateness or of smoothing; `spread`: prior standard deviation of
+    that time, s."""
 
     force: Array
     spread: float
 
 
 def by_lateness(force: Array, half_s: Array, lag_s: float = LATER_S) -> Array:
-    """What each step's mean force (n,) changes by, per second that the forces (n, 2) of its halves come later.
+    """Change of each step's mean force (n,), per second that the forces (n, 2) of its halves come later.
 
-    half_s (n,): of half a step. Less the slope of the forces behind a first-order lag: where that is a thruster's whole
-    lag, exactly what the lag's last part of any size changes. It is made of what came before alone: a force that came
-    sooner would answer, through the controller, to noise in readings that were yet to be.
+    half_s (n,): half of each step. The change is minus the slope of the forces behind a first-order lag; if `lag_s`
+    is a thruster's whole lag, this is exactly the effect of the last part of that lag, whatever its size. It is made
+    of earlier forces alone: a force that came sooner would respond, through the controller, to noise in later
+    readings.
     """
     return np.asarray(_slope(force, half_s, lag_s))
 
@@ -51,7 +53,7 @@ def _slope(force: Array, half_s: Array, lag_s: float) -> Array:
 
 
 def behind_filter(values: Array, step_s: float, smoothing_s: float) -> Array:
-    """What a first-order filter makes of values (k, n) at uniform times; they have been the first of them for ever."""
+    """Values (k, n) at uniform times after a first-order filter, whose state starts at the first value."""
     if smoothing_s <= 0:
         return values
     return np.asarray(_smoothed(np.ascontiguousarray(values), float(np.exp(-step_s / smoothing_s))))
@@ -59,7 +61,7 @@ def behind_filter(values: Array, step_s: float, smoothing_s: float) -> Array:
 
 @njit(cache=True, nogil=True)
 def _smoothed(values: Array, keep: float) -> Array:
-    """Four rows at a time: each value waits for the one before it."""
+    """Four rows at a time, because each value waits for the value before it."""
     out, share = np.empty_like(values), 1.0 - keep
     count = values.shape[0]
     for k in range(0, count - 3, 4):
@@ -80,19 +82,19 @@ def _smoothed(values: Array, keep: float) -> Array:
 
 @dataclass(frozen=True)
 class FilteredForce:
-    """An axis's force (m,) at the uniform times (m,), as the readings of an autopilot's own filter show it."""
+    """An axis's force (m,) at the uniform times (m,), as it appears in the readings of an autopilot's own filter."""
 
     time_s: Array
     force: Array
 
     def behind(self, smoothing_s: float, later_s: float = 0.0) -> "FilteredForce":
-        """The same as a filter of that time constant shows it, so much later."""
+        """The same force behind a filter of that time constant, `later_s` later."""
         step_s = float(self.time_s[1] - self.time_s[0])
         smooth = behind_filter(self.force[None], step_s, smoothing_s)[0]
         return FilteredForce(self.time_s, np.interp(self.time_s - later_s, self.time_s, smooth))
 
     def mean_between(self, start_s: Array, end_s: Array) -> Array:
-        """(n,) over each interval; the value itself where that is empty."""
+        """Mean (n,) over each interval; the value itself for an empty interval."""
         step_s = float(self.time_s[1] - self.time_s[0])
         total = np.concatenate([[0.0], np.cumsum(0.5 * step_s * (self.force[1:] + self.force[:-1]))])
         span_s = end_s - start_s
@@ -104,8 +106,8 @@ class FilteredForce:
 def timing_of(
     force: FilteredForce, smoothing_s: float, start_s: Array, end_s: Array, in_heave: bool = False
 ) -> tuple[Timing, ...]:
-    """What a second more of lateness makes of an axis's force over each step, and a second of smoothing instead of as
-    much lateness: a filter is late by its time constant, so that the two are told apart by what else it does."""
+    """Change of an axis's force over each step, per second of extra lateness, and per second of smoothing in place of
+    as much lateness. A filter delays by its time constant, so only its other effects separate the two."""
     spreads = (HEAVE_SPREAD_S, HEAVE_SPREAD_S) if in_heave else (LATENESS_SPREAD_S, SMOOTHING_SPREAD_S)
     now, late, smoother = (
         force.behind(*by).mean_between(start_s, end_s)

@@ -1,10 +1,9 @@
 """Innovations maximum likelihood: a Kalman filter on the vehicle's dynamics with a Gauss-Markov disturbance.
 
-Closed loop does no harm here: the likelihood of each reading given all before it is the same whether or not a
-controller chose the thrust from those readings (Ljung 1999, section 13.4), as long as the readings that the
-controller used are among them. Where they are not, the mass of that axis is what the other axes' Coriolis forces
-say of it alone. Noise levels and the disturbance's time constant are fitted with the coefficients; intervals come
-from the Fisher information.
+Closed loop does no harm here: the likelihood of each reading given all earlier readings is the same whether or not a
+controller chose the thrust from those readings (Ljung 1999, section 13.4), as long as the controller's readings are
+among them. If they are not, the mass of that axis is taken from the other axes' Coriolis forces alone. Noise levels
+and the disturbance's time constant are fitted with the coefficients; intervals come from the Fisher information.
 """
 
 import time
@@ -65,25 +64,26 @@ from identify.progress import Progress
 Array = NDArray[np.float64]
 
 TELLING_LATE_S, TELLING_SHARE = 0.01, 0.5
-"""It is told what thrust that acts so much later would move by more than this share of its standard error."""
+"""A coefficient is noted if thrust that acts TELLING_LATE_S later would move it by more than TELLING_SHARE of its
+standard error."""
 
 VAGUE_TIME_CONSTANT = 0.45
-"""A standard error of the logarithm of the disturbance's time constant from which on intervals are doubted."""
+"""Intervals are doubted if the log of the disturbance's time constant has a larger standard error."""
 
 SHORTEST_STEP_S = 1e-3
 
 
 def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progress) -> Identification:
-    """Total masses and linear dampings of all axes that the dive drives, with 95 % intervals.
+    """Return total masses and linear dampings of all axes that the dive drives, with 95 % intervals.
 
-    Raises FitError where the recording is too short, or holds no thruster command at all.
+    Raises FitError if the recording is too short, or holds no thruster command at all.
     """
     began = time.perf_counter()
     long_enough(dive)
     axes = shared_axes(dive, file, configuration)
     built = axes.value
     shape = file.vehicle.configurations[configuration]
-    spoilt = {one.dof: one for one in unrecorded(dive, file.vehicle.water)}
+    spoilt = {finding.dof: finding for finding in unrecorded(dive, file.vehicle.water)}
     joint = fit_axes(built, shape, progress, spoilt)
     doubts = doubts_of(joint.joint, joint.theta)
     delay = None
@@ -93,17 +93,17 @@ def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progre
         forces = wrench(dive, file, configuration)
         refit = partial(fit_axes, configuration=shape, progress=progress, doubted=spoilt)
         try:
-            found = with_delay(forces, curve.delay_s, built, joint, refit, seems_late)
+            late_fit = with_delay(forces, curve.delay_s, built, joint, refit, seems_late)
         except np.linalg.LinAlgError:
-            # A delay at which the equations have no solution is none; without it they have one.
-            found = None
-        if found is not None:
-            delay, built, joint = found.delay, found.built, found.fit
+            # A delay at which the equations have no solution is rejected; without a delay they have one.
+            late_fit = None
+        if late_fit is not None:
+            delay, built, joint = late_fit.delay, late_fit.built, late_fit.fit
             doubts = doubts_of(joint.joint, joint.theta)
     fits = joint.fits
-    lacking = {dof: one.drag for dof, one in doubts.items() if one.lacks_drag}
-    # Where the thrust follows the disturbance unseen, it seems to come late.
-    late = {dof: one.late for dof, one in doubts.items() if one.is_late and dof not in spoilt}
+    lacking = {dof: finding.drag for dof, finding in doubts.items() if finding.lacks_drag}
+    # Thrust that follows the disturbance through an unrecorded reading seems to come late, so such axes don't count.
+    late = {dof: finding.late for dof, finding in doubts.items() if finding.is_late and dof not in spoilt}
     let_in = admitted(joint.joint, joint.theta, lacking, late, _timing(doubts, delay))
     progress(1.0, "done")
     missing = missing_forces(tuple(lacking), tuple(late), shape.damping)
@@ -116,9 +116,9 @@ def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progre
         if shape.damping != "linear"
     )
     names, covariance = _covariance((*totals, *squared), joint, let_in)
-    by_others = tuple(_of_others(one, totals[dof]) for dof, one in spoilt.items())
+    by_others = tuple(_of_others(finding, totals[dof]) for dof, finding in spoilt.items())
     noisy = loud(joint.joint, joint.theta, built.pushed)
-    told = (
+    all_doubts = (
         *strange_doubts(built.strange),
         *crossed_doubts(crossed(joint.joint, joint.theta)),
         *loud_doubts(noisy),
@@ -131,7 +131,7 @@ def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progre
     )
     return Identification(
         "likelihood",
-        outcome_of(totals, told),
+        outcome_of(totals, all_doubts),
         (*totals, *(added_mass(total, shape) for total in totals[:6]), *squared),
         configuration,
         dive.name,
@@ -153,7 +153,7 @@ def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progre
         time.perf_counter() - began,
         {DOFS[dof]: _innovations(fit) for dof, fit in fits.items()},
         _information(joint, [dof for dof in spoilt if not totals[dof].identifiable]),
-        told,
+        all_doubts,
         rest_on_righting=built.rest_on_righting,
         weighed_by_others=tuple(MASSES[dof].name for dof in spoilt),
         thrust_delay=delay,
@@ -162,19 +162,21 @@ def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progre
 
 
 def _seems_late(doubts: Mapping[int, Doubts], built: Axes, spoilt: Collection[int]) -> bool:
-    """Whether thrust seems to act at another time than it is taken to, in an axis that can tell: the velocity of an
-    autopilot's own filter is late by itself."""
+    """Whether thrust seems to act at another time than assumed, in an axis that can show it. Velocity from an
+    autopilot's own filter is late by itself, so axes with it are left out."""
     telling = (axis.dof for axis in built.axes if axis.dof in built.pushed and not axis.is_coloured)
     return any(doubts[dof].is_late for dof in telling if dof not in spoilt)
 
 
 def _timing(doubts: Mapping[int, Doubts], delay: ThrustDelay | None) -> Array:
-    """What one standard error of when forces act does to the logarithms, (k, 18): by stamps, of each degree of freedom,
-    and by the delay, of all at once."""
+    """Change of the logarithms, (k, 18), for one standard error in the time at which forces act: by the stamps of
+    each degree of freedom, and by the delay, for all at once."""
     by_stamps = timing_of(doubts)
     if delay is None:
         return by_stamps
-    return np.vstack([by_stamps, delay.std_s * np.sum([one.late.leaning for one in doubts.values()], axis=0)])
+    return np.vstack(
+        [by_stamps, delay.std_s * np.sum([doubt.late.leaning for doubt in doubts.values()], axis=0)]
+    )
 
 
 def _of_others(spoilt: Unrecorded, mass: Estimate) -> Doubt:
@@ -198,7 +200,7 @@ def _one(
     built: Axes,
     spoilt: Mapping[int, Unrecorded],
 ) -> Estimate:
-    """A coefficient with the interval of its logarithm, or the reason why it has none."""
+    """Return a coefficient with the interval of its logarithm, or with the reason why it has none."""
     name, dof, nan = of.name, of.dof, float("nan")
     if dof not in joint.fits:
         return as_estimate(name, nan, nan, nan, nan, built.missing[dof])
@@ -208,9 +210,9 @@ def _one(
     std, (below, above) = let_in.std(row, own_std), let_in.reach(row, own_std, joint.stretch[row])
     reason, widest = "", max(below, above) / Z95
     if widest > LARGEST_RELATIVE_STD:
-        told = too_little(name, DOFS[dof], widest, float(let_in.shift[row]), value, missing)
+        text = too_little(name, DOFS[dof], widest, float(let_in.shift[row]), value, missing)
         why = f"; {built.unpushed[dof]}" if dof in built.unpushed else ""
-        reason = spoilt[row].found if row in spoilt else f"{told}{why}"
+        reason = spoilt[row].found if row in spoilt else f"{text}{why}"
     if np.isinf(below):
         reason = f"the dive can't tell {name} from none: it is below {value * np.exp(above):.3g} {of.unit}"
     low, high = value * np.exp(-below), value * np.exp(above)
@@ -218,14 +220,15 @@ def _one(
 
 
 def _absent(of: Coefficient, built: Axes) -> str:
-    """Why the model of an axis that was fitted has no such coefficient."""
+    """Why the model of a fitted axis lacks this coefficient."""
     if of.kind == "quadratic":
         return f"{built.unpushed[of.dof]}, and the little motion there tells no drag by its square"
     return "the vehicle file's damping is quadratic: its hull has no linear damping"
 
 
 def _rests_on_gravity(totals: tuple[Estimate, ...], built: Axes, shape: Configuration) -> tuple[str, ...]:
-    """What the vehicle file's centre of gravity had to weigh, where no thruster did."""
+    """A note that names the coefficients whose scale comes from the vehicle file's centre of gravity, because no
+    thruster pushed there."""
     named = [t.name for t in totals if t.identifiable and t.name in built.rest_on_righting]
     if not named:
         return ()
@@ -236,13 +239,13 @@ def _rests_on_gravity(totals: tuple[Estimate, ...], built: Axes, shape: Configur
 
 
 def _rests_on_lag(totals: tuple[Estimate, ...], doubts: Mapping[int, Doubts]) -> tuple[str, ...]:
-    """What thrust that acts TELLING_LATE_S later than it is taken to would move by a good part of its interval."""
+    """A note that names the coefficients that a delay of TELLING_LATE_S would move by a good part of their interval."""
     moved = {
         totals[row].name: by
-        for dof, one in doubts.items()
+        for dof, doubt in doubts.items()
         for row in (dof, 6 + dof)
         if totals[row].identifiable
-        and abs(by := TELLING_LATE_S * float(one.late.leaning[row]))
+        and abs(by := TELLING_LATE_S * float(doubt.late.leaning[row]))
         > TELLING_SHARE * totals[row].relative_std
     }
     return (lateness_note(moved, TELLING_LATE_S),) if moved else ()
@@ -251,7 +254,7 @@ def _rests_on_lag(totals: tuple[Estimate, ...], doubts: Mapping[int, Doubts]) ->
 def _covariance(
     totals: tuple[Estimate, ...], joint: JointFit, let_in: Admitted
 ) -> tuple[tuple[str, ...], Array]:
-    """Names and covariance of the coefficients that were fitted."""
+    """Names and covariance of the fitted coefficients."""
     kept = [i for i in range(len(totals)) if np.isfinite(joint.log_value[i])]
     relative = (joint.covariance + let_in.covariance)[np.ix_(kept, kept)]
     values = np.array([totals[i].value for i in kept])
@@ -259,26 +262,28 @@ def _covariance(
 
 
 def _information(joint: JointFit, unknown: Collection[int]) -> Information:
-    """What the dive tells of mass, damping and trim of all axes, all else projected out.
+    """Information of the dive on mass, damping and trim of all axes; all other parameters are projected out.
 
-    So are the masses of the `unknown` degrees of freedom, for another dive like this one would not tell them either,
-    and the linear dampings of a hull that has none.
+    Also projected out are the masses of the `unknown` degrees of freedom, because another dive of this kind would not
+    determine them either, and the linear dampings of a hull that has none.
     """
-    of = [name for dof in joint.fits for name in (MASSES[dof].name, DAMPINGS[dof].name, f"{DOFS[dof]}_trim")]
+    names = [
+        name for dof in joint.fits for name in (MASSES[dof].name, DAMPINGS[dof].name, f"{DOFS[dof]}_trim")
+    ]
     scale = np.array([size for fit in joint.fits.values() for size in (1.0, 1.0, _usual_force(fit))])
     matrix = joint.information * np.outer(scale, scale)
     absent = [DAMPINGS[dof].name for dof in joint.fits if not np.isfinite(joint.log_value[6 + dof])]
-    dropped = np.isin(of, [*(MASSES[dof].name for dof in unknown), *absent])
+    dropped = np.isin(names, [*(MASSES[dof].name for dof in unknown), *absent])
     if not dropped.any():
-        return Information(tuple(of), matrix)
+        return Information(tuple(names), matrix)
     kept, out = np.flatnonzero(~dropped), np.flatnonzero(dropped)
     cross = matrix[np.ix_(kept, out)]
     left = matrix[np.ix_(kept, kept)] - cross @ np.linalg.pinv(matrix[np.ix_(out, out)]) @ cross.T
-    return Information(tuple(of[i] for i in kept), np.asarray(left, dtype=np.float64))
+    return Information(tuple(names[i] for i in kept), np.asarray(left, dtype=np.float64))
 
 
 def _usual_force(fit: AxisFit) -> float:
-    """Root mean square of the force that drove an axis, over steps in which a mean force means something."""
+    """Root mean square of the force that drove an axis, over steps long enough for a meaningful mean force."""
     axis = fit.problem.axis
     return float(np.sqrt(np.mean(axis.force[axis.step_s > SHORTEST_STEP_S] ** 2)))
 
@@ -290,7 +295,7 @@ def _usual_speed(fit: AxisFit) -> float:
 
 
 def _doubts(fits: Mapping[int, AxisFit], stopped_at: str) -> tuple[Doubt, ...]:
-    told = [
+    doubts = [
         Doubt(
             (MASSES[dof].name, DAMPINGS[dof].name),
             f"The dive is too short to tell how slowly what disturbs {DOFS[dof]} changes, within a factor of "
@@ -301,8 +306,8 @@ def _doubts(fits: Mapping[int, AxisFit], stopped_at: str) -> tuple[Doubt, ...]:
     ]
     if stopped_at:
         names = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in fits)
-        told.append(unsettled_doubt(names, "all axes", stopped_at))
-    return tuple(told)
+        doubts.append(unsettled_doubt(names, "all axes", stopped_at))
+    return tuple(doubts)
 
 
 def _nuisance(fits: Mapping[int, AxisFit]) -> dict[Nuisance, float]:

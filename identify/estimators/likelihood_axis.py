@@ -1,4 +1,4 @@
-"""The likelihood of one axis; `likelihood_joint` fits all of a vehicle's together."""
+"""Likelihood of one axis; `likelihood_joint` fits all axes of a vehicle together."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -17,13 +17,15 @@ Array = NDArray[np.float64]
 
 MASS, DAMPING, DISTURBANCE, TIME_CONSTANT, FORCES = range(5)
 PRIOR_STD = (1.5, 2.5, 3.0, 1.0)
-"""Of log mass, damping, disturbance and its time constant: they matter only where a dive is mute."""
+"""Prior standard deviations of log mass, damping, disturbance and its time constant: they matter only if a dive has
+no information."""
 
 MASS_RATIO, DAMPING_RATIO, DISTURBANCE_SHARE, TIME_S = 1.4, 0.7, 7e-3, 2.0
-"""Where the climb starts, as shares of the rigid body's mass or inertia, and the disturbance's time constant."""
+"""Start of the climb: mass, damping and disturbance as shares of the rigid body's mass or inertia, and the
+disturbance's time constant."""
 
 UNMEASURED_SHARE = 0.5
-"""Standard deviation of a mass that nothing in the dive weighs, as a share of the rigid body's."""
+"""Standard deviation of a mass that the dive does not determine, as a share of the rigid body's."""
 
 SMALL = 0.01
 NOTICEABLE = 0.05
@@ -31,40 +33,41 @@ TRIM_SHARE = 0.05
 """Standard deviation of the trim force as a share of one thruster's limit."""
 
 WHITE_SPREAD = 1.0
-"""How far, in its logarithm, a white force may well be from what rounded pulses make."""
+"""Prior standard deviation of the log white force about the value that rounding of pulses gives."""
 
 COLOURED_S, COLOURED_SPREAD = 1.0, 0.7
-"""Where the memory of an autopilot's velocity error is looked for, and how far from there it may well be."""
+"""Prior middle of the time constant of an autopilot's velocity error, s, and the prior standard deviation of its
+logarithm and of the error's."""
 
 QUADRATIC_RATIO, QUADRATIC_SPREAD = 4.0, 1.5
-"""A quadratic drag beforehand: so many rigid-body masses a metre, or inertias a radian, and how far from there, in its
-logarithm, it may well be."""
+"""Prior middle of quadratic drag, in rigid-body masses per metre or inertias per radian, and prior standard deviation
+of its logarithm."""
 
 NO_DAMPING = 1e-3
-"""Of the rigid body's mass or inertia: the linear damping of a hull whose model has none."""
+"""Linear damping of a hull whose model has none, as a share of the rigid body's mass or inertia."""
 
 RUNAWAY = 1e3
 """m/s or rad/s that no vehicle reaches."""
 
 GATE_SIGMA = 6.0
-"""A reading further off than this from what the fit expects is wild."""
+"""A reading is wild if it is off the fit's expectation by more than this many standard deviations."""
 
 MOST_WILD = 0.02
-"""Share of wild readings up to which they are the sensor's fault, and left out; more than that is the model's."""
+"""Up to this share, wild readings are blamed on the sensor and left out; if there are more, the model is to blame."""
 
 
 @dataclass(frozen=True)
 class AxisLikelihood:
     """The `scoring.Problem` of one axis.
 
-    theta: log M, log D, log disturbance std (N or N m), log its time constant (s), a factor of each column of
-    `shapes` (n, k), then the log noise std of each channel; then, where the axis has them, log white force, and log
-    std and log time constant of the velocity readings' coloured error. `masses` (6,) of all axes make the Coriolis
-    forces. The first shape is a constant: the trim force; then come the Coriolis forces of the `unmeasured` masses,
-    the drag of a unit of `quadratic` damping, whose factor stands in theta as its logarithm, and what later readings
-    would make of thrust (`timing`).
-    `reading` (n,) is the axis's, NaN where it is not to be used. `word`: what the other axes' Coriolis forces say of
-    the mass, and its precision, both of the mass itself, for that is what their forces are linear in.
+    theta: log M, log D, log disturbance std (N or N m), log its time constant (s), a factor for each column of
+    `shapes` (n, k), then the log noise std of each channel; then, if the axis has them, log white force, and log std
+    and log time constant of the velocity readings' coloured error. `masses` (6,) of all axes give the Coriolis
+    forces. The first shape is a constant: the trim force. Then come the Coriolis forces of the `unmeasured` masses,
+    the drag of a unit of quadratic damping, whose factor appears in theta as its logarithm, and the change of thrust
+    per second of timing error (`timing`). `reading` (n,): the axis's readings, NaN for those not to be used. `word`:
+    estimate of the mass from the other axes' Coriolis forces, and its precision; both are of the mass itself, because
+    those forces are linear in it.
     """
 
     axis: Axis
@@ -79,7 +82,8 @@ class AxisLikelihood:
     damped: Damping = "linear"
 
     def innovations(self, theta: Array) -> tuple[Array, Array]:
-        """Those of the readings, and last how far the mass is from the others' word."""
+        """Innovations and variances of the readings; the last entry is the difference between the mass and the
+        estimate in `word`."""
         error, variance = self.filtered(theta, np.inf)
         read = np.isfinite(self.reading)
         mean, precision = self.word
@@ -87,12 +91,12 @@ class AxisLikelihood:
         return np.append(error[read], off), np.append(variance[read], 1.0)
 
     def log_likelihood(self, theta: Array) -> float:
-        """Of the readings, but for a constant."""
+        """Log likelihood of the readings, up to a constant."""
         error, variance = self.innovations(theta)
         return -0.5 * float(np.sum(np.log(variance) + error**2 / variance))
 
     def filtered(self, theta: Array, gate_sigma: float) -> tuple[Array, Array]:
-        """Innovations and variances of all events, (n,); beyond the gate they are clipped and change nothing."""
+        """Innovations and variances of all events, (n,); beyond the gate they are clipped and update nothing."""
         error, variance, _ = self.run_filter(
             theta, self.transition_table(theta), self.mean_force(theta), gate_sigma
         )
@@ -101,14 +105,14 @@ class AxisLikelihood:
     def score(self, theta: Array, dofs: Sequence[int] = ()) -> tuple[Array, Array]:
         """Gradient (p,) of the log likelihood and information (p, p), by theta and then by the log masses of `dofs`.
 
-        Raises LinAlgError where they are no numbers.
+        Raises LinAlgError if either is not finite.
         """
         axis, noise = self.axis, self.noise_place
         curved = np.r_[0:FORCES, noise : len(theta)]
         runs = np.vstack([theta, theta + STEP * np.eye(len(theta))[curved]])
-        tables = [self.transition_table(one) for one in runs]
+        tables = [self.transition_table(point) for point in runs]
         if self.damped != "linear":
-            # Quadratic damping is both a force of the expected speed and the slope about it.
+            # Quadratic damping acts twice: as a force at the expected speed, and as a slope about that speed.
             runs = np.vstack([runs, theta])
             tables.append(self.transition_table(theta, 1.0 + STEP))
         columns = np.hstack([self.by_theta(theta), axis.coriolis[:, list(dofs)] * self.masses[list(dofs)]])
@@ -123,15 +127,15 @@ class AxisLikelihood:
             axis.channel,
             axis.scale,
             np.exp(runs[:, DISTURBANCE]),
-            np.array([self.coloured(one)[0] for one in runs]),
+            np.array([self.coloured(point)[0] for point in runs]),
             axis.initial,
         )
         if not (np.isfinite(gradient).all() and np.isfinite(information).all()):
             raise np.linalg.LinAlgError("the information is no number")
         slope = [] if self.damped == "linear" else [self.quadratic_place]
-        of = np.r_[curved, slope, FORCES:noise, len(theta) : len(theta) + len(dofs)].astype(np.intp)
-        parts = np.zeros((len(theta) + len(dofs), len(of)))
-        parts[of, range(len(of))] = 1.0
+        rows = np.r_[curved, slope, FORCES:noise, len(theta) : len(theta) + len(dofs)].astype(np.intp)
+        parts = np.zeros((len(theta) + len(dofs), len(rows)))
+        parts[rows, range(len(rows))] = 1.0
         gradient, information = parts @ gradient, parts @ information @ parts.T
         mean, precision = self.word
         mass = np.exp(theta[MASS])
@@ -140,7 +144,7 @@ class AxisLikelihood:
         return gradient, information
 
     def speed(self, theta: Array) -> Array:
-        """The velocity (n,) at every event given all readings and the parameters."""
+        """Velocity (n,) at every event given all readings and the parameters."""
         axis = self.axis
         return np.asarray(
             smoothed_velocity(
@@ -154,7 +158,7 @@ class AxisLikelihood:
         return self._means(theta)[0]
 
     def _means(self, theta: Array) -> tuple[Array, Array]:
-        """The same, and what each event's reading changed them by, (n, 3)."""
+        """As `means`, together with the change of the means by each event's reading, (n, 3)."""
         table, force, axis = self.transition_table(theta), self.mean_force(theta), self.axis
         error, _, gain = self.run_filter(theta, table, force, np.inf)
         error = np.nan_to_num(error)
@@ -162,19 +166,19 @@ class AxisLikelihood:
         return np.asarray(means, dtype=np.float64), gain[:, :3] * error[:, None]
 
     def expected_speed(self, theta: Array) -> Array:
-        """The velocity (n,) over each step as the readings before it let expect it.
+        """Velocity (n,) over each step, predicted from the earlier readings.
 
-        What brakes a vehicle must not know the readings that are to be explained: a velocity smoothed over the whole
-        dive does, and the drag made of it would seem too small.
+        The braking force must not depend on the readings that are to be explained. A velocity smoothed over the whole
+        dive does depend on them, and the drag made of it would come out too small.
         """
         means, by_reading = self._means(theta)
         after, before = means[:, 0], means[:, 0] - by_reading[:, 0]
         return 0.5 * (np.concatenate([after[:1], after[:-1]]) + before)
 
     def slowed(self, theta: Array) -> "AxisLikelihood":
-        """The same with the drag of the speed that is expected at theta.
+        """Return the same problem with the drag of the speed that is expected at theta.
 
-        Raises LinAlgError where that runs away.
+        Raises LinAlgError if that speed diverges.
         """
         speed = self.expected_speed(theta)
         if not np.max(np.abs(speed)) < RUNAWAY:
@@ -183,17 +187,17 @@ class AxisLikelihood:
         return replace(self, axis=axis, shapes=_shapes(axis, self.unmeasured, self.damped))
 
     def moving(self, motion: Motion, speed: Array) -> "AxisLikelihood":
-        """The same with the Coriolis forces of another motion, and the drag of an own speed (n,)."""
+        """Return the same problem with the Coriolis forces of another motion, and the drag of an own speed (n,)."""
         axis = replace(coupled(self.axis, motion), speed=speed)
         return replace(self, axis=axis, shapes=_shapes(axis, self.unmeasured, self.damped))
 
     def reshaped(self) -> "AxisLikelihood":
-        """The same with the shapes that its axis makes now."""
+        """Return the same problem with the shapes recomputed from its axis."""
         return replace(self, shapes=_shapes(self.axis, self.unmeasured, self.damped))
 
     @property
     def noise_place(self) -> int:
-        """Where in theta the noise of the first channel stands."""
+        """Index in theta of the first channel's noise."""
         return FORCES + int(self.shapes.shape[1])
 
     @property
@@ -203,12 +207,12 @@ class AxisLikelihood:
 
     @property
     def step(self) -> NDArray[np.int64]:
-        """(n,): the row of `transition_table` that leads to each event, -1 for none."""
+        """Row of `transition_table` that leads to each event, (n,), -1 for no step."""
         return self._brackets.step
 
     def transition_table(self, theta: Array, quadratic_times: float = 1.0) -> Array:
-        """A transition for each of the axis's different steps and brackets of speed. quadratic_times: the quadratic
-        damping is so many times what it is at theta."""
+        """Transitions for all distinct steps and speed brackets of the axis. quadratic_times: factor on the quadratic
+        damping at theta."""
         mass, damping, disturbance, time_constant = np.exp(theta[:FORCES]).tolist()
         axis, coloured = self.axis, self.coloured(theta)
         quadratic = axis.quadratic + quadratic_times * self.quadratic(theta)
@@ -220,7 +224,7 @@ class AxisLikelihood:
         )  # fmt: skip
 
     def mean_force(self, theta: Array) -> Array:
-        """What drives both halves of every step (n, 2), N or N m: thrust, Coriolis forces, and all shapes."""
+        """Force in both halves of every step (n, 2), N or N m: thrust, Coriolis forces, and all shapes."""
         axis = self.axis
         by_speed = self.shapes @ self.factors(theta) + axis.coriolis @ self.masses
         if self.damped != "linear" or axis.quadratic:
@@ -230,28 +234,28 @@ class AxisLikelihood:
 
     @property
     def quadratic_place(self) -> int:
-        """Where in theta the logarithm of the quadratic damping stands; -1 where the model has none."""
+        """Index in theta of the log quadratic damping; -1 if the model has none."""
         return -1 if self.damped == "linear" else FORCES + 1 + len(self.unmeasured)
 
     def quadratic(self, theta: Array) -> float:
-        """N/(m/s)2 or N m/(rad/s)2, of theta alone."""
+        """Quadratic damping in theta, N/(m/s)2 or N m/(rad/s)2."""
         return 0.0 if self.damped == "linear" else float(np.exp(theta[self.quadratic_place]))
 
     @property
     def slope(self) -> Array:
-        """(n,): of a unit of quadratic damping by the speed, about that over each step; the filter's own dynamics have
-        it, for a force of expected speeds alone brakes no error (Jazwinski 1970, section 8.3)."""
+        """Slope (n,) of a unit of quadratic damping at the speed of each step. The filter's own dynamics contain it,
+        because a force of expected speeds alone damps no error (Jazwinski 1970, section 8.3)."""
         return self._brackets.slope
 
     def factors(self, theta: Array) -> Array:
-        """Of the shapes, (k,)."""
+        """Factors of the shapes, (k,)."""
         out = theta[FORCES : self.noise_place].copy()
         if self.damped != "linear":
             out[self.quadratic_place - FORCES] = self.quadratic(theta)
         return out
 
     def by_theta(self, theta: Array) -> Array:
-        """What the forces of the shapes change by with their part of theta, (n, k)."""
+        """Derivative of the shapes' forces by their part of theta, (n, k)."""
         if self.damped == "linear":
             return self.shapes
         out = self.shapes.copy()
@@ -260,17 +264,17 @@ class AxisLikelihood:
         return out
 
     def noise_variance(self, theta: Array) -> Array:
-        """Of the noise of every event's reading (n,), in its own unit squared."""
+        """Noise variance of every event's reading (n,), in the reading's unit squared."""
         noise = theta[self.noise_place : self.white_place]
         return np.asarray(np.exp(2 * noise)[self.axis.channel] * self.axis.scale**2)
 
     @property
     def white_place(self) -> int:
-        """Where in theta the white force stands, if the axis has one."""
+        """Index in theta of the white force, if the axis has one."""
         return self.noise_place + len(self.axis.channels)
 
     def white_force(self, theta: Array) -> float:
-        """N (N m) over the root of 1/s; 0 where pulses are not rounded."""
+        """White force, N (N m) per root of 1/s; 0 if pulses are not rounded."""
         return float(np.exp(theta[self.white_place])) if self.axis.white_force else 0.0
 
     def coloured(self, theta: Array) -> tuple[float, float]:
@@ -283,7 +287,8 @@ class AxisLikelihood:
     def run_filter(
         self, theta: Array, table: Array, force: Array, gate_sigma: float
     ) -> tuple[Array, Array, Array]:
-        """Innovations (n,), their variances (n,) and gains under a `table` and a `force` already made of `theta`."""
+        """Innovations (n,), their variances (n,) and gains for a `table` and a `force` already computed from
+        `theta`."""
         axis = self.axis
         error, variance, gain = innovations(
             table, self.step, force, self.reading, axis.state_read, self.noise_variance(theta),
@@ -292,7 +297,7 @@ class AxisLikelihood:
         return error, variance, gain
 
     def without_wild(self, theta: Array) -> Array:
-        """The readings (n,) that a fit at `theta` can believe."""
+        """The readings (n,) with wild ones at `theta` replaced by NaN; all of them if too many are wild."""
         error, variance = self.filtered(theta, GATE_SIGMA)
         wild = np.abs(error) >= GATE_SIGMA * np.sqrt(variance) * (1 - 1e-12)
         if wild.sum() > MOST_WILD * np.isfinite(error).sum():
@@ -302,7 +307,7 @@ class AxisLikelihood:
 
 @dataclass(frozen=True)
 class AxisFit:
-    """The maximum of one axis, what it was found with, and the covariance (p, p) of its theta."""
+    """The maximum of one axis, its problem, and the covariance (p, p) of its theta."""
 
     problem: AxisLikelihood
     maximum: Maximum
@@ -321,9 +326,10 @@ def likelihood_of(
     unmeasured: Sequence[int],
     damped: Damping = "linear",
 ) -> AxisLikelihood:
-    """The likelihood of an axis, `masses` (6,) in its Coriolis forces; its prior's mean is where to start.
+    """Return the likelihood of an axis, with `masses` (6,) in its Coriolis forces; the mean of its prior is the
+    starting point.
 
-    What a mass of an `unmeasured` axis may be off by is a factor to fit, where it makes any difference here.
+    The error of an `unmeasured` axis's mass becomes a factor to fit, if its force is noticeable in this axis.
     """
     rigid = rigid_mass(configuration, axis.dof)
     disturbance = DISTURBANCE_SHARE * rigid
@@ -368,7 +374,7 @@ def likelihood_of(
 
 
 def _shapes(axis: Axis, unmeasured: Sequence[int], damped: Damping) -> Array:
-    """(n, k): the forces of unit factors, in the order that theta has them."""
+    """Forces of unit factors, (n, k), in the order of theta."""
     drag = [] if damped == "linear" else [-axis.speed * np.abs(axis.speed)]
     late = [timing.force for timing in axis.timing]
     return np.column_stack([np.ones(len(axis.force)), axis.coriolis[:, list(unmeasured)], *drag, *late])

@@ -1,4 +1,4 @@
-"""The fit of all axes: roughly each alone, then all together, with ever better velocities in the Coriolis forces."""
+"""Fits all axes: roughly each alone, then all together, with better velocities in the Coriolis forces at every pass."""
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
@@ -34,21 +34,21 @@ Array = NDArray[np.float64]
 ROWS = len(OF_HULL)
 
 PASSES = 16
-"""Fits at most; each makes the Coriolis forces of the velocities that the one before came to."""
+"""Largest number of fits; each takes its Coriolis forces from the velocities of the fit before."""
 
 SETTLED = 0.02
-"""Passes end where no coefficient moves by more than this share of its standard error."""
+"""Passes end when no coefficient moves by more than this share of its standard error."""
 
 
 @dataclass(frozen=True)
 class JointFit:
-    """The fits of the axes by degree of freedom, and what is known of all their coefficients together.
+    """The fits of the axes by degree of freedom, and the joint knowledge of all their coefficients.
 
-    log_value (18,) and covariance (18, 18): the logarithms of `OF_HULL`, the noise levels integrated out, NaN for those
-    that are not fitted. stretch (18, 2): what to multiply the lower and the upper half of each one's interval by.
-    information (3 k, 3 k): what the dive alone says of log mass, log damping and trim force of the k axes, in the order
-    of `fits`, all else projected out. stopped_at: the bound at which the search stopped, empty where it came to its
-    end. joint, theta: the likelihood of all axes, and where its maximum lies.
+    log_value (18,) and covariance (18, 18): the logarithms of `OF_HULL`, with the noise levels integrated out, NaN
+    for those that are not fitted. stretch (18, 2): factors on the lower and the upper half of each interval.
+    information (3 k, 3 k): information of the dive alone on log mass, log damping and trim force of the k axes, in
+    the order of `fits`, all other parameters projected out. stopped_at: the bound at which the search stopped, empty
+    if it converged. joint, theta: the likelihood of all axes, and the position of its maximum.
     """
 
     fits: dict[int, AxisFit]
@@ -63,14 +63,15 @@ class JointFit:
 
 @dataclass(frozen=True)
 class Begun:
-    """The likelihood of all axes with the Coriolis forces of measured velocities, and about where its maximum lies."""
+    """The likelihood of all axes with the Coriolis forces of measured velocities, and the approximate position of its
+    maximum."""
 
     joint: JointLikelihood
     maximum: Maximum
 
 
 def _begin(built: Axes, configuration: Configuration, doubted: tuple[int, ...]) -> Begun:
-    """Each axis alone, then roughly together; there is at least one."""
+    """Fit each axis alone, then all roughly together; there is at least one axis."""
     masses = np.array([MASS_RATIO * rigid_mass(configuration, dof) for dof in range(6)])
     unmeasured = sorted(set(range(6)) - {axis.dof for axis in built.axes})
 
@@ -80,7 +81,8 @@ def _begin(built: Axes, configuration: Configuration, doubted: tuple[int, ...]) 
         problem = likelihood_of(axis, configuration, masses, loose, damped)
         theta = rough_maximum(problem, rigid_mass(configuration, axis.dof), configuration.model).theta.copy()
         if damped != "linear":
-            # The measured speed knows what it is to explain, and drag made of it seems too small.
+            # The measured speed contains the readings that it is to explain, so the drag made of it comes out too
+            # small.
             problem = problem.slowed(theta)
             theta[problem.quadratic_place] = problem.prior_mean[problem.quadratic_place]
             theta = climb(problem, theta, ROUGHLY, alone).theta
@@ -92,7 +94,7 @@ def _begin(built: Axes, configuration: Configuration, doubted: tuple[int, ...]) 
 
 
 rough_fit = shared(_begin)
-"""Of the axes, the configuration and the doubted degrees of freedom: `Begun`, for all methods that hold it."""
+"""`Begun` for axes, configuration and doubted degrees of freedom, shared by all methods that hold it."""
 
 
 def fit_axes(
@@ -101,9 +103,10 @@ def fit_axes(
     progress: Callable[[float, str], None],
     doubted: Collection[int] = (),
 ) -> JointFit:
-    """The joint fit of all axes. Every pass leaves out what the one before found wild.
+    """Return the joint fit of all axes. Every pass leaves out the readings that the pass before found wild.
 
-    The own equation of a `doubted` degree of freedom weighs no mass, neither its own nor the others' that act there.
+    The equation of a `doubted` degree of freedom determines no mass, neither its own nor those of others that act in
+    it.
     """
     if not built.axes:
         nothing, none = np.full(ROWS, np.nan), np.zeros(0)
@@ -131,7 +134,7 @@ def fit_axes(
 
 
 def stopped_at(maximum: Maximum, settled: bool) -> str:
-    """The bound that the search met: of its passes, or of the steps within the last; empty where it met none."""
+    """The bound that the search met: of its passes, or of the steps within the last pass; empty if it met none."""
     if not settled:
         return f"{PASSES} passes"
     if maximum.converged:
@@ -140,26 +143,29 @@ def stopped_at(maximum: Maximum, settled: bool) -> str:
 
 
 def _joined(problems: Sequence[AxisLikelihood], doubted: Collection[int]) -> JointLikelihood:
-    """The axes together; the mass of a doubted one stands apart, with the prior that it has in its own equation."""
+    """Return the axes together. The mass of a doubted axis is a separate parameter, with the same prior as in its own
+    equation."""
     apart = [problem for problem in problems if problem.axis.dof in doubted]
-    prior = np.array([(one.prior_mean[MASS], one.prior_precision[MASS]) for one in apart]).reshape(-1, 2)
-    return JointLikelihood(tuple(problems), tuple(one.axis.dof for one in apart), prior)
+    prior = np.array(
+        [(doubtful.prior_mean[MASS], doubtful.prior_precision[MASS]) for doubtful in apart]
+    ).reshape(-1, 2)
+    return JointLikelihood(tuple(problems), tuple(doubtful.axis.dof for doubtful in apart), prior)
 
 
 def _taken_apart(joint: JointLikelihood, maximum: Maximum, stopped_at: str) -> JointFit:
     fits = axis_fits(joint, maximum)
-    rows, where = coefficients(joint)
+    rows, places = coefficients(joint)
     known = told(joint, maximum)
     shift, widening = integrated(joint, maximum.theta)
     shift[list(known.stretch)] = 0.0
     log_value, covariance = np.full(ROWS, np.nan), np.full((ROWS, ROWS), np.nan)
-    log_value[rows] = (known.middle + shift)[where]
-    covariance[np.ix_(rows, rows)] = (known.covariance * np.outer(widening, widening))[np.ix_(where, where)]
+    log_value[rows] = (known.middle + shift)[places]
+    covariance[np.ix_(rows, rows)] = (known.covariance * np.outer(widening, widening))[np.ix_(places, places)]
     stretch = np.ones((ROWS, 2))
     starts = {
         problem.axis.dof: place.start for problem, place in zip(joint.problems, joint.places, strict=True)
     }
-    for row, at in zip(rows, where, strict=True):
+    for row, at in zip(rows, places, strict=True):
         dof = row % 6
         if at in known.stretch:
             stretch[row] = known.stretch[at]
@@ -172,22 +178,25 @@ def _taken_apart(joint: JointLikelihood, maximum: Maximum, stopped_at: str) -> J
 
 
 def axis_fits(joint: JointLikelihood, maximum: Maximum) -> dict[int, AxisFit]:
-    """The fit of each axis by degree of freedom, with what the others say of its mass."""
+    """The fit of each axis by degree of freedom, with the other axes' information on its mass."""
     whole: Array = np.asarray(np.linalg.inv(maximum.precision), dtype=np.float64)
     fits = {}
     for problem, place in zip(joint.at(maximum.theta), joint.places, strict=True):
-        own = replace(
+        axis_maximum = replace(
             maximum,
             theta=maximum.theta[place],
             information=maximum.information[place, place],
             precision=maximum.precision[place, place],
         )
-        fits[problem.axis.dof] = AxisFit(_with_others_word(problem, own), own, whole[place, place])
+        fits[problem.axis.dof] = AxisFit(
+            _with_others_word(problem, axis_maximum), axis_maximum, whole[place, place]
+        )
     return fits
 
 
 def _with_others_word(problem: AxisLikelihood, own: Maximum) -> AxisLikelihood:
-    """The axis's likelihood with what the others say of its mass: its maximum, too, lies at `own`."""
+    """The axis's likelihood with the other axes' estimate of its mass, chosen so that its maximum, too, lies at
+    `own`."""
     gradient, information = alone(problem, own.theta)
     mass, prior = float(np.exp(own.theta[MASS])), problem.prior_precision[MASS]
     precision = max(float(own.information[MASS, MASS] - information[MASS, MASS]), 0.0) / mass**2
@@ -206,6 +215,6 @@ def _projected(joint: JointLikelihood, information: Array) -> Array:
         ]
     )
     others = np.setdiff1d(np.arange(len(information)), kept)
-    rest = information[np.ix_(others, others)] + np.diag(joint.prior_precision[others])
+    nuisance = information[np.ix_(others, others)] + np.diag(joint.prior_precision[others])
     cross = information[np.ix_(kept, others)]
-    return np.asarray(information[np.ix_(kept, kept)] - cross @ np.linalg.solve(rest, cross.T))
+    return np.asarray(information[np.ix_(kept, kept)] - cross @ np.linalg.solve(nuisance, cross.T))

@@ -1,14 +1,14 @@
-"""The likelihood of all axes together: a mass weighs in its own axis and in the Coriolis forces of the others.
+"""Likelihood of all axes together: a mass acts in its own axis and in the Coriolis forces of the others.
 
-The axes' readings are independent given the Coriolis forces, so that the likelihood is the product of theirs. The
-velocities that those forces are made of are the posterior means of each axis's own model: what is unknown of them
-does not depend on what is known (Berkson 1950), so it widens the disturbance and does not bias the masses, as
-measured velocities would.
+The axes' readings are independent given the Coriolis forces, so the likelihood is the product of the axes'
+likelihoods. The velocities in those forces are the posterior means from each axis's own model. Their errors are
+independent of the means (Berkson 1950), so they widen the disturbance but do not bias the masses, as measured
+velocities would.
 
-Where a controller used a reading that the recording lacks, the thrust follows the disturbance unseen, and an axis's own
-equation takes that for mass. The masses in that equation are then its own and told to nobody: the axis's mass in the
-Coriolis forces of the others stands apart, and only these weigh it. What they say goes one way, into the equation (a
-cut, Plummer 2015), for its damping's sake.
+If a controller used a reading that the recording lacks, the thrust follows the disturbance unseen, and the axis's own
+equation takes that for mass. The masses in that equation are then separate parameters that no other axis sees. The
+axis's mass in the Coriolis forces of the other axes is another parameter, which those axes alone determine. Their
+estimate is passed one way only, into the axis's equation (a cut, Plummer 2015), for the sake of its damping.
 """
 
 from collections.abc import Sequence
@@ -24,16 +24,16 @@ from identify.side_by_side import side_by_side
 Array = NDArray[np.float64]
 
 ROUGHLY = 0.1
-"""Nats: as far as an axis alone is climbed, for the climb of all to start from."""
+"""Convergence limit, in nats, of the fits of single axes that the joint climb starts from."""
 
 
 @dataclass(frozen=True)
 class JointLikelihood:
-    """The `scoring.Problem` of all axes: their theta one after another, their innovations too.
+    """The `scoring.Problem` of all axes, with their theta and their innovations concatenated.
 
-    After them in theta stand the log masses of the degrees of freedom `apart`, as the other axes' Coriolis forces know
-    them; what such an axis's own theta holds is in its own equation alone. apart_prior (k, 2): their prior's mean and
-    precision.
+    After them, theta holds the log masses of the degrees of freedom `apart`, as determined by the other axes'
+    Coriolis forces; the mass in such an axis's own theta is used in its own equation alone. apart_prior (k, 2): mean
+    and precision of their prior.
     """
 
     problems: tuple[AxisLikelihood, ...]
@@ -42,14 +42,14 @@ class JointLikelihood:
 
     @property
     def places(self) -> tuple[slice, ...]:
-        """Where each axis's own theta stands in that of all."""
+        """Slice of each axis's own theta within the joint theta."""
         ends = np.cumsum([len(problem.prior_mean) for problem in self.problems])
         starts = [0, *ends][:-1]
         return tuple(slice(int(a), int(b)) for a, b in zip(starts, ends, strict=True))
 
     @property
     def mass_places(self) -> tuple[int, ...]:
-        """Where in theta the mass of each axis stands that the others' Coriolis forces are made of."""
+        """Index in theta of each axis's mass in the Coriolis forces of the others."""
         places, apart = self.places, {dof: k for k, dof in enumerate(self.apart)}
         return tuple(
             places[-1].stop + apart[dof] if (dof := problem.axis.dof) in apart else place.start + MASS
@@ -62,17 +62,17 @@ class JointLikelihood:
 
     @property
     def prior_precision(self) -> Array:
-        own = (problem.prior_precision for problem in self.problems)
-        return np.concatenate([*own, self.apart_prior[:, 1]])
+        precisions = (problem.prior_precision for problem in self.problems)
+        return np.concatenate([*precisions, self.apart_prior[:, 1]])
 
     @property
     def difference(self) -> Array:
         return self.started([problem.difference for problem in self.problems])
 
     def started(self, thetas: Sequence[Array]) -> Array:
-        """Theta from those of the axes, each found alone: a mass that stands apart starts where its own does."""
-        own = {p.axis.dof: theta[MASS] for p, theta in zip(self.problems, thetas, strict=True)}
-        return np.concatenate([*thetas, [own[dof] for dof in self.apart]])
+        """Joint theta from those of the axes, each found alone; a separate mass starts at the axis's own value."""
+        masses = {p.axis.dof: theta[MASS] for p, theta in zip(self.problems, thetas, strict=True)}
+        return np.concatenate([*thetas, [masses[dof] for dof in self.apart]])
 
     def innovations(self, theta: Array) -> tuple[Array, Array]:
         problems, places = self.at(theta), self.places
@@ -83,15 +83,15 @@ class JointLikelihood:
         """Gradient (p,) and information (p, p): of each axis by its own theta and by the masses of the others."""
         gradient, information = np.zeros(len(theta)), np.zeros((len(theta), len(theta)))
         parts = side_by_side(lambda i: self.score_of(i, theta), range(len(self.problems)))
-        for where, own_gradient, own_information in parts:
-            gradient[where] += own_gradient
-            information[np.ix_(where, where)] += own_information
+        for places, own_gradient, own_information in parts:
+            gradient[places] += own_gradient
+            information[np.ix_(places, places)] += own_information
         return gradient, information
 
     def score_of(self, i: int, theta: Array) -> tuple[NDArray[np.intp], Array, Array]:
-        """What axis i alone gives: the places (k,) in theta that it depends on, gradient (k,) and information."""
+        """Contribution of axis i: the indices (k,) in theta that it depends on, gradient (k,) and information."""
         problem, place = self.at(theta)[i], self.places[i]
-        dofs = [other.axis.dof for other in self.problems]
+        dofs = [member.axis.dof for member in self.problems]
         others = [k for k, dof in enumerate(dofs) if problem.axis.coriolis[:, dof].any()]
         gradient, information = problem.score(theta[place], [dofs[k] for k in others])
         masses = [self.mass_places[k] for k in others]
@@ -105,36 +105,40 @@ class JointLikelihood:
         return tuple(replace(problem, masses=masses) for problem in self.problems)
 
     def with_others_word(self, theta: Array, covariance: Array) -> "JointLikelihood":
-        """The same where the own mass of an axis apart is expected as the others' Coriolis forces have it at theta."""
-        told = []
+        """Return the same likelihood with the prior of each own mass in an axis `apart` taken from the other axes'
+        Coriolis forces at theta."""
+        updated = []
         for problem, place in zip(self.problems, self.mass_places, strict=True):
             mean, precision = problem.prior_mean.copy(), problem.prior_precision.copy()
             if problem.axis.dof in self.apart:
                 mean[MASS], precision[MASS] = theta[place], 1.0 / covariance[place, place]
-            told.append(replace(problem, prior_mean=mean, prior_precision=precision))
-        return replace(self, problems=tuple(told))
+            updated.append(replace(problem, prior_mean=mean, prior_precision=precision))
+        return replace(self, problems=tuple(updated))
 
     def with_better_forces(self, motion: Motion, theta: Array) -> "JointLikelihood":
-        """The same with Coriolis forces of the velocities at theta, and without the readings that are wild there.
+        """Return the same likelihood with Coriolis forces from the velocities at theta, and without the readings that
+        are wild there.
 
-        `motion` is where the velocities come from of axes that are not fitted.
+        `motion` gives the velocities of axes that are not fitted.
         """
         nu = motion.nu.copy()
         problems = self.at(theta)
-        own = [theta[place] for place in self.places]
+        parameters = [theta[place] for place in self.places]
         for problem, speed in zip(
-            problems, side_by_side(lambda i: problems[i].speed(own[i]), range(len(own))), strict=True
+            problems,
+            side_by_side(lambda i: problems[i].speed(parameters[i]), range(len(parameters))),
+            strict=True,
         ):
             nu[:, problem.axis.dof] = np.interp(motion.time_s, problem.axis.shown_s, speed)
         better = Motion(motion.time_s, nu)
 
         def moved(i: int) -> AxisLikelihood:
-            # Half of the way: all of it overshoots, and the passes would swing to and fro about what they come to.
-            speed = 0.5 * (problems[i].axis.speed + problems[i].expected_speed(own[i]))
+            # Move half of the way: the full change overshoots, and the passes would oscillate about their limit.
+            speed = 0.5 * (problems[i].axis.speed + problems[i].expected_speed(parameters[i]))
             moving = problems[i].moving(better, speed)
-            return replace(moving, reading=problems[i].without_wild(own[i]))
+            return replace(moving, reading=problems[i].without_wild(parameters[i]))
 
-        return replace(self, problems=tuple(side_by_side(moved, range(len(own)))))
+        return replace(self, problems=tuple(side_by_side(moved, range(len(parameters)))))
 
 
 def alone(problem: AxisLikelihood, theta: Array) -> tuple[Array, Array]:

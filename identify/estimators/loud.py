@@ -1,4 +1,5 @@
-"""Readings whose fitted noise is a good part of all that they say: a fit that calls motion noise follows none of it."""
+"""Finds readings whose fitted noise is a large part of their signal: a fit that takes motion for noise does not
+follow it."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
@@ -16,13 +17,14 @@ from identify.identification import Doubt, Outcome
 Array = NDArray[np.float64]
 
 LOUD = 0.2
-"""Of a reading's standard deviation: noise above it is told."""
+"""Noise above this share of a reading's standard deviation is reported."""
 
 INFLATED = 2.0
-"""A fitted noise so many times that which the readings show by themselves is no sensor's, but what the model lacks."""
+"""If the fitted noise exceeds the readings' own noise by this factor, it is not the sensor's but a fault of the
+model."""
 
 LEAST = 1e-3
-"""m, m/s, rad or rad/s: a noise below that is nobody's concern."""
+"""m, m/s, rad or rad/s: smaller noise is never reported."""
 
 FEWEST = 20
 
@@ -51,7 +53,7 @@ class Loud:
 
     @property
     def sentence(self) -> str:
-        """Of inflated noise."""
+        """A sentence about inflated noise."""
         return (
             f"In {DOFS[self.dof]} the fit takes {self.noise:.3g} {self.unit} of what {self.sensor} reads for noise, of "
             f"{self.signal:.3g} {self.unit} in all, and its readings are far quieter than that: the model does not "
@@ -60,38 +62,40 @@ class Loud:
 
 
 def loud(joint: JointLikelihood, theta: Array, pushed: Collection[int]) -> tuple[Loud, ...]:
-    """The loud sensors at theta: of all axes where their noise is inflated, else of those that thrust `pushed`."""
+    """The loud sensors at theta: in all axes if their noise is inflated, otherwise only in those that thrust
+    `pushed`."""
     every = (
-        one
+        entry
         for problem, place in zip(joint.problems, joint.places, strict=True)
-        for one in _of_axis(problem, theta[place], problem.axis.dof in pushed)
+        for entry in _of_axis(problem, theta[place], problem.axis.dof in pushed)
     )
-    return tuple(one for one in every if one.inflated or one.pushed)
+    return tuple(entry for entry in every if entry.inflated or entry.pushed)
 
 
 def loud_doubts(found: Sequence[Loud]) -> tuple[Doubt, ...]:
-    """A doubt of each axis whose noise is inflated; a warning alone where no thrust moved it."""
+    """A doubt about each axis whose noise is inflated; only a warning if no thrust moved it."""
     return tuple(
         Doubt(
-            (MASSES[one.dof].name, DAMPINGS[one.dof].name),
-            one.sentence,
-            Outcome.DISAGREES if one.pushed else Outcome.CONVERGED,
+            (MASSES[entry.dof].name, DAMPINGS[entry.dof].name),
+            entry.sentence,
+            Outcome.DISAGREES if entry.pushed else Outcome.CONVERGED,
         )
-        for one in found
-        if one.inflated
+        for entry in found
+        if entry.inflated
     )
 
 
 def loud_note(found: Sequence[Loud]) -> tuple[str, ...]:
     """A sentence on the axes that hardly moved beyond the noise that their readings show by themselves."""
-    quiet = [one for one in found if not one.inflated]
+    quiet = [entry for entry in found if not entry.inflated]
     if not quiet:
         return ()
-    told = ", ".join(
-        f"in {DOFS[one.dof]} ({one.sensor}, {one.noise:.2g} of {one.signal:.2g} {one.unit})" for one in quiet
+    text = ", ".join(
+        f"in {DOFS[entry.dof]} ({entry.sensor}, {entry.noise:.2g} of {entry.signal:.2g} {entry.unit})"
+        for entry in quiet
     )
     return (
-        f"Noise is more than a fifth of what was read {told}: little of the motion there stands out of it; push harder "
+        f"Noise is more than a fifth of what was read {text}: little of the motion there stands out of it; push harder "
         "there to tell more.",
     )
 
@@ -99,30 +103,30 @@ def loud_note(found: Sequence[Loud]) -> tuple[str, ...]:
 def _of_axis(problem: AxisLikelihood, theta: Array, pushed: bool) -> list[Loud]:
     axis = problem.axis
     fitted = np.exp(theta[problem.noise_place : problem.white_place])
-    found = []
+    sensors = []
     for i, channel in enumerate(axis.channels):
         signal, read = _signal(channel), float(fitted[i])
         if i == 0:
             read = float(np.hypot(read, problem.coloured(theta)[0]))
         inflated = read > INFLATED * max(channel.noise, channel.coloured)
-        # A place that is held stands still by intention: its own noise is nothing to tell.
+        # A position or angle that is held is still on purpose: its noise is not worth a report.
         if read > max(LOUD * signal, LEAST) and (inflated or i == 0):
             size, unit = _unit(axis.dof, channel.state_read == POSITION)
-            found.append(
+            sensors.append(
                 Loud(axis.dof, NAMES[channel.name], size * read, size * signal, unit, inflated, pushed)
             )
-    return found
+    return sensors
 
 
 def _signal(channel: Channel) -> float:
-    """Standard deviation of what a channel reads, in its noise's unit; inf where it is too short to tell."""
+    """Standard deviation of a channel's readings, in its noise's unit; inf if there are too few."""
     read = channel.value / channel.scale if channel.state_read == INCREMENT else channel.value
     known = np.isfinite(read)
     return float(np.std(read[known])) if np.count_nonzero(known) >= FEWEST else np.inf
 
 
 def _unit(dof: int, place: bool) -> tuple[float, str]:
-    """What to multiply by, and the unit that results."""
+    """A conversion factor, and the unit that results."""
     if dof < 3:
         return 1e3, "mm" if place else "mm/s"
     return float(np.degrees(1.0)), "deg" if place else "deg/s"

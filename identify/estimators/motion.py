@@ -1,4 +1,4 @@
-"""Velocities on a uniform grid, and what is made of them over any interval."""
+"""Velocities on a uniform grid, with their Coriolis forces, integrals and means over any interval."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,25 +13,25 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Motion:
-    """Velocities `nu` (m, 6) at the uniform times `time_s` (m,), as smooth as they are believed to be."""
+    """Velocities `nu` (m, 6) at the uniform times `time_s` (m,), smoothed as their noise requires."""
 
     time_s: Array
     nu: Array
 
     @cached_property
     def coriolis(self) -> Array:
-        """(6, 6, m): C(nu) nu in each degree of freedom of a unit of each mass alone; it is linear in the masses."""
+        """C(nu) nu in each degree of freedom for a unit of each mass, (6, 6, m); it is linear in the masses."""
         nu = tuple(self.nu.T)
-        of_each = [coriolis(one, nu) for one in np.eye(6).tolist()]
+        of_each = [coriolis(unit_mass, nu) for unit_mass in np.eye(6).tolist()]
         return np.stack([np.broadcast_arrays(*of_one, nu[0])[:6] for of_one in of_each], axis=1)
 
     def integral(self, values: Array) -> Array:
-        """Of what is given at the times, (m,), by the trapezium rule."""
+        """Integral of values at the times, (m,), by the trapezium rule."""
         steps = 0.5 * (values[1:] + values[:-1]) * np.diff(self.time_s)
         return np.concatenate([[0.0], np.cumsum(steps)])
 
     def mean_between(self, values: Array, start_s: Array, end_s: Array) -> Array:
-        """(n,) of what is given at the times, (m,), over each interval; 0 where that is empty."""
+        """Mean (n,) over each interval of values at the times, (m,); 0 for an empty interval."""
         total = self.integral(values)
         span_s = end_s - start_s
         area = np.interp(end_s, self.time_s, total) - np.interp(start_s, self.time_s, total)

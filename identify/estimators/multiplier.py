@@ -1,8 +1,8 @@
-"""Would one more force of a known shape explain more? Asked of a fit without making another.
+"""Tests whether one more force of a known shape would improve a fit, without fitting again.
 
-The Lagrange-multiplier test (Engle 1984, eq. 13): the gradient of the likelihood in the force's size at zero, over the
-root of its information with the fitted parameters projected out. Their own gradient is projected out with them (Neyman
-1959, C(alpha)), so that the fit need only be near its maximum.
+The Lagrange-multiplier test (Engle 1984, eq. 13): the gradient of the likelihood in the force's size at zero, over
+the root of its information with the fitted parameters projected out. The gradient of those parameters is projected
+out as well (Neyman 1959, C(alpha)), so the fit need only be near its maximum.
 """
 
 import math
@@ -20,8 +20,8 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Tested:
-    """By how many standard errors a force's size differs from none; that size, one step of scoring from none; and what
-    the fitted parameters (p,) change by with each unit of it."""
+    """Result of the test: `score`, the force's size in standard errors; `size`, after one step of scoring from zero;
+    `leaning` (p,), change of the fitted parameters per unit of size."""
 
     score: float
     size: float
@@ -30,7 +30,7 @@ class Tested:
 
 @dataclass(frozen=True)
 class Force:
-    """Of one of the fitted degrees of freedom: its shape (n,) by event, in N or N m for a size of one."""
+    """A force in a fitted degree of freedom: its shape (n,) by event, in N or N m for a size of 1."""
 
     dof: int
     shape: Array
@@ -38,23 +38,23 @@ class Force:
 
 @dataclass(frozen=True)
 class Wider:
-    """The likelihood of all axes with more forces beside all else, theta (q,) with none of them yet, and the places of
-    their sizes there, in the order in which they were given."""
+    """The likelihood of all axes with additional forces, theta (q,) with all their sizes zero, and the indices of the
+    sizes in theta, in the order in which the forces were given."""
 
     problem: JointLikelihood
     start: Array
     places: tuple[int, ...]
 
     def tested(self) -> tuple[Tested, ...]:
-        """Each of the forces, as if it alone were missing."""
+        """Test each of the forces, as if only that force were missing."""
         gradient, information = self.problem.score(self.start)
         prior = self.problem.prior_precision
         gradient = gradient - prior * (self.start - self.problem.prior_mean)
         information = information + np.diag(prior)
         kept = self.kept
         cross = information[np.ix_(kept, np.array(self.places))]
-        own: Array = np.asarray(information[np.ix_(kept, kept)], dtype=np.float64)
-        leanings = -np.linalg.solve(own, np.asarray(cross, dtype=np.float64)).T
+        fitted: Array = np.asarray(information[np.ix_(kept, kept)], dtype=np.float64)
+        leanings = -np.linalg.solve(fitted, np.asarray(cross, dtype=np.float64)).T
         return tuple(
             _tested(
                 float(gradient[place] + leaning @ gradient[kept]),
@@ -66,21 +66,21 @@ class Wider:
 
     @property
     def kept(self) -> NDArray[np.intp]:
-        """Where the parameters (p,) stand that were there without the forces."""
+        """Indices of the parameters (p,) of the likelihood without the forces."""
         return np.setdiff1d(np.arange(len(self.start)), self.places)
 
 
 def with_forces(joint: JointLikelihood, theta: Array, forces: Sequence[Force]) -> Wider:
-    """The likelihood with forces beside all else."""
+    """Return the likelihood with additional forces."""
     problems: list[AxisLikelihood] = []
     starts: list[Array] = []
     places: dict[int, int] = {}
     for problem, place in zip(joint.problems, joint.places, strict=True):
         start = theta[place]
         first = sum(map(len, starts))
-        for which, force in enumerate(forces):
+        for index, force in enumerate(forces):
             if force.dof == problem.axis.dof:
-                places[which] = first + problem.noise_place
+                places[index] = first + problem.noise_place
                 start = np.insert(start, problem.noise_place, 0.0)
                 problem = _with_force(problem, force)
         problems.append(problem)

@@ -1,9 +1,9 @@
 """`paper`: Algorithm 1 of the source paper (Vangi et al., "Deep physics for deep seas"), to the letter.
 
-An LSTM predicts the velocity, and physical parameters beside it are trained by the same optimiser on mean
-|tau_pred - tau|^2 + alpha mean |v_hat - v|^2. The first term holds measured velocity and acceleration only,
-so the network has no part in the parameters; they tend to `paper_physics.closed_form`, and noise in the
-acceleration pulls the masses towards zero (`paper_noise`).
+An LSTM predicts the velocity, and the same optimiser trains physical parameters alongside, on mean |tau_pred - tau|^2
++ alpha mean |v_hat - v|^2. The first term depends on measured velocity and acceleration only, so the network does not
+affect the parameters. They tend to `paper_physics.closed_form`, and noise in the acceleration pulls the masses
+towards zero (`paper_noise`).
 """
 
 import math
@@ -43,10 +43,10 @@ NO_INTERVAL = "The paper's method states no interval: std and limits are left em
 
 @dataclass(frozen=True)
 class PaperOptions:
-    """The paper's network (its Table 1); what it leaves open is chosen here.
+    """The paper's network (its Table 1), with our choices for all that the paper leaves open.
 
-    `learning_rate` (network) and `physical_rate` (parameters, whose units are kg and N/(m/s)) fall
-    geometrically to a thousandth over the epochs. `cutoff_hz`: the zero-phase filter before it all.
+    `learning_rate` (network) and `physical_rate` (parameters, whose units are kg and N/(m/s)) fall geometrically to a
+    thousandth over the epochs. `cutoff_hz`: the zero-phase filter applied first.
     """
 
     hidden: int = 1024
@@ -70,10 +70,10 @@ SMALL = PaperOptions(hidden=16, depth=1, threads=1)
 
 @dataclass(frozen=True)
 class TrainingCurves:
-    """One row an epoch: `values` (e, p) of the parameters `names`, the two losses (e,), the learning rate
-    (e,).
+    """Training history, a row per epoch: `values` (e, p) of the parameters `names`, the two losses (e,), the learning
+    rate (e,).
 
-    The first row is the start. The paper's Figs 7 and 9.
+    The first row is the start. The paper's Figs 7 and 9 show these curves.
     """
 
     names: tuple[str, ...]
@@ -90,9 +90,9 @@ def estimate(
     progress: Progress,
     options: PaperOptions = SMALL,
 ) -> Identification:
-    """What the paper's method makes of a dive. Raises FitError where it holds too little.
+    """Return the result of the paper's method for a dive. Raises FitError if the dive holds too little.
 
-    Without `options` the network is small: on two idle cores one of the paper's size takes some 150 s an epoch, and
+    By default the network is small: on two idle cores a network of the paper's size takes some 150 s an epoch, and
     the parameters do not depend on it.
     """
     return estimate_with_curves(dive, file, configuration, progress, options)[0]
@@ -105,7 +105,7 @@ def estimate_with_curves(
     progress: Progress,
     options: PaperOptions = SMALL,
 ) -> tuple[Identification, TrainingCurves]:
-    """As `estimate`, with the training curves."""
+    """As `estimate`, together with the training curves."""
     started = time.perf_counter()
     refuse_unpushed(dive, file, configuration)
     shape = file.vehicle.configurations[configuration]
@@ -180,9 +180,9 @@ def train(
         for epoch in range(options.epochs):
             sums, count = np.zeros(2), 0
             rate = optimiser.param_groups[1]["lr"]
-            said = ", ".join(f"{n} {v:.4g}" for n, v in zip(data.names, history[-1][0], strict=True))
+            listed = ", ".join(f"{n} {v:.4g}" for n, v in zip(data.names, history[-1][0], strict=True))
             for batch in torch.split(torch.randperm(len(rows)), options.batch):
-                progress((epoch + count / len(rows)) / options.epochs, f"epoch {epoch + 1}: {said}")
+                progress((epoch + count / len(rows)) / options.epochs, f"epoch {epoch + 1}: {listed}")
                 windows = series[rows[batch][:, None] + back]
                 measured = windows[:, -1, 1:]
                 l_physics = physics_loss(raw, fixed, data, physics, batch)
@@ -210,7 +210,7 @@ def inverse_softplus(value: Tensor) -> Tensor:
 def physics_loss(
     raw: Tensor, fixed: dict[str, float], data: Samples, tensors: tuple[Tensor, ...], rows: Tensor
 ) -> Tensor:
-    """mean |tau_pred - tau|^2 over the samples `rows`, summed over the axes that are learnt."""
+    """mean |tau_pred - tau|^2 over the samples `rows`, summed over the learnt axes."""
     theta = torch.nn.functional.softplus(raw)
     values = {**fixed, **{name: theta[i] for i, name in enumerate(data.names)}}
     nu, nu_dot, tau, g = (t[:, rows] for t in tensors)
@@ -230,7 +230,7 @@ def tensors(data: Samples) -> tuple[Tensor, ...]:
 
 
 def _inputs(grid: AlignedDive) -> Array:
-    """(n, 7): the time since the sample before, and the velocities."""
+    """Inputs (n, 7): the time since the sample before, and the velocities."""
     step_s = np.diff(grid.time_s, prepend=grid.time_s[0] - (grid.time_s[1] - grid.time_s[0]))
     return np.column_stack((step_s, grid.nu))
 
@@ -244,11 +244,11 @@ def _parameters(
     values: dict[str, float], reasons: dict[int, str], shape: Configuration
 ) -> tuple[Estimate, ...]:
     nan = math.nan
-    found = [
+    totals = [
         one_estimate(c.name, float(values.get(c.name, nan)), nan, nan, nan, reasons.get(c.dof, ""))
         for c in COEFFICIENTS
     ]
-    return (*found, *(added_mass(total, shape) for total in found[: len(MASSES)]))
+    return (*totals, *(added_mass(total, shape) for total in totals[: len(MASSES)]))
 
 
 def _notes(options: PaperOptions, curves: TrainingCurves) -> tuple[str, ...]:

@@ -10,8 +10,7 @@ INPUTS, OUTPUTS = 7, 6
 
 
 class PaperNetwork(nn.Module):
-    """A window of time steps and velocities (batch, window, 7) to the velocity at its last sample, (batch,
-    6).
+    """Maps a window of time steps and velocities (batch, window, 7) to the velocity at its last sample, (batch, 6).
 
     Table 1: LSTM 5 levels of 1024; linear 1024 to 512, dropout 0.2; Tanh; linear 512 to 6, dropout 0.2.
     """
@@ -35,7 +34,7 @@ class PaperNetwork(nn.Module):
 
 @contextmanager
 def repeatable(seed: int, threads: int) -> Iterator[None]:
-    """Within it the same seed gives the same numbers; what torch was set to is put back after."""
+    """Context in which the same seed gives the same numbers; torch's settings are restored afterwards."""
     threads_before = torch.get_num_threads()
     strict_before = torch.are_deterministic_algorithms_enabled()
     torch.set_num_threads(threads)

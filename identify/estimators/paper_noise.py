@@ -1,9 +1,9 @@
-"""How far noise in the measured acceleration pulls the paper's mass down, by noise level and filter cut-off.
+"""Downward bias of the paper's mass due to noise in the measured acceleration, by noise level and filter cut-off.
 
-Of white noise of variance s^2 in the acceleration a, independent of it, least squares makes the fraction
-var a / (var a + s^2) of the mass: the errors-in-variables bias (Fuller 1987, section 1.1). Shown here on the paper's
-survey, 392 m: four legs at each of 0.5, 0.4, 0.3 and 0.2 m/s, double-S changes of 5 s, a turn in place after each,
-10 Hz; and with exact linear dynamics, so that nothing else can be to blame.
+For white noise of variance s^2 in the acceleration a, independent of it, least squares gives the fraction var a /
+(var a + s^2) of the mass: the errors-in-variables bias (Fuller 1987, section 1.1). The table uses the paper's survey,
+392 m: four legs at each of 0.5, 0.4, 0.3 and 0.2 m/s, double-S changes of 5 s, a turn in place after each, 10 Hz. The
+dynamics are exactly linear, so the bias has no other cause.
 """
 
 from collections.abc import Sequence
@@ -38,7 +38,7 @@ def noise_table(
     noise_m_s2: Sequence[float] = NOISE_M_S2,
     cutoffs_hz: Sequence[float] = CUTOFFS_HZ,
 ) -> NoiseTable:
-    """The table; velocity, acceleration and force go through the same zero-phase filter."""
+    """Return the table; velocity, acceleration and force go through the same zero-phase filter."""
     nu, nu_dot, tau = survey_surge()
     errors = np.zeros((len(noise_m_s2), len(cutoffs_hz)))
     for i, noise in enumerate(noise_m_s2):
@@ -68,7 +68,7 @@ def survey_surge() -> tuple[Array, Array, Array]:
 
 
 def surge_mass(nu: Array, nu_dot: Array, tau: Array) -> float:
-    """The mass that the paper's loss is least for."""
+    """The mass that minimises the paper's loss."""
     others = np.zeros((len(nu), 5))
     nu6, nu_dot6, tau6 = (np.column_stack((x, others)) for x in (nu, nu_dot, tau))
     data = Samples(nu6, nu_dot6, tau6, np.zeros_like(nu6), (0,))

@@ -1,8 +1,7 @@
-"""The physics of the source paper's loss: tau_pred = M v_dot + C(v) v + D v + g, and its best answer in
-closed form.
+"""Physics of the source paper's loss, tau_pred = M v_dot + C(v) v + D v + g, and its minimum in closed form.
 
-tau_pred is linear in the parameters, and neither the network nor its output enters it. So the parameters
-that training tends to are those of a least-squares fit bounded below by zero, whatever the network does.
+tau_pred is linear in the parameters, and neither the network nor its output enters it. So training tends to the
+parameters of a least-squares fit bounded below by zero, whatever the network does.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,7 +25,7 @@ LEAST_RMS = {0: (0.02, 1.0), 1: (0.02, 1.0), 5: (0.02, 0.2)}  # velocity (m/s, r
 
 @dataclass(frozen=True)
 class Samples:
-    """What enters the physical loss: `nu`, `nu_dot`, `tau`, `g`, all (n, 6), taken over the axes `dofs`."""
+    """Inputs of the physical loss: `nu`, `nu_dot`, `tau`, `g`, all (n, 6), of which the loss uses the axes `dofs`."""
 
     nu: Array
     nu_dot: Array
@@ -41,7 +40,7 @@ class Samples:
 
 
 def excited(dive: AlignedDive) -> tuple[dict[int, str], tuple[int, ...]]:
-    """Why an axis can't be learnt, by axis, and the axes that can: those of surge, sway and yaw that moved."""
+    """Reasons why axes can't be learnt, by axis, and the axes that can be: those of surge, sway and yaw that moved."""
     reasons = {}
     for dof in range(6):
         if dof not in PAPER_DOFS:
@@ -59,7 +58,7 @@ def excited(dive: AlignedDive) -> tuple[dict[int, str], tuple[int, ...]]:
 def samples(
     dive: AlignedDive, rows: NDArray[np.intp], configuration: Configuration, dofs: Sequence[int]
 ) -> Samples:
-    """The rows of an aligned dive that the loss is taken over."""
+    """The rows of an aligned dive that the loss uses."""
     g = np.column_stack(
         [np.broadcast_to(x, len(rows)) for x in restoring(configuration, list(dive.attitude[rows].T))]
     )
@@ -67,13 +66,14 @@ def samples(
 
 
 def starting_values(configuration: Configuration, dofs: Sequence[int]) -> dict[str, float]:
-    """Masses start at the rigid body's (the paper: at the dry mass), dampings at 1."""
+    """Start values: masses at the rigid body's (the paper: at the dry mass), dampings at 1."""
     masses = {MASSES[d].name: _rigid_body(configuration)[d] for d in dofs}
     return masses | {DAMPINGS[d].name: DAMPING_START for d in dofs}
 
 
 def fixed_values(configuration: Configuration) -> dict[str, float]:
-    """All twelve coefficients before learning: the vehicle file's model, else rigid body and no damping."""
+    """All twelve coefficients before learning: from the vehicle file's model, otherwise the rigid body's mass and no
+    damping."""
     rigid = _rigid_body(configuration)
     return {c.name: rigid[c.dof] if c.kind == "mass" else 0.0 for c in BY_NAME.values()} | configuration.model
 
@@ -81,7 +81,7 @@ def fixed_values(configuration: Configuration) -> dict[str, float]:
 def predicted_wrench(
     values: Mapping[str, Any], nu_dot: Sequence[Any], nu: Sequence[Any], g: Sequence[Any]
 ) -> tuple[Any, ...]:
-    """tau_pred of the six axes, for arrays as for tensors; `values` holds all twelve coefficients by name."""
+    """tau_pred of the six axes, for arrays or tensors; `values` holds all twelve coefficients by name."""
     mass = [values[c.name] for c in MASSES]
     damping = [values[c.name] for c in DAMPINGS]
     c = coriolis(mass, nu)
@@ -89,7 +89,7 @@ def predicted_wrench(
 
 
 def closed_form(data: Samples, fixed: Mapping[str, float]) -> dict[str, float]:
-    """The parameters of the least physical loss with every parameter at or above zero (`lsq_linear`)."""
+    """The parameters that minimise the physical loss with every parameter at or above zero (`lsq_linear`)."""
 
     def stacked(values: Mapping[str, float]) -> Array:
         wrench = predicted_wrench(values, list(data.nu_dot.T), list(data.nu.T), list(data.g.T))

@@ -1,4 +1,5 @@
-"""What the other axes add to a reading of one: at the DVL's lever, to depth, roll and pitch, to the restoring force."""
+"""Contributions of the other axes to an axis's readings: at the DVL's lever arm, to depth, roll and pitch, and to the
+restoring force."""
 
 from dataclasses import dataclass, replace
 
@@ -16,29 +17,31 @@ from identify.ingest.rotation import to_body_turn
 Array = NDArray[np.float64]
 
 LEAST_COSINE = 0.1
-"""Of pitch: nearer to upright than that no heading tells how a vehicle turns."""
+"""Smallest cosine of pitch used: closer to vertical, heading does not show how a vehicle turns."""
 
 TILTED, OFTEN = 0.5, 5
-"""Cosine of the tilt, below which a vehicle lies on its side, and in how many readings one that tumbles does."""
+"""Cosine of the tilt below which a vehicle lies on its side, and the number of such readings that makes it one that
+tumbles."""
 
 
 def tumbles(dive: Dive) -> bool:
-    """Whether a vehicle turns over: the angles of roll, pitch and heading then run on, fold and change places, and none
-    of them is the integral of a rate of turn."""
+    """Whether a vehicle turns over. The angles of roll, pitch and heading then wrap, fold and swap, and none of them
+    is the integral of a rate of turn."""
     if dive.attitude is None or not len(dive.attitude):
         return False
     return bool(np.count_nonzero(down_axis(dive.attitude.value)[2] < TILTED) >= OFTEN)
 
 
 def turned_by(attitude: Signal) -> Signal:
-    """The integrals of the rates of turn (n, 3) about the body's own axes: what it turned by from reading to reading,
-    added up. Whatever the attitude, they neither wrap nor fold."""
+    """Integrals of the rates of turn (n, 3) about the body's own axes: the sum of the turns between readings. They
+    neither wrap nor fold at any attitude."""
     turns = to_body_turn(attitude.value[:-1], attitude.value[1:])
     return Signal(attitude.time_s, np.vstack([np.zeros((1, 3)), np.cumsum(turns, axis=0)]))
 
 
 def at_origin(dive: Dive, time_s: Array, lever: Array) -> tuple[Signal | None, Motion]:
-    """The recorded velocity (n, 3) at the body's origin, `lever` (3,) off the DVL, and the motion at times (m,)."""
+    """Return the recorded velocity (n, 3) at the body's origin, with the DVL at `lever` (3,), and the motion at times
+    (m,)."""
     nu = smoothed_velocity(dive, time_s)
     velocity = dive.velocity
     if velocity is None or len(velocity) < FEWEST or not lever.any():
@@ -50,7 +53,8 @@ def at_origin(dive: Dive, time_s: Array, lever: Array) -> tuple[Signal | None, M
 
 
 def with_rates_of_places(dive: Dive, file: VehicleFile, motion: Motion) -> Motion:
-    """The motion with what depth and attitude tell of the velocities that nothing else read (Fossen 2011, eq. 2.28)."""
+    """Return the motion with velocities from depth and attitude where no other sensor read them (Fossen 2011, eq.
+    2.28)."""
     nu = motion.nu.copy()
     depth, over = dive.depth_by(file.vehicle.water), tumbles(dive)
     if depth is not None and len(depth) >= FEWEST and not nu[:, HEAVE].any() and not over:
@@ -86,9 +90,9 @@ def _rate(place: Signal, column: int, time_s: Array) -> Array:
 
 @dataclass(frozen=True)
 class Place:
-    """The integral of one axis's own velocity: what was read, (n, 1), less what the other axes added to it.
+    """Integral of one axis's own velocity: the reading, (n, 1), less the contribution of the other axes.
 
-    `carried` (m,) is that addition at the times of the motion.
+    `carried` (m,) is that contribution at the times of the motion.
     """
 
     reading: Signal
@@ -96,9 +100,11 @@ class Place:
 
 
 def places_of(dive: Dive, file: VehicleFile, motion: Motion, attitude: Array | None) -> dict[int, Place]:
-    """Depth, roll, pitch and heading by degree of freedom, as far as they are recorded (Fossen 2011, 2.18, 2.26).
+    """Return depth, roll, pitch and heading by degree of freedom, as far as they are recorded (Fossen 2011, 2.18,
+    2.26).
 
-    Of a vehicle that tumbles, what it turned by about each of its own axes; its depth is the integral of no one axis.
+    For a vehicle that tumbles, return its turns about each of its own axes; its depth is then not the integral of a
+    single axis.
     """
     still = np.zeros(len(motion.time_s))
     if tumbles(dive) and dive.attitude is not None:
@@ -106,27 +112,27 @@ def places_of(dive: Dive, file: VehicleFile, motion: Motion, attitude: Array | N
         parts = (Signal(turned.time_s, turned.value[:, i : i + 1]) for i in range(3))
         return {dof: Place(part, still) for dof, part in zip((ROLL, PITCH, YAW), parts, strict=True)}
     depth = dive.depth_by(file.vehicle.water)
-    found: dict[int, tuple[Signal, Array]] = {}
+    places: dict[int, tuple[Signal, Array]] = {}
     if attitude is None or dive.attitude is None:
         if depth is not None:
-            found[HEAVE] = depth, still
+            places[HEAVE] = depth, still
     else:
         u, v, w, _, q, r = motion.nu.T
         down_x, down_y, down_z = down_axis(attitude)
         if depth is not None:
-            found[HEAVE] = depth, down_x * u + down_y * v + (down_z - 1.0) * w
+            places[HEAVE] = depth, down_x * u + down_y * v + (down_z - 1.0) * w
         roll, pitch = np.arctan2(down_y, down_z), np.arcsin(np.clip(-down_x, -1.0, 1.0))
         x, y, z = down_axis(dive.attitude.value)
         turned = q * np.sin(roll) + r * np.cos(roll)
-        found[ROLL] = Signal(dive.attitude.time_s, np.arctan2(y, z)[:, None]), turned * np.tan(pitch)
+        places[ROLL] = Signal(dive.attitude.time_s, np.arctan2(y, z)[:, None]), turned * np.tan(pitch)
         level = q * (np.cos(roll) - 1.0) - r * np.sin(roll)
         w, i, j, k = dive.attitude.value.T
         heading = np.unwrap(np.arctan2(2 * (w * k + i * j), 1 - 2 * (j * j + k * k)))
         turning = (q * np.sin(roll) + r * np.cos(roll)) / np.maximum(np.cos(pitch), LEAST_COSINE)
-        found[YAW] = Signal(dive.attitude.time_s, heading[:, None]), turning - r
-        found[PITCH] = Signal(dive.attitude.time_s, np.arcsin(np.clip(-x, -1.0, 1.0))[:, None]), level
+        places[YAW] = Signal(dive.attitude.time_s, heading[:, None]), turning - r
+        places[PITCH] = Signal(dive.attitude.time_s, np.arcsin(np.clip(-x, -1.0, 1.0))[:, None]), level
     out = {}
-    for dof, (read, rate) in found.items():
+    for dof, (read, rate) in places.items():
         carried = motion.integral(rate)
         at = np.interp(read.time_s, motion.time_s, carried)
         out[dof] = Place(Signal(read.time_s, read.value - at[:, None]), carried)
@@ -147,7 +153,8 @@ def restoring_force(
     place: Place | None,
     stiffness: float,
 ) -> Array:
-    """The restoring force (m,) at the times of the motion; of roll and pitch what the `stiffness` does not make."""
+    """Restoring force (m,) at the times of the motion; for roll and pitch without the part that the `stiffness`
+    makes."""
     if attitude is None:
         return np.full(len(motion.time_s), configuration.net_buoyancy_n if dof == HEAVE else 0.0)
     g = np.asarray(restoring(configuration, tuple(attitude.T))[dof])
@@ -159,8 +166,8 @@ def restoring_force(
 
 
 def stiffness_of(dive: Dive, configuration: Configuration, dof: int) -> float:
-    """Righting moment by angle, N m/rad; 0 where the recorded attitude tells all of it, of a vehicle that tumbles: no
-    multiple of what it turned by rights it."""
+    """Righting moment per angle, N m/rad. 0 for other axes, and for a vehicle that tumbles: its righting moment is
+    not proportional to its turns, and comes from the recorded attitude alone."""
     if dof not in (ROLL, PITCH) or tumbles(dive):
         return 0.0
     return configuration.centre_of_gravity_below_buoyancy_m * configuration.dry_mass_kg * GRAVITY_M_S2

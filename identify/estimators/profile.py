@@ -1,10 +1,10 @@
-"""How far the likelihood lets a coefficient go on either side, where it is no parabola.
+"""Interval of a coefficient on either side, if the likelihood is not a parabola.
 
-The end of a 95 % interval is where the likelihood, all else at its best, has fallen by 1.96^2 / 2 (Barndorff-Nielsen
-and Cox 1994, section 3.5). Of a coefficient that is known well, one scoring step of all else tells how far it has
-fallen at the end that the parabola gives; how much nearer or further the true end lies is 1.96 over the fall's root, to
-first order. Of one that is known loosely, all else is climbed there and once more as far again: a second summit may
-stand beside the first.
+A 95 % interval ends where the likelihood, maximised over all else, has fallen by 1.96^2 / 2 (Barndorff-Nielsen and
+Cox 1994, section 3.5). For a coefficient that is known well, one scoring step of all other parameters gives the fall
+at the parabola's end; to first order, the true end is further out by a factor of 1.96 over the root of twice the
+fall. For a coefficient that is known loosely, all other parameters are climbed there, and again at twice the
+distance: there may be a second summit next to the first.
 """
 
 from dataclasses import dataclass
@@ -19,26 +19,26 @@ from identify.identification import Z95
 Array = NDArray[np.float64]
 
 NEAREST, FURTHEST = 0.7, 2.0
-"""Shares of the parabola's end that are believed."""
+"""Smallest and largest factor on the parabola's end that is accepted."""
 
 ENDLESS = 4.0
-"""Of an end that even twice the parabola's does not reach."""
+"""Factor for an end that is not reached even at twice the parabola's end."""
 
 LOOSE, HOPELESS = 0.1, 0.3
-"""Standard errors, of logarithms, from which on and up to which all else is climbed."""
+"""Range of standard errors, of logarithms, in which all other parameters are climbed."""
 
 LONG_TAIL = 1.2
-"""Where the parabola that falls as little at twice the end is so much wider, its width tells what lies beyond."""
+"""If the parabola through the fall at twice the end is wider by this factor, its width replaces the nearer end."""
 
 NEARLY = 0.05
-"""Nats: as far as all else is climbed."""
+"""Convergence limit, in nats, of the climb of all other parameters."""
 
 PIN = 1e9
 
 
 @dataclass(frozen=True)
 class Pinned:
-    """A problem with one of its parameters held where it is."""
+    """A problem with one of its parameters fixed."""
 
     problem: Problem
     place: int
@@ -65,9 +65,9 @@ class Pinned:
 
 
 def stretches(problem: Problem, maximum: Array, place: int, score: Score = alone) -> tuple[float, float]:
-    """What to multiply the lower and the upper half of a parameter's interval by.
+    """Factors on the lower and the upper half of a parameter's interval.
 
-    `maximum` (p,) is the posterior's own.
+    `maximum` (p,) is the maximum of the posterior.
     """
     _, information = score(problem, maximum)
     covariance = np.linalg.inv(information + np.diag(problem.prior_precision))
@@ -92,7 +92,7 @@ def _stretch(problem: Problem, maximum: Array, step: Array, place: int, top: flo
 
 def _searched(problem: Problem, maximum: Array, step: Array, place: int, top: float, score: Score) -> float:
     def root_of_fall(far: float) -> float:
-        """The root of twice the fall, `far` times the parabola's end away: 1.96 `far` on a parabola."""
+        """Root of twice the fall at `far` times the distance of the parabola's end: 1.96 `far` on a parabola."""
         end = maximum + far * step
         held = Pinned(problem, place, float(end[place]))
         best = climb(held, end, NEARLY, lambda _, theta: score(problem, theta)).theta

@@ -1,4 +1,4 @@
-"""What measures each degree of freedom in a dive, as channels of readings with one noise level each."""
+"""Collects the measurements of each degree of freedom in a dive, as channels of readings with one noise level each."""
 
 from dataclasses import dataclass, replace
 
@@ -15,23 +15,24 @@ FEWEST = 5
 NOISE_SPREAD = 1.0
 LEAST_NOISE = 1e-6
 MOST_HZ = 100.0
-"""Faster readings are averaged down to about this rate: a vehicle does nothing within 10 ms that they would miss."""
+"""Faster readings are averaged down to about this rate: a vehicle does nothing within 10 ms that this would miss."""
 
 TELLING = 3.0
-"""A place that moves in a second by so many times its noise tells of the speed."""
+"""A position or angle gives the speed only if it moves in a second by more than this many times its noise."""
 
 FILTERED_M_S, FILTERED_SPREAD, FILTERED_COLOURED_M_S, FILTERED_HZ = 2e-3, 0.2, 0.015, 10.0
-"""What an autopilot's own velocity is off by is mostly a slow error of its filter: where a fit of it starts, beside a
-little white noise; and the velocity is thinned, for one reading says little that the one 20 ms before it did not."""
+"""Start of the fit for an autopilot's own velocity: a little white noise, with the prior standard deviation of its
+logarithm, and a slow error of its filter, which dominates. The velocity is thinned to FILTERED_HZ, because a reading
+adds little to the reading 20 ms earlier."""
 
 
 @dataclass(frozen=True)
 class Channel:
     """Readings of one state by one sensor, (n,) each; the standard deviation of a reading is `scale` times the noise.
 
-    A NaN reading only marks where increments start anew. `noise` is where a fit of the noise starts, and how far
-    from it, in its logarithm, the fit may well go. coloured: where a fit of its velocity's slow error starts, 0 if it
-    has none.
+    A NaN reading only marks the start of a new increment. `noise` is the start value of the fitted noise,
+    `noise_spread` the prior standard deviation of its logarithm. coloured: start value of the velocity's slow error,
+    0 if it has none.
     """
 
     name: str
@@ -45,31 +46,31 @@ class Channel:
 
 
 def channels(dive: Dive, dof: int, velocity: Signal | None, place: Signal | None) -> list[Channel]:
-    """All that measures an axis, the one that reads its velocity first; where that is missing, its place alone, if that
-    tells of the velocity; none where nothing does.
+    """Return all measurements of an axis, the velocity reading first. If that is missing, return the position or
+    angle alone, if it gives the velocity; otherwise nothing.
 
     `velocity` (n, 3) at the body's origin; `place` (n, 1) the integral of the axis's own velocity: depth, roll, pitch
     or heading.
     """
     if dof < 3:
-        found = [
+        sensors = [
             _filtered(velocity, dof) if dive.velocity_is_filtered else _direct("dvl", velocity, dof, VELOCITY)
         ]
         if dof == HEAVE:
             # The controller acts on depth, so depth has to be among the readings.
-            found.append(_direct("depth", place, 0, POSITION))
+            sensors.append(_direct("depth", place, 0, POSITION))
     else:
-        found = [_rate(dive, dof)]
+        sensors = [_rate(dive, dof)]
         if dof in (ROLL, PITCH) or steers_unheard(dive):
-            found.append(_direct("attitude", place, 0, POSITION))
-    if found[0] is None:
+            sensors.append(_direct("attitude", place, 0, POSITION))
+    if sensors[0] is None:
         alone = _direct("depth" if dof < 3 else "attitude", place, 0, POSITION)
         return [alone] if alone is not None and _tells_of_speed(alone) else []
-    return [channel for channel in found if channel is not None]
+    return [channel for channel in sensors if channel is not None]
 
 
 def _tells_of_speed(place: Channel) -> bool:
-    """Whether a place moves in a second by clearly more than its noise."""
+    """Whether a position or angle moves in a second by clearly more than its noise."""
     after = np.searchsorted(place.time_s, place.time_s + 1.0)
     inside = after < len(after)
     if np.median(np.diff(place.time_s)) > 1.0 or not inside.any():
@@ -79,15 +80,15 @@ def _tells_of_speed(place: Channel) -> bool:
 
 
 def steers_unheard(dive: Dive) -> bool:
-    """Whether nothing says what the controller in yaw used: then it may have been the heading, which has to be among
-    the readings."""
+    """Whether no recorded signal shows what the controller in yaw used. It may then have used the heading, which has
+    to be among the readings."""
     return dive.nu_fb is None and (dive.fog is None or not len(dive.fog))
 
 
 def noise_std(values: Array) -> float:
-    """Standard deviation of the white noise on a smooth signal (n,): its third difference is noise alone.
+    """Standard deviation of the white noise on a smooth signal (n,), whose third difference is noise alone.
 
-    Not less than what the steps of its resolution make.
+    At least the standard deviation that the signal's resolution causes.
     """
     steps = np.abs(np.diff(values))
     resolution = float(np.min(steps[steps > 0], initial=np.inf))
@@ -96,9 +97,9 @@ def noise_std(values: Array) -> float:
 
 
 def increments(name: str, signal: Signal) -> Channel:
-    """Mean rates, dated at the middle of their intervals, as the angles that they add up to, dated at the ends.
+    """Convert mean rates, dated at the middle of their intervals, to angle increments, dated at the ends.
 
-    Intervals meet halfway between two readings; one that follows a gap has the usual length.
+    Intervals meet halfway between two readings; an interval after a gap has the usual length.
     """
     middle, rate = signal.time_s, signal.value[:, 0]
     usual = float(np.median(np.diff(middle)))
@@ -115,7 +116,7 @@ def increments(name: str, signal: Signal) -> Channel:
 
 
 def _rate(dive: Dive, dof: int) -> Channel | None:
-    """The better of fibre-optic gyro and IMU: it says all that the other could."""
+    """The more informative of fibre-optic gyro and IMU: it contains all that the other could add."""
     gyro = _direct("gyro", dive.gyro, dof - 3, VELOCITY)
     if dof != YAW or dive.fog is None or len(dive.fog) < FEWEST or np.ptp(dive.fog.value) == 0.0:
         return gyro
@@ -148,9 +149,10 @@ def _direct(name: str, signal: Signal | None, column: int, state_read: int) -> C
 
 
 def averaged(signal: Signal) -> tuple[Signal, Array]:
-    """Means (m, k) of the samples of equal lengths of time, dated at the mean of theirs, and how many each has (m,).
+    """Means (m, k) over bins of equal duration, dated at the mean of the samples' times, and the number of samples in
+    each (m,).
 
-    The signal itself where it is not much faster than MOST_HZ.
+    The signal itself if it is not much faster than MOST_HZ.
     """
     each = round(signal.rate_hz / MOST_HZ)
     if each < 2:

@@ -1,4 +1,4 @@
-"""What the estimators say of a fit in the same words, and how short a dive may be."""
+"""Sentences about a fit that the estimators share, and the minimum duration of a dive."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 SHORTEST_DIVE_S = 20.0
 
 FARTHEST_S = 0.2
-"""One step of scoring from no lateness sizes what is no farther than some thruster's lags."""
+"""A single scoring step from zero gives the size of a lateness only up to here, about a long thruster lag."""
 
 LATEST_S = 0.5
 """No thruster's lag and no sensor's clock is off by more: a driver's buffers hold tenths of a second."""
 
 
 def long_enough(dive: Dive) -> None:
-    """Raises FitError where a dive is too short to identify anything from it."""
+    """Raise FitError if a dive is too short to identify anything from it."""
     if round(dive.duration_s) < SHORTEST_DIVE_S:
         raise FitError(
             f"{dive.name}: the dive lasts {dive.duration_s:.0f} s, but identification needs at least "
@@ -38,20 +38,20 @@ def axes_named(dofs: Sequence[int]) -> str:
 
 
 def drag_doubts(lacking: "Mapping[int, Tested]", damping: "Damping" = "linear") -> tuple[Doubt, ...]:
-    """A drag is missing in each of these axes, of a hull with this damping in its vehicle file."""
+    """Doubts that a drag is missing in each of these axes, for a hull with this damping in its vehicle file."""
     if damping == "quadratic":
-        return tuple(_linear_doubt(dof, one) for dof, one in lacking.items())
+        return tuple(_linear_doubt(dof, tested) for dof, tested in lacking.items())
     return tuple(
         Doubt(
             (MASSES[dof].name, DAMPINGS[dof].name),
             f"In {DOFS[dof]} a force that grows as the speed squared is missing from the model "
-            f"({one.score:+.0f} standard errors): mass and linear damping hold for the speeds of this dive "
+            f"({tested.score:+.0f} standard errors): mass and linear damping hold for the speeds of this dive "
             "alone; the intervals of all that it bears on are widened by what such a force would change. Where another "
             "axis moved at one speed alone, its damping holds for that.",
             Outcome.DISAGREES,
             Culprit.MODEL,
         )
-        for dof, one in lacking.items()
+        for dof, tested in lacking.items()
     )
 
 
@@ -67,7 +67,7 @@ def _linear_doubt(dof: int, one: "Tested") -> Doubt:
 
 
 def delay_doubt(delay: ThrustDelay, pushed: Sequence[int]) -> Doubt:
-    """All thrust acts later than the vehicle file says; the values are those with that delay."""
+    """Doubt that all thrust acts later than the vehicle file says; the values are those with that delay."""
     beyond = f" and its delay of {delay.in_file_s:g} s" if delay.in_file_s else ""
     return Doubt(
         tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in pushed),
@@ -79,25 +79,27 @@ def delay_doubt(delay: ThrustDelay, pushed: Sequence[int]) -> Doubt:
 
 
 def late_doubts(late: "Mapping[int, Tested]", pushed: Sequence[int]) -> tuple[Doubt, ...]:
-    """Forces act later or earlier than they are taken to in these axes: one doubt for each of the two.
+    """Doubts that forces act later or earlier than assumed in these axes: one for "later", one for "earlier".
 
-    Where several axes are off the same way, a clock is likelier than so many lags: then it is about all axes that
-    thrust pushed, for it is off in those too in which it shows less. One more for the axes in which that would have
-    to be by more than any lag or clock is off, where no other axis is off the same way.
+    If several axes are off in the same direction, a wrong clock is more likely than so many lags. The doubt then
+    covers all axes that thrust pushed, because the clock affects even those that show it less. Another doubt covers
+    axes that would have to be off by more than any lag or clock, unless another axis is off in the same direction.
     """
-    ways = {one.size > 0 for one in late.values() if abs(one.size) <= LATEST_S}
+    ways = {tested.size > 0 for tested in late.values() if abs(tested.size) <= LATEST_S}
     absurd = {
-        dof: one for dof, one in late.items() if abs(one.size) > LATEST_S and (one.size > 0) not in ways
+        dof: tested
+        for dof, tested in late.items()
+        if abs(tested.size) > LATEST_S and (tested.size > 0) not in ways
     }
-    later = {dof: one for dof, one in late.items() if dof not in absurd and one.size > 0}
-    earlier = {dof: one for dof, one in late.items() if dof not in absurd and one.size <= 0}
-    told = (("later", later), ("earlier", earlier))
-    by_timing = tuple(_late_doubt(way, found, pushed) for way, found in told if found)
+    later = {dof: tested for dof, tested in late.items() if dof not in absurd and tested.size > 0}
+    earlier = {dof: tested for dof, tested in late.items() if dof not in absurd and tested.size <= 0}
+    directions = (("later", later), ("earlier", earlier))
+    by_timing = tuple(_late_doubt(way, axes, pushed) for way, axes in directions if axes)
     return (*by_timing, *((_unexplained_doubt(absurd),) if absurd else ()))
 
 
 def _unexplained_doubt(found: "Mapping[int, Tested]") -> Doubt:
-    sigma = max(abs(one.score) for one in found.values())
+    sigma = max(abs(tested.score) for tested in found.values())
     return Doubt(
         tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in found),
         f"In {axes_named(list(found))} the motion does not follow from the thrust, and timing does not explain it: "
@@ -108,22 +110,22 @@ def _unexplained_doubt(found: "Mapping[int, Tested]") -> Doubt:
 
 
 def _late_doubt(way: str, found: "Mapping[int, Tested]", pushed: Sequence[int]) -> Doubt:
-    by_ms = [1000 * abs(one.size) for one in found.values()]
+    by_ms = [1000 * abs(tested.size) for tested in found.values()]
     least, most = min(by_ms), max(by_ms)
     size = f"by about {most:.0f} ms" if most - least < 10 else f"by about {least:.0f} to {most:.0f} ms"
     unsized = most > 1000 * FARTHEST_S
     if unsized:
         size = "by how much can't be told from this fit"
-    sigma = max(abs(one.score) for one in found.values())
+    sigma = max(abs(tested.score) for tested in found.values())
     others = [dof for dof in pushed if dof not in found] if len(found) > 1 else []
-    there = (
+    scope = (
         "there" if not others else f"there and in {axes_named(others)}, where the same clock is likely off,"
     )
     dofs = (*found, *others)
     return Doubt(
         tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in dofs),
         f"In {axes_named(list(found))} thrust acts at another time than the vehicle file's lag and the sensors' "
-        f"stamps say ({way}, {size}; {sigma:.0f} standard errors): masses and dampings {there} are off"
+        f"stamps say ({way}, {size}; {sigma:.0f} standard errors): masses and dampings {scope} are off"
         f"{'' if unsized else ' by that'}, and the intervals of all that it bears on are widened by it; mend the lag "
         "in the vehicle file, or the sensors' clocks: seatrial doctor --wet tells how late each sensor is.",
         Outcome.DISAGREES,
@@ -132,7 +134,8 @@ def _late_doubt(way: str, found: "Mapping[int, Tested]", pushed: Sequence[int]) 
 
 
 def lateness_note(moved: Mapping[str, float], late_s: float) -> str:
-    """What coefficients hang on when thrust acts: by which share each moves, were it `late_s` later."""
+    """A note on the time at which thrust acts: the relative change of each coefficient if thrust came `late_s`
+    later."""
     first, *others = [(name, f"by {100 * share:+.1f} %") for name, share in moved.items()]
     shares = [f"{first[0]} would change {first[1]}", *(f"{name} {by}" for name, by in others)]
     return (
@@ -142,7 +145,7 @@ def lateness_note(moved: Mapping[str, float], late_s: float) -> str:
 
 
 def unsettled_doubt(names: tuple[str, ...], where: str, bound: str) -> Doubt:
-    """The search for these coefficients ended at its bound of steps."""
+    """Doubt that the search for these coefficients settled: it stopped at its bound of steps."""
     return Doubt(
         names,
         f"In {where} the search stopped at its bound of {bound} before it settled: don't rely on what it says of "
@@ -152,7 +155,7 @@ def unsettled_doubt(names: tuple[str, ...], where: str, bound: str) -> Doubt:
 
 
 def strange_doubts(strange: str) -> tuple[Doubt, ...]:
-    """The recording can hardly be of this vehicle, as `strange` says; none where that is empty."""
+    """Doubt that the recording is of this vehicle, for the reason in `strange`; none if that is empty."""
     if not strange:
         return ()
     sentence = (
@@ -163,20 +166,20 @@ def strange_doubts(strange: str) -> tuple[Doubt, ...]:
 
 
 def missing_forces(lacking: Sequence[int], late: Sequence[int], damping: "Damping" = "linear") -> str:
-    """What the model of a hull with this damping lacks in these axes, as part of a sentence; empty where that is
-    nothing."""
-    told = []
+    """The forces that the model of a hull with this damping lacks in these axes, as part of a sentence; empty if
+    none."""
+    parts = []
     if lacking:
-        what = "itself" if damping == "quadratic" else "squared"
-        told.append(f"a drag that grows as the speed {what} in {axes_named(lacking)}")
+        power = "itself" if damping == "quadratic" else "squared"
+        parts.append(f"a drag that grows as the speed {power} in {axes_named(lacking)}")
     if late:
-        told.append(f"thrust at another time in {axes_named(late)}")
-    return " and ".join(told)
+        parts.append(f"thrust at another time in {axes_named(late)}")
+    return " and ".join(parts)
 
 
 def too_little(name: str, axis: str, std: float, shift: float, value: float, missing: str) -> str:
-    """Why a coefficient of relative standard error `std` is not identifiable; `shift` is what its logarithm would
-    change by with the forces that are `missing`."""
+    """Why a coefficient of relative standard error `std` is not identifiable; `shift` is the change of its logarithm
+    if the `missing` forces were included."""
     if abs(shift) > 0.5 * std:
         return f"the model lacks {missing}: with that {name} would be {value * math.exp(shift):.3g}"
     return f"the dive says too little of {axis}: the relative standard error is {100 * std:.0f} %"

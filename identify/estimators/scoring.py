@@ -1,4 +1,5 @@
-"""Fisher scoring of a Gaussian innovations likelihood: climb it, with Levenberg's damping, and weigh it.
+"""Fisher scoring of a Gaussian innovations likelihood: maximise it, with Levenberg's damping, and compute its
+information.
 
 For innovations e with variance S (Gupta and Mehra 1974, IEEE TAC 19(6), eqs 27 and 35):
     log L = -1/2 sum(log S + e^2/S),   J_ij = sum(de_i de_j / S) + 1/2 sum(dS_i dS_j / S^2).
@@ -15,7 +16,7 @@ Array = NDArray[np.float64]
 
 MOST_STEPS = 60
 LARGEST_MOVE = 7000.0
-"""In units of `Problem.difference`: far enough to get on, near enough for the information to hold."""
+"""Largest step in units of `Problem.difference`: long enough for progress, short enough for the information to hold."""
 
 ENOUGH = 1e-3
 
@@ -23,7 +24,7 @@ OVERSHOT = 3.0
 """A step that gains less than its slope over this has gone more than a third beyond the summit of its parabola."""
 
 LEAPT = 4.0
-"""A step that loses more than so many times its slope has left the parabola."""
+"""A step that loses more than this many times its slope has left the parabola."""
 
 
 class Problem(Protocol):
@@ -31,17 +32,17 @@ class Problem(Protocol):
 
     @property
     def difference(self) -> Array:
-        """(p,) half-width of the central difference in each parameter."""
+        """Half-width (p,) of the central difference in each parameter."""
         ...
 
     @property
     def prior_mean(self) -> Array:
-        """(p,)"""
+        """Mean (p,) of the prior."""
         ...
 
     @property
     def prior_precision(self) -> Array:
-        """(p,) one over the prior's variance; 0 for none."""
+        """One over the prior's variance, (p,); 0 for no prior."""
         ...
 
     def innovations(self, theta: Array) -> tuple[Array, Array]:
@@ -54,7 +55,7 @@ Score = Callable[[Any, Array], tuple[Array, Array]]
 
 @dataclass(frozen=True)
 class Maximum:
-    """Where the climb ended; `information` (p, p) is the data's alone, `precision` adds the prior's."""
+    """End of the climb; `information` (p, p) is the data's alone, `precision` adds the prior's."""
 
     theta: Array
     log_likelihood: float
@@ -65,7 +66,7 @@ class Maximum:
 
 
 def log_posterior(problem: Problem, theta: Array) -> float:
-    """log L plus the log of the prior, without constants; -inf where rounding has spoilt a variance."""
+    """log L plus the log of the prior, without constants; -inf if rounding has spoilt a variance."""
     e, s = problem.innovations(theta)
     if not np.all(s > 0):
         return -np.inf
@@ -82,7 +83,7 @@ def score(problem: Problem, theta: Array) -> tuple[Array, Array]:
 def slopes(
     innovations: Callable[[Array], tuple[Array, Array]], theta: Array, difference: Array, of: Iterable[int]
 ) -> tuple[Array, Array]:
-    """Derivatives of the innovations and of their variances by some of the parameters, (k, n) each."""
+    """Derivatives of the innovations and of their variances by the parameters with indices `of`, (k, n) each."""
     de, ds = [], []
     for i in of:
         h, moved = difference[i], theta.copy()
@@ -104,9 +105,9 @@ def weigh(e: Array, s: Array, de: Array, ds: Array) -> tuple[Array, Array]:
 
 
 def climb(problem: Problem, start: Array, enough: float = ENOUGH, score: Score = score) -> Maximum:
-    """The maximum of the posterior from `start`; converged where a step gains less than `enough` nats.
+    """Climb to the maximum of the posterior from `start`; converged when a step gains less than `enough` nats.
 
-    Raises LinAlgError where the information has no inverse, or is no number.
+    Raises LinAlgError if the information has no inverse, or is not finite.
     """
     theta = start.copy()
     value = log_posterior(problem, theta)
@@ -142,10 +143,11 @@ def climb(problem: Problem, start: Array, enough: float = ENOUGH, score: Score =
 def _not_beyond(
     problem: Problem, theta: Array, value: float, move: Array, rise: float
 ) -> tuple[Array, float]:
-    """A move from theta of slope `rise`, and the log posterior at its end; a shorter one where it leaps the summit.
+    """Return a move from theta of slope `rise`, and the log posterior at its end; a shorter move if this one passes
+    the summit.
 
-    Where the readings curve the likelihood twice as much as is expected of them, a whole step lands as far beyond the
-    summit as it began before it, gains nothing, and would pass for the last; where they curve it more, it loses.
+    If the likelihood of the readings is twice as curved as expected, a whole step lands as far beyond the summit as
+    it began before it, gains nothing, and would look converged. If it is more curved still, the step loses.
     """
     end = log_posterior(problem, theta + move)
     gain = end - value

@@ -1,6 +1,7 @@
-"""What methods beside each other on one dive both need, worked out once: whoever asks first works, the others wait.
+"""Computes once a result that several methods need when they run in parallel on one dive: the first caller computes
+it, the others wait.
 
-It is kept while anybody holds it and no longer, so that a method alone works all of it out for itself.
+The result is kept only while somebody holds it, so a method that runs alone computes everything itself.
 """
 
 from collections.abc import Callable
@@ -12,7 +13,7 @@ T = TypeVar("T")
 
 
 class Shared(Generic[T]):
-    """A result that others may ask for too, for as long as one of them holds this; and what it was made of."""
+    """A result that others may ask for too, for as long as any of them holds this object; and its arguments."""
 
     def __init__(self, work: Callable[..., T], arguments: tuple[Any, ...]) -> None:
         self._work, self._arguments, self._lock = work, arguments, Lock()
@@ -20,7 +21,7 @@ class Shared(Generic[T]):
 
     @property
     def value(self) -> T:
-        """The result; raises what the work raised."""
+        """The result; raises any error of the work."""
         with self._lock:
             if self._value is None:
                 self._value = self._work(*self._arguments)
@@ -28,20 +29,21 @@ class Shared(Generic[T]):
 
 
 def shared(work: Callable[..., T]) -> Callable[..., Shared[T]]:
-    """`work` by its arguments, done at the first look at its `value`.
+    """Return a function that gives the shared result of `work` for its arguments, computed when `value` is first
+    read.
 
-    Text and tuples are the same where they are equal, all else where it is the same object, which the result keeps
-    alive.
+    Strings and tuples are the same argument if they are equal, others only if they are the same object, which the
+    result keeps alive.
     """
     guard = Lock()
     held: WeakValueDictionary[tuple[object, ...], Shared[T]] = WeakValueDictionary()
 
     def of(*arguments: Any) -> Shared[T]:
-        key = tuple(one if isinstance(one, str | tuple) else id(one) for one in arguments)
+        key = tuple(argument if isinstance(argument, str | tuple) else id(argument) for argument in arguments)
         with guard:
-            found = held.get(key)
-            if found is None:
-                found = held[key] = Shared(work, arguments)
-            return found
+            result = held.get(key)
+            if result is None:
+                result = held[key] = Shared(work, arguments)
+            return result
 
     return of

@@ -1,8 +1,8 @@
 """Velocities without their white noise, for the forces that are products of velocities.
 
-A smoothing spline's equivalent filter, 1 / (1 + (f / f_c)^4) (Silverman 1984), run over a uniform grid; the corner f_c
-is the one of least generalised cross-validation (Craven and Wahba 1979), so each signal is smoothed as its own noise
-wants it: a noisy sway velocity much, a clean gyro hardly.
+A smoothing spline's equivalent filter, 1 / (1 + (f / f_c)^4) (Silverman 1984), runs over a uniform grid. The corner
+f_c minimises generalised cross-validation (Craven and Wahba 1979), so each signal is smoothed according to its own
+noise: a noisy sway velocity a lot, a clean gyro hardly.
 """
 
 import numpy as np
@@ -34,7 +34,7 @@ def smoothed_velocity(dive: Dive, time_s: Array) -> Array:
 
 
 def smoothed(signal: Signal, column: int, time_s: Array) -> Array:
-    """One column of a signal without its white noise, at the times (m,); 0 where it has no finite sample."""
+    """A column of a signal without its white noise, at the times (m,); 0 if it has no finite sample."""
     start, end = float(signal.time_s[0]), float(signal.time_s[-1])
     grid = np.linspace(start, end, max(round((end - start) * signal.rate_hz) + 1, 2))
     values = np.nan_to_num(Signal(signal.time_s, signal.value[:, column : column + 1]).at(grid)[:, 0])

@@ -1,4 +1,4 @@
-"""A dive whose equations have no solution is refused, by whichever method, in a sentence that names the axes."""
+"""Refuses a dive whose equations have no solution, with any method, in a sentence that names the axes."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,14 +11,15 @@ from identify.estimators.said import axes_named
 from identify.identification import Identification
 
 FASTEST = 100.0
-"""m/s, and rad/s: no underwater vehicle moves so fast, and what says so drowns all else."""
+"""m/s, and rad/s: no underwater vehicle moves so fast, and such readings drown all others."""
 
 
 @contextmanager
 def solvable(dive: Dive) -> Iterator[None]:
-    """Raises FitError where what is worked out within meets a matrix without an inverse, or ends at no number."""
+    """Context that raises FitError if the computation within meets a matrix without an inverse, or ends with a value
+    that is not finite."""
     try:
-        # What overflows is found out by the matrix that it spoils.
+        # An overflow shows up in the matrix that it spoils.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             yield
     except np.linalg.LinAlgError as error:
@@ -26,18 +27,18 @@ def solvable(dive: Dive) -> Iterator[None]:
 
 
 def in_numbers(fit: Identification) -> Identification:
-    """The fit itself. Raises LinAlgError where what it says of the coefficients is no number."""
+    """Return the fit itself. Raises LinAlgError if its values for the coefficients are not finite."""
     given = [p for p in fit.parameters if p.identifiable and p.name in fit.covariance_of]
-    said = [fit.covariance, np.array([(p.value, p.std, p.low95, p.high95) for p in given])]
+    blocks = [fit.covariance, np.array([(p.value, p.std, p.low95, p.high95) for p in given])]
     if fit.information is not None:
-        said.append(fit.information.matrix)
-    if not all(np.isfinite(numbers).all() for numbers in said):
+        blocks.append(fit.information.matrix)
+    if not all(np.isfinite(numbers).all() for numbers in blocks):
         raise np.linalg.LinAlgError("the fit ended at what is no number")
     return fit
 
 
 def no_solution(dive: Dive) -> FitError:
-    """That a dive's equations have no solution: in which axes, and what to do about it."""
+    """The error that a dive's equations have no solution: in which axes, and what to do about it."""
     fastest = _fastest(dive)
     wild = {dof: speed for dof, speed in fastest.items() if speed > FASTEST}
     look = "look there for readings and thrust that are wildly off, and for readings that share one time"
@@ -51,14 +52,14 @@ def no_solution(dive: Dive) -> FitError:
 
 
 def _fastest(dive: Dive) -> dict[int, float]:
-    """The largest speed that was read, m/s or rad/s, by degree of freedom; without what only read zero."""
+    """Largest speed that was read, m/s or rad/s, by degree of freedom; axes that only read zero are left out."""
     read = [(dive.velocity, 0), (dive.gyro, 3), (dive.fog, 5)]
-    found: dict[int, float] = {}
+    largest: dict[int, float] = {}
     for signal, first in read:
         if signal is None:
             continue
         for dof, column in enumerate(signal.value.T, first):
             known = column[np.isfinite(column)]
             if known.any():
-                found[dof] = max(found.get(dof, 0.0), float(np.abs(known).max()))
-    return found
+                largest[dof] = max(largest.get(dof, 0.0), float(np.abs(known).max()))
+    return largest

@@ -1,6 +1,5 @@
-"""Where the climb of one axis starts, for its likelihood has more than one summit: what one calls the readings' noise,
-another calls a disturbance, and either drags mass and damping along.
-"""
+"""Start of the climb of one axis. Its likelihood has several summits: the same motion may be attributed to the
+readings' noise or to a disturbance, and mass and damping change with that choice."""
 
 from collections.abc import Mapping
 
@@ -16,40 +15,40 @@ from identify.estimators.scoring import Maximum, climb, log_posterior
 Array = NDArray[np.float64]
 
 WINDOW_S = 1.0
-"""Over which impulses are summed up: no derivative of a reading is taken."""
+"""Window over which impulses are summed: no reading is differentiated."""
 
 MASS_REACH, DAMPING_REACH, QUADRATIC_REACH = (0.3, 10.0), (0.02, 50.0), (0.1, 100.0)
-"""Of the rigid body's mass (per s, per m): a plain regression is believed to start from within these alone."""
+"""Bounds on a plain regression as a start value, in units of the rigid body's mass (per s, per m)."""
 
 LEAST_DISTURBANCE = 1e-3
-"""Of the rigid body's mass, N for each kg."""
+"""As a share of the rigid body's mass, N per kg."""
 
 
 def rough_maximum(
     problem: AxisLikelihood, rigid: float, model: Mapping[str, float], enough: float = ROUGHLY
 ) -> Maximum:
-    """The likeliest of what the climbs come to from the prior's mean, and from plain regression or the file's `model`,
-    whichever is likelier to begin with. `rigid`: the rigid body's mass or inertia.
+    """Return the more likely end of two climbs: from the prior's mean, and from plain regression or the file's
+    `model`, whichever is more likely at the start. `rigid`: the rigid body's mass or inertia.
 
-    Raises LinAlgError where no climb comes to anything.
+    Raises LinAlgError if no climb reaches a maximum.
     """
     plain = regressed(problem, rigid)
     known = _of_file(problem, plain, model)
     nearer = max((plain, known), key=lambda theta: log_posterior(problem, theta))
-    found: list[Maximum] = []
+    maxima: list[Maximum] = []
     for theta in (problem.prior_mean, nearer):
         try:
-            found.append(climb(problem, theta, enough, alone))
+            maxima.append(climb(problem, theta, enough, alone))
         except np.linalg.LinAlgError:
             continue
-    if not found:
+    if not maxima:
         raise np.linalg.LinAlgError("no start leads to a maximum")
-    return max(found, key=lambda one: one.log_likelihood)
+    return max(maxima, key=lambda one: one.log_likelihood)
 
 
 def regressed(problem: AxisLikelihood, rigid: float) -> Array:
-    """The prior's mean with mass, drag and disturbance as least squares have them: the impulse of each WINDOW_S is the
-    mass times the change of speed, and the drag on the way."""
+    """The prior's mean with mass, drag and disturbance from least squares: over each WINDOW_S, the impulse is the
+    mass times the change of speed, plus the drag."""
     axis, quadratic = problem.axis, problem.damped != "linear"
     time_s, speed = axis.time_s, axis.speed
     force = axis.force.mean(axis=1) + axis.coriolis @ problem.masses
@@ -65,23 +64,23 @@ def regressed(problem: AxisLikelihood, rigid: float) -> Array:
     theta = problem.prior_mean.copy()
     if len(impulse) <= table.shape[1] or not np.isfinite(table).all() or not np.isfinite(impulse).all():
         return theta
-    found, *_ = np.linalg.lstsq(table, impulse, rcond=None)
-    left = float(np.std(impulse - table @ found)) / WINDOW_S
-    theta[MASS] = _within(found[0], MASS_REACH, rigid)
-    theta[DAMPING] = _within(found[1], DAMPING_REACH, rigid)
+    fitted, *_ = np.linalg.lstsq(table, impulse, rcond=None)
+    left = float(np.std(impulse - table @ fitted)) / WINDOW_S
+    theta[MASS] = _within(fitted[0], MASS_REACH, rigid)
+    theta[DAMPING] = _within(fitted[1], DAMPING_REACH, rigid)
     if quadratic:
-        theta[problem.quadratic_place] = _within(found[2], QUADRATIC_REACH, rigid)
+        theta[problem.quadratic_place] = _within(fitted[2], QUADRATIC_REACH, rigid)
     theta[DISTURBANCE] = np.log(max(left, LEAST_DISTURBANCE * rigid))
     return theta
 
 
 def _within(value: float, reach: tuple[float, float], rigid: float) -> float:
-    """The logarithm of a value held to its reach."""
+    """The logarithm of a value limited to its bounds."""
     return float(np.log(np.clip(value, reach[0] * rigid, reach[1] * rigid)))
 
 
 def _of_file(problem: AxisLikelihood, start: Array, model: Mapping[str, float]) -> Array:
-    """A start with what the vehicle file's own model says of the axis."""
+    """The start with the vehicle file's own model of the axis."""
     theta = start.copy()
     for place, group in ((MASS, MASSES), (DAMPING, DAMPINGS)):
         value = model.get(group[problem.axis.dof].name, 0.0)

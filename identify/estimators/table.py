@@ -1,4 +1,4 @@
-"""The estimators by name. A method is imported when it begins: while torch loads, one beside it is at work already."""
+"""The estimators by name. A method is imported when it starts: while torch loads, another method is already running."""
 
 from collections.abc import Callable
 from importlib import import_module
@@ -21,13 +21,13 @@ METHODS = {
 }
 DEFAULT = "likelihood"
 SIDE_BY_SIDE = (DEFAULT, "pinn")
-"""What `identify` runs on every dive where no method is named: the second is compared with the first."""
+"""The methods that `identify` runs on every dive if no method is named; the second is compared with the first."""
 OF_QUADRATIC = (DEFAULT,)
-"""The methods whose model has quadratic damping, where the vehicle file says that the hull has it."""
+"""The methods whose model has quadratic damping, for vehicle files with such a hull."""
 
 
 def estimator(method: str) -> Estimator:
-    """A method's `estimate`, and its answer judged as every method's is: `identify.answer`.
+    """Return a method's `estimate`, with its result judged as for every method: see `identify.answer`.
 
     Raises ConfigError for a name that is not in METHODS.
     """
@@ -42,7 +42,7 @@ def estimator(method: str) -> Estimator:
 
 
 def refuse_damping(method: str, file: VehicleFile, configuration: str) -> None:
-    """Raises FitError where the hull has a damping that the method's model lacks: its values would be wrong."""
+    """Raise FitError if the hull has a damping that the method's model lacks: its values would be wrong."""
     damping = file.vehicle.configurations[configuration].damping
     if damping != "linear" and method not in OF_QUADRATIC:
         raise FitError(
@@ -52,7 +52,7 @@ def refuse_damping(method: str, file: VehicleFile, configuration: str) -> None:
 
 
 def judged(fit: Estimator) -> Estimator:
-    """The estimator whose answers have gone through `answered`, and which refuses a dive without a solution."""
+    """Return the estimator with its results passed through `answered`; it refuses a dive without a solution."""
 
     def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progress) -> Identification:
         with solvable(dive):

@@ -1,4 +1,5 @@
-"""Speeds and rates of turn that nobody read push and turn the vehicle all the same, which can't be told from mass."""
+"""Warns about speeds and rates of turn that were not recorded: they push and turn the vehicle all the same, and their
+effect can't be told from mass."""
 
 from collections.abc import Sequence
 
@@ -10,19 +11,20 @@ from identify.estimators.said import axes_named
 from identify.identification import Doubt, Outcome
 
 LONGEST_GAP_S = 5.0
-"""Over a shorter one a vehicle's speed follows from what it was before and from its thrust."""
+"""Over a shorter gap the vehicle's speed follows from its earlier speed and from its thrust."""
 
 TELLING_SHARE = 0.1
-"""Of the dive, spent in longer gaps."""
+"""Share of the dive in longer gaps above which a warning is given."""
 
 
 def unseen_doubts(built: Axes) -> tuple[Doubt, ...]:
-    """Warnings about what turns where speeds were not read, or not for a good part of the dive, and the other way."""
+    """Warnings about turning axes if speeds were not read, or not for a good part of the dive, and the other way
+    round."""
     return (*_unseen_speeds(built), *_unseen_turning(built))
 
 
 def _unseen_turning(built: Axes) -> tuple[Doubt, ...]:
-    """A warning about surge, sway and heave where rates of turn that push there were not read."""
+    """A warning about surge, sway and heave if rates of turn that cause forces there were not read."""
     nu = built.motion.nu
     never = [dof for dof in range(3, 6) if not nu[:, dof].any()]
     # Turning about one axis with speed along a second pushes along the third.
@@ -48,20 +50,20 @@ def _unseen_turning(built: Axes) -> tuple[Doubt, ...]:
 
 
 def _unseen_speeds(built: Axes) -> tuple[Doubt, ...]:
-    """A warning about what speed works on where it was not read, or not for a good part of the dive: all turning, and
-    where the vehicle turns, its other speeds."""
+    """A warning about the axes affected by a speed that was not read, or not for a good part of the dive: all
+    rotations, and other translations if the vehicle turns."""
     moving = {axis.dof: axis for axis in built.axes if axis.dof < 3}
     never = [dof for dof in range(3) if dof not in moving]
     gaps = {dof: silent_share(axis) for dof, axis in moving.items()}
     seldom = [dof for dof, share in gaps.items() if share > TELLING_SHARE]
-    found = []
+    cases = []
     if never:
-        found.append((never, f"No velocity was recorded in {axes_named(never)}"))
+        cases.append((never, f"No velocity was recorded in {axes_named(never)}"))
     if seldom:
         worst = f"For {100 * max(gaps[dof] for dof in seldom):.0f} % of the dive"
-        found.append((seldom, f"{worst} no velocity was read in {axes_named(seldom)}"))
+        cases.append((seldom, f"{worst} no velocity was read in {axes_named(seldom)}"))
     doubts = []
-    for dofs, words in found:
+    for dofs, words in cases:
         worked_on = [axis.dof for axis in built.axes if axis.dof >= 3 or _turned_into(axis.dof, dofs, built)]
         about = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in worked_on)
         sentence = (
@@ -75,18 +77,18 @@ def _unseen_speeds(built: Axes) -> tuple[Doubt, ...]:
 
 
 def _turned_into(dof: int, unread: Sequence[int], built: Axes) -> bool:
-    """Whether turning makes a force along a surge, sway or heave of a speed that was not read along another of them."""
+    """Whether turning causes a force along this axis from an unread speed along another."""
     return any(dof != along and built.motion.nu[:, 6 - dof - along].any() for along in unread)
 
 
 def _outcome(never: Sequence[int], worked_on: Sequence[int]) -> Outcome:
-    """Of a fit to which these velocities were never given, in these axes: turning in the horizontal plane is what a
-    vehicle does most, and what it makes of surge and sway is no small force."""
+    """Outcome of a fit without these velocities, in these axes. Vehicles turn mostly in the horizontal plane, and the
+    resulting force in surge and sway is not small."""
     return Outcome.DISAGREES if {0, 1, 5} & set(never) and {0, 1} & set(worked_on) else Outcome.CONVERGED
 
 
 def silent_share(axis: Axis) -> float:
-    """Share of an axis's time that lies in gaps of its readings longer than LONGEST_GAP_S."""
+    """Share of an axis's time in gaps of its readings longer than LONGEST_GAP_S."""
     read = axis.time_s[np.isfinite(axis.reading)]
     start_s, end_s = axis.time_s[0], axis.time_s[-1]
     gaps_s = np.diff(np.concatenate([[start_s], read, [end_s]]))

@@ -1,4 +1,4 @@
-"""`estimate`: what the trained network says of a dive, as an Identification."""
+"""`estimate`: the result of the trained network for a dive, as an Identification."""
 
 import time
 from collections.abc import Mapping
@@ -48,9 +48,9 @@ Array = NDArray[np.float64]
 
 
 def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progress) -> Identification:
-    """Total masses and linear dampings of all axes that the dive drives, with 95 % intervals.
+    """Return total masses and linear dampings of all axes that the dive drives, with 95 % intervals.
 
-    Raises FitError where the recording is too short, or holds no thruster command at all.
+    Raises FitError if the recording is too short, or holds no thruster command at all.
     """
     began = time.perf_counter()
     long_enough(dive)
@@ -101,7 +101,7 @@ def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progre
 
 
 def _place(fit: Fit, name: str) -> int:
-    """Where a coefficient stands among the fit's values."""
+    """Index of a coefficient among the fit's values."""
     coefficient = BY_NAME[name]
     axis = fit.layout.dofs.index(coefficient.dof)
     return coefficient.dof if coefficient.kind == "mass" else 6 + axis
@@ -110,18 +110,18 @@ def _place(fit: Fit, name: str) -> int:
 def _missing(
     doubts: Mapping[int, Doubts], dive: Dive, file: VehicleFile
 ) -> tuple[dict[int, Tested], dict[int, Tested]]:
-    """The axes that lack a quadratic drag, and those where thrust acts at another time."""
-    lacking = {dof: one.drag for dof, one in doubts.items() if one.lacks_drag}
-    late = {dof: one.late for dof, one in doubts.items() if one.is_late}
-    # Where the thrust follows the disturbance unseen, it seems to come late.
-    spoilt = {one.dof for one in unrecorded(dive, file.vehicle.water)} if late else set()
-    return lacking, {dof: one for dof, one in late.items() if dof not in spoilt}
+    """The axes that lack a quadratic drag, and those in which thrust acts at another time."""
+    lacking = {dof: doubt.drag for dof, doubt in doubts.items() if doubt.lacks_drag}
+    late = {dof: doubt.late for dof, doubt in doubts.items() if doubt.is_late}
+    # Thrust that follows the disturbance through an unrecorded reading seems to come late, so such axes don't count.
+    spoilt = {doubt.dof for doubt in unrecorded(dive, file.vehicle.water)} if late else set()
+    return lacking, {dof: doubt for dof, doubt in late.items() if dof not in spoilt}
 
 
 def _one(
     row: int, of: Coefficient, fit: Fit | None, let_in: Admitted, missing: str, unfitted: Mapping[int, str]
 ) -> Estimate:
-    """A coefficient with the interval of its logarithm, or the reason why it has none."""
+    """Return a coefficient with the interval of its logarithm, or with the reason why it has none."""
     name, dof = of.name, of.dof
     if fit is None or dof not in fit.layout.dofs:
         nan = float("nan")
@@ -139,7 +139,7 @@ def _one(
 
 
 def _covariance(fit: Fit, totals: tuple[Estimate, ...], let_in: Admitted) -> tuple[tuple[str, ...], Array]:
-    """Names and covariance of the coefficients that were fitted."""
+    """Names and covariance of the fitted coefficients."""
     rows = [row for row, total in enumerate(totals) if BY_NAME[total.name].dof in fit.layout.dofs]
     names = tuple(totals[row].name for row in rows)
     places = [_place(fit, name) for name in names]
@@ -149,15 +149,15 @@ def _covariance(fit: Fit, totals: tuple[Estimate, ...], let_in: Admitted) -> tup
 
 
 def _information(fit: Fit) -> Information:
-    """What the dive tells of mass, damping and trim of all axes, all else projected out; trims in shares of the
-    force that drove their axis."""
-    of, places, scale = [], [], []
+    """Information of the dive on mass, damping and trim of all axes, all other parameters projected out; trims in
+    shares of the force that drove their axis."""
+    names, places, scale = [], [], []
     n = len(fit.layout.dofs)
     for axis, dof in enumerate(fit.layout.dofs):
-        of += [MASSES[dof].name, DAMPINGS[dof].name, f"{DOFS[dof]}_trim"]
+        names += [MASSES[dof].name, DAMPINGS[dof].name, f"{DOFS[dof]}_trim"]
         places += [dof, 6 + axis, 6 + n + axis]
         scale += [1.0, 1.0, float(np.sqrt(np.mean(fit.layout.push[:, axis] ** 2)))]
-    return Information(tuple(of), fit.information_of(places) * np.outer(scale, scale))
+    return Information(tuple(names), fit.information_of(places) * np.outer(scale, scale))
 
 
 def _unsettled(fit: Fit) -> tuple[Doubt, ...]:

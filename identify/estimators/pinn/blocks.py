@@ -1,8 +1,9 @@
-"""Symmetric block-tridiagonal equations by odd-even (cyclic) reduction, batched: the same lines on CPU and CUDA.
+"""Solves symmetric block-tridiagonal equations by odd-even (cyclic) reduction, batched: the same code on CPU and
+CUDA.
 
-Every second node is eliminated at once, and again among those left (Hockney 1965; Buzbee, Golub and Nielson 1970),
-so n nodes take log2(n) rounds of small dense products. The way back gives the solution, and the blocks of the
-inverse on and beside the diagonal (the selected inverse: Erisman and Tinney 1975).
+Every second node is eliminated at once, and again among those left (Hockney 1965; Buzbee, Golub and Nielson 1970), so
+n nodes take log2(n) rounds of small dense products. The way back gives the solution, and the blocks of the inverse on
+and next to the diagonal (the selected inverse: Erisman and Tinney 1975).
 """
 
 from dataclasses import dataclass
@@ -17,8 +18,8 @@ from identify.estimators.pinn.stretches import Stretch, stretches, worked
 class _Round:
     """One round: of (n, m, m) blocks, every second node eliminated.
 
-    inverse (k, m, m) of the eliminated nodes' diagonals; to_before, to_after (k, m, m): that times their coupling
-    to the node before and the node after (zero where there is none).
+    inverse (k, m, m) of the eliminated nodes' diagonals; to_before, to_after (k, m, m): inverse times the coupling to
+    the node before and the node after (zero if there is none).
     """
 
     inverse: Tensor
@@ -28,7 +29,7 @@ class _Round:
 
 @dataclass(frozen=True)
 class Factor:
-    """The eliminated rounds of a matrix, the inverse of the one node left, and the log determinant of all."""
+    """The eliminated rounds of a matrix, the inverse of the last node, and the log determinant of the whole."""
 
     rounds: tuple[_Round, ...]
     last: Tensor
@@ -36,9 +37,9 @@ class Factor:
 
 
 def factorise(diagonal: Tensor, above: Tensor) -> Factor:
-    """`diagonal` (n, m, m), `above` (n - 1, m, m): the blocks at (i, i) and (i, i + 1).
+    """Factorise a matrix with blocks `diagonal` (n, m, m) at (i, i) and `above` (n - 1, m, m) at (i, i + 1).
 
-    Raises torch.linalg.LinAlgError where the matrix is not positive definite.
+    Raises torch.linalg.LinAlgError if the matrix is not positive definite.
     """
     rounds = []
     log_det = diagonal.new_zeros(())
@@ -52,7 +53,8 @@ def factorise(diagonal: Tensor, above: Tensor) -> Factor:
 
 
 def _halved(diagonal: Tensor, above: Tensor) -> tuple[_Round, Tensor, Tensor, Tensor]:
-    """A round, the blocks `diagonal` and `above` of the nodes that are left, and the log determinant's share."""
+    """A round, the blocks `diagonal` and `above` of the remaining nodes, and this round's share of the log
+    determinant."""
     odd, even = diagonal[1::2], diagonal[0::2].clone()
     inverse, to_before, to_after, carried = (odd.new_empty(odd.shape) for _ in range(4))
     left = torch.empty_like(inverse)
@@ -76,7 +78,7 @@ def _halved(diagonal: Tensor, above: Tensor) -> tuple[_Round, Tensor, Tensor, Te
 
 
 def solve(factor: Factor, right: Tensor) -> Tensor:
-    """x (n, m, k) with matrix x = `right` (n, m, k)."""
+    """Return x (n, m, k) with matrix x = `right` (n, m, k)."""
     kept = []
     for step in factor.rounds:
         odd, even = right[1::2], right[0::2].clone()
@@ -94,16 +96,16 @@ def solve(factor: Factor, right: Tensor) -> Tensor:
 
 
 def selected_inverse(factor: Factor) -> tuple[Tensor, Tensor]:
-    """The inverse's blocks at (i, i), (n, m, m), and at (i, i + 1), (n - 1, m, m)."""
+    """Blocks of the inverse at (i, i), (n, m, m), and at (i, i + 1), (n - 1, m, m)."""
     on = factor.last[None]
-    beside = on[:0]
+    above = on[:0]
     for step in reversed(factor.rounds):
-        on, beside = _doubled(step, on, beside)
-    return on, beside
+        on, above = _doubled(step, on, above)
+    return on, above
 
 
 def _doubled(step: _Round, on: Tensor, beside: Tensor) -> tuple[Tensor, Tensor]:
-    """The inverse's blocks with the nodes that a round eliminated, from those without."""
+    """Blocks of the inverse including the nodes that a round eliminated, from the blocks without them."""
     count = len(step.inverse)
     new_on = on.new_empty(len(on) + count, *on.shape[1:])
     new_beside = on.new_empty(len(on) + count - 1, *on.shape[1:])

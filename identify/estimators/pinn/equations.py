@@ -1,12 +1,13 @@
-"""Gauss and Newton's equations of the network, its weights eliminated: what is left pulls on the coefficients.
+"""Gauss-Newton equations of the network with its weights eliminated, which leaves equations for the coefficients.
 
 The loss is minus twice the log of the probability of all readings, given coefficients and noise levels:
 
     |data residual|^2 + |physics residual|^2 + |disturbance|^2, each over its variance, + log det of its curvature,
 
-the last because the weights are integrated out and not merely fitted (Laplace's approximation, exact where the
-model is linear): without it a disturbance would be traded for mass. Its slope follows from Fisher's identity: the
-slope of the expected loss under the network's own uncertainty, which the selected inverse of the equations gives.
+The last term appears because the weights are integrated out and not merely fitted (Laplace's approximation, exact if
+the model is linear); without it a disturbance would be traded for mass. The loss's slope follows from Fisher's
+identity: it is the slope of the expected loss under the network's own uncertainty, which the selected inverse of the
+equations gives.
 """
 
 from collections.abc import Callable
@@ -42,7 +43,8 @@ class Equations:
     """The equations at given coefficients and noise, with the state eliminated.
 
     gradient (p,): of half the loss. information (6, 6): of the masses of axes that are not fitted, zero elsewhere.
-    tilt (p,): slope of the priors' residuals. state (N + 1, s): the best one. on, beside: blocks of its covariance.
+    tilt (p,): slope of the priors' residuals. state (N + 1, s): the best state. on, beside: blocks of its covariance.
+    moments: expectations for the noise levels.
     """
 
     gradient: Tensor
@@ -57,8 +59,8 @@ class Equations:
 
 @dataclass(frozen=True)
 class Eliminated:
-    """The state (N + 1, s) eliminated: towards (N + 1, s, k) is what takes each of k columns up, square (k, k) what is
-    left of their products. The inverse of what `factor` is of is the state's covariance."""
+    """Result of eliminating the state (N + 1, s). towards (N + 1, s, k): the state that absorbs each of k columns.
+    square (k, k): remainder of the columns' products. factor: of the matrix whose inverse is the state's covariance."""
 
     towards: Tensor
     square: Tensor
@@ -68,9 +70,9 @@ class Eliminated:
 def eliminated(
     data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise, columns: Columns
 ) -> Eliminated:
-    """What the readings and the physics say of the state near `state` (N + 1, s), linearised there.
+    """Eliminate the state from readings and physics, linearised near `state` (N + 1, s).
 
-    `columns` (N, R, k) of some intervals, their states and their pull: the first is the residuals.
+    `columns` returns (N, R, k) for some intervals, their states and their pull; the first column is the residuals.
     """
     first = first_precision(noise, len(data.interval.placed))
     nodes, width = state.shape
@@ -104,7 +106,7 @@ def eliminated(
 
 
 def equations(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Equations:
-    """The equations at `raw` (p,) and `noise`, linearised about `state` (N + 1, s)."""
+    """Return the equations at `raw` (p,) and `noise`, linearised about `state` (N + 1, s)."""
     others = [dof for dof in range(6) if dof not in data.interval.dofs]
 
     def columns(some: Data, near: Tensor, pulled: Pull) -> Tensor:
@@ -113,32 +115,32 @@ def equations(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -
             return residual
         return torch.cat([residual, by_raw(some, map_, raw, near, pulled)[:, :, others]], dim=2)
 
-    found = eliminated(data, map_, raw, state, noise, columns)
-    on, beside = selected_inverse(found.factor)
-    best = state - found.towards[:, :, 0]
-    told = _expected(data, map_, raw, best, noise, on, beside)
+    solution = eliminated(data, map_, raw, state, noise, columns)
+    on, beside = selected_inverse(solution.factor)
+    best = state - solution.towards[:, :, 0]
+    expected = _expected(data, map_, raw, best, noise, on, beside)
     residual, tilt = map_.prior(raw)
     information = torch.zeros(6, 6, dtype=raw.dtype, device=raw.device)
-    information[np.ix_(others, others)] = found.square[1:, 1:]
-    own, across = of_disturbance(best, on, beside, data.axes)
+    information[np.ix_(others, others)] = solution.square[1:, 1:]
+    squared, across = of_disturbance(best, on, beside, data.axes)
     first = first_precision(noise, len(data.interval.placed))
     prior = (residual**2).sum() + (first * best[0] ** 2).sum() + 2 * noise.disturbance.log().sum()
     return Equations(
-        told.slope + tilt * residual,
+        expected.slope + tilt * residual,
         information,
         tilt,
         best,
         on,
         beside,
-        Moments(told.sensor, told.wander, own[:-1], across, own[1:], own[0]),
-        float(told.loss + prior + found.factor.log_det),
+        Moments(expected.sensor, expected.wander, squared[:-1], across, squared[1:], squared[0]),
+        float(expected.loss + prior + solution.factor.log_det),
     )
 
 
 @dataclass(frozen=True)
 class _Told:
-    """Sums over all intervals: loss, twice what the residuals cost at the best state; slope (p,) of half the expected
-    loss; sensor and wander of `Moments`."""
+    """Sums over all intervals. loss: the residuals' part of the loss at the best state; slope (p,) of half the
+    expected loss; sensor and wander of `Moments`."""
 
     loss: Tensor
     slope: Tensor
@@ -149,7 +151,7 @@ class _Told:
 def _expected(
     data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise, on: Tensor, beside: Tensor
 ) -> _Told:
-    """The loss at the best state, and by automatic differentiation the slope of its expectation about that."""
+    """The loss at the best state, and the slope of its expectation about that state, by automatic differentiation."""
     half = torch.full((), 0.5, dtype=raw.dtype, device=raw.device)
 
     def told(some: Stretch) -> tuple[Tensor, ...]:
@@ -177,8 +179,8 @@ def entangled(own: Balance, on: Tensor, beside: Tensor, n: int) -> tuple[Tensor,
 
 
 def stepped(pulled: Pull, n: int) -> tuple[Tensor, Tensor]:
-    """Slope (N, n, n) of the balances in the velocities after an interval, with angles and depth taken along; and the
-    logarithm (N,) of the determinant of balances and positions together."""
+    """Slope (N, n, n) of the balances in the velocities after an interval, with angles and depth following along; and
+    the log determinant (N,) of balances and positions together."""
     after = pulled.balance.after
     x = after.shape[2] - 2 * n
     position = (pulled.after * pulled.std[:, :, None])[:, 2 * n : 2 * n + x]

@@ -1,4 +1,4 @@
-"""A dive through the network: laid out, started, cleared of wild readings, trained."""
+"""Fits the network to a dive: layout, start, removal of wild readings, training."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -29,11 +29,12 @@ from identify.progress import Progress
 Array = NDArray[np.float64]
 
 FINEST_S, COARSEST_S, MANY_INSTANTS = 0.05, 0.1, 6000
-"""Between two instants of the network: fine, so that it follows what a light vehicle's roll does within a second; in
-a dive of more than so many instants coarser, which then costs little, for time grows with their number."""
+"""Step between two instants of the network: fine enough to follow a light vehicle's roll within a second. In a dive
+of more than MANY_INSTANTS it is coarser, because time grows with the number of instants, and the loss of accuracy is
+then small."""
 
 MOST_TRAININGS = 6
-"""Every one leaves out the readings that are wild where the one before ended, until they are the same."""
+"""Each training leaves out the readings that are wild at the end of the training before, until they stay the same."""
 
 USUAL_PASSES = 8
 """For the progress bar alone."""
@@ -41,12 +42,12 @@ USUAL_PASSES = 8
 
 @dataclass(frozen=True)
 class Fit:
-    """What training came to.
+    """Result of training.
 
     values (6 + 2 n,): six masses, n dampings, n trims, SI units. covariance: of their logarithms, trims as they are.
-    stretch (2 n, 2): what to multiply the lower and the upper half of the interval by, of each fitted mass and then
-    damping. information (p, p): what the dive alone tells of these and of the noise levels. filters: those of all axes
-    at these values. sensor (C,), disturbance, time_constant_s (n,): the noise levels.
+    stretch (2 n, 2): factors on the lower and the upper half of the interval, for each fitted mass and then damping.
+    information (p, p): of the dive alone on these values and on the noise levels. filters: filters of all axes at
+    these values. sensor (C,), disturbance, time_constant_s (n,): the noise levels.
     """
 
     layout: Layout
@@ -62,7 +63,7 @@ class Fit:
     reason: str
 
     def information_of(self, places: list[int]) -> Array:
-        """The information of these values with all else projected out."""
+        """Information of these values with all other parameters projected out."""
         others = [i for i in range(len(self.information)) if i not in places]
         cross = self.information[np.ix_(places, others)]
         return np.asarray(
@@ -73,7 +74,7 @@ class Fit:
 
 @dataclass(frozen=True)
 class Task:
-    """A dive ready to be trained on: its layout, the trainer, and the point where training starts."""
+    """A dive ready to be trained on: its layout, the trainer, and the start point of training."""
 
     layout: Layout
     trainer: Trainer
@@ -84,7 +85,7 @@ class Task:
 def task_of(
     dive: Dive, file: VehicleFile, configuration: str, built: Axes, device: torch.device, progress: Progress
 ) -> Task:
-    """The task that a dive sets; there is at least one axis."""
+    """Return the task for a dive; there is at least one axis."""
     shape = file.vehicle.configurations[configuration]
     layout = lay_out(dive, file, configuration, built, _step_s(dive))
     map_ = raw_of(shape, layout.dofs, device)
@@ -100,9 +101,9 @@ def task_of(
 
 
 def fit_network(dive: Dive, file: VehicleFile, configuration: str, built: Axes, progress: Progress) -> Fit:
-    """Train a network on what the axes of a dive read; there is at least one. On CUDA where there is a card.
+    """Train a network on the readings of a dive's axes; there is at least one axis. Runs on CUDA if there is a card.
 
-    Raises FitError where the readings leave its equations without a solution.
+    Raises FitError if the readings leave its equations without a solution.
     """
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     try:
@@ -117,7 +118,7 @@ def fit_network(dive: Dive, file: VehicleFile, configuration: str, built: Axes, 
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
-    """The blocks are too small to be worth handing to a second core, which only waits for the next."""
+    """Context with one torch thread: the blocks are too small to be worth a second core, which would only wait."""
     before = torch.get_num_threads()
     torch.set_num_threads(1)
     try:
@@ -127,14 +128,15 @@ def _one_thread() -> Iterator[None]:
 
 
 def _step_s(dive: Dive) -> float:
-    """Not longer than a command holds: a step of thrust within an interval is known by its area and moment alone."""
+    """Step between instants, no longer than a command holds: a change of thrust within an interval enters only by
+    area and moment."""
     commands = dive.pwm if dive.pwm is not None else dive.tau_cmd
     held_s = COARSEST_S if commands is None else 1.0 / max(commands.rate_hz, 1.0 / COARSEST_S)
     return min(max(dive.duration_s / MANY_INSTANTS, FINEST_S), max(held_s, FINEST_S))
 
 
 def _trained(task: Task) -> tuple[Trainer, Trained]:
-    """Trained on all readings but those that are wild where it ended, in MOST_PASSES over all trainings."""
+    """Train on all readings but those that are wild at the end, in MOST_PASSES over all trainings."""
     trainer, point, passes = task.trainer, task.start, 0
     left_out = torch.zeros_like(trainer.data.known)
     for _ in range(MOST_TRAININGS):
@@ -152,9 +154,9 @@ def _trained(task: Task) -> tuple[Trainer, Trained]:
 
 
 def _wild(trainer: Trainer, point: Point) -> Tensor:
-    """The readings (N, C) that a sensor got wrong; none where there are so many that the model must be."""
-    found = wild(trainer.data, trainer.map_, point.raw, point.noise, point.equations.state)
-    return found & (found.sum() <= MOST_WILD * trainer.data.known.sum())
+    """The readings (N, C) that are a sensor's errors; none if there are so many that the model must be wrong."""
+    wild_readings = wild(trainer.data, trainer.map_, point.raw, point.noise, point.equations.state)
+    return wild_readings & (wild_readings.sum() <= MOST_WILD * trainer.data.known.sum())
 
 
 def _fit(task: Task, trainer: Trainer, trained: Trained) -> Fit:
@@ -181,7 +183,7 @@ def _fit(task: Task, trainer: Trainer, trained: Trained) -> Fit:
 
 
 def _telling(map_: Raw, dofs: tuple[int, ...], progress: Progress) -> Callable[[Pass], None]:
-    """Tells `progress` of every pass: the coefficients so far with their 95 % intervals."""
+    """Return a watcher that reports each pass to `progress`: the coefficients so far with their 95 % intervals."""
     names = {dof: MASSES[dof].name for dof in dofs}
     names |= {6 + axis: DAMPINGS[dof].name for axis, dof in enumerate(dofs)}
 
@@ -198,8 +200,13 @@ def _telling(map_: Raw, dofs: tuple[int, ...], progress: Progress) -> Callable[[
 
 
 def _prior(shape: Configuration, layout: Layout, device: torch.device) -> Prior:
-    own = np.array([rigid_mass(shape, dof) for dof in layout.dofs])
-    parts = (layout.channel_noise, DISTURBANCE_SHARE * own, np.full(len(own), TIME_S), layout.channel_spread)
+    rigid = np.array([rigid_mass(shape, dof) for dof in layout.dofs])
+    parts = (
+        layout.channel_noise,
+        DISTURBANCE_SHARE * rigid,
+        np.full(len(rigid), TIME_S),
+        layout.channel_spread,
+    )
     sensor, disturbance, time_s, spread = (torch.as_tensor(part, device=device) for part in parts)
     return Prior(Noise(sensor, disturbance, time_s), spread)
 

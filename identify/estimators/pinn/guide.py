@@ -1,4 +1,4 @@
-"""What each axis's own filter knows, in the network's parameters: where training starts, and how the loss curves."""
+"""Knowledge of each axis's own filter, in the network's parameters: start of training, and curvature of the loss."""
 
 from dataclasses import dataclass
 
@@ -17,8 +17,8 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Guide:
-    """The filters of the fitted axes `dofs`, ascending, as the network sees them: `share` (C,) of each channel's
-    readings are intervals of its own."""
+    """The filters of the fitted axes `dofs`, ascending, in the network's parameters. `share` (C,): intervals read per
+    reading, for each channel."""
 
     dofs: tuple[int, ...]
     map_: Raw
@@ -26,7 +26,7 @@ class Guide:
     share: Tensor
 
     def start(self) -> tuple[Tensor, Noise]:
-        """Raw parameters and noise levels where the filters start the network."""
+        """Raw parameters and noise levels at which the filters start the network."""
         begin, middle = self.filters.start, self.map_.middle
 
         def tensor(values: object) -> Tensor:
@@ -39,10 +39,10 @@ class Guide:
         return self.map_.raw(values), Noise(*map(tensor, levels))
 
     def curvature(self, point: Point) -> Tensor:
-        """Of half the loss without priors, ordered as `Point.where`: the filters', and of masses that are not fitted
-        what the network's own equations say."""
+        """Curvature of half the loss without priors, ordered as `Point.where`: from the filters, and from the
+        network's own equations for masses that are not fitted."""
         like, noise, count, n = point.raw, point.noise, len(point.raw), len(self.dofs)
-        found = self.filters.curvature(self._levels(like, noise))
+        by_filters = self.filters.curvature(self._levels(like, noise))
         # In the network's order the sensors come before the disturbances.
         sensors = len(noise.sensor)
         place = [
@@ -51,13 +51,13 @@ class Guide:
             *range(count + sensors, count + sensors + 2 * n),
             *range(count, count + sensors),
         ]
-        # The noise of a sensor shows in the means of intervals, fewer than the readings that a filter has.
+        # A sensor's noise shows in the means of intervals, which are fewer than the readings of a filter.
         ones = torch.ones(2 * n, dtype=like.dtype, device=like.device)
         unit = torch.cat([self.map_.to_logarithm(like), self.share.sqrt(), ones])[place]
         out = torch.zeros(len(point.slope), len(point.slope), dtype=like.dtype, device=like.device)
         others = [dof for dof in range(6) if dof not in self.dofs]
         out[np.ix_(others, others)] = point.equations.information[np.ix_(others, others)]
-        out[np.ix_(place, place)] = torch.as_tensor(found, device=like.device) * torch.outer(unit, unit)
+        out[np.ix_(place, place)] = torch.as_tensor(by_filters, device=like.device) * torch.outer(unit, unit)
         return out
 
     def near(self, raw: Tensor, noise: Noise) -> Filters:

@@ -1,4 +1,4 @@
-"""The readings of one channel, sorted into the network's intervals: what each says of the states at both ends."""
+"""Sorts the readings of a channel into the network's intervals, each as a function of the states at both ends."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -12,12 +12,12 @@ from identify.estimators.innovations import INCREMENT, POSITION
 Array = NDArray[np.float64]
 
 MANY = 3
-"""Readings of one channel in an interval from which on their mean is that over the interval."""
+"""From this many readings of a channel in an interval on, their mean counts as the mean over the interval."""
 
 
 @dataclass(frozen=True)
 class Readings:
-    """Of one channel, one an interval, as `layout.Layout` has them: before, after (N, s), all else (N,)."""
+    """Readings of a channel, one per interval, as defined in `layout.Layout`: before, after (N, s), all else (N,)."""
 
     value: Array
     before: Array
@@ -29,15 +29,16 @@ class Readings:
 
 
 def readings_in(axis: Axis, channel: int, time_s: Array, width: int, own: int, place: int) -> Readings:
-    """Those of one of an axis's channels between the nodes' times; those of one interval become their mean.
+    """Return the readings of a channel of an axis between the nodes' times; readings in the same interval become
+    their mean.
 
-    `own` and `place` are where velocity and its integral stand among the `width` values of a state.
+    `own` and `place` are the indices of velocity and its integral among the `width` values of a state.
     """
     count = len(time_s) - 1
     mine = (axis.channel == channel) & np.isfinite(axis.reading)
     reads = axis.channels[channel].state_read
     at, reading, scale = axis.time_s[mine], axis.reading[mine], axis.scale[mine]
-    # An increment lies before its own end; all else after the node that it follows.
+    # An increment lies before its own end; other readings lie after the node that they follow.
     side: Literal["left", "right"] = "left" if reads == INCREMENT else "right"
     k = np.clip(np.searchsorted(time_s, at, side=side) - 1, 0, count - 1)
     h = time_s[k + 1] - time_s[k]
@@ -49,7 +50,7 @@ def readings_in(axis: Axis, channel: int, time_s: Array, width: int, own: int, p
         before[:, own], after[:, own] = bow, -bow
         swung = curved = np.zeros(len(at))
     elif reads == INCREMENT:
-        # Summed below to the interval's whole increment, which each of them is a share of.
+        # Increments are summed below to the interval's whole increment; each reading is a share of it.
         before[:, own] = after[:, own] = 0.5 * h
         swung, curved = 0.5 * h, h**2 / 12
     else:
@@ -69,7 +70,7 @@ def readings_in(axis: Axis, channel: int, time_s: Array, width: int, own: int, p
         value = np.where((number > 0) & whole, value, np.nan)
         left_open = step_s**5 / 720
     else:
-        # The variance of integrated Brownian motion that is held at both ends: at a point, or of its mean.
+        # Variance of integrated Brownian motion that is fixed at both ends: at a point, or of its mean.
         alone = step_s**3 * mean((s * (1 - s)) ** 3 / 3)
         left_open = np.where(number >= MANY, step_s**3 / 720, alone / total) * (reads != POSITION)
         value = np.where(number > 0, mean(reading), np.nan)

@@ -1,4 +1,4 @@
-"""A dive laid out on the network's instants: what pushed between two of them, and what was read there."""
+"""Lays a dive out on the network's instants: forces between two instants, and readings there."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -24,21 +24,22 @@ NEAREST = 0.75
 class Layout:
     """n axes, N intervals between N + 1 instants, C channels of readings.
 
-    A node's state is (nu (n), d (n), x (placed)): velocity, disturbance, and where something reads a position the
+    A node's state is (nu (n), d (n), x (placed)): velocity, disturbance, and, if a sensor reads a position, the
     integral of velocity; s values in all. In interval k, with nu0, d0 and nu1, d1 at its ends and s = t / h,
 
         nu(t) = nu0 + (nu1 - nu0) s + (1 - |2 s - 1|) swing_k / M + s (1 - s) / 2 h (d0 - d1) / M
 
     is the velocity under a thrust whose halves differ and a disturbance that goes from d0 to d1.
 
-    time_s (N + 1,), step_s (N,). push (N, n): mean force less restoring; swing (N, n): a quarter of step times what its
-    first half exceeds the second by. others (N, 6): mean velocity of the axes that are not fitted, 0 in those that
-    are. stiffness (n,): moment by angle.
+    time_s (N + 1,), step_s (N,). push (N, n): mean force less restoring force. swing (N, n): a quarter of the step
+    times the excess of its first half's force over the second's. others (N, 6): mean velocity of the axes that are
+    not fitted, 0 for fitted axes. stiffness (n,): moment per angle.
 
-    A reading in interval k of channel c is before . s_k + after . s_k+1 + (swung swing + bent (d0 - d1)) / M_axis, with
-    noise of standard deviation scale sigma_c, and with what a disturbance that wanders in between adds: a variance of
-    open q / M^2, q its spectral density. before, after (N, C, s); value, swung, bent, open, scale (N, C), value NaN
-    where nothing was read. channel_share (C,): intervals that were read in for each reading: those of one become one.
+    A reading in interval k of channel c is before . s_k + after . s_k+1 + (swung swing + bent (d0 - d1)) / M_axis,
+    with noise of standard deviation scale sigma_c. A disturbance that wanders within the interval adds a variance of
+    open q / M^2, with q its spectral density. before, after (N, C, s); value, swung, bent, open, scale (N, C), value
+    NaN if nothing was read. channel_share (C,): intervals with a reading over the number of readings, because
+    readings in one interval become one.
     """
 
     dofs: tuple[int, ...]
@@ -65,12 +66,12 @@ class Layout:
 
     @property
     def width(self) -> int:
-        """Values of one node's state."""
+        """Number of values in a node's state."""
         return 2 * len(self.dofs) + len(self.placed)
 
 
 def lay_out(dive: Dive, file: VehicleFile, configuration: str, built: Axes, step_s: float) -> Layout:
-    """The layout of what the axes of a dive read, of which there is at least one."""
+    """Return the layout of the readings of a dive's axes, of which there is at least one."""
     axes = built.axes
     time_s = instants(axes, step_s)
     start_s, end_s = time_s[:-1], time_s[1:]
@@ -124,7 +125,7 @@ def lay_out(dive: Dive, file: VehicleFile, configuration: str, built: Axes, step
 
 
 def instants(axes: tuple[Axis, ...], step_s: float) -> Array:
-    """The nodes' times (N + 1,): every `step_s`, or where a gyro that integrates ends its intervals."""
+    """The nodes' times (N + 1,): every `step_s`, or at the interval ends of an integrating gyro."""
     start = min(float(axis.time_s[0]) for axis in axes)
     end = max(float(axis.time_s[-1]) for axis in axes)
     for axis in axes:
@@ -137,7 +138,7 @@ def instants(axes: tuple[Axis, ...], step_s: float) -> Array:
 
 
 def _thinned(ends: Array, known: NDArray[np.bool_], step_s: float) -> Array:
-    """Every so many of the ends, about `step_s` apart; none of those beside a gap is left out."""
+    """Every few of the ends, about `step_s` apart; ends next to a gap are all kept."""
     kept = [0]
     for i in range(1, len(ends)):
         beside_gap = not known[i] or (i + 1 < len(ends) and not known[i + 1])
@@ -148,7 +149,7 @@ def _thinned(ends: Array, known: NDArray[np.bool_], step_s: float) -> Array:
 
 
 def _filled(times: Array, start: float, end: float, step_s: float) -> Array:
-    """`times` with what is missing from start to end, and within long gaps, every `step_s`."""
+    """`times`, extended from start to end, with long gaps divided into steps of about `step_s`."""
     bounds = np.concatenate([[start], times[(times > start) & (times < end)], [end]])
     pieces = [bounds[:1]]
     for left, right in pairwise(bounds.tolist()):
@@ -159,5 +160,5 @@ def _filled(times: Array, start: float, end: float, step_s: float) -> Array:
 
 
 def _is_placed(axis: Axis) -> bool:
-    """Whether the integral of an axis's speed is read, as heading is where nothing says what the controller used."""
+    """Whether the integral of an axis's speed is read, such as heading if no signal shows the controller's input."""
     return any(channel.state_read == POSITION for channel in axis.channels)

@@ -1,4 +1,4 @@
-"""How the residuals of a pull lean on the raw parameters."""
+"""Slopes of the residuals of a pull in the raw parameters."""
 
 import torch
 from torch import Tensor
@@ -9,12 +9,12 @@ from identify.estimators.pinn.raw import Raw
 
 
 def by_raw(data: Data, map_: Raw, raw: Tensor, state: Tensor, pulled: Pull) -> Tensor:
-    """Slopes (N, R, p) of the residuals `pulled` at `raw` and `state` in the raw parameters, variances held."""
+    """Slopes (N, R, p) of the residuals `pulled` at `raw` and `state` in the raw parameters, with fixed variances."""
     known, n, width = data.interval, data.axes, state.shape[1]
     given, slope, owner = map_.coefficients(raw), map_.slope(raw), pulled.owner
     out = torch.zeros(*pulled.residual.shape, len(raw), dtype=state.dtype, device=state.device)
     out[:, :n] = by_coefficients(known, given, state, pulled.balance) * slope
-    # Positions and readings hang on mass: the velocity swings under the thrust and bends under the disturbance.
+    # Positions and readings depend on mass: the velocity swings under the thrust and bends under the disturbance.
     h = known.step_s[:, None].expand(-1, pulled.positions)
     rows = torch.arange(2 * n, len(owner), device=state.device)
     axis = owner[rows]

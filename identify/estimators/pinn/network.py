@@ -1,8 +1,9 @@
-"""The network: the vehicle's velocity and what disturbs it at every instant, as weights; and all that pulls on them.
+"""The network: the vehicle's velocity and disturbance at every instant, as weights, and all residuals that pull on
+them.
 
-One hidden layer in time, its units the hat functions between neighbouring instants (each is three ReLUs), so a
-weight is the state at an instant and reaches no further than its neighbours: the curvature of the loss is
-block-tridiagonal and every weight can be trained at once.
+It has one hidden layer in time, whose units are the hat functions between neighbouring instants (each is three
+ReLUs). So a weight is the state at an instant and reaches no further than its neighbours: the curvature of the loss
+is block-tridiagonal and all weights can be trained at once.
 """
 
 from dataclasses import dataclass, replace
@@ -19,18 +20,18 @@ from identify.estimators.pinn.raw import Raw
 from identify.estimators.pinn.stretches import Stretch, stretches, worked
 
 POSITION_STD, ROUGHNESS = 3e-6, 2e-5
-"""Standard deviations of what straight lines between instants leave out: m or rad; m/s or rad/s."""
+"""Standard deviations of the error of straight lines between instants: m or rad; m/s or rad/s."""
 
 FIRST_VELOCITY_STD, FIRST_POSITION_STD = 1.0, 10.0
-"""Of the first state, about zero: next to nothing is known of it."""
+"""Standard deviations of the first state, about zero: hardly anything is known of it."""
 
 GATE_SIGMA = 6.0
-"""A reading further off than this from what the network says there is wild."""
+"""A reading is wild if it is further off the network's value than this many standard deviations."""
 
 
 @dataclass(frozen=True)
 class Data:
-    """A Layout as tensors; `known` (N, C): where something was read."""
+    """A Layout as tensors; `known` (N, C): whether something was read."""
 
     interval: Interval
     value: Tensor
@@ -52,10 +53,10 @@ class Data:
 class Pull:
     """All residuals over their standard deviations, (N, R), and their slopes.
 
-    before, after (N, R, s): in the states at both ends of an interval. The first n rows are the physics, then n of
-    the disturbance, x of positions, and C of the readings. std (N, R); wander (N, R): which share of that variance a
-    disturbance makes that wanders within the interval; known (N, R): 1, or 0 where nothing was read. owner (R,): the
-    axis of each row; positions is x. balance is the physics, unscaled.
+    before, after (N, R, s): slopes in the states at both ends of an interval. The first n rows are the physics, then
+    n of the disturbance, x of positions, and C of the readings. std (N, R). wander (N, R): share of the variance that
+    comes from a disturbance wandering within the interval. known (N, R): 1, or 0 if nothing was read. owner (R,): the
+    axis of each row. positions: x. balance: the physics, unscaled.
     """
 
     residual: Tensor
@@ -107,7 +108,7 @@ def pull(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Pul
     x, width = len(placed), state.shape[1]
     h = known.step_s[:, None]
     given = map_.coefficients(raw)
-    own = balance(known, given, state)
+    momentum = balance(known, given, state)
     density = 2 * noise.disturbance**2 / noise.time_constant_s
     mass = given.mass[list(known.dofs)]
     first, second = state[:-1], state[1:]
@@ -120,7 +121,7 @@ def pull(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Pul
     wander[:, :n] = density * h**3 / 12
     wander[:, position] = (density / mass**2)[placed] * h**5 / 720
     wander[:, reading] = (density / mass**2)[data.channel_axis] * data.open
-    other = torch.cat(
+    fixed = torch.cat(
         [
             ((ROUGHNESS * mass) ** 2).expand(count, n),
             noise.disturbance**2 * (1 - kept**2),
@@ -129,41 +130,41 @@ def pull(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Pul
         ],
         dim=1,
     )
-    variance = wander + other
-    there = torch.ones_like(variance)
-    there[:, reading] = data.known.to(variance)
+    variance = wander + fixed
+    present = torch.ones_like(variance)
+    present[:, reading] = data.known.to(variance)
 
-    # What hangs on mass: the velocity swings under the thrust and bends under the disturbance.
+    # These rows depend on mass: the velocity swings under the thrust and bends under the disturbance.
     rows = owner[2 * n :]
     bent = torch.cat([-(h**2) / 12 * torch.ones_like(wander[:, position]), data.bent], dim=1) / mass[rows]
     swung = torch.cat([-0.5 * h * torch.ones_like(wander[:, position]), data.swung], dim=1)
     swung = swung * known.swing[:, rows] / mass[rows]
     bend = bent[:, :, None] * bending(known, given.damping, width)[rows]
     straight_before, straight_after = _straight(data, kept, width)
-    before = torch.cat([own.before, straight_before[:, :n], straight_before[:, n:] + bend], dim=1)
-    after = torch.cat([own.after, straight_after[:, :n], straight_after[:, n:] - bend], dim=1)
+    before = torch.cat([momentum.before, straight_before[:, :n], straight_before[:, n:] + bend], dim=1)
+    after = torch.cat([momentum.after, straight_after[:, :n], straight_after[:, n:] - bend], dim=1)
 
     read = torch.einsum("nrs,ns->nr", before[:, n:], first) + torch.einsum("nrs,ns->nr", after[:, n:], second)
     value = torch.cat([torch.zeros_like(wander[:, position]), data.value], dim=1)
-    residual = torch.cat([own.residual, read[:, :n], read[:, n:] + swung - value], dim=1)
+    residual = torch.cat([momentum.residual, read[:, :n], read[:, n:] + swung - value], dim=1)
     std = variance.sqrt()
-    weight = there / std
+    weight = present / std
     return Pull(
         residual * weight,
         before * weight[:, :, None],
         after * weight[:, :, None],
         std,
         wander / variance,
-        there,
+        present,
         owner,
         x,
-        own,
+        momentum,
     )
 
 
 def _straight(data: Data, kept: Tensor, width: int) -> tuple[Tensor, Tensor]:
-    """Slopes (N, n + x + C, s) in the states at both ends of all residuals but the physics', as they are where nothing
-    bends the velocity; of the disturbance the share `kept` (N, n) stays."""
+    """Slopes (N, n + x + C, s) of all residuals but the physics' in the states at both ends, for a velocity that does
+    not bend; the disturbance keeps the share `kept` (N, n)."""
     known, n = data.interval, data.axes
     placed, x = list(known.placed), len(known.placed)
     before = torch.zeros(len(kept), n + x + data.value.shape[1], width, dtype=kept.dtype, device=kept.device)
@@ -189,8 +190,9 @@ def first_precision(noise: Noise, placed: int) -> Tensor:
 
 
 def expected_squares(pulled: Pull, on: Tensor, beside: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """Of the residuals, (N, R), over the network's own uncertainty: blocks of its covariance `on` and `beside` the
-    diagonal; and half the slopes (N, R, s) of their sum in the pull's `before` and `after`."""
+    """Expected squares of the residuals, (N, R), over the network's own uncertainty, with the blocks `on` and
+    `beside` the diagonal of its covariance; and half the slopes (N, R, s) of their sum in the pull's `before` and
+    `after`."""
     before, after = pulled.before, pulled.after
     by_before = before @ on[:-1] + after @ beside.mT
     by_after = before @ beside + after @ on[1:]
@@ -199,7 +201,7 @@ def expected_squares(pulled: Pull, on: Tensor, beside: Tensor) -> tuple[Tensor, 
 
 
 def short_of_one(pulled: Pull, squares: Tensor, axes: int) -> tuple[Tensor, Tensor]:
-    """By how much the expected `squares` fall short: `sensor` and `wander` of `noise.Moments`."""
+    """Shortfall of the expected `squares`: `sensor` and `wander` of `noise.Moments`."""
     short = (pulled.known - squares) * (pulled.known > 0)
     thrown, read = (short * pulled.wander).sum(dim=0), (short * (1 - pulled.wander)).sum(dim=0)
     zero = torch.zeros(axes, dtype=squares.dtype, device=squares.device)
@@ -209,17 +211,17 @@ def short_of_one(pulled: Pull, squares: Tensor, axes: int) -> tuple[Tensor, Tens
 def of_disturbance(state: Tensor, on: Tensor, beside: Tensor, n: int) -> tuple[Tensor, Tensor]:
     """Expected squares (N + 1, n) of the disturbance, and its products (N, n) from one instant to the next."""
     d = state[:, n : 2 * n]
-    own = on.diagonal(dim1=1, dim2=2)[:, n : 2 * n] + d**2
-    return own, beside.diagonal(dim1=1, dim2=2)[:, n : 2 * n] + d[:-1] * d[1:]
+    squares = on.diagonal(dim1=1, dim2=2)[:, n : 2 * n] + d**2
+    return squares, beside.diagonal(dim1=1, dim2=2)[:, n : 2 * n] + d[:-1] * d[1:]
 
 
 def spent(pulled: Pull) -> Tensor:
-    """Twice the logarithm of what the residuals were divided by."""
+    """Twice the sum of the logarithms of the residuals' standard deviations."""
     return 2 * (pulled.std.log() * pulled.known).sum()
 
 
 def wild(data: Data, map_: Raw, raw: Tensor, noise: Noise, state: Tensor) -> Tensor:
-    """Readings (N, C) further off than GATE_SIGMA from what the network says there."""
+    """Readings (N, C) that are off the network's value by more than GATE_SIGMA."""
     rows = slice(-data.value.shape[1], None)
 
     def off(some: Stretch) -> Tensor:
@@ -231,7 +233,7 @@ def wild(data: Data, map_: Raw, raw: Tensor, noise: Noise, state: Tensor) -> Ten
 
 
 def without(data: Data, wild: Tensor) -> Data:
-    """The data less the readings (N, C) that are wild."""
+    """The data without the readings (N, C) that are wild."""
     return replace(data, known=data.known & ~wild)
 
 

@@ -1,8 +1,8 @@
-"""The noise levels beside the network: how good each sensor is, how strong and how slow each disturbance.
+"""Noise levels of the network: the noise of each sensor, and the strength and time constant of each disturbance.
 
-The network's own uncertainty stands beside its residuals, so a level is not taken for smaller than it is because a
-flexible network came close to the readings (the expectations of Dempster, Laird and Rubin 1977; for state-space
-models Shumway and Stoffer 1982).
+The network's own uncertainty is added to its residuals, so a level is not underestimated because a flexible network
+came close to the readings (the expectations of Dempster, Laird and Rubin 1977; for state-space models Shumway and
+Stoffer 1982).
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 DISTURBANCE_SPREAD, TIME_SPREAD = 3.0, 1.0
-"""Standard deviations of the priors on the logarithms: they matter only where a dive is mute."""
+"""Standard deviations of the priors on the logarithms: they matter only if a dive has no information."""
 
 NEAR = 1e-4
 """Half-width of the central difference in the logarithm of a time constant."""
@@ -26,13 +26,13 @@ class Noise:
     time_constant_s: Tensor
 
     def logarithm(self) -> Tensor:
-        """(C + 2 n,)"""
+        """Logarithms of all levels, (C + 2 n,)."""
         return torch.cat([self.sensor, self.disturbance, self.time_constant_s]).log()
 
 
 @dataclass(frozen=True)
 class Prior:
-    """Of the noise levels: log-normal about `middle`; `sensor_spread` (C,) of the sensors'."""
+    """Prior of the noise levels: log-normal about `middle`; `sensor_spread` (C,) of the sensors'."""
 
     middle: Noise
     sensor_spread: Tensor
@@ -43,7 +43,7 @@ class Prior:
         return torch.cat([self.sensor_spread, DISTURBANCE_SPREAD * level, TIME_SPREAD * level])
 
     def residual(self, noise: Noise) -> Tensor:
-        """How far the levels are from the middle, in standard deviations, (C + 2 n,)."""
+        """Distances of the levels from the middle, in standard deviations, (C + 2 n,)."""
         return (noise.logarithm() - self.middle.logarithm()) / self.spread()
 
 
@@ -55,11 +55,11 @@ def of_logarithm(logarithm: Tensor, axes: int) -> Noise:
 
 @dataclass(frozen=True)
 class Moments:
-    """What the network says of its residuals: expectations over its own uncertainty.
+    """Expectations of the residuals over the network's own uncertainty.
 
-    By how much expected squares, in shares of their variances, fall short of one, summed: sensor (C,), of what the
-    sensors' noise makes; wander (n,), of what the disturbance does as it wanders within intervals. d00, d01, d11
-    (N, n): of the disturbance at both ends of every interval; first (n,): squared, at the first node.
+    Shortfall of expected squares below one, in shares of their variances, summed: sensor (C,) for the part of the
+    sensors' noise; wander (n,) for the part of the disturbance that wanders within intervals. d00, d01, d11 (N, n):
+    products of the disturbance at both ends of every interval. first (n,): its square at the first node.
     """
 
     sensor: Tensor
@@ -71,9 +71,9 @@ class Moments:
 
 
 def slope(moments: Moments, step_s: Tensor, noise: Noise) -> Tensor:
-    """Of half the loss without priors, in the logarithms of the levels, (C + 2 n,).
+    """Slope of half the loss without priors, in the logarithms of the levels, (C + 2 n,).
 
-    Fisher's identity: the slope of the expected loss at the moments' own levels.
+    By Fisher's identity, this is the slope of the expected loss at the moments' own levels.
     """
     squares, _ = _drift(moments, step_s, noise.time_constant_s[None, :])
     disturbance = len(step_s) + 1 - squares[0] / noise.disturbance**2 + moments.wander
@@ -86,7 +86,7 @@ def slope(moments: Moments, step_s: Tensor, noise: Noise) -> Tensor:
 
 def _drift(moments: Moments, step_s: Tensor, time_s: Tensor) -> tuple[Tensor, Tensor]:
     """For time constants (g, n): the disturbance's squared innovations in units of its variance, and half the sum of
-    the logarithms of their own, (g, n) each."""
+    the logarithms of the innovations' own variances, (g, n) each."""
     kept = torch.exp(-step_s[None, :, None] / time_s[:, None, :])
     lost = 1 - kept**2
     drift = (moments.d11 - 2 * kept * moments.d01 + kept**2 * moments.d00) / lost

@@ -1,12 +1,12 @@
-"""Fossen's equations over the interval between two nodes, taken on the network's own state: residual and slopes.
+"""Fossen's equations over the interval between two nodes, evaluated on the network's own state: residual and slopes.
 
-The weak form with one test function an interval: what momentum gained, less what pushed, is
+The weak form with one test function per interval, momentum gained less impulse:
 
     R = M (nu1 - nu0) + h (C(nu_m) nu_m + D nu_m + K x_m - push - trim - (d0 + d1) / 2),
 
-with nu_m and x_m the means of the network's velocity and of its integral: a trapezium's, and what Euler and
-Maclaurin add for forces that differ between the ends. No velocity is differentiated, so noise does no harm, and each
-line is a polynomial: its slopes are written down and held equal to automatic differentiation by a test.
+with nu_m and x_m the means of the network's velocity and of its integral: the trapezium rule, plus the
+Euler-Maclaurin correction for forces that differ between the ends. No velocity is differentiated, so noise does no
+harm. Each line is a polynomial, so its slopes are written out; a test checks them against automatic differentiation.
 """
 
 from dataclasses import dataclass
@@ -24,17 +24,20 @@ SIX = range(6)
 
 @cache
 def coriolis_forms() -> NDArray[np.float64]:
-    """(6, 6, 6, 6): c_i = sum_jkl M_j forms[i, j, k, l] nu_k nu_l, symmetric in k and l; from `bridge`'s own C."""
+    """Coriolis tensor (6, 6, 6, 6): c_i = sum_jkl M_j forms[i, j, k, l] nu_k nu_l, symmetric in k and l; from
+    `bridge`'s own C."""
     forms = np.zeros((6, 6, 6, 6))
     unit = np.eye(6)
     for j in SIX:
-        one = unit[j].tolist()
+        unit_mass = unit[j].tolist()
         for k in SIX:
             for m in range(k, 6):
-                both = np.array(coriolis(one, (unit[k] + unit[m]).tolist()))
-                apart = np.array(coriolis(one, unit[k].tolist())) + np.array(coriolis(one, unit[m].tolist()))
-                own = 2 * np.array(coriolis(one, unit[k].tolist()))
-                forms[:, j, k, m] = forms[:, j, m, k] = 0.5 * (own if k == m else both - apart)
+                both = np.array(coriolis(unit_mass, (unit[k] + unit[m]).tolist()))
+                separate = np.array(coriolis(unit_mass, unit[k].tolist())) + np.array(
+                    coriolis(unit_mass, unit[m].tolist())
+                )
+                squared = 2 * np.array(coriolis(unit_mass, unit[k].tolist()))
+                forms[:, j, k, m] = forms[:, j, m, k] = 0.5 * (squared if k == m else both - separate)
     return forms
 
 
@@ -49,7 +52,7 @@ class Coefficients:
 
 @dataclass(frozen=True)
 class Interval:
-    """What is known of the intervals, as tensors; see `layout.Layout`."""
+    """Known quantities of the intervals, as tensors; see `layout.Layout`. forms: see `coriolis_forms`."""
 
     dofs: tuple[int, ...]
     placed: tuple[int, ...]
@@ -63,11 +66,11 @@ class Interval:
 
 @dataclass(frozen=True)
 class Balance:
-    """The residual R (N, n) in N s or N m s and what it depends on.
+    """The residual R (N, n) in N s or N m s and its slopes.
 
-    before, after (N, n, s): slopes in the states at both ends. mean (N, 6): nu_m. by_mean (N, n, n): slope of R in the
-    fitted axes' nu_m. by_mass (N, n, 6): slope of C(nu_m) nu_m in the masses. swung (N, n): what makes nu_m differ
-    from a trapezium's, times mass.
+    before, after (N, n, s): slopes in the states at both ends. mean (N, 6): nu_m. by_mean (N, n, n): slope of R in
+    the fitted axes' nu_m. by_mass (N, n, 6): slope of C(nu_m) nu_m in the masses. swung (N, n): difference of nu_m
+    from the trapezium rule, times mass.
     """
 
     residual: Tensor
@@ -80,7 +83,7 @@ class Balance:
 
 
 def balance(known: Interval, given: Coefficients, state: Tensor) -> Balance:
-    """The balance of momentum of every interval; `state` (N + 1, s)."""
+    """Momentum balance of every interval; `state` (N + 1, s)."""
     axes, n, width = list(known.dofs), len(known.dofs), state.shape[1]
     first, second, h = state[:-1], state[1:], known.step_s[:, None]
     mass = given.mass[axes]
@@ -130,7 +133,8 @@ def by_coefficients(known: Interval, given: Coefficients, state: Tensor, own: Ba
 
 
 def bending(known: Interval, damping: Tensor, width: int) -> Tensor:
-    """(n, s): the force at an instant that changes within an interval and bends the velocity, by the state there."""
+    """Force at an instant that varies within an interval and bends the velocity, as a matrix (n, s) on the state
+    there."""
     n = len(known.dofs)
     out = torch.zeros(n, width, dtype=damping.dtype, device=damping.device)
     each = torch.arange(n, device=damping.device)

@@ -1,4 +1,4 @@
-"""How coefficients hang on the raw parameters that are trained, and what was known of them before."""
+"""Maps the raw parameters that are trained to coefficients, with the priors of the coefficients."""
 
 from dataclasses import dataclass
 
@@ -20,9 +20,9 @@ from identify.estimators.pinn.physics import Coefficients
 
 @dataclass(frozen=True)
 class Raw:
-    """How coefficients hang on raw parameters (6 + 2 n,): six masses, n dampings, n trims.
+    """Map from raw parameters (6 + 2 n,) to coefficients: six masses, n dampings, n trims.
 
-    A mass or a damping is `scale` softplus(raw), a trim `scale` raw. The priors: log-normal of `spread` about
+    A mass or a damping is `scale` softplus(raw), a trim `scale` raw. The priors are log-normal of `spread` about
     `middle`, normal for trims. scale, middle, spread (6 + 2 n,); `axes` is n.
     """
 
@@ -37,11 +37,11 @@ class Raw:
         return self.scale * torch.where(self._positive(raw), soft, raw)
 
     def slope(self, raw: Tensor) -> Tensor:
-        """Of the values in the raw parameters, (6 + 2 n,)."""
+        """Slope of the values in the raw parameters, (6 + 2 n,)."""
         return self.scale * torch.where(self._positive(raw), torch.sigmoid(raw), torch.ones_like(raw))
 
     def to_logarithm(self, raw: Tensor) -> Tensor:
-        """What one unit of each raw parameter is in the logarithm of its value; of a trim, in the trim itself."""
+        """Slope of each value's logarithm in its raw parameter; for a trim, of the trim itself."""
         slope = self.slope(raw)
         return torch.where(self._positive(raw), slope / self.values(raw), slope)
 
@@ -55,7 +55,7 @@ class Raw:
         return Coefficients(values[:6], values[6 : 6 + self.axes], values[6 + self.axes :])
 
     def prior(self, raw: Tensor) -> tuple[Tensor, Tensor]:
-        """The priors' pull: residuals over their spreads (6 + 2 n,), and their slopes."""
+        """The priors' residuals over their spreads (6 + 2 n,), and the residuals' slopes."""
         values, slope = self.values(raw), self.slope(raw)
         positive = self._positive(raw)
         residual = torch.where(positive, (values / self.middle.clamp_min(1e-12)).log(), values - self.middle)
@@ -66,15 +66,15 @@ class Raw:
 
 
 def raw_of(shape: Configuration, dofs: tuple[int, ...], device: torch.device) -> Raw:
-    """The map and priors of a vehicle's shape where the axes `dofs` are fitted, the likelihood's own."""
+    """Return the map and priors for a vehicle's shape with fitted axes `dofs`; the priors are the likelihood's own."""
     rigid = np.array([rigid_mass(shape, dof) for dof in range(6)])
-    own = rigid[list(dofs)]
+    fitted = rigid[list(dofs)]
     trim = np.array(
         [max(TRIM_SHARE * shape.thruster_limit_n * (1.0 if dof < 3 else 0.2), 1e-3) for dof in dofs]
     )
     mass_spread = [PRIOR_STD[0] if dof in dofs else UNMEASURED_SHARE / MASS_RATIO for dof in range(6)]
-    scale = np.concatenate([rigid, DAMPING_RATIO * own, trim])
-    middle = np.concatenate([MASS_RATIO * rigid, DAMPING_RATIO * own, np.zeros(len(dofs))])
+    scale = np.concatenate([rigid, DAMPING_RATIO * fitted, trim])
+    middle = np.concatenate([MASS_RATIO * rigid, DAMPING_RATIO * fitted, np.zeros(len(dofs))])
     spread = np.concatenate([mass_spread, [PRIOR_STD[1]] * len(dofs), trim])
     tensors = [torch.as_tensor(part, device=device) for part in (scale, middle, spread)]
     return Raw(tensors[0], tensors[1], tensors[2], len(dofs))

@@ -1,9 +1,10 @@
-"""What each axis's own filter knows: where training starts, and what coefficients and noise levels cost the loss.
+"""Knowledge of each axis's own filter: the start of training, and the curvature of the loss in coefficients and noise
+levels.
 
-A start and not an answer: from coefficients well off it the network comes to the same end, in more passes. The
-curvature is the expected one of the innovations (`scoring`, Gupta and Mehra 1974): the network's own equations know
-what coefficients are worth at given noise levels, but where a disturbance drives an axis more than its thrusters do,
-levels and coefficients are found out together.
+It is a start and not a result: from coefficients well off it the network reaches the same end, in more passes. The
+curvature is the expected curvature of the innovations (`scoring`, Gupta and Mehra 1974). The network's own equations
+give the information on coefficients at given noise levels only, but if a disturbance drives an axis more than its
+thrusters do, levels and coefficients must be found together.
 """
 
 from dataclasses import dataclass, replace
@@ -28,7 +29,7 @@ from identify.estimators.scoring import climb
 Array = NDArray[np.float64]
 
 NEAR = 1.0
-"""Nats: as far as all axes together are climbed, for the network to go on from, or from where the network ended."""
+"""Convergence limit, in nats, of the joint climb of all axes before the network starts, or after it has ended."""
 
 
 @dataclass(frozen=True)
@@ -44,14 +45,14 @@ class Levels:
     sensor: Array
 
     def row(self) -> Array:
-        """(5 n + C,), one after another in the order of the fields."""
+        """All values in the order of the fields, (5 n + C,)."""
         return np.concatenate(list(vars(self).values()))
 
 
 @dataclass(frozen=True)
 class Filters:
-    """The filters of all axes, with their channels in the order of the layout, and the start that they come to for the
-    network: as `Levels`, and with all else that they fit as their own theta."""
+    """The filters of all axes, with their channels in the order of the layout, and the start that they give the
+    network: as `Levels`, and as their own theta with all other fitted parameters."""
 
     built: Axes
     joint: JointLikelihood
@@ -59,36 +60,40 @@ class Filters:
     theta: Array
 
     def velocity(self, time_s: Array) -> Array:
-        """What the filters have of the velocities at the start, (N, n) at `time_s` (N,)."""
-        own = zip(self.joint.at(self.theta), self.joint.places, strict=True)
+        """The filters' velocities at the start, (N, n) at `time_s` (N,)."""
+        pairs = zip(self.joint.at(self.theta), self.joint.places, strict=True)
         return np.column_stack(
-            [np.interp(time_s, one.axis.time_s, one.speed(self.theta[place])) for one, place in own]
+            [
+                np.interp(time_s, problem.axis.time_s, problem.speed(self.theta[place]))
+                for problem, place in pairs
+            ]
         )
 
     def curvature(self, at: Levels) -> Array:
-        """Of half the loss without priors, in logarithms (trims: as they are), (5 n + C,) squared, ordered as
-        `Levels.row`; all else that the filters fit is projected out."""
+        """Curvature of half the loss without priors, in logarithms (trims: as they are), (5 n + C,) squared, ordered
+        as `Levels.row`; all other parameters of the filters are projected out."""
         theta = self._theta(at)
         joint = self.joint.with_better_forces(self.built.motion, theta)
         _, information = joint.score(theta)
         kept = self._places()
         others = np.setdiff1d(np.arange(len(theta)), kept)
-        rest = information[np.ix_(others, others)] + np.diag(joint.prior_precision[others])
+        nuisance = information[np.ix_(others, others)] + np.diag(joint.prior_precision[others])
         cross = information[np.ix_(kept, others)]
-        return np.asarray(information[np.ix_(kept, kept)] - cross @ np.linalg.solve(rest, cross.T))
+        return np.asarray(information[np.ix_(kept, kept)] - cross @ np.linalg.solve(nuisance, cross.T))
 
     def near(self, at: Levels) -> "Filters":
-        """The filters at these coefficients, with the Coriolis forces of the velocities there. Noise levels stay their
-        own, for their readings are not the network's."""
+        """The filters at these coefficients, with the Coriolis forces of the velocities there. Noise levels stay the
+        filters' own, because their readings are not the network's."""
         theta = self.theta.copy()
         coefficients = self._places()[: 3 * len(self.joint.problems)]
         theta[coefficients] = self._theta(at)[coefficients]
         return replace(self, joint=self.joint.with_better_forces(self.built.motion, theta), theta=theta)
 
     def stretch(self, std: Array) -> Array:
-        """What to multiply the halves of the intervals by, (2 n, 2) of masses and then dampings.
+        """Factors on the halves of the intervals, (2 n, 2), for masses and then dampings.
 
-        `std` (2 n,) of their logarithms: only of those that are known loosely the likelihood's shape is asked.
+        `std` (2 n,) of their logarithms: the likelihood's shape is examined only for coefficients that are known
+        loosely.
         """
         out = np.ones((len(std), 2))
         loose = np.flatnonzero((std > LOOSE) & (std < HOPELESS))
@@ -110,18 +115,20 @@ class Filters:
         return theta
 
     def _places(self) -> NDArray[np.intp]:
-        """Where each value of `Levels.row` stands in the filters' theta."""
+        """Index of each value of `Levels.row` in the filters' theta."""
         first = [place.start for place in self.joint.places]
-        own = [[start + at for start in first] for at in (MASS, DAMPING, FORCES, DISTURBANCE, TIME_CONSTANT)]
+        coefficients = [
+            [start + at for start in first] for at in (MASS, DAMPING, FORCES, DISTURBANCE, TIME_CONSTANT)
+        ]
         sensors = [
             range(place.start + problem.noise_place, place.start + problem.white_place)
             for problem, place in zip(self.joint.problems, self.joint.places, strict=True)
         ]
-        return np.array([place for group in (*own, *sensors) for place in group])
+        return np.array([place for group in (*coefficients, *sensors) for place in group])
 
 
 def filters_of(built: Axes, configuration: Configuration) -> Filters:
-    """The filters of a dive's axes, and the start that they come to: each alone, then roughly together."""
+    """Return the filters of a dive's axes, and their start for the network: each axis alone, then roughly together."""
     begun = rough_fit(built, configuration, ())
     theta = begun.value.maximum.theta
     joint = begun.value.joint.with_better_forces(built.motion, theta)
@@ -130,14 +137,14 @@ def filters_of(built: Axes, configuration: Configuration) -> Filters:
 
 
 def _levels(joint: JointLikelihood, theta: Array) -> Levels:
-    """What theta says."""
-    found = [theta[place] for place in joint.places]
+    """The coefficients and noise levels in theta."""
+    thetas = [theta[place] for place in joint.places]
     mass, damping, disturbance, time_s = (
-        np.array([np.exp(own[at]) for own in found]) for at in (MASS, DAMPING, DISTURBANCE, TIME_CONSTANT)
+        np.array([np.exp(part[at]) for part in thetas]) for at in (MASS, DAMPING, DISTURBANCE, TIME_CONSTANT)
     )
     sensor = [
-        np.exp(own[problem.noise_place : problem.white_place])
-        for own, problem in zip(found, joint.problems, strict=True)
+        np.exp(part[problem.noise_place : problem.white_place])
+        for part, problem in zip(thetas, joint.problems, strict=True)
     ]
-    trim = np.array([own[FORCES] for own in found])
+    trim = np.array([part[FORCES] for part in thetas])
     return Levels(mass, damping, trim, disturbance, time_s, np.concatenate(sensor))

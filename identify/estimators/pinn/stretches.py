@@ -1,4 +1,4 @@
-"""The intervals of a dive, worked through by stretches that fit a core's cache, on as many cores as there are."""
+"""Processes the intervals of a dive in stretches that fit a core's cache, on several cores."""
 
 import os
 from collections.abc import Callable
@@ -11,10 +11,11 @@ import torch
 T = TypeVar("T")
 
 AT_A_TIME = 1024
-"""Intervals of a stretch on a processor: fewer cost more in calls than they save in memory. A card takes them all."""
+"""Intervals per stretch on a processor: shorter stretches cost more in calls than they save in memory. A card takes
+all at once."""
 
 MOST_CORES = 4
-"""What comes between the stretches keeps one core busy alone: more than these would wait for it."""
+"""The work between the stretches runs on one core alone: more cores than these would wait for it."""
 
 
 @dataclass(frozen=True)
@@ -34,14 +35,14 @@ class Stretch:
 
 
 def stretches(count: int, device: torch.device) -> list[Stretch]:
-    """All of `count` intervals, in order."""
+    """Stretches that cover `count` intervals, in order."""
     each = AT_A_TIME if device.type == "cpu" else max(count, 1)
     ends = [(start, min(start + each, count)) for start in range(0, count, each)]
     return [Stretch(slice(start, stop), slice(start + 1, stop + 1)) for start, stop in ends]
 
 
 def worked(work: Callable[[Stretch], T], over: list[Stretch]) -> list[T]:
-    """What `work` makes of each stretch, in their order."""
+    """Results of `work` for each stretch, in order."""
     if len(over) == 1:
         return [work(over[0])]
     with ThreadPoolExecutor(max_workers=min(_cores(), MOST_CORES)) as pool:
@@ -49,6 +50,6 @@ def worked(work: Callable[[Stretch], T], over: list[Stretch]) -> list[T]:
 
 
 def _cores() -> int:
-    """As many as numerical libraries may use: OMP_NUM_THREADS, or all."""
-    said = os.environ.get("OMP_NUM_THREADS", "")
-    return int(said) if said.isdecimal() and int(said) > 0 else (os.cpu_count() or 1)
+    """Number of cores that numerical libraries may use: OMP_NUM_THREADS, or all."""
+    setting = os.environ.get("OMP_NUM_THREADS", "")
+    return int(setting) if setting.isdecimal() and int(setting) > 0 else (os.cpu_count() or 1)
