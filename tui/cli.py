@@ -15,7 +15,7 @@ from typing import NoReturn, Protocol, cast
 
 from bridge.errors import SeatrialError
 from bridge.printable import printable
-from tui import exit_codes
+from tui import exit_codes, progress
 
 VERBS = {
     "demo": "dive, record, identify, upload and dive again with a simulated vehicle",
@@ -176,7 +176,14 @@ def _is_interrupt(error: BaseException | None) -> bool:
 
 
 def _complain(sentence: str, code: int) -> int:
-    """Print one line on standard error, on a terminal broken between words; return `code`."""
+    """Print one line on standard error, on a terminal broken between words; return `code`.
+
+    A program that reads the progress gets a report of it instead (`tui.progress`).
+    """
+    if progress.asked(os.environ):
+        report = progress.Report(progress.ERROR, 1.0, printable(" ".join(sentence.split()), "?"))
+        print(progress.line(report), end="", file=sys.stderr)
+        return code
     line = printable(f"seatrial: {' '.join(sentence.split())}", "?")
     if sys.stderr.isatty():
         width = shutil.get_terminal_size().columns

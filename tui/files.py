@@ -1,9 +1,7 @@
 """Write the files of a verb independently; those that can't be written are named after all other output."""
 
 import os
-import sys
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -30,7 +28,7 @@ class Files:
         self, _type: type[BaseException] | None, _error: object, _trace: TracebackType | None
     ) -> None:
         for sentence in self._failed:
-            show.say(show.words(), f"seatrial: {' '.join(sentence.split())}")
+            show.complain(sentence)
 
     def attempt(self, write: Callable[[], object], sentence: str = "") -> bool:
         """Run `write` and return whether it succeeded; if so, add `sentence` to `written`, unless it is empty."""
@@ -68,7 +66,9 @@ class Files:
                 show.write_json(data, target)
             except LogError as error:
                 if progress.asked(os.environ):
-                    _tell(progress.Report(progress.UNKEPT, 1.0, str(error), result=show.plain(data)))
+                    show.tell_program(
+                        progress.Report(progress.UNKEPT, 1.0, str(error), result=show.plain(data))
+                    )
                 raise
 
         return self.attempt(write)
@@ -76,9 +76,3 @@ class Files:
     def code(self, answered: int) -> int:
         """The exit code: BAD_INPUT if a file could not be written, otherwise that of the answer."""
         return exit_codes.BAD_INPUT if self._failed else answered
-
-
-def _tell(report: progress.Report) -> None:
-    with suppress(BrokenPipeError):
-        sys.stderr.write(progress.line(report))
-        sys.stderr.flush()

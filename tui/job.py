@@ -37,13 +37,19 @@ LEAVES = ("--json", "--param", "--report", "--accept")
 class Done:
     """How a verb ended.
 
-    Its exit code (`tui.exit_codes`), its result as written to `--json`, None if there is none, and its last lines of
-    output other than progress.
+    Its exit code (`tui.exit_codes`), its result as written to `--json`, None if there is none, its last lines of output
+    other than progress, and its errors.
     """
 
     code: int
     result: Any
-    said: tuple[str, ...]
+    said: tuple[str, ...] = ()
+    errors: tuple[str, ...] = ()
+
+    @property
+    def why(self) -> str:
+        """Its errors as one text, or its last line if it reported none; empty if it said nothing."""
+        return " ".join(self.errors or self.said[-1:])
 
 
 async def work(words: Sequence[str], hear: Callable[[Report], None]) -> Done:
@@ -68,12 +74,12 @@ async def work(words: Sequence[str], hear: Callable[[Report], None]) -> Done:
             limit=LONGEST_LINE_BYTES,
         )
         try:
-            said = await _listen(process, hear)
+            said, errors = await _listen(process, hear)
             code = await process.wait()
         finally:
             await _end(process)
         # An unchanged file is the result of an earlier run.
-        return Done(code, _result(result) if _written_ns(result) != before_ns else None, said)
+        return Done(code, _result(result) if _written_ns(result) != before_ns else None, said, errors)
 
 
 def _own_target(words: Sequence[str]) -> Path | None:
@@ -86,17 +92,23 @@ def _written_ns(path: Path) -> int:
     return path.stat().st_mtime_ns if path.exists() else 0
 
 
-async def _listen(process: asyncio.subprocess.Process, hear: Callable[[Report], None]) -> tuple[str, ...]:
+async def _listen(
+    process: asyncio.subprocess.Process, hear: Callable[[Report], None]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The last lines of a verb other than its reports, and its errors; `hear` gets all other reports."""
     assert process.stderr is not None
     said: deque[str] = deque(maxlen=MOST_SAID)
+    errors: list[str] = []
     async for raw in process.stderr:
         line = raw.decode("utf-8", "replace").rstrip()
         heard = progress.read(line)
-        if heard is not None:
+        if heard is not None and heard.of == progress.ERROR:
+            errors.append(heard.words)
+        elif heard is not None:
             hear(heard)
         elif line:
             said.append(line)
-    return tuple(said)
+    return tuple(said), tuple(errors[-MOST_SAID:])
 
 
 async def _end(process: asyncio.subprocess.Process) -> None:

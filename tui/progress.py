@@ -16,6 +16,9 @@ WRITING = "writing"
 UNKEPT = "unkept"
 """`Report.of` for a result that could not be written to its file; `words` say why, `result` holds it."""
 
+ERROR = "error"
+"""`Report.of` for an error that ends the verb, or for a file that it could not write; `words` is its sentence."""
+
 Interval = tuple[float, float]
 """A value and half of its 95 % interval, in SI units."""
 

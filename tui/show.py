@@ -186,6 +186,15 @@ def number(value: float | None, digits: int = 4) -> str:
     return f"{rounded:.{min(max(places, 0), 9)}f}"
 
 
+def complain(sentence: str) -> None:
+    """Report an error that ends no verb: a line on standard error, or a report to a program that reads the progress."""
+    text = " ".join(sentence.split())
+    if reports.asked(os.environ):
+        tell_program(reports.Report(reports.ERROR, 1.0, text))
+    else:
+        say(words(), f"seatrial: {text}")
+
+
 @dataclass(frozen=True)
 class _Job:
     """A job whose progress is shown: `of` is its name for a program, `sentence` is shown until it reports, and `prefix`
@@ -257,13 +266,17 @@ def _to_program(job: _Job) -> Tell:
         stage: str = "",
         written: Written | None = None,
     ) -> None:
-        # A single write per line, since several threads may report at once. A verb goes on when its listener is gone.
-        with suppress(BrokenPipeError):
-            report = reports.Report(job.of, share, words, stage, values, answered, written)
-            sys.stderr.write(reports.line(report))
-            sys.stderr.flush()
+        tell_program(reports.Report(job.of, share, words, stage, values, answered, written))
 
     return tell
+
+
+def tell_program(report: reports.Report) -> None:
+    """Write a report for the program that reads the progress."""
+    # A single write per line, since several threads may report at once. A verb goes on when its listener is gone.
+    with suppress(BrokenPipeError):
+        sys.stderr.write(reports.line(report))
+        sys.stderr.flush()
 
 
 def _bar(shown: Progress, job: _Job) -> Tell:

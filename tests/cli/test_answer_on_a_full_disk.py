@@ -145,4 +145,4 @@ def test_who_waits_for_a_verb_has_its_result_though_no_file_of_it_can_grow(dive,
     assert (done.code, done.result) == (exit_codes.BAD_INPUT, None)
     assert not result.exists()
     assert "pressure" in [signal["name"] for signal in unkept.result["signals"]]
-    assert done.said == (f"seatrial: {unkept.words}",)
+    assert done.errors == (unkept.words,)

@@ -93,7 +93,7 @@ class FakeVerbs:
         if words[0] not in self.results:
             await asyncio.Event().wait()
         self.leave(words)
-        return Done(self.code, self.results[words[0]], self.said)
+        return Done(self.code, self.results[words[0]], errors=tuple(self.said))
 
 
 def desk(verbs=None, **what):

@@ -123,12 +123,12 @@ class FakeVehicle:
         if "--yes" not in words:
             await self.speaks.wait()
             result = self.back if words[1] == "rollback" else self.compared
-            return Done(0 if result else 3, result or None, self.said)
+            return Done(0 if result else 3, result or None, errors=tuple(self.said))
         for told in self.tells:
             hear(told)
         if self.waits:
             await self.go.wait()
-        return Done(self.code, self.written or None, self.said)
+        return Done(self.code, self.written or None, errors=tuple(self.said))
 
 
 def desk(vehicle=None, now_s=lambda: 0.0, **what):

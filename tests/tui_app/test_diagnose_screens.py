@@ -171,7 +171,7 @@ def test_a_diagnosis_that_fails_says_why_beside_what_was_known(tmp_path):
         assert "dive is shorter than 60 s" in seen
         assert "seatrial:" not in seen
 
-    verb = Verb(Done(2, None, ("seatrial: dive is shorter than 60 s",)), leaves=False)
+    verb = Verb(Done(2, None, errors=("dive is shorter than 60 s",)), leaves=False)
     run(made(FixedViews(), desk=desk_with(tmp_path, jobs=Jobs(verb))), SIZES[0], work)
 
 
@@ -253,7 +253,7 @@ def test_a_key_opens_parameters_with_what_was_accepted(tmp_path):
         assert app.desk.param == param
 
     async def nothing(words, _):
-        return Done(3, None, (f"seatrial: {words[0]} finds no vehicle",))
+        return Done(3, None, errors=(f"{words[0]} finds no vehicle",))
 
     desk = desk_with(tmp_path, jobs=Jobs(nothing))
     param = tmp_path / DIVE / "diagnosed.param"
@@ -264,9 +264,7 @@ def test_a_key_opens_parameters_with_what_was_accepted(tmp_path):
 def test_a_diagnosis_that_finds_no_room_on_the_disk_is_shown_and_said_to_be_kept_nowhere(tmp_path):
     why = "full/diagnosis.json: the JSON can't be written (No space left on device); give another file"
     newer = diagnosis() | {"verdict": "unknown"}
-    verb = Verb(
-        Done(2, None, (f"seatrial: {why}",)), leaves=False, tells=Report(UNKEPT, 1.0, why, result=newer)
-    )
+    verb = Verb(Done(2, None, errors=(f"{why}",)), leaves=False, tells=Report(UNKEPT, 1.0, why, result=newer))
 
     async def work(app, pilot):
         await pressed(pilot, "4")

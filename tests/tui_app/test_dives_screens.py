@@ -97,9 +97,7 @@ def test_the_list_is_read_again_whenever_the_screen_is_opened():
 
 
 def test_a_folder_that_can_t_be_listed_says_why():
-    verbs = FakeVerbs(
-        {"dives": None}, 2, ("seatrial: dives: no such folder; give the one that holds the dives",)
-    )
+    verbs = FakeVerbs({"dives": None}, 2, ("dives: no such folder; give the one that holds the dives",))
 
     async def work(app, pilot):
         await opened(app, pilot)

@@ -206,7 +206,7 @@ def test_one_that_told_nothing_has_no_table(dive):
 
 
 def test_a_run_that_failed_says_why_and_one_that_was_stopped_that_it_was():
-    failed = JobState(WORDS, 0.0, done=Done(exit_codes.BAD_INPUT, None, ("seatrial: x.tlog: no such dive",)))
+    failed = JobState(WORDS, 0.0, done=Done(exit_codes.BAD_INPUT, None, errors=("x.tlog: no such dive",)))
     assert said(ended(failed, 80)) == ["x.tlog: no such dive"]
     silent = JobState(WORDS, 0.0, done=Done(-9, None, ()))
     assert said(ended(silent, 80)) == ["identify ended with exit code -9 and said nothing"]

@@ -214,7 +214,7 @@ def test_who_leaves_the_screen_is_not_called_to_parameters(identified):
 
 
 def test_a_run_that_fails_says_why_and_an_older_result_stays(identified):
-    said = ("seatrial: the recording is too short; dive longer",)
+    said = ("the recording is too short; dive longer",)
     verbs = FakeVerbs({"identify": None}, exit_codes.NO + 1, said)
 
     async def work(app, pilot):
@@ -348,8 +348,8 @@ def unkept(count=11):
     missing = [one["name"] for one in made_identified.parameters()[count:]]
     found = made_identified.identified(parameters=made_identified.parameters(missing))
     page = (
-        f"seatrial: {WHY}",
-        "seatrial: full/identified.html: the report can't be written (No space left on device)",
+        WHY,
+        "full/identified.html: the report can't be written (No space left on device)",
     )
     tells = (*passes(), Report(UNKEPT, 1.0, WHY, result=found), PAGE)
     return FakeVerbs({"identify": None}, exit_codes.BAD_INPUT, page, tells)

@@ -22,7 +22,7 @@ class NothingLeft(FakeVehicle):
         found = await super().__call__(words, hear)
         if words[1] != "rollback":
             return found
-        said = f"seatrial: {NONE_LEFT}; give the -before.param to go back to"
+        said = f"{NONE_LEFT}; give the -before.param to go back to"
         return type(found)(2, None, (said,))
 
 

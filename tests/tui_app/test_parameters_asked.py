@@ -142,7 +142,7 @@ def test_escape_leaves_a_roll_back_and_the_file_is_shown_again():
 
 
 def test_a_roll_back_with_nothing_to_go_back_to_says_so():
-    vehicle = FakeVehicle(back={}, said=("seatrial: receipts: no upload to vehicle 1 that stands",))
+    vehicle = FakeVehicle(back={}, said=("receipts: no upload to vehicle 1 that stands",))
 
     async def work(app, pilot):
         await typed(app, pilot, "r")

@@ -14,7 +14,7 @@ from tui.app.jobs import Jobs
 
 
 def test_a_vehicle_that_cannot_be_read_says_why_and_what_to_do():
-    vehicle = FakeVehicle({}, said=("seatrial: no vehicle's HEARTBEAT within 5 s",))
+    vehicle = FakeVehicle({}, said=("no vehicle's HEARTBEAT within 5 s",))
 
     async def work(app, pilot):
         assert "no vehicle's HEARTBEAT" in text(app)

@@ -77,7 +77,7 @@ def test_no_key_begins_anything_else_while_the_vehicle_is_read():
 
 
 def test_a_vehicle_that_could_not_be_read_leaves_what_was_typed_in_the_line():
-    vehicle = FakeVehicle({}, said=("seatrial: no vehicle's HEARTBEAT within 5 s",), silent=True)
+    vehicle = FakeVehicle({}, said=("no vehicle's HEARTBEAT within 5 s",), silent=True)
 
     async def work(app, pilot):
         await pressed(pilot, "5", "u", "1")

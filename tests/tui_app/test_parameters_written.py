@@ -112,9 +112,7 @@ def test_an_upload_that_was_never_finished_is_told_as_the_app_begins(tmp_path):
 def test_a_writing_that_found_no_vehicle_says_that_nothing_was_written_and_how_to_try_again(
     key, typed_, words
 ):
-    vehicle = FakeVehicle(
-        written={}, code=3, said=("seatrial: vehicle 1: no HEARTBEAT for 5 s; check the link",)
-    )
+    vehicle = FakeVehicle(written={}, code=3, said=("vehicle 1: no HEARTBEAT for 5 s; check the link",))
 
     async def work(app, pilot):
         await typed(app, pilot, key, typed_, "enter")

@@ -159,7 +159,7 @@ def test_a_validation_that_finds_no_room_on_the_disk_is_shown_and_said_to_be_kep
 
     async def verb(_words, hear):
         hear(Report(UNKEPT, 1.0, why, result=validation()))
-        return Done(2, None, (f"seatrial: {why}",))
+        return Done(2, None, errors=(f"{why}",))
 
     desk = validated_desk(tmp_path, jobs=Jobs(verb))
     (tmp_path / DIVE / "validation.json").unlink()

@@ -8,7 +8,7 @@ from bridge.vehicle.coefficients import OF_HULL
 from tui import exit_codes
 from tui.app.converging import converging, passes_of
 from tui.app.found import Found, Value
-from tui.app.job_lines import NOT_KEPT, errors
+from tui.app.job_lines import NOT_KEPT
 from tui.app.jobs import JobState
 from tui.app.lines import Line, Lines, Role, cut, heading, width
 from tui.app.shown import day, number, stopwatch
@@ -132,7 +132,7 @@ def ended(state: JobState, cells: int) -> Lines:
         return hanging(
             f"{_dive(state)}: stopped by you after {took}; what lay there before stays", "warn", cells
         )
-    said = " ".join(errors(done))
+    said = done.why
     if state.unkept is not None:
         said += f"; {NOT_KEPT}"
     return hanging(said or f"identify ended with exit code {done.code} and said nothing", "bad", cells)

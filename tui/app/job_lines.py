@@ -4,17 +4,9 @@ from tui import exit_codes
 from tui.app.jobs import JobState
 from tui.app.lines import Lines, apart, cut
 from tui.app.wrapped import bar, wrapped
-from tui.job import Done
 
 BAR_CELLS = 24
-MARK = "seatrial: "
 NOT_KEPT = "its values are below, and kept nowhere"
-
-
-def errors(done: Done) -> tuple[str, ...]:
-    """The verb's error lines, or its last line if none is marked as an error."""
-    marked = tuple(line.removeprefix(MARK) for line in done.said if line.startswith(MARK))
-    return marked or done.said[-1:]
 
 
 def job_lines(verb: str, state: JobState | None, now_s: float, cells: int) -> Lines:
@@ -38,7 +30,7 @@ def job_lines(verb: str, state: JobState | None, now_s: float, cells: int) -> Li
     if state.cancelled:
         return wrapped(f"{verb} was cancelled; nothing of it was kept", "warn", cells)
     if state.done.result is None or state.done.code == exit_codes.BAD_INPUT:
-        why = " ".join(errors(state.done))
+        why = state.done.why
         if state.unkept is not None:
             why += f"; {NOT_KEPT}"
         return wrapped(why or f"{verb} ended with exit code {state.done.code} and said nothing", "bad", cells)

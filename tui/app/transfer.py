@@ -102,7 +102,7 @@ class Transfer:
             return False
         self.shown = comparison(state.done.result)
         if self.shown is None:
-            said = " ".join(state.done.said[-1:]).removeprefix("seatrial: ")
+            said = state.done.why
             if self.back and said.endswith(OR_A_FILE):
                 self._leave_back(said.removesuffix(OR_A_FILE))
             else:

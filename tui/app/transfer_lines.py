@@ -41,8 +41,7 @@ def writing(written: JobState | None, cells: int, retries: str) -> Lines:
         return (*wrapped(step, "strong", cells), progress(share, words, cells))
     result = written.done.result
     if result is None:
-        said = " ".join(written.done.said[-1:]).removeprefix("seatrial: ")
-        lines = wrapped(said or "it ended without a word", "bad", cells)
+        lines = wrapped(written.done.why or "it ended without a word", "bad", cells)
         if written.done.code == exit_codes.LINK:  # a link that fails later leaves a receipt
             lines += wrapped(f"Nothing was written; {retries} tries it again.", "strong", cells)
         return lines

@@ -41,7 +41,7 @@ def run(arguments: argparse.Namespace) -> int:
             else:
                 refused.append(outcome.file.name)
                 came.append({"file": str(outcome.file), "into": None, "told": outcome.words})
-                show.say(show.words(), f"seatrial: {' '.join(outcome.words.split())}")
+                show.complain(outcome.words)
         if done and refused:
             show.say(show.words(), f"merged: {', '.join(done)}; not merged: {', '.join(refused)}")
     finally:

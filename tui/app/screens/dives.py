@@ -226,7 +226,7 @@ class DivesScreen(StationScreen):
         if state is None or state.done is None or state is self._list:
             return
         self._list = state
-        self._trouble = "" if state.done.result is not None else " ".join(state.done.said[-1:])
+        self._trouble = "" if state.done.result is not None else state.done.why
         self._dives = listed(state.done.result)
         # The mark moves once to a dive that has just ended: it is the dive that the crew has just made.
         over = next((d.folder for d in self._dives if _same(d.folder, self._over)), None)
@@ -285,7 +285,7 @@ class DivesScreen(StationScreen):
 
     def _none(self, cells: int) -> tuple[Line, ...]:
         if self._trouble:
-            return hanging(self._trouble.removeprefix("seatrial: "), "bad", cells)
+            return hanging(self._trouble, "bad", cells)
         if self._list is None:
             return (((f"reading {self.desk.out}", "quiet"),),)
         return hanging(f"{self.desk.out}: holds no dive yet; a recording makes one", "plain", cells)
