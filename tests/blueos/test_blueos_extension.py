@@ -7,6 +7,7 @@ import importlib.util
 import json
 import re
 import shlex
+import socket
 import sys
 import tomllib
 import warnings
@@ -179,10 +180,12 @@ def test_everything_else_goes_to_the_page_and_back_as_it_is(service):
 
 def test_a_page_that_is_not_up_is_said(service):
     async def scene():
-        async with await asyncio.start_server(lambda _r, w: w.close(), "127.0.0.1", 0) as gone:
-            free = port_of(gone)
-        async with await service.Front(free).serve(0, "127.0.0.1") as server:
-            return await asked(port_of(server), b"GET / HTTP/1.1\r\n\r\n")
+        # A port that is taken and does not listen: a free one could become the front's own.
+        with socket.socket() as silent:
+            silent.bind(("127.0.0.1", 0))
+            front = service.Front(silent.getsockname()[1])
+            async with await front.serve(0, "127.0.0.1") as server:
+                return await asked(port_of(server), b"GET / HTTP/1.1\r\n\r\n")
 
     assert asyncio.run(scene()).startswith(b"HTTP/1.1 503")
 
