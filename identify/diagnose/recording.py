@@ -26,6 +26,7 @@ from identify.diagnose.regression import PIECE_S
 from identify.diagnose.wording import listed
 from identify.dive import Dive, Signal
 from identify.estimators.loud import loud, loud_note
+from identify.estimators.solvable import solvable
 from identify.fed_velocity import filtered_doubts, stamp_doubts
 from identify.feedback import frozen_doubts
 from identify.forces import tells_thrusters
@@ -124,11 +125,12 @@ def _seldom(dive: Dive, shape: Configuration) -> bool:
 def fitted_nominal(dive: Dive, file: VehicleFile, configuration: str, like: Nominal | None = None) -> Nominal:
     """The nominal fit of a dive, with the lateness of an autopilot's velocity as in the fit `like`, if given.
 
-    Raises FitError if no thruster pushed, or the dive is of another vehicle.
+    Raises FitError if no thruster pushed, the dive is of another vehicle, or its equations have no solution.
     """
     try:
         refuse_unpushed(dive, file, configuration)
-        nominal = nominal_of(dive, file, configuration, like.timing_s if like else None)
+        with solvable(dive):
+            nominal = nominal_of(dive, file, configuration, like.timing_s if like else None)
     except FitError as error:
         # The source separates two recordings of one name.
         message = str(error).removeprefix(f"{dive.source}: ").removeprefix(f"{dive.name}: ")

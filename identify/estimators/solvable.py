@@ -41,13 +41,15 @@ def no_solution(dive: Dive) -> FitError:
     """The error that a dive's equations have no solution: in which axes, and what to do about it."""
     fastest = _fastest(dive)
     wild = {dof: speed for dof, speed in fastest.items() if speed > FASTEST}
-    look = "look there for readings and thrust that are wildly off, and for readings that share one time"
+    look = (
+        "look there for readings and thrust that are wildly off, for readings that share one time, and for a mass or "
+        "an inertia in the vehicle file that is not this vehicle's"
+    )
     if wild:
         speed = max(wild.values())
         look = f"readings there reach {speed:.0e} m/s or rad/s, which no vehicle does: leave them out of the recording"
     return FitError(
-        f"{dive.name}: the equations of {axes_named(sorted(wild or fastest))} have no solution; {look}, or identify "
-        "with another --method"
+        f"{dive.name}: the equations of {axes_named(sorted(wild or fastest))} have no solution; {look}"
     )
 
 

@@ -221,6 +221,14 @@ def test_thrust_that_can_not_have_moved_the_vehicle_is_refused_and_any_more_is_n
     refuse_unpushed(one_command(100.0), case.file, case.configuration)
 
 
+def test_a_mass_that_no_vehicle_has_is_refused_in_a_sentence(case):
+    vehicle = case.file.vehicle
+    shape = replace(vehicle.configurations[case.configuration], dry_mass_kg=1e9)
+    heavy = replace(case.file, vehicle=replace(vehicle, configurations={case.configuration: shape}))
+    with pytest.raises(FitError, match=r"no solution; .* mass or an inertia in the vehicle file"):
+        diagnose(dive_of(case), heavy, case.configuration, effects=SMALL, progress=quiet)
+
+
 def test_twenty_seconds_are_refused(case):
     dive = dive_of(case)
     start, _ = dive.span_s

@@ -193,5 +193,5 @@ def test_equations_without_a_solution_are_told_as_such_and_what_to_do(monkeypatc
 
     monkeypatch.setattr(pinn_fit, "lay_out", singular)
     dive = closed_loop.dive(np.random.default_rng(1), seconds=30.0)
-    with pytest.raises(FitError, match=r"equations of surge have no solution; .* another --method"):
+    with pytest.raises(FitError, match=r"equations of surge have no solution; .* vehicle file"):
         fit(dive)

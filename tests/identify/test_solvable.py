@@ -131,7 +131,7 @@ def test_a_singular_matrix_and_a_value_that_is_no_number_are_both_refused():
 
     for fitted in (singular, no_number):
         with pytest.raises(
-            FitError, match=r"equations of surge have no solution; look there .* another --method"
+            FitError, match=r"equations of surge have no solution; look there .* vehicle file"
         ):
             judged(fitted)(dive, closed_loop.vehicle_file(), "only", network_tasks.quiet)
 
