@@ -2,7 +2,8 @@
 
 A disturbance of free correlation time follows any force that changes slowly, and its filter's innovations are then as
 white as without the force. So each axis's filter is compared with a filter whose disturbance forgets as a sea's does,
-with all else fitted again.
+with all else fitted again. A sea that is smoother than a first-order one is likelier with a longer correlation time,
+too; only a disturbance that is still correlated with itself after that time counts as slow.
 """
 
 from dataclasses import dataclass, replace
@@ -61,4 +62,13 @@ def _slow(problem: AxisLikelihood, theta: Array, now: Nominal) -> Slow:
     precision[TIME_CONSTANT] = HELD
     held = climb(replace(problem, prior_mean=mean, prior_precision=precision), start, NEARLY).theta
     force = np.interp(now.course.time_s, problem.axis.time_s, problem.means(free)[:, 2])
+    if _correlation(force, LONGEST_S / now.course.step_s) < np.exp(-1.0):
+        # A smoother sea than of first order is also likelier with a longer correlation time, but it forgets as soon.
+        return Slow(problem.axis.dof, force, 0.0)
     return Slow(problem.axis.dof, force, problem.log_likelihood(free) - problem.log_likelihood(held))
+
+
+def _correlation(values: Array, steps: float) -> float:
+    """Correlation of a series (n,) with itself so many steps later."""
+    later = min(max(round(steps), 1), len(values) - 2)
+    return float(np.corrcoef(values[:-later], values[later:])[0, 1])

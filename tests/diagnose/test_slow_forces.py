@@ -36,6 +36,12 @@ def test_the_disturbance_of_a_sea_is_not_slow(quiet: Case) -> None:
     assert all(one.gain < UNKNOWN_NATS for one in slow_forces(fitted(quiet)))
 
 
+def test_a_smoother_sea_that_forgets_as_soon_is_not_slow() -> None:
+    now = fitted(draw_case(430_060, kind="none"))
+    assert 5 in slow_axes(now)
+    assert all(one.gain < UNKNOWN_NATS for one in slow_forces(now))
+
+
 def test_a_slow_push_that_the_disturbance_took_up_is_told_with_its_axis_and_course(quiet: Case) -> None:
     size = 2.0 * float(quiet.vehicle.disturbance[5])
 
