@@ -5,6 +5,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from identify.progress import Values
+
 VARIABLE, FORM = "SEATRIAL_PROGRESS", "json"
 
 PAGE = "page"
@@ -18,9 +20,6 @@ UNKEPT = "unkept"
 
 ERROR = "error"
 """`Report.of` for an error that ends the verb, or for a file that it could not write; `words` is its sentence."""
-
-Interval = tuple[float, float]
-"""A value and half of its 95 % interval, in SI units."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +42,7 @@ class Report:
     share: float
     words: str
     stage: str = ""
-    values: Mapping[str, Interval] = field(default_factory=dict)
+    values: Values = field(default_factory=dict)
     answered: bool = False
     written: Written | None = None
     result: Any = None

@@ -69,6 +69,7 @@ def _slow(problem: AxisLikelihood, theta: Array, now: Nominal) -> Slow:
 
 
 def _correlation(values: Array, steps: float) -> float:
-    """Correlation of a series (n,) with itself so many steps later."""
+    """Correlation of a series (n,) with itself so many steps later; 0 for a constant series."""
     later = min(max(round(steps), 1), len(values) - 2)
-    return float(np.corrcoef(values[:-later], values[later:])[0, 1])
+    off = values - values.mean()
+    return float(off[:-later] @ off[later:] / max(float(off @ off), 1e-300) * len(off) / (len(off) - later))
