@@ -107,17 +107,19 @@ class Course:
         """Excess of Coriolis forces, (n, 6), in a model of the velocity over ground, if the water moves by
         `water` (n, 3). It is proportional to `water`: the squares of the two velocities differ by `water` times
         their mean."""
-        known = np.zeros_like(self.nu) if self.water is None else np.pad(self.water, ((0, 0), (0, 3)))
-        half = np.pad(0.5 * water, ((0, 0), (0, 3)))
-        by_drift = self.nu.copy()
-        by_drift[:, :3] = self.drifting
-        out, moments = (
-            self.coriolis_of(self.mass, nu + 0.5 * known + half)
-            - self.coriolis_of(self.mass, nu + 0.5 * known - half)
-            for nu in (self.nu, by_drift)
-        )
-        out[:, 3:] = moments[:, 3:]
-        return out
+        m_u, m_v, m_w = self.mass[:3]
+        w_u, w_v, w_w = water.T
+        known = np.zeros(3) if self.water is None else 0.5 * self.water
+        u, v, w = (self.drifting + known).T
+        p, q, r = self.nu[:, 3:].T
+        out = np.empty((6, len(self.nu)))
+        out[0] = m_w * w_w * q - m_v * w_v * r
+        out[1] = m_u * w_u * r - m_w * w_w * p
+        out[2] = m_v * w_v * p - m_u * w_u * q
+        out[3] = (m_w - m_v) * (w_v * w + v * w_w)
+        out[4] = (m_u - m_w) * (w_u * w + u * w_w)
+        out[5] = (m_v - m_u) * (w_u * v + u * w_v)
+        return out.T
 
     def pushed_by(self, water: Array) -> Array:
         """Wrench (n, 6) missing from a model of the velocity over ground, if the water moves by `water` and the

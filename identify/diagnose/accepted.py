@@ -228,9 +228,9 @@ def log_stds(causes: Sequence[Cause], now: Nominal) -> list[tuple[float, float]]
         if not cause.effect.refit_absorbs
         for p in np.flatnonzero(cause.present).tolist()
     ]
-    columns = np.hstack([rows.nominal, rows.columns(slopes, now.course)]) if slopes else rows.nominal
+    columns = rows.nuisance.beside(rows.blocks(slopes, now.course))
     known = np.concatenate([rows.nominal_precision, np.zeros(len(slopes))])
-    std = np.sqrt(np.maximum(np.diag(inverse(columns.T @ columns + np.diag(known))), 0.0))
+    std = np.sqrt(np.maximum(np.diag(inverse(columns.square() + np.diag(known))), 0.0))
     kept = sorted({*now.joint.mass_places, *mean_places(now.joint)})
     at = {place: float(std[i]) for i, place in enumerate(kept)}
     return [(at[place.start + MASS], at[place.start + DAMPING]) for place in now.joint.places]

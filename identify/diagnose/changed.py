@@ -302,10 +302,11 @@ def _nominal_covariance(weighing: Weighing, fit: Fitted) -> tuple[Array, list[in
     """
     joint = weighing.now.joint
     places = sorted({*joint.mass_places, *mean_places(joint)})
-    columns = np.column_stack([-weighing.rows.nominal, fit.slopes])
-    columns[:, weighing.rows.scales] = 0.0
+    nominal = weighing.rows.nuisance
+    square = nominal.beside(nominal.blocks_of(fit.slopes)).square()
+    square[weighing.rows.scales, :] = square[:, weighing.rows.scales] = 0.0
     known = np.concatenate([weighing.rows.nominal_precision, np.zeros(fit.slopes.shape[1])])
-    return inverse(columns.T @ columns + np.diag(known))[: len(places), : len(places)], places
+    return inverse(square + np.diag(known))[: len(places), : len(places)], places
 
 
 def _coefficient_places(now: Nominal) -> list[tuple[str, int]]:
@@ -326,8 +327,8 @@ def _pattern(effect: Effect, weighing: Weighing, inverse: Array) -> Array:
     """Shift of the nominal parameters, logarithmic, by removal of one unit of a force or reading error."""
     course = weighing.now.course
     unit = effect.act(course, effect.none() + 1.0)
-    column = weighing.rows.columns([unit], course)[:, 0]
-    return np.asarray(inverse @ (weighing.rows.nominal[:, : len(inverse)].T @ column))
+    column = weighing.rows.columns([unit], course)
+    return np.asarray(inverse @ weighing.rows.nuisance.crossed(column)[: len(inverse), 0])
 
 
 def _direct_pattern(effect: Effect, now: Nominal, names: Sequence[str]) -> Array:

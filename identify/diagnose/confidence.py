@@ -19,7 +19,7 @@ from scipy.special import chdtr
 from bridge.effects.course import Course
 from bridge.effects.effect import ALONG, Act, Effect
 from identify.diagnose.candidates import Cause, other_forms
-from identify.diagnose.evidence import NOTHING_NEW, SCARCE, inverse
+from identify.diagnose.evidence import NOTHING_NEW, SCARCE, Blocks, inverse
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.regression import mean_places
 from identify.diagnose.search import (
@@ -62,15 +62,15 @@ def covariance_of(weighing: Weighing, fit: Fitted) -> Array:
     return _covariance(weighing, fit, coupled_nominal(weighing, fit.causes))
 
 
-def _covariance(weighing: Weighing, fit: Fitted, nominal: Array) -> Array:
-    """Covariance (k, k) given the nominal columns (rows, m)."""
-    rows, m = weighing.rows, weighing.rows.nominal.shape[1]
-    columns_all = np.hstack([nominal, fit.slopes])
+def _covariance(weighing: Weighing, fit: Fitted, nominal: Blocks) -> Array:
+    """Covariance (k, k) given the m nominal columns."""
+    rows, m = weighing.rows, nominal.width
+    slopes_alone = rows.nuisance.blocks_of(fit.slopes)
     known = np.concatenate([rows.nominal_precision, np.zeros(len(fit.at))])
-    within = inverse(columns_all.T @ columns_all + np.diag(known))[m:, m:]
+    square = nominal.beside(slopes_alone).square() + np.diag(known)
+    within = inverse(square)[m:, m:]
     columns = np.column_stack([fit.slopes, fit.value])
-    free = inverse(nominal.T @ nominal + np.diag(rows.nominal_precision))
-    columns -= nominal @ (free @ (nominal.T @ columns))
+    columns -= nominal.times(inverse(square[:m, :m]) @ nominal.crossed(columns))
     slopes = columns[:, :-1]
     left = columns[:, -1] - slopes @ (inverse(slopes.T @ slopes) @ (slopes.T @ columns[:, -1]))
     between = np.zeros(len(fit.at))
@@ -82,17 +82,19 @@ def _covariance(weighing: Weighing, fit: Fitted, nominal: Array) -> Array:
     return np.asarray(within + np.diag(between) + np.outer(shift, shift))
 
 
-def in_other_forms(weighing: Weighing, fit: Fitted, nominal: Array) -> Array:
+def in_other_forms(weighing: Weighing, fit: Fitted, nominal: Blocks) -> Array:
     """Shift (k,) of the parameters if other forms of the causes are admitted.
 
     Each form counts only beyond its least-squares fit by the cause's own slopes, masses and dampings, so that the
     cause's own form stays the nearest to both.
     """
     rows, course = weighing.rows, weighing.now.course
-    columns, shares = [nominal, fit.slopes], [np.zeros(0)]
-    for k, cause in enumerate(fit.causes):
+    m, k = nominal.width, len(fit.at)
+    own = nominal.beside(rows.nuisance.blocks_of(fit.slopes))
+    table, shares, less = own, [np.zeros(0)], [np.zeros((k, 0))]
+    for index, cause in enumerate(fit.causes):
         own_act, others = cause.act(course), list(other_forms(course, cause))
-        places = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == k]
+        places = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == index]
         slopes = [cause.slope(course, fit.at[i][1]) for i in places]
         by_own, by_others = (
             np.column_stack([_along(course, act, own_act) for act in acts])
@@ -102,15 +104,19 @@ def in_other_forms(weighing: Weighing, fit: Fitted, nominal: Array) -> Array:
         beyond, own_row = by_others - by_own @ taken, _along(course, own_act, own_act)
         share = (beyond**2).sum(axis=0) / max(float(own_row @ own_row), 1e-300)
         # Forms of a constant contribution equal it but for rounding.
-        new = share > NOTHING_NEW
-        more = rows.columns(others, course) - fit.slopes[:, places] @ taken[: len(places)]
-        columns.append(more[:, new])
+        new = np.flatnonzero(share > NOTHING_NEW)
+        table = table.beside(rows.blocks([others[i] for i in new], course))
+        by_slopes = np.zeros((k, len(new)))
+        by_slopes[places] = taken[: len(places), new]
+        less.append(by_slopes)
         shares.append(share[new])
-    m, k = nominal.shape[1], len(fit.at)
-    table, free = np.hstack(columns), np.concatenate([rows.nominal_precision, np.zeros(k)])
+    beyond_slopes = np.eye(table.width)
+    beyond_slopes[m : m + k, m + k :] -= np.hstack(less)
+    square = beyond_slopes.T @ table.square() @ beyond_slopes
+    right = beyond_slopes.T @ table.crossed(fit.value[:, None])[:, 0]
+    free = np.concatenate([rows.nominal_precision, np.zeros(k)])
     # Prior width of a form: the share of the cause that a further cause must exceed.
     known = np.concatenate([free, np.concatenate(shares) / LEAST_SHARE])
-    square, right = table.T @ table, table.T @ fit.value
     with_others = inverse(square + np.diag(known)) @ right
     alone = inverse(square[: m + k, : m + k] + np.diag(free)) @ right[: m + k]
     return np.asarray((with_others[: m + k] - alone)[m:])
@@ -172,8 +178,8 @@ def between_parts(slopes: Array, left: Array, parts: Parts) -> Array:
     return np.asarray(np.where((weight > 0).sum(axis=0) > 1, variance * squares / sum_**2, 0.0))
 
 
-def coupled_nominal(weighing: Weighing, causes: tuple[Cause, ...]) -> Array:
-    """The nominal columns (rows, m), with the causes' dependence on mass and damping included."""
+def coupled_nominal(weighing: Weighing, causes: tuple[Cause, ...]) -> Blocks:
+    """The nominal columns, with the causes' dependence on mass and damping included."""
     course, joint = weighing.now.course, weighing.now.joint
     kept = sorted({*joint.mass_places, *mean_places(joint)})
     acts: list[Act] = []
@@ -190,11 +196,13 @@ def coupled_nominal(weighing: Weighing, causes: tuple[Cause, ...]) -> Array:
                 if any(np.any(part) for f in fields(change) if (part := getattr(change, f.name)) is not None):
                     acts.append(change)
                     at.append(kept.index(of))
-    out = weighing.rows.nominal.copy()
-    if acts:
-        for place_, column in zip(at, weighing.rows.columns(acts, course).T, strict=True):
-            out[:, place_] -= column
-    return out
+    nominal = weighing.rows.nuisance
+    if not acts:
+        return nominal
+    less = np.zeros((len(acts), nominal.width))
+    less[range(len(at)), at] = -1.0
+    both = nominal.beside(weighing.rows.blocks(acts, course))
+    return both.combined(np.vstack([np.eye(nominal.width), less]))
 
 
 def without_doubtful(
@@ -206,7 +214,7 @@ def without_doubtful(
     """
     while found.causes:
         # An absent cause depends on no mass or damping, however much its size does.
-        absent = _covariance(found.weighing, found.fit, found.weighing.rows.nominal)
+        absent = _covariance(found.weighing, found.fit, found.weighing.rows.nuisance)
         shares = [
             1.0 if cause.effect.name in SEAS else _confidence(found.fit, absent, k)
             for k, cause in enumerate(found.causes)
@@ -278,7 +286,10 @@ def ambiguity_of(found: Explanation, k: int) -> AmbiguityGroup:
 def cosine(weighing: Weighing, others: Fitted, one: Cause, other: Cause) -> float:
     """|cosine| of two causes' columns, with the nominal model and the slopes of `others` projected out."""
     course = weighing.now.course
-    columns = weighing.rows.columns([one.act(course), other.act(course)], course)
-    known = np.column_stack([weighing.rows.nominal, others.slopes])
-    a, b = (columns - known @ (inverse(known.T @ known) @ (known.T @ columns))).T
+    columns, nominal = (
+        weighing.rows.columns([one.act(course), other.act(course)], course),
+        weighing.rows.nuisance,
+    )
+    known = nominal.beside(nominal.blocks_of(others.slopes))
+    a, b = (columns - known.times(inverse(known.square()) @ known.crossed(columns))).T
     return float(abs(a @ b) / max(float(np.linalg.norm(a) * np.linalg.norm(b)), 1e-300))

@@ -88,14 +88,17 @@ class NormalEquations:
         )
 
 
-def inverse(square: Array) -> Array:
-    """Inverse of normal equations (..., k, k), scaled to unit columns; a singular direction is shared out."""
+def inverse(square: Array, unit: Array | None = None) -> Array:
+    """Inverse of normal equations (..., k, k), scaled to unit columns; a singular direction is shared out.
+
+    unit (..., k): squares of the columns, before others were projected out; the diagonal of `square` if None.
+    """
     diagonal = np.arange(square.shape[-1])
-    scale = np.sqrt(np.maximum(square[..., diagonal, diagonal], 1e-300))
+    scale = np.sqrt(np.maximum(square[..., diagonal, diagonal] if unit is None else unit, 1e-300))
     scales = scale[..., :, None] * scale[..., None, :]
-    unit = square / scales
-    unit[..., diagonal, diagonal] += RIDGE
-    return np.asarray(np.linalg.inv(unit) / scales)
+    scaled = square / scales
+    scaled[..., diagonal, diagonal] += RIDGE
+    return np.asarray(np.linalg.inv(scaled) / scales)
 
 
 def _solved(square: Array, right: Array) -> Array:
@@ -145,21 +148,36 @@ def equations_from_products(square: Array, right: Array, precision: Array) -> No
     precision (m,): prior precision of the nominal sizes. The prior acts like a reading of each nominal size, spread
     evenly over the pieces, so that a candidate's savings of prior cost count for the candidate.
     """
-    m, count = len(precision), len(square)
-    every = np.arange(count)
-    square = square.copy()
-    square[:, :m, :m] += np.diag(precision) / count
-    base, leaning = _nominal(square.sum(axis=0), right.sum(axis=0), m)
-    leaned = square[:, :m, :m] @ leaning
-    projected = square[:, m:, :m] @ leaning
-    # Candidate columns with the nominal ones projected out.
-    held_square = square[:, m:, m:] - projected - leaning.T @ (square[:, :m, m:] - leaned)
-    held_right = (right[:, m:] - square[:, m:, :m] @ base) - (
-        right[:, :m] - square[:, :m, :m] @ base
-    ) @ leaning
-    squares = np.einsum("pii->i", square)[m:]
+    m = len(precision)
+    known, cross = square[:, :m, :m] + np.diag(precision) / len(square), square[:, :m, m:]
+    free = inverse(known.sum(axis=0))
+    value = right[:, :m, None]
+    sizes, of_value = free @ cross.sum(axis=0), free @ value.sum(axis=0)
+    return equations_beyond(
+        np.einsum("pii->i", square)[m:],
+        projected_out(square[:, m:, m:], known, (cross, sizes), (cross, sizes)),
+        projected_out(right[:, m:, None], known, (cross, sizes), (value, of_value))[:, :, 0],
+    )
+
+
+def projected_out(
+    products: Array, known: Array, left: tuple[Array, Array], right: tuple[Array, Array]
+) -> Array:
+    """Products (P, a, b) of columns less their shares of known columns.
+
+    products (P, a, b): of the left with the right columns, in full; known (P, k, k): of the known columns; left,
+    right: products (P, k, .) of the known columns with each, and the sizes (k, .) to be taken off.
+    """
+    (by_left, off_left), (by_right, off_right) = left, right
+    return np.asarray(products - off_left.T @ (by_right - known @ off_right) - by_left.mT @ off_right)
+
+
+def equations_beyond(squares: Array, held_square: Array, held_right: Array) -> NormalEquations:
+    """Normal equations of candidates whose nominal columns are projected out; squares (c,): of the candidates in
+    full."""
     telling = np.einsum("pii->i", held_square) > NOTHING_NEW * np.maximum(squares, 1e-300)
-    taught = [every % FOLDS != fold for fold in range(min(FOLDS, count))]
+    fold = np.arange(len(held_square)) % FOLDS
+    taught = [fold != k for k in range(min(FOLDS, len(held_square)))]
     return NormalEquations(
         held_square.sum(axis=0),
         held_right.sum(axis=0),
@@ -171,12 +189,6 @@ def equations_from_products(square: Array, right: Array, precision: Array) -> No
     )
 
 
-def _nominal(square: Array, right: Array, m: int) -> tuple[Array, Array]:
-    """The nominal sizes (m,) without candidates, and their change per unit of each candidate (m, c)."""
-    inner = inverse(square[:m, :m])
-    return inner @ right[:m], inner @ square[:m, m:]
-
-
 @dataclass(frozen=True)
 class Block:
     """Consecutive rows. values (rows, k): of the nonzero columns `of` (k,)."""
@@ -184,12 +196,18 @@ class Block:
     of: NDArray[np.intp]
     values: Array
 
-    def after(self, columns: Array) -> "Block":
-        """The block with its columns placed after other columns (rows, m)."""
+    @classmethod
+    def of_columns(cls, columns: Array) -> "Block":
+        """The nonzero columns of dense ones (rows, k)."""
         seen = np.flatnonzero(columns.any(axis=0))
-        return Block(
-            np.concatenate([seen, columns.shape[1] + self.of]), np.hstack([columns[:, seen], self.values])
-        )
+        return cls(seen, columns if len(seen) == columns.shape[1] else columns[:, seen])
+
+    def beside(self, other: "Block", width: int) -> "Block":
+        """The block with the columns of another, which come after `width` columns."""
+        of = np.concatenate([self.of, width + other.of])
+        if not (len(self.of) and len(other.of)):
+            return Block(of, self.values if len(self.of) else other.values)
+        return Block(of, np.hstack([self.values, other.values]))
 
 
 @dataclass(frozen=True)
@@ -205,20 +223,19 @@ class Blocks:
         ends = [0, *accumulate(len(part.values) for part in self.parts)]
         return [slice(a, b) for a, b in pairwise(ends)]
 
+    @classmethod
+    def nothing(cls, rows: "Blocks") -> "Blocks":
+        """No columns, in blocks of the same rows."""
+        nothing = np.zeros(0, dtype=np.intp)
+        return cls(tuple(Block(nothing, np.zeros((len(part.values), 0))) for part in rows.parts), 0)
+
     def blocks_of(self, columns: Array) -> "Blocks":
         """Other columns (rows, k) in blocks of the same rows."""
-        parts = []
-        for rows in (columns[place] for place in self.places):
-            seen = np.flatnonzero(rows.any(axis=0))
-            parts.append(Block(seen, rows[:, seen]))
-        return Blocks(tuple(parts), columns.shape[1])
+        return Blocks(tuple(Block.of_columns(columns[place]) for place in self.places), columns.shape[1])
 
     def beside(self, others: "Blocks") -> "Blocks":
         """These columns, followed by others of the same rows."""
-        parts = [
-            Block(np.concatenate([left.of, self.width + right.of]), np.hstack([left.values, right.values]))
-            for left, right in zip(self.parts, others.parts, strict=True)
-        ]
+        parts = [left.beside(right, self.width) for left, right in zip(self.parts, others.parts, strict=True)]
         return Blocks(tuple(parts), self.width + others.width)
 
     def dense(self) -> Array:
@@ -236,10 +253,29 @@ class Blocks:
                     row[place] = part.values[:, at[column]]
         return out.T
 
-    def after(self, columns: Array) -> "Blocks":
-        """The blocks with their columns placed after other columns (rows, m)."""
-        parts = [part.after(columns[place]) for part, place in zip(self.parts, self.places, strict=True)]
-        return Blocks(tuple(parts), columns.shape[1] + self.width)
+    def first(self, count: int) -> "Blocks":
+        """The first blocks."""
+        return Blocks(self.parts[:count], self.width)
+
+    def combined(self, by: Array) -> "Blocks":
+        """Combinations of the columns, by their shares (width, k)."""
+        parts = []
+        for part in self.parts:
+            shares = by[part.of]
+            seen = np.flatnonzero(shares.any(axis=0))
+            parts.append(Block(seen, part.values @ shares[:, seen]))
+        return Blocks(tuple(parts), by.shape[1])
+
+    def times(self, sizes: Array) -> Array:
+        """Sums (rows, k) of the columns times sizes (width, k)."""
+        return np.concatenate([part.values @ sizes[part.of] for part in self.parts])
+
+    def square(self) -> Array:
+        """Products (width, width) of the columns over all rows."""
+        out = np.zeros((self.width, self.width))
+        for part in self.parts:
+            out[part.of[:, None], part.of] += part.values.T @ part.values
+        return out
 
     def products(self, piece: NDArray[np.intp]) -> Array:
         """Products (P, width, width) of the columns within each piece, `piece` (rows,)."""

@@ -59,14 +59,14 @@ THRUST_DELAYS_S = (0.0, 0.1, 0.2, 0.3, 0.5, 0.8, 1.2)
 class Regression:
     """The regression of a fit: the rows of all its axes, one axis after another.
 
-    value (rows,): normalised innovations. nominal (rows, m): nuisance columns of the nominal parameters, with prior
-    precision nominal_precision (m,); scales: columns of a thrust of unknown scale. piece (rows,): piece of the dive.
-    dof (rows,): degree of freedom, -1 for rows of `witnesses`, which come last.
+    value (rows,): normalised innovations. nuisance: m columns of the nominal parameters, a block for each axis and each
+    witness, with prior precision nominal_precision (m,); scales: columns of a thrust of unknown scale. piece (rows,):
+    piece of the dive. dof (rows,): degree of freedom, -1 for rows of `witnesses`, which come last.
     """
 
     axes: tuple[AxisInnovations, ...]
     value: Array
-    nominal: Array
+    nuisance: Blocks
     nominal_precision: Array
     piece: NDArray[np.intp]
     dof: NDArray[np.intp]
@@ -91,17 +91,12 @@ class Regression:
         If a controller holds a heading against a disturbance, the inertia and that disturbance scale together, and
         the column of the inertia leaves the disturbance as it is.
         """
-        columns = [
-            axis.prewhitened(axis.by_force(axis.problem.axis.force.mean(axis=1)[:, None]))
-            for axis in self.axes
-            if axis.problem.axis.dof == YAW
-        ]
-        out = np.zeros((len(self.value), len(columns)))
-        for column in columns:
-            out[self.dof == YAW] = column
-        first = self.nominal.shape[1]
-        scaled = self._with_nuisances(out, SCALE_SPREAD)
-        return replace(scaled, scales=tuple(range(first, first + len(columns))))
+        scaled, first = self, self.nuisance.width
+        for k, axis in enumerate(self.axes):
+            if axis.problem.axis.dof == YAW:
+                column = axis.prewhitened(axis.by_force(axis.problem.axis.force.mean(axis=1)[:, None]))
+                scaled = scaled._with_nuisances(_of_axis_alone(self.axes, k, column), SCALE_SPREAD)
+        return replace(scaled, scales=tuple(range(first, scaled.nuisance.width)))
 
     def with_drift_moments(self, course: Course) -> "Regression":
         """Add nuisance columns for moments of drift, as large as the error of masses through an autopilot's filter."""
@@ -111,13 +106,13 @@ class Regression:
             size = np.hypot(course.mass[first], course.mass[second])
             wrench[:, dof] = size * course.drifting[:, first] * course.drifting[:, second]
             acts.append(Act(wrench=wrench))
-        return self._with_nuisances(self.columns(acts, course), MASS_OFF)
+        return self._with_nuisances(self.blocks(acts, course), MASS_OFF)
 
-    def _with_nuisances(self, columns: Array, spread: float) -> "Regression":
+    def _with_nuisances(self, columns: Blocks, spread: float) -> "Regression":
         return replace(
             self,
-            nominal=np.hstack([self.nominal, columns]),
-            nominal_precision=np.append(self.nominal_precision, np.full(columns.shape[1], spread**-2.0)),
+            nuisance=self.nuisance.beside(columns),
+            nominal_precision=np.append(self.nominal_precision, np.full(columns.width, spread**-2.0)),
         )
 
     def with_witnesses(
@@ -128,13 +123,12 @@ class Regression:
         if not weighed:
             return self
         began_s = min(float(axis.problem.axis.time_s[0]) for axis in self.axes)
-        known = block_diag(
-            [
-                np.zeros((len(self.value), 0)),
-                *(witness_rows.whitened(witness_rows.witness.known) for witness_rows in weighed),
-            ]
-        )
-        nominal = np.vstack([self.nominal, np.zeros((len(known) - len(self.nominal), self.nominal.shape[1]))])
+        width = self.nuisance.width
+        known = []
+        for witness_rows in weighed:
+            columns = witness_rows.whitened(witness_rows.witness.known)
+            known.append(Block(width + np.arange(columns.shape[1]), columns))
+            width += columns.shape[1]
         each_s = piece_s(_lasting_s([axis.problem for axis in self.axes]))
         late = [
             np.minimum((witness_rows.witness.time_s - began_s) / each_s, self.piece.max())
@@ -149,7 +143,7 @@ class Regression:
         return replace(
             self,
             value=np.concatenate([self.value, *left]),
-            nominal=np.hstack([nominal, known]),
+            nuisance=Blocks((*self.nuisance.parts, *known), width),
             nominal_precision=np.concatenate(
                 [self.nominal_precision, *(witness_rows.witness.precision for witness_rows in weighed)]
             ),
@@ -168,16 +162,6 @@ def _witness_block(one: WeighedWitness, acts: Sequence[Act], course: Course) -> 
     seen = {k: part for k, act in enumerate(acts) if (part := one.witness.of(act, course)) is not None}
     values = np.array([*seen.values()]).reshape(len(seen), len(one.std)).T
     return Block(np.array([*seen], dtype=np.intp), one.whitened(values))
-
-
-def block_diag(blocks: Sequence[Array]) -> Array:
-    """A block-diagonal matrix of blocks (m, k)."""
-    out = np.zeros((sum(len(block) for block in blocks), sum(block.shape[1] for block in blocks)))
-    row = column = 0
-    for block in blocks:
-        out[row : row + len(block), column : column + block.shape[1]] = block
-        row, column = row + len(block), column + block.shape[1]
-    return out
 
 
 def regression_of(joint: JointLikelihood, theta: Array, unheard: Sequence[int]) -> Regression:
@@ -224,18 +208,19 @@ def regression_of(joint: JointLikelihood, theta: Array, unheard: Sequence[int]) 
         columns.append(rows)
         pieces.append(((axis.time_s[read] - began_s) / each_s).astype(np.intp))
         dofs.append(np.full(len(std), axis.dof, dtype=np.intp))
-    dof = np.concatenate(dofs)
-    unseen = [
-        _feedback_columns(innovations, dof) for innovations in axes if innovations.problem.axis.dof in unheard
-    ]
-    nominal = np.hstack([np.vstack(columns), *unseen])
+    nuisance = Blocks(tuple(map(Block.of_columns, columns)), len(kept))
+    for k, innovations in enumerate(axes):
+        if innovations.problem.axis.dof in unheard:
+            # Its thrust at each delay.
+            late = innovations.prewhitened(delayed_thrust(innovations))
+            nuisance = nuisance.beside(_of_axis_alone(axes, k, late))
     return Regression(
         tuple(axes),
         np.concatenate(values),
-        nominal,
-        np.concatenate([joint.prior_precision[kept], np.zeros(nominal.shape[1] - len(kept))]),
+        nuisance,
+        np.concatenate([joint.prior_precision[kept], np.zeros(nuisance.width - len(kept))]),
         np.concatenate(pieces),
-        dof,
+        np.concatenate(dofs),
     )
 
 
@@ -269,11 +254,11 @@ def steady_trims(joint: JointLikelihood) -> list[int]:
     ]
 
 
-def _feedback_columns(innovations: AxisInnovations, dof: NDArray[np.intp]) -> Array:
-    """Nuisance columns (rows, k): an axis' thrust at each delay."""
-    out = np.zeros((len(dof), len(THRUST_DELAYS_S)))
-    out[dof == innovations.problem.axis.dof] = innovations.prewhitened(delayed_thrust(innovations))
-    return out
+def _of_axis_alone(axes: Sequence[AxisInnovations], k: int, columns: Array) -> Blocks:
+    """Columns (own rows, c) of the k-th axis, zero on the rows of the others."""
+    blocks = [Block(np.zeros(0, dtype=np.intp), np.zeros((len(axis.std), 0))) for axis in axes]
+    blocks[k] = Block(np.arange(columns.shape[1]), columns)
+    return Blocks(tuple(blocks), columns.shape[1])
 
 
 def delayed_thrust(innovations: AxisInnovations) -> Array:

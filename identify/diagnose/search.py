@@ -329,7 +329,7 @@ def _beyond_all(weighing: Weighing, fit: Fitted) -> CandidateEquations:
         if cause.effect.name in SEAS
         for act in companions(weighing.now.course, cause)
     ]
-    return weighing.candidates_beyond_acts(fit, acts) if acts else weighing.candidates_beyond_forms(fit)
+    return weighing.candidates_beyond_forms(fit, acts)
 
 
 def required_gain(remainder: FormRemainder, cause: Cause) -> float:

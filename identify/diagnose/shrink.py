@@ -278,18 +278,17 @@ class HeldOutFit:
     value: Array
 
     @cached_property
-    def _whole(self) -> Array:
-        """Columns (rows, k + 1), the value last.
+    def _products(self) -> Array:
+        """Products (F, k + 1, k + 1) of the columns within each fold, the value last.
 
         A rise of a nominal parameter adds its column to the innovations; a missing force subtracts its own.
         """
-        return np.column_stack([-self.rows.nominal, self.slopes, self.value])
-
-    @cached_property
-    def _products(self) -> Array:
-        """Products (F, k + 1, k + 1) of the columns within each fold."""
-        fold = self.rows.piece % FOLDS
-        return np.array([(part := self._whole[fold == k]).T @ part for k in range(FOLDS)])
+        nominal = self.rows.nuisance
+        columns = nominal.beside(nominal.blocks_of(np.column_stack([self.slopes, self.value])))
+        products = columns.products(self.rows.piece)
+        sign = np.where(np.arange(columns.width) < nominal.width, -1.0, 1.0)
+        by_fold = np.array([products[k::FOLDS].sum(axis=0) for k in range(FOLDS)])
+        return np.asarray(by_fold * np.outer(sign, sign))
 
     def without(self, fold: int) -> tuple[Array, Array]:
         """The fit's theta and the step of the slopes' parameters, with a fold left out.
@@ -306,7 +305,7 @@ class HeldOutFit:
         pull[: len(kept)] = (joint.prior_precision * (joint.prior_mean - theta))[kept]
         step = inverse(taught[:-1, :-1] + np.diag(precision)) @ (taught[:-1, -1] + pull)
         theta = _moved(theta, joint, kept, step[: len(kept)])
-        return theta, step[self.rows.nominal.shape[1] :]
+        return theta, step[self.rows.nuisance.width :]
 
 
 def _moved(theta: Array, joint: JointLikelihood, places: Sequence[int], step: Array) -> Array:
@@ -384,7 +383,7 @@ def with_coefficients(model: Nominal, of: Nominal) -> Array:
     rows = regression_of(joint, theta, model.unheard)
     kept = sorted({*joint.mass_places, *mean_places(joint)})
     trims = [at for at in kept if at not in logarithms(joint)]
-    columns = -rows.nominal[:, [kept.index(at) for at in trims]]
+    columns = -rows.nuisance.some([kept.index(at) for at in trims])
     known = joint.prior_precision[trims]
     right = columns.T @ rows.value + known * (joint.prior_mean - theta)[trims]
     theta[trims] += np.linalg.solve(columns.T @ columns + np.diag(known), right)

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from bridge.effects.course import Course, lagged
 from bridge.effects.effect import Act
 from identify.diagnose.candidates import companions, possible_forms
-from identify.diagnose.evidence import NormalEquations, equations_of, inverse
+from identify.diagnose.evidence import Blocks, NormalEquations, equations_of, inverse
 from identify.diagnose.innovations import AxisInnovations
 from identify.diagnose.nominal import Nominal, refitted
-from identify.diagnose.regression import LEVELLED, delayed_thrust
+from identify.diagnose.regression import LEVELLED, Regression, delayed_thrust
 from identify.diagnose.rhythms import bursts, clusters
 from identify.diagnose.seas import SEAS
 from identify.diagnose.slow import slow_axes, slow_forces
@@ -126,11 +126,11 @@ def _without_remainder(weighing: Weighing, fit: Fitted) -> Weighing:
     course, rows = weighing.now.course, weighing.rows
     acts = [cause.slope(course, p) for cause, p in ((fit.causes[k], p) for k, p in fit.at)]
     acts += _accompanying(weighing, fit)
-    columns = np.column_stack([rows.nominal, rows.columns(acts, course)])
+    columns = rows.nuisance.beside(rows.blocks(acts, course))
     precision = np.concatenate([rows.nominal_precision, np.zeros(len(acts))])
-    size = inverse(columns.T @ columns + np.diag(precision)) @ (columns.T @ fit.value)
+    size = inverse(columns.square() + np.diag(precision)) @ columns.crossed(fit.value[:, None])[:, 0]
     removed = [
-        act.times(factor) for act, factor in zip(acts, size[rows.nominal.shape[1] :].tolist(), strict=True)
+        act.times(factor) for act, factor in zip(acts, size[rows.nuisance.width :].tolist(), strict=True)
     ]
     now = refitted(weighing.now, removed)
     return weighing_of(replace(now, acts=(*weighing.now.acts, *removed)), weighing.library)
@@ -147,16 +147,23 @@ def _accompanying(weighing: Weighing, fit: Fitted) -> list[Act]:
     ]
 
 
+def _known(weighing: Weighing, fit: Fitted) -> Blocks:
+    """The nominal columns, the slopes of a fit's causes, and their possible forms and companions."""
+    rows = weighing.rows
+    forms = rows.blocks(_accompanying(weighing, fit), weighing.now.course)
+    return rows.nuisance.beside(rows.nuisance.blocks_of(fit.slopes)).beside(forms)
+
+
 def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
     course, dofs = weighing.now.course, [innovations.problem.axis.dof for innovations in weighing.rows.axes]
-    known = np.column_stack([fit.slopes, weighing.rows.columns(_accompanying(weighing, fit), course)])
+    known = _known(weighing, fit)
     shapes: list[_Unit] = [(*one, None) for one in unit_forces(course, dofs)]
     shapes.append(("time", None, np.ones(len(course.nu)), "steady"))
     thrust = course.wrench_of(course.thrust_n).std(axis=0)
     at_sea = _at_sea(fit)
     axes = [
-        _axis_beside(weighing, fit.value, known, innovations, at_sea)
-        for innovations in weighing.rows.axes
+        _axis_beside(weighing, fit.value, known, k, at_sea)
+        for k, innovations in enumerate(weighing.rows.axes)
         if innovations.problem.axis.dof not in (*weighing.now.doubted, *weighing.now.untold)
     ]
     by_axis = side_by_side(lambda axis: _of_axis(axis, course, shapes, dofs), axes)
@@ -216,24 +223,24 @@ class _Axis:
         return np.asarray(self.value - self.nominal @ (inverse(square) @ (self.nominal.T @ self.value)))
 
 
-def _axis_beside(
-    weighing: Weighing, value: Array, known: Array, innovations: AxisInnovations, at_sea: bool
-) -> _Axis:
-    """The rows of one axis, with the nuisance columns of the causes.
+def _axis_beside(weighing: Weighing, value: Array, known: Blocks, k: int, at_sea: bool) -> _Axis:
+    """The rows of the k-th axis, with the nuisance columns of the causes.
 
     At sea, delayed thrust is a nuisance too: the controller answers the remainder of the sea's form, and thrust then
     seems to predict it.
     """
-    rows = weighing.rows
-    mine = rows.dof == innovations.problem.axis.dof
-    following = (
-        innovations.prewhitened(delayed_thrust(innovations)) if at_sea else np.zeros((int(mine.sum()), 0))
-    )
-    nominal = np.column_stack([rows.nominal[mine], known[mine], following])
-    precision = np.concatenate([rows.nominal_precision, np.zeros(nominal.shape[1] - rows.nominal.shape[1])])
-    nonzero = nominal.any(axis=0)
-    nominal, precision = nominal[:, nonzero], precision[nonzero]
-    return _Axis(innovations, value[mine], nominal, precision, rows.piece[mine])
+    rows, innovations = weighing.rows, weighing.rows.axes[k]
+    mine, nominal = known.places[k], known.parts[k].values
+    if at_sea:
+        nominal = np.hstack([nominal, innovations.prewhitened(delayed_thrust(innovations))])
+    return _Axis(innovations, value[mine], nominal, _precision(rows, known, k, nominal), rows.piece[mine])
+
+
+def _precision(rows: Regression, known: Blocks, k: int, columns: Array) -> Array:
+    """Prior precision of the columns of the k-th block, 0 for those after the nominal ones."""
+    of = known.parts[k].of
+    nominal = of[of < len(rows.nominal_precision)]
+    return np.concatenate([rows.nominal_precision[nominal], np.zeros(columns.shape[1] - len(nominal))])
 
 
 def _large(found: list[_Weighed], thrust: float) -> Iterator[_Weighed]:
@@ -277,27 +284,24 @@ def _one_after_another(sums: NormalEquations, count: int) -> tuple[list[int], li
     return kept, gains
 
 
-def _of_witnesses(weighing: Weighing, value: Array, known: Array) -> Iterator[_Weighed]:
+def _of_witnesses(weighing: Weighing, value: Array, known: Blocks) -> Iterator[_Weighed]:
     """Constant or drifting errors of heading and accelerometer: reading errors, so of no force.
 
     Shafts are left out: they show how a thruster answers its pulse, and functions of thrust cover that.
     """
     rows, course = weighing.rows, weighing.now.course
-    began = int(np.sum(rows.dof >= 0))
     units: tuple[tuple[Array, Timing], ...] = (
         (np.ones(len(course.nu)), "steady"),
         (2.0 * course.since_s / course.since_s[-1] - 1.0, "drifting"),
     )
-    for weighed in rows.witnesses:
-        mine = slice(began, began + len(weighed.std))
-        began += len(weighed.std)
+    for k, weighed in enumerate(rows.witnesses, len(rows.axes)):
+        mine, nominal = known.places[k], known.parts[k].values
         if weighed.witness.kind == "shaft":
             continue
         columns = weighed.whitened(
             np.column_stack([weighed.witness.bins.along(course, unit) for unit, _ in units])
         )
-        nominal = np.column_stack([rows.nominal[mine], known[mine]])
-        precision = np.concatenate([rows.nominal_precision, np.zeros(known.shape[1])])
+        precision = _precision(rows, known, k, nominal)
         sums = equations_of(value[mine], nominal, precision, columns, rows.piece[mine])
         kept, gains = _one_after_another(sums, len(units))
         is_accelerometer = weighed.witness.kind == "specific_force"

@@ -11,7 +11,7 @@ of its other forms. The Cauchy-Schwarz inequality turns that bound into nats.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, lru_cache, partial, reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,10 +26,11 @@ from identify.diagnose.evidence import (
     Blocks,
     NormalEquations,
     Pieces,
-    equations_from_products,
+    equations_beyond,
     inverse,
     pieces_of,
     products_of,
+    projected_out,
 )
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.regression import Regression, regression_of
@@ -78,12 +79,12 @@ class CandidateColumns:
             return self._of_linear(cause)
         return self._last(*key_of(cause))
 
-    def forms_of(self, cause: Cause) -> Array:
-        """Columns (k, rows) of a cause's other forms."""
+    def forms_of(self, cause: Cause) -> Blocks:
+        """Columns of a cause's other forms."""
         key = key_of(cause)
         if key not in self._other:
             forms = [*other_forms(self.course, cause), *other_variants(self.course, cause, self.library)]
-            self._other[key] = self.rows.columns(forms, self.course).T
+            self._other[key] = self.rows.blocks(forms, self.course)
         return self._other[key]
 
     @cached_property
@@ -110,7 +111,7 @@ class CandidateColumns:
         return tried.T / np.diag(setting.steps)[:, None]
 
     @cached_property
-    def _other(self) -> dict[Key, Array]:
+    def _other(self) -> dict[Key, Blocks]:
         return {}
 
     @cached_property
@@ -169,19 +170,9 @@ class Weighing:
         return CandidateColumns(self.rows, self.now.course, self.library)
 
     @cached_property
-    def _candidates(self) -> Blocks:
-        """The columns of all settings, after the nominal columns."""
-        return self._columns.candidates.after(self.rows.nominal)
-
-    @cached_property
-    def _nominal(self) -> Blocks:
-        """The nominal columns, sparse."""
-        return self.rows.blocks([], self.now.course).after(self.rows.nominal)
-
-    @cached_property
     def _by_piece(self) -> Array:
         """Products (P, m, m) of the nominal columns within each piece, each with a part of their prior precision."""
-        products = self._nominal.products(self.rows.piece)
+        products = self.rows.nuisance.products(self.rows.piece)
         return np.asarray(products + np.diag(self.rows.nominal_precision) / len(products))
 
     @cached_property
@@ -196,9 +187,8 @@ class Weighing:
     @cached_property
     def moving(self) -> tuple[Blocks, Array]:
         """The nominal columns on the axes' rows, and their products (m, m) with their prior precision."""
-        columns = Blocks(self._nominal.parts[: len(self.rows.axes)], self._nominal.width)
-        products = columns.products(np.zeros(columns.places[-1].stop, dtype=np.intp))[0]
-        return columns, products + np.diag(self.rows.nominal_precision)
+        columns = self.rows.nuisance.first(len(self.rows.axes))
+        return columns, columns.square() + np.diag(self.rows.nominal_precision)
 
     @cached_property
     def _found(self) -> dict[tuple[Key, ...], Fitted]:
@@ -244,61 +234,71 @@ class Weighing:
 
     def candidates_beside(self, fit: Fitted) -> CandidateEquations:
         """All candidates, with a fit's slopes projected out."""
-        return self._weighed_beside(fit, fit.slopes)
+        return self._weighed_beside(fit, Blocks.nothing(self.rows.nuisance))
 
-    def candidates_beyond_forms(self, fit: Fitted) -> CandidateEquations:
-        """All candidates, with the slopes and the other forms of the fit's causes projected out."""
-        return self._weighed_beside(fit, self.nuisance(fit))
+    def candidates_beyond_forms(self, fit: Fitted, acts: Sequence[Act] = ()) -> CandidateEquations:
+        """All candidates, with the slopes and the other forms of the fit's causes, and further acts, projected
+        out."""
+        forms = self.forms_of(fit)
+        return self._weighed_beside(
+            fit, forms.beside(self.rows.blocks(acts, self.now.course)) if acts else forms
+        )
 
-    def candidates_beyond_acts(self, fit: Fitted, acts: list[Act]) -> CandidateEquations:
-        """All candidates, with the slopes, the other forms and further acts projected out."""
-        return self._weighed_beside(fit, self.nuisance(fit), acts)
+    def forms_of(self, fit: Fitted) -> Blocks:
+        """Other forms of a fit's causes."""
+        forms = [self._columns.forms_of(cause) for cause in fit.causes]
+        return reduce(Blocks.beside, forms, Blocks.nothing(self.rows.nuisance))
 
-    def nuisance(self, fit: Fitted) -> Array:
-        """Slopes and other forms of a fit's causes (rows, k)."""
-        others = [self._columns.forms_of(cause) for cause in fit.causes]
-        return np.vstack([fit.slopes.T, *others]).T
-
-    def _weighed_beside(self, fit: Fitted, known: Array, acts: Sequence[Act] = ()) -> CandidateEquations:
-        key = known.shape[1] + len(acts), tuple(key_of(cause) for cause in fit.causes)
+    def _weighed_beside(self, fit: Fitted, more: Blocks) -> CandidateEquations:
+        key = more.width, tuple(key_of(cause) for cause in fit.causes)
         if key not in self._besides:
-            blocks = self._candidates.blocks_of(np.vstack([fit.value, known.T]).T)
-            if acts:
-                blocks = blocks.beside(self.rows.blocks(acts, self.now.course))
-            self._besides[key] = self._beside(blocks)
+            own = self.rows.nuisance.blocks_of(np.column_stack([fit.value, fit.slopes]))
+            self._besides[key] = self._beside(own.beside(more))
         return self._besides[key]
 
     def _beside(self, new: Blocks) -> CandidateEquations:
-        """Normal equations of all candidates, with the columns in `new` projected out.
+        """Normal equations of all candidates, with the columns in `new` projected out beyond the nominal ones.
 
-        Products of nominal and candidate columns are made once and reused. `new` holds the residual value first, then
-        the known columns.
+        `new` holds the residual value first, then the known columns. Of nominal and candidate columns, products are
+        made once.
         """
-        m, n = self.rows.nominal.shape[1], new.width - 1
-        with_new, among = (
-            self._candidates.products_between(new, self.rows.piece),
-            new.products(self.rows.piece),
+        piece, candidates = self.rows.piece, self._columns.candidates
+        by_new = self.rows.nuisance.products_between(new, piece)
+        with_new = by_new, self._inverse_square @ by_new.sum(axis=0)
+        full = new.products(piece)
+        among = projected_out(full, self._by_piece, with_new, with_new)
+        cross = projected_out(
+            new.products_between(candidates, piece), self._by_piece, with_new, self._with_candidates
         )
-        cross, among_new = with_new[:, :, 1:], among[:, 1:, 1:]
-        square = np.block(
-            [
-                [self._products[:, :m, :m], cross[:, :m], self._products[:, :m, m:]],
-                [cross[:, :m].mT, among_new, cross[:, m:].mT],
-                [self._products[:, m:, :m], cross[:, m:], self._products[:, m:, m:]],
-            ]
+        known, value = among[:, 1:, 1:], among[:, 1:, :1]
+        free = inverse(known.sum(axis=0), np.einsum("pii->i", full)[1:])
+        by_known = cross[:, 1:], free @ cross[:, 1:].sum(axis=0)
+        by_value = value, free @ value.sum(axis=0)
+        squares, beyond_nominal = self._candidate_products
+        equations = equations_beyond(
+            squares,
+            projected_out(beyond_nominal, known, by_known, by_known),
+            projected_out(cross[:, :1].mT, known, by_known, by_value)[:, :, 0],
         )
-        right = np.concatenate([with_new[:, :m, 0], among[:, 1:, 0], with_new[:, m:, 0]], axis=1)
-        precision = np.concatenate([self.rows.nominal_precision, np.zeros(n)])
-        return CandidateEquations(equations_from_products(square, right, precision), self._columns.settings)
+        return CandidateEquations(equations, self._columns.settings)
+
+    @cached_property
+    def _with_candidates(self) -> tuple[Array, Array]:
+        """Products (P, m, c) of the nominal with the candidate columns within each piece, and their sizes (m, c)."""
+        products = self.rows.nuisance.products_between(self._columns.candidates, self.rows.piece)
+        return products, self._inverse_square @ products.sum(axis=0)
+
+    @cached_property
+    def _candidate_products(self) -> tuple[Array, Array]:
+        """Squares (c,) of the candidate columns, and their products (P, c, c) within each piece, with the nominal
+        columns projected out."""
+        full = self._columns.candidates.products(self.rows.piece)
+        beyond = projected_out(full, self._by_piece, self._with_candidates, self._with_candidates)
+        return np.einsum("pii->i", full), beyond
 
     @cached_property
     def _pieces(self) -> Pieces:
         return pieces_of(self.rows.piece)
-
-    @cached_property
-    def _products(self) -> Array:
-        """Products (P, m + c, m + c) of the nominal and candidate columns within each piece."""
-        return self._candidates.products(self.rows.piece)
 
     def _weighed(self, causes: tuple[Cause, ...]) -> tuple[Fitted, Array]:
         """The causes at their present values, and the Gauss-Newton step (k,) of their parameters."""
@@ -308,7 +308,7 @@ class Weighing:
         for of_cause in columns:
             value -= of_cause[0]
         new = np.vstack([*(of_cause[1:] for of_cause in columns), value])
-        cross, products = self._nominal.crossed(new.T), new @ new.T
+        cross, products = self.rows.nuisance.crossed(new.T), new @ new.T
         square = np.block([[self._square, cross[:, :-1]], [cross[:, :-1].T, products[:-1, :-1]]])
         m, free = len(self._square), inverse(square)
         step = free[m:] @ np.concatenate([cross[:, -1], products[:-1, -1]])
@@ -322,7 +322,7 @@ class Weighing:
         saved in sample by the vehicle's motion.
         """
         columns = np.vstack([fit.slopes.T, self.rows.value, fit.value]).T
-        cross = self._nominal.products_with(columns, self.rows.piece)
+        cross = self.rows.nuisance.products_with(columns, self.rows.piece)
         taken = self._inverse_square @ cross.sum(axis=0)
         both = cross.mT @ taken
         products = products_of(columns, self._pieces) - both - both.mT + taken.T @ self._by_piece @ taken
@@ -347,7 +347,7 @@ def weighing_of(now: Nominal, library: tuple[Effect, ...]) -> Weighing:
     if now.filtered:
         rows = rows.with_drift_moments(now.course)
     rows = rows.with_witnesses(now.witnesses, now.acts, now.course)
-    back = rows.columns(now.acts, now.course).sum(axis=1)
+    back = rows.blocks(now.acts, now.course).times(np.ones((len(now.acts), 1)))[:, 0]
     return Weighing(now, replace(rows, value=rows.value + back), library)
 
 
@@ -360,62 +360,76 @@ class FormRemainder:
 
     def overlap(self, cause: Cause) -> float:
         """Nats of the fit's causes that a further cause could share, in the same axes and pieces."""
-        course = self.weighing.now.course
-        acts = [cause.act(course), *(other.act(course) for other in self.fit.causes)]
-        columns = self.weighing.rows.columns(acts, course)[: self._count]
-        column, *before = self._taken_out(self._nominal, columns).T
-        return self._shared(column, *before)
+        return self._shared(self._in_cells(self._nominal, [cause])[0], self._own_cells)
 
     def saved_overlap(self, cause: Cause) -> float:
         """Nats saved by other forms of the causes that a further cause could share, with its own share of these forms
         projected out."""
-        course = self.weighing.now.course
-        column = self.weighing.rows.columns([cause.act(course)], course)[: self._count]
-        return self._shared(self._taken_out(self._all, column)[:, 0], self._saved)
+        return self._shared(self._in_cells(self._all, [cause])[0], self._saved_cells)
+
+    @cached_property
+    def _own_cells(self) -> Array:
+        """Squares of the fit's causes, summed in each cell."""
+        return np.asarray(np.sum(self._in_cells(self._nominal, self.fit.causes), axis=0))
+
+    @cached_property
+    def _saved_cells(self) -> Array:
+        """Squares, summed in each cell, of the part of the residual that other forms absorb."""
+        value = self.rows.nuisance.blocks_of(self.fit.value[:, None]).first(self._axes)
+        saved = self._taken_out(self._slopes_alone, value) - self._taken_out(self._all, value)
+        return np.asarray(np.bincount(self._cell, saved[:, 0] ** 2), dtype=np.float64)
 
     @property
-    def _count(self) -> int:
-        """Number of the axes' rows, which come before those of the witnesses."""
-        return len(self.weighing.rows.dof) - int(np.count_nonzero(self.weighing.rows.dof < 0))
+    def rows(self) -> Regression:
+        return self.weighing.rows
+
+    @property
+    def _axes(self) -> int:
+        """Number of the axes, whose blocks come before those of the witnesses."""
+        return len(self.rows.axes)
 
     @cached_property
-    def _known(self) -> Array:
-        return self.weighing.nuisance(self.fit)[: self._count]
+    def _cell(self) -> NDArray[np.intp]:
+        """Cell of axis and piece of each row of the axes."""
+        inside = self.rows.dof >= 0
+        return self.rows.piece[inside] * len(DOFS) + self.rows.dof[inside]
 
     @cached_property
-    def _nominal(self) -> tuple[Array, Array]:
-        return self._regressors(0)
+    def _slopes(self) -> Blocks:
+        return self.rows.nuisance.blocks_of(self.fit.slopes)
 
     @cached_property
-    def _all(self) -> tuple[Array, Array]:
-        return self._regressors(self._known.shape[1])
+    def _nominal(self) -> tuple[Blocks, Array]:
+        return self._regressors(self.rows.nuisance)
 
     @cached_property
-    def _saved(self) -> Array:
-        """The part (rows,) of the residual that other forms absorb."""
-        value = self.fit.value[: self._count, None]
-        slopes_only = self._regressors(self.fit.slopes.shape[1])
-        return (self._taken_out(slopes_only, value) - self._taken_out(self._all, value))[:, 0]
+    def _slopes_alone(self) -> tuple[Blocks, Array]:
+        return self._regressors(self.rows.nuisance.beside(self._slopes))
 
-    def _regressors(self, known: int) -> tuple[Array, Array]:
-        """The first `known` nuisance columns on the axes' rows, and the inverse square of the nominal columns and
-        these."""
-        nominal, nominal_square = self.weighing.moving
-        more = self._known[:, :known]
-        cross = nominal.crossed(more)
-        square = np.block([[nominal_square, cross], [cross.T, more.T @ more]])
-        return more, inverse(square)
+    @cached_property
+    def _all(self) -> tuple[Blocks, Array]:
+        forms = self.weighing.forms_of(self.fit)
+        return self._regressors(self.rows.nuisance.beside(self._slopes).beside(forms))
 
-    def _taken_out(self, regressors: tuple[Array, Array], columns: Array) -> Array:
-        more, square = regressors
-        nominal, m = self.weighing.rows.nominal[: self._count], self.weighing.rows.nominal.shape[1]
-        size = square @ np.vstack([self.weighing.moving[0].crossed(columns), more.T @ columns])
-        return np.asarray(columns - nominal @ size[:m] - more @ size[m:])
+    def _regressors(self, known: Blocks) -> tuple[Blocks, Array]:
+        """Nuisance columns, the nominal ones first, on the axes' rows, and the inverse of their square."""
+        columns, precision = known.first(self._axes), self.rows.nominal_precision
+        free = np.zeros(columns.width - len(precision))
+        return columns, inverse(columns.square() + np.diag(np.concatenate([precision, free])))
 
-    def _shared(self, own: Array, *before: Array) -> float:
-        """Cauchy-Schwarz bound, in nats, of a column's overlap with others, cell by cell."""
-        rows = self.weighing.rows
-        cell = (rows.piece * len(DOFS) + rows.dof)[: self._count]
-        own_power, *others = (np.bincount(cell, column**2) for column in (own, *before))
-        both = np.sqrt(own_power * np.sum(others, axis=0)).sum()
-        return 0.5 * float(both**2 / max(own_power.sum(), 1e-300))
+    def _in_cells(self, regressors: tuple[Blocks, Array], causes: Sequence[Cause]) -> list[Array]:
+        """Squares, summed in each cell, of each cause's column with regressors projected out."""
+        course = self.weighing.now.course
+        acts = [cause.act(course) for cause in causes]
+        columns = self._taken_out(regressors, self.rows.blocks(acts, course).first(self._axes))
+        return [np.asarray(np.bincount(self._cell, column**2), dtype=np.float64) for column in columns.T]
+
+    def _taken_out(self, regressors: tuple[Blocks, Array], columns: Blocks) -> Array:
+        known, square = regressors
+        dense = columns.dense()
+        return np.asarray(dense - known.times(square @ known.crossed(dense)))
+
+    def _shared(self, own: Array, others: Array) -> float:
+        """Cauchy-Schwarz bound, in nats, of a column's overlap with others, by their squares in each cell."""
+        both = np.sqrt(own * others).sum()
+        return 0.5 * float(both**2 / max(own.sum(), 1e-300))

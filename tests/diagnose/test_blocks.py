@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
-from identify.diagnose.evidence import Block, Blocks, pieces_of, products_of
+from identify.diagnose.evidence import (
+    Block,
+    Blocks,
+    equations_from_products,
+    inverse,
+    pieces_of,
+    products_of,
+    projected_out,
+)
 
 PIECE = np.concatenate([np.repeat(np.arange(4), 25), np.repeat(np.arange(4), 15)])
 
@@ -37,12 +45,40 @@ def test_some_columns_and_products_over_all_rows_are_those_of_all_rows(blocks):
     np.testing.assert_allclose(blocks.crossed(others), blocks.dense().T @ others, atol=1e-12)
 
 
-def test_columns_put_before_others_come_first_and_leave_these_as_they_are(blocks):
+def test_columns_put_after_others_come_last_and_leave_these_as_they_are(blocks):
     before = np.zeros((160, 2))
     before[:100, 1] = 3.0
-    both = blocks.after(before)
+    both = blocks.blocks_of(before).beside(blocks)
     np.testing.assert_array_equal(both.dense(), np.hstack([before, blocks.dense()]))
     assert 1 not in both.parts[1].of
+
+
+def test_sums_of_columns_and_their_squares_are_those_of_all_rows(blocks):
+    dense, by = blocks.dense(), np.zeros((5, 2))
+    by[0, 0], by[2, 0], by[4, 1] = 2.0, -1.0, 3.0
+    np.testing.assert_allclose(blocks.times(by), dense @ by, atol=1e-12)
+    np.testing.assert_allclose(blocks.combined(by).dense(), dense @ by, atol=1e-12)
+    np.testing.assert_allclose(blocks.square(), dense.T @ dense, atol=1e-12)
+    # The second block alone has the fifth column, and so its multiple.
+    assert 1 not in blocks.combined(by).parts[0].of
+
+
+def test_columns_projected_out_one_after_another_or_together_leave_the_same():
+    """Frisch and Waugh (1933), within each piece."""
+    rng = np.random.default_rng(100_005)
+    rows, piece = rng.normal(size=(160, 7)), np.repeat(np.arange(8), 20)
+    products = products_of(rows, pieces_of(piece))
+    together = equations_from_products(products[:, :6, :6], products[:, :6, 6], np.zeros(4))
+    first = projected(products, 2)
+    second = projected(first, 2)
+    np.testing.assert_allclose(second[:, :2, :2], together.held_square, atol=1e-5)
+    np.testing.assert_allclose(second[:, :2, 2], together.held_right, atol=1e-5)
+
+
+def projected(products: np.ndarray, k: int) -> np.ndarray:
+    known, cross = products[:, :k, :k], products[:, :k, k:]
+    by = cross, inverse(known.sum(axis=0)) @ cross.sum(axis=0)
+    return projected_out(products[:, k:, k:], known, by, by)
 
 
 def test_products_are_summed_over_all_stretches_of_a_piece():

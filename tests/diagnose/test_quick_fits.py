@@ -43,10 +43,11 @@ def test_a_fit_leaves_and_feels_what_a_projection_of_all_rows_does(nominal):
     weighing = weighing_of(nominal, LIBRARY)
     fit = weighing.fitted([DRAG, ZONE])
     rows = weighing.rows
-    square = rows.nominal.T @ rows.nominal + np.diag(rows.nominal_precision)
+    nominal = rows.nuisance.dense()
+    square = nominal.T @ nominal + np.diag(rows.nominal_precision)
     table = np.column_stack([rows.value, fit.value])
-    sizes = inverse(square) @ (rows.nominal.T @ table)
-    table -= rows.nominal @ sizes
+    sizes = inverse(square) @ (nominal.T @ table)
+    table -= nominal @ sizes
     # What the nominal parameters go away from where they are known to be.
     moved = 0.5 * float(rows.nominal_precision @ (sizes[:, 0] ** 2 - sizes[:, 1] ** 2))
     assert fit.residual_squares == pytest.approx(float(fit.value @ table[:, 1]), rel=1e-9)

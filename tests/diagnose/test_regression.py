@@ -55,8 +55,8 @@ def test_an_act_adds_to_the_axes_that_it_touches_and_to_no_other(nominal, rows):
 
 
 def test_at_the_maximum_no_nominal_parameter_would_explain_any_more(rows):
-    slope = rows.nominal.T @ rows.value
-    std = np.sqrt(np.diag(rows.nominal.T @ rows.nominal))
+    slope = rows.nuisance.crossed(rows.value[:, None])[:, 0]
+    std = np.sqrt(np.diag(rows.nuisance.square()))
     assert np.abs(slope / std).max() < 1.5
 
 
@@ -121,7 +121,7 @@ def test_a_moment_of_drift_counts_by_what_it_is_beyond_the_masses_that_an_autopi
     wrench[:, 5] = np.hypot(course.mass[0], course.mass[1]) * course.drifting[:, 0] * course.drifting[:, 1]
     loose = rows.with_drift_moments(course)
     column = loose.columns([Act(wrench=wrench)], course)
-    only = np.column_stack([loose.nominal[:, -1]])
+    only = loose.nuisance.dense()[:, -1:]
     np.testing.assert_allclose(only, column, atol=1e-9)
     told = equations_of(
         size * column[:, 0], 0.0 * only, loose.nominal_precision[-1:], column, np.zeros(len(column), np.intp)
@@ -138,8 +138,8 @@ def test_a_moment_of_drift_counts_by_what_it_is_beyond_the_masses_that_an_autopi
 def test_thrust_in_yaw_may_be_of_another_scale_and_no_other(rows):
     scaled = rows.with_thrust_scale()
     (yaw,) = (axis for axis in rows.axes if axis.problem.axis.dof == 5)
-    column = scaled.nominal[:, -1]
-    assert scaled.nominal.shape[1] == rows.nominal.shape[1] + 1
+    column = scaled.nuisance.dense()[:, -1]
+    assert scaled.nuisance.width == rows.nuisance.width + 1
     assert not column[rows.dof != 5].any()
     force = yaw.problem.axis.force.mean(axis=1)[:, None]
     np.testing.assert_allclose(column[rows.dof == 5], yaw.prewhitened(yaw.by_force(force))[:, 0])

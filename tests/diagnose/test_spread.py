@@ -64,13 +64,13 @@ def weighing() -> Weighing:
 def test_drag_that_grows_is_so_many_times_the_damping_and_changes_with_it(weighing: Weighing) -> None:
     cause = Cause(FOULING, np.array([4e-4]))
     own = weighing.rows.columns([cause.act(weighing.now.course)], weighing.now.course)[:, 0]
-    with_it = coupled_nominal(weighing, (cause,)) - weighing.rows.nominal
+    with_it = coupled_nominal(weighing, (cause,)).dense() - weighing.rows.nuisance.dense()
     assert with_it.sum(axis=1) == pytest.approx(-own, abs=1e-6 * float(np.abs(own).max()))
 
 
 def test_a_drag_of_its_own_changes_with_no_damping(weighing: Weighing) -> None:
     cause = Cause(QUADRATIC_DRAG, np.full(6, 5.0))
-    assert np.array_equal(coupled_nominal(weighing, (cause,)), weighing.rows.nominal)
+    assert coupled_nominal(weighing, (cause,)) is weighing.rows.nuisance
 
 
 def test_no_parameter_is_known_much_better_or_worlds_worse_than_white_innovations_let_it_be(
@@ -93,7 +93,7 @@ def test_a_form_that_is_true_is_moved_by_no_other_and_widened_by_no_part(weighin
     true = read(weighing, DRAG.act(weighing.now.course))
     fit = true.fitted((DRAG,))
     std = float(np.sqrt(fit.covariance[0, 0]))
-    assert abs(float(in_other_forms(true, fit, weighing.rows.nominal)[0])) < 0.01 * std
+    assert abs(float(in_other_forms(true, fit, weighing.rows.nuisance)[0])) < 0.01 * std
     assert float(np.sqrt(covariance_of(true, fit)[0, 0])) < 1.05 * std
 
 
@@ -109,7 +109,7 @@ def test_where_another_form_is_true_it_moves_the_parameter_within_its_interval(w
     course = weighing.now.course
     late = read(weighing, DRAG.act(course).each(lambda part: delayed(part, course.step_s, 0.2)))
     fit = late.fitted((DRAG,))
-    shift, told = float(in_other_forms(late, fit, weighing.rows.nominal)[0]), float(fit.causes[0].values[0])
+    shift, told = float(in_other_forms(late, fit, weighing.rows.nuisance)[0]), float(fit.causes[0].values[0])
     assert abs(shift) > 1.5 * float(np.sqrt(fit.covariance[0, 0]))
     assert covariance_of(late, fit)[0, 0] > shift**2
     # What comes late is as large.

@@ -75,7 +75,9 @@ def test_a_moment_stays_though_its_gain_is_over_masses_that_hardly_differ(heavy,
 
     def of_masses(weighing, _causes):
         size = float(np.sqrt((found.fit.slopes**2).sum()))
-        return np.hstack([weighing.rows.nominal[:, 1:], found.fit.slopes + 1e-3 * size])
+        nominal = weighing.rows.nuisance
+        dense = np.hstack([nominal.dense()[:, 1:], found.fit.slopes + 1e-3 * size])
+        return nominal.blocks_of(dense)
 
     monkeypatch.setattr(module, "coupled_nominal", of_masses)
     left, covariance = without_doubtful(found, nominal, LIBRARY)

@@ -41,9 +41,9 @@ def named(nominal: Nominal, library: Sequence[Effect]) -> Said:
 
 def _beside_nominal(rows: Regression, columns: Array) -> tuple[Array, Array]:
     """Normal equations of the columns with the nominal columns projected out (Frisch and Waugh 1933)."""
-    inner = rows.nominal.T @ rows.nominal + np.diag(rows.nominal_precision)
-    cross = rows.nominal.T @ columns
-    leaning = _solved(inner, np.column_stack([cross, rows.nominal.T @ rows.value]))
+    inner = rows.nuisance.square() + np.diag(rows.nominal_precision)
+    cross = rows.nuisance.crossed(columns)
+    leaning = _solved(inner, np.column_stack([cross, rows.nuisance.crossed(rows.value[:, None])]))
     square = columns.T @ columns - cross.T @ leaning[:, :-1]
     return square, columns.T @ rows.value - cross.T @ leaning[:, -1]
 
