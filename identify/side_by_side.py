@@ -9,17 +9,22 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 
-def side_by_side(work: Callable[[T], R], things: Iterable[T]) -> list[R]:
+def side_by_side(
+    work: Callable[[T], R], things: Iterable[T], size: Callable[[T], float] | None = None
+) -> list[R]:
     """Return `work` of each item, in order; raise the error of the first item that failed.
 
-    The threads end with the call: a process that forks later must not inherit a pool whose threads it lacks.
+    The largest items by `size` begin first, so that no processor waits long for the last. The threads end with the
+    call: a process that forks later must not inherit a pool whose threads it lacks.
     """
     every = list(things)
     at_once = min(len(os.sched_getaffinity(0)), len(every))
     if at_once < 2:
         return [work(item) for item in every]
+    order = range(len(every)) if size is None else sorted(range(len(every)), key=lambda k: -size(every[k]))
     with ThreadPoolExecutor(at_once) as pool:
-        return list(pool.map(work, every))
+        begun = {k: pool.submit(work, every[k]) for k in order}
+        return [begun[k].result() for k in range(len(every))]
 
 
 def both(work: Callable[[], T], other: Callable[[], R]) -> tuple[T, R]:

@@ -34,6 +34,7 @@ from identify.diagnose.search import (
 from identify.diagnose.seas import SEAS
 from identify.diagnose.weighing import Fitted, FormRemainder, Weighing
 from identify.estimators.likelihood_axis import DAMPING
+from identify.side_by_side import both
 
 Array = NDArray[np.float64]
 Parts = NDArray[np.intp]
@@ -201,8 +202,8 @@ def coupled_nominal(weighing: Weighing, causes: tuple[Cause, ...]) -> Blocks:
         return nominal
     less = np.zeros((len(acts), nominal.width))
     less[range(len(at)), at] = -1.0
-    both = nominal.beside(weighing.rows.blocks(acts, course))
-    return both.combined(np.vstack([np.eye(nominal.width), less]))
+    together = nominal.beside(weighing.rows.blocks(acts, course))
+    return together.combined(np.vstack([np.eye(nominal.width), less]))
 
 
 def without_doubtful(
@@ -213,8 +214,7 @@ def without_doubtful(
     Returns the remaining explanation, and the covariance (k, k) of its parameters.
     """
     while found.causes:
-        # An absent cause depends on no mass or damping, however much its size does.
-        absent = _covariance(found.weighing, found.fit, found.weighing.rows.nuisance)
+        absent, covariance = _covariances(found)
         shares = [
             1.0 if cause.effect.name in SEAS else _confidence(found.fit, absent, k)
             for k, cause in enumerate(found.causes)
@@ -225,12 +225,23 @@ def without_doubtful(
             if share <= LEAST_CONFIDENCE
         ]
         if not fewer:
-            return found, covariance_of(found.weighing, found.fit)
+            return found, covariance
         # Of causes that trade with each other the shadows are dropped, however wide the interval of the cause that
         # casts them.
         best = max(fewer, key=lambda others: found.weighing.fitted(others).gain)
         found = explained_by(best, nominal, library)
     return found, np.zeros((0, 0))
+
+
+def _covariances(found: Explanation) -> tuple[Array, Array]:
+    """Covariances (k, k) of an explanation's parameters: if the causes may be absent, and if they are there.
+
+    An absent cause depends on no mass or damping, however much its size does.
+    """
+    weighing, fit = found.weighing, found.fit
+    return both(
+        lambda: _covariance(weighing, fit, weighing.rows.nuisance), lambda: covariance_of(weighing, fit)
+    )
 
 
 def _confidence(fit: Fitted, covariance: NDArray[np.float64], k: int) -> float:

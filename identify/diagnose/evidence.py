@@ -10,6 +10,8 @@ from itertools import accumulate, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.side_by_side import side_by_side
+
 Array = NDArray[np.float64]
 
 FOLDS = 5
@@ -279,10 +281,7 @@ class Blocks:
 
     def products(self, piece: NDArray[np.intp]) -> Array:
         """Products (P, width, width) of the columns within each piece, `piece` (rows,)."""
-        out = np.zeros((int(piece.max()) + 1, self.width, self.width))
-        for part, place in zip(self.parts, self.places, strict=True):
-            out[:, part.of[:, None], part.of] += products_of(part.values, pieces_of(piece[place], len(out)))
-        return out
+        return self.products_between(self, piece)
 
     def crossed(self, others: Array) -> Array:
         """Products (width, k) of the columns with others (rows, k) over all rows."""
@@ -294,9 +293,20 @@ class Blocks:
     def products_between(self, others: "Blocks", piece: NDArray[np.intp]) -> Array:
         """Products (P, width, k) with the blocks `others` of the same rows, within each piece."""
         out = np.zeros((int(piece.max()) + 1, self.width, others.width))
-        for left, right, place in zip(self.parts, others.parts, self.places, strict=True):
-            pieces = pieces_of(piece[place], len(out))
-            out[:, left.of[:, None], right.of] += products_of(left.values, pieces, right.values)
+        places = self.places
+
+        def products(k: int) -> Array:
+            pieces = pieces_of(piece[places[k]], len(out))
+            return products_of(self.parts[k].values, pieces, others.parts[k].values)
+
+        def size(k: int) -> float:
+            return self.parts[k].values.size * others.parts[k].values.shape[1]
+
+        every = range(len(self.parts))
+        for left, right, part in zip(
+            self.parts, others.parts, side_by_side(products, every, size), strict=True
+        ):
+            out[:, left.of[:, None], right.of] += part
         return out
 
     def products_with(self, others: Array, piece: NDArray[np.intp]) -> Array:

@@ -75,11 +75,15 @@ class Regression:
 
     def blocks(self, acts: Sequence[Act], course: Course) -> Blocks:
         """Response to each act: a block for each axis and each witness."""
-        pushes = [push_of(act, course) for act in acts]
-        blocks = side_by_side(lambda axis: axis.block(acts, pushes, course), self.axes)
-        return Blocks(
-            (*blocks, *(_witness_block(witness, acts, course) for witness in self.witnesses)), len(acts)
-        )
+        pushes = side_by_side(lambda act: push_of(act, course), acts)
+        rows: list[AxisInnovations | WeighedWitness] = [*self.axes, *self.witnesses]
+
+        def block(one: AxisInnovations | WeighedWitness) -> Block:
+            if isinstance(one, AxisInnovations):
+                return one.block(acts, pushes, course)
+            return _witness_block(one, acts, course)
+
+        return Blocks(tuple(side_by_side(block, rows)), len(acts))
 
     def columns(self, acts: Sequence[Act], course: Course) -> Array:
         """Response to each act as a dense matrix (rows, acts)."""
@@ -171,57 +175,66 @@ def regression_of(joint: JointLikelihood, theta: Array, unheard: Sequence[int]) 
     without a recorded cause, so delayed thrust is a nuisance there.
     """
     problems = joint.at(theta)
-    masses = joint.mass_places
-    axes, values, pieces, dofs = [], [], [], []
-    kept = np.array(sorted({*masses, *mean_places(joint)}))
-    columns = []
-    began_s = min(float(problem.axis.time_s[0]) for problem in problems)
-    each_s = piece_s(_lasting_s(problems))
-    all_dofs = [problem.axis.dof for problem in problems]
-    for problem, place in zip(problems, joint.places, strict=True):
-        axis, own_theta = problem.axis, theta[place]
-        table = problem.transition_table(own_theta)
-        error, variance, gain = problem.run_filter(own_theta, table, problem.mean_force(own_theta), np.inf)
-        read = np.isfinite(problem.reading)
-        std = np.sqrt(variance[read])
-        channel = axis.channel[read]
-        autoregressions = tuple(
-            autoregression_of(np.flatnonzero(channel == k), error[read] / std)
-            for k in range(len(axis.channels))
-        )
-        innovations = AxisInnovations(problem, own_theta, table, gain, error[read], std, autoregressions)
-        forces = np.column_stack(
-            [problem.by_theta(own_theta), axis.coriolis[:, all_dofs] * problem.masses[all_dofs]]
-        )
-        # A force in the model subtracts its response from the innovations.
-        mass, damping, *quadratic = innovations.by_motion().T
-        slopes = np.column_stack([mass, damping, -innovations.by_force(forces)])
-        for slope in quadratic:
-            slopes[:, 2 + problem.quadratic_place - FORCES] += slope
-        by_theta = innovations.prewhitened(slopes)
-        targets = [place.start + at for at in (MASS, DAMPING, *range(FORCES, problem.noise_place))]
-        rows = np.zeros((len(std), len(kept)))
-        for at, column in zip((*targets, *masses), by_theta.T, strict=True):
-            rows[:, kept == at] += column[:, None]
-        axes.append(innovations)
-        values.append(innovations.prewhitened((innovations.error / innovations.std)[:, None])[:, 0])
-        columns.append(rows)
-        pieces.append(((axis.time_s[read] - began_s) / each_s).astype(np.intp))
-        dofs.append(np.full(len(std), axis.dof, dtype=np.intp))
-    nuisance = Blocks(tuple(map(Block.of_columns, columns)), len(kept))
-    for k, innovations in enumerate(axes):
-        if innovations.problem.axis.dof in unheard:
+    kept = np.array(sorted({*joint.mass_places, *mean_places(joint)}))
+    rows = side_by_side(
+        lambda k: _rows_of(joint, problems[k], theta, k, kept),
+        range(len(problems)),
+        lambda k: len(problems[k].reading),
+    )
+    axes = [axis_rows.innovations for axis_rows in rows]
+    nuisance = Blocks(tuple(axis_rows.nominal for axis_rows in rows), len(kept))
+    for k, axis in enumerate(axes):
+        if axis.problem.axis.dof in unheard:
             # Its thrust at each delay.
-            late = innovations.prewhitened(delayed_thrust(innovations))
-            nuisance = nuisance.beside(_of_axis_alone(axes, k, late))
+            nuisance = nuisance.beside(_of_axis_alone(axes, k, axis.prewhitened(delayed_thrust(axis))))
+    began_s, each_s = min(float(one.axis.time_s[0]) for one in problems), piece_s(_lasting_s(problems))
+    since_s = np.concatenate([axis.problem.axis.time_s[axis.read] for axis in axes]) - began_s
     return Regression(
         tuple(axes),
-        np.concatenate(values),
+        np.concatenate([axis_rows.value for axis_rows in rows]),
         nuisance,
         np.concatenate([joint.prior_precision[kept], np.zeros(nuisance.width - len(kept))]),
-        np.concatenate(pieces),
-        np.concatenate(dofs),
+        (since_s / each_s).astype(np.intp),
+        np.concatenate([np.full(len(axis.std), axis.problem.axis.dof, dtype=np.intp) for axis in axes]),
     )
+
+
+@dataclass(frozen=True)
+class _AxisRows:
+    """An axis of the regression: its normalised innovations (rows,), and its block of nominal columns."""
+
+    innovations: AxisInnovations
+    value: Array
+    nominal: Block
+
+
+def _rows_of(
+    joint: JointLikelihood, problem: AxisLikelihood, theta: Array, k: int, kept: NDArray[np.intp]
+) -> _AxisRows:
+    """The rows of the k-th axis at the maximum `theta`, with columns for the parameters `kept`."""
+    axis, place = problem.axis, joint.places[k]
+    table = problem.transition_table(theta[place])
+    error, variance, gain = problem.run_filter(theta[place], table, problem.mean_force(theta[place]), np.inf)
+    read = np.isfinite(problem.reading)
+    std, channel = np.sqrt(variance[read]), axis.channel[read]
+    autoregressions = tuple(
+        autoregression_of(np.flatnonzero(channel == i), error[read] / std) for i in range(len(axis.channels))
+    )
+    innovations = AxisInnovations(problem, theta[place], table, gain, error[read], std, autoregressions)
+    dofs = [one.axis.dof for one in joint.problems]
+    forces = np.column_stack([problem.by_theta(theta[place]), axis.coriolis[:, dofs] * problem.masses[dofs]])
+    # A force in the model subtracts its response from the innovations.
+    mass, damping, *quadratic = innovations.by_motion().T
+    slopes = np.column_stack([mass, damping, -innovations.by_force(forces)])
+    for slope in quadratic:
+        slopes[:, 2 + problem.quadratic_place - FORCES] += slope
+    by_theta = innovations.prewhitened(slopes)
+    targets = [place.start + at for at in (MASS, DAMPING, *range(FORCES, problem.noise_place))]
+    columns = np.zeros((len(std), len(kept)))
+    for at, column in zip((*targets, *joint.mass_places), by_theta.T, strict=True):
+        columns[:, kept == at] += column[:, None]
+    value = innovations.prewhitened((innovations.error / innovations.std)[:, None])[:, 0]
+    return _AxisRows(innovations, value, Block.of_columns(columns))
 
 
 def _lasting_s(problems: Sequence[AxisLikelihood]) -> float:

@@ -12,8 +12,8 @@ from identify.diagnose.candidates import Cause, Setting, companions
 from identify.diagnose.evidence import Evidence
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.seas import SEAS, seas_of
-from identify.diagnose.weighing import CandidateEquations, Fitted, FormRemainder, Weighing, weighing_of
-from identify.side_by_side import side_by_side
+from identify.diagnose.weighing import CandidateEquations, Fitted, FormRemainder, Weighing, rows_of
+from identify.side_by_side import both, side_by_side
 
 Array = NDArray[np.float64]
 
@@ -199,7 +199,8 @@ def _weighing_maker(library: Sequence[Effect]) -> Callable[[Nominal, Sequence[Ca
 
     def at(now: Nominal, causes: Sequence[Cause]) -> Weighing:
         found = [cause.effect for cause in causes if cause.effect.name in SEAS]
-        return weighing_of(now, (*able, *found, *(effect for effect in seas_of(now) if effect.name in seas)))
+        rows, of_seas = both(lambda: rows_of(now), lambda: seas_of(now))
+        return Weighing(now, rows, (*able, *found, *(effect for effect in of_seas if effect.name in seas)))
 
     return at
 
@@ -304,13 +305,15 @@ def _replaces(one: Fitted, fit: Fitted, cause: Cause, others: Fitted) -> bool:
 def with_one_more(weighing: Weighing, fit: Fitted, refused: Collection[str] = ()) -> Fitted:
     """The fit with the best further candidate that other forms of the present causes do not replace."""
     remainder = FormRemainder(weighing, fit)
-    tried = [
-        cause
+    able = [
+        (gain, cause)
         for gain, sigma, cause in ranked_candidates(_beyond_all(weighing, fit), fit)
         if cause.effect.label not in refused
-        and gain > required_gain(remainder, cause)
+        and gain > _least_gain(cause) + _shadow_nats(remainder, cause)
         and sigma > LEAST_SIGMA
     ]
+    required = side_by_side(lambda one: required_gain(remainder, one[1]), able)
+    tried = [cause for (gain, cause), least in zip(able, required, strict=True) if gain > least]
     best = _simplest(_fits(weighing, fit, tried), fit)
     if best is not None and best.gain <= fit.gain + required_gain(remainder, best.causes[-1]):
         best = None
@@ -341,10 +344,17 @@ def remainder_nats(remainder: FormRemainder, cause: Cause) -> float:
     """Nats that a further cause may save by the form remainder of earlier causes alone."""
     if cause.effect.name in WITNESSED or not remainder.fit.causes:
         return 0.0
-    left = SHADOW_BEHIND_FILTER if remainder.weighing.now.filtered else SHADOW
-    shadow = left * max(remainder.fit.motion_nats, 0.0)
+    shadow = _shadow_nats(remainder, cause)
     share = LEAST_SHARE * min(remainder.overlap(cause), remainder.fit.motion_nats)
     return max(shadow, min(share, remainder.saved_overlap(cause)) if share > NEXT_TO_NONE else share)
+
+
+def _shadow_nats(remainder: FormRemainder, cause: Cause) -> float:
+    """Nats that a further cause may save by the form remainder of earlier causes, whatever it shares with them."""
+    if cause.effect.name in WITNESSED or not remainder.fit.causes:
+        return 0.0
+    left = SHADOW_BEHIND_FILTER if remainder.weighing.now.filtered else SHADOW
+    return left * max(remainder.fit.motion_nats, 0.0)
 
 
 def _least_gain(cause: Cause) -> float:

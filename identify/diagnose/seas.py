@@ -4,7 +4,7 @@ A line off its period by a hundredth loses phase within a dive, so no table of p
 spectrum of the missing force in world axes, in which a wave stays put while the vehicle turns.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,15 +29,15 @@ LEAST_OVER = 4.0
 """Power of a further line over the background."""
 
 
-def sea_effects(now: Nominal, sea: Callable[..., Effect], band_s: tuple[float, float]) -> tuple[Effect, ...]:
-    """The effect of `sea` with the strongest line of a band, and with all significant lines of the band."""
-    lines = _lines(_spectrum(now), band_s)
-    return tuple(sea(*lines[:count]) for count in sorted({1, len(lines)}) if lines)
-
-
 def seas_of(now: Nominal) -> tuple[Effect, ...]:
-    """The waves and varying currents that a dive may hold."""
-    return (*sea_effects(now, varying_current, CURRENTS_S), *sea_effects(now, waves, WAVES_S))
+    """The waves and varying currents that a dive may hold: each with the strongest line of its band, and with all
+    significant lines of the band."""
+    spectrum = _spectrum(now)
+    out: list[Effect] = []
+    for sea, band_s in ((varying_current, CURRENTS_S), (waves, WAVES_S)):
+        lines = _lines(spectrum, band_s)
+        out += [sea(*lines[:count]) for count in sorted({1, len(lines)}) if lines]
+    return tuple(out)
 
 
 def period_interval(period_s: float, duration_s: float) -> tuple[float, float]:

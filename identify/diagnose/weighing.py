@@ -343,12 +343,17 @@ class Weighing:
 
 def weighing_of(now: Nominal, library: tuple[Effect, ...]) -> Weighing:
     """The weighing by the filters of `now`."""
+    return Weighing(now, rows_of(now), library)
+
+
+def rows_of(now: Nominal) -> Regression:
+    """The regression of the filters of `now`, before any effect was removed."""
     rows = regression_of(now.joint, now.theta, now.unheard).with_thrust_scale()
     if now.filtered:
         rows = rows.with_drift_moments(now.course)
     rows = rows.with_witnesses(now.witnesses, now.acts, now.course)
-    back = rows.blocks(now.acts, now.course).times(np.ones((len(now.acts), 1)))[:, 0]
-    return Weighing(now, replace(rows, value=rows.value + back), library)
+    removed = rows.blocks(now.acts, now.course).times(np.ones((len(now.acts), 1)))
+    return replace(rows, value=rows.value + removed[:, 0])
 
 
 @dataclass(frozen=True)

@@ -76,17 +76,23 @@ class JointLikelihood:
 
     def innovations(self, theta: Array) -> tuple[Array, Array]:
         problems, places = self.at(theta), self.places
-        pairs = side_by_side(lambda i: problems[i].innovations(theta[places[i]]), range(len(places)))
+        pairs = side_by_side(
+            lambda i: problems[i].innovations(theta[places[i]]), range(len(places)), self._readings
+        )
         return np.concatenate([e for e, _ in pairs]), np.concatenate([s for _, s in pairs])
 
     def score(self, theta: Array) -> tuple[Array, Array]:
         """Gradient (p,) and information (p, p): of each axis by its own theta and by the masses of the others."""
         gradient, information = np.zeros(len(theta)), np.zeros((len(theta), len(theta)))
-        parts = side_by_side(lambda i: self.score_of(i, theta), range(len(self.problems)))
+        parts = side_by_side(lambda i: self.score_of(i, theta), range(len(self.problems)), self._readings)
         for places, own_gradient, own_information in parts:
             gradient[places] += own_gradient
             information[np.ix_(places, places)] += own_information
         return gradient, information
+
+    def _readings(self, i: int) -> float:
+        """Number of readings of axis i, NaN included."""
+        return len(self.problems[i].reading)
 
     def score_of(self, i: int, theta: Array) -> tuple[NDArray[np.intp], Array, Array]:
         """Contribution of axis i: the indices (k,) in theta that it depends on, gradient (k,) and information."""
@@ -126,7 +132,7 @@ class JointLikelihood:
         parameters = [theta[place] for place in self.places]
         for problem, speed in zip(
             problems,
-            side_by_side(lambda i: problems[i].speed(parameters[i]), range(len(parameters))),
+            side_by_side(lambda i: problems[i].speed(parameters[i]), range(len(parameters)), self._readings),
             strict=True,
         ):
             nu[:, problem.axis.dof] = np.interp(motion.time_s, problem.axis.shown_s, speed)
@@ -138,7 +144,7 @@ class JointLikelihood:
             moving = problems[i].moving(better, speed)
             return replace(moving, reading=problems[i].without_wild(parameters[i]))
 
-        return replace(self, problems=tuple(side_by_side(moved, range(len(parameters)))))
+        return replace(self, problems=tuple(side_by_side(moved, range(len(parameters)), self._readings)))
 
 
 def alone(problem: AxisLikelihood, theta: Array) -> tuple[Array, Array]:
