@@ -115,8 +115,19 @@ def equations_of(
 
     precision (m,): prior precision of the nominal sizes.
     """
-    products = products_of(np.column_stack([nominal, candidates, value]), pieces_of(piece))
-    return equations_from_products(products[:, :-1, :-1], products[:, :-1, -1], precision)
+    pieces = pieces_of(piece)
+    # The prior acts like a reading of each nominal size, spread evenly over the pieces, so that a candidate's savings
+    # of prior cost count for the candidate.
+    known = products_of(nominal, pieces) + np.diag(precision) / pieces.count
+    cross, of_value = (products_of(nominal, pieces, others) for others in (candidates, value[:, None]))
+    free = inverse(known.sum(axis=0))
+    by_candidates, by_value = (cross, free @ cross.sum(axis=0)), (of_value, free @ of_value.sum(axis=0))
+    square, right = (products_of(candidates, pieces, others) for others in (candidates, value[:, None]))
+    return equations_beyond(
+        np.einsum("pii->i", square),
+        projected_out(square, known, by_candidates, by_candidates),
+        projected_out(right, known, by_candidates, by_value)[:, :, 0],
+    )
 
 
 @dataclass(frozen=True)
@@ -141,25 +152,6 @@ def products_of(columns: Array, pieces: Pieces, others: Array | None = None) -> 
     for k, (a, b) in zip(pieces.of.tolist(), pairwise(pieces.ends.tolist()), strict=True):
         out[k] += columns[a:b].T @ right[a:b]
     return out
-
-
-def equations_from_products(square: Array, right: Array, precision: Array) -> NormalEquations:
-    """Normal equations from products within each piece.
-
-    square (P, m + c, m + c): of all columns, nominal columns first; right (P, m + c): of the columns with the value;
-    precision (m,): prior precision of the nominal sizes. The prior acts like a reading of each nominal size, spread
-    evenly over the pieces, so that a candidate's savings of prior cost count for the candidate.
-    """
-    m = len(precision)
-    known, cross = square[:, :m, :m] + np.diag(precision) / len(square), square[:, :m, m:]
-    free = inverse(known.sum(axis=0))
-    value = right[:, :m, None]
-    sizes, of_value = free @ cross.sum(axis=0), free @ value.sum(axis=0)
-    return equations_beyond(
-        np.einsum("pii->i", square)[m:],
-        projected_out(square[:, m:, m:], known, (cross, sizes), (cross, sizes)),
-        projected_out(right[:, m:, None], known, (cross, sizes), (value, of_value))[:, :, 0],
-    )
 
 
 def projected_out(
@@ -300,7 +292,7 @@ class Blocks:
             return products_of(self.parts[k].values, pieces, others.parts[k].values)
 
         def size(k: int) -> float:
-            return self.parts[k].values.size * others.parts[k].values.shape[1]
+            return float(self.parts[k].values.size * others.parts[k].values.shape[1])
 
         every = range(len(self.parts))
         for left, right, part in zip(

@@ -32,6 +32,9 @@ LEAST_ROWS = 20 * ORDER
 DIFFERENCE = 1e-4
 """Step of the logarithm of a coefficient for derivatives."""
 
+TOGETHER = 32
+"""Forces answered together: as many as stay in a processor's cache."""
+
 NARROW = 4
 """Up to this many columns are prewhitened column by column; more go faster together."""
 
@@ -177,13 +180,18 @@ class AxisInnovations:
         slope, _ = slopes(under_that_force, np.zeros(3), np.full(3, DIFFERENCE), places)
         return np.asarray(slope.T / self.std[:, None])
 
-    def by_course(self, course: Course, forces: Array) -> Array:
-        """Prewhitened innovations in response to forces (k, t) along a course, as an autopilot's own filter shows
-        them."""
+    def by_course(self, course: Course, forces: Sequence[Array]) -> Array:
+        """Prewhitened innovations (rows, k) in response to k forces (t,) along a course, as an autopilot's own filter
+        shows them."""
         time_s = self.problem.axis.time_s
         before = np.concatenate([time_s[:1], time_s[:-1]])
-        forces = behind_filter(forces, course.step_s, self.problem.axis.smoothing_s)
-        return self.prewhitened(self.by_force(means_before(course.time_s, forces, before, time_s)))
+        out = np.empty((len(self.std), len(forces)))
+        for first in range(0, len(forces), TOGETHER):
+            some = slice(first, first + TOGETHER)
+            smooth = behind_filter(np.stack(forces[some]), course.step_s, self.problem.axis.smoothing_s)
+            columns = self.by_force(means_before(course.time_s, smooth, before, time_s))
+            out[:, some] = self.prewhitened(columns)
+        return out
 
     def block(self, acts: Sequence[Act], pushes: Sequence[Push], course: Course) -> Block:
         """Response of the axis' rows to each act and its force; acts without any response are left out."""
@@ -194,16 +202,17 @@ class AxisInnovations:
             for k, act in enumerate(acts)
             if (off := reading_error(self.problem, act, course)) is not None
         }
+        values = self.by_course(course, [*forces.values()]) if forces else np.zeros((len(self.std), 0))
+        if not offs:
+            return Block(np.array([*forces], dtype=np.intp), values)
         responding = sorted({*forces, *offs})
         place = {k: i for i, k in enumerate(responding)}
-        values = np.zeros((len(self.std), len(responding)))
-        if forces:
-            values[:, [place[k] for k in forces]] = self.by_course(course, np.stack([*forces.values()]))
-        if offs:
-            values[:, [place[k] for k in offs]] += self.prewhitened(
-                self.by_reading(np.column_stack([*offs.values()]))
-            )
-        return Block(np.array(responding, dtype=np.intp), values)
+        both = np.zeros((len(self.std), len(responding)))
+        both[:, [place[k] for k in forces]] = values
+        both[:, [place[k] for k in offs]] += self.prewhitened(
+            self.by_reading(np.column_stack([*offs.values()]))
+        )
+        return Block(np.array(responding, dtype=np.intp), both)
 
 
 def reading_error(problem: AxisLikelihood, act: Act, course: Course) -> Array | None:

@@ -4,7 +4,7 @@ Whiteness is no test: noise levels learnt from the same dive make the innovation
 Innovations that some force predicts on held-out pieces are the evidence.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
@@ -211,8 +211,8 @@ class _Axis:
     def dof(self) -> int:
         return self.innovations.problem.axis.dof
 
-    def sums(self, course: Course, forces: Array) -> NormalEquations:
-        """Normal equations of forces (k, n) along a course."""
+    def sums(self, course: Course, forces: Sequence[Array]) -> NormalEquations:
+        """Normal equations of forces (n,) along a course."""
         columns = self.innovations.by_course(course, forces)
         return equations_of(self.value, self.nominal, self.precision, columns, self.piece)
 
@@ -259,7 +259,7 @@ def _of_axis(axis: _Axis, course: Course, shapes: list[_Unit], fitted: list[int]
         *((*unit, None) for unit in _of_unit_spread(of_other_speeds(course, dofs))),
         *((*unit, "transient") for unit in _of_unit_spread(_of_the_past(course, axis.dof))),
     ]
-    sums = axis.sums(course, np.stack([force for _, _, force, _ in shapes]))
+    sums = axis.sums(course, [force for _, _, force, _ in shapes])
     kept, gains = _one_after_another(sums, len(shapes))
     sizes = np.abs(sums.evidence(kept).size) if kept else np.zeros(0)
     return [
@@ -325,7 +325,7 @@ def _lines(axis: _Axis, course: Course, at_sea: bool) -> list[_Weighed]:
     if not clusters_left:
         return []
     forces = [cluster_forces.forces() for cluster_forces in clusters_left]
-    sums = axis.sums(course, np.vstack(forces))
+    sums = axis.sums(course, [*np.vstack(forces)])
     ends = np.cumsum([len(cluster_forces) for cluster_forces in forces]).tolist()
     weighed = [sums.evidence(range(end - len(own), end)) for own, end in zip(forces, ends, strict=True)]
     gains = [

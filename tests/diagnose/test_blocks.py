@@ -6,7 +6,7 @@ import pytest
 from identify.diagnose.evidence import (
     Block,
     Blocks,
-    equations_from_products,
+    equations_of,
     inverse,
     pieces_of,
     products_of,
@@ -68,7 +68,7 @@ def test_columns_projected_out_one_after_another_or_together_leave_the_same():
     rng = np.random.default_rng(100_005)
     rows, piece = rng.normal(size=(160, 7)), np.repeat(np.arange(8), 20)
     products = products_of(rows, pieces_of(piece))
-    together = equations_from_products(products[:, :6, :6], products[:, :6, 6], np.zeros(4))
+    together = equations_of(rows[:, 6], rows[:, :4], np.zeros(4), rows[:, 4:6], piece)
     first = projected(products, 2)
     second = projected(first, 2)
     np.testing.assert_allclose(second[:, :2, :2], together.held_square, atol=1e-5)
