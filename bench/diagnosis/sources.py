@@ -8,7 +8,7 @@ ANSWERS = (
     "configs/thrusters/*.csv",
 )
 RIVALS = (*ANSWERS, *reached(*(str(file.relative_to(ROOT)) for file in files("bench/diagnosis/rivals"))))
-SPEED = (*ANSWERS, "bench/diagnosis/speed.py", "tui/commands/diagnose.py")
+SPEED = (*ANSWERS, *reached("bench/field/draw.py"), "bench/diagnosis/speed.py", "tui/commands/diagnose.py")
 _PAGE = tuple(f"bench/diagnosis/{name}.py" for name in ("beside", "goals", "page", "tables"))
 SECTION = (*SPEED, *_PAGE, "bench/diagnosis/rivals")
 CARRIED = ("bridge/effects/", "bridge/vehicle/")

@@ -52,7 +52,7 @@ def test_every_effect_hides_alone_and_once_more_left_out_of_the_library() -> Non
 def test_no_seed_is_used_twice_and_the_short_form_has_those_of_development() -> None:
     full = [one.seed for one in (*planned(FULL), *power_planned(FULL))]
     short = [one.seed for one in (*planned(SHORT), *power_planned(SHORT))]
-    speeds = range(BENCH + POWER - 1000, BENCH + POWER - 1000 + len(speed.HIDDEN))
+    speeds = range(BENCH + POWER - 1000, BENCH + POWER - 1000 + speed.EACH)
     assert len({*full, *speeds}) == len(full) + len(speeds)
     assert min(full) == BENCH
     assert all(300_000 <= seed < 400_000 for seed in short)
@@ -175,11 +175,16 @@ def test_a_page_holds_every_part_and_names_what_was_refused() -> None:
         told("novel", 4, "knocks", verdict="unknown", novel=True),
     ]  # fmt: skip
     refused = Trial("one", {**trials[1].truth, "name": "one 5"}, None, "too short", 0.1, (), (), ())
-    timed = speed.lines([{"cores": 8.0, "one core": 12.0, "count": 2}])
+    timed = speed.lines([{"cores": 4.0, "one core": 6.0, "count": 2}, {"cores": 16.0, "count": 2}])
     text = page.page([*trials, refused], [], timed)
     assert "5 simulated dives" in text
     assert "Refused: one 5 (too short)." in text
-    assert "median 8.0 s on 2 cores" in " ".join(text.split())
+    said = " ".join(text.split())
+    assert (
+        "median 10.0 s on 2 cores, 16.0 s at most; one core takes 1.50 times as long (median of 1 dives)"
+        in said
+    )
+    assert "**missed** by the median, that of 15 s is **missed** by the slowest" in said
     assert "two hidden: both" in text
     assert "| `waves` | 1 of 2 |" in text
 
