@@ -110,13 +110,16 @@ def _mean_of_each(began_s: float, step_s: float, values: Array, start_s: Array, 
                 i, early_s = _last(began_s, step_s, count, start_s[k])
                 j, late_s = _last(began_s, step_s, count, end_s[k])
                 by_i, by_j = 0.5 * early_s**2 / step_s, 0.5 * late_s**2 / step_s
+                # Of the trapezoids between i and j, each end has half a step.
+                ends_s = 0.5 * step_s if i < j else 0.0
+                at_i, at_j = ends_s - early_s - by_i, ends_s + late_s + by_j
                 for c in range(first, min(first + TOGETHER, width)):
                     row = values[c]
-                    area = (late_s + by_j) * row[j] - by_j * row[j - 1]
-                    area -= (early_s + by_i) * row[i] - by_i * row[i - 1]
-                    for at in range(i, j):
-                        area += 0.5 * step_s * (row[at] + row[at + 1])
-                    out[k, c] = area / span_s
+                    between = 0.0
+                    for at in range(i + 1, j):
+                        between += row[at]
+                    area = by_i * row[i - 1] + at_i * row[i] + at_j * row[j] - by_j * row[j - 1]
+                    out[k, c] = (area + step_s * between) / span_s
     return out
 
 

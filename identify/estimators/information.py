@@ -2,7 +2,9 @@
 
 The filter runs for all parameters at once: a run at theta, and a run for each parameter that affects the gains, with
 that parameter slightly larger, which gives the derivatives by forward differences. A parameter that acts only as a
-force uses the gains of the first run (Gupta and Mehra 1974, eqs 33 to 35). No event is stored.
+force uses the gains of the first run (Gupta and Mehra 1974, eqs 33 to 35). Only a block of events is stored.
+
+For vectorisation, each number of the state is an array over the runs, and loops over the runs are innermost.
 """
 
 import numpy as np
@@ -10,8 +12,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 from identify.estimators.innovations import (
+    COLUMNS,
     INCREMENT,
     VELOCITY,
+    Covariance,
+    Gain,
     gains,
     moved_covariance,
     moved_mean,
@@ -24,6 +29,18 @@ Indices = NDArray[np.int64]
 STEP = 1e-6
 """Step of a logarithm: the relative error of the forward difference is about as large, and rounding adds about
 1e-10."""
+
+LANES = 16
+"""Length of arrays over runs or linear parameters, the most of either. The compiler has to know it to vectorise."""
+
+TOGETHER = 8
+"""Runs are computed in multiples of this; those beyond the last repeat it."""
+
+BLOCK = 256
+"""Readings whose derivatives are stored before they are added to the information: enough for a fast product, and few
+enough for the cache."""
+
+HALF_ROOT = np.sqrt(0.5)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz"})
@@ -47,77 +64,153 @@ def gradient_and_information(
     There are c runs, the first at theta and each other with one parameter STEP larger. For each run: tables (c,
     steps, COLUMNS) of `transitions`, variances (c, channels) of the readings' noise, sigma_d (c,) and sigma_c (c,).
     columns (n, k): the force of a unit of each linear parameter. channel (n,) of each reading, and scale (n,), the
-    factor on its noise. The other arguments are those of `innovations`, without a gate.
+    factor on its noise. The other arguments are those of `innovations`, without a gate. c and k are at most LANES.
     """
     runs, linear = tables.shape[0], columns.shape[1]
-    curved = runs - 1
-    size = curved + linear
-    gradient, information = np.zeros(size), np.zeros((size, size))
-    mean, cov = np.zeros((runs, 4)), np.zeros((runs, 10))
-    response = np.zeros((linear, 4))
-    slope, widening = np.zeros(size), np.zeros(curved)
-    for r in range(runs):
-        mean[r, 0], mean[r, 1] = initial[0], initial[1]
-        cov[r, 0], cov[r, 3] = initial[2], initial[3]
-        cov[r, 5], cov[r, 9] = sigma_d[r] ** 2, sigma_c[r] ** 2
+    if max(runs, linear) > LANES:
+        raise ValueError("more runs or linear parameters than LANES")
+    run_lanes, linear_lanes = _padded(runs), _padded(linear)
+    table, noise = np.zeros((tables.shape[1], COLUMNS, LANES)), np.zeros((variances.shape[1], LANES))
+    mean, cov = np.zeros((4, LANES)), np.zeros((10, LANES))
+    for lane in range(run_lanes):
+        r = min(lane, runs - 1)
+        table[:, :, lane], noise[:, lane] = tables[r], variances[r]
+        mean[0, lane], mean[1, lane] = initial[0], initial[1]
+        cov[0, lane], cov[3, lane] = initial[2], initial[3]
+        cov[5, lane], cov[9, lane] = sigma_d[r] ** 2, sigma_c[r] ** 2
+    push, response = np.zeros(LANES), np.zeros((4, LANES))
+    error, spread, answer = np.zeros((BLOCK, LANES)), np.zeros((BLOCK, LANES)), np.zeros((BLOCK, LANES))
+    rows = np.zeros((2 * BLOCK, runs + linear))
+    product = np.zeros((runs + linear, runs + linear))
+    count = 0
     for i in range(step.shape[0]):
-        velocity = state_read[i] == VELOCITY
-        read = np.isfinite(reading[i])
-        error, spread = 0.0, 1.0
-        k = (0.0, 0.0, 0.0, 0.0)
-        for r in range(runs):
-            m = (mean[r, 0], mean[r, 1], mean[r, 2], mean[r, 3])
-            p = (
-                cov[r, 0], cov[r, 1], cov[r, 2], cov[r, 3], cov[r, 4],
-                cov[r, 5], cov[r, 6], cov[r, 7], cov[r, 8], cov[r, 9],
-            )  # fmt: skip
-            if step[i] >= 0:
-                row = tables[r, step[i]]
-                m = moved_mean(row, m, force[i, 0], force[i, 1])
-                p = moved_covariance(row, p)
-            if read:
-                e = reading[i] - (m[0] + m[3] if velocity else m[1])
-                total, gain = gains(p, velocity, variances[r, channel[i]] * scale[i] * scale[i])
-                m = (m[0] + gain[0] * e, m[1] + gain[1] * e, m[2] + gain[2] * e, m[3] + gain[3] * e)
-                p = told_covariance(p, velocity, gain)
-                if r == 0:
-                    error, spread, k = e, total, gain
-                else:
-                    slope[r - 1] = (e - error) / STEP
-                    widening[r - 1] = (total - spread) / STEP
-            if state_read[i] == INCREMENT:
-                m = (m[0], 0.0, m[2], m[3])
-                p = (p[0], 0.0, p[2], 0.0, 0.0, p[5], p[6], 0.0, p[8], p[9])
-            mean[r, 0], mean[r, 1], mean[r, 2], mean[r, 3] = m
-            (
-                cov[r, 0], cov[r, 1], cov[r, 2], cov[r, 3], cov[r, 4],
-                cov[r, 5], cov[r, 6], cov[r, 7], cov[r, 8], cov[r, 9],
-            ) = p  # fmt: skip
+        if step[i] >= 0:
+            _move(table[step[i]], mean, cov, force[i, 0], force[i, 1], run_lanes)
+            for c in range(linear):
+                push[c] = columns[i, c]
+            _move_response(tables[0, step[i]], response, push, linear_lanes)
+        if np.isfinite(reading[i]):
+            own, share = noise[channel[i]], scale[i] * scale[i]
+            # The compiler vectorises only loops without a choice of the state that is read.
+            if state_read[i] == VELOCITY:
+                _, k = gains(_covariance(cov, 0), True, own[0] * share)
+                _tell(mean, cov, reading[i], own, share, error[count], spread[count], True, run_lanes)
+                _tell_response(response, k, answer[count], True, linear_lanes)
+            else:
+                _, k = gains(_covariance(cov, 0), False, own[0] * share)
+                _tell(mean, cov, reading[i], own, share, error[count], spread[count], False, run_lanes)
+                _tell_response(response, k, answer[count], False, linear_lanes)
+            count += 1
+        if state_read[i] == INCREMENT:
+            for lane in range(run_lanes):
+                mean[1, lane] = 0.0
+                cov[1, lane] = cov[3, lane] = cov[4, lane] = cov[7, lane] = 0.0
+            for lane in range(linear_lanes):
+                response[1, lane] = 0.0
+        if count == BLOCK:
+            _normalise(error, spread, answer, runs, linear, rows)
+            product += rows.T @ rows
+            count = 0
+    _normalise(error[:count], spread[:count], answer[:count], runs, linear, rows)
+    product += rows[: 2 * count].T @ rows[: 2 * count]
+    return -product[0, 1:], product[1:, 1:].copy()
+
+
+@njit(cache=True, inline="always")
+def _padded(count: int) -> int:
+    return (count + TOGETHER - 1) // TOGETHER * TOGETHER
+
+
+@njit(cache=True, inline="always")
+def _covariance(cov: Array, lane: int) -> Covariance:
+    return (
+        cov[0, lane], cov[1, lane], cov[2, lane], cov[3, lane], cov[4, lane],
+        cov[5, lane], cov[6, lane], cov[7, lane], cov[8, lane], cov[9, lane],
+    )  # fmt: skip
+
+
+@njit(cache=True, inline="always")
+def _keep(cov: Array, lane: int, p: Covariance) -> None:
+    (
+        cov[0, lane], cov[1, lane], cov[2, lane], cov[3, lane], cov[4, lane],
+        cov[5, lane], cov[6, lane], cov[7, lane], cov[8, lane], cov[9, lane],
+    ) = p  # fmt: skip
+
+
+@njit(cache=True, inline="always")
+def _move(table: Array, mean: Array, cov: Array, early: float, late: float, lanes: int) -> None:
+    """Move means (4, LANES) and covariances (10, LANES) one step, by a row of the table (COLUMNS, LANES)."""
+    for lane in range(lanes):
+        row = table[:, lane]
+        m = moved_mean(row, (mean[0, lane], mean[1, lane], mean[2, lane], mean[3, lane]), early, late)
+        p = moved_covariance(row, _covariance(cov, lane))
+        mean[0, lane], mean[1, lane], mean[2, lane], mean[3, lane] = m
+        _keep(cov, lane, p)
+
+
+@njit(cache=True, inline="always")
+def _tell(
+    mean: Array,
+    cov: Array,
+    reading: float,
+    noise: Array,
+    share: float,
+    error: Array,
+    spread: Array,
+    velocity: bool,
+    lanes: int,
+) -> None:
+    """Update means and covariances by a reading of variance `share` times noise (LANES,); fill in the innovations and
+    their variances, (LANES,)."""
+    for lane in range(lanes):
+        e = reading - (mean[0, lane] + mean[3, lane] if velocity else mean[1, lane])
+        p = _covariance(cov, lane)
+        total, k = gains(p, velocity, noise[lane] * share)
+        error[lane], spread[lane] = e, total
+        mean[0, lane] += k[0] * e
+        mean[1, lane] += k[1] * e
+        mean[2, lane] += k[2] * e
+        mean[3, lane] += k[3] * e
+        _keep(cov, lane, told_covariance(p, velocity, k))
+
+
+@njit(cache=True, inline="always")
+def _move_response(row: Array, response: Array, push: Array, lanes: int) -> None:
+    """Move the responses (4, LANES) to the forces of the linear parameters one step; push (LANES,): those forces."""
+    for lane in range(lanes):
+        x = (response[0, lane], response[1, lane], response[2, lane], response[3, lane])
+        x = moved_mean(row, x, push[lane], push[lane])
+        response[0, lane], response[1, lane], response[2, lane], response[3, lane] = x
+
+
+@njit(cache=True, inline="always")
+def _tell_response(response: Array, k: Gain, answer: Array, velocity: bool, lanes: int) -> None:
+    """Update the responses by a reading; fill in those of the innovation, (LANES,)."""
+    for lane in range(lanes):
+        e = -(response[0, lane] + response[3, lane]) if velocity else -response[1, lane]
+        answer[lane] = e
+        response[0, lane] += k[0] * e
+        response[1, lane] += k[1] * e
+        response[2, lane] += k[2] * e
+        response[3, lane] += k[3] * e
+
+
+@njit(cache=True, inline="always")
+def _normalise(error: Array, spread: Array, answer: Array, runs: int, linear: int, rows: Array) -> None:
+    """Fill in two rows for each reading, whose product with their transpose is the information; the product with the
+    first column is minus the gradient.
+
+    The first row has the innovation e and its derivatives, over the root of its variance S. The second has 1 - e^2/S
+    and the derivatives of S over S, both over the root of 2.
+    """
+    for j in range(len(error)):
+        e, total = error[j, 0], spread[j, 0]
+        over = 1.0 / total
+        root = np.sqrt(over)
+        per_e, per_total = root / STEP, HALF_ROOT * over / STEP
+        rows[2 * j, 0], rows[2 * j + 1, 0] = e * root, HALF_ROOT * (1.0 - e * e * over)
+        for r in range(1, runs):
+            rows[2 * j, r] = (error[j, r] - e) * per_e
+            rows[2 * j + 1, r] = (spread[j, r] - total) * per_total
         for c in range(linear):
-            x = (response[c, 0], response[c, 1], response[c, 2], response[c, 3])
-            if step[i] >= 0:
-                x = moved_mean(tables[0, step[i]], x, columns[i, c], columns[i, c])
-            if read:
-                e = -(x[0] + x[3]) if velocity else -x[1]
-                slope[curved + c] = e
-                x = (x[0] + k[0] * e, x[1] + k[1] * e, x[2] + k[2] * e, x[3] + k[3] * e)
-            if state_read[i] == INCREMENT:
-                x = (x[0], 0.0, x[2], x[3])
-            response[c, 0], response[c, 1], response[c, 2], response[c, 3] = x
-        if read:
-            over = 1.0 / spread
-            surprise = 0.5 * over * (1.0 - error * error * over)
-            for a in range(size):
-                gradient[a] -= slope[a] * error * over
-                own_slope = slope[a] * over
-                for b in range(a + 1):
-                    information[a, b] += own_slope * slope[b]
-            for a in range(curved):
-                gradient[a] -= widening[a] * surprise
-                own_slope = 0.5 * widening[a] * over * over
-                for b in range(a + 1):
-                    information[a, b] += own_slope * widening[b]
-    for a in range(size):
-        for b in range(a):
-            information[b, a] = information[a, b]
-    return gradient, information
+            rows[2 * j, runs + c] = answer[j, c] * root

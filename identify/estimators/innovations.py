@@ -73,8 +73,8 @@ def transitions(
         rate[0, 0] = -dampings[i % brackets] / mass
         rate[1, 0] = 1.0 + smoothing_s * rate[0, 0]
         quarter = _series(rate, 0.25 * h)
-        half = quarter @ quarter
-        full = half @ half
+        half = _product(quarter, quarter)
+        full = _product(half, half)
         out[i, :7] = full[0, 0], full[0, 1], full[0, 2], full[1, 0], full[1, 1], full[1, 2], full[2, 2]
         # Simpson's rule for the response to a force and for the noise.
         to_nu_early, to_x_early = _pushed(quarter, smoothing_s)
@@ -115,8 +115,18 @@ def _series(rate: Array, h: float) -> Array:
     out = np.eye(3)
     term = np.eye(3)
     for k in range(1, 7):
-        term = (term @ rate) * (h / k)
+        term = _product(term, rate) * (h / k)
         out += term
+    return out
+
+
+@njit(cache=True, inline="always")
+def _product(a: Array, b: Array) -> Array:
+    """Product of 3 by 3 matrices, for which a call of BLAS takes longer."""
+    out = np.empty((3, 3))
+    for r in range(3):
+        for c in range(3):
+            out[r, c] = a[r, 0] * b[0, c] + a[r, 1] * b[1, c] + a[r, 2] * b[2, c]
     return out
 
 

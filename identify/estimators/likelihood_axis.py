@@ -230,7 +230,10 @@ class AxisLikelihood:
         if self.damped != "linear" or axis.quadratic:
             about, beyond = axis.brackets.about
             by_speed += self.quadratic(theta) * about + axis.quadratic * beyond
-        return np.asarray(axis.force + by_speed[:, None])
+        force = axis.force.copy()
+        force[:, 0] += by_speed
+        force[:, 1] += by_speed
+        return force
 
     @property
     def quadratic_place(self) -> int:
