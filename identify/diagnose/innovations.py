@@ -35,8 +35,8 @@ DIFFERENCE = 1e-4
 TOGETHER = 32
 """Forces answered together: as many as stay in a processor's cache."""
 
-NARROW = 4
-"""Up to this many columns are prewhitened column by column; more go faster together."""
+ROWS = 32
+"""Rows that are prewhitened together: few enough for the cache with all their columns, and more than ORDER."""
 
 
 @dataclass(frozen=True)
@@ -48,42 +48,34 @@ class Autoregression:
 
     def prewhitened(self, values: Array) -> None:
         """Prewhiten values (n, k) in place; the first rows use only as many lags as they have earlier rows."""
-        if values.shape[1] > NARROW:
-            _prewhitened(values, self.rows, self.by_lag)
-        else:
-            _each_prewhitened(values, self.rows, self.by_lag)
+        _prewhitened(values, self.rows, self.by_lag)
 
 
 @njit(cache=True, nogil=True)
 def _prewhitened(values: Array, rows: NDArray[np.intp], by_lag: Array) -> None:
-    """Prewhiten in place from the last row back, because earlier rows must still hold their values."""
-    width = values.shape[1]
-    left = np.empty(width)
-    for k in range(len(rows) - 1, -1, -1):
-        row = values[rows[k]]
-        left[:] = row
-        for lag in range(1, min(len(by_lag), k) + 1):
-            share, before = by_lag[lag - 1], values[rows[k - lag]]
+    """Prewhiten in place from the last rows back, because earlier rows must still hold their values.
+
+    A few rows with those before them are copied end to end, so that a lag is one distance for all columns, and its
+    loop vectorises however few columns there are.
+    """
+    width, order = values.shape[1], len(by_lag)
+    own, left = np.empty((order + ROWS) * width), np.empty(ROWS * width)
+    for end in range(len(rows), 0, -ROWS):
+        start = max(end - ROWS, 0)
+        first = max(start - order, 0)
+        for k in range(end - first):
             for c in range(width):
-                left[c] -= share * before[c]
-        row[:] = left
-
-
-@njit(cache=True, nogil=True)
-def _each_prewhitened(values: Array, rows: NDArray[np.intp], by_lag: Array) -> None:
-    """Prewhiten in place, lag by lag, which vectorises along a column."""
-    count = len(rows)
-    column, left = np.empty(count), np.empty(count)
-    for c in range(values.shape[1]):
-        for k in range(count):
-            column[k] = values[rows[k], c]
-        left[:] = column
-        for lag in range(1, len(by_lag) + 1):
-            share = by_lag[lag - 1]
-            for k in range(lag, count):
-                left[k] -= share * column[k - lag]
-        for k in range(count):
-            values[rows[k], c] = left[k]
+                own[k * width + c] = values[rows[first + k], c]
+        offset, size = (start - first) * width, (end - start) * width
+        left[:size] = own[offset : offset + size]
+        for lag in range(1, order + 1):
+            without = min(max(lag - start, 0) * width, size)
+            share, later, earlier = by_lag[lag - 1], left[without:size], own[offset - lag * width + without :]
+            for at in range(len(later)):
+                later[at] -= share * earlier[at]
+        for k in range(end - start):
+            for c in range(width):
+                values[rows[start + k], c] = left[k * width + c]
 
 
 def autoregression_of(rows: NDArray[np.intp], innovations: Array) -> Autoregression:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from identify.diagnose.innovations import LEAST_ROWS, NARROW, autoregression_of
+from identify.diagnose.innovations import LEAST_ROWS, autoregression_of
 
 
 def remembering(share, count, rng):
@@ -48,7 +48,7 @@ def test_white_innovations_keep_all_but_chance_and_a_few_rows_all():
 def test_many_columns_are_freed_as_few_are():
     _, values = remembering(0.6, 5_000, np.random.default_rng(100_005))
     memory = autoregression_of(np.arange(0, 5_000, 2), values)
-    many = np.random.default_rng(100_006).standard_normal((5_000, 2 * NARROW + 1))
+    many = np.random.default_rng(100_006).standard_normal((5_000, 9))
     few = np.column_stack([prewhitened(memory, many[:, [k]]) for k in range(many.shape[1])])
     np.testing.assert_allclose(prewhitened(memory, many), few, atol=1e-12)
 
