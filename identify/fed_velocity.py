@@ -126,7 +126,10 @@ def _past(read: Array) -> Array:
 def _left_by(table: Array, fed: Array) -> float:
     """Spread of the residual of `fed` after a fit of the columns, of which the first TAPS are readings; 0 if most of
     `fed` equals one of these readings."""
-    if np.mean(np.abs(table[:, :TAPS] - fed[:, None]).min(axis=1) < SAME) > 0.5:
+    same = np.zeros(len(fed), dtype=np.bool_)
+    for tap in table[:, :TAPS].T:
+        same |= np.abs(tap - fed) < SAME
+    if np.mean(same) > 0.5:
         return 0.0
     table = np.column_stack([table, np.ones(len(fed))])
     fitted, *_ = np.linalg.lstsq(table, fed, rcond=None)

@@ -18,6 +18,7 @@ from identify.estimators.said import axes_named
 from identify.fed_velocity import SAME, TAPS, fed_velocity, frozen_velocity, spread, white_noise
 from identify.forces import wrench
 from identify.identification import Doubt, Identification, Outcome
+from identify.side_by_side import side_by_side
 
 HEAVE = 2
 
@@ -72,9 +73,10 @@ def feedback_doubts(dive: Dive, water: Water) -> tuple[Doubt, ...]:
 def unrecorded(dive: Dive, water: Water) -> tuple[Unrecorded, ...]:
     """Return the axes whose controller used an unrecorded reading."""
     out = []
+    velocities = side_by_side(lambda dof: fed_velocity(dive, dof), range(3))
     for dof, name in enumerate(DOFS):
         share = unexplained_wrench(dive, dof, water)
-        fed = fed_velocity(dive, dof) if dof < 3 else None
+        fed = velocities[dof] if dof < 3 else None
         if share is not None and share > LARGEST_UNEXPLAINED:
             reason = f"in {name} {100 * share:.0f} % of the controller's wrench (TAU_PID) follows from nothing recorded"
         elif fed is not None and fed.left > LARGEST_FOREIGN:

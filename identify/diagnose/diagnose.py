@@ -176,8 +176,9 @@ def diagnose(
     left = above_noise(left, heldout) if found.causes else left
     forces = unexplained_forces(left)
     causes = findings_of(found, covariance, missing, unexplained_nats(left))
-    gap = _gap(found, missing, left, before, after, causes)
-    trials = trials_of(found, causes)
+    gap, trials = both(
+        lambda: _gap(found, missing, left, before, after, causes), lambda: trials_of(found, causes)
+    )
     if accepted:
         shift = shift_of(found, accepted, tried)
         new, more = changes_of(shift, found, missing)

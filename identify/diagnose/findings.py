@@ -27,6 +27,7 @@ from identify.diagnose.simulation import EACH, missing_wrench_of, slope_of
 from identify.diagnose.weighing import Fitted, FormRemainder
 from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
 from identify.identification import Z95
+from identify.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
 
@@ -125,9 +126,9 @@ def findings_of(
     """
     fit = replace(found.fit, covariance=covariance)
     out, braking = [], braking_of(found.causes, found.now)
-    for k, cause in enumerate(found.causes):
+    groups = side_by_side(lambda k: ambiguity_of(found, k), range(len(found.causes)))
+    for k, (cause, group) in enumerate(zip(found.causes, groups, strict=True)):
         others = _without(found, k)
-        group = ambiguity_of(found, k)
         out.append(
             Found(
                 cause,

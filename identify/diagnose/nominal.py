@@ -32,6 +32,7 @@ from identify.estimators.pinn.start import Filters, filters_of
 from identify.estimators.readings import HEAVE, PITCH, ROLL, YAW
 from identify.estimators.scoring import climb
 from identify.feedback import unrecorded
+from identify.side_by_side import both
 
 USUAL_HZ = 25.0
 """Readings a second that thinning keeps, about."""
@@ -176,7 +177,9 @@ def nominal_of(
         )
     shape = file.vehicle.configurations[configuration]
     runs_against, crossed = mirrored(built.axes), swapped(built.axes)
-    start = filters_of(built, shape)
+    start, unrecorded_axes = both(
+        lambda: filters_of(built, shape), lambda: unrecorded(dive, file.vehicle.water)
+    )
     if late_s := late_samples_s(start):
         dive = with_later_commands(dive, late_s)
         built = _without_still(build_axes(thinned(dive), file, configuration), dive)
@@ -193,7 +196,6 @@ def nominal_of(
     joint, theta, log_posterior = _maximised(
         replace(start.joint, problems=problems), start.theta, built.motion, filtered
     )
-    doubted = tuple(each.dof for each in unrecorded(dive, file.vehicle.water))
     motion = _smoothed(joint, theta, built.motion)
     mass, damping = _coefficients(joint, theta)
     course = course_of(dive, file, configuration, predicted(joint, theta, motion), mass, damping)
@@ -206,7 +208,7 @@ def nominal_of(
         log_posterior,
         motion,
         course,
-        doubted,
+        tuple(each.dof for each in unrecorded_axes),
         filtered,
         seen,
         mirrored=runs_against,

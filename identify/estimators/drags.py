@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import log_ndtr, ndtri_exp
 
 from identify.estimators.likelihood_axis import DAMPING
 from identify.estimators.likelihood_joint import JointLikelihood
@@ -87,6 +86,11 @@ def _as_numbers(joint: JointLikelihood, theta: Array, at: list[int]) -> Told:
 
 def _interval(middle: float, std: float) -> tuple[float, float]:
     """95 % interval of a normal distribution truncated to positive values; it starts at 0 if zero is plausible."""
+    from scipy.special import (
+        log_ndtr,
+        ndtri_exp,
+    )  # here, because its import takes 0.15 s and few drags need it
+
     # In logarithms, because far out on the negative side the remaining probability would be rounded away.
     left = float(log_ndtr(middle / std))
     low, high = (middle - std * float(ndtri_exp(left + np.log(share))) for share in (0.975, 0.025))
@@ -99,6 +103,8 @@ def _without_negative(mean: Array, covariance: Array, place: int) -> tuple[Array
     off = float(mean[place]) / std
     if off > SURELY:
         return mean, covariance
+    from scipy.special import log_ndtr
+
     # The hazard of a normal distribution, in logarithms for the far side.
     hazard = float(np.exp(-0.5 * off**2 - 0.5 * np.log(2.0 * np.pi) - log_ndtr(off)))
     left = max(1.0 - hazard * (hazard + off), 1e-6)

@@ -179,6 +179,47 @@ def innovations(
     return error, spread, gain
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
+def log_likelihood(
+    table: Array,
+    step: Indices,
+    force: Array,
+    reading: Array,
+    state_read: Indices,
+    variance: Array,
+    sigma_d: float,
+    sigma_c: float,
+    initial: Array,
+) -> float:
+    """Return the log likelihood of the readings, without constants; -inf if rounding has spoilt a variance.
+
+    The arguments are those of `innovations`, without a gate.
+    """
+    out = 0.0
+    mean = (initial[0], initial[1], 0.0, 0.0)
+    p = (
+        initial[2], 0.0, 0.0, initial[3], 0.0, sigma_d * sigma_d, 0.0, 0.0, 0.0, sigma_c * sigma_c,
+    )  # fmt: skip
+    for i in range(step.shape[0]):
+        if step[i] >= 0:
+            row = table[step[i]]
+            mean = moved_mean(row, mean, force[i, 0], force[i, 1])
+            p = moved_covariance(row, p)
+        if np.isfinite(reading[i]):
+            velocity = state_read[i] == VELOCITY
+            e = reading[i] - (mean[0] + mean[3] if velocity else mean[1])
+            total, k = gains(p, velocity, variance[i])
+            if not total > 0.0:
+                return -np.inf
+            out -= 0.5 * (np.log(total) + e * e / total)
+            mean = (mean[0] + k[0] * e, mean[1] + k[1] * e, mean[2] + k[2] * e, mean[3] + k[3] * e)
+            p = told_covariance(p, velocity, k)
+        if state_read[i] == INCREMENT:
+            mean = (mean[0], 0.0, mean[2], mean[3])
+            p = (p[0], 0.0, p[2], 0.0, 0.0, p[5], p[6], 0.0, p[8], p[9])
+    return out
+
+
 @njit(cache=True, nogil=True)
 def filtered_means(
     table: Array,

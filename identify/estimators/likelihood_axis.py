@@ -9,7 +9,13 @@ from numpy.typing import NDArray
 from bridge.vehicle.config import Configuration, Damping
 from identify.estimators.axes import Axis, Brackets, coupled
 from identify.estimators.information import STEP, gradient_and_information
-from identify.estimators.innovations import filtered_means, innovations, smoothed_velocity, transitions
+from identify.estimators.innovations import (
+    filtered_means,
+    innovations,
+    log_likelihood,
+    smoothed_velocity,
+    transitions,
+)
 from identify.estimators.motion import Motion
 from identify.estimators.scoring import Maximum
 
@@ -91,9 +97,14 @@ class AxisLikelihood:
         return np.append(error[read], off), np.append(variance[read], 1.0)
 
     def log_likelihood(self, theta: Array) -> float:
-        """Log likelihood of the readings, up to a constant."""
-        error, variance = self.innovations(theta)
-        return -0.5 * float(np.sum(np.log(variance) + error**2 / variance))
+        """Log likelihood of the readings and of the estimate in `word`, up to a constant."""
+        axis = self.axis
+        value = log_likelihood(
+            self.transition_table(theta), self.step, self.mean_force(theta), self.reading, axis.state_read,
+            self.noise_variance(theta), float(np.exp(theta[DISTURBANCE])), self.coloured(theta)[0], axis.initial,
+        )  # fmt: skip
+        mean, precision = self.word
+        return float(value - 0.5 * precision * (np.exp(theta[MASS]) - mean) ** 2)
 
     def filtered(self, theta: Array, gate_sigma: float) -> tuple[Array, Array]:
         """Innovations and variances of all events, (n,); beyond the gate they are clipped and update nothing."""

@@ -81,6 +81,14 @@ class JointLikelihood:
         )
         return np.concatenate([e for e, _ in pairs]), np.concatenate([s for _, s in pairs])
 
+    def log_likelihood(self, theta: Array) -> float:
+        """Log likelihood of all axes' readings, up to a constant."""
+        problems, places = self.at(theta), self.places
+        every = range(len(places))
+        return sum(
+            side_by_side(lambda i: problems[i].log_likelihood(theta[places[i]]), every, self._readings)
+        )
+
     def score(self, theta: Array) -> tuple[Array, Array]:
         """Gradient (p,) and information (p, p): of each axis by its own theta and by the masses of the others."""
         gradient, information = np.zeros(len(theta)), np.zeros((len(theta), len(theta)))

@@ -63,6 +63,9 @@ class Pinned:
     def innovations(self, theta: Array) -> tuple[Array, Array]:
         return self.problem.innovations(theta)
 
+    def log_likelihood(self, theta: Array) -> float:
+        return self.problem.log_likelihood(theta)
+
 
 def stretches(problem: Problem, maximum: Array, place: int, score: Score = alone) -> tuple[float, float]:
     """Factors on the lower and the upper half of a parameter's interval.

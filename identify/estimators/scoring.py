@@ -49,6 +49,10 @@ class Problem(Protocol):
         """Innovations and their variances, (n,) each, no NaN."""
         ...
 
+    def log_likelihood(self, theta: Array) -> float:
+        """Log likelihood, without constants; -inf if rounding has spoilt a variance."""
+        ...
+
 
 Score = Callable[[Any, Array], tuple[Array, Array]]
 
@@ -67,11 +71,14 @@ class Maximum:
 
 def log_posterior(problem: Problem, theta: Array) -> float:
     """log L plus the log of the prior, without constants; -inf if rounding has spoilt a variance."""
-    e, s = problem.innovations(theta)
-    if not np.all(s > 0):
-        return -np.inf
-    data = -0.5 * float(np.sum(np.log(s) + e * e / s))
-    return data - 0.5 * float(np.sum(problem.prior_precision * (theta - problem.prior_mean) ** 2))
+    off = theta - problem.prior_mean
+    return problem.log_likelihood(theta) - 0.5 * float(np.sum(problem.prior_precision * off**2))
+
+
+def gaussian(e: Array, s: Array) -> float:
+    """Log likelihood of innovations of these variances, (n,) each, without constants; -inf if a variance is not
+    positive."""
+    return -0.5 * float(np.sum(np.log(s) + e * e / s)) if np.all(s > 0) else -np.inf
 
 
 def score(problem: Problem, theta: Array) -> tuple[Array, Array]:

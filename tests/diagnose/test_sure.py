@@ -11,7 +11,7 @@ from bridge.effects.rigid_body import NET_BUOYANCY
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose import confidence as module
 from identify.diagnose.candidates import Cause
-from identify.diagnose.confidence import covariance_of, without_doubtful
+from identify.diagnose.confidence import chi_squared, covariance_of, without_doubtful
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.search import explain
 
@@ -93,3 +93,11 @@ def test_a_sea_stays_though_parts_of_the_dive_disagree_on_its_lines(monkeypatch)
     assert [cause.effect.name for cause in found.causes] == ["waves"]
     monkeypatch.setattr(module, "_covariance", lambda *of: 1e9 * covariance_beside(*of))
     assert without_doubtful(found, nominal, (waves(5.0),))[0] is found
+
+
+@pytest.mark.parametrize("freedom", [1, 2, 3, 6, 7, 24])
+def test_the_confidence_of_a_distance_is_that_of_chi_squared(freedom):
+    from scipy.special import chdtr
+
+    for at in (-1.0, 0.0, 1e-3, 0.5, 3.84, 12.0, 80.0):
+        assert chi_squared(freedom, at) == pytest.approx(float(chdtr(freedom, max(at, 0.0))), abs=1e-12)

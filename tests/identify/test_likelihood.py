@@ -10,7 +10,7 @@ import pytest
 from bridge.errors import FitError
 from bridge.vehicle.config import load_vehicle
 from identify.dive import Signal
-from identify.estimators.scoring import climb, score
+from identify.estimators.scoring import climb, gaussian, score
 from identify.estimators.table import estimator
 from identify.identification import Outcome
 from identify.ingest.open import read_dive
@@ -124,6 +124,9 @@ class Line:
 
     def innovations(self, theta):
         return self.y - theta[0] * self.x, np.full(50, 0.25)
+
+    def log_likelihood(self, theta):
+        return gaussian(*self.innovations(theta))
 
 
 def test_scoring_finds_the_least_squares_answer_and_its_information():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from identify.estimators.profile import ENDLESS, stretches
-from identify.estimators.scoring import weigh
+from identify.estimators.scoring import gaussian, weigh
 from identify.identification import Z95
 
 
@@ -19,6 +19,9 @@ class Sample:
     def innovations(self, theta):
         level = np.exp(theta[0]) if self.bent else 1.0 + theta[0]
         return np.array([1.0 - level - theta[1], -theta[1]]), np.full(2, self.spread**2)
+
+    def log_likelihood(self, theta):
+        return gaussian(*self.innovations(theta))
 
     def score(self, theta):
         slope = np.exp(theta[0]) if self.bent else 1.0
