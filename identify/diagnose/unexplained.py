@@ -4,9 +4,9 @@ Whiteness is no test: noise levels learnt from the same dive make the innovation
 Innovations that some force predicts on held-out pieces are the evidence.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Literal
 
 import numpy as np
@@ -166,18 +166,22 @@ def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
         for k, innovations in enumerate(weighing.rows.axes)
         if innovations.problem.axis.dof not in (*weighing.now.doubted, *weighing.now.untold)
     ]
-    by_axis = side_by_side(lambda axis: _of_axis(axis, course, shapes, dofs), axes)
-    weighed = [
-        one for axis, of_axis in zip(axes, by_axis, strict=True) for one in _large(of_axis, thrust[axis.dof])
-    ]
-    weighed += [
-        one for of_axis in side_by_side(lambda axis: _lines(axis, course, at_sea), axes) for one in of_axis
-    ]
-    weighed += _of_witnesses(weighing, fit.value, known)
     # An autopilot's filter corrects itself now and then, which looks like a burst.
-    weighed += _bursts([axis for axis in axes if axis.dof not in weighing.now.filtered], course)
-    if not at_sea and slow_axes(weighing.now):
-        weighed += _slow(_without_remainder(weighing, fit).now if fit.causes else weighing.now)
+    unfiltered = [axis for axis in axes if axis.dof not in weighing.now.filtered]
+
+    def slow() -> list[_Weighed]:
+        if at_sea or not slow_axes(weighing.now):
+            return []
+        return [*_slow(_without_remainder(weighing, fit).now if fit.causes else weighing.now)]
+
+    tests: list[Callable[[], list[_Weighed]]] = [
+        slow,
+        *(partial(_of_axis, axis, course, shapes, dofs, thrust[axis.dof]) for axis in axes),
+        lambda: _bursts(unfiltered, course),
+        *(partial(_lines, axis, course, at_sea) for axis in axes),
+        lambda: [*_of_witnesses(weighing, fit.value, known)],
+    ]
+    weighed = [one for found in side_by_side(lambda test: test(), tests) for one in found]
     weighed.sort(key=lambda one: -one.gain)
     kept = weighed[:MOST]
     return Unexplained(
@@ -251,8 +255,11 @@ def _large(found: list[_Weighed], thrust: float) -> Iterator[_Weighed]:
         yield weighed
 
 
-def _of_axis(axis: _Axis, course: Course, shapes: list[_Unit], fitted: list[int]) -> list[_Weighed]:
-    """Forward selection of the forces that predict one axis, including its own past."""
+def _of_axis(
+    axis: _Axis, course: Course, shapes: list[_Unit], fitted: list[int], thrust: float
+) -> list[_Weighed]:
+    """Forward selection of the forces that predict one axis, including its own past; thrust: its standard deviation
+    there."""
     dofs = [k for k in fitted if k != axis.dof]
     shapes = [
         *shapes,
@@ -262,10 +269,11 @@ def _of_axis(axis: _Axis, course: Course, shapes: list[_Unit], fitted: list[int]
     sums = axis.sums(course, [force for _, _, force, _ in shapes])
     kept, gains = _one_after_another(sums, len(shapes))
     sizes = np.abs(sums.evidence(kept).size) if kept else np.zeros(0)
-    return [
+    found = [
         _Weighed(GenericForce(axis.dof, *shapes[k]), gain, float(size))
         for k, gain, size in zip(kept, gains, sizes, strict=True)
     ]
+    return [*_large(found, thrust)]
 
 
 def _one_after_another(sums: NormalEquations, count: int) -> tuple[list[int], list[float]]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course, delayed, lagged
@@ -193,10 +194,7 @@ def _by_pulses(pwm: Signal, file: VehicleFile, count: int, lag_s: float) -> Call
     curve = file.vehicle.thrust_curve
     pulses = np.where(pwm.value[:, :count] > 0, pwm.value[:, :count], NEUTRAL_US)
     asked = thrust_curve(curve, file.path.parent).thrust(pulses)
-    keep = np.exp(-np.diff(pwm.time_s) / lag_s)
-    given = asked.copy()
-    for i, share in enumerate(keep.tolist()):
-        given[i + 1] = asked[i] + share * (given[i] - asked[i])
+    given = _lagging(np.ascontiguousarray(asked), np.exp(-np.diff(pwm.time_s) / lag_s))
 
     def at(time_s: Array) -> Array:
         last = np.maximum(np.searchsorted(pwm.time_s, time_s, side="right") - 1, 0)
@@ -204,6 +202,17 @@ def _by_pulses(pwm: Signal, file: VehicleFile, count: int, lag_s: float) -> Call
         return np.asarray(asked[last] + fading * (given[last] - asked[last]))
 
     return at
+
+
+@njit(cache=True, nogil=True)
+def _lagging(asked: Array, keep: Array) -> Array:
+    """Output (n, k) at each pulse, by the demand (n, k) from each pulse on and the share (n - 1,) of the distance to it
+    that is left at the next."""
+    given = asked.copy()
+    for i in range(len(keep)):
+        for k in range(asked.shape[1]):
+            given[i + 1, k] = asked[i, k] + keep[i] * (given[i, k] - asked[i, k])
+    return given
 
 
 def _heading(dive: Dive, course: Course) -> Iterator[Witness]:

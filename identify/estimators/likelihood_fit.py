@@ -88,7 +88,7 @@ def _begin(built: Axes, configuration: Configuration, doubted: tuple[int, ...]) 
             theta = climb(problem, theta, ROUGHLY, alone).theta
         return problem, theta
 
-    problems, thetas = zip(*side_by_side(begun, built.axes), strict=True)
+    problems, thetas = zip(*side_by_side(begun, built.axes, lambda axis: len(axis.reading)), strict=True)
     joint = _joined(problems, doubted)
     return Begun(joint, climb(joint, joint.started(thetas), ROUGHLY, JointLikelihood.score))
 
