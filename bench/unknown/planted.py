@@ -1,6 +1,6 @@
 """A drawn force planted in a dive, at its drawn size, and unlike any known effect.
 
-Its size is the drift over 5 s that the force causes beyond the part that a refit of masses and dampings takes up,
+Its size is the drift over 5 s that the force causes beyond the part that a refit of the nominal model takes up,
 over the drift by noise alone of the same dive without it. Drift and floor are measured as by the diagnosis itself
 (`identify/diagnose/drift.py`), in the degree of freedom with the largest ratio.
 """
@@ -27,6 +27,7 @@ from identify.diagnose.candidates import settings_of
 from identify.diagnose.diagnose import FIVE_S
 from identify.diagnose.drift import EVERY_S, HORIZONS_S, floors_of
 from identify.diagnose.recording import fitted_nominal
+from identify.diagnose.regression import LEVELLED
 from identify.diagnose.simulation import Simulation, simulation_of
 
 Array = NDArray[np.float64]
@@ -156,12 +157,19 @@ def typical_of(case: Case, simulated: Simulated, signal: int) -> tuple[float, fl
     return middle, float(np.sqrt(np.mean((values - middle) ** 2)))
 
 
+def model_columns(nu: Array, nu_dot: Array) -> Array:
+    """Wrench for a unit of each parameter of the diagnosis' nominal model, (n, 6, 14): total masses, dampings, and
+    trims in roll and pitch, where a tilted sensor looks like a steady moment."""
+    trims = np.zeros((len(nu), 6, len(LEVELLED)))
+    trims[:, LEVELLED, range(len(LEVELLED))] = 1.0
+    return np.concatenate([nominal_columns(nu, nu_dot), trims], axis=2)
+
+
 def left_of(site: Site, simulated: Simulated) -> tuple[Array, Array]:
-    """The planted wrench in a dive, and the part that a refit of masses and dampings leaves, (n, 6) each at the
-    ticks."""
+    """The planted wrench in a dive, and the part that a refit of the nominal model leaves, (n, 6) each at the ticks."""
     missing, std = missing_wrench(site, simulated), site.vehicle.disturbance
-    columns = nominal_columns(simulated.ticks.state[:, 7:13], simulated.ticks.nu_dot)
-    table = (columns / std[None, :, None]).reshape(-1, 12)
+    columns = model_columns(simulated.ticks.state[:, 7:13], simulated.ticks.nu_dot)
+    table = (columns / std[None, :, None]).reshape(-1, columns.shape[2])
     theta = np.linalg.lstsq(table, (missing / std).reshape(-1), rcond=None)[0]
     return missing, missing - columns @ theta
 
@@ -180,8 +188,8 @@ def likeness(site: Site, simulated: Simulated, period_s: float) -> float:
         effects += (waves(period_s), varying_current(period_s))
     settings, acts = settings_of(effects, course)
     table = np.column_stack([(_force(act, course)[::every] / std).reshape(-1) for act in acts])
-    nominal = nominal_columns(course.nu[::every], course.nu_dot[::every]) / std[None, :, None]
-    base = np.linalg.svd(nominal.reshape(-1, 12), full_matrices=False)[0]
+    nominal = model_columns(course.nu[::every], course.nu_dot[::every]) / std[None, :, None]
+    base = np.linalg.svd(nominal.reshape(-1, nominal.shape[2]), full_matrices=False)[0]
     assert simulated.dive.pwm is not None
     at_s, missing = simulated.dive.pwm.time_s, missing_wrench(site, simulated) / std
     whole = np.column_stack([np.interp(course.time_s[::every], at_s, column) for column in missing.T])

@@ -136,7 +136,12 @@ class Nominal:
 
     @property
     def untold(self) -> tuple[int, ...]:
-        """Degrees of freedom in which an unknown force can't be separated from an unrecorded reading.
+        """Degrees of freedom in which an unknown force can't be separated from an unrecorded reading."""
+        return tuple(sorted({*self.drifting, *self.suspected}))
+
+    @property
+    def drifting(self) -> tuple[int, ...]:
+        """Degrees of freedom moved by a velocity that was not read.
 
         Heave is known by depth alone, while the controller knows the climb rate. Roll, pitch and yaw if the thrusters
         pushed in surge or sway and no velocity was read there, because a drifting hull is turned (Munk 1924).
@@ -145,6 +150,14 @@ class Nominal:
         unseen = {SURGE, SWAY} - fitted - {*self.built.unpushed}
         turned = fitted & {ROLL, PITCH, YAW} if unseen else set()
         return tuple(sorted({*turned, *self._by_depth}))
+
+    @property
+    def suspected(self) -> tuple[int, ...]:
+        """Surge, sway and heave without the doubted ones, if surge or sway is doubted: a controller that used an
+        unrecorded velocity in one of them may have used it in the others."""
+        if not {SURGE, SWAY} & {*self.doubted}:
+            return ()
+        return tuple(sorted({SURGE, SWAY, HEAVE} - {*self.doubted} - {*self.drifting}))
 
     @property
     def _by_depth(self) -> set[int]:

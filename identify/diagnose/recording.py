@@ -21,7 +21,7 @@ from identify.bounds import MOST_ADDED
 from identify.descent import descent_doubts
 from identify.diagnose.evidence import FOLDS
 from identify.diagnose.gap import PUSHED
-from identify.diagnose.nominal import Nominal, nominal_of
+from identify.diagnose.nominal import SURGE, SWAY, Nominal, nominal_of
 from identify.diagnose.regression import PIECE_S
 from identify.diagnose.wording import listed
 from identify.dive import Dive, Signal
@@ -185,13 +185,16 @@ def unjudged_notes(nominal: Nominal) -> tuple[str, ...]:
         for dof, why in sorted(built.missing.items())
         if dof in PUSHED or dof not in built.unpushed
     )
-    if not nominal.untold:
-        return tuple(missing)
     unseen = (
-        f"In {listed([DOFS[dof] for dof in nominal.untold])} no unknown force was looked for: without a velocity the "
-        "climb that a controller knows, and a drift that turns the hull, look like one; record the DVL."
+        f"In {listed([DOFS[dof] for dof in nominal.drifting])} no unknown force was looked for: without a velocity the "
+        "climb that a controller knows, and a drift that turns the hull, look like one; record the DVL.",
     )
-    return (*missing, unseen)
+    used = listed([DOFS[dof] for dof in nominal.doubted if dof in (SURGE, SWAY)])
+    foreign = (
+        f"In {listed([DOFS[dof] for dof in nominal.suspected])} no unknown force was looked for: the controller used a "
+        f"velocity that is not recorded in {used}, and may have done so there; record the very velocity that it uses.",
+    )
+    return (*missing, *(unseen if nominal.drifting else ()), *(foreign if nominal.suspected else ()))
 
 
 def _wild(nominal: Nominal) -> tuple[str, ...]:
