@@ -260,6 +260,7 @@ def test_validate_tells_whether_the_feed_forward_may_be_raised(minute, tmp_path,
 
 
 @needs_shared
+@pytest.mark.usefixtures("sketched")
 def test_validate_writes_a_page_that_begins_with_which_mode_errs_least(minute, tmp_path, capsys):
     files = [in_mode(minute, tmp_path / f"{mode}.tlog", mode) for mode in (0, 3)]
     page, drawn = tmp_path / "page.html", tmp_path / "figures"

@@ -36,7 +36,7 @@ def quiet(*_report):
 
 @pytest.fixture(scope="module")
 def case():
-    return draw_case(391_603, names=["quadratic_drag"], size=0.9, seconds=110.0)
+    return draw_case(391_603, names=["quadratic_drag"], size=0.9, seconds=80.0)
 
 
 @pytest.fixture(scope="module")
