@@ -64,11 +64,12 @@ def switched_off() -> Iterator[None]:
 
 @pytest.fixture
 def sketched(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Pages come without their figures rendered; each kind of page has a test that renders them."""
+    """Pages and files come without their figures rendered; each kind of page has a test that renders them."""
     if "rendered" not in request.fixturenames:
         import sketches
 
         monkeypatch.setattr("identify.report.picture.inline", sketches.inline)
+        monkeypatch.setattr("identify.report.picture.write_files", sketches.write_files)
 
 
 @pytest.fixture
