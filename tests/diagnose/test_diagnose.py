@@ -46,6 +46,7 @@ def found(case):
     )
 
 
+@pytest.mark.slow
 def test_the_hidden_effect_is_named_with_its_parameters(found):
     assert found.found[0].name == "quadratic_drag"
     values = found.found[0].parameters
