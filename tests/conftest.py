@@ -62,6 +62,21 @@ def switched_off() -> Iterator[None]:
     switch_all_off()
 
 
+@pytest.fixture
+def sketched(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pages and files come without their figures rendered; each kind of page has a test that renders them."""
+    if "rendered" not in request.fixturenames:
+        import sketches
+
+        monkeypatch.setattr("identify.report.picture.inline", sketches.inline)
+        monkeypatch.setattr("identify.report.picture.write_files", sketches.write_files)
+
+
+@pytest.fixture
+def rendered() -> None:
+    """In a file whose pages are sketched: this test reads what stands in a figure, or renders all of a page."""
+
+
 def unexcused(skips: list[str], shared_is_there: bool) -> list[str]:
     """The reasons, of those given, that CI does not take."""
     return [reason for reason in skips if shared_is_there or "shared" not in reason]

@@ -19,6 +19,7 @@ def jobs(paths, *functions):
     return [batch_jobs.job_on(path, name, FILE) for path, name in zip(paths, named, strict=True)]
 
 
+@pytest.mark.slow
 def test_a_worker_killed_at_its_work_loses_nothing_and_nothing_counts_twice(tmp_path, monkeypatch):
     todo = jobs(batch_jobs.recordings(tmp_path / "dives", 8), "size", "meet")
     with batch_jobs.desk(monkeypatch) as visitors, cluster(tmp_path, workers=2) as running:

@@ -23,12 +23,15 @@ from tui.batch_tables import dive_table, parameter_tables, trend_table
 WARNED = Doubt(("M_u",), "No rate of turn was recorded in roll: M_u may be off; record a gyro.")
 LONG = "2026-11-20T0912Z-" + "hovering-in-the-outer-harbour"
 
+pytestmark = pytest.mark.usefixtures("sketched")
+
 
 def page(rows, twins=()):
     drifts = {name: drift_of(group) for name, group in by_configuration(rows).items()}
     return render_report(batch_report("ruvifist", "likelihood", rows, twins, drifts))
 
 
+@pytest.mark.usefixtures("rendered")
 def test_the_page_tells_the_story_shows_each_parameter_and_names_each_dive():
     rows = dives(damping=0.2)
     html = page(rows)

@@ -9,7 +9,7 @@ from identify.challenge.score import Judged
 from identify.diagnose.answer import plain
 from identify.diagnose.diagnose import diagnose
 
-SIZE, SECONDS = 0.7, 150.0
+SIZE, SECONDS = 0.7, 110.0
 
 
 def judged(seed: int, *names: str) -> Judged:

@@ -98,7 +98,7 @@ def test_the_check_is_another_mission_with_the_same_effect() -> None:
 
 @pytest.mark.parametrize("name", [*PLANTS, *NOVEL])
 def test_every_effect_can_be_planted_and_larger_ones_show_more(name: str) -> None:
-    small, large = (draw_case(SEED + 3, names=[name], size=size, seconds=60.0) for size in (0.0, 1.0))
+    small, large = (draw_case(SEED + 3, names=[name], size=size, seconds=30.0) for size in (0.0, 1.0))
     for case in (small, large):
         assert np.isfinite(case.simulated(0)[1].ticks.state).all()
         json.dumps(case.truth(), allow_nan=False)

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import sketches
 from pymavlink.dialects.v20.ardupilotmega import MAVLINK_MSG_ID_NAMED_VALUE_FLOAT
 
 from bridge.framing import Encoder, decode
@@ -51,7 +52,9 @@ def cut(path, start_s, end_s):
 
 @pytest.mark.slow
 @needs_shared
-def test_the_json_of_one_dive_is_its_identification(minute, tmp_path):
+def test_the_json_of_one_dive_is_its_identification(minute, tmp_path, monkeypatch):
+    # Its figures are rendered for the page; once more, for a paper, another test renders some.
+    monkeypatch.setattr("identify.report.picture.write_files", sketches.write_files)
     out, page, param = (tmp_path / name for name in ("out.json", "report.html", "out.param"))
     drawn = tmp_path / "figures"
     targets = ("--json", out, "--report", page, "--param", param, "--figures", drawn)
@@ -260,6 +263,7 @@ def test_validate_tells_whether_the_feed_forward_may_be_raised(minute, tmp_path,
 
 
 @needs_shared
+@pytest.mark.usefixtures("sketched")
 def test_validate_writes_a_page_that_begins_with_which_mode_errs_least(minute, tmp_path, capsys):
     files = [in_mode(minute, tmp_path / f"{mode}.tlog", mode) for mode in (0, 3)]
     page, drawn = tmp_path / "page.html", tmp_path / "figures"

@@ -36,7 +36,7 @@ def quiet(*_report):
 
 @pytest.fixture(scope="module")
 def case():
-    return draw_case(391_603, names=["quadratic_drag"], size=0.9, seconds=110.0)
+    return draw_case(391_603, names=["quadratic_drag"], size=0.9, seconds=80.0)
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +46,7 @@ def found(case):
     )
 
 
+@pytest.mark.slow
 def test_the_hidden_effect_is_named_with_its_parameters(found):
     assert found.found[0].name == "quadratic_drag"
     values = found.found[0].parameters

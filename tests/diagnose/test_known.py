@@ -148,8 +148,8 @@ def told(case, **more):
 
 @pytest.mark.slow
 def test_a_drag_that_was_accepted_is_no_gap_on_the_same_dive_and_its_loss_is_a_change_of_it():
-    with_drag = draw_case(300051, names=["quadratic_drag"], size=0.7, seconds=200.0)
-    without = draw_case(300051, names=[], seconds=200.0)
+    with_drag = draw_case(300051, names=["quadratic_drag"], size=0.7, seconds=110.0)
+    without = draw_case(300051, names=[], seconds=110.0)
     first = told(with_drag)
     assert [one.name for one in first.found] == ["quadratic_drag"]
     effects = first.accepted.effects

@@ -17,7 +17,7 @@ DELAY_S = 0.27
 
 
 def test_a_long_delay_is_found_with_its_size_and_only_where_it_is_there(tmp_path: Path) -> None:
-    case = draw(560_000, 23, "command_delay", size=DELAY_S / 0.15, seconds=240.0)
+    case = draw(560_000, 23, "command_delay", size=DELAY_S / 0.15, seconds=120.0)
     for name, data in case.files().items():
         (tmp_path / name).write_bytes(data)
     file = load_vehicle(str(tmp_path / "vehicle.yaml"))

@@ -1,19 +1,22 @@
 """Dives as a stock autopilot records them, made elsewhere: what hides in those that tell their truth is found."""
 
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 
 import pytest
 import yaml
+from soak import rest_in_soak
 
 from bridge.vehicle.config import load_vehicle
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.result import Diagnosis
+from identify.dive import Dive
 from identify.ingest.open import read_dive
 
 FIELD = Path(__file__).resolve().parents[2].parent / "shared" / "field"
 HULL = "quadratic_drag"
+WHOLE_S = 1000.0
+short_or_whole = pytest.mark.parametrize("seconds", rest_in_soak([150.0, WHOLE_S]))
 
 pytestmark = pytest.mark.skipif(not FIELD.exists(), reason="needs ../shared/field beside the checkout")
 
@@ -22,22 +25,30 @@ def truth(name: str) -> dict[str, float]:
     return dict(yaml.safe_load((FIELD / name / "truth.yaml").read_text())["effect_parameters"])
 
 
-@cache
-def told(name: str, checked: bool = False) -> Diagnosis:
+def begun(name: str, seconds: float) -> Dive:
+    """The beginning of a dive."""
+    dive = read_dive(FIELD / name, None, load_vehicle(str(FIELD / "rov.yaml")))
+    start_s, _ = dive.span_s
+    return dive.between(start_s, start_s + seconds)
+
+
+def told(name: str, seconds: float, checked: bool = False) -> Diagnosis:
     file = load_vehicle(str(FIELD / "rov.yaml"))
-    dive, check = (read_dive(FIELD / name / f"{one}.tlog.gz", None, file) for one in ("dive", "check"))
+    dive, check = (begun(f"{name}/{one}.tlog.gz", seconds) for one in ("dive", "check"))
     return diagnose(dive, file, "rov", check=check if checked else None, progress=lambda *_: None)
 
 
-def test_of_a_hull_with_nothing_hidden_its_drag_alone_is_told():
-    found = told("open_1")
+@short_or_whole
+def test_of_a_hull_with_nothing_hidden_its_drag_alone_is_told(seconds):
+    found = told("open_1", seconds)
     assert [one.name for one in found.found] == [HULL]
     assert found.verdict == "explained"
 
 
-def test_an_empty_dive_without_its_velocity_is_not_called_unknown():
+@short_or_whole
+def test_an_empty_dive_without_its_velocity_is_not_called_unknown(seconds):
     file = load_vehicle(str(FIELD / "rov.yaml"))
-    dive = replace(read_dive(FIELD / "open_1" / "dive.tlog.gz", None, file), velocity=None)
+    dive = replace(begun("open_1/dive.tlog.gz", seconds), velocity=None)
     found = diagnose(dive, file, "rov", progress=lambda *_: None)
     assert found.verdict == "no_gap"
     *unread, unseen = found.provisos
@@ -45,8 +56,9 @@ def test_an_empty_dive_without_its_velocity_is_not_called_unknown():
     assert unseen.startswith("In heave, roll, pitch and yaw no unknown force was looked for")
 
 
-def test_a_current_is_found_within_a_centimetre_a_second_and_holds_on_the_check_dive():
-    found = told("open_2", checked=True)
+@short_or_whole
+def test_a_current_is_found_within_a_centimetre_a_second_and_holds_on_the_check_dive(seconds):
+    found = told("open_2", seconds, checked=True)
     assert {one.name for one in found.found} == {HULL, "steady_current"}
     assert found.verdict == "explained"
     water = next(one for one in found.found if one.name == "steady_current").parameters
@@ -59,7 +71,7 @@ def test_a_current_is_found_within_a_centimetre_a_second_and_holds_on_the_check_
 
 @pytest.mark.soak
 def test_a_tether_is_found_with_its_stiffness():
-    found = told("open_3")
+    found = told("open_3", WHOLE_S)
     assert {one.name for one in found.found} == {HULL, "tether"}
     pull = next(one for one in found.found if one.name == "tether").parameters
     assert pull["stiffness"].value == pytest.approx(truth("open_3")["tether_c"], rel=0.1)

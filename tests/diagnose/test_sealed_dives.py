@@ -6,6 +6,7 @@ from pathlib import Path
 
 import jsonschema
 import pytest
+from soak import rest_in_soak
 
 from bridge.vehicle.config import load_vehicle
 from identify.diagnose.diagnose import diagnose
@@ -15,31 +16,34 @@ ROOT = Path(__file__).resolve().parents[2]
 SHARED = ROOT.parent / "shared"
 SEALED = SHARED / "sealed"
 SCHEMA = Path(__file__).resolve().parents[1] / "data" / "answers.schema.json"
+WHOLE_S = 1000.0
+short_or_whole = pytest.mark.parametrize("seconds", rest_in_soak([200.0, WHOLE_S]))
 ANSWERS = ROOT / "tests" / "data" / "sealed_answers"
 
 
-def told(name, lag_s=0.03):
+def told(name, seconds, lag_s=0.03):
     if not SEALED.is_dir():
         pytest.skip("no shared data beside the checkout")
     file = load_vehicle(str(ROOT / "tests/data/vehicles/hovering.yaml"))
     curve = replace(file.vehicle.thrust_curve, lag_s=lag_s)
     file = replace(file, vehicle=replace(file.vehicle, thrust_curve=curve))
-    dives = [read_dive(SEALED / name / f"{which}.tlog.gz") for which in ("dive", "check")]
-    return diagnose(dives[0], file, "hovering", check=dives[1], progress=lambda *_report: None)
+    dives = (read_dive(SEALED / name / f"{which}.tlog.gz") for which in ("dive", "check"))
+    dive, check = (one.between(one.span_s[0], one.span_s[0] + seconds) for one in dives)
+    return diagnose(dive, file, "hovering", check=check, progress=lambda *_report: None)
 
 
-@pytest.mark.slow
-def test_a_dive_that_hides_nothing_has_no_gap():
-    found = told("open_1")
+@short_or_whole
+def test_a_dive_that_hides_nothing_has_no_gap(seconds):
+    found = told("open_1", seconds)
     assert found.verdict == "no_gap"
     assert found.found == ()
     assert found.gap.before == pytest.approx(1.0, abs=0.15)
     assert found.check.after == pytest.approx(1.0, abs=0.15)
 
 
-@pytest.mark.slow
-def test_a_drag_that_is_hidden_is_named_with_its_size_and_nothing_else_is():
-    found = told("open_2")
+@short_or_whole
+def test_a_drag_that_is_hidden_is_named_with_its_size_and_nothing_else_is(seconds):
+    found = told("open_2", seconds)
     assert [one.name for one in found.found] == ["quadratic_drag"]
     truth = {"X_uu": 30.37, "Y_vv": 28.65, "N_rr": 10.43}
     for name, value in truth.items():
@@ -53,7 +57,7 @@ def test_a_drag_that_is_hidden_is_named_with_its_size_and_nothing_else_is():
 @pytest.mark.soak
 @pytest.mark.parametrize("lag_s", [0.05, 0.01])
 def test_a_lag_of_the_vehicle_file_that_is_20_ms_off_is_named_with_the_true_one(lag_s):
-    found = told("open_1", lag_s)
+    found = told("open_1", WHOLE_S, lag_s)
     assert (found.verdict, [one.name for one in found.found]) == ("explained", ["thruster_lag"])
     true = found.found[0].parameters["time_constant"]
     assert true.low95 < 0.03 < true.high95

@@ -346,7 +346,7 @@ def test_dead_reckoning_goes_north_when_turned_about_all_axes():
     assert (east[-1], north[-1]) == (pytest.approx(0.0), pytest.approx(6.0))
 
 
-@pytest.mark.parametrize("name", rest_in_soak(["velocity", "pwm", "attitude", "pressure", "ff_mode"], keep=2))
+@pytest.mark.parametrize("name", rest_in_soak(["velocity", "pwm", "attitude", "pressure", "ff_mode"]))
 @pytest.mark.parametrize("samples", [0, 1])
 def test_a_dive_with_next_to_nothing_of_a_signal_still_makes_a_page(name: str, samples: int, tmp_path: Path):
     dive = straight_dive()

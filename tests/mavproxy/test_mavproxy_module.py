@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import pytest
 from console import write
 from waiting import until
 
@@ -11,6 +12,7 @@ from gcs_plugin.folder import load_folder
 from gcs_plugin.params.files import read_parameters
 
 
+@pytest.mark.slow
 def test_status_tells_each_vehicle_and_that_nothing_is_recorded(mavproxy):
     heard = r"on tcp:127\.0\.0\.1:\d+: heard \d\.\d s ago, \d+ frames, \d+\.\d% lost as seen here, disarmed"
     mavproxy.ask("seatrial status", rf"(?s)1/1 {heard}.*2/1 {heard}.*meant: vehicle 1.*NOT RECORDING")

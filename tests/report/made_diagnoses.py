@@ -26,6 +26,7 @@ from identify.diagnose.result import (
     Tried,
     Value,
 )
+from identify.report import picture
 from identify.report.diagnosis import diagnosis_page
 
 FILE = load_vehicle("ruvifist:hovering")
@@ -110,12 +111,12 @@ def _plain() -> Diagnosis:
 
 
 def page_of(one: Diagnosis) -> str:
-    """Its page. Drawing one takes seconds: that of the plain diagnosis is drawn once."""
-    return _plain_page() if one is _plain() else diagnosis_page(one)
+    """Its page. That of the plain diagnosis is made once, and once with its figures `sketched`."""
+    return _plain_page(picture.inline) if one is _plain() else diagnosis_page(one)
 
 
 @cache
-def _plain_page() -> str:
+def _plain_page(_inline: object) -> str:
     return diagnosis_page(_plain())
 
 

@@ -14,6 +14,8 @@ from identify.diagnose.result import Found, Gain, Next, Tried, Value
 from identify.report.diagnosis import diagnosis_page, diagnosis_report
 from identify.report.picture import WIDE_IN
 
+pytestmark = pytest.mark.usefixtures("sketched")
+
 
 def test_a_cause_that_no_nats_speak_for_is_said_to_rest_on_another_test():
     heard = Found(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, 0.9, {}, 0.0)
@@ -40,6 +42,7 @@ def test_no_cause_is_ever_told_as_certain():
     assert wording.percent_sure(0.87) == "87 %"
 
 
+@pytest.mark.usefixtures("rendered")
 def test_every_candidate_stands_once_in_its_best_form_and_the_accepted_one_is_marked():
     page = Text(diagnosis_page(diagnosis()))
     names = [line for line in page.lines if line.startswith(("munk moment", "quadratic drag"))]
@@ -60,6 +63,7 @@ def test_every_candidate_stands_once_in_its_best_form_and_the_accepted_one_is_ma
     assert any("2.7 times as likely" in line for line in page.lines)
 
 
+@pytest.mark.usefixtures("rendered")
 def test_a_candidate_that_is_less_probable_than_not_is_possible_and_not_accepted():
     drag = replace(found("quadratic_drag"), probability=0.42)
     page = Text(diagnosis_page(diagnosis(found=(drag,))))
@@ -69,6 +73,7 @@ def test_a_candidate_that_is_less_probable_than_not_is_possible_and_not_accepted
     assert "quadratic drag: accepted" in Text(diagnosis_page(diagnosis(found=(half,)))).lines
 
 
+@pytest.mark.usefixtures("rendered")
 def test_a_candidate_that_would_save_enough_and_was_not_accepted_says_why():
     why = Tried(
         replace(effect("waves"), variant="2.25 and 2.33 s"),

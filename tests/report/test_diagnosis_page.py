@@ -2,11 +2,14 @@
 
 import re
 
+import pytest
 from made_diagnoses import NAN, Text, diagnosis, effect, gap, page_of, read
 
 from identify.diagnose import wording, wording_verdict
 from identify.diagnose.result import Gap, Next, Shrink, Tried
 from identify.report.diagnosis import diagnosis_page, diagnosis_report
+
+pytestmark = pytest.mark.usefixtures("sketched")
 
 
 def test_where_there_is_no_gap_the_page_shows_no_shares_of_it_and_no_empty_picture():

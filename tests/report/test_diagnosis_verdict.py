@@ -14,6 +14,8 @@ from identify.diagnose.result import AxisShrink, Disturbance, Found, Share, Shri
 
 NOTHING = Shrink(1.02, 1.01, NAN, NAN, NAN)
 
+pytestmark = pytest.mark.usefixtures("sketched")
+
 
 def test_the_verdict_says_cause_place_speed_and_what_the_drift_falls_to():
     said = wording_verdict.verdict_sentence(diagnosis(check=None, heldout=None))

@@ -2,10 +2,13 @@
 
 from dataclasses import replace
 
+import pytest
 from made_diagnoses import UNKNOWN, diagnosis, gap, read
 
 from identify.diagnose import wording_verdict
 from identify.diagnose.result import Share, Slice
+
+pytestmark = pytest.mark.usefixtures("sketched")
 
 
 def test_no_speed_is_named_below_which_a_vehicle_counts_as_at_rest():
@@ -91,6 +94,7 @@ def test_a_depth_that_stays_the_same_is_not_sliced():
     assert "0.60 to 0.60" not in read(diagnosis(gap=still))
 
 
+@pytest.mark.usefixtures("rendered")
 def test_slices_are_in_the_units_of_what_they_slice_by():
     page = read(diagnosis())
     for told in ("0.30 to 0.60 m/s", "0° to 180°", "2.0 to 5.0 m", "5.0 to 7.5 m"):

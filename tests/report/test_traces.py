@@ -4,11 +4,14 @@ import re
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from made_diagnoses import Text, diagnosis, prediction, read
 
 from identify.diagnose.result import AxisShrink, Disturbance, Shrink
 from identify.report.diagnosis import diagnosis_page
 from identify.report.traces import MOST_POINTS, Trace, TracePanel, Traces, render
+
+pytestmark = pytest.mark.usefixtures("sketched")
 
 
 def traces(n=500, panels=1):

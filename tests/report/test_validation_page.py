@@ -23,6 +23,8 @@ from identify.validate import CUTOFF_HZ, TrackingErrors, tracking_errors
 FILE = load_vehicle("ruvifist:hovering")
 AT_ORIGIN = (0.0, 0.0, 0.0)
 
+pytestmark = pytest.mark.usefixtures("sketched")
+
 
 def moving(name: str, late_s: float, dof: int = 0, start_s: float = 0.0) -> Dive:
     """50 s in which the reference of an axis rises, holds and falls, and the vehicle follows `late_s` later."""

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import sketches
 from direct_dive import dive
 
 from bridge.simulator.missions import Mission, rest, run, turn
@@ -59,7 +60,10 @@ def done():
 
 @pytest.fixture(scope="module")
 def text(done):
-    return render_report(page.report(done))
+    """The page, its figures put together but not rendered."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("identify.report.picture.inline", sketches.inline)
+        return render_report(page.report(done))
 
 
 @pytest.mark.slow
@@ -82,8 +86,11 @@ def test_the_page_says_where_numbers_do_not_fit_where_they_do_and_what_was_left_
         assert f"{heading}</h2>" in text
 
 
+BESIDE = r"https?://|<script|<img|url\((?!#)|<link|@import"
+
+
 def test_the_page_needs_nothing_beside_it(text):
-    assert not re.search(r"https?://|<script|<img|url\((?!#)|<link|@import", text)
+    assert not re.search(BESIDE, text)
 
 
 def test_the_paper_stands_beside_the_vehicle_that_is_made_of_it(text):
@@ -172,7 +179,7 @@ def test_the_command_writes_page_and_results_into_a_folder_of_its_own(done, tmp_
         tell(1.0, "done")
         return replace(done, seed=seed)
 
-    # All of its figures are drawn for the tests above.
+    # All of its figures are put together for the tests above; these are rendered.
     brief = replace(page.report(done), sections=page.report(done).sections[:1])
     monkeypatch.setattr(page, "report", lambda _: brief)
     monkeypatch.setattr("tui.reproduce.run.reproduce", quickly)
@@ -184,7 +191,9 @@ def test_the_command_writes_page_and_results_into_a_folder_of_its_own(done, tmp_
     assert found["seed"] == 7
     folder = Path(found["folder"])
     assert folder.parent == tmp_path
-    assert (folder / "reproduction.html").read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+    html = (folder / "reproduction.html").read_text(encoding="utf-8")
+    assert html.startswith("<!DOCTYPE html>")
+    assert not re.search(BESIDE, html)
     assert json.loads((folder / "result.json").read_text(encoding="utf-8")) == found
     assert "Fig. 14" in shown.err
 

@@ -4,6 +4,7 @@ from typing import Any
 
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
+from soak import rest_in_soak
 
 from bridge.framing import Encoder, Framer, decode
 from bridge.link.memory import memory_pair
@@ -79,7 +80,7 @@ def test_armed_it_is_raised_once_a_minute_of_shadow_has_been_good_and_not_before
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("times", [0.3, 2.0])
+@pytest.mark.parametrize("times", rest_in_soak([0.3, 2.0]))
 def test_armed_a_model_that_the_water_contradicts_is_not_raised_however_long_it_was_shadowed(
     times: float,
 ) -> None:

@@ -38,6 +38,7 @@ async def shown(app, pilot):
     await pilot.pause()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", rest_in_soak(SIZES))
 @pytest.mark.parametrize("theme", rest_in_soak(ORDER))
 def test_dives_look_as_they_were_kept(theme, size):

@@ -14,6 +14,7 @@ import time
 import pytest
 from replayed_vehicle import free_port
 from screen_text import made, settled, text
+from waiting import until
 
 from bench.station import VEHICLE, by_the_recording
 from bridge.clock import SystemClock
@@ -63,9 +64,7 @@ def recording(folder):
             assert "afloat" in vehicle.stderr.readline()
             options = ["--link", link.replace("udpout", "udpin"), "--vehicle", VEHICLE, "--out", "dives"]
             with subprocess.Popen(recorder.record_command(options), stderr=subprocess.DEVNULL) as records:
-                until_s = time.monotonic() + PATIENCE_S
-                while held(time.time()) is None:
-                    assert time.monotonic() < until_s, "the recording tells nothing of itself"
+                until(lambda: held(time.time()) is not None)
                 yield
                 records.send_signal(signal.SIGINT)
         finally:
@@ -87,7 +86,7 @@ class Hand:
         """The screen once it holds `pattern`: the match."""
         until_s = time.monotonic() + PATIENCE_S
         while time.monotonic() < until_s:
-            await self.pilot.pause(0.05)
+            await self.pilot.pause(0.2)
             if found := re.search(pattern, " ".join(text(self.app).split())):
                 return found
         pytest.fail(f"'{pattern}' not seen within {PATIENCE_S:.0f} s:\n{text(self.app)}")

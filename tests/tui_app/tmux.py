@@ -3,6 +3,7 @@
 import os
 import shutil
 import subprocess
+import threading
 import time
 from pathlib import Path
 
@@ -42,10 +43,13 @@ class Tmux:
     def until(self, *words, without=()):
         """The screen once all `words` are on it; fails with the screen that is there instead."""
         until_s = time.monotonic() + PATIENCE_S
+        looking = threading.Event()
         while time.monotonic() < until_s:
             screen = self.screen()
             if all(word in screen for word in words) and not any(word in screen for word in without):
                 return screen
+            # A look starts a process: without a rest between them they keep a core from what is waited for.
+            looking.wait(0.1)
         pytest.fail(f"{words} not seen within {PATIENCE_S:.0f} s:\n{screen}")
 
     def resize(self, columns, rows):
