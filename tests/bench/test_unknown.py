@@ -9,7 +9,7 @@ import pytest
 
 from bench.unknown import section, tables
 from bench.unknown.grammar import MEMORIES, TIMINGS, Factor, Sentence, drawn, force_of, when
-from bench.unknown.planted import MULTIPLES, NEAR, likeness, planted, unknown_of
+from bench.unknown.planted import MULTIPLES, NEAR, left_of, likeness, planted, unknown_of
 from bench.unknown.seeds import COUNT, DRAWN, KNOWN, SHORT_COUNT, SHORT_DRAWN, SHORT_KNOWN
 from bench.unknown.trials import Judged, judged
 from identify.challenge.case import draw_case
@@ -108,6 +108,16 @@ def test_a_drawn_square_of_the_speed_is_known_as_drag_and_one_late_by_far_is_not
         found.append(likeness(*replace(case, planted=(force,)).simulated(0), 0.0))
     assert found[0] > 0.95
     assert found[1] < 0.8
+
+
+def test_a_steady_push_with_a_steady_pitch_is_known_as_a_push_that_a_trim_goes_with() -> None:
+    case = draw_case(391_003, kind="none", seconds=200.0)
+    both = replace(PLAIN, dofs=(1, 4), gains=(1.0, 3.0))
+    force = planted(both, case.vehicle.share, np.zeros(0), np.zeros(0))
+    site, simulated = replace(case, planted=(force,)).simulated(0)
+    assert likeness(site, simulated, 0.0) > 0.95
+    _, left = left_of(site, simulated)
+    assert np.abs(left[:, 4]).max() < 0.1 * np.abs(left[:, 1]).max()
 
 
 @pytest.mark.soak

@@ -12,7 +12,6 @@ DIVE = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "ardusub
 TRUE = {"X_uu": 48.285, "Y_vv": 62.08, "Z_ww": 68.98}
 
 
-@pytest.mark.soak
 def test_the_firmwares_own_submarine_has_quadratic_drag_and_nothing_else():
     if not DIVE.exists():
         pytest.skip("needs ../shared/data beside the checkout")

@@ -9,6 +9,7 @@ import pytest
 from bridge.effects.environment import varying_current, waves
 from bridge.effects.hydrodynamics import QUADRATIC_DRAG
 from identify.diagnose.candidates import Cause
+from identify.diagnose.evidence import Block, Blocks
 from identify.diagnose.result import Prediction
 from identify.diagnose.shrink import (
     FOLDS,
@@ -66,7 +67,8 @@ def test_a_parameter_that_one_piece_alone_tells_stays_near_what_it_is_without_th
     joint = SimpleNamespace(
         problems=(), places=(), mass_places=(), prior_precision=nothing, prior_mean=nothing
     )
-    rows = SimpleNamespace(piece=piece, nominal=np.zeros((len(piece), 0)), nominal_precision=nothing)
+    nuisance = Blocks((Block(np.zeros(0, dtype=np.intp), np.zeros((len(piece), 0))),), 0)
+    rows = SimpleNamespace(piece=piece, nuisance=nuisance, nominal_precision=nothing)
     taught = HeldOutFit(rows, SimpleNamespace(joint=joint, theta=nothing), slope, value)
     by_others = float(slope[piece != 3, 0] @ value[piece != 3]) / float((slope[piece != 3] ** 2).sum())
     assert abs(by_others) > 1.0

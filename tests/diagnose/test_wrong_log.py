@@ -10,6 +10,10 @@ from identify.challenge.case import dive_of, draw_case
 from identify.diagnose import diagnose as module
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.findings import FEEDBACK_DOFS
+from identify.diagnose.nominal import nominal_of
+from identify.diagnose.recording import unjudged_notes
+from identify.diagnose.unexplained import unexplained_of
+from identify.diagnose.weighing import weighing_of
 from identify.feedback import unrecorded
 
 
@@ -45,3 +49,21 @@ def test_a_gap_lies_where_the_log_is_wrong_unless_a_cause_in_the_motion_is_accep
 
     monkeypatch.setattr(module, "findings_of", possible)
     assert where(case) <= doubted
+
+
+def test_no_unknown_force_is_looked_for_where_the_controller_may_have_used_the_same_unrecorded_velocity(case):
+    nominal = nominal_of(dive_of(case), case.file, case.configuration)
+    assert 1 in nominal.doubted
+    assert nominal.suspected == (0, 2)
+    assert "In surge and heave no unknown force" in " ".join(unjudged_notes(nominal))
+    assert not {*nominal.suspected, *nominal.doubted} & pushed(nominal)
+    # As if the recorded velocity were the controller's: its answers to the sea look like forces there.
+    trusted = replace(nominal, doubted=tuple(dof for dof in nominal.doubted if dof > 2))
+    assert trusted.suspected == ()
+    assert {0, 2} <= pushed(trusted)
+
+
+def pushed(nominal) -> set[int]:
+    """The degrees of freedom in which an unknown force is found, with nothing else to name."""
+    weighing = weighing_of(nominal, ())
+    return {shape.dof for shape in unexplained_of(weighing, weighing.fitted(())).shapes}
