@@ -88,6 +88,32 @@ def test_a_cause_counts_by_its_name_or_its_true_class() -> None:
     assert result.numbers["mean class size"] == pytest.approx((5 * 1 + 3) / 6)
 
 
+def test_of_causes_named_for_one_that_hides_only_the_first_counts() -> None:
+    told = {"delay": {"value": 0.12, "unit": "s", "low95": 0.09, "high95": 0.15}}
+    result = judged(
+        (truth("a", "one", "dvl_delay"), answer("explained", "dvl_delay", "waves", parameters=told)),
+        (truth("b", "one", "dvl_delay"), answer("explained", "waves", "dvl_delay", parameters=told)),
+        (truth("c", "one", "dvl_delay"), answer("explained", "waves", "tether", parameters=told)),
+    )
+    assert hits(result, "one hidden: named first") == (1, 3)
+    assert hits(result, "one hidden: in the class") == (1, 3)
+    assert hits(result, "one hidden, 0.5 or more") == (1, 3)
+    assert hits(result, "magnitudes within their 95 % intervals") == (1, 1)
+    (found,) = result.found
+    assert found.rate == Rate(1, 3)
+
+
+def test_a_degree_of_freedom_is_right_where_the_largest_share_of_the_gap_is_told() -> None:
+    """Seven tenths are told in surge, and three in yaw."""
+    cases = [
+        (["surge"], True), (["yaw", "surge"], True), (["yaw"], False), (["heave", "yaw"], False), (["sway"], False)
+    ]  # fmt: skip
+    for name, (dofs, right) in zip("abcde", cases, strict=True):
+        result = judged((truth(name, "one", "waves") | {"dof": dofs}, answer("explained", "waves")))
+        assert hits(result, "right degree of freedom") == (int(right), 1)
+        assert hits(result, "where a gap is told: right degree") == (int(right), 1)
+
+
 def test_a_weak_thruster_counts_only_with_its_number() -> None:
     right, wrong = ({"thruster": {"value": number, "unit": "1"}} for number in (3.0, 4.0))
     result = judged(

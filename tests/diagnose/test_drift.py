@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bench.missions.mission import draw_one
+from identify.diagnose import drift
 from identify.diagnose.drift import drawn, drifts, floors_of, ran_away
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.simulation import Simulation, between, simulation_of
@@ -109,6 +110,26 @@ def test_a_model_that_runs_away_has_a_drift_that_numbers_hold_and_is_told_so():
         "Flown for 1 s, the model with the causes in runs away from the recording in 100.0 % of the flights, which "
         "end there: how large its drift is says little.",
     )
+
+
+@pytest.mark.parametrize(("seconds", "dives"), [(60.0, 40), (240.0, 10), (600.0, 4), (1200.0, 4)])
+def test_a_floor_is_the_rms_of_forty_minutes_of_drawn_dives_and_of_four_dives_at_least(
+    monkeypatch, seconds, dives
+):
+    """Forces of 1 N and 7 N by turns, 5 N rms, against a linear drag."""
+    model, made = still(seconds), []
+
+    def force_in_turn(*_):
+        made.append(7.0 if len(made) % 2 else 1.0)
+        force = np.zeros_like(model.nu)
+        force[:, 0] = made[-1]
+        return force, np.zeros_like(model.nu)
+
+    monkeypatch.setattr(drift, "drawn", force_in_turn)
+    floors = floors_of(None, model, np.random.default_rng(0))
+    assert len(made) == dives
+    horizon_s = np.array([1.0, 5.0, 20.0])
+    assert floors[:, 0] == pytest.approx(5.0 / 50.0 * (1 - np.exp(-50.0 / 100.0 * horizon_s)), rel=1e-3)
 
 
 @pytest.fixture(scope="module")

@@ -13,10 +13,18 @@ from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.diagnose import confidence, findings, search
 from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import nominal_of, refitted
-from identify.diagnose.probability import HALF_NATS, MOST_PROBABLE, probability
-from identify.diagnose.search import LEAST_GAIN, LEAST_SHARE, SHADOW, explain, explained_by, required_gain
+from identify.diagnose.probability import probability
+from identify.diagnose.search import (
+    LEAST_SHARE,
+    SHADOW,
+    explain,
+    explained_by,
+    pruned,
+    required_gain,
+    with_one_more,
+)
 from identify.diagnose.unexplained import unexplained_of
-from identify.diagnose.weighing import FormRemainder, weighing_of
+from identify.diagnose.weighing import Fitted, FormRemainder, weighing_of
 
 LIBRARY = (COUPLED_DAMPING, STEADY_CURRENT, DEAD_ZONE, QUADRATIC_DRAG)
 
@@ -101,9 +109,67 @@ def test_a_cause_whose_form_is_true_asks_little_of_a_further_one(nominal):
         assert many.overlap(further) == pytest.approx(1e4 * rest.overlap(further))
         assert many.saved_overlap(further) < LEAST_SHARE * many.overlap(further)
         asked = max(many.saved_overlap(further), SHADOW * 1e5)
-        assert required_gain(many, further) == pytest.approx(LEAST_GAIN + asked)
+        assert required_gain(many, further) == pytest.approx(7.0 + asked)
         seen.append(rest.saved_overlap(further))
     assert seen[1] > 5 * seen[0]
+
+
+def fitted(causes, nats):
+    """A fit that saves so many nats, and shows in the motion."""
+    return Fitted(
+        tuple(causes),
+        (),
+        np.zeros(1),
+        np.zeros((1, 0)),
+        np.zeros((0, 0)),
+        1.0,
+        nats,
+        1.0,
+        100.0 * len(causes),
+    )
+
+
+class Saving:
+    """Stands in for a weighing in which any cause saves so many nats, and none saves nothing."""
+
+    def __init__(self, nats):
+        self.nats = nats
+
+    def fitted(self, causes):
+        return fitted(causes, self.nats if causes else 0.0)
+
+
+PUSH = Cause(QUADRATIC_DRAG, 50.0 * np.eye(6)[0])
+
+
+@pytest.mark.parametrize(
+    ("nats", "errors", "taken"),
+    [(7.1, 1.1, True), (6.9, 1.1, False), (6.9, 50.0, False), (7.1, 0.9, False), (700.0, 0.9, False)],
+)
+def test_a_cause_is_taken_from_seven_nats_and_one_standard_error_of_them_on(monkeypatch, nats, errors, taken):
+    monkeypatch.setattr(search, "_beyond_all", lambda *_: None)
+    monkeypatch.setattr(search, "ranked_candidates", lambda *_: [(nats, errors, PUSH)])
+    found = with_one_more(Saving(nats), fitted((), 0.0))
+    assert found.causes == ((PUSH,) if taken else ())
+
+
+@pytest.mark.parametrize(("nats", "kept"), [(7.1, True), (6.9, False)])
+def test_a_cause_alone_that_saves_less_than_seven_nats_is_dropped_again(nats, kept):
+    assert pruned(Saving(nats), fitted([PUSH], nats)).causes == ((PUSH,) if kept else ())
+
+
+@pytest.mark.parametrize(("errors", "kept"), [(1.1, True), (0.9, False)])
+def test_a_cause_beside_another_is_dropped_where_it_saves_less_than_one_standard_error(
+    monkeypatch, errors, kept
+):
+    beside = Cause(COUPLED_DAMPING, np.array([1.0, -1.0]))
+    monkeypatch.setattr(search, "_others_at_their_best", lambda _, fit, k: fitted([fit.causes[1 - k]], 20.0))
+    monkeypatch.setattr(search, "required_gain", lambda *_: 7.0)
+    monkeypatch.setattr(search, "ranked_candidates", lambda *_: [(20.0, errors, PUSH), (20.0, 5.0, beside)])
+    weighing = Saving(20.0)
+    weighing.candidates_beyond_forms = lambda *_: None
+    left = pruned(weighing, fitted([PUSH, beside], 40.0)).causes
+    assert left == ((PUSH, beside) if kept else (beside,))
 
 
 @pytest.mark.parametrize(("first", "looks"), [(1, [0, 1, 2]), (2, [0, 2, 1])])
@@ -187,10 +253,22 @@ def test_beside_an_unknown_force_a_margin_counts_by_its_share_of_both(nominal, m
     monkeypatch.setattr(findings, "feedforward_gain", lambda *_: None)
     found = explain(with_drag(nominal)[0], LIBRARY, quiet)
     told = [findings.findings_of(found, found.fit.covariance, None, nats)[0] for nats in (0.0, 40.0, 1e9)]
-    margins = [HALF_NATS * one.probability / (MOST_PROBABLE - one.probability) for one in told]
+    margins = [6.0 * one.probability / (0.98 - one.probability) for one in told]
     assert margins[1] == pytest.approx(margins[0] ** 2 / (margins[0] + 10.0))
     assert told[1].probability > 0.8 * told[0].probability
     assert told[2].probability < 0.01
+
+
+@pytest.mark.parametrize(
+    ("margin_nats", "told"), [(-1.0, 0.0), (0.0, 0.0), (3.0, 0.98 / 3), (6.0, 0.49), (54.0, 0.98 * 0.9)]
+)
+def test_six_nats_are_worth_half_of_the_most_that_is_ever_told(margin_nats, told):
+    assert probability(margin_nats) == pytest.approx(told, rel=1e-9)
+
+
+def test_no_margin_makes_a_cause_more_probable_than_98_per_cent():
+    assert probability(1e9) == pytest.approx(0.98, abs=1e-4)
+    assert max(probability(nats) for nats in (1e3, 1e6, 1e9, np.inf)) <= 0.98
 
 
 def test_what_is_left_halves_no_cause_of_many_nats():

@@ -10,7 +10,7 @@ from bridge.signing.frame import is_signed, signed
 from bridge.signing.gate import Gate, Trouble
 from bridge.signing.key import SigningKey, new_key
 from bridge.signing.link import LARGEST_WRITE, SignedLink
-from bridge.signing.times import EPOCH_UNIX_S, MINUTE, STEPS_A_S, Refusal, Times
+from bridge.signing.times import EPOCH_UNIX_S, STEPS_A_S, Refusal, Times
 
 BEAT = dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3)
 KEY = SigningKey(bytes(range(32)))
@@ -93,7 +93,7 @@ def test_each_kind_of_frame_that_is_refused_is_counted(side):
     assert side.arrives(now) == b""
     assert side.arrives(now - 1) == b""
     assert side.arrives(now + 1, new_key()) == b""
-    assert side.arrives(now - MINUTE - 1, link=3) == b""
+    assert side.arrives(now - 60 * 100_000 - 1, link=3) == b""
     assert side.arrives(now + 1)
     assert side.gate.counts == {
         Refusal.UNSIGNED: 1,
@@ -104,8 +104,20 @@ def test_each_kind_of_frame_that_is_refused_is_counted(side):
     assert side.gate.words == "1 unsigned, 1 of another key, 2 replayed or late, 1 a minute old refused"
 
 
-def test_a_minute_is_not_too_old(side):
-    assert side.arrives(side.now() - MINUTE)
+def test_a_frame_signed_sixty_seconds_ago_is_let_in_and_one_ten_microseconds_older_is_not(side):
+    """Times are told in steps of 10 us."""
+    assert side.arrives(side.now() - 60 * 100_000, link=0)
+    assert side.arrives(side.now() - 60 * 100_000 - 1, link=1) == b""
+    assert side.gate.counts == {Refusal.OLD: 1}
+
+
+def test_a_frame_that_was_never_heard_is_refused_once_the_clock_is_past_its_minute(side):
+    signed_at = side.now()
+    side.waits(60.0)
+    assert side.arrives(signed_at, link=0)
+    side.waits(1.0)
+    assert side.arrives(signed_at, link=1) == b""
+    assert side.gate.counts == {Refusal.OLD: 1}
 
 
 def test_streams_of_two_links_have_times_of_their_own(side):

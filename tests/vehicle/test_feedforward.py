@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bridge.vehicle.feedforward import LEAD_SHARE, Lead, Mode, Slope, feedforward
+from bridge.vehicle.feedforward import Lead, Mode, Slope, feedforward
 from bridge.vehicle.references import Reference
 
 GOOD = {"M_u": 96.4, "D_u": 42.13, "M_v": 112.0, "D_v": 53.0, "I_r": 16.0, "D_r": 26.07}
@@ -97,8 +97,8 @@ def test_through_lag_and_hold_a_led_ramp_arrives_as_it_was_wanted() -> None:
 def test_a_wrench_that_jumps_is_not_kicked_further_than_a_tenth_of_the_reach() -> None:
     lead = Lead(0.075, REACH)
     lead.step(surge(-5.0), 0.05)
-    assert lead.step(surge(80.0), 0.05)[0] == pytest.approx(80.0 + LEAD_SHARE * 100.0)
-    assert lead.step(surge(-80.0), 0.05)[0] == pytest.approx(-80.0 - LEAD_SHARE * 100.0)
+    assert lead.step(surge(80.0), 0.05)[0] == pytest.approx(80.0 + 10.0)
+    assert lead.step(surge(-80.0), 0.05)[0] == pytest.approx(-80.0 - 10.0)
 
 
 def test_a_wrench_that_rests_and_one_just_begun_are_not_led() -> None:

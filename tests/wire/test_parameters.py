@@ -2,7 +2,9 @@
 
 import json
 import math
+import os
 import zlib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -170,6 +172,37 @@ def test_a_coefficient_is_bounded_by_what_a_vehicle_of_this_mass_and_thrust_can_
         assert target.write(name, float(unfit), False) is Refusal.OUT_OF_RANGE
 
 
+@pytest.mark.parametrize(
+    ("name", "low", "high"),
+    [
+        ("FF0_X_UU", 0.0, 40.0 / 0.2**2),
+        ("FF0_N_RR", 0.0, 40.0 / 0.1**2),
+        ("FF0_Y_R", -40.0 / 0.1, 40.0 / 0.1),
+        ("FF0_N_V", -40.0 / 0.2, 40.0 / 0.2),
+        ("FF0_Y_UV", -40.0 / 0.2**2, 40.0 / 0.2**2),
+        ("FF0_N_UV", -40.0 / 0.2**2, 40.0 / 0.2**2),
+        ("FF0_N_MUNK", -40.0 / 0.2**2, 40.0 / 0.2**2),
+        ("FF0_S_X", -72.0, 72.0),
+        ("FF0_S_Y", -72.0, 72.0),
+        ("FF0_T_ASTERN", 0.3, 2.0),
+        ("FF0_T1_GAIN", 0.3, 2.0),
+        ("FF0_T_START", 0.0, 10.0),
+        ("FF0_T_LEAST", 0.0, 10.0),
+        ("FF0_T_VOLT", 3.0, 1000.0),
+        ("FF0_T_VSHARE", 0.0, 2.0),
+        ("FF0_T_OHM", 0.0, 1.0),
+    ],
+)
+def test_an_effect_is_bounded_by_what_a_vehicle_of_72_kg_and_40_n_can_have(
+    name: str, low: float, high: float
+) -> None:
+    target = server()
+    for fit, unfit in ((low, 1.001 * low - 0.001 * high), (high, 1.001 * high - 0.001 * low)):
+        assert target.write(name, fit, False) is None
+        assert target.write(name, unfit, False) is Refusal.OUT_OF_RANGE
+        assert target.value(name) == to_float32(fit)
+
+
 def test_the_bounds_grow_with_the_number_of_thrusters_and_stay_within_those_of_the_coefficient() -> None:
     thruster = Thruster((1.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     ship = Configuration(dry_mass_kg=9e4, inertia_kgm2=(1e3, 1e3, 1e3), thrusters=(thruster,) * 3)
@@ -177,6 +210,9 @@ def test_the_bounds_grow_with_the_number_of_thrusters_and_stay_within_those_of_t
     assert rows["FF0_D_U"] == (9.0, 3 * 800.0)
     assert rows["FF0_M_U"] == (27_000.0, 1e5)
     assert rows["FF0_I_P"] == (100.0, 1e5)
+    strong = replace(ship, thruster_limit_n=1e4)
+    rows = {row.name: (row.low, row.high) for row in vehicle_table(Vehicle("ship", {"ship": strong}))}
+    assert rows["FF0_D_U"] == (9.0, 1e5)
 
 
 @pytest.mark.parametrize("path", sorted((CONFIGS / "vehicles").glob("*.yaml")), ids=lambda path: path.stem)
@@ -492,6 +528,35 @@ def test_the_store_is_replaced_whole_or_not_at_all(tmp_path: Path, monkeypatch: 
     with pytest.raises(ParamError, match="can't be stored"):
         parameter_store.save(path, {"here": parameter_store.Stored(2.0, {"a": 2.0})})
     assert parameter_store.load(path) == first
+
+
+def test_a_committed_set_is_whole_on_the_disk_then_in_place_then_its_folder_is_synced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "parameters.json"
+    target = server(path)
+    fill(target)
+    fsync, put, done = os.fsync, os.replace, []
+
+    def synced(file: int) -> None:
+        fsync(file)
+        which = Path(os.readlink(f"/proc/self/fd/{file}"))
+        done.append(("synced", which, parameter_store.load(which) if which.is_file() else None))
+
+    def renamed(old: Path, new: Path) -> None:
+        put(old, new)
+        done.append(("renamed", Path(old), Path(new)))
+
+    monkeypatch.setattr("os.fsync", synced)
+    monkeypatch.setattr("os.replace", renamed)
+    assert target.write("FF_COMMIT", float(target.staged_crc), False) is None
+    new = path.with_name("parameters.json.new")
+    assert done == [
+        ("synced", new, parameter_store.load(path)),
+        ("renamed", new, path),
+        ("synced", tmp_path, None),
+    ]
+    assert server(path).active_crc == target.active_crc != 0
 
 
 @given(
