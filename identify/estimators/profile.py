@@ -88,7 +88,10 @@ def _stretch(problem: Problem, maximum: Array, step: Array, place: int, top: flo
     others = np.arange(len(end)) != place
     slope = (gradient - problem.prior_precision * (end - problem.prior_mean))[others]
     precision = (information + np.diag(problem.prior_precision))[np.ix_(others, others)]
-    regained = 0.5 * float(slope @ np.linalg.solve(precision, slope))
+    # Far out on a hopeless parameter the information may be singular but for rounding: nothing is regained there.
+    scale = np.sqrt(np.maximum(np.diag(precision), 1e-300))
+    inverse = np.linalg.pinv(precision / np.outer(scale, scale), hermitian=True)
+    regained = 0.5 * float((slope / scale) @ inverse @ (slope / scale))
     fallen = max(top - log_posterior(problem, end) - regained, 0.0)
     return float(np.clip(Z95 / np.sqrt(2.0 * fallen + 1e-12), NEAREST, FURTHEST))
 
