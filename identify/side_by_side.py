@@ -24,7 +24,11 @@ def side_by_side(
     order = range(len(every)) if size is None else sorted(range(len(every)), key=lambda k: -size(every[k]))
     with ThreadPoolExecutor(at_once) as pool:
         begun = {k: pool.submit(work, every[k]) for k in order}
-        return [begun[k].result() for k in range(len(every))]
+        try:
+            return [begun[k].result() for k in range(len(every))]
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
 
 
 def both(work: Callable[[], T], other: Callable[[], R]) -> tuple[T, R]:

@@ -126,6 +126,8 @@ def findings_of(
     """
     fit = replace(found.fit, covariance=covariance)
     out, braking = [], braking_of(found.causes, found.now)
+    # Made before the causes are looked at side by side, so that all take their columns from the same place.
+    found.weighing.candidates_beside(found.fit)
     groups = side_by_side(lambda k: ambiguity_of(found, k), range(len(found.causes)))
     for k, (cause, group) in enumerate(zip(found.causes, groups, strict=True)):
         others = _without(found, k)

@@ -36,7 +36,7 @@ TOGETHER = 32
 """Forces answered together: as many as stay in a processor's cache."""
 
 ROWS = 32
-"""Rows that are prewhitened together: few enough for the cache with all their columns, and more than ORDER."""
+"""Rows that are prewhitened together: few enough for the cache with all their columns."""
 
 
 @dataclass(frozen=True)

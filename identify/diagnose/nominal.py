@@ -154,10 +154,11 @@ class Nominal:
     @property
     def suspected(self) -> tuple[int, ...]:
         """Surge, sway and heave without the doubted ones, if surge or sway is doubted: a controller that used an
-        unrecorded velocity in one of them may have used it in the others."""
+        unrecorded reading in one of them may have used it in the others."""
         if not {SURGE, SWAY} & {*self.doubted}:
             return ()
-        return tuple(sorted({SURGE, SWAY, HEAVE} - {*self.doubted} - {*self.drifting}))
+        fitted = {problem.axis.dof for problem in self.joint.problems}
+        return tuple(sorted({SURGE, SWAY, HEAVE} & fitted - {*self.doubted} - {*self.drifting}))
 
     @property
     def _by_depth(self) -> set[int]:

@@ -192,7 +192,7 @@ def unjudged_notes(nominal: Nominal) -> tuple[str, ...]:
     used = listed([DOFS[dof] for dof in nominal.doubted if dof in (SURGE, SWAY)])
     foreign = (
         f"In {listed([DOFS[dof] for dof in nominal.suspected])} no unknown force was looked for: the controller used a "
-        f"velocity that is not recorded in {used}, and may have done so there; record the very velocity that it uses.",
+        f"reading that was not recorded in {used}, and may have done so there; record the very velocity that it uses.",
     )
     return (*missing, *(unseen if nominal.drifting else ()), *(foreign if nominal.suspected else ()))
 

@@ -139,7 +139,7 @@ class Regression:
             for witness_rows in weighed
         ]
         piece = np.concatenate([self.piece, *(np.maximum(part, 0.0).astype(np.intp) for part in late)])
-        # Less the acts, like all other rows: `weighing_of` adds them again.
+        # Less the acts, like all other rows: `rows_of` adds them again.
         left = [
             witness_rows.whitened(_witness_residual(witness_rows.witness, acts, course)[:, None])[:, 0]
             for witness_rows in weighed

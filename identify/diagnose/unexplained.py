@@ -302,14 +302,14 @@ def _of_witnesses(weighing: Weighing, value: Array, known: Blocks) -> Iterator[_
         (np.ones(len(course.nu)), "steady"),
         (2.0 * course.since_s / course.since_s[-1] - 1.0, "drifting"),
     )
-    for k, weighed in enumerate(rows.witnesses, len(rows.axes)):
-        mine, nominal = known.places[k], known.parts[k].values
+    for block, weighed in enumerate(rows.witnesses, len(rows.axes)):
+        mine, nominal = known.places[block], known.parts[block].values
         if weighed.witness.kind == "shaft":
             continue
         columns = weighed.whitened(
             np.column_stack([weighed.witness.bins.along(course, unit) for unit, _ in units])
         )
-        precision = _precision(rows, known, k, nominal)
+        precision = _precision(rows, known, block, nominal)
         sums = equations_of(value[mine], nominal, precision, columns, rows.piece[mine])
         kept, gains = _one_after_another(sums, len(units))
         is_accelerometer = weighed.witness.kind == "specific_force"

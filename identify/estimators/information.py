@@ -31,10 +31,14 @@ STEP = 1e-6
 1e-10."""
 
 LANES = 16
-"""Length of arrays over runs or linear parameters, the most of either. The compiler has to know it to vectorise."""
+"""Length of arrays over runs or linear parameters, the most of either. The compiler has to know it to vectorise.
+
+An axis has at most 11 runs and 13 linear parameters: no more than four masses act in it by Coriolis forces.
+"""
 
 TOGETHER = 8
-"""Runs are computed in multiples of this; those beyond the last repeat it."""
+"""Runs are computed in multiples of this; those beyond the last repeat it, and linear parameters beyond
+the last are zero."""
 
 BLOCK = 256
 """Readings whose derivatives are stored before they are added to the information: enough for a fast product, and few

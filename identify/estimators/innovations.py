@@ -191,7 +191,7 @@ def log_likelihood(
     sigma_c: float,
     initial: Array,
 ) -> float:
-    """Return the log likelihood of the readings, without constants; -inf if rounding has spoilt a variance.
+    """Return the log likelihood of the readings, without constants; -inf where a variance or the state has run away.
 
     The arguments are those of `innovations`, without a gate.
     """
@@ -217,7 +217,7 @@ def log_likelihood(
         if state_read[i] == INCREMENT:
             mean = (mean[0], 0.0, mean[2], mean[3])
             p = (p[0], 0.0, p[2], 0.0, 0.0, p[5], p[6], 0.0, p[8], p[9])
-    return out
+    return out if np.isfinite(out) else -np.inf
 
 
 @njit(cache=True, nogil=True)
