@@ -1,13 +1,16 @@
 """The score of all axes together against differences over all their innovations."""
 
+from dataclasses import replace
+
 import closed_loop
 import numpy as np
+import pytest
 
 from bench.missions.mission import draw_one
 from identify.estimators.axes import build_axes
 from identify.estimators.likelihood_axis import MASS, MASS_RATIO, likelihood_of, rigid_mass
 from identify.estimators.likelihood_joint import JointLikelihood
-from identify.estimators.scoring import score
+from identify.estimators.scoring import gaussian, score
 
 HEAVE = 2
 
@@ -29,6 +32,21 @@ def assert_score_is_the_slope(joint):
     np.testing.assert_allclose(
         information / np.outer(size, size), curvature / np.outer(size, size), atol=2e-5
     )
+
+
+def test_the_likelihood_alone_is_that_of_all_innovations_and_of_a_mass_told_by_other_axes():
+    axes = problems()
+    reading = axes[0].reading.copy()
+    reading[::7] = np.nan
+    joint = JointLikelihood((replace(axes[0], reading=reading, word=(1.1, 30.0)), *axes[1:]))
+    expected = gaussian(*joint.innovations(joint.prior_mean))
+    assert joint.log_likelihood(joint.prior_mean) == pytest.approx(expected, rel=1e-10)
+
+
+def test_a_state_that_has_run_away_has_no_likelihood():
+    one, *_ = problems()
+    away = replace(one, axis=replace(one.axis, initial=np.array([np.inf, 0.0, 1.0, 1.0])))
+    assert away.log_likelihood(away.prior_mean) == -np.inf
 
 
 def test_the_score_of_all_axes_is_the_slope_of_their_likelihood():
