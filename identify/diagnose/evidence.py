@@ -163,24 +163,33 @@ def projected_out(
     right: products (P, k, .) of the known columns with each, and the sizes (k, .) to be taken off.
     """
     (by_left, off_left), (by_right, off_right) = left, right
-    return np.asarray(products - off_left.T @ (by_right - known @ off_right) - by_left.mT @ off_right)
+    shares = np.concatenate([np.broadcast_to(off_left, by_left.shape), by_left], axis=1)
+    rest = by_right - known @ off_right
+    taken = shares.mT @ np.concatenate([rest, np.broadcast_to(off_right, rest.shape)], axis=1)
+    return np.asarray(np.subtract(products, taken, out=taken))
 
 
 def equations_beyond(squares: Array, held_square: Array, held_right: Array) -> NormalEquations:
     """Normal equations of candidates whose nominal columns are projected out; squares (c,): of the candidates in
     full."""
     telling = np.einsum("pii->i", held_square) > NOTHING_NEW * np.maximum(squares, 1e-300)
-    fold = np.arange(len(held_square)) % FOLDS
-    taught = [fold != k for k in range(min(FOLDS, len(held_square)))]
+    square, square_by_fold = _over_folds(held_square)
+    right, right_by_fold = _over_folds(held_right)
     return NormalEquations(
-        held_square.sum(axis=0),
-        held_right.sum(axis=0),
-        np.array([held_square[some].sum(axis=0) for some in taught]),
-        np.array([held_right[some].sum(axis=0) for some in taught]),
+        square,
+        right,
+        square - square_by_fold,
+        right - right_by_fold,
         held_square,
         held_right,
         telling,
     )
+
+
+def _over_folds(held: Array) -> tuple[Array, Array]:
+    """Sums of a term of each piece (P, ...): over all pieces (...), and over those of each fold (F, ...)."""
+    by_fold = np.array([held[k::FOLDS].sum(axis=0) for k in range(min(FOLDS, len(held)))])
+    return by_fold.sum(axis=0), by_fold
 
 
 @dataclass(frozen=True)

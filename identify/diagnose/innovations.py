@@ -180,7 +180,9 @@ class AxisInnovations:
         out = np.empty((len(self.std), len(forces)))
         for first in range(0, len(forces), TOGETHER):
             some = slice(first, first + TOGETHER)
-            smooth = behind_filter(np.stack(forces[some]), course.step_s, self.problem.axis.smoothing_s)
+            smooth = behind_filter(
+                np.column_stack(forces[some]), course.step_s, self.problem.axis.smoothing_s
+            )
             columns = self.by_force(means_before(course.time_s, smooth, before, time_s))
             out[:, some] = self.prewhitened(columns)
         return out

@@ -39,8 +39,8 @@ USUAL_HZ = 25.0
 
 Array = NDArray[np.float64]
 
-NEARLY = 0.05
-"""Tolerance of the joint maximum likelihood, nats."""
+NEARLY, ROUGHLY = 0.05, 0.5
+"""Tolerance of the joint maximum likelihood, nats: at the end, and before the Coriolis forces change."""
 
 PASSES = 2
 
@@ -358,7 +358,7 @@ def _maximised(
     Outliers are dropped, except in `filtered` degrees of freedom, where a large residual is due to the model.
     """
     for _ in range(passes):
-        theta = climb(joint, theta, NEARLY, JointLikelihood.score).theta
+        theta = climb(joint, theta, ROUGHLY, JointLikelihood.score).theta
         joint, theta = _alike(joint, theta, filtered)
         better = joint.with_better_forces(motion, theta)
         problems = tuple(
@@ -408,7 +408,7 @@ def _without_acts(problem: AxisLikelihood, acts: Sequence[Act], course: Course, 
             # The filter itself brakes: a velocity computed beforehand would be off.
             quadratic += float(act.quadratic[axis.dof])
         elif act.wrench is not None:
-            delayed_force = behind_filter(act.wrench[None, :, axis.dof], course.step_s, axis.smoothing_s)[0]
+            delayed_force = behind_filter(act.wrench[:, [axis.dof]], course.step_s, axis.smoothing_s)[:, 0]
             force += mean_before(course.time_s, delayed_force, before, axis.time_s)[:, None]
         off = reading_error(problem, act, course)
         if off is not None:
@@ -452,8 +452,8 @@ def _unsmoothed(course: Course, joint: JointLikelihood) -> Course:
     for axis in (problem.axis for problem in joint.problems):
         if axis.smoothing_s > 0:
             dof, mass = axis.dof, course.mass[axis.dof]
-            pushed = course.wrench_of(course.thrust_n)[None, :, dof]
-            ahead = (pushed - behind_filter(pushed, course.step_s, axis.smoothing_s))[0]
+            pushed = course.wrench_of(course.thrust_n)[:, [dof]]
+            ahead = (pushed - behind_filter(pushed, course.step_s, axis.smoothing_s))[:, 0]
             slope = course.damping[dof] + 2.0 * course.quadratic[dof] * np.abs(course.nu[:, dof])
             nu[:, dof] += axis.smoothing_s * course.nu_dot[:, dof]
             nu_dot[:, dof] += (ahead - axis.smoothing_s * slope * course.nu_dot[:, dof]) / mass

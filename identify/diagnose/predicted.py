@@ -25,8 +25,6 @@ from identify.ingest.rotation import attitude_at
 
 Array = NDArray[np.float64]
 
-TOGETHER = 8
-
 APART_S = 1e-4
 """Times closer than this count as equal, because readings' times are rounded."""
 
@@ -73,11 +71,11 @@ def mean_before(time_s: Array, values: Array, start_s: Array, end_s: Array) -> A
     Beyond the last time, values are extrapolated from the two before, and the next interval corrects for that. 0 for
     an empty interval.
     """
-    return means_before(time_s, values[None], start_s, end_s)[:, 0]
+    return means_before(time_s, values[:, None], start_s, end_s)[:, 0]
 
 
 def means_before(time_s: Array, values: Array, start_s: Array, end_s: Array) -> Array:
-    """The same means (m, k) for several rows (k, n)."""
+    """The same means (m, k) for several columns (n, k)."""
     step_s = float(time_s[1] - time_s[0])
     values = np.ascontiguousarray(values, dtype=np.float64)
     return np.asarray(_mean_of_each(float(time_s[0]), step_s, values, start_s, end_s))
@@ -100,26 +98,29 @@ def _last(began_s: float, step_s: float, count: int, at_s: float) -> tuple[int, 
 
 @njit(cache=True, nogil=True)
 def _mean_of_each(began_s: float, step_s: float, values: Array, start_s: Array, end_s: Array) -> Array:
-    width, count = values.shape
+    count, width = values.shape
     out = np.zeros((len(start_s), width))
-    # A few columns at a time, for contiguous writes.
-    for first in range(0, width, TOGETHER):
-        for k in range(len(start_s)):
-            span_s = end_s[k] - start_s[k]
-            if span_s > 0:
-                i, early_s = _last(began_s, step_s, count, start_s[k])
-                j, late_s = _last(began_s, step_s, count, end_s[k])
-                by_i, by_j = 0.5 * early_s**2 / step_s, 0.5 * late_s**2 / step_s
-                # Of the trapezoids between i and j, each end has half a step.
-                ends_s = 0.5 * step_s if i < j else 0.0
-                at_i, at_j = ends_s - early_s - by_i, ends_s + late_s + by_j
-                for c in range(first, min(first + TOGETHER, width)):
-                    row = values[c]
-                    between = 0.0
-                    for at in range(i + 1, j):
-                        between += row[at]
-                    area = by_i * row[i - 1] + at_i * row[i] + at_j * row[j] - by_j * row[j - 1]
-                    out[k, c] = (area + step_s * between) / span_s
+    for k in range(len(start_s)):
+        span_s = end_s[k] - start_s[k]
+        if span_s > 0:
+            i, early_s = _last(began_s, step_s, count, start_s[k])
+            j, late_s = _last(began_s, step_s, count, end_s[k])
+            by_i, by_j = 0.5 * early_s**2 / step_s, 0.5 * late_s**2 / step_s
+            # Of the trapezoids between i and j, each end has half a step.
+            ends_s = 0.5 * step_s if i < j else 0.0
+            per_s = 1.0 / span_s
+            before_i, at_i = by_i * per_s, (ends_s - early_s - by_i) * per_s
+            before_j, at_j = -by_j * per_s, (ends_s + late_s + by_j) * per_s
+            for c in range(width):
+                out[k, c] = (
+                    before_i * values[i - 1, c]
+                    + at_i * values[i, c]
+                    + at_j * values[j, c]
+                    + before_j * values[j - 1, c]
+                )
+            for at in range(i + 1, j):
+                for c in range(width):
+                    out[k, c] += step_s * per_s * values[at, c]
     return out
 
 

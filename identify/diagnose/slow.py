@@ -1,11 +1,13 @@
-"""Slow forces that the disturbance absorbed: a longer correlation time than a sea's shows a force of the vehicle.
+"""Slow forces that the disturbance absorbed: one axis forgets far more slowly than the others.
 
 A disturbance of free correlation time follows any force that changes slowly, and its filter's innovations are then as
-white as without the force. So each axis's filter is compared with a filter whose disturbance forgets as a sea's does,
-with all else fitted again. A sea that is smoother than a first-order one is likelier with a longer correlation time,
-too; only a disturbance that is still correlated with itself after that time counts as slow.
+white as without the force. But one sea moves all axes, with one memory. So each axis's filter is compared with a
+filter whose disturbance forgets as it does in the other axes, with all else fitted again. A sea that is smoother than
+a first-order one is likelier with a longer correlation time, too; only a disturbance that is still correlated with
+itself long after that time counts as slow.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,12 +15,20 @@ from numpy.typing import NDArray
 
 from identify.diagnose.nominal import NEARLY, Nominal
 from identify.estimators.likelihood_axis import TIME_CONSTANT, AxisLikelihood
+from identify.estimators.likelihood_joint import alone
 from identify.estimators.scoring import climb
 
 Array = NDArray[np.float64]
 
-LONGEST_S = 6.0
-"""Longest correlation time of a sea's disturbance, s: four times the usual."""
+SLOWER, FORGOTTEN = 1.5, 4.0
+"""Correlation time, in those of the other axes, that a sea may have in one axis, and the lag at which it is
+forgotten."""
+
+LEAST_CORRELATION, LEAST_SIGMA = 0.3, 4.0
+"""Correlation at that lag that no sea has left, and the same in its standard errors."""
+
+FEW, USUAL_S = 2, 4.0
+"""With fewer other axes, their correlation time counts as this one: a slow sea's, s."""
 
 HELD = 1e6
 """Precision of a logarithm that is held fixed."""
@@ -33,39 +43,62 @@ class Slow:
     gain: float
 
 
-def slow_axes(now: Nominal) -> tuple[int, ...]:
-    """Degrees of freedom whose disturbance has a longer correlation time than a sea's.
+def slow_axes(now: Nominal) -> dict[int, float]:
+    """Degrees of freedom whose disturbance forgets more slowly than a sea's, with the sea's correlation time, s.
 
     Left out are doubted and `untold` ones, and those behind an autopilot's filter, whose correlation time is held.
     """
-    return tuple(
-        problem.axis.dof
+    times_s = {
+        problem.axis.dof: float(np.exp(now.theta[place][TIME_CONSTANT]))
         for problem, place in zip(now.joint.problems, now.joint.places, strict=True)
-        if problem.axis.dof not in (*now.filtered, *now.doubted, *now.untold)
-        and now.theta[place][TIME_CONSTANT] > np.log(LONGEST_S)
-    )
+    }
+    left_out = {*now.filtered, *now.doubted, *now.untold}
+    seas_s = {dof: _sea_s([time_s for k, time_s in times_s.items() if k != dof]) for dof in times_s}
+    return {
+        problem.axis.dof: sea_s
+        for problem, place in zip(now.joint.at(now.theta), now.joint.places, strict=True)
+        if problem.axis.dof not in left_out
+        and times_s[problem.axis.dof] > SLOWER * (sea_s := seas_s[problem.axis.dof])
+        and not _forgets(_disturbance(problem, now.theta[place], now), sea_s, now)
+    }
+
+
+def _sea_s(others_s: Sequence[float]) -> float:
+    return float(np.median(others_s)) if len(others_s) >= FEW else USUAL_S
+
+
+def _disturbance(problem: AxisLikelihood, theta: Array, now: Nominal) -> Array:
+    return np.interp(now.course.time_s, problem.axis.time_s, problem.means(theta)[:, 2])
+
+
+def _forgets(force: Array, sea_s: float, now: Nominal) -> bool:
+    """Whether a disturbance (n,) is forgotten as soon as a sea's.
+
+    The correlation of a first-order sea with itself is known to the standard error of Bartlett (1946).
+    """
+    sigma = np.sqrt(sea_s / now.course.since_s[-1])
+    left = _correlation(force, FORGOTTEN * sea_s / now.course.step_s)
+    return left < max(LEAST_CORRELATION, LEAST_SIGMA * float(sigma))
 
 
 def slow_forces(now: Nominal) -> tuple[Slow, ...]:
     """The slow forces in these degrees of freedom."""
-    dofs = slow_axes(now)
-    pairs = zip(now.joint.at(now.theta), now.joint.places, strict=True)
+    seas_s = slow_axes(now)
     return tuple(
-        _slow(problem, now.theta[place], now) for problem, place in pairs if problem.axis.dof in dofs
+        _slow(problem, now.theta[place], now, seas_s[problem.axis.dof])
+        for problem, place in zip(now.joint.at(now.theta), now.joint.places, strict=True)
+        if problem.axis.dof in seas_s
     )
 
 
-def _slow(problem: AxisLikelihood, theta: Array, now: Nominal) -> Slow:
-    free = climb(problem, theta, NEARLY).theta
+def _slow(problem: AxisLikelihood, theta: Array, now: Nominal, sea_s: float) -> Slow:
+    free = climb(problem, theta, NEARLY, alone).theta
     mean, precision, start = problem.prior_mean.copy(), problem.prior_precision.copy(), theta.copy()
-    mean[TIME_CONSTANT] = start[TIME_CONSTANT] = np.log(LONGEST_S)
+    mean[TIME_CONSTANT] = start[TIME_CONSTANT] = np.log(SLOWER * sea_s)
     precision[TIME_CONSTANT] = HELD
-    held = climb(replace(problem, prior_mean=mean, prior_precision=precision), start, NEARLY).theta
-    force = np.interp(now.course.time_s, problem.axis.time_s, problem.means(free)[:, 2])
-    if _correlation(force, LONGEST_S / now.course.step_s) < np.exp(-1.0):
-        # A smoother sea than of first order is also likelier with a longer correlation time, but it forgets as soon.
-        return Slow(problem.axis.dof, force, 0.0)
-    return Slow(problem.axis.dof, force, problem.log_likelihood(free) - problem.log_likelihood(held))
+    held = climb(replace(problem, prior_mean=mean, prior_precision=precision), start, NEARLY, alone).theta
+    gain = problem.log_likelihood(free) - problem.log_likelihood(held)
+    return Slow(problem.axis.dof, _disturbance(problem, free, now), gain)
 
 
 def _correlation(values: Array, steps: float) -> float:

@@ -404,7 +404,7 @@ def coupled(axis: Axis, motion: Motion) -> Axis:
 
     def shown(values: Array) -> Array:
         step_s = float(motion.time_s[1] - motion.time_s[0])
-        smooth = behind_filter(values[None], step_s, axis.smoothing_s)[0]
+        smooth = behind_filter(values[:, None], step_s, axis.smoothing_s)[:, 0]
         return motion.mean_between(smooth, before, axis.time_s)
 
     columns = [-shown(force) if force.any() else np.zeros(len(before)) for force in motion.coriolis[axis.dof]]

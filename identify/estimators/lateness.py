@@ -53,7 +53,7 @@ def _slope(force: Array, half_s: Array, lag_s: float) -> Array:
 
 
 def behind_filter(values: Array, step_s: float, smoothing_s: float) -> Array:
-    """Values (k, n) at uniform times after a first-order filter, whose state starts at the first value."""
+    """Columns (n, k) at uniform times after a first-order filter, whose state starts at the first row."""
     if smoothing_s <= 0:
         return values
     return np.asarray(_smoothed(np.ascontiguousarray(values), float(np.exp(-step_s / smoothing_s))))
@@ -61,22 +61,11 @@ def behind_filter(values: Array, step_s: float, smoothing_s: float) -> Array:
 
 @njit(cache=True, nogil=True)
 def _smoothed(values: Array, keep: float) -> Array:
-    """Four rows at a time, because each value waits for the value before it."""
     out, share = np.empty_like(values), 1.0 - keep
-    count = values.shape[0]
-    for k in range(0, count - 3, 4):
-        one, two, three, four = values[k, 0], values[k + 1, 0], values[k + 2, 0], values[k + 3, 0]
-        for i in range(values.shape[1]):
-            one = share * values[k, i] + keep * one
-            two = share * values[k + 1, i] + keep * two
-            three = share * values[k + 2, i] + keep * three
-            four = share * values[k + 3, i] + keep * four
-            out[k, i], out[k + 1, i], out[k + 2, i], out[k + 3, i] = one, two, three, four
-    for k in range(count - count % 4, count):
-        one = values[k, 0]
-        for i in range(values.shape[1]):
-            one = share * values[k, i] + keep * one
-            out[k, i] = one
+    out[0] = values[0]
+    for i in range(1, values.shape[0]):
+        for c in range(values.shape[1]):
+            out[i, c] = share * values[i, c] + keep * out[i - 1, c]
     return out
 
 
@@ -90,7 +79,7 @@ class FilteredForce:
     def behind(self, smoothing_s: float, later_s: float = 0.0) -> "FilteredForce":
         """The same force behind a filter of that time constant, `later_s` later."""
         step_s = float(self.time_s[1] - self.time_s[0])
-        smooth = behind_filter(self.force[None], step_s, smoothing_s)[0]
+        smooth = behind_filter(self.force[:, None], step_s, smoothing_s)[:, 0]
         return FilteredForce(self.time_s, np.interp(self.time_s - later_s, self.time_s, smooth))
 
     def mean_between(self, start_s: Array, end_s: Array) -> Array:

@@ -1,8 +1,9 @@
 """Work on several items at once: a failure ends it, and the largest begins first."""
 
 import os
+import subprocess
+import sys
 import threading
-from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -26,22 +27,45 @@ def test_results_come_in_the_order_of_the_items_though_the_largest_begin_first()
     assert set(begun[:2]) == {3, 4}
 
 
-def test_after_a_failure_what_has_not_begun_is_left_undone(monkeypatch):
-    done, ended, end = [], threading.Event(), ThreadPoolExecutor.shutdown
-
-    def shutdown(pool, **how):
-        end(pool, wait=False, cancel_futures=how.get("cancel_futures", False))
-        ended.set()
-        end(pool)
-
-    monkeypatch.setattr(ThreadPoolExecutor, "shutdown", shutdown)
+def test_after_a_failure_nothing_more_begins():
+    done, failed = [], threading.Event()
 
     def work(item: int) -> None:
         if item == 0:
+            failed.set()
             raise ValueError("the first")
-        ended.wait(5.0)
+        failed.wait(5.0)
         done.append(item)
 
     with pytest.raises(ValueError, match="the first"):
         side_by_side(work, range(50))
     assert len(done) <= 2
+
+
+def test_the_first_of_two_failures_is_raised():
+    begun = threading.Barrier(2)
+
+    def work(item: int) -> None:
+        begun.wait(5.0)
+        raise ValueError(f"item {item}")
+
+    with pytest.raises(ValueError, match="item 0"):
+        side_by_side(work, range(2))
+
+
+def test_calls_within_calls_end_though_every_helper_is_busy():
+    def within(item: int) -> list[int]:
+        return side_by_side(lambda other: item + other, range(20))
+
+    def deeper(item: int) -> list[list[int]]:
+        return side_by_side(within, range(item, item + 5))
+
+    assert side_by_side(deeper, range(10))[3][4] == [7 + other for other in range(20)]
+
+
+def test_a_child_process_has_helpers_of_its_own():
+    side_by_side(abs, range(4))
+    words = "import os; from identify.side_by_side import side_by_side as s; s(abs, range(4)); child = os.fork(); "
+    words += "s(abs, range(-9, 0)) if not child else None; os._exit(0) if not child else None; "
+    words += "raise SystemExit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))"
+    assert subprocess.run([sys.executable, "-W", "ignore", "-c", words], timeout=60).returncode == 0
