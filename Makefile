@@ -69,7 +69,7 @@ docs: $(STAMP)
 pictures: $(STAMP)
 	$(BIN)/python -m docs.make.pictures
 
-bench: $(STAMP)
+bench: $(COMPILED)
 	@$(PIP) --editable '.[dev,bench]'
 	$(BIN)/python -m bench
 

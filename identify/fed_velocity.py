@@ -13,6 +13,9 @@ from identify.ingest.frozen import axis_key
 TAPS = 8
 MEMORIES_S = (0.3, 1.0, 3.0, 10.0)
 LATEST_S, LATE_STEP_S = 0.3, 0.01
+SINGULAR = 1e-12
+"""Ratio of singular values of normal equations below which a direction counts as none."""
+
 SAME = 1e-5
 """m/s: velocities closer than this are the same."""
 
@@ -132,8 +135,14 @@ def _left_by(table: Array, fed: Array) -> float:
     if np.mean(same) > 0.5:
         return 0.0
     table = np.column_stack([table, np.ones(len(fed))])
-    fitted, *_ = np.linalg.lstsq(table, fed, rcond=None)
-    return spread(fed - table @ fitted)
+    length = np.sqrt(np.einsum("nk,nk->k", table, table))
+    table /= np.where(length > 0, length, 1.0)
+    square, left = table.T @ table, fed
+    # Normal equations lose half of the digits, which a second pass on what the first has left gives back.
+    for _ in range(2):
+        sizes, *_ = np.linalg.lstsq(square, table.T @ left, rcond=SINGULAR)
+        left = left - table @ sizes
+    return spread(left)
 
 
 def _memories(time_s: Array, read: Array) -> Array:

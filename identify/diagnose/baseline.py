@@ -70,12 +70,12 @@ def baseline_of(course: Course, nu: Array) -> Baseline:
         columns = np.stack(
             [moved[:, dof], np.abs(moved[:, dof]) * moved[:, dof], sines[:, dof], np.ones(len(moved))]
         )
-        best = np.inf
-        for tried_s in DELAYS_S:
-            late = delayed(force[:, [dof]], course.step_s, float(tried_s))[::EACH, 0]
-            sizes, left = _least_squares(np.vstack([late, columns]), rate[:, dof])
-            if left < best:
-                best, terms[dof], delay_s[dof] = left, sizes, tried_s
+        late = np.stack(
+            [delayed(force[:, [dof]], course.step_s, float(by_s))[::EACH, 0] for by_s in DELAYS_S]
+        )
+        sizes, left = _least_squares(late, columns, rate[:, dof])
+        best = int(np.argmin(left))
+        terms[dof], delay_s[dof] = sizes[best], DELAYS_S[best]
     return Baseline(terms, delay_s)
 
 
@@ -86,10 +86,19 @@ def _sines(course: Course) -> Array:
     return out
 
 
-def _least_squares(columns: Array, value: Array) -> tuple[Array, float]:
-    """Sizes (k,) of columns (k, n), 0 if undetermined, and the mean square of the residual."""
-    length = np.sqrt(np.mean(columns**2, axis=1))
-    unit = columns / np.where(length > 0, length, 1.0)[:, None]
-    sizes, *_ = np.linalg.lstsq(unit @ unit.T, unit @ value, rcond=1e-9)
-    left = float(np.mean((value - sizes @ unit) ** 2))
-    return np.asarray(sizes / np.where(length > 0, length, 1.0)), left
+def _least_squares(own: Array, shared: Array, value: Array) -> tuple[Array, Array]:
+    """Fits of each row of `own` (d, n) together with the rows `shared` (k, n).
+
+    Returns the sizes (d, 1 + k), 0 if undetermined, and the mean squares of the residuals (d,).
+    """
+    rows = np.vstack([own, shared])
+    length = np.sqrt(np.mean(rows**2, axis=1))
+    unit = rows / np.where(length > 0, length, 1.0)[:, None]
+    square, right, count = unit @ unit.T, unit @ value, len(own)
+    sizes, left = np.zeros((count, 1 + len(shared))), np.zeros(count)
+    for k in range(count):
+        of = np.r_[k, count : len(rows)]
+        fitted, *_ = np.linalg.lstsq(square[np.ix_(of, of)], right[of], rcond=1e-9)
+        sizes[k] = fitted / np.where(length[of] > 0, length[of], 1.0)
+        left[k] = np.mean((value - fitted @ unit[of]) ** 2)
+    return sizes, left

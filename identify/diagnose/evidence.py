@@ -61,10 +61,17 @@ class NormalEquations:
     held_right: Array
     telling: NDArray[np.bool_]
 
-    def fitted(self, columns: Sequence[int]) -> float:
-        """Nats that some columns save in sample."""
-        k = np.array([column for column in columns if self.telling[column]], dtype=np.intp)
-        return 0.5 * float(self.right[k] @ _solved(self.square[k[:, None], k], self.right[k]))
+    def fitted(self, sets: Sequence[Sequence[int]]) -> Array:
+        """Nats (n,) that each of n sets of columns saves in sample."""
+        informative = [[column for column in columns if self.telling[column]] for columns in sets]
+        out = np.zeros(len(sets))
+        for width in {len(columns) for columns in informative}:
+            # Sets of as many columns are solved together.
+            at = [i for i, columns in enumerate(informative) if len(columns) == width]
+            k = np.array([informative[i] for i in at], dtype=np.intp).reshape(len(at), width)
+            right = self.right[k]
+            out[at] = 0.5 * np.sum(right * _solved(self.square[k[:, :, None], k[:, None, :]], right), axis=1)
+        return out
 
     def evidence(self, columns: Sequence[int]) -> Evidence:
         """Evidence of some columns together; uninformative columns get no size."""

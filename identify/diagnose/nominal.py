@@ -26,7 +26,7 @@ from identify.estimators.axes import Axes, Axis, build_axes
 from identify.estimators.innovations import POSITION
 from identify.estimators.lateness import behind_filter
 from identify.estimators.likelihood_axis import DAMPING, GATE_SIGMA, MASS, TIME_CONSTANT, AxisLikelihood
-from identify.estimators.likelihood_joint import JointLikelihood
+from identify.estimators.likelihood_joint import ROUGHLY, JointLikelihood
 from identify.estimators.motion import Motion
 from identify.estimators.pinn.start import Filters, filters_of
 from identify.estimators.readings import HEAVE, PITCH, ROLL, YAW
@@ -39,8 +39,8 @@ USUAL_HZ = 25.0
 
 Array = NDArray[np.float64]
 
-NEARLY, ROUGHLY = 0.05, 0.5
-"""Tolerance of the joint maximum likelihood, nats: at the end, and before the Coriolis forces change."""
+NEARLY = 0.05
+"""Tolerance of the joint maximum likelihood, nats."""
 
 PASSES = 2
 

@@ -423,8 +423,8 @@ def ranked_candidates(
     taken = {cause.key for cause in fit.causes}
     best: dict[str, tuple[float, float, Cause]] = {}
     untaken = [one for one in beside.settings if (one.effect.name, one.effect.number) not in taken]
-    untaken.sort(key=lambda setting: -beside.equations.fitted(setting.columns))
-    for setting in untaken[:most]:
+    nats = beside.equations.fitted([setting.columns for setting in untaken])
+    for setting in (untaken[i] for i in np.argsort(-nats, kind="stable")[:most].tolist()):
         evidence, columns = weighed_setting(beside, setting)
         cause = _cause(setting, columns, evidence.size)
         if not cause.shows:

@@ -282,8 +282,9 @@ def _one_after_another(sums: NormalEquations, count: int) -> tuple[list[int], li
     gains: list[float] = []
     while len(kept) < MOST:
         open_columns = [k for k in range(count) if k not in kept and sums.telling[k]]
-        open_columns.sort(key=lambda k: -sums.fitted([*kept, k]))
-        tried = [(sums.evidence([*kept, k]).gain, k) for k in open_columns[:WEIGHED]]
+        nats = sums.fitted([(*kept, k) for k in open_columns])
+        best_in_sample = np.argsort(-nats, kind="stable")[:WEIGHED].tolist()
+        tried = [(sums.evidence([*kept, open_columns[i]]).gain, open_columns[i]) for i in best_in_sample]
         gain, best = max(tried, default=(-np.inf, -1))
         if gain - sum(gains) < LEAST_STEP:
             break

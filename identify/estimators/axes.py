@@ -117,6 +117,11 @@ class Axis:
     sampled_s: float = 0.0
 
     @cached_property
+    def coupled_dofs(self) -> frozenset[int]:
+        """Degrees of freedom whose masses act in this one by Coriolis forces."""
+        return frozenset(np.flatnonzero(self.coriolis.any(axis=0)).tolist())
+
+    @cached_property
     def brackets(self) -> Brackets:
         return self._bracketed(BRACKETS, 2.0)
 

@@ -13,6 +13,7 @@ estimate is passed one way only, into the axis's equation (a cut, Plummer 2015),
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +24,8 @@ from identify.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
 
-ROUGHLY = 0.1
-"""Convergence limit, in nats, of the fits of single axes that the joint climb starts from."""
+ROUGHLY = 0.5
+"""Convergence limit, in nats, of fits that another fit starts from."""
 
 
 @dataclass(frozen=True)
@@ -40,14 +41,14 @@ class JointLikelihood:
     apart: tuple[int, ...] = ()
     apart_prior: Array = field(default_factory=lambda: np.zeros((0, 2)))
 
-    @property
+    @cached_property
     def places(self) -> tuple[slice, ...]:
         """Slice of each axis's own theta within the joint theta."""
         ends = np.cumsum([len(problem.prior_mean) for problem in self.problems])
         starts = [0, *ends][:-1]
         return tuple(slice(int(a), int(b)) for a, b in zip(starts, ends, strict=True))
 
-    @property
+    @cached_property
     def mass_places(self) -> tuple[int, ...]:
         """Index in theta of each axis's mass in the Coriolis forces of the others."""
         places, apart = self.places, {dof: k for k, dof in enumerate(self.apart)}
@@ -106,7 +107,7 @@ class JointLikelihood:
         """Contribution of axis i: the indices (k,) in theta that it depends on, gradient (k,) and information."""
         problem, place = self.at(theta)[i], self.places[i]
         dofs = [member.axis.dof for member in self.problems]
-        others = [k for k, dof in enumerate(dofs) if problem.axis.coriolis[:, dof].any()]
+        others = [k for k, dof in enumerate(dofs) if dof in problem.axis.coupled_dofs]
         gradient, information = problem.score(theta[place], [dofs[k] for k in others])
         masses = [self.mass_places[k] for k in others]
         return np.array([*range(place.start, place.stop), *masses]), gradient, information

@@ -130,9 +130,9 @@ def test_a_moment_of_drift_counts_by_what_it_is_beyond_the_masses_that_an_autopi
         size * column[:, 0], only, loose.nominal_precision[-1:], column, np.zeros(len(column), np.intp)
     )
     information = float(column[:, 0] @ column[:, 0])
-    assert told.fitted([0]) == pytest.approx(0.5 * size**2 * information)
+    assert told.fitted([[0]])[0] == pytest.approx(0.5 * size**2 * information)
     # Evidence of a size beside one that is known to MASS_OFF.
-    assert beside.fitted([0]) == pytest.approx(0.5 * size**2 / (1.0 / information + MASS_OFF**2))
+    assert beside.fitted([[0]])[0] == pytest.approx(0.5 * size**2 / (1.0 / information + MASS_OFF**2))
 
 
 def test_thrust_in_yaw_may_be_of_another_scale_and_no_other(rows):
