@@ -89,4 +89,8 @@ class TakenAway(LogError):
 
 
 class FitError(SeatrialError):
-    """An identification can't be made from this recording."""
+    """An identification can't be made from the recording `of`, for a reason; the text names both."""
+
+    def __init__(self, reason: str, of: object = "") -> None:
+        self.reason = reason
+        super().__init__(f"{of}: {reason}" if of else reason)

@@ -75,7 +75,7 @@ def aligned(
     measured = [s for s in (dive.velocity, dive.gyro, dive.fog) if s is not None and len(s) > 1]
     if not measured:
         raise FitError(
-            f"{dive.source}: neither velocity nor rates of turn are recorded: nothing can be identified"
+            "neither velocity nor rates of turn are recorded: nothing can be identified", of=dive.source
         )
     apart_s = forces.sampled_s or (
         float(np.median(np.diff(forces.time_s))) if len(forces.time_s) > 1 else np.inf
@@ -83,15 +83,17 @@ def aligned(
     commands_hz = 1 / max(apart_s, 1e-9)
     if commands_hz < SLOWEST_COMMAND_HZ:
         raise FitError(
-            f"{dive.source}: thruster commands come at {commands_hz:.1f} Hz, too slow to know the force between them; "
-            f"record at least {SLOWEST_COMMAND_HZ:.0f} Hz"
+            f"thruster commands come at {commands_hz:.1f} Hz, too slow to know the force between them; "
+            f"record at least {SLOWEST_COMMAND_HZ:.0f} Hz",
+            of=dive.source,
         )
     start = max(float(forces.time_s[0]), *(float(s.time_s[0]) for s in measured))
     end = min(float(forces.time_s[-1]), *(float(s.time_s[-1]) for s in measured))
     if end - start < SHORTEST_S:
         raise FitError(
-            f"{dive.source}: velocity, rates and forces overlap for {max(end - start, 0):.1f} s, "
-            f"at least {SHORTEST_S:.0f} s are needed; dive longer"
+            f"velocity, rates and forces overlap for {max(end - start, 0):.1f} s, "
+            f"at least {SHORTEST_S:.0f} s are needed; dive longer",
+            of=dive.source,
         )
     time_s = start + np.arange(int((end - start) * rate_hz) + 1) / rate_hz
     rates = _rates(dive, time_s)

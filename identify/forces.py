@@ -143,8 +143,9 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
         return replace(history, hidden=np.sqrt(rounded))
     if commanded is None:
         raise FitError(
-            f"{dive.source}: neither thruster commands that fit the vehicle nor wrenches are recorded; "
-            "record SERVO_OUTPUT_RAW or ACTUATOR_OUTPUT_STATUS, and check the vehicle file's thrusters"
+            "neither thruster commands that fit the vehicle nor wrenches are recorded; "
+            "record SERVO_OUTPUT_RAW or ACTUATOR_OUTPUT_STATUS, and check the vehicle file's thrusters",
+            of=dive.source,
         )
     notes = (*notes, "The wrench is TAU_CMD as recorded.")
     if sampled_slowly(commanded):
@@ -276,8 +277,9 @@ def _asked_by_pwm(
         never = np.asarray(unknown.all(axis=0))
         reason = never_known(never) if never.any() else "at no time are those of all thrusters numbers"
         raise FitError(
-            f"{dive.source}: the recorded thruster commands tell no wrench, as {reason}; check what sends them, or "
-            "record TAU_CMD"
+            f"the recorded thruster commands tell no wrench, as {reason}; check what sends them, or "
+            "record TAU_CMD",
+            of=dive.source,
         )
     if unknown.any():
         stands_in = np.full(asked.shape, np.nan) if commanded is None else commanded.held_at(time_s)

@@ -23,24 +23,27 @@ def refuse_unpushed(dive: Dive, file: VehicleFile, configuration: str) -> None:
     """Raise FitError if no thruster pushed enough to move the vehicle."""
     if dive.armed is not None and len(dive.armed) and not np.any(dive.armed.value > 0):
         raise FitError(
-            f"{dive.name}: the vehicle was never armed (HEARTBEAT), so no thruster pushed in all the dive and nothing "
-            "can be told of what thrust does; arm it, and dive again with starts, stops and turns under thrust"
+            "the vehicle was never armed (HEARTBEAT), so no thruster pushed in all the dive and nothing "
+            "can be told of what thrust does; arm it, and dive again with starts, stops and turns under thrust",
+            of=dive.name,
         )
     shape = file.vehicle.configurations[configuration]
     forces = wrench(dive, file, configuration)
     if not np.nanmax(np.abs(forces.asked), initial=0.0) > 0.0:
         raise FitError(
-            f"{dive.name}: no thruster pushed in all the dive: every command is neutral, or too small to turn a "
+            "no thruster pushed in all the dive: every command is neutral, or too small to turn a "
             "propeller, so nothing can be told of what thrust does; dive again with starts, stops and turns under "
-            "thrust, or check which outputs were recorded"
+            "thrust, or check which outputs were recorded",
+            of=dive.name,
         )
     mass = np.array([shape.rigid_body(dof)[0] for dof in range(6)])
     fastest = np.max(np.abs(_driven(forces, mass)), axis=0)
     if all(fastest[dof] < least for dof, least in DRIVEN.items()):
         raise FitError(
-            f"{dive.name}: the thrusters hardly pushed: by them alone the vehicle never goes faster than "
+            f"the thrusters hardly pushed: by them alone the vehicle never goes faster than "
             f"{1000 * max(fastest[:3]):.1f} mm/s, less than its sensors tell, so nothing can be told of what thrust "
-            "does; dive again with starts, stops and turns under thrust"
+            "does; dive again with starts, stops and turns under thrust",
+            of=dive.name,
         )
 
 

@@ -137,7 +137,9 @@ def run_job(job: Job) -> Result:
         function = getattr(import_module(module), name)
         return job.done(function(job))
     except SeatrialError as error:
-        return job.failed(str(error), final=isinstance(error, FitError | ConfigError))
+        # The name of the dive stands beside the reason.
+        reason = error.reason if isinstance(error, FitError) else str(error)
+        return job.failed(reason, final=isinstance(error, FitError | ConfigError))
     except DEFECTS as error:
         sentence = (
             f"{type(error).__name__}: {error}; the code did not expect this recording, please report it"

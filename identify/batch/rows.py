@@ -129,7 +129,7 @@ def _row(result: Result) -> Row:
             result.sha256,
             unix_s=named_s,
             dated_by=dated_by,
-            error=result.error.removeprefix(f"{result.dive}: "),
+            error=result.error,
         )
     identification = result.answer["identification"]
     values = {

@@ -186,8 +186,8 @@ def nominal_of(
     if not built.axes:
         why = "; ".join(dict.fromkeys(built.missing.values()))
         raise FitError(
-            f"{dive.name}: there is nothing to compare with a model ({why}); record "
-            "velocity and thruster commands"
+            f"there is nothing to compare with a model ({why}); record velocity and thruster commands",
+            of=dive.name,
         )
     shape = file.vehicle.configurations[configuration]
     runs_against, crossed = mirrored(built.axes), swapped(built.axes)

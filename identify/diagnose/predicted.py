@@ -173,8 +173,9 @@ def _asked(dive: Dive, file: VehicleFile, configuration: str) -> Signal:
         asked = dive.tau_cmd
     else:
         raise FitError(
-            f"{dive.name}: neither pulses for the {len(shape.thrusters)} thrusters nor a wrench are recorded; record "
-            "ACTUATOR_OUTPUT_STATUS or SERVO_OUTPUT_RAW"
+            f"neither pulses for the {len(shape.thrusters)} thrusters nor a wrench are recorded; record "
+            "ACTUATOR_OUTPUT_STATUS or SERVO_OUTPUT_RAW",
+            of=dive.name,
         )
     return evenly_between(asked) if sampled_slowly(asked) else asked
 

@@ -74,8 +74,9 @@ def refuse_short(dive: Dive, least_s: float) -> None:
         cut = "ends in the middle of a record, and what comes before " if dive.counts.get("cut") else ""
         mend = "copy the whole file, or " if cut else ""
         raise FitError(
-            f"{dive.source}: {cut}lasts {math.floor(dive.duration_s)} s, too short to tell one cause from another; "
-            f"{mend}record {least_s:.0f} s or more, with starts, stops and turns"
+            f"{cut}lasts {math.floor(dive.duration_s)} s, too short to tell one cause from another; "
+            f"{mend}record {least_s:.0f} s or more, with starts, stops and turns",
+            of=dive.source,
         )
 
 
@@ -133,12 +134,11 @@ def fitted_nominal(dive: Dive, file: VehicleFile, configuration: str, like: Nomi
             nominal = nominal_of(dive, file, configuration, like.timing_s if like else None)
     except FitError as error:
         # The source separates two recordings of one name.
-        message = str(error).removeprefix(f"{dive.source}: ").removeprefix(f"{dive.name}: ")
-        raise FitError(f"{dive.source}: {message}") from None
+        raise FitError(error.reason, of=dive.source) from None
     if nominal.built.strange:
         raise FitError(
-            f"{dive.source}: {nominal.built.strange}; give the vehicle file and the configuration that it was dived "
-            "with"
+            f"{nominal.built.strange}; give the vehicle file and the configuration that it was dived with",
+            of=dive.source,
         )
     return nominal
 

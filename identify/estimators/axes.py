@@ -187,8 +187,9 @@ def build_axes(dive: Dive, file: VehicleFile, name: str, dofs: Sequence[int] = r
     """
     if dive.frozen and dive.velocity is dive.gyro is dive.fog is None:
         raise FitError(
-            f"{dive.name}: every velocity and rate of turn in it repeats one value while the thrusters push: nothing "
-            "can be identified; check the sensors, and what passes their readings on"
+            "every velocity and rate of turn in it repeats one value while the thrusters push: nothing "
+            "can be identified; check the sensors, and what passes their readings on",
+            of=dive.name,
         )
     vehicle = file.vehicle
     configuration = vehicle.configurations[name]

@@ -16,8 +16,9 @@ def lasting(dive: Dive) -> None:
     common = [span_s for dof in range(len(DOFS)) if not math.isnan(span_s := common_s(dive, dof))]
     if common and round(max(common)) < SHORTEST_DIVE_S:
         raise FitError(
-            f"{dive.name}: thruster commands and readings of motion are both in it for {max(*common, 0):.0f} s of "
-            f"{dive.duration_s:.0f} s, but identification needs at least {SHORTEST_DIVE_S:.0f} s; record a longer one"
+            f"thruster commands and readings of motion are both in it for {max(*common, 0):.0f} s of "
+            f"{dive.duration_s:.0f} s, but identification needs at least {SHORTEST_DIVE_S:.0f} s; record a longer one",
+            of=dive.name,
         )
 
 

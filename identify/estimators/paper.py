@@ -113,14 +113,16 @@ def estimate_with_curves(
     reasons, dofs = excited(grid)
     if not dofs:
         raise FitError(
-            f"{dive.source}: the paper's method finds nothing to learn "
-            f"({'; '.join(reasons[d] for d in PAPER_DOFS)}); dive with changes of speed and heading"
+            f"the paper's method finds nothing to learn "
+            f"({'; '.join(reasons[d] for d in PAPER_DOFS)}); dive with changes of speed and heading",
+            of=dive.source,
         )
     windows = window_ends(grid, options.window)
     if len(windows) < FEWEST_WINDOWS:
         raise FitError(
-            f"{dive.source}: only {len(windows)} windows of {options.window} samples have no gap in velocity, "
-            f"at least {FEWEST_WINDOWS} are needed; dive longer or nearer to the bottom"
+            f"only {len(windows)} windows of {options.window} samples have no gap in velocity, "
+            f"at least {FEWEST_WINDOWS} are needed; dive longer or nearer to the bottom",
+            of=dive.source,
         )
     data = samples(grid, windows, shape, dofs)
     curves = train(grid, windows, data, shape, options, progress)

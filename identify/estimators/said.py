@@ -26,8 +26,9 @@ def long_enough(dive: Dive) -> None:
     """Raise FitError if a dive is too short to identify anything from it."""
     if round(dive.duration_s) < SHORTEST_DIVE_S:
         raise FitError(
-            f"{dive.name}: the dive lasts {dive.duration_s:.0f} s, but identification needs at least "
-            f"{SHORTEST_DIVE_S:.0f} s; record a longer one"
+            f"the dive lasts {dive.duration_s:.0f} s, but identification needs at least "
+            f"{SHORTEST_DIVE_S:.0f} s; record a longer one",
+            of=dive.name,
         )
 
 

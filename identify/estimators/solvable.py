@@ -49,7 +49,7 @@ def no_solution(dive: Dive) -> FitError:
         speed = max(wild.values())
         look = f"readings there reach {speed:.0e} m/s or rad/s, which no vehicle does: leave them out of the recording"
     return FitError(
-        f"{dive.name}: the equations of {axes_named(sorted(wild or fastest))} have no solution; {look}"
+        f"the equations of {axes_named(sorted(wild or fastest))} have no solution; {look}", of=dive.name
     )
 
 

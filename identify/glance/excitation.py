@@ -86,7 +86,7 @@ def excitation(dive: Dive, file: VehicleFile, configuration: str) -> Excitation:
         with solvable(dive):
             return _foretold(dive, file, configuration)
     except FitError as error:
-        return _nothing(str(error).removeprefix(f"{dive.name}: "))
+        return _nothing(error.reason)
 
 
 def spans(dive: Dive, file: VehicleFile | None = None, configuration: str = "") -> tuple[Span, ...]:

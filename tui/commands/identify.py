@@ -232,7 +232,7 @@ def identify(
         answer = estimate(dive, file, configuration, passed_on)
     except FitError as error:
         # The report names the dive itself.
-        answer = nothing(dive, file, configuration, method, str(error).removeprefix(f"{dive.name}: "))
+        answer = nothing(dive, file, configuration, method, error.reason)
     progress(1.0, ANSWERED, values_of(answer), True)
     return replace(answer, notes=(*answer.notes, *ends[-1:]))
 
