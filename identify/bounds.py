@@ -50,17 +50,16 @@ def with_bounds(found: Identification, configuration: Configuration) -> Identifi
     absurd = {
         BY_NAME[parameter.name].dof: reason
         for parameter in parameters
-        if parameter.name in BY_NAME and (reason := _no_statement(parameter, configuration))
+        if parameter.name in BY_NAME and (reason := _absurd(parameter, configuration))
     }
     doubted = {name for doubt in doubts for name in doubt.about}
-    for dof, reason in absurd.items():
+    for dof, (problem, what_follows) in absurd.items():
         if MASSES[dof].name not in doubted:
-            sentence = (
-                f"{reason}; check the vehicle file's thrusters and mass, and the sensors' axes and units."
-            )
-            doubts.append(Doubt((MASSES[dof].name, DAMPINGS[dof].name), sentence, Outcome.DISAGREES))
+            about = MASSES[dof].name, DAMPINGS[dof].name
+            remedy = f"{what_follows}; check the vehicle file's thrusters and mass, and the sensors' axes and units."
+            doubts.append(Doubt(about, problem, remedy, Outcome.DISAGREES))
     left = tuple(
-        replace(parameter, identifiable=False, reason=absurd[BY_NAME[parameter.name].dof])
+        replace(parameter, identifiable=False, reason=": ".join(absurd[BY_NAME[parameter.name].dof]))
         if parameter.identifiable and parameter.name in BY_NAME and BY_NAME[parameter.name].dof in absurd
         else parameter
         for parameter in parameters
@@ -68,22 +67,22 @@ def with_bounds(found: Identification, configuration: Configuration) -> Identifi
     return replace(found, parameters=left, doubts=tuple(doubts))
 
 
-def _no_statement(one: Estimate, configuration: Configuration) -> str:
-    """Why a mass is absurd for this vehicle; empty if it is plausible, or not identifiable anyway."""
+def _absurd(one: Estimate, configuration: Configuration) -> tuple[str, str] | None:
+    """Why a mass is absurd for this vehicle, and what follows; None if it is plausible, or not identifiable anyway."""
     coefficient = BY_NAME[one.name]
     if coefficient.kind != "mass" or not one.identifiable or not math.isfinite(one.value):
-        return ""
+        return None
     rigid, axis = configuration.rigid_body(coefficient.dof)[0], DOFS[coefficient.dof]
     came_out = f"{one.name} came out at {_written_out(one.value)} {one.unit}"
     if one.low95 > FARTHEST * rigid or one.high95 < rigid / FARTHEST:
         return (
-            f"{came_out}, where the rigid body's own is {rigid:g}: the fit of {axis} is none of this vehicle's, and "
-            "tells neither its mass nor its damping"
+            f"{came_out}, where the rigid body's own is {rigid:g}",
+            f"the fit of {axis} is none of this vehicle's, and tells neither its mass nor its damping",
         )
     if one.high95 > WIDEST * one.low95:
         ends = f"{_written_out(one.low95)} to {_written_out(one.high95)}"
-        return f"{came_out}, with an interval from {ends}, which tells nothing of {axis}"
-    return ""
+        return f"{came_out}, with an interval from {ends}", f"it tells nothing of {axis}"
+    return None
 
 
 def _held(one: Estimate, configuration: Configuration, traded: bool) -> tuple[Estimate, Doubt | None]:
@@ -100,19 +99,20 @@ def _held(one: Estimate, configuration: Configuration, traded: bool) -> tuple[Es
         return _at(one, coefficient, "upper", coefficient.high)
     came_out = f"{one.name} came out at {_written_out(one.value)} {one.unit}"
     if coefficient.kind == "mass" and one.identifiable and one.high95 < rigid - Z95 * rigid_std:
-        sentence = (
-            f"{came_out}, below the rigid body's own {rigid:g}, which no water "
-            "can take away: the vehicle file's thrust is too weak or its mass too large; measure both again."
+        problem, remedy = (
+            f"{came_out}, below the rigid body's own {rigid:g}, which no water can take away",
+            "the vehicle file's thrust is too weak or its mass too large; measure both again.",
         )
-        return one, Doubt((one.name,), sentence, Outcome.DISAGREES)
+        return one, Doubt((one.name,), problem, remedy, Outcome.DISAGREES)
     most = (1.0 + MOST_ADDED) * (rigid + Z95 * rigid_std)
     if coefficient.kind == "mass" and coefficient.dof < 3 and one.identifiable and one.low95 > most:
-        sentence = (
+        problem, remedy = (
             f"{came_out}, {one.value / rigid:.1f} times the vehicle file's dry "
-            "mass, which no water round it can make up: it can hardly be this vehicle's; check the DVL's axes and "
-            "scale, the order of the thrusters, and that the vehicle file and its dry mass are this vehicle's."
+            "mass, which no water round it can make up",
+            "it can hardly be this vehicle's; check the DVL's axes and "
+            "scale, the order of the thrusters, and that the vehicle file and its dry mass are this vehicle's.",
         )
-        return one, Doubt((one.name,), sentence, Outcome.DISAGREES)
+        return one, Doubt((one.name,), problem, remedy, Outcome.DISAGREES)
     return one, None
 
 
@@ -132,11 +132,12 @@ def _at(one: Estimate, coefficient: Coefficient, side: str, bound: float) -> tup
         identifiable=False,
         reason=reason,
     )
-    sentence = (
-        f"{reason}: the signs of its thrust and of its readings, or a force that the model lacks, drive it there; "
-        "look at these before you rely on what else was identified."
+    problem, remedy = (
+        f"{reason}",
+        "the signs of its thrust and of its readings, or a force that the model lacks, drive it there; "
+        "look at these before you rely on what else was identified.",
     )
-    return held, Doubt((one.name,), sentence, Outcome.AT_BOUND)
+    return held, Doubt((one.name,), problem, remedy, Outcome.AT_BOUND)
 
 
 def _written_out(value: float) -> str:

@@ -120,7 +120,7 @@ def compare(
 
 def doubted(compared: Comparison) -> Identification:
     """The first method's result, with a doubt about each coefficient on which the second disagrees."""
-    doubts = tuple(Doubt((d.name,), d.why, Outcome.DISAGREES) for d in compared.disagreements)
+    doubts = tuple(Doubt((d.name,), d.why, outcome=Outcome.DISAGREES) for d in compared.disagreements)
     if not doubts:
         return compared.first
     outcome = worst((compared.first.outcome, Outcome.DISAGREES))

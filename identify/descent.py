@@ -59,7 +59,8 @@ def descent_doubts(dive: Dive, water: Water) -> tuple[Doubt, ...]:
     return (
         Doubt(
             about,
-            f"Depth changes by {scale.times} times what the recorded downward velocity comes to: the DVL's "
+            f"Depth changes by {scale.times} times what the recorded downward velocity comes to",
+            f"the DVL's "
             f"scale, sign or mounting is not as taken, and {', '.join(about)} are as far off where it is all of the "
             "DVL's; check its units and mounting, its speed of sound, and the depth sensor.",
             Outcome.DISAGREES,

@@ -64,12 +64,13 @@ def stamp_doubts(dive: Dive) -> tuple[Doubt, ...]:
         return ()
     about = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in range(3))
     late_ms = 1000 * float(np.median(list(early.values())))
-    sentence = (
-        f"The controller used velocities (NU_FB) some {late_ms:.0f} ms before the recording says that they were read: "
+    problem, remedy = (
+        f"The controller used velocities (NU_FB) some {late_ms:.0f} ms before the recording says that they were read",
+        ""
         "the DVL's stamps are late by that or more, and masses come out too large by it; mend the DVL's clock, or its "
-        "latency in the vehicle file: seatrial doctor --wet tells how late each sensor is."
+        "latency in the vehicle file: seatrial doctor --wet tells how late each sensor is.",
     )
-    return (Doubt(about, sentence, Outcome.DISAGREES),)
+    return (Doubt(about, problem, remedy, Outcome.DISAGREES),)
 
 
 def filtered_doubts(dive: Dive) -> tuple[Doubt, ...]:
@@ -77,12 +78,13 @@ def filtered_doubts(dive: Dive) -> tuple[Doubt, ...]:
     smoothing are fitted, and their remaining error goes into the masses."""
     if not dive.velocity_is_filtered:
         return ()
-    sentence = (
-        "Velocity comes from the autopilot's own filter, which smooths and delays it: by how much is fitted, but "
+    problem, remedy = (
+        "Velocity comes from the autopilot's own filter, which smooths and delays it",
+        "by how much is fitted, but "
         "masses in surge, sway and heave may be off by a few per cent more than their intervals; record the DVL's own "
-        "readings."
+        "readings.",
     )
-    return (Doubt(tuple(mass.name for mass in MASSES[:3]), sentence),)
+    return (Doubt(tuple(mass.name for mass in MASSES[:3]), problem, remedy),)
 
 
 def frozen_velocity(dive: Dive, dof: int) -> tuple[tuple[float, float], ...]:

@@ -56,12 +56,13 @@ class Unrecorded:
 
     def doubt(self, done: str) -> Doubt:
         """Return the doubt about this axis's mass, with `done` saying how the method handled it."""
-        sentence = (
-            f"{self.found[0].upper()}{self.found[1:]}: a fit of {DOFS[self.dof]} takes that for mass, so "
-            f"{MASSES[self.dof].name} {done}, and the true {DAMPINGS[self.dof].name} may lie below its value; "
-            f"record the very {READINGS[self.dof]} that the controller uses, to know both from {DOFS[self.dof]} itself."
+        problem, remedy = (
+            f"{self.found[0].upper()}{self.found[1:]}",
+            f"a fit of {DOFS[self.dof]} takes that for mass, so {MASSES[self.dof].name} {done}, and the true "
+            f"{DAMPINGS[self.dof].name} may lie below its value; record the very {READINGS[self.dof]} that the "
+            f"controller uses, to know both from {DOFS[self.dof]} itself.",
         )
-        return Doubt((MASSES[self.dof].name,), sentence)
+        return Doubt((MASSES[self.dof].name,), problem, remedy, also=(DAMPINGS[self.dof].name,))
 
 
 def feedback_doubts(dive: Dive, water: Water) -> tuple[Doubt, ...]:
@@ -119,12 +120,13 @@ def depthless_doubts(fit: Identification, dive: Dive, file: VehicleFile) -> tupl
     asked = wrench(dive, file, fit.configuration).asked[:, HEAVE]
     if np.mean(np.diff(asked) != 0.0) < OPEN_SHARE:
         return ()
-    sentence = (
-        f"Depth is not recorded, nor {'is' if len(lacking) == 1 else 'are'} {_listed(lacking)}: a vehicle that holds "
+    problem, remedy = (
+        f"Depth is not recorded, nor {'is' if len(lacking) == 1 else 'are'} {_listed(lacking)}",
+        f"a vehicle that holds "
         "its depth thrusts by a reading that the recording lacks, which a fit of heave takes for mass, so "
-        f"{_listed(valued)} may be off by more than their intervals; record the depth that the controller uses."
+        f"{_listed(valued)} may be off by more than their intervals; record the depth that the controller uses.",
     )
-    return (Doubt(tuple(valued), sentence, Outcome.DISAGREES),)
+    return (Doubt(tuple(valued), problem, remedy, Outcome.DISAGREES),)
 
 
 def steered_doubts(fit: Identification, dive: Dive, file: VehicleFile) -> tuple[Doubt, ...]:
@@ -146,13 +148,14 @@ def steered_doubts(fit: Identification, dive: Dive, file: VehicleFile) -> tuple[
     about = tuple(group[dof].name for dof in dofs for group in groups if group[dof].name in valued)
     if not about:
         return ()
-    sentence = (
+    problem, remedy = (
         f"An autopilot may have steered in {axes_named(dofs)} by readings that its log lacks, and a fit takes for mass "
-        f"and drag what it did about the sea and about its own noise: {', '.join(about)} may be off by more than "
+        f"and drag what it did about the sea and about its own noise",
+        f"{', '.join(about)} may be off by more than "
         "their intervals, and nothing in the log shows by how much; record the very readings that the controller uses, "
-        "or drive by stick without its help."
+        "or drive by stick without its help.",
     )
-    return (Doubt(about, sentence),)
+    return (Doubt(about, problem, remedy),)
 
 
 def _commanded(dive: Dive) -> bool:
@@ -178,13 +181,14 @@ def frozen_doubts(dive: Dive) -> tuple[Doubt, ...]:
     named = tuple(group[dof].name for dof in dofs for group in (MASSES, DAMPINGS))
     seconds = max(sum(end_s - start_s for start_s, end_s in frozen) for frozen in by_dof.values())
     share = seconds / max(dive.duration_s, 1e-9)
-    sentence = (
+    problem, remedy = (
         f"For {seconds:.0f} s ({100 * share:.1f} % of the dive) the recorded velocity stood still while the "
-        f"controller's own (NU_FB) went on in {axes_named(dofs)}: the logged velocity can't be the one that the "
+        f"controller's own (NU_FB) went on in {axes_named(dofs)}",
+        f"the logged velocity can't be the one that the "
         f"controller used, so {', '.join(named)} rest on the rest of the dive, and their intervals may be too narrow; "
-        "record the very velocity that the controller uses."
+        "record the very velocity that the controller uses.",
     )
-    return (Doubt(named, sentence),)
+    return (Doubt(named, problem, remedy),)
 
 
 def _went_on(dive: Dive, dof: int, stretches: Sequence[tuple[float, float]]) -> bool:

@@ -38,29 +38,40 @@ class Culprit(Enum):
 
 @dataclass(frozen=True)
 class Doubt:
-    """A reason to distrust the values of the coefficients `about`, in a sentence that says what to do.
+    """A reason to distrust the values of the coefficients `about`: the problem, and in `remedy` what follows and what
+    to do.
 
     `outcome` is the outcome that the doubt gives the identification; CONVERGED for a mere warning. A doubt about a
-    PRIOR concerns no value that the dive itself gave.
+    PRIOR concerns no value that the dive itself gave. `also`: coefficients that lean on those doubted.
     """
 
     about: tuple[str, ...]
-    sentence: str
+    problem: str
+    remedy: str = ""
     outcome: Outcome = Outcome.CONVERGED
     culprit: Culprit = Culprit.RECORDING
+    also: tuple[str, ...] = ()
+
+    @property
+    def sentence(self) -> str:
+        """The problem and the remedy."""
+        return f"{self.problem}: {self.remedy}" if self.remedy else self.problem
 
     @property
     def clause(self) -> str:
-        """The problem without the remedy: the sentence up to its first colon, for use inside another sentence."""
-        clause = self.sentence.split(": ")[0].rstrip(".")
+        """The problem, for use inside another sentence."""
+        clause = self.problem.rstrip(".")
         return f"{clause[0].lower()}{clause[1:]}" if clause[1:2].islower() or clause[1:2] == " " else clause
 
     def to_json(self) -> dict[str, Any]:
         return {
             "about": list(self.about),
             "sentence": self.sentence,
+            "problem": self.problem,
+            "remedy": self.remedy,
             "outcome": self.outcome.value,
             "culprit": self.culprit.value,
+            "also": list(self.also),
         }
 
 

@@ -141,24 +141,27 @@ def levelling_doubts(dive: Dive) -> tuple[Doubt, ...]:
     levels = levelling(dive)
     if levels is None:
         return ()
-    sentences = []
+    doubts = []
     if levels.late_s:
         first, second = "the attitude", "the gyro's rates in roll and pitch"
         late, by = (first, second) if levels.late_s > 0 else (second, first)
         are = "is" if late == first else "are"
-        sentences.append(
-            f"{late[0].upper()}{late[1:]} {are} stamped some {1000 * abs(levels.late_s):.0f} ms late, by {by}: "
+        problem, remedy = (
+            f"{late[0].upper()}{late[1:]} {are} stamped some {1000 * abs(levels.late_s):.0f} ms late, by {by}",
             f"{', '.join(ABOUT)} may be off by more than their intervals; mend the clocks of both: seatrial doctor "
-            "--wet tells how late each sensor is."
+            "--wet tells how late each sensor is.",
         )
+        doubts.append(Doubt(ABOUT, problem, remedy, Outcome.DISAGREES))
     parts = [part for part in starmap(_said, ((3, levels.roll), (4, levels.pitch))) if part]
     if parts:
-        sentences.append(
-            f"By the attitude {' and '.join(parts)}: the sign, axes or scale of the attitude or of the gyro are not as "
+        problem, remedy = (
+            f"By the attitude {' and '.join(parts)}",
+            f"the sign, axes or scale of the attitude or of the gyro are not as "
             f"taken, and {', '.join(ABOUT)} may be off by more than their intervals; check the mounting of the IMU, "
-            "and what passes its attitude and rates on."
+            "and what passes its attitude and rates on.",
         )
-    return tuple(Doubt(ABOUT, sentence, Outcome.DISAGREES) for sentence in sentences)
+        doubts.append(Doubt(ABOUT, problem, remedy, Outcome.DISAGREES))
+    return tuple(doubts)
 
 
 def _said(dof: int, followed: Followed) -> str:

@@ -211,12 +211,13 @@ def _of_prior_alone(one: Estimate, priors: Mapping[str, Prior]) -> Estimate:
 
 
 def _conflict(one: Estimate, prior: Prior, known: Known) -> Doubt:
-    sentence = (
+    problem, remedy = (
         f"The vehicle file's prior of {one.name}, {prior.value:.4g} ± {prior.std:.2g} {one.unit}{_source(prior)}, and "
         f"the dive's {one.value:.4g} ± {one.std:.2g} are {abs(known.distance(one.name, prior)):.1f} standard errors "
-        "apart: the prior was left out; see what changed on the vehicle, or weigh it anew."
+        "apart",
+        "the prior was left out; see what changed on the vehicle, or weigh it anew.",
     )
-    return Doubt((one.name,), sentence, Outcome.DISAGREES)
+    return Doubt((one.name,), problem, remedy, Outcome.DISAGREES)
 
 
 def _contradiction(near: Mapping[str, Prior], beside: Mapping[str, Known]) -> Doubt:
@@ -225,22 +226,22 @@ def _contradiction(near: Mapping[str, Prior], beside: Mapping[str, Known]) -> Do
     listed = ", ".join(
         f"{n} {p.value:.4g} ± {p.std:.2g} {OF_HULL[n].unit}{_source(p)}" for n, p in near.items()
     )
-    sentence = (
+    problem, remedy = (
         f"The vehicle file's priors contradict each other, {worst} the others by {apart[worst]:.1f} standard errors "
-        f"once the dive ties them together: none of them was taken ({listed}); weigh them anew, and take the wrong one "
-        "out."
+        f"once the dive ties them together",
+        f"none of them was taken ({listed}); weigh them anew, and take the wrong one out.",
     )
-    return Doubt(tuple(near), sentence, Outcome.DISAGREES)
+    return Doubt(tuple(near), problem, remedy, Outcome.DISAGREES)
 
 
 def _of_this_dive(own: Collection[str]) -> tuple[Doubt, ...]:
     if not own:
         return ()
-    sentence = (
-        f"The vehicle file's priors of {', '.join(own)} rest on this very dive, by themselves or through a later one: "
-        "they were left out, for a dive does not confirm itself."
+    problem, remedy = (
+        f"The vehicle file's priors of {', '.join(own)} rest on this very dive, by themselves or through a later one",
+        "they were left out, for a dive does not confirm itself.",
     )
-    return (Doubt(tuple(own), sentence, culprit=Culprit.PRIOR),)
+    return (Doubt(tuple(own), problem, remedy, culprit=Culprit.PRIOR),)
 
 
 def _source(prior: Prior) -> str:

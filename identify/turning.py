@@ -72,20 +72,19 @@ def turning_doubts(dive: Dive) -> tuple[Doubt, ...]:
     others = f"by less {', '.join(masses)}, which turning at speed weighs too"
     imu_scale = turning(dive, by_imu) if name == FOG else None
     if imu_scale is not None and not imu_scale.contradicts(LARGEST_OFF):
+        also = f", and {IMU} agrees with heading"
         remedy = (
-            f", and {IMU} agrees with heading: the scale, unit or sign of {name} is not as taken, and {off}, and "
-            f"{others}; check {name} and what passes its readings on."
+            f"the scale, unit or sign of {name} is not as taken, and {off}, and {others}; check {name} and what passes "
+            "its readings on."
         )
     else:
         also = "" if imu_scale is None else f", and {IMU} contradicts heading too"
         remedy = (
-            f"{also}: the scale, unit or sign of one of them is not as taken, and where it is all of the gyro's {off}, "
-            f"and {others}; turn the vehicle once round to see which, and check the gyro's unit and the compass."
+            f"the scale, unit or sign of one of them is not as taken, and where it is all of the gyro's {off}, and "
+            f"{others}; turn the vehicle once round to see which, and check the gyro's unit and the compass."
         )
-    about = (inertia, damping, *masses)
-    return (
-        Doubt(about, f"Heading turns by {scale.times} times what {name} says{remedy}", Outcome.DISAGREES),
-    )
+    problem = f"Heading turns by {scale.times} times what {name} says{also}"
+    return (Doubt((inertia, damping, *masses), problem, remedy, Outcome.DISAGREES),)
 
 
 def _yawing(dive: Dive, rate: Signal, attitude: Signal) -> tuple[Array, Array, NDArray[np.bool_]]:

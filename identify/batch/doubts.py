@@ -16,9 +16,11 @@ def doubts_in(identification: Mapping[str, Any]) -> tuple[Doubt, ...]:
     every = (
         Doubt(
             tuple(map(str, doubt.get("about") or ())),
-            str(doubt["sentence"]),
+            str(doubt.get("problem") or doubt["sentence"]),
+            str(doubt.get("remedy") or ""),
             _OUTCOMES.get(str(doubt.get("outcome")), Outcome.DISAGREES),
             _CULPRITS.get(str(doubt.get("culprit")), Culprit.RECORDING),
+            tuple(map(str, doubt.get("also") or ())),
         )
         for doubt in identification.get("doubts") or ()
     )

@@ -99,7 +99,8 @@ def _not_apart(dof: int, one: Tested) -> Doubt:
     return Doubt(
         (DAMPINGS[dof].name,),
         f"In {DOFS[dof]} {more} quadratic drag than was accepted and {less} linear damping would fit this dive better "
-        f"({one.score:+.0f} standard errors): the two hold together, at the speeds of this dive, and the interval of "
+        f"({one.score:+.0f} standard errors)",
+        "the two hold together, at the speeds of this dive, and the interval of "
         "the linear one is widened by what is between them; coast down from full speed to tell them apart.",
         culprit=Culprit.MODEL,
     )

@@ -170,7 +170,7 @@ def recording_notes(dive: Dive, nominal: Nominal) -> tuple[str, ...]:
         for dof in nominal.doubted
     ]
     loud_axes = loud(nominal.joint, nominal.theta, nominal.built.pushed)
-    loudest = (*(axis.sentence for axis in loud_axes if axis.inflated), *loud_note(loud_axes))
+    loudest = (*(axis.doubt.sentence for axis in loud_axes if axis.inflated), *loud_note(loud_axes))
     return tuple(dict.fromkeys((*doubted, *_wild(nominal), *loudest, *nominal.built.notes, *dive.notes)))
 
 

@@ -49,14 +49,15 @@ def crossed_doubts(found: Mapping[tuple[int, int], Tested]) -> tuple[Doubt, ...]
     worst = max(moved, key=lambda pair: abs(moved[pair].score))
     axis, other = (DOFS[dof] for dof in worst)
     dofs = sorted(dof for dof, _ in moved)
-    sentence = (
+    problem, remedy = (
         f"The velocity in {axis} answers to the thrust in {other} ({moved[worst].size:+.2g} of it, beside its own; "
-        f"{abs(moved[worst].score):.0f} standard errors): the DVL's axes or the thrusters are not as the vehicle file "
+        f"{abs(moved[worst].score):.0f} standard errors)",
+        f"the DVL's axes or the thrusters are not as the vehicle file "
         f"has them, and what is said of {axes_named(dofs)} can hardly be this vehicle's; check the DVL's mounting and "
-        "the order of the thrusters: seatrial doctor --wet tells of both."
+        "the order of the thrusters: seatrial doctor --wet tells of both.",
     )
     about = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in dofs)
-    return (Doubt(about, sentence, Outcome.DISAGREES),)
+    return (Doubt(about, problem, remedy, Outcome.DISAGREES),)
 
 
 def _thrust_over(other: Axis, axis: Axis) -> Array:

@@ -299,7 +299,8 @@ def _doubts(fits: Mapping[int, AxisFit], stopped_at: str) -> tuple[Doubt, ...]:
         Doubt(
             (MASSES[dof].name, DAMPINGS[dof].name),
             f"The dive is too short to tell how slowly what disturbs {DOFS[dof]} changes, within a factor of "
-            f"{np.exp(Z95 * spread):.1f}: the intervals in {DOFS[dof]} may be too narrow; dive longer.",
+            f"{np.exp(Z95 * spread):.1f}",
+            f"the intervals in {DOFS[dof]} may be too narrow; dive longer.",
         )
         for dof, fit in fits.items()
         if (spread := float(np.sqrt(fit.covariance[TIME_CONSTANT, TIME_CONSTANT]))) > VAGUE_TIME_CONSTANT

@@ -52,12 +52,15 @@ class Loud:
     pushed: bool
 
     @property
-    def sentence(self) -> str:
-        """A sentence about inflated noise."""
-        return (
+    def doubt(self) -> Doubt:
+        """The doubt that inflated noise casts on its axis; only a warning if no thrust moved it."""
+        return Doubt(
+            (MASSES[self.dof].name, DAMPINGS[self.dof].name),
             f"In {DOFS[self.dof]} the fit takes {self.noise:.3g} {self.unit} of what {self.sensor} reads for noise, of "
-            f"{self.signal:.3g} {self.unit} in all, and its readings are far quieter than that: the model does not "
-            f"follow them; check the unit and sign of {self.sensor}, and that the vehicle file is this vehicle's."
+            f"{self.signal:.3g} {self.unit} in all, and its readings are far quieter than that",
+            f"the model does not follow them; check the unit and sign of {self.sensor}, and that the vehicle file is "
+            "this vehicle's.",
+            Outcome.DISAGREES if self.pushed else Outcome.CONVERGED,
         )
 
 
@@ -73,16 +76,8 @@ def loud(joint: JointLikelihood, theta: Array, pushed: Collection[int]) -> tuple
 
 
 def loud_doubts(found: Sequence[Loud]) -> tuple[Doubt, ...]:
-    """A doubt about each axis whose noise is inflated; only a warning if no thrust moved it."""
-    return tuple(
-        Doubt(
-            (MASSES[entry.dof].name, DAMPINGS[entry.dof].name),
-            entry.sentence,
-            Outcome.DISAGREES if entry.pushed else Outcome.CONVERGED,
-        )
-        for entry in found
-        if entry.inflated
-    )
+    """A doubt about each axis whose noise is inflated."""
+    return tuple(entry.doubt for entry in found if entry.inflated)
 
 
 def loud_note(found: Sequence[Loud]) -> tuple[str, ...]:

@@ -46,7 +46,8 @@ def drag_doubts(lacking: "Mapping[int, Tested]", damping: "Damping" = "linear") 
         Doubt(
             (MASSES[dof].name, DAMPINGS[dof].name),
             f"In {DOFS[dof]} a force that grows as the speed squared is missing from the model "
-            f"({tested.score:+.0f} standard errors): mass and linear damping hold for the speeds of this dive "
+            f"({tested.score:+.0f} standard errors)",
+            "mass and linear damping hold for the speeds of this dive "
             "alone; the intervals of all that it bears on are widened by what such a force would change. Where another "
             "axis moved at one speed alone, its damping holds for that.",
             Outcome.DISAGREES,
@@ -60,7 +61,8 @@ def _linear_doubt(dof: int, one: "Tested") -> Doubt:
     return Doubt(
         (MASSES[dof].name, QUADRATICS[dof].name),
         f"In {DOFS[dof]} a force that grows as the speed itself is missing from the model ({one.score:+.0f} standard "
-        "errors), for the vehicle file's damping is quadratic: the intervals of all that it bears on are widened by "
+        "errors), for the vehicle file's damping is quadratic",
+        "the intervals of all that it bears on are widened by "
         "what such a force would change; write damping: both into it.",
         Outcome.DISAGREES,
         Culprit.MODEL,
@@ -73,7 +75,8 @@ def delay_doubt(delay: ThrustDelay, pushed: Sequence[int]) -> Doubt:
     return Doubt(
         tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in pushed),
         f"Thrust acts {delay.later_s:.3f} s ({delay.low95_s:.3f} to {delay.high95_s:.3f}) after its command, beyond "
-        f"the vehicle file's lag{beyond}, or readings are stamped so late: the values are those with that delay; write "
+        f"the vehicle file's lag{beyond}, or readings are stamped so late",
+        f"the values are those with that delay; write "
         f"delay_s: {delay.delay_s:.3g} into the vehicle file's thrust_curve, where the feed-forward finds it.",
         culprit=Culprit.MODEL,
     )
@@ -103,7 +106,8 @@ def _unexplained_doubt(found: "Mapping[int, Tested]") -> Doubt:
     sigma = max(abs(tested.score) for tested in found.values())
     return Doubt(
         tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in found),
-        f"In {axes_named(list(found))} the motion does not follow from the thrust, and timing does not explain it: "
+        f"In {axes_named(list(found))} the motion does not follow from the thrust, and timing does not explain it",
+        f""
         f"thrust would have to act more than {LATEST_S:g} s off its time ({sigma:.0f} standard errors); check that the "
         "vehicle file is this vehicle's, and the velocity's axes, signs and unit.",
         Outcome.DISAGREES,
@@ -126,7 +130,8 @@ def _late_doubt(way: str, found: "Mapping[int, Tested]", pushed: Sequence[int]) 
     return Doubt(
         tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in dofs),
         f"In {axes_named(list(found))} thrust acts at another time than the vehicle file's lag and the sensors' "
-        f"stamps say ({way}, {size}; {sigma:.0f} standard errors): masses and dampings {scope} are off"
+        f"stamps say ({way}, {size}; {sigma:.0f} standard errors)",
+        f"masses and dampings {scope} are off"
         f"{'' if unsized else ' by that'}, and the intervals of all that it bears on are widened by it; mend the lag "
         "in the vehicle file, or the sensors' clocks: seatrial doctor --wet tells how late each sensor is.",
         Outcome.DISAGREES,
@@ -149,8 +154,8 @@ def unsettled_doubt(names: tuple[str, ...], where: str, bound: str) -> Doubt:
     """Doubt that the search for these coefficients settled: it stopped at its bound of steps."""
     return Doubt(
         names,
-        f"In {where} the search stopped at its bound of {bound} before it settled: don't rely on what it says of "
-        f"{where}; dive longer, with more changes of thrust.",
+        f"In {where} the search stopped at its bound of {bound} before it settled",
+        f"don't rely on what it says of {where}; dive longer, with more changes of thrust.",
         Outcome.AT_BOUND,
     )
 
@@ -159,11 +164,11 @@ def strange_doubts(strange: str) -> tuple[Doubt, ...]:
     """Doubt that the recording is of this vehicle, for the reason in `strange`; none if that is empty."""
     if not strange:
         return ()
-    sentence = (
-        f"These values can hardly be this vehicle's: {strange}. "
-        "Give the vehicle file and configuration of the dive."
+    problem, remedy = (
+        "These values can hardly be this vehicle's",
+        f"{strange}. Give the vehicle file and configuration of the dive.",
     )
-    return (Doubt(tuple(BY_NAME), sentence, Outcome.DISAGREES),)
+    return (Doubt(tuple(BY_NAME), problem, remedy, Outcome.DISAGREES),)
 
 
 def missing_forces(lacking: Sequence[int], late: Sequence[int], damping: "Damping" = "linear") -> str:

@@ -41,7 +41,8 @@ def _unseen_turning(built: Axes) -> tuple[Doubt, ...]:
     return (
         Doubt(
             about,
-            f"No rate of turn was recorded in {axes_named(never)}: the forces that turning at speed makes in "
+            f"No rate of turn was recorded in {axes_named(never)}",
+            f"the forces that turning at speed makes in "
             f"{axes_named(pushed)} (Coriolis) are left out, so {', '.join(about)} may be off by more than their "
             "intervals; record a gyro, or dive without turning.",
             _outcome(never, pushed),
@@ -66,13 +67,14 @@ def _unseen_speeds(built: Axes) -> tuple[Doubt, ...]:
     for dofs, words in cases:
         worked_on = [axis.dof for axis in built.axes if axis.dof >= 3 or _turned_into(axis.dof, dofs, built)]
         about = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in worked_on)
-        sentence = (
-            f"{words}: what speed there does to the vehicle's {axes_named(worked_on)} is guessed, so "
+        problem, remedy = (
+            f"{words}",
+            f"what speed there does to the vehicle's {axes_named(worked_on)} is guessed, so "
             f"{', '.join(about)} may be off by more than their intervals; dive with the DVL's bottom lock, or without "
-            "speed while it turns."
+            "speed while it turns.",
         )
         if about:
-            doubts.append(Doubt(about, sentence, _outcome(never if dofs is never else (), worked_on)))
+            doubts.append(Doubt(about, problem, remedy, _outcome(never if dofs is never else (), worked_on)))
     return tuple(doubts)
 
 

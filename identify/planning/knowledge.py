@@ -1,7 +1,6 @@
 """Knowledge of a vehicle before a dive: coefficients, their uncertainty, and the noise to expect in the dive."""
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -172,9 +171,9 @@ def after(identified: Mapping[str, Any], file: VehicleFile, configuration: str, 
 
 
 def _doubted(identified: Mapping[str, Any], fitted: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Reasons to doubt each coefficient: doubts that are about it or name it, and missing readings."""
+    """Reasons to doubt each coefficient: doubts about it or about what it leans on, and missing readings."""
     reasons_of = [
-        ([*map(str, doubt["about"]), *re.findall(r"\w+", doubt["sentence"])], str(doubt["sentence"]))
+        ([*map(str, doubt["about"]), *map(str, doubt.get("also") or ())], str(doubt["sentence"]))
         for doubt in identified.get("doubts", ())
     ]
     lacking: dict[str, list[str]] = {}

@@ -40,7 +40,7 @@ def size(job: Job):
 
 
 def refuse(job: Job):
-    raise FitError(f"{job.recording.path}: says nothing; dive again")
+    raise FitError("says nothing; dive again", of=job.recording.path)
 
 
 def stumble(job: Job):

@@ -5,8 +5,8 @@ from dataclasses import replace
 from identify.batch.doubts import doubts_in
 from identify.identification import Culprit, Doubt, Outcome
 
-LATE = Doubt(("M_u", "D_u"), "Thrust acts late: mend the lag.", Outcome.DISAGREES, Culprit.MODEL)
-WARNED = Doubt(("M_u",), "No rate of turn was recorded: record a gyro.")
+LATE = Doubt(("M_u", "D_u"), "Thrust acts late", "mend the lag.", Outcome.DISAGREES, Culprit.MODEL)
+WARNED = Doubt(("M_u",), "No rate of turn was recorded", "record a gyro.")
 
 
 def written(*doubts):

@@ -172,9 +172,9 @@ def test_copies_that_begin_within_a_minute_make_no_trend():
     assert drift_of(copies).sentence.endswith("they all began within a minute of each other.")
 
 
-WARNED = Doubt(("M_u", "D_u"), "No rate of turn was recorded: M_u may be off; record a gyro.")
+WARNED = Doubt(("M_u", "D_u"), "No rate of turn was recorded", "M_u may be off; record a gyro.")
 HALF = Doubt(
-    ("M_u", "M_v", "D_u", "D_v"), "Depth changes by 2 times what it should: mend it.", Outcome.DISAGREES
+    ("M_u", "M_v", "D_u", "D_v"), "Depth changes by 2 times what it should", "mend it.", Outcome.DISAGREES
 )
 FORCE = multiplier.Tested(30.0, 0.02, np.zeros(12))
 DRAG, LATE = drag_doubts({0: FORCE})[0], late_doubts({0: FORCE}, [0])[0]
@@ -198,14 +198,14 @@ def test_a_value_that_a_warning_names_bends_no_trend_and_the_others_of_its_dive_
 
 
 def test_where_every_value_is_named_by_a_warning_they_count_and_it_is_said():
-    warned = Doubt(tuple(TRUE), WARNED.sentence)
+    warned = Doubt(tuple(TRUE), WARNED.problem, WARNED.remedy)
     drift = drift_of([replace(row, doubts=(warned,)) for row in dives(damping=0.2)])
     assert drift.story is Story.FOULING
     assert drift.sentence == f"{drift_of(dives(damping=0.2)).sentence} {DOUBTED}"
 
 
 def test_one_undoubted_inertia_does_not_stand_for_all_that_is_doubted():
-    warned = Doubt(tuple(name for name in TRUE if name != "I_r"), WARNED.sentence)
+    warned = Doubt(tuple(name for name in TRUE if name != "I_r"), WARNED.problem, WARNED.remedy)
     drift = drift_of([replace(row, doubts=(warned,)) for row in dives(damping=0.2)])
     assert drift.story is Story.FOULING
     assert drift.sentence.endswith(DOUBTED)

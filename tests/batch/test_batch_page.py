@@ -20,7 +20,7 @@ from identify.report.picture import COLUMN_IN, WIDE_IN
 from tui import show
 from tui.batch_tables import dive_table, parameter_tables, trend_table
 
-WARNED = Doubt(("M_u",), "No rate of turn was recorded in roll: M_u may be off; record a gyro.")
+WARNED = Doubt(("M_u",), "No rate of turn was recorded in roll", "M_u may be off; record a gyro.")
 LONG = "2026-11-20T0912Z-" + "hovering-in-the-outer-harbour"
 
 pytestmark = pytest.mark.usefixtures("sketched")
@@ -95,8 +95,7 @@ def test_the_csv_has_a_line_a_dive_and_empty_cells_for_what_is_not_known():
 
 
 def test_a_dive_is_named_once_beside_why_it_gave_nothing():
-    (row,) = rows_of([Result("k", "d15", "d15.tlog", "0", None, "d15: the dive lasts 15 s")])
-    assert row.error == "the dive lasts 15 s"
+    (row,) = rows_of([Result("k", "d15", "d15.tlog", "0", None, "the dive lasts 15 s")])
     assert dive_table([row]).rows[0][-1] == "d15: the dive lasts 15 s"
 
 
@@ -105,7 +104,9 @@ def test_tables_are_whole_at_80_columns_with_the_longest_words():
         values = {
             name: replace(v, value=1234.5678, low95=1136.9, high95=1333.3) for name, v in row.values.items()
         }
-        return replace(row, dive=LONG, values=values, doubts=(Doubt(tuple(values), WARNED.sentence),))
+        return replace(
+            row, dive=LONG, values=values, doubts=(Doubt(tuple(values), WARNED.problem, WARNED.remedy),)
+        )
 
     rows = [long(row) for row in dives(count=4)]
     tables = [

@@ -187,7 +187,7 @@ def test_where_what_was_found_is_likelier_absent_nothing_is_written_and_it_is_na
 def test_a_recording_that_contradicts_itself_is_accepted_with_its_doubts_and_not_sent_without_a_word(
     tmp_path, monkeypatch
 ):
-    doubt = Doubt(("D_u", "I_r"), "The DVL is late: mend it.", Outcome.DISAGREES)
+    doubt = Doubt(("D_u", "I_r"), "The DVL is late", "mend it.", Outcome.DISAGREES)
     monkeypatch.setattr("identify.diagnose.recording.turning_doubts", lambda _dive: (doubt,))
     path, told = written(tmp_path)
     assert "D_u is doubted: the DVL is late" in told
@@ -198,7 +198,7 @@ def test_a_recording_that_contradicts_itself_is_accepted_with_its_doubts_and_not
 
 
 def test_what_the_fit_beside_the_causes_gets_wrong_is_in_the_sidecar_and_stops_an_upload(tmp_path):
-    late = Doubt(("M_u", "D_u"), "In surge thrust acts late: mend the lag.", Outcome.DISAGREES)
+    late = Doubt(("M_u", "D_u"), "In surge thrust acts late", "mend the lag.", Outcome.DISAGREES)
     path, told = written(tmp_path, doubts=(late,))
     assert "M_u is doubted: in surge thrust acts late" in told
     assert told[-1].endswith("with --despite-doubts, because the model does not fit the dive")

@@ -114,7 +114,7 @@ def test_each_doubted_value_that_an_identification_sends_is_told(tmp_path, capsy
 
 
 def test_a_parameter_file_and_its_sidecar_keep_what_is_doubted(tmp_path):
-    doubt = Doubt(("M_u", "M_w"), "No rate of turn was recorded: dive again.")
+    doubt = Doubt(("M_u", "M_w"), "No rate of turn was recorded", "dive again.")
     found = Identification("likelihood", Outcome.CONVERGED, (estimate("M_u", 111.0, 1.0, 109.0, 113.0),), "hovering",
                            "lake-7", "7" * 64, "hovering", "0" * 64, 60.0, 100, doubts=(doubt,))  # fmt: skip
     path = tmp_path / "a.param"

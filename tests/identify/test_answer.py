@@ -71,7 +71,7 @@ def test_thrusters_of_the_wrong_sign_give_no_parameter():
 
 def test_the_worst_doubt_is_the_outcome():
     good = fitted.fit(SURGE, 1e-4 * np.eye(2)).parameters
-    doubts = [Doubt((), "a", Outcome.DISAGREES), Doubt((), "b"), Doubt((), "c", Outcome.AT_BOUND)]
+    doubts = [Doubt((), "a", "", Outcome.DISAGREES), Doubt((), "b"), Doubt((), "c", "", Outcome.AT_BOUND)]
     assert outcome_of(good, doubts) is Outcome.DISAGREES
     assert outcome_of(good, doubts[1:]) is Outcome.AT_BOUND
     assert outcome_of(good, doubts[1:2]) is Outcome.CONVERGED

@@ -36,7 +36,7 @@ def test_two_that_agree_say_so_in_one_sentence():
 
 def test_beyond_the_intervals_they_disagree_and_why_is_what_either_doubts():
     doubt = Doubt(
-        ("M_u",), "In surge a drag is missing from the model: mass holds for this dive.", Outcome.DISAGREES
+        ("M_u",), "In surge a drag is missing from the model", "mass holds for this dive.", Outcome.DISAGREES
     )
     found = compare(by("likelihood", doubts=(doubt,)), by("pinn", 110.0))
     (told,) = found.disagreements

@@ -8,8 +8,8 @@ from identify.identification import Doubt, Outcome
 from identify.report.compared import comparison_section, told_beside
 
 SURGE = {"M_u": 100.0, "D_u": 50.0}
-SHARED = Doubt(("M_u",), "The DVL was late: dive again.")
-OWN = Doubt(("D_u",), "The loss still fell: dive longer.", Outcome.DISAGREES)
+SHARED = Doubt(("M_u",), "The DVL was late", "dive again.")
+OWN = Doubt(("D_u",), "The loss still fell", "dive longer.", Outcome.DISAGREES)
 
 
 def by(method, values=SURGE, std=0.01, **keys):
@@ -29,11 +29,11 @@ def test_a_second_that_did_not_converge_says_so_and_what_it_alone_doubts():
 
 
 def drag(score, axis="surge"):
-    return Doubt(("M_u", "D_u"), f"In {axis} a drag is missing ({score} standard errors): dive slower.")
+    return Doubt(("M_u", "D_u"), f"In {axis} a drag is missing ({score} standard errors)", "dive slower.")
 
 
 def test_a_doubt_of_both_that_differs_by_a_figure_is_not_said_again_and_another_of_the_same_coefficients_is():
-    late = Doubt(("M_u", "D_u"), "In surge thrust is late by 20 ms: mend the lag.")
+    late = Doubt(("M_u", "D_u"), "In surge thrust is late by 20 ms", "mend the lag.")
     assert told_beside(compare(by("likelihood", doubts=(drag(9),)), by("pinn", doubts=(drag(8),)))) == ()
     assert told_beside(compare(by("likelihood", doubts=(late,)), by("pinn", doubts=(drag(8),)))) == (
         "Pinn: In surge a drag is missing (8 standard errors): dive slower.",

@@ -131,9 +131,9 @@ def test_the_doubts_of_the_dive_stand_beside_what_a_plan_after_it_promises() -> 
     assert after(identified(), FILE, "hovering", "a.json").doubted == {}
 
 
-def test_a_coefficient_that_a_doubt_of_another_names_is_doubted_too() -> None:
+def test_a_coefficient_that_leans_on_a_doubted_one_is_doubted_too() -> None:
     sentence = "M_w is taken from the other axes alone, and the true D_w may lie below its value."
-    doubt = {"about": ["M_w"], "sentence": sentence, "outcome": "converged"}
+    doubt = {"about": ["M_w"], "sentence": sentence, "outcome": "converged", "also": ["D_w"]}
     known = after(identified(doubts=[doubt]), FILE, "hovering", "a.json")
     assert known.doubted == {"M_w": (sentence,), "D_w": (sentence,)}
 
