@@ -24,10 +24,11 @@ ERROR = "error"
 
 @dataclass(frozen=True)
 class Written:
-    """A parameter that was just written, and what became of it, in words for the crew."""
+    """A parameter that was just written: whether it was read back equal, and what became of it, in words."""
 
     name: str
-    became: str
+    equal: bool
+    words: str
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ def line(report: Report) -> str:
             "answered": report.answered,
         }
     if report.written is not None:
-        data["written"] = [report.written.name, report.written.became]
+        data["written"] = [report.written.name, report.written.equal, report.written.words]
     if report.result is not None:
         data["result"] = report.result
     return json.dumps(data, allow_nan=False) + "\n"
@@ -74,7 +75,7 @@ def read(text: str) -> Report | None:
     """Return the report of a line; None for any other line, such as a note or an error."""
     try:
         data = json.loads(text)
-        written = data.get("written")
+        name, equal, words = data.get("written") or ("", False, "")
         return Report(
             str(data["of"]),
             float(data["share"]),
@@ -85,7 +86,7 @@ def read(text: str) -> Report | None:
                 for name, (value, half) in data.get("values", {}).items()
             },
             bool(data.get("answered", False)),
-            None if written is None else Written(*map(str, written)),
+            Written(str(name), bool(equal), str(words)) if name else None,
             data.get("result"),
         )
     except (ValueError, TypeError, KeyError, AttributeError):

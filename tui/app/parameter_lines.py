@@ -8,6 +8,7 @@ from tui.app.comparison import Comparison, Entry
 from tui.app.lines import Line, Lines, Role, Span, cut, heading
 from tui.app.shown import NOTHING, ago
 from tui.app.wrapped import wrapped
+from tui.progress import Written
 
 AT: Final = "▶"
 CHOSEN, LEFT, NOT_ASKED, DOUBT = "■", "□", " ", "▲"
@@ -63,7 +64,7 @@ def table(
     shown: Comparison,
     chosen: Collection[str],
     at: int,
-    became: Mapping[str, str],
+    became: Mapping[str, Written],
     cells: int,
     rows: int,
     *,
@@ -77,7 +78,7 @@ def table(
     first, room = _window(len(shown.entries), at, rows)
     entries = shown.entries[first : first + room]
     body = tuple(
-        _row(entry, entry.name in chosen, first + n == at, became.get(entry.name, ""), cells, stale=stale)
+        _row(entry, entry.name in chosen, first + n == at, became.get(entry.name), cells, stale=stale)
         for n, entry in enumerate(entries)
     )
     above, below = first, len(shown.entries) - first - len(entries)
@@ -112,7 +113,7 @@ def _widths(cells: int) -> _Widths:
     return ROOMY if cells >= WIDE else TIGHT
 
 
-def _row(entry: Entry, chosen: bool, at: bool, became: str, cells: int, *, stale: bool) -> Line:
+def _row(entry: Entry, chosen: bool, at: bool, became: Written | None, cells: int, *, stale: bool) -> Line:
     mark = (CHOSEN if chosen else LEFT) if entry.choosable else NOT_ASKED
     lively: Role = "strong" if chosen else "plain" if entry.choosable else "quiet"
     present: Role = "stale" if stale else "plain" if entry.changes else "quiet"
@@ -137,13 +138,13 @@ def _row(entry: Entry, chosen: bool, at: bool, became: str, cells: int, *, stale
     return (*line, (f"  {cut(words, room)}", role)) if room > 0 else line
 
 
-def _words(entry: Entry, became: str, room: int) -> Span:
+def _words(entry: Entry, became: Written | None, room: int) -> Span:
     """Text and role for the end of a line, in at most `room` cells."""
     if became:
-        if became.endswith(EQUAL):
+        if became.equal:
             equal = f"✓ {EQUAL}"
             return equal if len(equal) <= room else f"✓ {EQUAL.split()[-1]}", "accent"
-        failed = f"{DOUBT} {became.removeprefix(entry.name).strip()}"
+        failed = f"{DOUBT} {became.words.removeprefix(entry.name).strip()}"
         return failed if len(failed) <= room or room >= SENTENCE else f"{DOUBT} {FAILED}", "bad"
     if entry.changes:
         return (entry.reason or "", "warn")
@@ -151,7 +152,7 @@ def _words(entry: Entry, became: str, room: int) -> Span:
     return (entry.verdict if len(entry.verdict) <= room else SHORT.get(entry.verdict, entry.verdict), role)
 
 
-def details(entry: Entry, became: str, stale_s: float | None, cells: int) -> Lines:
+def details(entry: Entry, became: Written | None, stale_s: float | None, cells: int) -> Lines:
     """All that is known about one line, in sentences; `stale_s` is the age of the vehicle's value, None if fresh."""
     unit = "" if entry.unit in ("", "1") else f" {entry.unit}"
     interval = f", 95 % between {number(entry.low95)} and {number(entry.high95)}" if half(entry) else ""
@@ -167,7 +168,7 @@ def details(entry: Entry, became: str, stale_s: float | None, cells: int) -> Lin
     lines = wrapped(f"{entry.name}: {entry.sentence}" if entry.sentence else entry.name, "strong", cells)
     lines += wrapped(f"{sentence}.", "plain", cells)
     if became:
-        lines += wrapped(f"{became}.", "accent" if became.endswith(EQUAL) else "bad", cells)
+        lines += wrapped(f"{became.words}.", "accent" if became.equal else "bad", cells)
     if entry.reason:
         lines += wrapped(f"{entry.verdict}: {entry.reason}.", "warn", cells)
     if entry.doubted:

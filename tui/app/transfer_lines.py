@@ -10,7 +10,7 @@ from tui.app.jobs import JobState
 from tui.app.lines import Line, Lines, cut
 from tui.app.parameter_lines import DOUBT, EQUAL
 from tui.app.wrapped import bar, wrapped
-from tui.progress import WRITING
+from tui.progress import WRITING, Written
 
 BAR_CELLS = 24
 READ_FIRST: Final = "The vehicle is read before anything is written."
@@ -69,15 +69,16 @@ def _doing(stage: str) -> str:
     return "The parameters are being written."
 
 
-def became(written: JobState | None, shown: Comparison | None) -> dict[str, str]:
+def became(written: JobState | None, shown: Comparison | None) -> dict[str, Written]:
     """Result of each line that was written, as far as it is known."""
     if written is None:
         return {}
     lines = (report.written for report in written.told)
-    results = {line.name: line.became for line in lines if line is not None}
+    results = {line.name: line for line in lines if line is not None}
     done = written.done
     if done is not None and done.result is not None and shown is not None:
         for row in done.result["parameters"]:
             if row["name"] in (*shown.choosable, *shown.staged):
-                results[row["name"]] = EQUAL if row["outcome"] == "applied" else row["sentence"]
+                equal = row["outcome"] == "applied"
+                results[row["name"]] = Written(row["name"], equal, EQUAL if equal else row["sentence"])
     return results

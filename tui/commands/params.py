@@ -141,7 +141,7 @@ class Watch:
         if self._tell is not None and progress.asked(os.environ):
             equal = result.outcome is Outcome.APPLIED
             words = f"{_text(result.seen)} read back equal" if equal else result.sentence
-            self._tell(self._share, name, written=progress.Written(name, words))
+            self._tell(self._share, name, written=progress.Written(name, equal, words))
 
     @contextmanager
     def bar(self, sentence: str) -> Iterator[None]:

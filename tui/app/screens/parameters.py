@@ -20,6 +20,7 @@ from tui.app.view import View
 from tui.app.widgets.ask_line import AskLine
 from tui.app.widgets.drawn import Drawn
 from tui.app.wrapped import wrapped
+from tui.progress import Written
 
 
 class ParameterTable(Drawn):
@@ -258,7 +259,7 @@ class ParametersScreen(StationScreen):
             return f"{yet}; this view only looks, and identifies nothing"
         return f"{yet}; identify it, or choose another dive on Dives by Enter"
 
-    def _became(self) -> dict[str, str]:
+    def _became(self) -> dict[str, Written]:
         return transfer_lines.became(self._transfer.written, self._transfer.shown)
 
     def _table(self, cells: int, rows: int) -> Lines:
@@ -279,7 +280,7 @@ class ParametersScreen(StationScreen):
         # Notes from before a write may no longer hold after it.
         remarks = shown.notes if self._transfer.written is None else ()
         notes = tuple(line for note in remarks for line in wrapped(note, "quiet", cells))
-        became, stale_s = self._became().get(entry.name, ""), self._transfer.stale_s(self._picture)
+        became, stale_s = self._became().get(entry.name), self._transfer.stale_s(self._picture)
         return (*lines.details(entry, became, stale_s, cells), *notes)
 
     def _question(self, cells: int, rows: int) -> Lines:
