@@ -69,7 +69,7 @@ def configuration_of_both(real: "Dive", sim: "Dive", file: "VehicleFile") -> str
     from bridge.errors import LogError
 
     real_index, its = real.configuration_index(), sim.configuration_index()
-    configuration = file.configuration or file.vehicle.configuration_at(real_index)
+    configuration = file.configuration_of(real_index)
     if file.configuration is None and its is not None and file.vehicle.configuration_at(its) != configuration:
         raise LogError(
             f"{sim.name}: was driven in configuration '{file.vehicle.configuration_at(its)}', {real.name} in "

@@ -254,7 +254,7 @@ def _excitation(dive: "Dive", vehicle: VehicleFile | None) -> tuple[dict[str, fl
     if vehicle is None:
         return None, "no vehicle file is known; give one with --vehicle"
     try:
-        result = excitation(dive, vehicle, _configuration(dive, vehicle))
+        result = excitation(dive, vehicle, vehicle.configuration_of(dive.configuration_index()))
     except SeatrialError as error:
         return None, str(error)
     return {coefficient.name: coefficient.relative_std for coefficient in result.coefficients}, result.note
@@ -264,15 +264,11 @@ def _spans(dive: "Dive", vehicle: VehicleFile | None) -> tuple[AxisSpan, ...]:
     from identify.glance.excitation import spans
 
     try:
-        configuration = "" if vehicle is None else _configuration(dive, vehicle)
+        configuration = "" if vehicle is None else vehicle.configuration_of(dive.configuration_index())
         axes = spans(dive, vehicle, configuration)
     except SeatrialError:
         axes = spans(dive)
     return tuple(AxisSpan(s.axis, s.seconds, s.thrust, s.speed) for s in axes)
-
-
-def _configuration(dive: "Dive", vehicle: VehicleFile) -> str:
-    return vehicle.configuration or vehicle.vehicle.configuration_at(dive.configuration_index())
 
 
 def _key(folder: Path, files: list[Path], vehicle: VehicleFile | None) -> dict[str, Any]:

@@ -301,6 +301,13 @@ class VehicleFile:
     configuration: str | None
     sha256: str
 
+    def configuration_of(self, index: int | None) -> str:
+        """The configuration that was named, or else that of a recording's `index` (VEH_CFG).
+
+        Raises ConfigError if neither tells it.
+        """
+        return self.configuration or self.vehicle.configuration_at(index)
+
 
 def load_vehicle(argument: str) -> VehicleFile:
     """Load the vehicle of `FILE[:CONFIGURATION]`; a bare name is looked up in configs/vehicles.

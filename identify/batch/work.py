@@ -24,8 +24,7 @@ def identify(job: Job) -> dict[str, Any]:
     dive = read_dive(job.recording.path, job.columns, job.vehicle)
     if dive.sha256 != job.recording.sha256:
         raise LogError(f"{job.recording.path}: changed while the batch ran; run it again when it is whole")
-    vehicle = job.vehicle.vehicle
-    configuration = job.vehicle.configuration or vehicle.configuration_at(dive.configuration_index())
+    configuration = job.vehicle.configuration_of(dive.configuration_index())
     named = replace(dive, name=job.recording.name)
     answer = estimator(job.method)(named, _without_priors(job.vehicle), configuration, _silently)
     unix_s, dated_by = date_of(dive)

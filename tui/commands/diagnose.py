@@ -109,7 +109,7 @@ def run(arguments: argparse.Namespace) -> int:
     if check is not None:
         refuse_the_same(check, dive)
     remarks = (*remarks, *filter(None, map(stray_bytes, map(Path, recordings))))
-    configuration = configuration_of(dive, file)
+    configuration = file.configuration_of(dive.configuration_index())
     before = (
         accepted_before(Path(arguments.accepted), configuration) if arguments.accepted else AcceptedBefore()
     )
@@ -246,11 +246,6 @@ def effects_without(names: "Sequence[str]", configuration: str, file: "VehicleFi
                 f"--without {name}: there is no such effect; there are {', '.join(sorted(known))}"
             )
     return tuple(effect for effect in effects if effect.name not in names)
-
-
-def configuration_of(dive: "Dive", file: "VehicleFile") -> str:
-    """Return the configuration that was named, or else the recording's own."""
-    return file.configuration or file.vehicle.configuration_at(dive.configuration_index())
 
 
 def tell_diagnosis(console: "Console", found: "Diagnosis") -> None:

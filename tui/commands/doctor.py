@@ -116,7 +116,7 @@ def wet(
     from tui import show
     from tui.wet_check import wet_check
 
-    configuration = file.configuration or file.vehicle.configuration_at(told_veh_cfg(observed))
+    configuration = file.configuration_of(told_veh_cfg(observed))
     client = ParameterClient(link, clock)
     client.find_vehicle(arguments.seconds)
     if client.armed:

@@ -102,7 +102,7 @@ def _model(
         )
     from identify.export.model import model_of
 
-    configuration = file.configuration or file.vehicle.configuration_at(None)
+    configuration = file.configuration_of(None)
     coefficients = file.vehicle.configurations[configuration].model
     if not coefficients:
         raise exit_codes.UsageError(

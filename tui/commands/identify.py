@@ -91,9 +91,7 @@ def run(arguments: argparse.Namespace) -> int:
         read_dive(Path(path), columns, held_file)
         for path, held_file in zip(arguments.dives, held_files, strict=True)
     ]
-    chosen = [
-        file.configuration or file.vehicle.configuration_at(dive.configuration_index()) for dive in dives
-    ]
+    chosen = [file.configuration_of(dive.configuration_index()) for dive in dives]
     curves: dict[str, TrainingCurves] = {}
     if arguments.method is None:
         methods = _usual(file, chosen)

@@ -129,7 +129,7 @@ def known(file: "VehicleFile", source: str | None, columns: str | None) -> "tupl
         )
     else:
         dive = read_dive(Path(source), Path(columns) if columns else None, file)
-        configuration = file.configuration or file.vehicle.configuration_at(dive.configuration_index())
+        configuration = file.configuration_of(dive.configuration_index())
         identified = _identify(dive, file, configuration)
     return configuration, after(identified, file, configuration, source)
 

@@ -100,7 +100,7 @@ def raising(dive: "Dive", file: "VehicleFile") -> "Raising | None":
     from identify.glance.raising import go_no_go
 
     try:
-        configuration = file.configuration or file.vehicle.configuration_at(dive.configuration_index())
+        configuration = file.configuration_of(dive.configuration_index())
     except ConfigError:
         return None
     return go_no_go(dive, file, configuration)
