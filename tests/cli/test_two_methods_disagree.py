@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bridge.errors import FitError
 from bridge.vehicle.config import load_vehicle
 from identify.dive import Dive
 from identify.identification import Identification, Outcome, estimate
@@ -76,22 +77,24 @@ def test_an_upload_refuses_it_until_it_is_taken_despite_its_doubts(identified):
     assert any("two methods disagree" in note for note in targets.notes)
 
 
-def test_a_second_method_that_gives_nothing_says_why_in_terminal_and_page(
-    identified, monkeypatch, tmp_path, capsys
-):
-    def identify(*given):
-        if given[3] == "pinn":
-            return command.nothing(*given[:4], "dive.tlog: no network settles on 3 s; dive longer")
-        return replace(answer("likelihood", 100.0), vehicle=given[1].vehicle.name)
+@pytest.mark.usefixtures("identified")
+def test_a_second_method_that_gives_nothing_says_why_in_terminal_and_page(monkeypatch, tmp_path, capsys):
+    def estimator_of(name, *_):
+        def estimate(*_given):
+            if name == "pinn":
+                raise FitError("no network settles on 3 s; dive longer", of="dive-7")
+            return answer("likelihood", 100.0)
 
-    monkeypatch.setattr(command, "identify", identify)
+        return estimate
+
+    monkeypatch.setattr(command, "estimator_of", estimator_of)
     page = tmp_path / "page.html"
-    code, _ = identified(100.0, "--report", page)
-    assert code == exit_codes.DONE
+    words = ["identify", "dive", "--vehicle", VEHICLE, "--report", str(page)]
+    assert cli.main(words) == exit_codes.DONE
     shown = " ".join(capsys.readouterr().out.split())
     assert "Pinn ended with 'not identifiable'." in shown
-    assert shown.count("Pinn gives nothing: dive.tlog: no network settles on 3 s; dive longer") == 1
-    assert "Pinn gives nothing: dive.tlog: no network settles" in page.read_text(encoding="utf-8")
+    assert shown.count("Pinn gives nothing: no network settles on 3 s; dive longer") == 1
+    assert "Pinn gives nothing: no network settles" in page.read_text(encoding="utf-8")
 
 
 def test_two_that_agree_are_done(identified):

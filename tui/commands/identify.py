@@ -13,23 +13,13 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from bridge.vehicle.config import VehicleFile
-    from identify.comparison import Comparison
     from identify.dive import Dive
     from identify.estimators.paper import TrainingCurves
     from identify.estimators.table import Estimator
     from identify.identification import Identification
-    from identify.progress import Progress, Values
+    from identify.progress import Progress
     from identify.report.page import Report
-    from tui.show import Tell
-
-DONE = "done"
-"""Last words of an estimator that has nothing more to report."""
-
-ANSWERED = "answered"
-"""Reported of a method once it is done, with its values."""
-
-FITTED, JUDGED = 0.99, "weighing what speaks against its values"
-"""Progress once all is fitted: the doubts about the values are still being assessed, which takes a while."""
+    from identify.run import Identified, Step
 
 EXAMPLE = "seatrial identify dives/2026-11-20T0912Z-hovering --vehicle ruvifist --json hovering.json"
 
@@ -62,9 +52,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
     from gcs_plugin.params.sidecar import sidecar_path
-    from identify.comparison import compare, doubted
     from identify.identification import Outcome
     from identify.ingest.open import read_dive
+    from identify.run import usual_methods
     from tui import pages, show
     from tui.columns import column_map_for
     from tui.files import Files
@@ -94,52 +84,41 @@ def run(arguments: argparse.Namespace) -> int:
     chosen = [file.configuration_of(dive.configuration_index()) for dive in dives]
     curves: dict[str, TrainingCurves] = {}
     if arguments.method is None:
-        methods = _usual(file, chosen)
+        methods = usual_methods(file, chosen)
     estimates = {name: estimator_of(name, arguments.network, curves) for name in methods}
-    answers, compared = [], []
-    for dive, held_file, configuration in zip(dives, held_files, chosen, strict=True):
-        first, *seconds = side_by_side(dive, held_file, configuration, estimates)
-        priors = file.vehicle.configurations[configuration].priors
-        dive_comparisons = [compare(first, second, priors) for second in seconds]
-        answers.append(doubted(dive_comparisons[0]) if dive_comparisons else first)
-        compared.append(dive_comparisons)
+    found = [
+        identified(dive, held_file, configuration, estimates)
+        for dive, held_file, configuration in zip(dives, held_files, chosen, strict=True)
+    ]
     results = [
-        answer.to_json() | ({"comparison": comparisons[0].to_json()} if comparisons else {})
-        for answer, comparisons in zip(answers, compared, strict=True)
+        one.answer.to_json() | ({"comparison": one.comparisons[0].to_json()} if one.comparisons else {})
+        for one in found
     ]
     console = show.results(arguments.json)
     with Files() as files:
         files.json(results[0] if len(results) == 1 else results, arguments.json)
-        if arguments.param and answers[0].values():
+        if arguments.param and found[0].answer.values():
             from tui.parameter_files import write_identified
 
-            param = partial(write_identified, Path(arguments.param), answers[0], file)
+            param = partial(write_identified, Path(arguments.param), found[0].answer, file)
             files.attempt(param, f"parameters: {arguments.param}")
         # The page comes last because drawing takes long. It is written even if the reader of the table has left.
         try:
             for _, sentences in held:
                 for sentence in sentences:
                     show.say(console, sentence)
-            for dive, answer, comparisons in zip(dives, answers, compared, strict=True):
-                tell(console, dive, answer)
-                for comparison in comparisons:
+            for one in found:
+                tell(console, one.dive, one.answer)
+                for comparison in one.comparisons:
                     tell_comparison(console, comparison)
         finally:
             if pages.wanted(arguments):
-                page = partial(report, dives, held_files, answers, compared, curves)
+                page = partial(report, found, curves)
                 pages.publish(files, arguments, page, dives, file)
         for sentence in files.written:
             show.say(console, sentence)
-    converged = all(answer.outcome is Outcome.CONVERGED for answer in answers)
+    converged = all(one.answer.outcome is Outcome.CONVERGED for one in found)
     return files.code(exit_codes.DONE if converged else exit_codes.NO)
-
-
-def _usual(file: "VehicleFile", configurations: "Sequence[str]") -> tuple[str, ...]:
-    """Return the default methods: two side by side for linear damping of all these hulls, else those for quadratic."""
-    from identify.estimators.table import OF_QUADRATIC, SIDE_BY_SIDE
-
-    linear = all(file.vehicle.configurations[name].damping == "linear" for name in configurations)
-    return SIDE_BY_SIDE if linear else OF_QUADRATIC
 
 
 def methods_of(argument: str | None) -> tuple[str, ...]:
@@ -185,65 +164,20 @@ def paper(network: "Sequence[int] | None", curves: "dict[str, TrainingCurves]") 
     return estimate
 
 
-def side_by_side(
+def identified(
     dive: "Dive", file: "VehicleFile", configuration: str, estimates: "Mapping[str, Estimator]"
-) -> "tuple[Identification, ...]":
-    """Run one dive through all estimators at the same time, each with its progress bar."""
-    from identify.together import together
+) -> "Identified":
+    """Identify a dive by all estimators, each with its progress bar."""
+    from identify.run import identify
     from tui import show
 
     with show.bars({name: f"{name}: {dive.name}" for name in estimates}) as tells:
-        works = [
-            partial(identify, dive, file, configuration, name, estimate, tell)
-            for (name, estimate), tell in zip(estimates.items(), tells, strict=True)
-        ]
-        return together(works)
+        tell_of = dict(zip(estimates, tells, strict=True))
 
+        def passed_on(step: "Step") -> None:
+            tell_of[step.method](step.share, step.words, step.values, step.answered)
 
-def identify(
-    dive: "Dive",
-    file: "VehicleFile",
-    configuration: str,
-    method: str,
-    estimate: "Estimator",
-    progress: "Tell",
-) -> "Identification":
-    """Run one dive through one estimator; a dive with too little information gives an answer that says so.
-
-    The estimator's last message about how it ended is kept as a note, unless it is only "done".
-    """
-    from dataclasses import replace
-
-    from bridge.errors import FitError
-    from identify.progress import NO_VALUES
-
-    ends: list[str] = []
-
-    def passed_on(share: float, words: str, values: "Values" = NO_VALUES, /) -> None:
-        if share >= 1.0 and words != DONE:
-            ends.append(f"{words[0].upper()}{words[1:]}.")
-        if share >= 1.0:
-            share, words, values = FITTED, JUDGED, NO_VALUES
-        progress(share, words, values)
-
-    try:
-        answer = estimate(dive, file, configuration, passed_on)
-    except FitError as error:
-        # The report names the dive itself.
-        answer = nothing(dive, file, configuration, method, error.reason)
-    progress(1.0, ANSWERED, values_of(answer), True)
-    return replace(answer, notes=(*answer.notes, *ends[-1:]))
-
-
-def values_of(answer: "Identification") -> "Values":
-    """Return the identifiable parameters of a finished method with half of their 95 % intervals, in SI units."""
-    from bridge.vehicle.coefficients import OF_HULL
-
-    return {
-        parameter.name: (parameter.value, (parameter.high95 - parameter.low95) / 2)
-        for parameter in answer.parameters
-        if parameter.identifiable and parameter.name in OF_HULL
-    }
+        return identify(dive, file, configuration, estimates, passed_on)
 
 
 def _asked(answer: "Identification") -> int:
@@ -253,37 +187,7 @@ def _asked(answer: "Identification") -> int:
     return sum(parameter.name in OF_HULL for parameter in answer.parameters)
 
 
-def nothing(
-    dive: "Dive", file: "VehicleFile", configuration: str, method: str, reason: str
-) -> "Identification":
-    """Return an answer in which no parameter could be fitted, all for the same reason."""
-    from bridge.vehicle.coefficients import COEFFICIENTS, MASSES
-    from identify.identification import Identification, Outcome, added_mass, estimate
-
-    nan = float("nan")
-    totals = tuple(estimate(coefficient.name, nan, nan, nan, nan, reason) for coefficient in COEFFICIENTS)
-    shape = file.vehicle.configurations[configuration]
-    return Identification(
-        method,
-        Outcome.NOT_IDENTIFIABLE,
-        (*totals, *(added_mass(total, shape) for total in totals[: len(MASSES)])),
-        configuration,
-        dive.name,
-        dive.sha256,
-        file.vehicle.name,
-        file.sha256,
-        dive.duration_s,
-        0,
-    )
-
-
-def report(
-    dives: "Sequence[Dive]",
-    files: "Sequence[VehicleFile]",
-    answers: "Sequence[Identification]",
-    compared: "Sequence[Sequence[Comparison]]",
-    curves: "Mapping[str, TrainingCurves]",
-) -> "Report":
+def report(found: "Sequence[Identified]", curves: "Mapping[str, TrainingCurves]") -> "Report":
     """Return the page with the results of each dive and the dives themselves."""
     from identify.report.compared import comparison_section
     from identify.report.page import Report
@@ -295,25 +199,26 @@ def report(
     )
 
     sections = []
-    for dive, file, answer, comparisons in zip(dives, files, answers, compared, strict=True):
-        sections.append(identification_section(answer))
-        for comparison in comparisons:
+    for one in found:
+        sections.append(identification_section(one.answer))
+        for comparison in one.comparisons:
             sections += [comparison_section(comparison), identification_section(comparison.second)]
-        if dive.sha256 in curves:
-            trained = curves[dive.sha256]
+        if one.dive.sha256 in curves:
+            trained = curves[one.dive.sha256]
             values = {name: trained.values[:, i] for i, name in enumerate(trained.names)}
             sections.append(training_section(values))
-        if answer.innovations:
-            sections.append(innovations_section(answer.innovations, dive.name))
-        sections.append(dive_section(dive, file.vehicle.water))
-    methods = [answers[0].method, *(comparison.second.method for comparison in compared[0])]
+        if one.answer.innovations:
+            sections.append(innovations_section(one.answer.innovations, one.dive.name))
+        sections.append(dive_section(one.dive, one.file.vehicle.water))
+    methods = [found[0].answer.method, *(comparison.second.method for comparison in found[0].comparisons)]
     verdict = "; ".join(
-        f"{dive.name} ({answer.configuration}): {len(answer.values())} of {_asked(answer)} coefficients identified, "
-        f"{answer.outcome.value}"
-        for dive, answer in zip(dives, answers, strict=True)
+        f"{one.dive.name} ({one.answer.configuration}): {len(one.answer.values())} of {_asked(one.answer)} "
+        f"coefficients identified, {one.answer.outcome.value}"
+        for one in found
     )
+    file = found[-1].file
     return Report(
-        f"{file.vehicle.name}: {', '.join(dive.name for dive in dives)}",
+        f"{file.vehicle.name}: {', '.join(one.dive.name for one in found)}",
         f"vehicle file {file.path.name}, method {' beside '.join(methods)}",
         f"{verdict}.",
         tuple(sections),

@@ -1,0 +1,139 @@
+"""Identify a dive, by one method or by two side by side: the plain function behind the command and its processes.
+
+    found = identify(dive, file, file.configuration_of(dive.configuration_index()))
+    found.answer.values()
+
+Its sibling for causes is `identify.diagnose.diagnose.diagnose`.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+from bridge.errors import FitError
+from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, OF_HULL
+from bridge.vehicle.config import VehicleFile
+from identify.comparison import Comparison, compare, doubted
+from identify.dive import Dive
+from identify.estimators.table import OF_QUADRATIC, SIDE_BY_SIDE, Estimator, estimator
+from identify.identification import Identification, Outcome, added_mass, estimate
+from identify.progress import NO_VALUES, Values
+from identify.together import together
+
+DONE = "done"
+"""Last words of an estimator that has nothing more to report."""
+
+ANSWERED = "answered"
+"""Words of the last step of a method, with its values."""
+
+FITTED, JUDGED = 0.99, "weighing what speaks against its values"
+"""Progress once all is fitted: the doubts about the values are still being assessed, which takes a while."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """Progress of one method: the share that is done (0 to 1), what it does now, the values so far.
+
+    answered: the values are the final ones.
+    """
+
+    method: str
+    share: float
+    words: str
+    values: Values
+    answered: bool
+
+
+@dataclass(frozen=True)
+class Identified:
+    """The answer to a dive: the first method's, with a doubt where another contradicts it, and its comparison with each
+    other method."""
+
+    dive: Dive
+    file: VehicleFile
+    answer: Identification
+    comparisons: tuple[Comparison, ...]
+
+
+def identify(
+    dive: Dive,
+    file: VehicleFile,
+    configuration: str,
+    methods: Mapping[str, Estimator] | None = None,
+    progress: Callable[[Step], None] = lambda _: None,
+) -> Identified:
+    """Identify a dive by all methods at the same time; `methods`: estimators by name, the first of them gives the
+    answer; those that suit the vehicle if None.
+
+    A dive with too little information gives an answer that says so. Steps are reported from several threads.
+    """
+    chosen = methods or {name: estimator(name) for name in usual_methods(file, [configuration])}
+    works = [
+        partial(_answer, dive, file, configuration, name, estimate_by, progress)
+        for name, estimate_by in chosen.items()
+    ]
+    first, *others = together(works)
+    priors = file.vehicle.configurations[configuration].priors
+    comparisons = tuple(compare(first, other, priors) for other in others)
+    return Identified(dive, file, doubted(comparisons[0]) if comparisons else first, comparisons)
+
+
+def usual_methods(file: VehicleFile, configurations: Sequence[str]) -> tuple[str, ...]:
+    """The default methods: two side by side for linear damping of all these hulls, else those for quadratic."""
+    linear = all(file.vehicle.configurations[name].damping == "linear" for name in configurations)
+    return SIDE_BY_SIDE if linear else OF_QUADRATIC
+
+
+def _answer(
+    dive: Dive,
+    file: VehicleFile,
+    configuration: str,
+    method: str,
+    estimate_by: Estimator,
+    progress: Callable[[Step], None],
+) -> Identification:
+    """The answer of one method; its last words on how it ended are kept as a note, unless they are only "done"."""
+    ends: list[str] = []
+
+    def passed_on(share: float, words: str, values: Values = NO_VALUES, /) -> None:
+        if share >= 1.0 and words != DONE:
+            ends.append(f"{words[0].upper()}{words[1:]}.")
+        if share >= 1.0:
+            share, words, values = FITTED, JUDGED, NO_VALUES
+        progress(Step(method, share, words, values, False))
+
+    try:
+        answer = estimate_by(dive, file, configuration, passed_on)
+    except FitError as error:
+        answer = nothing(dive, file, configuration, method, error.reason)
+    progress(Step(method, 1.0, ANSWERED, _values_of(answer), True))
+    return replace(answer, notes=(*answer.notes, *ends[-1:]))
+
+
+def _values_of(answer: Identification) -> Values:
+    """The identifiable parameters of a finished method with half of their 95 % intervals, in SI units."""
+    return {
+        parameter.name: (parameter.value, (parameter.high95 - parameter.low95) / 2)
+        for parameter in answer.parameters
+        if parameter.identifiable and parameter.name in OF_HULL
+    }
+
+
+def nothing(dive: Dive, file: VehicleFile, configuration: str, method: str, reason: str) -> Identification:
+    """An answer in which no parameter could be fitted, all for the same reason."""
+    nan = math.nan
+    totals = tuple(estimate(coefficient.name, nan, nan, nan, nan, reason) for coefficient in COEFFICIENTS)
+    shape = file.vehicle.configurations[configuration]
+    return Identification(
+        method,
+        Outcome.NOT_IDENTIFIABLE,
+        (*totals, *(added_mass(total, shape) for total in totals[: len(MASSES)])),
+        configuration,
+        dive.name,
+        dive.sha256,
+        file.vehicle.name,
+        file.sha256,
+        dive.duration_s,
+        0,
+    )
