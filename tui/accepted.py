@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bridge.effects.accepted import AcceptedEffect
 from bridge.errors import ParamError
+from bridge.vehicle.accepted_effect import AcceptedEffect
 from bridge.vehicle.coefficients import BY_NAME, OF_HULL
 from bridge.vehicle.config import Prior
 from gcs_plugin.params.sidecar import read_sidecar

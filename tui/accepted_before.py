@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from bridge.effects.accepted import AcceptedEffect
+from bridge.vehicle.accepted_effect import AcceptedEffect
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import Prior
 from tui.accepted import doubted_of, effects_of, priors_of

@@ -7,13 +7,13 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bridge.effects.accepted import AcceptedEffect
 from bridge.errors import ParamError, ParamUnwritten
 from bridge.file_size import read_small
 from bridge.parameter_row import to_float32
 from bridge.parameters import bounds
 from bridge.plain import from_json
 from bridge.schema import why_unread
+from bridge.vehicle.accepted_effect import AcceptedEffect
 from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, OF_HULL
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.effect_coefficients import EffectCoefficient, effect_coefficients

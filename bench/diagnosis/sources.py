@@ -11,7 +11,7 @@ RIVALS = (*ANSWERS, *reached(*(str(file.relative_to(ROOT)) for file in files("be
 SPEED = (*ANSWERS, *reached("bench/field/draw.py"), "bench/diagnosis/speed.py", "tui/commands/diagnose.py")
 _PAGE = tuple(f"bench/diagnosis/{name}.py" for name in ("beside", "goals", "page", "tables"))
 SECTION = (*SPEED, *_PAGE, "bench/diagnosis/rivals")
-CARRIED = ("bridge/effects/", "bridge/vehicle/")
+CARRIED = ("identify/effects/", "bridge/vehicle/")
 DECIDED = tuple(
     source
     for source in ANSWERS

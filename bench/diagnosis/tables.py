@@ -11,11 +11,11 @@ import numpy as np
 from bench.diagnosis.goals import told
 from bench.diagnosis.trials import Trial
 from bench.words import paragraph
-from bridge.effects.library import library
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.answers import UNMEASURED, VECTORS, errors
 from identify.challenge.plants import ABSORBED
 from identify.challenge.score import BINS, Judged, Rate
+from identify.effects.library import library
 
 EACH_POINT = 30
 """Least number of dives in a point of a power curve."""

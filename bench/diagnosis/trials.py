@@ -17,14 +17,14 @@ from bench.diagnosis.recorded import recorded_check, recorded_dive
 from bench.diagnosis.sources import ANSWERS
 from bench.remembered import Data, Job, Remembered
 from bench.stamp import stamp
-from bridge.effects.effect import Effect
-from bridge.effects.library import library
 from bridge.errors import SeatrialError
 from identify.challenge.answers import Answer, answer_of
 from identify.challenge.case import Case
 from identify.diagnose.answer import plain
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.result import Diagnosis
+from identify.effects.effect import Effect
+from identify.effects.library import library
 
 CHECKED = ("one", "two")
 """Groups with a check dive, because they have a gap that can be closed."""

@@ -12,10 +12,6 @@ from numpy.typing import NDArray
 
 from bench.diagnosis.recorded import recorded_dive
 from bench.unknown.grammar import Sentence, drawn, force_of
-from bridge.effects.course import Course
-from bridge.effects.effect import Act, Effect
-from bridge.effects.environment import varying_current, waves
-from bridge.effects.library import library
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.challenge.case import Case, draw_case
 from identify.challenge.drawn_force import DEPTH, signal_of
@@ -29,6 +25,10 @@ from identify.diagnose.drift import EVERY_S, HORIZONS_S, floors_of
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.regression import LEVELLED
 from identify.diagnose.simulation import Simulation, simulation_of
+from identify.effects.course import Course
+from identify.effects.effect import Act, Effect
+from identify.effects.environment import varying_current, waves
+from identify.effects.library import library
 
 Array = NDArray[np.float64]
 

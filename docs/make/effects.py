@@ -1,9 +1,9 @@
 """docs/reference/effects.md: the library of effects that a diagnosis tries."""
 
-from bridge.effects.effect import Effect
-from bridge.effects.library import library
 from bridge.vehicle.config import load_vehicle
 from docs.make.markdown import MADE, code, number, table
+from identify.effects.effect import Effect
+from identify.effects.library import library
 
 EXAMPLE = "ruvifist:hovering"
 PLACES = {

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from bridge import schema
-from bridge.effects.accepted import AcceptedEffect
 from bridge.errors import ConfigError, ParamRejected
 from bridge.file_size import read_small
 from bridge.plain import from_json
+from bridge.vehicle.accepted_effect import AcceptedEffect
 from gcs_plugin.params.files import replace_text
 
 FORMAT: Final = 1

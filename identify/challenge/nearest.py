@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from bridge.effects.course import Course
-from bridge.effects.effect import Effect
-from bridge.effects.library import library
 from bridge.vehicle.thrusters import thrust_curve
 from identify.challenge.gap import missing_wrench, nominal_columns
 from identify.challenge.simulate import Simulated
 from identify.challenge.site import Planted, Site
+from identify.effects.course import Course
+from identify.effects.effect import Effect
+from identify.effects.library import library
 
 Array = NDArray[np.float64]
 Parameters = dict[str, float]

@@ -11,12 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.accepted import AcceptedEffect
-from bridge.effects.actuators import DEAD_ZONE_SHIFTED
-from bridge.effects.course import Course
-from bridge.effects.effect import Effect
-from bridge.effects.supply import voltage_law
 from bridge.parameters import bounds
+from bridge.vehicle.accepted_effect import AcceptedEffect
 from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, DOFS, MASSES, OF_HULL
 from bridge.vehicle.config import Configuration
 from bridge.vehicle.effect_coefficients import (
@@ -39,6 +35,10 @@ from identify.diagnose.regression import mean_places, regression_of
 from identify.diagnose.result import Accepted, Found, Value
 from identify.diagnose.search import Explanation, explained_by
 from identify.diagnose.wording import effect_words, listed, name_of, percent_sure, words
+from identify.effects.actuators import DEAD_ZONE_SHIFTED
+from identify.effects.course import Course
+from identify.effects.effect import Effect
+from identify.effects.supply import voltage_law
 from identify.estimators.admitted import timing_of
 from identify.estimators.doubts import doubts_of
 from identify.estimators.likelihood_axis import DAMPING, MASS

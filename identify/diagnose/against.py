@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from bridge.effects.effect import Effect
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import VehicleFile
 from identify.diagnose import answer
@@ -20,6 +19,7 @@ from identify.diagnose.shrink import CHANCE
 from identify.diagnose.simulator import lasting, priors_of, simulator_of
 from identify.diagnose.wording_verdict import sorted_by_likelihood
 from identify.dive import Dive
+from identify.effects.effect import Effect
 from identify.identification import Z95
 
 DRIFT_S = 5.0

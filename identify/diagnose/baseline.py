@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course, delayed
 from identify.diagnose.simulation import EACH, RUN_AWAY
+from identify.effects.course import Course, delayed
 
 Array = NDArray[np.float64]
 

@@ -20,10 +20,10 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course, delayed, lagged
-from bridge.effects.effect import Act, Effect, Parameter
-from bridge.effects.supply import LOAD_SAG
-from bridge.effects.tether import TETHER
+from identify.effects.course import Course, delayed, lagged
+from identify.effects.effect import Act, Effect, Parameter
+from identify.effects.supply import LOAD_SAG
+from identify.effects.tether import TETHER
 from identify.side_by_side import side_by_side
 
 Array = NDArray[np.float64]

@@ -12,9 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.accepted import AcceptedEffect
-from bridge.effects.course import Course
-from bridge.effects.effect import Act, Effect, Told
+from bridge.vehicle.accepted_effect import AcceptedEffect
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import Prior
 from identify.diagnose.candidates import Cause
@@ -32,6 +30,8 @@ from identify.diagnose.simulator import lasting
 from identify.diagnose.weighing import Fitted, Weighing
 from identify.diagnose.witnesses import Witness
 from identify.diagnose.wording import SINCE, effect_words, listed, value_words
+from identify.effects.course import Course
+from identify.effects.effect import Act, Effect, Told
 from identify.estimators.likelihood_axis import DAMPING, MASS
 from identify.identification import Z95
 

@@ -6,7 +6,8 @@ then disagree on a parameter. The variance between parts beyond their noise is a
 
 The wider interval decides presence: a cause that may as well be absent by it is dropped, because the remainder of
 another cause's form looks like that. A sea is exempt. Its lines beat, so parts of a dive always disagree, and
-held-out gain decides instead (`search.LEAST_SEA_GAIN`).
+held-out gain decides instead (`search.LEAST_SEA_GAIN`). A lone cause is no other's remainder: it stays if one value
+in all parts explains nearly as much as a value in each.
 """
 
 import math
@@ -16,8 +17,6 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
-from bridge.effects.effect import ALONG, Act, Effect
 from identify.diagnose.candidates import Cause, other_forms
 from identify.diagnose.evidence import NOTHING_NEW, SCARCE, Blocks, inverse
 from identify.diagnose.nominal import Nominal
@@ -33,6 +32,8 @@ from identify.diagnose.search import (
 )
 from identify.diagnose.seas import SEAS
 from identify.diagnose.weighing import Fitted, FormRemainder, Weighing
+from identify.effects.course import Course
+from identify.effects.effect import ALONG, Act, Effect
 from identify.estimators.likelihood_axis import DAMPING
 from identify.side_by_side import both
 
@@ -54,6 +55,10 @@ NEAR = 1e-3
 LEAST_CONFIDENCE = 0.95
 """Confidence with which all of a cause's parameters together must exclude absence."""
 
+MOST_APART, BEYOND_CHANCE = 0.25, 50.0
+"""Share of a lone cause's nats that values of its own in each part may add, and the nats that it must save, for its
+presence to be certain. Forces of another kind that a cause mimics leave half as much and more."""
+
 LEAST_LIKENESS = 0.5
 """Causes less alike than this are no ambiguity group even if either fits: both may be present."""
 
@@ -70,10 +75,7 @@ def _covariance(weighing: Weighing, fit: Fitted, nominal: Blocks) -> Array:
     known = np.concatenate([rows.nominal_precision, np.zeros(len(fit.at))])
     square = nominal.beside(slopes_alone).square() + np.diag(known)
     within = inverse(square)[m:, m:]
-    columns = np.column_stack([fit.slopes, fit.value])
-    columns -= nominal.times(inverse(square[:m, :m]) @ nominal.crossed(columns))
-    slopes = columns[:, :-1]
-    left = columns[:, -1] - slopes @ (inverse(slopes.T @ slopes) @ (slopes.T @ columns[:, -1]))
+    slopes, left = _beyond(nominal, square[:m, :m], fit)
     between = np.zeros(len(fit.at))
     for k in range(len(fit.causes)):
         of_cause = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == k]
@@ -81,6 +83,29 @@ def _covariance(weighing: Weighing, fit: Fitted, nominal: Blocks) -> Array:
             between[of_cause] += between_parts(slopes[:, of_cause], left, parts)
     shift = in_other_forms(weighing, fit, nominal)
     return np.asarray(within + np.diag(between) + np.outer(shift, shift))
+
+
+def _beyond(nominal: Blocks, square: Array, fit: Fitted) -> tuple[Array, Array]:
+    """The slopes (rows, k) of a fit beyond the nominal columns, of that `square`, and the residual (rows,)."""
+    columns = np.column_stack([fit.slopes, fit.value])
+    columns -= nominal.times(inverse(square) @ nominal.crossed(columns))
+    slopes = columns[:, :-1]
+    return slopes, columns[:, -1] - slopes @ (inverse(slopes.T @ slopes) @ (slopes.T @ columns[:, -1]))
+
+
+def is_certain(found: Explanation) -> bool:
+    """Whether a lone cause is present beyond doubt: it saves much, and all parts of the dive agree on it."""
+    weighing, fit = found.weighing, found.fit
+    if len(fit.causes) != 1 or fit.gain < BEYOND_CHANCE or not fit.at:
+        return False
+    rows, (cause,) = weighing.rows, fit.causes
+    slopes, left = _beyond(rows.nuisance, rows.nuisance.square() + np.diag(rows.nominal_precision), fit)
+    size = np.array([cause.values[p] - cause.effect.parameters[p].none for _, p in fit.at])
+    if not np.isfinite(size).all():
+        return False
+    nats = 0.5 * float(np.sum((slopes @ size) ** 2))
+    excess = [0.5 * np.max(_by_part(slopes, left, parts).excess) for parts in _partitions(weighing, slopes)]
+    return float(max(excess)) < MOST_APART * nats
 
 
 def in_other_forms(weighing: Weighing, fit: Fitted, nominal: Blocks) -> Array:
@@ -156,12 +181,36 @@ def _partitions(weighing: Weighing, slopes: Array) -> Iterator[Parts]:
     yield np.unique(weighing.rows.dof, return_inverse=True)[1]
 
 
+@dataclass(frozen=True)
+class ByPart:
+    """Values (p, k) of each part, less the whole dive's, with their weights; 0 for parts with little information."""
+
+    off: Array
+    weight: Array
+
+    @property
+    def excess(self) -> Array:
+        """Twice the nats (k,) that values of its own in each part save, beyond chance."""
+        sum_ = np.maximum(self.weight.sum(axis=0), 1e-300)
+        mean = (self.weight * self.off).sum(axis=0) / sum_
+        freedom = np.maximum((self.weight > 0).sum(axis=0) - 1, 0)
+        return np.asarray((self.weight * (self.off - mean) ** 2).sum(axis=0) - freedom)
+
+
 def between_parts(slopes: Array, left: Array, parts: Parts) -> Array:
     """Between-part variance (k,) of each parameter's mean.
 
     slopes (rows, k), left (rows,): a regression and its residual. Parts with little information on a parameter are
     ignored.
     """
+    by_part = _by_part(slopes, left, parts)
+    weight = by_part.weight
+    sum_, squares = np.maximum(weight.sum(axis=0), 1e-300), (weight**2).sum(axis=0)
+    variance = np.maximum(by_part.excess, 0.0) / np.maximum(sum_ - squares / sum_, 1e-300)
+    return np.asarray(np.where((weight > 0).sum(axis=0) > 1, variance * squares / sum_**2, 0.0))
+
+
+def _by_part(slopes: Array, left: Array, parts: Parts) -> ByPart:
     total = np.einsum("ni,ni->i", slopes, slopes)
     off, weight = np.zeros((2, int(parts.max()) + 1, slopes.shape[1]))
     for part in range(len(off)):
@@ -172,11 +221,7 @@ def between_parts(slopes: Array, left: Array, parts: Parts) -> Array:
             covariance = inverse(square[np.ix_(informed, informed)])
             off[part, informed] = covariance @ (of_part[:, informed].T @ left[parts == part])
             weight[part, informed] = 1.0 / np.diag(covariance)
-    sum_, squares = np.maximum(weight.sum(axis=0), 1e-300), (weight**2).sum(axis=0)
-    mean = (weight * off).sum(axis=0) / sum_
-    excess = (weight * (off - mean) ** 2).sum(axis=0) - np.maximum((weight > 0).sum(axis=0) - 1, 0)
-    variance = np.maximum(excess, 0.0) / np.maximum(sum_ - squares / sum_, 1e-300)
-    return np.asarray(np.where((weight > 0).sum(axis=0) > 1, variance * squares / sum_**2, 0.0))
+    return ByPart(off, weight)
 
 
 def coupled_nominal(weighing: Weighing, causes: tuple[Cause, ...]) -> Blocks:
@@ -224,7 +269,7 @@ def without_doubtful(
             for k, share in enumerate(shares)
             if share <= LEAST_CONFIDENCE
         ]
-        if not fewer:
+        if not fewer or is_certain(found):
             return found, covariance
         # Of causes that trade with each other the shadows are dropped, however wide the interval of the cause that
         # casts them.

@@ -7,9 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.accepted import AcceptedEffect
-from bridge.effects.effect import Effect
-from bridge.effects.library import library
+from bridge.vehicle.accepted_effect import AcceptedEffect
 from bridge.vehicle.coefficients import BY_NAME, DOFS
 from bridge.vehicle.config import Prior, VehicleFile
 from identify.diagnose.accepted import beside_all, likely_accepted, log_stds
@@ -88,6 +86,8 @@ from identify.diagnose.verdict import (
     verdict_of,
 )
 from identify.dive import Dive
+from identify.effects.effect import Effect
+from identify.effects.library import library
 from identify.side_by_side import both
 
 Array = NDArray[np.float64]

@@ -6,8 +6,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
-from bridge.effects.sensors import WRONG_FEEDBACK_LOG
 from identify.diagnose.candidates import Cause, natural_scale
 from identify.diagnose.confidence import ambiguity_of
 from identify.diagnose.gap import Missing
@@ -25,6 +23,8 @@ from identify.diagnose.search import (
 from identify.diagnose.seas import SEAS, period_interval
 from identify.diagnose.simulation import EACH, missing_wrench_of, slope_of
 from identify.diagnose.weighing import Fitted, FormRemainder
+from identify.effects.course import Course
+from identify.effects.sensors import WRONG_FEEDBACK_LOG
 from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
 from identify.identification import Z95
 from identify.side_by_side import side_by_side

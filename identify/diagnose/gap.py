@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.thrusters import allocation_matrix
 from identify.diagnose.drift import Drift
@@ -15,6 +14,7 @@ from identify.diagnose.regression import LEVELLED
 from identify.diagnose.result import Character, Dependence, Disturbance, Fixed, Phase, Share, Slice
 from identify.diagnose.simulation import Simulation
 from identify.diagnose.unexplained import Parity, Timing, Unexplained, Variable, of_other_speeds, unit_forces
+from identify.effects.course import Course
 from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
 
 Array = NDArray[np.float64]

@@ -14,10 +14,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
-from bridge.effects.effect import Act
 from identify.diagnose.evidence import Block
 from identify.diagnose.predicted import mean_before, means_before, value_before
+from identify.effects.course import Course
+from identify.effects.effect import Act
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
 from identify.estimators.lateness import behind_filter
 from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood

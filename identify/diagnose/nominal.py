@@ -10,8 +10,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
-from bridge.effects.effect import Act
 from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
 from identify.diagnose.candidates import Cause
@@ -21,6 +19,8 @@ from identify.diagnose.predicted import course_of, mean_before, predicted
 from identify.diagnose.regression import steady_trims
 from identify.diagnose.witnesses import Witness, witnesses
 from identify.dive import Dive, Signal
+from identify.effects.course import Course
+from identify.effects.effect import Act
 from identify.estimators.autopilot_velocity import dated, dated_back
 from identify.estimators.axes import Axes, Axis, build_axes
 from identify.estimators.innovations import POSITION

@@ -10,11 +10,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
 from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
 from identify.dive import Dive, Signal
+from identify.effects.course import Course
 from identify.estimators.likelihood_axis import DAMPING, MASS
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.motion import Motion

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from bridge.effects.effect import OWN_VELOCITY, PULSES, QUICK_COMMANDS
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import DOFS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile, Water
@@ -25,6 +24,7 @@ from identify.diagnose.nominal import SURGE, SWAY, Nominal, nominal_of
 from identify.diagnose.regression import PIECE_S
 from identify.diagnose.wording import listed
 from identify.dive import Dive, Signal
+from identify.effects.effect import OWN_VELOCITY, PULSES, QUICK_COMMANDS
 from identify.estimators.loud import loud, loud_note
 from identify.estimators.solvable import solvable
 from identify.fed_velocity import filtered_doubts, stamp_doubts

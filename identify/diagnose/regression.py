@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
-from bridge.effects.effect import Act
 from identify.diagnose.evidence import FOLDS, Block, Blocks
 from identify.diagnose.innovations import AxisInnovations, autoregression_of, push_of
 from identify.diagnose.witnesses import WeighedWitness, Witness, weighed_witness
+from identify.effects.course import Course
+from identify.effects.effect import Act
 from identify.estimators.likelihood_axis import DAMPING, FORCES, MASS, AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.side_by_side import side_by_side

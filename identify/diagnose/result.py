@@ -7,11 +7,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.accepted import AcceptedEffect
-from bridge.effects.effect import Effect
+from bridge.vehicle.accepted_effect import AcceptedEffect
 from identify.diagnose.candidates import Cause
 from identify.diagnose.drift import Drift
 from identify.diagnose.unexplained import Parity, Timing, Variable
+from identify.effects.effect import Effect
 from identify.identification import Doubt
 
 Array = NDArray[np.float64]

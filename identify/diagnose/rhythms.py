@@ -19,10 +19,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
 from identify.diagnose.evidence import FOLDS
 from identify.diagnose.innovations import AxisInnovations
 from identify.diagnose.regression import piece_s
+from identify.effects.course import Course
 from identify.estimators.innovations import INCREMENT, VELOCITY
 
 Array = NDArray[np.float64]

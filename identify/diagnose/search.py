@@ -6,13 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.actuators import COMMAND_DELAY, THRUSTER_LAG
-from bridge.effects.effect import Effect
 from identify.diagnose.candidates import Cause, Setting, companions
 from identify.diagnose.evidence import Evidence
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.seas import SEAS, seas_of
 from identify.diagnose.weighing import CandidateEquations, Fitted, FormRemainder, Weighing, rows_of
+from identify.effects.actuators import COMMAND_DELAY, THRUSTER_LAG
+from identify.effects.effect import Effect
 from identify.side_by_side import both, side_by_side
 
 Array = NDArray[np.float64]

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.effect import Effect
-from bridge.effects.environment import varying_current, waves
 from identify.diagnose.nominal import Nominal
+from identify.effects.effect import Effect
+from identify.effects.environment import varying_current, waves
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
 from bridge.errors import LogError
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.baseline import Baseline, baseline_of
@@ -33,6 +32,7 @@ from identify.diagnose.simulation import (
     slope_of,
     wrench_of,
 )
+from identify.effects.course import Course
 from identify.estimators.likelihood_axis import DAMPING, MASS
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.report.text import fixed, significant

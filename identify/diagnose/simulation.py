@@ -12,10 +12,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
-from bridge.effects.effect import Act
 from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import Nominal, quadratic_of
+from identify.effects.course import Course
+from identify.effects.effect import Act
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood_axis import DAMPING, FORCES, MASS
 from identify.estimators.likelihood_joint import JointLikelihood

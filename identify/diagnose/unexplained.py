@@ -12,8 +12,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course, lagged
-from bridge.effects.effect import Act
 from identify.diagnose.candidates import companions, possible_forms
 from identify.diagnose.evidence import Blocks, NormalEquations, equations_of, inverse
 from identify.diagnose.innovations import AxisInnovations
@@ -23,6 +21,8 @@ from identify.diagnose.rhythms import bursts, clusters
 from identify.diagnose.seas import SEAS
 from identify.diagnose.slow import slow_axes, slow_forces
 from identify.diagnose.weighing import Fitted, Weighing, weighing_of
+from identify.effects.course import Course, lagged
+from identify.effects.effect import Act
 from identify.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
@@ -54,6 +54,8 @@ Under the null, x nats on held-out pieces have probability exp(-x) at most (Mark
 ratio). Some 1200 forces are tried, at one false alarm in a hundred dives: ln(120000). Roll and pitch need far more
 nats: a vehicle held level shows little of its inertia there, and much of its levelling.
 """
+
+SURGE_AND_SWAY = (0, 1)
 
 PAST_S = (1.5, 3.0, 6.0, 12.0)
 """Memory of water or vehicle: longer than a disturbance, shorter than most legs."""
@@ -172,7 +174,10 @@ def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
     def slow() -> list[_Weighed]:
         if at_sea or not slow_axes(weighing.now):
             return []
-        return [*_slow(_without_remainder(weighing, fit).now if fit.causes else weighing.now)]
+        found = _slow(_without_remainder(weighing, fit).now if fit.causes else weighing.now)
+        # A current that comes and goes is slow, too, and no form of it holds its whole course.
+        drifts = SURGE_AND_SWAY if any(cause.effect.place == "water" for cause in fit.causes) else ()
+        return [one for one in found if one.shape.dof not in drifts]
 
     tests: list[Callable[[], list[_Weighed]]] = [
         slow,

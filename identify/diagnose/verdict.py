@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
-from bridge.effects.effect import Effect
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.probability import LIKELY
 from identify.diagnose.result import Disturbance, Found, Next, Shrink, Verdict
 from identify.diagnose.unexplained import GenericForce, Unexplained, Variable, beyond_chance
+from identify.effects.course import Course
+from identify.effects.effect import Effect
 
 FORM_SHARE = 0.02
 """Share of the causes' nats that a form's remainder may reach: a form right to a seventh of its force leaves as

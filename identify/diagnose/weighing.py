@@ -16,8 +16,6 @@ from functools import cached_property, lru_cache, partial, reduce
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
-from bridge.effects.effect import Act, Effect
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.candidates import Cause, Setting, other_forms, other_variants, settings_of
 from identify.diagnose.evidence import (
@@ -34,6 +32,8 @@ from identify.diagnose.evidence import (
 )
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.regression import Regression, regression_of
+from identify.effects.course import Course
+from identify.effects.effect import Act, Effect
 
 Array = NDArray[np.float64]
 Key = tuple[Effect, bytes]

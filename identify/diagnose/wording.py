@@ -3,8 +3,8 @@
 import math
 from collections.abc import Sequence
 
-from bridge.effects.effect import Effect
 from identify.diagnose.result import Diagnosis, Found, Next, Value
+from identify.effects.effect import Effect
 from identify.report.text import fixed, significant, unit, with_interval
 
 DRIFT_S = 5.0

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from bridge.effects.accepted import AcceptedEffect
+from bridge.vehicle.accepted_effect import AcceptedEffect
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import Vector3
 from bridge.vehicle.effect_coefficients import OF_ANY_VEHICLE, Group

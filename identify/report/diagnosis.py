@@ -5,13 +5,13 @@ import re
 
 import numpy as np
 
-from bridge.effects.effect import FeedForward
-from bridge.effects.sensors import WRONG_FEEDBACK_LOG
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose import wording, wording_axes, wording_verdict
 from identify.diagnose.result import Diagnosis, Found, Gap, Shrink
 from identify.diagnose.search import LEAST_GAIN
 from identify.diagnose.shrink import CHANCE
+from identify.effects.effect import FeedForward
+from identify.effects.sensors import WRONG_FEEDBACK_LOG
 from identify.report import diagnosis_figures as figures
 from identify.report.page import Report, Section, Table, render_report
 from identify.report.text import MISSING, fixed, seconds, significant, unit, with_interval

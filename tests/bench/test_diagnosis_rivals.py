@@ -11,9 +11,9 @@ from bench.diagnosis.rivals.closing import closed
 from bench.diagnosis.rivals.said import Said, missing, pushing
 from bench.diagnosis.rivals.terms import terms
 from bench.diagnosis.rivals.trials import trials
-from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.challenge.case import check_of, dive_of, draw_case
 from identify.diagnose.nominal import Nominal, nominal_of
+from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 
 
 @pytest.fixture(scope="module")

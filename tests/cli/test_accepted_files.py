@@ -7,14 +7,14 @@ from types import SimpleNamespace
 
 import pytest
 
-from bridge.effects.accepted import AcceptedEffect
-from bridge.effects.environment import waves
 from bridge.parameters import ParameterServer, vehicle_table
+from bridge.vehicle.accepted_effect import AcceptedEffect
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.params.sidecar import read_sidecar, write_sidecar
 from identify.diagnose.candidates import Cause
 from identify.diagnose.result import NOTHING, Accepted, Found, Value
 from identify.dive import Dive
+from identify.effects.environment import waves
 from identify.identification import Doubt, Outcome
 from tui import cli, exit_codes
 from tui.accepted_before import accepted_before

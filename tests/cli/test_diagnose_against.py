@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from bridge.effects.library import library
 from identify.challenge.case import Case, check_of, dive_of, draw_case
 from identify.challenge.recording import tlog_of
 from identify.diagnose import against as compared_by
 from identify.diagnose.candidates import Cause
 from identify.diagnose.result import Accepted, Diagnosis, Found, Gap
+from identify.effects.library import library
 from tui import cli, exit_codes
 
 NOTHING = Gap(math.nan, (), (), {}, (), (), ())

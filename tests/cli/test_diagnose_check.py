@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from bridge.effects.hydrodynamics import QUADRATIC_DRAG
 from identify.challenge.case import check_of, dive_of, draw_case
 from identify.challenge.recording import tlog_of
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.recording import LEAST_CHECK_S
+from identify.effects.hydrodynamics import QUADRATIC_DRAG
 from identify.ingest.identity import OPENING_BYTES, OVERLAPPING, PIECE, SAME, of_one_dive
 from tui import cli, exit_codes
 

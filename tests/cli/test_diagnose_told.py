@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from bridge.effects.hydrodynamics import DRAG_ASYMMETRY, QUADRATIC_DRAG
-from bridge.effects.rigid_body import ADDED_PAYLOAD
 from identify.diagnose.candidates import Cause
 from identify.diagnose.result import Accepted, Diagnosis, Found, Gain, Gap, Share, Value
+from identify.effects.hydrodynamics import DRAG_ASYMMETRY, QUADRATIC_DRAG
+from identify.effects.rigid_body import ADDED_PAYLOAD
 from tui.commands.diagnose import _sends, tell_diagnosis
 
 DRAG = Found(Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start()), (), {}, 0.95, {}, 50.0, Gain(0.0234, 0.0051))

@@ -2,8 +2,8 @@
 
 import pytest
 
-from bridge.effects.library import library
 from bridge.vehicle.config import load_vehicle
+from identify.effects.library import library
 from tui.commands.diagnose import effects_without
 from tui.exit_codes import UsageError
 

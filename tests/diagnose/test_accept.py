@@ -5,7 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bridge.effects import (
+from bridge.vehicle.coefficients import BY_NAME
+from identify.challenge.case import dive_of, draw_case
+from identify.diagnose.accepted import accepted_of
+from identify.diagnose.candidates import Cause
+from identify.diagnose.diagnose import diagnose
+from identify.diagnose.result import Found, Value
+from identify.effects import (
     actuators,
     environment,
     hydrodynamics,
@@ -14,12 +20,6 @@ from bridge.effects import (
     sensors,
     supply,
 )
-from bridge.vehicle.coefficients import BY_NAME
-from identify.challenge.case import dive_of, draw_case
-from identify.diagnose.accepted import accepted_of
-from identify.diagnose.candidates import Cause
-from identify.diagnose.diagnose import diagnose
-from identify.diagnose.result import Found, Value
 from identify.feedback import unrecorded
 
 

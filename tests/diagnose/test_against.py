@@ -8,8 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bridge.effects.effect import Effect
-from bridge.effects.library import library
 from bridge.errors import LogError
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import Case, check_of, dive_of, draw_case
@@ -21,6 +19,8 @@ from identify.diagnose.nominal import nominal_of
 from identify.diagnose.result import NOTHING, Diagnosis, Found, Gap, Share, Value
 from identify.diagnose.simulator import Simulator, simulator_of
 from identify.dive import Dive, Signal
+from identify.effects.effect import Effect
+from identify.effects.library import library
 from identify.ingest.open import read_dive
 from identify.report.against import against_report
 from identify.report.page import render_report

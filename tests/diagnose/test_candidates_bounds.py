@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from bridge.effects.hydrodynamics import QUADRATIC_DRAG
-from bridge.effects.library import library
 from bridge.vehicle.config import load_vehicle
 from identify.diagnose.candidates import Cause
+from identify.effects.hydrodynamics import QUADRATIC_DRAG
+from identify.effects.library import library
 
 HOVERING = load_vehicle("ruvifist:hovering").vehicle.configurations["hovering"]
 WEAK = next(effect for effect in library(HOVERING, 0.05) if effect.name == "weak_thruster")

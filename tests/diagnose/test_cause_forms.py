@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from bench.missions.mission import draw_one
-from bridge.effects.actuators import DEAD_ZONE, SATURATION
-from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
-from bridge.effects.rigid_body import CG_OFFSET_IN_SPACE
 from identify.diagnose.candidates import OTHER_SIZES, Cause, other_forms
 from identify.diagnose.nominal import nominal_of
+from identify.effects.actuators import DEAD_ZONE, SATURATION
+from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
+from identify.effects.rigid_body import CG_OFFSET_IN_SPACE
 
 
 @pytest.fixture(scope="module")

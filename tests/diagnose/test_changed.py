@@ -4,10 +4,6 @@ import numpy as np
 import pytest
 
 from bench.missions.mission import draw_one
-from bridge.effects.actuators import THRUST_GAIN
-from bridge.effects.hydrodynamics import QUADRATIC_DRAG
-from bridge.effects.rigid_body import ADDED_PAYLOAD, ENTRAINED_WATER
-from bridge.effects.sensors import DVL_SCALE
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import Prior
 from identify.diagnose.changed import changes_of, shift_of
@@ -15,6 +11,10 @@ from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.search import explain
 from identify.diagnose.simulation import EACH
+from identify.effects.actuators import THRUST_GAIN
+from identify.effects.hydrodynamics import QUADRATIC_DRAG
+from identify.effects.rigid_body import ADDED_PAYLOAD, ENTRAINED_WATER
+from identify.effects.sensors import DVL_SCALE
 
 LIBRARY = (THRUST_GAIN, DVL_SCALE, ENTRAINED_WATER, ADDED_PAYLOAD, QUADRATIC_DRAG)
 RELATIVE_STD = 0.01

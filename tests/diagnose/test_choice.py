@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from bridge.effects.effect import Effect
-from bridge.effects.environment import STEADY_CURRENT
-from bridge.effects.hydrodynamics import MUNK_MOMENT, MUNK_MOMENT_IN_YAW, QUADRATIC_DRAG
-from bridge.effects.rigid_body import NET_BUOYANCY, THRUST_BIAS
 from identify.diagnose import search
 from identify.diagnose.candidates import Cause
 from identify.diagnose.search import SIMPLER_SHARE
 from identify.diagnose.weighing import Fitted
+from identify.effects.effect import Effect
+from identify.effects.environment import STEADY_CURRENT
+from identify.effects.hydrodynamics import MUNK_MOMENT, MUNK_MOMENT_IN_YAW, QUADRATIC_DRAG
+from identify.effects.rigid_body import NET_BUOYANCY, THRUST_BIAS
 
 
 def fit_of(gain: float, *effects: Effect) -> Fitted:

@@ -8,11 +8,6 @@ import jsonschema
 import numpy as np
 import pytest
 
-from bridge.effects.actuators import COMMAND_DELAY, DEAD_ZONE, THRUST_GAIN
-from bridge.effects.environment import STEADY_CURRENT
-from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
-from bridge.effects.rigid_body import NET_BUOYANCY
-from bridge.effects.sensors import DVL_DELAY
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import Prior
@@ -23,6 +18,11 @@ from identify.diagnose.answer import plain
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.wording import percent_sure
 from identify.dive import Signal
+from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, THRUST_GAIN
+from identify.effects.environment import STEADY_CURRENT
+from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
+from identify.effects.rigid_body import NET_BUOYANCY
+from identify.effects.sensors import DVL_DELAY
 from identify.unpushed import refuse_unpushed
 from tui.cli import main
 

@@ -8,7 +8,6 @@ import jsonschema
 import numpy as np
 import pytest
 
-from bridge.effects.library import library
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.answers import answer_of
 from identify.diagnose.answer import plain
@@ -37,6 +36,7 @@ from identify.diagnose.verdict import (
     unexplained_nats,
     verdict_of,
 )
+from identify.effects.library import library
 
 SCHEMA = Path(__file__).resolve().parents[1] / "data" / "answers.schema.json"
 SHARED = Path(__file__).resolve().parents[2].parent / "shared" / "answers.schema.json"

@@ -5,8 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bridge.effects.actuators import SATURATION, thruster_lag
-from bridge.effects.shaft import thrust_by_shaft
 from bridge.vehicle.thrusters import shaft_speed
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.candidates import Cause
@@ -15,6 +13,8 @@ from identify.diagnose.nominal import nominal_of
 from identify.diagnose.search import LEAST_GAIN, LEAST_MOTION_NATS, explain
 from identify.diagnose.weighing import weighing_of
 from identify.dive import Signal
+from identify.effects.actuators import SATURATION, thruster_lag
+from identify.effects.shaft import thrust_by_shaft
 from identify.identification import Z95
 
 MOST_TOLD = 0.9

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from bench.missions.mission import draw_one
-from bridge.effects.hydrodynamics import QUADRATIC_DRAG
 from identify.diagnose.candidates import Cause
 from identify.diagnose.findings import braking_of, feedforward_gain_by
 from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.simulation import EACH
+from identify.effects.hydrodynamics import QUADRATIC_DRAG
 
 X_UU = 40.0
 

@@ -2,13 +2,13 @@
 
 import pytest
 
-from bridge.effects.actuators import COMMAND_DELAY, DEAD_ZONE_SHIFTED, SATURATION, thruster_lag
 from bridge.framing import Framer
 from bridge.simulator.dive import simulate_dive
 from bridge.simulator.missions import validation
 from bridge.tlog import TlogWriter
 from bridge.vehicle.config import load_vehicle
 from identify.diagnose.diagnose import diagnose
+from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE_SHIFTED, SATURATION, thruster_lag
 from identify.ingest.open import read_dive
 
 FILE = load_vehicle("ruvifist")

@@ -6,12 +6,7 @@ import numpy as np
 import pytest
 
 from bench.missions.mission import draw_one
-from bridge.effects.accepted import AcceptedEffect
-from bridge.effects.actuators import DEAD_ZONE, SATURATION, THRUST_GAIN
-from bridge.effects.environment import STEADY_CURRENT
-from bridge.effects.hydrodynamics import QUADRATIC_DRAG
-from bridge.effects.one_thruster import weak
-from bridge.effects.sensors import DVL_MISALIGNMENT
+from bridge.vehicle.accepted_effect import AcceptedEffect
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.accepted import accepted_of
 from identify.diagnose.candidates import Cause
@@ -27,6 +22,11 @@ from identify.diagnose.nominal import nominal_of
 from identify.diagnose.result import Found, Value
 from identify.diagnose.simulation import simulation_of, slope_of
 from identify.diagnose.wording import effect_words
+from identify.effects.actuators import DEAD_ZONE, SATURATION, THRUST_GAIN
+from identify.effects.environment import STEADY_CURRENT
+from identify.effects.hydrodynamics import QUADRATIC_DRAG
+from identify.effects.one_thruster import weak
+from identify.effects.sensors import DVL_MISALIGNMENT
 
 WEAK = weak(2)
 LIBRARY = (QUADRATIC_DRAG, DEAD_ZONE, SATURATION, THRUST_GAIN, STEADY_CURRENT, DVL_MISALIGNMENT, WEAK)

@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 
 from bench.field.draw import draw
-from bridge.effects.actuators import COMMAND_DELAY, thruster_lag
-from bridge.effects.hydrodynamics import QUADRATIC_DRAG
 from bridge.vehicle.config import load_vehicle
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.search import explain
+from identify.effects.actuators import COMMAND_DELAY, thruster_lag
+from identify.effects.hydrodynamics import QUADRATIC_DRAG
 from identify.ingest.open import read_dive
 
 DELAY_S = 0.27

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.accepted import likely_accepted
 from identify.diagnose.candidates import Cause
@@ -17,6 +16,7 @@ from identify.diagnose.recording import ENOUGH_S, short_dive_note
 from identify.diagnose.result import Found
 from identify.diagnose.search import explained_by
 from identify.dive import Dive, Signal
+from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 
 
 @pytest.fixture(scope="module")

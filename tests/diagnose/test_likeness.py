@@ -5,8 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bridge.effects.hydrodynamics import QUADRATIC_DRAG
-from bridge.effects.rigid_body import NET_BUOYANCY, THRUST_BIAS
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.candidates import Cause, other_forms
 from identify.diagnose.confidence import ambiguity_of
@@ -15,6 +13,8 @@ from identify.diagnose.nominal import nominal_of
 from identify.diagnose.probability import MOST_PROBABLE, probability
 from identify.diagnose.result import Found
 from identify.diagnose.search import LEAST_GAIN, explain
+from identify.effects.hydrodynamics import QUADRATIC_DRAG
+from identify.effects.rigid_body import NET_BUOYANCY, THRUST_BIAS
 
 LIBRARY = (NET_BUOYANCY, THRUST_BIAS, QUADRATIC_DRAG)
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bridge.effects import actuators, hydrodynamics
 from identify.diagnose import accepted
 from identify.diagnose.accepted import accepted_of
 from identify.diagnose.candidates import Cause
 from identify.diagnose.result import Found, Value
+from identify.effects import actuators, hydrodynamics
 from identify.estimators import multiplier
 from identify.estimators.doubts import Doubts
 from identify.identification import Outcome

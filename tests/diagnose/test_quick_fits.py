@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from bench.missions.mission import draw_one
-from bridge.effects.actuators import DEAD_ZONE
-from bridge.effects.environment import STEADY_CURRENT
-from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.diagnose import search
 from identify.diagnose.candidates import Cause
 from identify.diagnose.evidence import equations_of, inverse
 from identify.diagnose.nominal import nominal_of, refitted
 from identify.diagnose.weighing import weighing_of
+from identify.effects.actuators import DEAD_ZONE
+from identify.effects.environment import STEADY_CURRENT
+from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 
 LIBRARY = (COUPLED_DAMPING, STEADY_CURRENT, DEAD_ZONE, QUADRATIC_DRAG)
 DRAG = Cause(QUADRATIC_DRAG, np.array([20.0, 0.0, 0.0, 0.0, 0.0, 3.0]))

@@ -6,10 +6,6 @@ import numpy as np
 import pytest
 
 from bench.missions.mission import draw_one
-from bridge.effects.actuators import DEAD_ZONE
-from bridge.effects.effect import Act
-from bridge.effects.environment import STEADY_CURRENT
-from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.diagnose import confidence, findings, search
 from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import nominal_of, refitted
@@ -25,6 +21,10 @@ from identify.diagnose.search import (
 )
 from identify.diagnose.unexplained import unexplained_of
 from identify.diagnose.weighing import Fitted, FormRemainder, weighing_of
+from identify.effects.actuators import DEAD_ZONE
+from identify.effects.effect import Act
+from identify.effects.environment import STEADY_CURRENT
+from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 
 LIBRARY = (COUPLED_DAMPING, STEADY_CURRENT, DEAD_ZONE, QUADRATIC_DRAG)
 

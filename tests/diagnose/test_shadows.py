@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bridge.effects.environment import waves
-from bridge.effects.library import library
-from bridge.effects.rigid_body import CG_OFFSET, CG_OFFSET_IN_SPACE
 from identify.challenge.case import Case, dive_of, draw_case
 from identify.challenge.nearest import course_of
 from identify.challenge.site import Site
 from identify.diagnose.candidates import Cause, other_forms, other_variants
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.search import explain, remainder_nats
+from identify.effects.environment import waves
+from identify.effects.library import library
+from identify.effects.rigid_body import CG_OFFSET, CG_OFFSET_IN_SPACE
 
 Array = NDArray[np.float64]
 

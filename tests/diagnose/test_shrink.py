@@ -6,8 +6,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bridge.effects.environment import varying_current, waves
-from bridge.effects.hydrodynamics import QUADRATIC_DRAG
 from identify.diagnose.candidates import Cause
 from identify.diagnose.evidence import Block, Blocks
 from identify.diagnose.result import Prediction
@@ -22,6 +20,8 @@ from identify.diagnose.shrink import (
     windows_of,
     without_seas,
 )
+from identify.effects.environment import varying_current, waves
+from identify.effects.hydrodynamics import QUADRATIC_DRAG
 
 
 def windows(before, after, count=40):

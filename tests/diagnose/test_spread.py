@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bridge.effects.course import delayed
-from bridge.effects.effect import Act
-from bridge.effects.hydrodynamics import FOULING, QUADRATIC_DRAG
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.candidates import Cause
 from identify.diagnose.confidence import between_parts, coupled_nominal, covariance_of, in_other_forms
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.weighing import Weighing, weighing_of
+from identify.effects.course import delayed
+from identify.effects.effect import Act
+from identify.effects.hydrodynamics import FOULING, QUADRATIC_DRAG
 
 ROWS, PARTS = 6000, 6
 DRAG = Cause(QUADRATIC_DRAG, np.array([2000.0, 0.0, 0.0, 0.0, 0.0, 0.0]))

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bridge.effects.hydrodynamics import QUADRATIC_DRAG
 from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
 from identify.challenge.case import dive_of, draw_case
@@ -16,6 +15,7 @@ from identify.diagnose.nominal import nominal_of
 from identify.diagnose.recording import mass_hints, without_spikes, without_still_velocity
 from identify.diagnose.wording_verdict import verdict_sentence
 from identify.dive import Dive, Signal
+from identify.effects.hydrodynamics import QUADRATIC_DRAG
 
 
 @pytest.fixture(scope="module")

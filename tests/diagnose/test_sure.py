@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bridge.effects.environment import waves
-from bridge.effects.hydrodynamics import QUADRATIC_DRAG
-from bridge.effects.rigid_body import NET_BUOYANCY
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose import confidence as module
 from identify.diagnose.candidates import Cause
 from identify.diagnose.confidence import chi_squared, covariance_of, without_doubtful
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.search import explain
+from identify.effects.environment import waves
+from identify.effects.hydrodynamics import QUADRATIC_DRAG
+from identify.effects.rigid_body import NET_BUOYANCY
 
 LIBRARY = (NET_BUOYANCY, QUADRATIC_DRAG)
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from bridge.effects.hydrodynamics import QUADRATIC_DRAG
-from bridge.effects.sensors import DVL_BIAS
 from identify.diagnose.candidates import Cause
 from identify.diagnose.findings import parameters_of
 from identify.diagnose.weighing import Fitted
+from identify.effects.hydrodynamics import QUADRATIC_DRAG
+from identify.effects.sensors import DVL_BIAS
 
 
 def fitted(effect, values, std):

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from bench.missions.mission import draw_one
-from bridge.effects.environment import STEADY_CURRENT
-from bridge.effects.hydrodynamics import QUADRATIC_DRAG
 from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import _alike, nominal_of, refitted
 from identify.diagnose.search import explained_by
 from identify.diagnose.simulation import beyond_motion_of, velocity_error_of
 from identify.dive import Signal
+from identify.effects.environment import STEADY_CURRENT
+from identify.effects.hydrodynamics import QUADRATIC_DRAG
 from identify.estimators.axes import Axis
 from identify.ingest.rotation import attitude_at, to_body
 

@@ -6,13 +6,6 @@ import numpy as np
 import pytest
 
 from bench.missions.mission import draw_one
-from bridge.effects.course import lagged
-from bridge.effects.effect import Act
-from bridge.effects.environment import STEADY_CURRENT, waves
-from bridge.effects.library import library
-from bridge.effects.sensors import DVL_LEVER_ARM
-from bridge.effects.supply import LOAD_SAG
-from bridge.effects.tether import TETHER
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose import unexplained
 from identify.diagnose.candidates import Cause, companions, other_forms, possible_forms
@@ -21,6 +14,13 @@ from identify.diagnose.result import Next
 from identify.diagnose.unexplained import GenericForce, Unexplained, unexplained_of
 from identify.diagnose.verdict import next_for_unexplained, unexplained_forces
 from identify.diagnose.weighing import weighing_of
+from identify.effects.course import lagged
+from identify.effects.effect import Act
+from identify.effects.environment import STEADY_CURRENT, waves
+from identify.effects.library import library
+from identify.effects.sensors import DVL_LEVER_ARM
+from identify.effects.supply import LOAD_SAG
+from identify.effects.tether import TETHER
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 from bench.missions.mission import draw_one
-from bridge.effects.environment import STEADY_CURRENT
-from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.diagnose.candidates import Cause
 from identify.diagnose.drift import Drift
 from identify.diagnose.gap import (
@@ -28,6 +26,8 @@ from identify.diagnose.gap import (
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.simulation import EACH, missing_wrench_of, simulation_of, slope_of
 from identify.diagnose.unexplained import GenericForce, Unexplained
+from identify.effects.environment import STEADY_CURRENT
+from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.estimators.likelihood_axis import DAMPING, TIME_CONSTANT
 
 

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bridge.effects.actuators import DEAD_ZONE_SHIFTED, thruster_lag
-from bridge.effects.rigid_body import THRUST_BIAS
-from bridge.effects.sensors import GYRO_BIAS, IMU_GRAVITY_LEAK
 from bridge.vehicle.thrusters import shaft_speed, thrust_curve
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.witnesses import JITTER_S, LATE_S, WINDOW_S, weighed_witness, witnesses
 from identify.dive import Signal
+from identify.effects.actuators import DEAD_ZONE_SHIFTED, thruster_lag
+from identify.effects.rigid_body import THRUST_BIAS
+from identify.effects.sensors import GYRO_BIAS, IMU_GRAVITY_LEAK
 
 
 def nominal_with(names, seed=300_901):

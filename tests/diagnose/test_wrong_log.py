@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import pytest
 
-from bridge.effects.hydrodynamics import QUADRATIC_DRAG
 from bridge.vehicle.coefficients import DOFS
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose import diagnose as module
@@ -14,6 +13,7 @@ from identify.diagnose.nominal import nominal_of
 from identify.diagnose.recording import unjudged_notes
 from identify.diagnose.unexplained import unexplained_of
 from identify.diagnose.weighing import weighing_of
+from identify.effects.hydrodynamics import QUADRATIC_DRAG
 from identify.feedback import unrecorded
 
 

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bridge.effects.course import Course
 from bridge.vehicle.config import Configuration, load_vehicle
+from identify.effects.course import Course
 
 STEP_S, COUNT = 0.05, 400
 LAG_S = 0.05

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from bridge.effects.course import Course, delayed, lagged
+from identify.effects.course import Course, delayed, lagged
 
 Made = Callable[..., Course]
 

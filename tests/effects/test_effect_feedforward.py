@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bridge.effects import actuators, hydrodynamics, one_thruster, rigid_body, supply
-from bridge.effects.course import Course
-from bridge.effects.effect import Effect
 from bridge.vehicle.feedforward import hull_wrench
 from bridge.vehicle.references import Reference
 from bridge.vehicle.thruster_losses import Losses
+from identify.effects import actuators, hydrodynamics, one_thruster, rigid_body, supply
+from identify.effects.course import Course
+from identify.effects.effect import Effect
 
 ONES = np.ones(8)
 WEAK = np.array([1.0, 1.0, 0.7, 1.0, 1.0, 1.0, 1.0, 1.0])

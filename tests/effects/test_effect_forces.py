@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bridge.effects import environment, hydrodynamics, nearness, rigid_body, sensors, tether
-from bridge.effects.course import Course
-from bridge.effects.effect import Effect
 from bridge.vehicle.config import GRAVITY_M_S2
 from bridge.vehicle.dynamics import coriolis, restoring
+from identify.effects import environment, hydrodynamics, nearness, rigid_body, sensors, tether
+from identify.effects.course import Course
+from identify.effects.effect import Effect
 
 Made = Callable[..., Course]
 DRY_KG = 72.0

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from bridge.effects.course import Course
-from bridge.effects.effect import ARRAYS, Act, Effect
-from bridge.effects.library import library
 from bridge.vehicle.config import load_vehicle
+from identify.effects.course import Course
+from identify.effects.effect import ARRAYS, Act, Effect
+from identify.effects.library import library
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared"
 HOVERING = load_vehicle("ruvifist:hovering").vehicle.configurations["hovering"]

@@ -5,10 +5,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from bridge.effects import sensors
-from bridge.effects.course import Course
-from bridge.effects.effect import ARRAYS
 from bridge.vehicle.config import GRAVITY_M_S2
+from identify.effects import sensors
+from identify.effects.course import Course
+from identify.effects.effect import ARRAYS
 
 Made = Callable[..., Course]
 

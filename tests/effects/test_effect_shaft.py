@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bridge.effects.actuators import SATURATION
-from bridge.effects.course import Course
-from bridge.effects.shaft import seen_by_shaft, thrust_by_shaft
 from bridge.vehicle.config import ThrustCurve
 from bridge.vehicle.thrusters import shaft_speed
+from identify.effects.actuators import SATURATION
+from identify.effects.course import Course
+from identify.effects.shaft import seen_by_shaft, thrust_by_shaft
 
 CURVE = ThrustCurve()
 

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bridge.effects import actuators, one_thruster, supply, wake
-from bridge.effects.course import Course
-from bridge.effects.effect import Effect
 from bridge.vehicle.config import Configuration, Thruster
+from identify.effects import actuators, one_thruster, supply, wake
+from identify.effects.course import Course
+from identify.effects.effect import Effect
 
 Made = Callable[..., Course]
 AHEAD, ASIDE = 0.82904, 0.55919

@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from bridge.effects.accepted import AcceptedEffect
+from bridge.vehicle.accepted_effect import AcceptedEffect
 from bridge.vehicle.config import load_vehicle
 from identify.export.effects import with_effects
 from identify.export.model import model_of

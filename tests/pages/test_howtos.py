@@ -8,9 +8,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bridge.effects.course import Course
-from bridge.effects.effect import Effect
 from bridge.vehicle.config import load_vehicle
+from identify.effects.course import Course
+from identify.effects.effect import Effect
 
 HOWTO = Path(__file__).resolve().parents[2] / "docs" / "howto"
 

@@ -7,8 +7,6 @@ from html.parser import HTMLParser
 
 import numpy as np
 
-from bridge.effects.effect import Effect
-from bridge.effects.library import library
 from bridge.vehicle.config import load_vehicle
 from identify.diagnose.candidates import Cause
 from identify.diagnose.drift import Drift
@@ -26,6 +24,8 @@ from identify.diagnose.result import (
     Tried,
     Value,
 )
+from identify.effects.effect import Effect
+from identify.effects.library import library
 from identify.report import picture
 from identify.report.diagnosis import diagnosis_page
 

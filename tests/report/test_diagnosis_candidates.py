@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from made_diagnoses import LIBRARY, NAN, Text, diagnosis, effect, found, places, read
 
-from bridge.effects.sensors import WRONG_FEEDBACK_LOG
 from identify.diagnose import wording
 from identify.diagnose.candidates import Cause
 from identify.diagnose.result import Found, Gain, Next, Tried, Value
+from identify.effects.sensors import WRONG_FEEDBACK_LOG
 from identify.report.diagnosis import diagnosis_page, diagnosis_report
 from identify.report.picture import WIDE_IN
 

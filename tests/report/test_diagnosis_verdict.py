@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from made_diagnoses import NAN, UNKNOWN, diagnosis, found, gap, read
 
-from bridge.effects.sensors import WRONG_FEEDBACK_LOG
 from identify.diagnose import wording, wording_axes, wording_verdict
 from identify.diagnose.candidates import Cause
 from identify.diagnose.mounting import mounted_otherwise
 from identify.diagnose.result import AxisShrink, Disturbance, Found, Share, Shrink
+from identify.effects.sensors import WRONG_FEEDBACK_LOG
 
 NOTHING = Shrink(1.02, 1.01, NAN, NAN, NAN)
 

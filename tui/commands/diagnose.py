@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-    from bridge.effects.effect import Effect
     from bridge.vehicle.config import VehicleFile
     from identify.diagnose.result import Diagnosis
     from identify.dive import Dive
+    from identify.effects.effect import Effect
 
 EXAMPLE = "seatrial diagnose dives/2026-11-20T0912Z-hovering --vehicle ruvifist --report gap.html"
 
@@ -236,7 +236,7 @@ def _sends(path: Path, found: "Diagnosis") -> str:
 
 def effects_without(names: "Sequence[str]", configuration: str, file: "VehicleFile") -> "tuple[Effect, ...]":
     """Return the library without the named effects. Raises UsageError for a name that is not in the library."""
-    from bridge.effects.library import library
+    from identify.effects.library import library
 
     effects = library(file.vehicle.configurations[configuration], file.vehicle.thrust_curve.lag_s)
     known = {effect.name for effect in effects}

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.diagnosis.rivals.said import Said
-from bridge.effects.effect import Effect
 from identify.diagnose.candidates import settings_of
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.regression import Regression, regression_of
+from identify.effects.effect import Effect
 
 Array = NDArray[np.float64]
 

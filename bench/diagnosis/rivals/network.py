@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from bench.diagnosis.rivals.said import Said, missing, pushing
-from bridge.effects.course import Course
 from identify.diagnose.nominal import Nominal
+from identify.effects.course import Course
 
 Array = NDArray[np.float64]
 

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
-from bridge.effects.effect import Act, Effect
 from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.simulation import simulation_of
+from identify.effects.course import Course
+from identify.effects.effect import Act, Effect
 from identify.estimators.likelihood_axis import DISTURBANCE
 from identify.filters import low_pass
 

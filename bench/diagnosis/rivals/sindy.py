@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from bench.diagnosis.rivals.said import Said, missing, pushing
 from bench.diagnosis.rivals.terms import terms
-from bridge.effects.course import Course
 from identify.diagnose.nominal import Nominal
+from identify.effects.course import Course
 
 Array = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
+from identify.effects.course import Course
 
 Array = NDArray[np.float64]
 

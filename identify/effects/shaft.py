@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
 from bridge.vehicle.config import ThrustCurve
+from identify.effects.course import Course
 
 Array = NDArray[np.float64]
 

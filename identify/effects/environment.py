@@ -10,9 +10,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
-from bridge.effects.effect import Act, Effect, Parameter, Separation, Told
 from bridge.vehicle.config import GRAVITY_M_S2
+from identify.effects.course import Course
+from identify.effects.effect import Act, Effect, Parameter, Separation, Told
 
 Array = NDArray[np.float64]
 

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
-from bridge.effects.effect import Act, Effect, Parameter, Separation
+from identify.effects.course import Course
+from identify.effects.effect import Act, Effect, Parameter, Separation
 
 Array = NDArray[np.float64]
 

@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
-from bridge.effects.effect import PULSES, Act, Effect, Parameter, Separation
-from bridge.effects.pushing import past_the_shaft
 from bridge.vehicle.config import Configuration
+from identify.effects.course import Course
+from identify.effects.effect import PULSES, Act, Effect, Parameter, Separation
+from identify.effects.pushing import past_the_shaft
 
 Array = NDArray[np.float64]
 

@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course, delayed, lagged
-from bridge.effects.effect import PULSES, QUICK_COMMANDS, SIZES, Act, Effect, Parameter, Separation
-from bridge.effects.pushing import before_the_shaft, past_the_shaft
+from identify.effects.course import Course, delayed, lagged
+from identify.effects.effect import PULSES, QUICK_COMMANDS, SIZES, Act, Effect, Parameter, Separation
+from identify.effects.pushing import before_the_shaft, past_the_shaft
 
 Array = NDArray[np.float64]
 

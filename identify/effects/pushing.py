@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
-from bridge.effects.effect import Act
+from identify.effects.course import Course
+from identify.effects.effect import Act
 
 Array = NDArray[np.float64]
 

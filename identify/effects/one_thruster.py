@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
-from bridge.effects.effect import PULSES, Act, Effect, Parameter, Separation
 from bridge.vehicle.config import Configuration, Thruster
+from identify.effects.course import Course
+from identify.effects.effect import PULSES, Act, Effect, Parameter, Separation
 
 Array = NDArray[np.float64]
 

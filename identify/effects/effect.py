@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
+from identify.effects.course import Course
 
 Array = NDArray[np.float64]
 Place = Literal["force", "thruster", "reading", "water", "body", "log"]

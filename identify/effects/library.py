@@ -1,6 +1,7 @@
 """All effects that are tried on a vehicle."""
 
-from bridge.effects import (
+from bridge.vehicle.config import Configuration
+from identify.effects import (
     actuators,
     environment,
     hydrodynamics,
@@ -12,8 +13,7 @@ from bridge.effects import (
     tether,
     wake,
 )
-from bridge.effects.effect import Effect
-from bridge.vehicle.config import Configuration
+from identify.effects.effect import Effect
 
 
 def library(configuration: Configuration, lag_s: float) -> tuple[Effect, ...]:

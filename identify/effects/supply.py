@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course, lagged
-from bridge.effects.effect import PULSES, SIZES, Act, Effect, Parameter, Separation
-from bridge.effects.pushing import before_the_shaft
 from bridge.vehicle.supply import SLOW_S
 from bridge.vehicle.thruster_losses import AHEAD_A_N15, ASTERN_A_N15, NOMINAL_V
+from identify.effects.course import Course, lagged
+from identify.effects.effect import PULSES, SIZES, Act, Effect, Parameter, Separation
+from identify.effects.pushing import before_the_shaft
 
 Array = NDArray[np.float64]
 

@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course, delayed
-from bridge.effects.effect import OWN_VELOCITY, SIZES, Act, Effect, Parameter, Separation
 from bridge.vehicle.config import GRAVITY_M_S2
+from identify.effects.course import Course, delayed
+from identify.effects.effect import OWN_VELOCITY, SIZES, Act, Effect, Parameter, Separation
 
 Array = NDArray[np.float64]
 
