@@ -8,8 +8,15 @@ from numpy.typing import NDArray
 
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.candidates import Cause
-from identify.diagnose.confidence import between_parts, coupled_nominal, covariance_of, in_other_forms
+from identify.diagnose.confidence import (
+    between_parts,
+    coupled_nominal,
+    covariance_of,
+    in_other_forms,
+    is_certain,
+)
 from identify.diagnose.nominal import nominal_of
+from identify.diagnose.search import Explanation
 from identify.diagnose.weighing import Weighing, weighing_of
 from identify.effects.course import delayed
 from identify.effects.effect import Act
@@ -114,3 +121,27 @@ def test_where_another_form_is_true_it_moves_the_parameter_within_its_interval(w
     assert covariance_of(late, fit)[0, 0] > shift**2
     # What comes late is as large.
     assert abs(told + shift - DRAG.values[0]) < abs(told - DRAG.values[0])
+
+
+def certain(weighing: Weighing, act: Act, times: float = 1.0) -> bool:
+    """Whether DRAG alone is certain on a dive that holds this act alone, so many times as large."""
+    held = read(weighing, act.times(times))
+    return is_certain(Explanation(held.fitted((DRAG,)), held, held.now))
+
+
+def test_a_lone_cause_on_which_all_parts_agree_is_certain_if_it_saves_much(weighing: Weighing) -> None:
+    act = DRAG.act(weighing.now.course)
+    assert certain(weighing, act)
+    assert not certain(weighing, act, 0.006)
+
+
+def test_a_lone_cause_that_another_force_only_resembles_is_not_certain(weighing: Weighing) -> None:
+    course = weighing.now.course
+    late = (course.since_s > 0.5 * course.since_s[-1])[:, None]
+    assert not certain(weighing, DRAG.act(course).each(lambda part: 3.0 * late * part))
+
+
+def test_of_several_causes_none_is_certain_by_that(weighing: Weighing) -> None:
+    true = read(weighing, DRAG.act(weighing.now.course))
+    fit = true.fitted((DRAG, Cause(FOULING, np.array([4e-4]))))
+    assert not is_certain(Explanation(fit, true, true.now))

@@ -41,12 +41,21 @@ def test_a_cause_whose_interval_holds_its_absence_is_dropped_and_the_filters_are
 ):
     nominal, found = heavy
     (size,) = found.causes[0].values
+    monkeypatch.setattr(module, "is_certain", lambda _: False)
     wide = (size / covariance_of(found.weighing, found.fit)[0, 0] ** 0.5) ** 2
     for factor, stays in ((wide / 4.0, True), (wide / 3.5, False)):
         monkeypatch.setattr(module, "_covariance", lambda *of, by=factor: by * covariance_beside(*of))
         left, covariance = without_doubtful(found, nominal, LIBRARY)
         assert (bool(left.causes), len(covariance)) == (stays, int(stays))
     assert left.now.theta == pytest.approx(nominal.theta, rel=0.02, abs=0.05)
+
+
+def test_a_lone_cause_that_is_certain_stays_however_wide_its_interval(heavy, monkeypatch):
+    nominal, found = heavy
+    assert found.fit.gain > 200.0
+    monkeypatch.setattr(module, "_covariance", lambda *of: 1e9 * covariance_beside(*of))
+    left, _ = without_doubtful(found, nominal, LIBRARY)
+    assert left is found
 
 
 def test_of_causes_that_may_both_be_absent_the_one_that_saves_less_goes_first(heavy, monkeypatch):
