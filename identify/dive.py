@@ -149,7 +149,8 @@ class Dive:
 
     def configuration_index(self) -> int | None:
         """The VEH_CFG value that held for most of the dive, None if it was never reported."""
-        if self.veh_cfg is None or len(self.veh_cfg) == 0:
+        told = np.zeros(0) if self.veh_cfg is None else self.veh_cfg.value[:, 0]
+        values, counts = np.unique(told[np.isfinite(told)], return_counts=True)
+        if not len(values):
             return None
-        values, counts = np.unique(self.veh_cfg.value[:, 0], return_counts=True)
         return int(values[np.argmax(counts)])

@@ -3,7 +3,6 @@
 import json
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
@@ -11,6 +10,7 @@ from bridge.errors import FitError
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.conditions import NOTHING_SAID, Conditions
 from gcs_plugin.folder import DiveFolder, about_vehicle
+from identify.dive import Dive
 from tui import cli
 from tui.under_conditions import can_not_be, under_conditions
 
@@ -129,7 +129,9 @@ def test_where_no_tether_was_out_it_is_not_tried_as_a_cause(dive, monkeypatch, c
 
     dive.set_conditions(Conditions(tether_out_m=out_m))
     assert can_not_be(dive.path)[1] == told
-    monkeypatch.setattr("identify.ingest.open.read_dive", lambda *_: SimpleNamespace(name="dive"))
+    monkeypatch.setattr(
+        "identify.ingest.open.read_dive", lambda *_: Dive("dive", Path("dive.tlog"), "1" * 64)
+    )
     monkeypatch.setattr("identify.diagnose.diagnose.diagnose", look)
     cli.main(["diagnose", str(dive.path), "--vehicle", "ruvifist:hovering"])
     assert f"tether tried: {tried}" in capsys.readouterr().err

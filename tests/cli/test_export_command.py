@@ -146,6 +146,8 @@ def test_a_doubted_value_that_is_exported_is_told(tmp_path, capsys):
         "about": ["M_u", "M_w"],
         "outcome": "converged",
         "sentence": "No rate of turn was recorded: dive again.",
+        "problem": "No rate of turn was recorded",
+        "remedy": "dive again.",
     }
     path, told = identified(tmp_path / "a.json", doubts=[doubt]), tmp_path / "told.json"
     words = (path, "--vehicle", "ruvifist", "--to", "gazebo", "--out", tmp_path / "a.sdf", "--json", told)

@@ -146,6 +146,7 @@ def test_what_did_not_converge_is_refused_unless_it_may_pass(vehicle, tmp_path, 
 DOUBT = {
     "about": ["M_u"], "outcome": "converged",
     "sentence": "No rate of turn was recorded in roll: M_u may be off; record a gyro.",
+    "problem": "No rate of turn was recorded in roll", "remedy": "M_u may be off; record a gyro.",
 }  # fmt: skip
 CLAUSE = "M_u is doubted: no rate of turn was recorded in roll"
 

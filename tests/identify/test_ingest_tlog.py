@@ -2,6 +2,7 @@
 
 import gzip
 import struct
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from built_recordings import BOOT_UNIX_S, array, attitude, contract_dive, imu, recording, servos, write
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
+from identify.dive import Dive, Signal
 from identify.ingest.identity import OPENING_BYTES
 from identify.ingest.open import read_dive
 
@@ -30,6 +32,15 @@ def test_every_signal_of_the_contract_arrives_in_si_units(tmp_path: Path) -> Non
     assert dive.configuration_index() == 1
     assert dive.unix_at_boot_s == pytest.approx(BOOT_UNIX_S)
     assert not dive.velocity_is_filtered
+
+
+def test_the_configuration_is_that_of_most_of_the_dive_and_none_if_no_number_was_told() -> None:
+    time_s = np.arange(4.0)
+    told = Signal(time_s, np.array([[np.nan], [2.0], [1.0], [1.0]]))
+    dive = Dive("a", Path("a.tlog"), "0" * 64, veh_cfg=told)
+    assert dive.configuration_index() == 1
+    silent = Signal(time_s, np.full((4, 1), np.nan))
+    assert replace(dive, veh_cfg=silent).configuration_index() is None
 
 
 def test_a_dvl_without_bottom_lock_stays_unknown(tmp_path: Path) -> None:
