@@ -86,7 +86,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         return _run(sys.argv[1:] if argv is None else list(argv))
     except SeatrialError as error:
-        return _complain(str(error), exit_codes.of(error))
+        return _complain(str(error), exit_codes.of(error), type(error).__name__)
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] in ROOMS:
             raise
@@ -175,13 +175,13 @@ def _is_interrupt(error: BaseException | None) -> bool:
     return error is not None
 
 
-def _complain(sentence: str, code: int) -> int:
+def _complain(sentence: str, code: int, error: str = "") -> int:
     """Print one line on standard error, on a terminal broken between words; return `code`.
 
-    A program that reads the progress gets a report of it instead (`tui.progress`).
+    A program that reads the progress gets a report of it instead, with the name of the error (`tui.progress`).
     """
     if progress.asked(os.environ):
-        report = progress.Report(progress.ERROR, 1.0, printable(" ".join(sentence.split()), "?"))
+        report = progress.Report(progress.ERROR, 1.0, printable(" ".join(sentence.split()), "?"), stage=error)
         print(progress.line(report), end="", file=sys.stderr)
         return code
     line = printable(f"seatrial: {' '.join(sentence.split())}", "?")

@@ -23,6 +23,10 @@ class UsageError(SeatrialError):
     """The command line asks for something impossible."""
 
 
+class NothingLeft(UsageError):
+    """No upload is left to roll back. A program that reads the verb's reports knows it by its name."""
+
+
 def of(error: SeatrialError) -> int:
     """The exit code of an error that ends a verb."""
     if isinstance(error, LinkSpecError | ParamUnwritten):

@@ -38,13 +38,14 @@ class Done:
     """How a verb ended.
 
     Its exit code (`tui.exit_codes`), its result as written to `--json`, None if there is none, its last lines of output
-    other than progress, and its errors.
+    other than progress, its errors, and the names of their classes.
     """
 
     code: int
     result: Any
     said: tuple[str, ...] = ()
     errors: tuple[str, ...] = ()
+    error_names: tuple[str, ...] = ()
 
     @property
     def why(self) -> str:
@@ -75,11 +76,13 @@ async def work(words: Sequence[str], hear: Callable[[Report], None]) -> Done:
         )
         try:
             said, errors = await _listen(process, hear)
+            sentences, names = tuple(error.words for error in errors), tuple(error.stage for error in errors)
             code = await process.wait()
         finally:
             await _end(process)
         # An unchanged file is the result of an earlier run.
-        return Done(code, _result(result) if _written_ns(result) != before_ns else None, said, errors)
+        answer = _result(result) if _written_ns(result) != before_ns else None
+        return Done(code, answer, said, sentences, names)
 
 
 def _own_target(words: Sequence[str]) -> Path | None:
@@ -94,16 +97,16 @@ def _written_ns(path: Path) -> int:
 
 async def _listen(
     process: asyncio.subprocess.Process, hear: Callable[[Report], None]
-) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The last lines of a verb other than its reports, and its errors; `hear` gets all other reports."""
+) -> tuple[tuple[str, ...], tuple[Report, ...]]:
+    """The last lines of a verb other than its reports, and the reports of its errors; `hear` gets all others."""
     assert process.stderr is not None
     said: deque[str] = deque(maxlen=MOST_SAID)
-    errors: list[str] = []
+    errors: list[Report] = []
     async for raw in process.stderr:
         line = raw.decode("utf-8", "replace").rstrip()
         heard = progress.read(line)
         if heard is not None and heard.of == progress.ERROR:
-            errors.append(heard.words)
+            errors.append(heard)
         elif heard is not None:
             hear(heard)
         elif line:

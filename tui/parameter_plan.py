@@ -21,7 +21,7 @@ from gcs_plugin.params.unfinished import belongs, told
 from gcs_plugin.params.upload import Upload
 from gcs_plugin.params.while_armed import not_raised, obstacle
 from tui import show
-from tui.exit_codes import UsageError
+from tui.exit_codes import NothingLeft, UsageError
 from tui.parameter_files import Targets
 
 TAKEN_BACK = "no part of this model, taken back"
@@ -144,11 +144,11 @@ def planned_back(
 
 
 def newest(receipts: Path, system: int) -> Path:
-    """File with the values before the last upload that still stands. Raises UsageError if there was none."""
+    """File with the values before the last upload that still stands. Raises NothingLeft if there was none."""
     try:
         return before_newest(receipts, system)
     except ParamRejected as error:
-        raise UsageError(str(error)) from None
+        raise NothingLeft(str(error)) from None
 
 
 def _check_system(file: Path, targets: Targets, system: int) -> None:

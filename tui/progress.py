@@ -19,7 +19,8 @@ UNKEPT = "unkept"
 """`Report.of` for a result that could not be written to its file; `words` say why, `result` holds it."""
 
 ERROR = "error"
-"""`Report.of` for an error that ends the verb, or for a file that it could not write; `words` is its sentence."""
+"""`Report.of` for an error that ends the verb, or for a file that it could not write; `words` is its sentence, `stage`
+the name of its class."""
 
 
 @dataclass(frozen=True)
@@ -35,8 +36,8 @@ class Written:
 class Report:
     """How far a verb is: `of` names the part of its work, `share` is done (0 to 1), `words` say what it does now.
 
-    stage: code of the stage of an upload. values: parameters as far as they are fitted, by name; answered: these are
-    the final ones. written: the parameter that was just written. result: plain data, with UNKEPT.
+    stage: code of the stage of an upload, or name of an error. values: parameters as far as they are fitted, by name;
+    answered: these are the final ones. written: the parameter that was just written. result: plain data, with UNKEPT.
     """
 
     of: str

@@ -24,9 +24,6 @@ from gcs_plugin.params.transfer import Outcome
 
 ACCEPTED: Final = "-accepted.param"
 
-OR_A_FILE: Final = "; give the -before.param to go back to"
-"""End of the message that no upload is left to roll back, for a user who can name a file."""
-
 _LARGEST_CRC: Final = 2**32 - 1
 
 _TIME = re.compile(r"\d{4}-\d\d-\d\dT\d{6}Z(-\d+)?")
@@ -143,7 +140,9 @@ def before_newest(receipts: Path, system: int) -> Path:
     """Like `newest_before`, for a given MAVLink system. Raises ParamRejected if no upload to it can be rolled back."""
     preimage = newest_before(receipts, system)
     if preimage is None:
-        raise ParamRejected(f"{receipts}: no upload to vehicle {system} that stands is kept there{OR_A_FILE}")
+        raise ParamRejected(
+            f"{receipts}: no upload to vehicle {system} that stands is kept there; give the -before.param to go back to"
+        )
     return preimage
 
 

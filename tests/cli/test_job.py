@@ -78,6 +78,7 @@ def test_a_verb_that_fails_says_why_and_has_no_result(tmp_path: Path) -> None:
     assert done.result is None
     assert not heard
     assert "none.tlog" in done.why
+    assert done.error_names == ("LogError",)
     assert done.said == ()
 
 

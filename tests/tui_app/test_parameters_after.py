@@ -11,7 +11,7 @@ from gcs_plugin.params.receipt import begin, finish, new_preimage
 from gcs_plugin.params.transfer import Outcome, Result
 from gcs_plugin.params.upload import Ending
 
-NONE_LEFT = "receipts: no upload to vehicle 1 that stands is kept there"
+NONE_LEFT = "no upload to this vehicle that stands is kept here"
 UNIX_S = 1_795_165_923.0
 
 
@@ -22,8 +22,10 @@ class NothingLeft(FakeVehicle):
         found = await super().__call__(words, hear)
         if words[1] != "rollback":
             return found
-        said = f"{NONE_LEFT}; give the -before.param to go back to"
-        return type(found)(2, None, (said,))
+        said = (
+            "receipts: no upload to vehicle 1 that stands is kept there; give the -before.param to go back to"
+        )
+        return type(found)(2, None, errors=(said,), error_names=("NothingLeft",))
 
 
 def is_back_at_the_file(app):

@@ -7,13 +7,14 @@ from typing import Final
 
 from bridge.errors import ConfigError
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.params.last_accepted import OR_A_FILE, last_accepted
+from gcs_plugin.params.last_accepted import last_accepted
 from gcs_plugin.watch.picture import Armed, Picture
 from tui.app.aging import STALE_S
 from tui.app.comparison import ACTING, Comparison, comparison
 from tui.app.confirming import agrees, needed
 from tui.app.desk import Desk
 from tui.app.jobs import JobState
+from tui.exit_codes import NothingLeft
 
 READ, WRITE = "params diff", "params upload"
 """Names of the jobs: READ reads and compares; WRITE writes, for an upload as well as for a rollback."""
@@ -102,11 +103,10 @@ class Transfer:
             return False
         self.shown = comparison(state.done.result)
         if self.shown is None:
-            said = state.done.why
-            if self.back and said.endswith(OR_A_FILE):
-                self._leave_back(said.removesuffix(OR_A_FILE))
+            if self.back and NothingLeft.__name__ in state.done.error_names:
+                self._leave_back("no upload to this vehicle that stands is kept here")
             else:
-                self.trouble = said
+                self.trouble = state.done.why
             return True
         if self.back:
             # The file holds all of the vehicle's earlier values; lines that already agree are of no interest.
