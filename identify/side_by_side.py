@@ -1,10 +1,11 @@
 """Runs work on several items at once, on all processors; the numerical kernels hold no lock while they run.
 
-The caller works too, and idle threads help it. So there is no more work at once than processors, however deep the
-calls are nested, and no call waits for a thread.
+The caller works too, and idle threads help it, one for each further processor. So work does not multiply however deep
+the calls are nested, and no call waits for a thread.
 """
 
 import os
+from collections import deque
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
@@ -17,17 +18,18 @@ R = TypeVar("R")
 @cache
 def _helpers() -> ThreadPoolExecutor:
     """Threads for all processors but the caller's."""
-    return ThreadPoolExecutor(max((os.cpu_count() or 1) - 1, 1), "helper")
+    return ThreadPoolExecutor(max(len(os.sched_getaffinity(0)) - 1, 1), "helper")
 
 
 # A process that forks leaves the threads behind.
-os.register_at_fork(after_in_child=_helpers.cache_clear)
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_helpers.cache_clear)
 
 
 def side_by_side(
     work: Callable[[T], R], things: Iterable[T], size: Callable[[T], float] | None = None
 ) -> list[R]:
-    """Return `work` of each item, in order; raise the error of the first item that failed.
+    """Return `work` of each item, in order; raise the error of the first item that failed, or an interrupt before it.
 
     The largest items by `size` begin first, so that no processor waits long for the last. After a failure nothing
     more begins.
@@ -51,14 +53,25 @@ def side_by_side(
             except BaseException as error:  # noqa: BLE001 (raised by the caller when all have ended)
                 failures[k] = error
 
-    helping = [_helpers().submit(share) for _ in range(at_once - 1)]
-    share()
-    for helper in helping:
-        if not helper.cancel():
-            helper.result()
+    # A helper that comes too late finds nothing here: its call must not keep the items and results of this one.
+    shares = [share]
+    helping = [_helpers().submit(_help, shares) for _ in range(at_once - 1)]
+    try:
+        share()
+    finally:
+        shares.clear()
+        deque(order, maxlen=0)
+        for helper in helping:
+            if not helper.cancel():
+                helper.result()
     if failures:
-        raise failures[min(failures)]
+        raise failures[min(failures, key=lambda k: (isinstance(failures[k], Exception), k))]
     return [results[k] for k in range(len(every))]
+
+
+def _help(shares: list[Callable[[], None]]) -> None:
+    for share in tuple(shares):
+        share()
 
 
 def both(work: Callable[[], T], other: Callable[[], R]) -> tuple[T, R]:

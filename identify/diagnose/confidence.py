@@ -104,8 +104,9 @@ def is_certain(found: Explanation) -> bool:
     if not np.isfinite(size).all():
         return False
     nats = 0.5 * float(np.sum((slopes @ size) ** 2))
-    excess = [0.5 * np.max(_by_part(slopes, left, parts).excess) for parts in _partitions(weighing, slopes)]
-    return float(max(excess)) < MOST_APART * nats
+    # Of several parameters the excesses are added, as if each were alone.
+    apart = [_by_part(slopes, left, parts).excess for parts in _partitions(weighing, slopes)]
+    return 0.5 * max(float(np.maximum(excess, 0.0).sum()) for excess in apart) < MOST_APART * nats
 
 
 def in_other_forms(weighing: Weighing, fit: Fitted, nominal: Blocks) -> Array:

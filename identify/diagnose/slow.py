@@ -48,16 +48,18 @@ def slow_axes(now: Nominal) -> dict[int, float]:
 
     Left out are doubted and `untold` ones, and those behind an autopilot's filter, whose correlation time is held.
     """
+    left_out = {*now.filtered, *now.doubted, *now.untold}
+    # These do not tell the sea's memory either: behind a filter it is held, not found.
     times_s = {
         problem.axis.dof: float(np.exp(now.theta[place][TIME_CONSTANT]))
         for problem, place in zip(now.joint.problems, now.joint.places, strict=True)
+        if problem.axis.dof not in left_out
     }
-    left_out = {*now.filtered, *now.doubted, *now.untold}
     seas_s = {dof: _sea_s([time_s for k, time_s in times_s.items() if k != dof]) for dof in times_s}
     return {
         problem.axis.dof: sea_s
         for problem, place in zip(now.joint.at(now.theta), now.joint.places, strict=True)
-        if problem.axis.dof not in left_out
+        if problem.axis.dof in times_s
         and times_s[problem.axis.dof] > SLOWER * (sea_s := seas_s[problem.axis.dof])
         and not _forgets(_disturbance(problem, now.theta[place], now), sea_s, now)
     }
@@ -72,12 +74,15 @@ def _disturbance(problem: AxisLikelihood, theta: Array, now: Nominal) -> Array:
 
 
 def _forgets(force: Array, sea_s: float, now: Nominal) -> bool:
-    """Whether a disturbance (n,) is forgotten as soon as a sea's.
+    """Whether a disturbance (n,) is forgotten as soon as a sea's, or the dive is too short to say.
 
     The correlation of a first-order sea with itself is known to the standard error of Bartlett (1946).
     """
-    sigma = np.sqrt(sea_s / now.course.since_s[-1])
-    left = _correlation(force, FORGOTTEN * sea_s / now.course.step_s)
+    lasting_s, later_s = float(now.course.since_s[-1]), FORGOTTEN * sea_s
+    if later_s > 0.5 * lasting_s:
+        return True
+    sigma = np.sqrt(sea_s / (lasting_s - later_s))
+    left = _correlation(force, later_s / now.course.step_s)
     return left < max(LEAST_CORRELATION, LEAST_SIGMA * float(sigma))
 
 

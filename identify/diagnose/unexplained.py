@@ -176,7 +176,7 @@ def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
             return []
         found = _slow(_without_remainder(weighing, fit).now if fit.causes else weighing.now)
         # A current that comes and goes is slow, too, and no form of it holds its whole course.
-        drifts = SURGE_AND_SWAY if any(cause.effect.place == "water" for cause in fit.causes) else ()
+        drifts = SURGE_AND_SWAY if any(cause.act(course).water is not None for cause in fit.causes) else ()
         return [one for one in found if one.shape.dof not in drifts]
 
     tests: list[Callable[[], list[_Weighed]]] = [

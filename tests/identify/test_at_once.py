@@ -1,9 +1,11 @@
 """Work on several items at once: a failure ends it, and the largest begins first."""
 
+import gc
 import os
 import subprocess
 import sys
 import threading
+import weakref
 
 import pytest
 
@@ -51,6 +53,37 @@ def test_the_first_of_two_failures_is_raised():
 
     with pytest.raises(ValueError, match="item 0"):
         side_by_side(work, range(2))
+
+
+def test_an_interrupt_goes_before_an_error_of_an_earlier_item():
+    begun = threading.Barrier(2)
+
+    def work(item: int) -> None:
+        begun.wait(5.0)
+        raise KeyboardInterrupt if item else ValueError("item 0")
+
+    with pytest.raises(KeyboardInterrupt):
+        side_by_side(work, range(2))
+
+
+def test_a_call_that_has_ended_keeps_none_of_its_items():
+    class Item:
+        pass
+
+    both_busy = threading.Barrier(2)
+
+    def outer(_: int) -> list[bool]:
+        # The only helper is busy with the other outer item, so no inner call finds one.
+        both_busy.wait(5.0)
+        items = [Item(), Item()]
+        kept = [weakref.ref(one) for one in items]
+        side_by_side(lambda one: one, items)
+        del items
+        gc.collect()
+        both_busy.wait(5.0)
+        return [one() is not None for one in kept]
+
+    assert side_by_side(outer, range(2)) == [[False, False], [False, False]]
 
 
 def test_calls_within_calls_end_though_every_helper_is_busy():
