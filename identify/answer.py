@@ -52,7 +52,7 @@ def _date(dive: Dive) -> str:
 
 
 def without_masses(fit: Identification, doubts: tuple[Doubt, ...]) -> Identification:
-    """The fit without the coefficients that the doubts are about; the first clause of a doubt is the reason."""
+    """The fit without the coefficients that the doubts are about; the problem of a doubt is the reason."""
     reasons = {name: doubt.clause for doubt in reversed(doubts) for name in doubt.about}
     return replace(
         fit,

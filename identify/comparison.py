@@ -120,7 +120,9 @@ def compare(
 
 def doubted(compared: Comparison) -> Identification:
     """The first method's result, with a doubt about each coefficient on which the second disagrees."""
-    doubts = tuple(Doubt((d.name,), d.why, outcome=Outcome.DISAGREES) for d in compared.disagreements)
+    doubts = tuple(
+        Doubt((d.name,), d.why, outcome=Outcome.DISAGREES, also=_partners(d)) for d in compared.disagreements
+    )
     if not doubts:
         return compared.first
     outcome = worst((compared.first.outcome, Outcome.DISAGREES))
@@ -198,6 +200,12 @@ def _entangled(one: Estimate, other: Estimate, first: Identification, second: Id
             by_partner.setdefault(_correlated(fitted.partner), []).append(method.method)
     words = " and ".join(f"{correlated} by {' and '.join(by)}" for correlated, by in by_partner.items())
     return [f"{one.name} is correlated {words}"] if by_partner else []
+
+
+def _partners(of: Difference) -> tuple[str, ...]:
+    """The coefficients that either method can't tell apart from this one."""
+    partners = [one.partner for one in (of.first, of.second)]
+    return tuple(dict.fromkeys(one.name for one in partners if one is not None and one.is_close))
 
 
 def _percent(of: Difference) -> float:

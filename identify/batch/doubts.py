@@ -33,7 +33,7 @@ def is_about(doubt: Doubt, name: str) -> bool:
 
 
 def clauses(doubts: Collection[Doubt], names: Collection[str]) -> dict[str, str]:
-    """For each doubted parameter of `names`, the first clause of every doubt about it, joined by semicolons."""
+    """For each doubted parameter of `names`, the problem of every doubt about it, joined by semicolons."""
     clauses_of = {
         name: tuple(dict.fromkeys(doubt.clause for doubt in doubts if is_about(doubt, name)))
         for name in names

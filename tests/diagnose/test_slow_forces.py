@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from identify.challenge.case import Case, dive_of, draw_case
 from identify.challenge.site import Planted, Site
+from identify.diagnose import slow
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.slow import slow_axes, slow_forces
@@ -49,6 +50,32 @@ def test_a_smoother_sea_that_forgets_as_soon_is_not_slow() -> None:
     yaw, others = time_s(now, 5), [time_s(now, dof) for dof in (0, 1, 2)]
     assert yaw > 2 * max(others)
     assert 5 not in slow_axes(now)
+
+
+def with_times(now: Nominal, times_s: dict[int, float]) -> Nominal:
+    """The same filters with other correlation times by degree of freedom."""
+    theta = now.theta.copy()
+    for problem, place in zip(now.joint.problems, now.joint.places, strict=True):
+        theta[place.start + TIME_CONSTANT] = np.log(times_s[problem.axis.dof])
+    return replace(now, theta=theta)
+
+
+def test_a_memory_that_is_held_behind_a_filter_tells_nothing_of_the_sea(
+    quiet: Case, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(slow, "_forgets", lambda *_: False)
+    now = fitted(quiet)
+    filtered = with_times(now, {dof: 1.5 if dof < 3 else 5.5 for dof in range(6)})
+    assert set(slow_axes(filtered)) == {3, 4, 5} & {p.axis.dof for p in now.joint.problems}
+    assert slow_axes(replace(filtered, filtered=(0, 1, 2))) == {}
+
+
+def test_a_dive_that_is_short_beside_the_sea_shows_no_slow_force(quiet: Case) -> None:
+    now = fitted(quiet)
+    lasting_s = float(now.course.since_s[-1])
+    rising = np.linspace(-1.0, 1.0, len(now.course.time_s))
+    assert not slow._forgets(rising, 0.01 * lasting_s, now)
+    assert slow._forgets(rising, 0.13 * lasting_s, now)
 
 
 def test_a_slow_push_that_the_disturbance_took_up_is_told_with_its_axis_and_course(quiet: Case) -> None:

@@ -177,3 +177,11 @@ def test_the_report_warns_of_a_disagreement_and_is_calm_without():
     calm = comparison_section(compare(by("likelihood"), by("pinn")))
     assert calm.warning == ""
     assert "agree in all 2" in calm.text
+
+
+def test_a_coefficient_that_a_method_cannot_tell_apart_from_it_leans_on_the_one_in_dispute():
+    close = replace(by("likelihood"), parameters=tuple(
+        replace(one, partner=Partner("D_u", 0.99)) if one.name == "M_u" else one for one in by("likelihood").parameters
+    ))  # fmt: skip
+    (doubt,) = doubted(compare(close, by("pinn", 110.0))).doubts
+    assert (doubt.about, doubt.also) == (("M_u",), ("D_u",))
