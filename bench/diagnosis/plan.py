@@ -10,8 +10,11 @@ from identify.challenge.case import UNSEEN_BESIDE, Case, Kind, draw_case, left_o
 from identify.challenge.novel import NOVEL
 from identify.challenge.plants import ABSORBED, PLANTS
 
-BENCH, DEVELOPMENT = 500_000, 390_000
-"""First seeds; the short form, which anyone may look at, uses seeds of development."""
+BENCH, POWER_BENCH, DEVELOPMENT = 700_000, 500_000, 390_000
+"""First seeds of the section, of its power curves, and of the short form, which anyone may look at.
+
+Seeds from 500000 on have been looked at: the section has those from 700000 on.
+"""
 
 NONE, ONE, TWO, NOVEL_KINDS, LACKING, SPEED, POWER = (1000 * k for k in range(7))
 """Offset of each group's seeds from the first; power comes last, because it has the most."""
@@ -79,7 +82,8 @@ def planned(counts: Counts) -> list[Planned]:
 def power_planned(counts: Counts) -> list[Planned]:
     """The dives of the power curves: every effect alone that remains visible after a refit."""
     names = [name for name in PLANTS if name not in ABSORBED for _ in range(counts.power)]
-    return _of_names("power", counts.first + POWER, "one", names)
+    first = POWER_BENCH if counts.first == BENCH else counts.first
+    return _of_names("power", first + POWER, "one", names)
 
 
 def _of_names(group: str, first: int, kind: Kind, names: Sequence[str]) -> list[Planned]:

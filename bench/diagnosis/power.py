@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 
 from bench.diagnosis import goals
-from bench.diagnosis.plan import BENCH, FULL, POWER, SHORT, Planned, power_planned
+from bench.diagnosis.plan import FULL, POWER, POWER_BENCH, SHORT, Planned, power_planned
 from bench.diagnosis.sources import DECIDED
 from bench.diagnosis.tables import EACH_POINT, by_size, judged
 from bench.diagnosis.trials import trial, trial_job
@@ -84,7 +84,7 @@ def page(rows: Sequence[Data]) -> str:
             "",
             *paragraph(
                 f"How large each effect has to be to be named: {len(rows)} dives as in the section on the diagnosis,",
-                f"seeds from {BENCH + POWER} on, {len(names)} effects each alone; those that a refit takes up whole",
+                f"seeds from {POWER_BENCH + POWER} on, {len(names)} effects each alone; those that a refit takes up whole",
                 f"have nothing to be seen by. A point holds {EACH_POINT} dives or more, cut by size. Every row is in",
                 "`bench/results/power.jsonl.gz`.",
             ),
