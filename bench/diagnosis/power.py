@@ -85,8 +85,8 @@ def page(rows: Sequence[Data]) -> str:
             *paragraph(
                 f"How large each effect has to be to be named: {len(rows)} dives as in the section on the diagnosis,",
                 f"seeds from {POWER_BENCH + POWER} on, {len(names)} effects each alone; those that a refit takes up",
-                f"whole have nothing to be seen by. A point holds {EACH_POINT} dives or more, cut by size. Every row is in",
-                "`bench/results/power.jsonl.gz`.",
+                f"whole have nothing to be seen by. A point holds {EACH_POINT} dives or more, cut by size. Every row",
+                "is in `bench/results/power.jsonl.gz`.",
             ),
             "",
             *_over_all(rows),
