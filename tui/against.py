@@ -49,18 +49,19 @@ def run(arguments: Namespace) -> int:
 
 def told(found: "Against") -> tuple[str, ...]:
     """The verdict, then all other sentences, indented."""
-    from identify.diagnose import wording, wording_against, wording_verdict
+    from identify.diagnose import wording, wording_verdict
+    from identify.diagnose.against import cause_lines, lines, verdict_sentence
 
-    lines = (
-        *wording_against.cause_lines(found),
-        *wording_against.lines(found),
+    sentences = (
+        *cause_lines(found),
+        *lines(found),
         *(f"Where: {line}." for line in wording_verdict.where_lines(found.vehicle)),
         *wording_verdict.shrink_lines(found.vehicle),
         *wording.next_lines(found.vehicle),
         *found.vehicle.notes,
         *(f"Of the simulator: {note}" for note in found.simulator.notes),
     )
-    return (wording_against.verdict_sentence(found), *(f"  {line}" for line in lines))
+    return (verdict_sentence(found), *(f"  {line}" for line in sentences))
 
 
 def configuration_of_both(real: "Dive", sim: "Dive", file: "VehicleFile") -> str:

@@ -2,9 +2,8 @@
 
 from typing import Any
 
-from identify.diagnose import wording, wording_axes, wording_verdict
-from identify.diagnose.answer import by_axis, plain
-from identify.diagnose.result import Diagnosis, Found
+from identify.diagnose import wording, wording_verdict
+from identify.diagnose.result import Diagnosis, Found, by_axis, plain
 
 
 def with_words(found: Diagnosis, check: str = "") -> dict[str, Any]:
@@ -29,7 +28,7 @@ def with_words(found: Diagnosis, check: str = "") -> dict[str, Any]:
             "after": found.heldout.after,
             "by_axis": by_axis(found.heldout),
         },
-        "disturbance": wording_axes.disturbance_line(found.gap.disturbance),
+        "disturbance": wording.disturbance_line(found.gap.disturbance),
         "character": wording_verdict.character_lines(found),
         "next": wording.next_lines(found),
         "notes": found.notes,

@@ -20,9 +20,8 @@ from bench.stamp import stamp
 from bridge.errors import SeatrialError
 from identify.challenge.answers import Answer, answer_of
 from identify.challenge.case import Case
-from identify.diagnose.answer import plain
 from identify.diagnose.diagnose import diagnose
-from identify.diagnose.result import Diagnosis
+from identify.diagnose.result import Diagnosis, plain
 from identify.effects.effect import Effect
 from identify.effects.library import library
 

@@ -14,7 +14,7 @@ ANSWERS = (
         *MADE,
         "bench/field/beside.py",
         "bench/field/diagnosed.py",
-        "identify/diagnose/answer.py",
+        "identify/diagnose/result.py",
         "identify/diagnose/diagnose.py",
         "identify/ingest/open.py",
     ),

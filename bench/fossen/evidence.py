@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from bench.fossen.candidates import ALONE, ANYTHING, alone, beside
 from bench.fossen.fit import Candidate, Pair, Weighed, weigh
 from bench.fossen.runs import STATES, Columns
-from identify.diagnose.probability import LIKELY, probability
+from identify.diagnose.verdict import LIKELY, probability
 
 
 @dataclass(frozen=True)

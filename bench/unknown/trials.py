@@ -13,8 +13,8 @@ from bridge.errors import SeatrialError
 from bridge.vehicle.coefficients import DOFS
 from identify.challenge.case import Case, draw_case
 from identify.challenge.plants import ABSORBED, PLANTS
-from identify.diagnose.answer import plain
 from identify.diagnose.diagnose import diagnose
+from identify.diagnose.result import plain
 
 KNOWN = tuple(name for name in PLANTS if name not in ABSORBED)
 """The effects that remain visible after a refit."""

@@ -30,10 +30,10 @@ from identify.diagnose.candidates import Cause
 from identify.diagnose.changed import all_accepted
 from identify.diagnose.evidence import inverse
 from identify.diagnose.nominal import Nominal
-from identify.diagnose.probability import LIKELY
 from identify.diagnose.regression import mean_places, regression_of
 from identify.diagnose.result import Accepted, Found, Value
 from identify.diagnose.search import Explanation, explained_by
+from identify.diagnose.verdict import LIKELY
 from identify.diagnose.wording import effect_words, listed, name_of, percent_sure, words
 from identify.effects.actuators import DEAD_ZONE_SHIFTED
 from identify.effects.course import Course

@@ -21,12 +21,12 @@ from identify.diagnose.evidence import inverse
 from identify.diagnose.findings import braking_of, feedforward_gain_by
 from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import Nominal, refitted
-from identify.diagnose.probability import probability
 from identify.diagnose.regression import mean_places
 from identify.diagnose.result import Found, Tried, Value
 from identify.diagnose.search import LEAST_GAIN, Explanation
 from identify.diagnose.simulation import EACH
 from identify.diagnose.simulator import lasting
+from identify.diagnose.verdict import probability
 from identify.diagnose.weighing import Fitted, Weighing
 from identify.diagnose.witnesses import Witness
 from identify.diagnose.wording import SINCE, effect_words, listed, value_words

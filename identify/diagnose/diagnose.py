@@ -40,7 +40,6 @@ from identify.diagnose.gap import (
 )
 from identify.diagnose.mounting import mounted_otherwise
 from identify.diagnose.nominal import Nominal
-from identify.diagnose.probability import LIKELY
 from identify.diagnose.recording import (
     LEAST_CHECK_S,
     LEAST_S,
@@ -75,6 +74,7 @@ from identify.diagnose.simulation import (
 from identify.diagnose.simulator import Simulator
 from identify.diagnose.unexplained import Unexplained, unexplained_of
 from identify.diagnose.verdict import (
+    LIKELY,
     above_noise,
     next_for_disturbance,
     next_for_unexplained,

@@ -10,7 +10,6 @@ from identify.diagnose.candidates import Cause, natural_scale
 from identify.diagnose.confidence import ambiguity_of
 from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import Nominal
-from identify.diagnose.probability import LIKELY, probability
 from identify.diagnose.result import Found, Gain, Tried, Value
 from identify.diagnose.search import (
     LEAST_GAIN,
@@ -22,6 +21,7 @@ from identify.diagnose.search import (
 )
 from identify.diagnose.seas import SEAS, period_interval
 from identify.diagnose.simulation import EACH, missing_wrench_of, slope_of
+from identify.diagnose.verdict import LIKELY, probability
 from identify.diagnose.weighing import Fitted, FormRemainder
 from identify.effects.course import Course
 from identify.effects.sensors import WRONG_FEEDBACK_LOG

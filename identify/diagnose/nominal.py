@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
 from identify.diagnose.candidates import Cause
-from identify.diagnose.innovations import reading_error
+from identify.diagnose.innovations import course_of, mean_before, predicted, reading_error
 from identify.diagnose.mounting import mirrored, swapped
-from identify.diagnose.predicted import course_of, mean_before, predicted
 from identify.diagnose.regression import steady_trims
 from identify.diagnose.witnesses import Witness, witnesses
 from identify.dive import Dive, Signal

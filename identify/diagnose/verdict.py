@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DOFS
-from identify.diagnose.probability import LIKELY
 from identify.diagnose.result import Disturbance, Found, Next, Shrink, Verdict
 from identify.diagnose.unexplained import GenericForce, Unexplained, Variable, beyond_chance
 from identify.effects.course import Course
@@ -202,3 +201,25 @@ def _moved(force: Array, motion: Array) -> int:
     size -= size.mean(axis=0)
     along = size[:, 1:].T @ size[:, 0] / np.maximum(np.linalg.norm(size[:, 1:], axis=0), 1e-300)
     return int(np.argmax(along))
+
+
+MOST_PROBABLE, HALF_NATS = 0.98, 6.0
+"""Probability at infinite margin, and the margin for half of it."""
+
+TAKEN_UP = 0.25
+"""Share of the nats of unexplained forces that a cause may have taken up by its wrong form."""
+
+LIKELY = 0.5
+"""A less probable cause is called possible: neither asserted nor accepted."""
+
+
+def probability(margin_nats: float, unexplained_nats: float = 0.0) -> float:
+    """Probability that a cause, or a member of its ambiguity group, is present, given unexplained forces of so many
+    nats.
+
+    The margin counts by its share of the margin and the nats that the cause may have taken up from these forces: next
+    to a large unknown force a small margin means little, while a large margin keeps its value.
+    """
+    margin = min(max(margin_nats, 0.0), 1e6)
+    margin *= margin / max(margin + TAKEN_UP * unexplained_nats, 1e-9)
+    return MOST_PROBABLE * margin / (margin + HALF_NATS)

@@ -5,22 +5,23 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from identify.diagnose.gap import LEAST_SPEED_M_S
-from identify.diagnose.probability import LIKELY
 from identify.diagnose.result import Character, Diagnosis, Found, Gap, Phase, Share, Shrink
 from identify.diagnose.shrink import CHANCE, LEAST_GAP, contradiction_clause
-from identify.diagnose.verdict import swallowing
+from identify.diagnose.verdict import LIKELY, swallowing
 from identify.diagnose.wording import (
     DRIFT_S,
+    axis_lines,
     capital,
+    changes,
     effect_words,
     listed,
     name_of,
     percent,
     percent_sure,
     percents,
+    swallowed_sentence,
     words,
 )
-from identify.diagnose.wording_axes import axis_lines, changes, swallowed_sentence
 from identify.report.text import fixed, significant
 
 MOST_OF_IT = 0.75

@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from identify.diagnose import wording, wording_against, wording_verdict
-from identify.diagnose.against import Against, Difference
+from identify.diagnose import wording, wording_verdict
+from identify.diagnose.against import Against, Difference, lines, verdict_sentence
 from identify.report.diagnosis import sections, subtitle, unbroken
 from identify.report.page import Report, Section, Table
 from identify.report.text import MISSING, unit, with_interval
@@ -21,7 +21,7 @@ def against_report(one: Against) -> Report:
     return Report(
         f"{one.vehicle.vehicle}: {one.vehicle.dive} against the simulator's {one.simulator.dive}",
         subtitle(one.vehicle),
-        unbroken(wording_against.verdict_sentence(one)),
+        unbroken(verdict_sentence(one)),
         (_change(one), *sections(replace(one.vehicle, verdict=one.verdict)), _own(one)),
     )
 
@@ -34,7 +34,7 @@ def _change(one: Against) -> Section:
         (Table(columns, tuple(rows), "What to set in the simulator, all of it together."),) if rows else ()
     )
     possible = tuple(each for each in one.differences if each not in one.off)
-    text = [HOW, *wording_against.lines(replace(one, differences=possible))]
+    text = [HOW, *lines(replace(one, differences=possible))]
     return Section("What to change in the simulator", "\n\n".join(text), table)
 
 

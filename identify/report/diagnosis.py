@@ -6,7 +6,7 @@ import re
 import numpy as np
 
 from bridge.vehicle.coefficients import DOFS
-from identify.diagnose import wording, wording_axes, wording_verdict
+from identify.diagnose import wording, wording_verdict
 from identify.diagnose.result import Diagnosis, Found, Gap, Shrink
 from identify.diagnose.search import LEAST_GAIN
 from identify.diagnose.shrink import CHANCE
@@ -192,7 +192,7 @@ def _disturbed(gap: Gap, dof: int) -> tuple[str, ...]:
         return ()
     matches = [entry for entry in gap.disturbance if entry.dof == DOFS[dof]]
     return (
-        (f"{wording_axes.force_words(matches[0])}, {wording.percent_sure(matches[0].share)}",)
+        (f"{wording.force_words(matches[0])}, {wording.percent_sure(matches[0].share)}",)
         if matches
         else (MISSING,)
     )
@@ -303,10 +303,10 @@ def _axis_rows(one: Shrink) -> tuple[tuple[str, ...], ...]:
     return tuple(
         (
             axis.dof,
-            *(wording_axes.rate(value, axis.dof) for value in (axis.before, axis.after, axis.floor)),
+            *(wording.rate(value, axis.dof) for value in (axis.before, axis.after, axis.floor)),
             wording.percent(axis.value) if math.isfinite(axis.value) else MISSING,
             f"{fixed(axis.nrmse_before, 2)} → {fixed(axis.nrmse_after, 2)}",
-            f"{wording_axes.r_squared(axis.nrmse_before)} → {wording_axes.r_squared(axis.nrmse_after)}",
+            f"{wording.r_squared(axis.nrmse_before)} → {wording.r_squared(axis.nrmse_after)}",
             fixed(axis.nrmse_baseline, 2),
         )
         for axis in one.by_axis

@@ -15,7 +15,7 @@ from bench.fossen.evidence import judged, nats
 from bench.fossen.fit import Pair, weigh
 from bench.fossen.runs import load_run
 from bridge.errors import LogError
-from identify.diagnose.probability import probability
+from identify.diagnose.verdict import probability
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared"
 RUNS = SHARED / "data" / "fossen_simulator"

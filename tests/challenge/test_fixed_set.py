@@ -6,8 +6,8 @@ from soak import rest_in_soak, rows_rest_in_soak
 from identify.challenge.answers import answer_of
 from identify.challenge.case import dive_of, draw_case
 from identify.challenge.score import Judged
-from identify.diagnose.answer import plain
 from identify.diagnose.diagnose import diagnose
+from identify.diagnose.result import plain
 
 SIZE, SECONDS = 0.7, 110.0
 

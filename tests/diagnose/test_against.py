@@ -11,8 +11,17 @@ import pytest
 from bridge.errors import LogError
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import Case, check_of, dive_of, draw_case
-from identify.diagnose import wording_against
-from identify.diagnose.against import Against, against, compared, differ, plain
+from identify.diagnose.against import (
+    Against,
+    against,
+    cause_lines,
+    compared,
+    differ,
+    difference_sentence,
+    lines,
+    plain,
+    verdict_sentence,
+)
 from identify.diagnose.candidates import Cause
 from identify.diagnose.drift import Drift
 from identify.diagnose.nominal import nominal_of
@@ -66,7 +75,7 @@ def test_an_effect_of_the_dive_alone_is_what_the_simulator_must_gain():
     one = compared(diagnosis(found("quadratic_drag")), diagnosis())
     assert [each.name for each in one.lacks] == ["quadratic_drag"]
     assert one.differences == one.spare == ()
-    assert wording_against.verdict_sentence(one) == (
+    assert verdict_sentence(one) == (
         "Your simulator must gain quadratic drag: 100 % of the gap is in surge, steady; with the vehicle's numbers its "
         "5 s drift goes from 4.0 to 1.1 floors."
     )
@@ -75,9 +84,7 @@ def test_an_effect_of_the_dive_alone_is_what_the_simulator_must_gain():
 def test_an_effect_that_both_have_alike_is_no_matter():
     one = compared(diagnosis(found("quadratic_drag"), before=1.1), diagnosis(found("quadratic_drag")))
     assert one.lacks == one.spare == one.differences == ()
-    assert wording_against.verdict_sentence(one).startswith(
-        "Your simulator lacks nothing that this dive shows: "
-    )
+    assert verdict_sentence(one).startswith("Your simulator lacks nothing that this dive shows: ")
 
 
 def test_an_effect_that_both_have_but_not_as_much_is_a_number_to_change():
@@ -85,7 +92,7 @@ def test_an_effect_that_both_have_but_not_as_much_is_a_number_to_change():
     (each,) = one.differences
     assert (each.of, each.name) == ("thruster_lag", "time_constant")
     assert each.share < 0
-    assert "its thruster lag's time constant is " in wording_against.verdict_sentence(one)
+    assert "its thruster lag's time constant is " in verdict_sentence(one)
 
 
 def test_causes_that_can_not_be_told_apart_count_as_the_same():
@@ -100,13 +107,13 @@ def test_the_same_effect_of_another_thruster_is_another():
     assert [each.cause.effect.number for each in one.spare] == [1]
     assert (
         "Its own recording shows weak thruster 1, which this dive does not: look whether it should be there."
-        in wording_against.lines(one)
+        in lines(one)
     )
 
 
 def test_what_both_show_is_said_to_be_in_the_simulator_already():
     drag, weak = found("quadratic_drag"), found("weak_thruster", 2)
-    shared, lacked = wording_against.cause_lines(compared(diagnosis(drag, weak), diagnosis(drag)))
+    shared, lacked = cause_lines(compared(diagnosis(drag, weak), diagnosis(drag)))
     assert shared.startswith("Your simulator has it already: Quadratic drag, ")
     assert lacked.startswith("Weak thruster 2, ")
 
@@ -118,7 +125,7 @@ def possible(one: Found, probability: float = 0.42) -> Found:
 def test_an_effect_less_probable_than_not_is_one_that_the_simulator_may_lack():
     drag, zone = possible(found("quadratic_drag")), found("dead_zone")
     one = compared(diagnosis(drag), diagnosis())
-    assert wording_against.verdict_sentence(one) == (
+    assert verdict_sentence(one) == (
         "Your simulator may lack quadratic drag (42 % probable): 100 % of the gap is in surge, steady; with the "
         "vehicle's numbers its 5 s drift goes from 4.0 to 1.1 floors."
     )
@@ -127,13 +134,13 @@ def test_an_effect_less_probable_than_not_is_one_that_the_simulator_may_lack():
     assert data["against"]["possible"]["lacks"] == ["quadratic_drag"]
     assert data["effects"][0]["probability"] == 0.42
     both = compared(diagnosis(zone, drag), diagnosis(values={"M_u": 88.0}))
-    said = wording_against.verdict_sentence(both)
+    said = verdict_sentence(both)
     assert said.startswith("Your simulator must gain dead zone: ")
     assert said.endswith(" Its M_u is 12 % too small. It may lack quadratic drag (42 % probable), too.")
     page = render_report(against_report(both))
     assert "dead zone, half width</th>" in page
     assert "quadratic drag, X_uu</th>" not in page
-    numbers = wording_against.verdict_sentence(compared(diagnosis(drag), diagnosis(values={"M_u": 88.0})))
+    numbers = verdict_sentence(compared(diagnosis(drag), diagnosis(values={"M_u": 88.0})))
     assert numbers.startswith(
         "Your simulator lacks no effect that this dive surely shows, but its M_u is 12 % too small; "
     )
@@ -142,13 +149,13 @@ def test_an_effect_less_probable_than_not_is_one_that_the_simulator_may_lack():
 
 def test_a_cause_at_half_is_told_as_a_cause():
     one = compared(diagnosis(possible(found("dead_zone"), 0.5)), diagnosis())
-    assert wording_against.verdict_sentence(one).startswith("Your simulator must gain dead zone: ")
+    assert verdict_sentence(one).startswith("Your simulator must gain dead zone: ")
 
 
 def test_what_the_simulator_s_own_recording_hardly_shows_it_may_have():
     drag = found("quadratic_drag")
     one = compared(diagnosis(drag), diagnosis(possible(drag)))
-    (line,) = wording_against.cause_lines(one)
+    (line,) = cause_lines(one)
     assert line.startswith(
         "Your simulator may have it already (42 % probable): Quadratic drag, 99 % probable: "
     )
@@ -158,7 +165,7 @@ def test_what_the_simulator_s_own_recording_hardly_shows_it_may_have():
     assert (
         "Its own recording may show quadratic drag (42 % probable), which this dive does not: look whether it should "
         "be there."
-    ) in wording_against.lines(spare)
+    ) in lines(spare)
     assert plain(spare)["against"]["spare"] == []
     assert plain(spare)["against"]["possible"]["spare"] == ["quadratic_drag"]
 
@@ -167,9 +174,9 @@ def test_a_number_of_an_effect_less_probable_than_not_may_be_off():
     one = compared(diagnosis(possible(found("thruster_lag", size=2.0))), diagnosis(found("thruster_lag")))
     (each,) = one.differences
     assert (each.probability, one.off) == (0.42, ())
-    assert "time constant" not in wording_against.verdict_sentence(one)
-    assert "Its thruster lag's time constant may be " in wording_against.lines(one)[0]
-    assert "too small (thruster lag is 42 % probable): " in wording_against.lines(one)[0]
+    assert "time constant" not in verdict_sentence(one)
+    assert "Its thruster lag's time constant may be " in lines(one)[0]
+    assert "too small (thruster lag is 42 % probable): " in lines(one)[0]
     assert plain(one)["against"]["differences"][0]["probability"] == 0.42
     page = render_report(against_report(one))
     assert "thruster lag, time constant</th>" not in page
@@ -178,9 +185,7 @@ def test_a_number_of_an_effect_less_probable_than_not_may_be_off():
 
 def test_a_story_less_probable_than_not_may_make_the_numbers_differ():
     one = compared(diagnosis(possible(found("added_payload"))), diagnosis(values={"M_u": 88.0}))
-    assert wording_against.lines(one)[1].startswith(
-        "Added payload (42 % probable) may make masses and dampings differ so: "
-    )
+    assert lines(one)[1].startswith("Added payload (42 % probable) may make masses and dampings differ so: ")
     assert plain(one)["against"]["possible"]["stories"] == ["added_payload"]
 
 
@@ -194,10 +199,8 @@ def test_a_mass_that_is_off_is_told_in_per_cent_of_the_vehicle_s():
     one = compared(diagnosis(), diagnosis(values={"M_u": 88.0}))
     (each,) = one.differences
     assert each.share == pytest.approx(-0.12)
-    assert wording_against.difference_sentence(each) == (
-        "its M_u is 12 % too small: 88.0 kg, the vehicle's is 100 kg"
-    )
-    assert wording_against.verdict_sentence(one).startswith(
+    assert difference_sentence(each) == ("its M_u is 12 % too small: 88.0 kg, the vehicle's is 100 kg")
+    assert verdict_sentence(one).startswith(
         "Your simulator lacks no effect that this dive shows, but its M_u is 12 % too small; "
     )
 
@@ -208,7 +211,7 @@ def test_a_number_that_costs_no_drift_is_not_told():
 
 def test_what_no_candidate_explains_is_never_told_as_nothing():
     one = compared(replace(diagnosis(before=1.3), verdict="unknown"), diagnosis())
-    assert wording_against.verdict_sentence(one) == (
+    assert verdict_sentence(one) == (
         "Your simulator lacks something that no candidate explains: 100 % of the gap is in surge, steady."
     )
 
@@ -218,7 +221,7 @@ def test_a_cause_that_a_refit_takes_up_is_the_story_of_the_numbers_and_no_effect
     one = compared(diagnosis(payload), diagnosis(values={"M_u": 88.0}))
     assert one.lacks == ()
     assert one.stories == (payload,)
-    said = wording_against.lines(one)[1]
+    said = lines(one)[1]
     assert said.startswith("Added payload would make masses and dampings differ so: ")
     assert "(mass " in said
     assert " kg (95 %: " in said
@@ -227,7 +230,7 @@ def test_a_cause_that_a_refit_takes_up_is_the_story_of_the_numbers_and_no_effect
 
 def test_no_more_than_three_numbers_stand_in_the_verdict_the_worst_first():
     off = {"M_u": 90.0, "D_u": 60.0, "M_v": 100.0, "D_v": 40.0}
-    said = wording_against.verdict_sentence(compared(diagnosis(), diagnosis(values=off)))
+    said = verdict_sentence(compared(diagnosis(), diagnosis(values=off)))
     assert (
         "its D_u is 50 % too large, its D_v is 33 % too small, its M_v is 17 % too small and 1 more" in said
     )
@@ -250,9 +253,7 @@ def test_numbers_differ_beyond_three_standard_errors_and_one_per_cent(one: Value
 def test_degrees_of_freedom_that_a_recording_does_not_tell_are_named():
     one = compared(diagnosis(), diagnosis())
     assert one.untold == ("heave", "roll", "pitch", "yaw")
-    assert wording_against.lines(one)[-1].startswith(
-        "In heave, roll, pitch and yaw nothing is said of masses"
-    )
+    assert lines(one)[-1].startswith("In heave, roll, pitch and yaw nothing is said of masses")
 
 
 def test_the_page_says_what_to_set_before_all_else():
@@ -295,7 +296,7 @@ def test_a_drift_beyond_chance_of_which_no_number_is_off_beyond_doubt_is_told_as
     one = compared(diagnosis(before=1.3), diagnosis())
     assert one.differences == one.lacks == ()
     assert plain(one)["verdict"] == "ambiguous"
-    assert wording_against.verdict_sentence(one) == (
+    assert verdict_sentence(one) == (
         "Your simulator lacks no effect that this dive shows, and of its numbers none is off beyond doubt, but its 5 s "
         "drift is 1.3 floors, where noise alone would give 1; with the vehicle's numbers its 5 s drift goes from 1.3 "
         "to 1.1 floors: give longer recordings of both, with the same manoeuvres."

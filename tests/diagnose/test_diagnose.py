@@ -14,8 +14,8 @@ from bridge.vehicle.config import Prior
 from identify.challenge.case import check_of, dive_of, draw_case
 from identify.challenge.recording import tlog_of
 from identify.diagnose import diagnose as module
-from identify.diagnose.answer import plain
 from identify.diagnose.diagnose import diagnose
+from identify.diagnose.result import plain
 from identify.diagnose.wording import percent_sure
 from identify.dive import Signal
 from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, THRUST_GAIN

@@ -10,7 +10,6 @@ import pytest
 
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.answers import answer_of
-from identify.diagnose.answer import plain
 from identify.diagnose.candidates import Cause
 from identify.diagnose.drift import Drift
 from identify.diagnose.result import (
@@ -26,6 +25,7 @@ from identify.diagnose.result import (
     Share,
     Shrink,
     Value,
+    plain,
 )
 from identify.diagnose.unexplained import GenericForce, Unexplained
 from identify.diagnose.verdict import (

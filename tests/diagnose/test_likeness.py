@@ -10,9 +10,9 @@ from identify.diagnose.candidates import Cause, other_forms
 from identify.diagnose.confidence import ambiguity_of
 from identify.diagnose.findings import trials_of
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.probability import MOST_PROBABLE, probability
 from identify.diagnose.result import Found
 from identify.diagnose.search import LEAST_GAIN, explain
+from identify.diagnose.verdict import MOST_PROBABLE, probability
 from identify.effects.hydrodynamics import QUADRATIC_DRAG
 from identify.effects.rigid_body import NET_BUOYANCY, THRUST_BIAS
 

@@ -7,8 +7,8 @@ import pytest
 
 from bench.missions.mission import draw_one
 from identify.diagnose.evidence import equations_of
+from identify.diagnose.innovations import mean_before, predicted, value_before
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.predicted import mean_before, predicted, value_before
 from identify.diagnose.regression import MASS_OFF, piece_s, regression_of
 from identify.effects.effect import Act
 from identify.estimators.motion import Motion

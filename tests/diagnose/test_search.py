@@ -9,7 +9,6 @@ from bench.missions.mission import draw_one
 from identify.diagnose import confidence, findings, search
 from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import nominal_of, refitted
-from identify.diagnose.probability import probability
 from identify.diagnose.search import (
     LEAST_SHARE,
     SHADOW,
@@ -20,6 +19,7 @@ from identify.diagnose.search import (
     with_one_more,
 )
 from identify.diagnose.unexplained import unexplained_of
+from identify.diagnose.verdict import probability
 from identify.diagnose.weighing import Fitted, FormRemainder, weighing_of
 from identify.effects.actuators import DEAD_ZONE
 from identify.effects.effect import Act

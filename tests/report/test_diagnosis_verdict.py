@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from made_diagnoses import NAN, UNKNOWN, diagnosis, found, gap, read
 
-from identify.diagnose import wording, wording_axes, wording_verdict
+from identify.diagnose import wording, wording_verdict
 from identify.diagnose.candidates import Cause
 from identify.diagnose.mounting import mounted_otherwise
 from identify.diagnose.result import AxisShrink, Disturbance, Found, Share, Shrink
@@ -180,10 +180,10 @@ def test_a_disturbance_that_takes_a_third_is_told_in_newtons_in_per_cent_and_wit
     assert "in surge it takes 3.1 N, 62 % of the variance of the thrusters' force." in said
     assert "a tether, or thrust that the vehicle file or the recording has wrong" in said
     assert "sway" not in said
-    (line,) = wording_axes.disturbance_line(taken)
+    (line,) = wording.disturbance_line(taken)
     assert "in surge 3.1 N (62 %) and in sway 0.20 N (over 99 %, only held)" in line
     assert "More than a third is much" in line
-    assert wording_axes.disturbance_line(()) == ()
+    assert wording.disturbance_line(()) == ()
 
 
 SURGE = AxisShrink("surge", 0.034, 0.016, 0.009, 0.72, 0.61, 0.28, 0.33)
@@ -207,6 +207,6 @@ def test_the_verdict_and_its_lines_tell_the_drift_in_absolute_terms_by_degree_of
 
 def test_a_drift_that_grows_in_a_degree_of_freedom_does_not_fall():
     worse = replace(YAW, after=0.03)
-    assert wording_axes.changes(Shrink(2.0, 2.0, 0.0, NAN, NAN, by_axis=(worse, SURGE))).startswith("goes ")
+    assert wording.changes(Shrink(2.0, 2.0, 0.0, NAN, NAN, by_axis=(worse, SURGE))).startswith("goes ")
     same = replace(YAW, value=NAN)
-    assert wording_axes.changes(Shrink(2.0, 2.0, 0.0, NAN, NAN, by_axis=(same,))) == ""
+    assert wording.changes(Shrink(2.0, 2.0, 0.0, NAN, NAN, by_axis=(same,))) == ""

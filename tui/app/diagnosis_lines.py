@@ -4,7 +4,7 @@ import math
 from typing import Final
 
 from bridge.vehicle.coefficients import DOFS
-from identify.diagnose.probability import LIKELY
+from identify.diagnose.verdict import LIKELY
 from identify.report.text import significant
 from tui.app.diagnosis import PHASES, Answer, AxisFall, Cause, Fall, Tried
 from tui.app.lines import Line, Lines, Role, apart, cut

@@ -250,7 +250,7 @@ def effects_without(names: "Sequence[str]", configuration: str, file: "VehicleFi
 
 def tell_diagnosis(console: "Console", found: "Diagnosis") -> None:
     """Print the verdict, the causes and their parameters, where the gap lies, how far it shrinks, the next dive."""
-    from identify.diagnose import wording, wording_axes, wording_verdict
+    from identify.diagnose import wording, wording_verdict
     from tui import show
 
     show.say(console, wording_verdict.verdict_sentence(found))
@@ -258,7 +258,7 @@ def tell_diagnosis(console: "Console", found: "Diagnosis") -> None:
         *wording.cause_lines(found),
         *wording_verdict.character_lines(found),
         *_where(found),
-        *wording_axes.disturbance_line(found.gap.disturbance),
+        *wording.disturbance_line(found.gap.disturbance),
         *wording_verdict.shrink_lines(found),
         *wording.gain_lines(found),
         *wording.next_lines(found),
