@@ -5,7 +5,7 @@ Sentences name the effects that the feed-forward can't compensate. The doubts ar
 intervals by the coefficients' changes if the cause of a doubt were part of the model.
 """
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,14 +17,8 @@ from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, DOFS, MASSES, OF
 from bridge.vehicle.config import Configuration
 from bridge.vehicle.effect_coefficients import (
     ASTERN,
-    LEAST,
     QUADRATIC,
-    RESISTANCE,
-    START,
-    VOLTAGE,
-    VOLTAGE_SHARE,
     effect_coefficients,
-    gain_name,
 )
 from identify.diagnose.candidates import Cause
 from identify.diagnose.changed import all_accepted
@@ -35,10 +29,8 @@ from identify.diagnose.result import Accepted, Found, Value
 from identify.diagnose.search import Explanation, explained_by
 from identify.diagnose.verdict import LIKELY
 from identify.diagnose.wording import effect_words, listed, name_of, percent_sure, words
-from identify.effects.actuators import DEAD_ZONE_SHIFTED
 from identify.effects.course import Course
-from identify.effects.effect import Effect
-from identify.effects.supply import voltage_law
+from identify.effects.effect import Compensation, Effect
 from identify.estimators.admitted import timing_of
 from identify.estimators.doubts import doubts_of
 from identify.estimators.likelihood_axis import DAMPING, MASS
@@ -142,7 +134,7 @@ def beside_all(found: Explanation, shape: Configuration) -> dict[str, Value]:
 
 def _quadratic_dofs(found: Sequence[Found]) -> tuple[int, ...]:
     """Degrees of freedom with quadratic drag among the causes."""
-    names = {name for cause in found if cause.name == "quadratic_drag" for name in cause.parameters}
+    names = {name for cause in found if _is_drag(cause) for name in cause.parameters}
     return tuple(dof for dof, name in enumerate(QUADRATIC) if name in names)
 
 
@@ -239,53 +231,23 @@ def log_stds(causes: Sequence[Cause], now: Nominal) -> list[tuple[float, float]]
 
 def _coefficients(one: Found, course: Course) -> dict[str, Value]:
     """A cause's values as coefficients of the feed-forward; empty if it has none."""
-    make = COEFFICIENTS_OF.get(one.name)
-    return {} if make is None or not one.cause.effect.feedforward else make(one, course)
+    compensation, nan = one.cause.effect.compensation, float("nan")
+    values: dict[str, Value] = {}
+    for coefficient in () if compensation is None else compensation(course):
+        if not coefficient.of:
+            values[coefficient.name] = Value(coefficient.slope, coefficient.unit, nan, nan)
+        elif coefficient.of in one.parameters:
+            values[coefficient.name] = _converted(one.parameters[coefficient.of], coefficient)
+    return values
 
 
-def _offset(one: Found, course: Course) -> dict[str, Value]:
-    mass_kg = course.configuration.dry_mass_kg
-    return {
-        f"S_{axis}": _converted(value, lambda metres: metres * mass_kg, "kg m")
-        for axis, value in one.parameters.items()
-    }
+def _is_drag(one: Found) -> bool:
+    return one.cause.effect.feedforward == "quadratic_drag"
 
 
-def _munk(one: Found, course: Course) -> dict[str, Value]:
-    """The missing moment in yaw is -(g - 1) (M_v - M_u) u v."""
-    arm = float(course.mass[1] - course.mass[0])
-    return {"N_munk": _converted(one.parameters["gain"], lambda gain: (gain - 1.0) * arm, "kg")}
-
-
-def _sag(one: Found, course: Course) -> dict[str, Value]:
-    """The rate is in units of this dive's fall of V^2."""
-    begun_v, rate = voltage_law(course.voltage_v, course.since_s)
-    if not (np.isfinite(begun_v) and rate > 0):
-        return {}
-    nan = float("nan")
-    share = _converted(one.parameters["rate"], lambda found: found / rate, "1")
-    return {VOLTAGE: Value(begun_v, "V", nan, nan), VOLTAGE_SHARE: share}
-
-
-COEFFICIENTS_OF: dict[str, Callable[[Found, Course], dict[str, Value]]] = {
-    "quadratic_drag": lambda one, _: one.parameters,
-    "coupled_damping": lambda one, _: one.parameters,
-    "cross_flow_lift": lambda one, _: one.parameters,
-    "munk_moment": _munk,
-    "cg_offset": _offset,
-    "weak_thruster": lambda one, _: {gain_name(one.cause.effect.number): one.parameters["gain"]},
-    "reverse_thrust_loss": lambda one, _: {ASTERN: one.parameters["gain"]},
-    "dead_zone": lambda one, _: {
-        START if one.cause.effect is DEAD_ZONE_SHIFTED else LEAST: one.parameters["half_width"]
-    },
-    "battery_sag": _sag,
-    "load_sag": lambda one, _: {RESISTANCE: one.parameters["resistance"]},
-}
-
-
-def _converted(value: Value, change: Callable[[float], float], unit: str) -> Value:
-    low, high = sorted((change(value.low95), change(value.high95)))
-    return Value(change(value.value), unit, low, high)
+def _converted(value: Value, by: Compensation) -> Value:
+    low, high = sorted(by.slope * (end - by.none) for end in (value.low95, value.high95))
+    return Value(by.slope * (value.value - by.none), by.unit, low, high)
 
 
 def _uncompensated_note(one: Found) -> str:
@@ -303,14 +265,14 @@ def _uncompensated_note(one: Found) -> str:
 
 def _remarks(one: Found) -> list[str]:
     remarks = []
-    quadratic = one.parameters if one.name == "quadratic_drag" else {}
+    quadratic = one.parameters if _is_drag(one) else {}
     held = [name for name in HELD_BY_PID if name in quadratic and not _includes(quadratic[name], 0.0)]
     if held:
         remarks.append(
             f"{', '.join(held)}: there is no feed-forward in heave, roll and pitch, their PID holds them."
         )
-    if one.name == "munk_moment" and one.cause.effect.variant == "all three":
-        remarks.append("Munk moment: the feed-forward makes up for it in yaw, the PID in roll and pitch.")
+    if one.cause.effect.caveat:
+        remarks.append(one.cause.effect.caveat)
     if one.also:
         remarks.append(
             f"{_capital(effect_words(one.cause.effect))} was accepted, though this dive can't tell it from "

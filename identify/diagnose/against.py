@@ -16,7 +16,7 @@ from identify.diagnose.diagnose import Progress, diagnose
 from identify.diagnose.result import Diagnosis, Found, Value, Verdict
 from identify.diagnose.result import plain as plain_diagnosis
 from identify.diagnose.shrink import CHANCE
-from identify.diagnose.simulator import lasting, priors_of, simulator_of
+from identify.diagnose.simulator import priors_of, simulator_of
 from identify.diagnose.verdict import LIKELY
 from identify.diagnose.wording_verdict import sorted_by_likelihood
 from identify.dive import Dive
@@ -133,11 +133,11 @@ def compared(vehicle: Diagnosis, simulator: Diagnosis) -> Against:
     pairs = [(mine, its) for mine, its in both if its is not None]
     has = tuple(replace(mine, probability=min(mine.probability, its.probability)) for mine, its in pairs)
     shared = {id(its) for _, its in pairs}
-    spare = tuple(its for its in simulator.found if id(its) not in shared and lasting(its.cause))
+    spare = tuple(its for its in simulator.found if id(its) not in shared and its.cause.effect.lasting)
     differences = [
         Difference(mine.name, name, its.parameters[name], value, min(mine.probability, its.probability))
         for mine, its in pairs
-        if its.name == mine.name and lasting(mine.cause)
+        if its.name == mine.name and mine.cause.effect.lasting
         for name, value in mine.parameters.items()
         if name in its.parameters and differ(its.parameters[name], value)
     ]

@@ -25,7 +25,6 @@ from identify.diagnose.regression import mean_places
 from identify.diagnose.result import Found, Tried, Value
 from identify.diagnose.search import LEAST_GAIN, Explanation
 from identify.diagnose.simulation import EACH
-from identify.diagnose.simulator import lasting
 from identify.diagnose.verdict import probability
 from identify.diagnose.weighing import Fitted, Weighing
 from identify.diagnose.witnesses import Witness
@@ -62,7 +61,7 @@ def accepted_causes(
             left.append(f"{effect_accepted.label} (this library has no such effect)")
             continue
         cause = Cause(effect, np.array([effect_accepted.parameters[p.name] for p in effect.parameters]))
-        if not lasting(cause):
+        if not cause.effect.lasting:
             left.append(f"{effect_words(effect)} (of that dive alone)")
         elif not effect.refit_absorbs and cause.present.any():
             causes.append(cause)

@@ -30,7 +30,6 @@ from identify.diagnose.search import (
     ranked_candidates,
     remainder_nats,
 )
-from identify.diagnose.seas import SEAS
 from identify.diagnose.weighing import Fitted, FormRemainder, Weighing
 from identify.effects.course import Course
 from identify.effects.effect import ALONG, Act, Effect
@@ -262,7 +261,7 @@ def without_doubtful(
     while found.causes:
         absent, covariance = _covariances(found)
         shares = [
-            1.0 if cause.effect.name in SEAS else _confidence(found.fit, absent, k)
+            1.0 if cause.effect.sea else _confidence(found.fit, absent, k)
             for k, cause in enumerate(found.causes)
         ]
         fewer = [

@@ -19,7 +19,7 @@ from identify.diagnose.search import (
     ranked_candidates,
     required_gain,
 )
-from identify.diagnose.seas import SEAS, period_interval
+from identify.diagnose.seas import period_interval
 from identify.diagnose.simulation import EACH, missing_wrench_of, slope_of
 from identify.diagnose.verdict import LIKELY, probability
 from identify.diagnose.weighing import Fitted, FormRemainder
@@ -227,7 +227,7 @@ def parameters_of(fit: Fitted, k: int) -> dict[str, Value]:
 
 def _with_period_interval(cause: Cause, told: dict[str, Value], found: Explanation) -> dict[str, Value]:
     """Add an interval for a sea's period, which is read off a spectrum and is no parameter of the fit."""
-    if cause.effect.name not in SEAS or PERIOD not in told:
+    if not cause.effect.sea or PERIOD not in told:
         return told
     period, course = told[PERIOD], found.weighing.now.course
     low, high = period_interval(period.value, float(course.since_s[-1]))

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 from identify.diagnose.candidates import Cause, Setting, companions
 from identify.diagnose.evidence import Evidence
 from identify.diagnose.nominal import Nominal, refitted
-from identify.diagnose.seas import SEAS, seas_of
+from identify.diagnose.seas import seas_of
 from identify.diagnose.weighing import CandidateEquations, Fitted, FormRemainder, Weighing, rows_of
-from identify.effects.actuators import COMMAND_DELAY, THRUSTER_LAG
 from identify.effects.effect import Effect
 from identify.side_by_side import both, side_by_side
 
@@ -60,9 +59,6 @@ LOOKED_AT = 5
 
 WEIGHED = 30
 """Best candidates in sample that are weighed on held-out pieces."""
-
-WITNESSED = {"imu_gravity_leak", "gyro_bias"}
-"""Effects that a sensor of their own identifies, without the motion, and that no other form can mimic."""
 
 SIMPLER_SHARE = 5e-3
 """Share of a one-parameter cause's nats that its form may leave to a cause of several parameters.
@@ -137,8 +133,8 @@ def _begun(nominal: Nominal, at: Callable[[Nominal, Sequence[Cause]], Weighing])
     """
     weighing = at(nominal, ())
     delay_s, lag_s = nominal.late_thrust_s
-    name, later_s = (THRUSTER_LAG, lag_s) if lag_s > 0 else (COMMAND_DELAY.name, delay_s)
-    effect = next((candidate for candidate in weighing.library if candidate.name == name), None)
+    timing, later_s = ("lag", lag_s) if lag_s > 0 else ("delay", delay_s)
+    effect = next((candidate for candidate in weighing.library if candidate.timing == timing), None)
     if effect is not None and later_s > LATE_S:
         late = Cause(effect, effect.none() + later_s)
         near = at(refitted(nominal, [late.act(nominal.course)]), (late,))
@@ -152,8 +148,8 @@ def without_shadows_of_seas(weighing: Weighing, fit: Fitted) -> Fitted:
     """The fit without causes that a sea's companions replace, including causes found before the sea."""
     for k in range(len(fit.causes) - 1, -1, -1):
         others = weighing.fitted(_without(fit.causes, k))
-        seas = [cause for cause in others.causes if cause.effect.name in SEAS]
-        if not seas or fit.causes[k].effect.name in (SEAS | WITNESSED):
+        seas = [cause for cause in others.causes if cause.effect.sea]
+        if not seas or fit.causes[k].effect.sea or fit.causes[k].effect.witnessed:
             continue
         tried = ranked_candidates(_beyond_all(weighing, others), others)
         gains = [gain for gain, _, cause in tried if cause.key == fit.causes[k].key]
@@ -194,11 +190,11 @@ def explained_by(causes: Sequence[Cause], nominal: Nominal, library: Sequence[Ef
 def _weighing_maker(library: Sequence[Effect]) -> Callable[[Nominal, Sequence[Cause]], Weighing]:
     """Weighing of a library's candidates, given filters and causes; seas take their periods from the dive."""
     able = tuple(effect for effect in library if effect.parameters and not effect.refit_absorbs)
-    seas = {effect.name for effect in able} & SEAS
-    able = tuple(effect for effect in able if effect.name not in SEAS)
+    seas = {effect.name for effect in able if effect.sea}
+    able = tuple(effect for effect in able if not effect.sea)
 
     def at(now: Nominal, causes: Sequence[Cause]) -> Weighing:
-        found = [cause.effect for cause in causes if cause.effect.name in SEAS]
+        found = [cause.effect for cause in causes if cause.effect.sea]
         rows, of_seas = both(lambda: rows_of(now), lambda: seas_of(now))
         return Weighing(now, rows, (*able, *found, *(effect for effect in of_seas if effect.name in seas)))
 
@@ -326,12 +322,7 @@ def _beyond_all(weighing: Weighing, fit: Fitted) -> CandidateEquations:
     Waves also turn a hull as they push it, and a candidate that goes with the pitch rate would seem to explain all
     the waves that a few lines leave out.
     """
-    acts = [
-        act
-        for cause in fit.causes
-        if cause.effect.name in SEAS
-        for act in companions(weighing.now.course, cause)
-    ]
+    acts = [act for cause in fit.causes if cause.effect.sea for act in companions(weighing.now.course, cause)]
     return weighing.candidates_beyond_forms(fit, acts)
 
 
@@ -342,7 +333,7 @@ def required_gain(remainder: FormRemainder, cause: Cause) -> float:
 
 def remainder_nats(remainder: FormRemainder, cause: Cause) -> float:
     """Nats that a further cause may save by the form remainder of earlier causes alone."""
-    if cause.effect.name in WITNESSED or not remainder.fit.causes:
+    if cause.effect.witnessed or not remainder.fit.causes:
         return 0.0
     shadow = _shadow_nats(remainder, cause)
     share = LEAST_SHARE * min(remainder.overlap(cause), remainder.fit.motion_nats)
@@ -351,19 +342,19 @@ def remainder_nats(remainder: FormRemainder, cause: Cause) -> float:
 
 def _shadow_nats(remainder: FormRemainder, cause: Cause) -> float:
     """Nats that a further cause may save by the form remainder of earlier causes, whatever it shares with them."""
-    if cause.effect.name in WITNESSED or not remainder.fit.causes:
+    if cause.effect.witnessed or not remainder.fit.causes:
         return 0.0
     left = SHADOW_BEHIND_FILTER if remainder.weighing.now.filtered else SHADOW
     return left * max(remainder.fit.motion_nats, 0.0)
 
 
 def _least_gain(cause: Cause) -> float:
-    return LEAST_SEA_GAIN if cause.effect.name in SEAS else LEAST_GAIN
+    return LEAST_SEA_GAIN if cause.effect.sea else LEAST_GAIN
 
 
 def _shows_in_motion(fit: Fitted, others: Fitted, cause: Cause) -> bool:
     """Whether the motion supports a cause of `fit` over `others`."""
-    return cause.effect.name in WITNESSED or fit.motion_nats - others.motion_nats > LEAST_MOTION_NATS
+    return cause.effect.witnessed or fit.motion_nats - others.motion_nats > LEAST_MOTION_NATS
 
 
 def _fits(weighing: Weighing, others: Fitted, tried: Sequence[Cause]) -> list[Fitted]:

@@ -15,7 +15,6 @@ from identify.effects.environment import varying_current, waves
 
 Array = NDArray[np.float64]
 
-SEAS = {"waves", "varying_current"}
 WAVES_S, CURRENTS_S = (1.5, 12.0), (15.0, 200.0)
 MOST_LINES = 4
 NEAR, WIDE = 0.2, 3.0

@@ -22,7 +22,6 @@ from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.regression import Regression, mean_places, piece_s, regression_of
 from identify.diagnose.result import AxisShrink, Prediction, Shrink
 from identify.diagnose.search import Explanation
-from identify.diagnose.seas import SEAS
 from identify.diagnose.simulation import (
     Simulation,
     beyond_motion_of,
@@ -255,7 +254,7 @@ def _flown(
 
 def without_seas(causes: Sequence[Cause]) -> list[Cause]:
     """The causes whose forces recur on a further dive; a sea's phase is unpredictable."""
-    return [cause for cause in causes if cause.effect.name not in SEAS]
+    return [cause for cause in causes if not cause.effect.sea]
 
 
 def seas_note(causes: Sequence[Cause]) -> tuple[str, ...]:

@@ -19,9 +19,6 @@ Array = NDArray[np.float64]
 HELD_STD = 1e-3
 """Relative width of masses and dampings held at the simulator's values, against a refit."""
 
-SETTING = ("tether", "wrong_feedback_log")
-"""Effects of a single run, like those of the water."""
-
 
 @dataclass(frozen=True)
 class Simulator:
@@ -95,10 +92,5 @@ def _nearest(told: Value, own: float) -> float:
 
 def simulator_of(diagnosis: Diagnosis) -> Simulator:
     """Build the simulator's model from the diagnosis of its own recording."""
-    causes = tuple(found.cause for found in diagnosis.found if lasting(found.cause))
+    causes = tuple(found.cause for found in diagnosis.found if found.cause.effect.lasting)
     return Simulator(diagnosis.numbers, causes)
-
-
-def lasting(cause: Cause) -> bool:
-    """Whether an effect belongs to the simulator, not to the water or the tether of one run."""
-    return cause.effect.place != "water" and cause.effect.name not in SETTING

@@ -18,7 +18,6 @@ from identify.diagnose.innovations import AxisInnovations
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.regression import LEVELLED, Regression, delayed_thrust
 from identify.diagnose.rhythms import bursts, clusters
-from identify.diagnose.seas import SEAS
 from identify.diagnose.slow import slow_axes, slow_forces
 from identify.diagnose.weighing import Fitted, Weighing, weighing_of
 from identify.effects.course import Course, lagged
@@ -116,7 +115,7 @@ def unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
 
 
 def _at_sea(fit: Fitted) -> bool:
-    return any(cause.effect.name in SEAS for cause in fit.causes)
+    return any(cause.effect.sea for cause in fit.causes)
 
 
 def _without_remainder(weighing: Weighing, fit: Fitted) -> Weighing:

@@ -3,8 +3,19 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.vehicle.effect_coefficients import ASTERN, LEAST, START
 from identify.effects.course import Course, delayed, lagged
-from identify.effects.effect import PULSES, QUICK_COMMANDS, SIZES, Act, Effect, Parameter, Separation
+from identify.effects.effect import (
+    PULSES,
+    QUICK_COMMANDS,
+    SIZES,
+    Act,
+    Compensation,
+    Effect,
+    Parameter,
+    Separation,
+    compensated_by,
+)
 from identify.effects.pushing import before_the_shaft, past_the_shaft
 
 Array = NDArray[np.float64]
@@ -58,6 +69,7 @@ REVERSE_THRUST_LOSS = Effect(
     Separation(manoeuvres=("steps ahead and astern", "a spin both ways")),
     needs=(PULSES,),
     feedforward="reverse_loss",
+    compensation=compensated_by(Compensation(ASTERN, "1", "gain")),
 )
 
 
@@ -84,8 +96,12 @@ DEAD_ZONE, DEAD_ZONE_SHIFTED = (
         seen_in_rpm=True,
         feedforward="dead_zone",
         variant=variant,
+        compensation=compensated_by(Compensation(coefficient, "N", "half_width")),
     )
-    for act, variant in ((_silent, "all above it"), (_late_to_start, "above it so much less"))
+    for act, variant, coefficient in (
+        (_silent, "all above it", LEAST),
+        (_late_to_start, "above it so much less", START),
+    )
 )
 
 
@@ -108,9 +124,6 @@ SATURATION = Effect(
 )
 
 
-THRUSTER_LAG = "thruster_lag"
-
-
 def thruster_lag(nominal_s: float) -> Effect:
     """A lag other than the nominal lag, which is that of the course."""
 
@@ -119,7 +132,7 @@ def thruster_lag(nominal_s: float) -> Effect:
         return before_the_shaft(course, slower - course.thrust_n)
 
     return Effect(
-        THRUSTER_LAG,
+        "thruster_lag",
         "thrusters that answer more slowly, or more quickly, than the vehicle file says",
         "thruster",
         (Parameter("time_constant", "s", nominal_s + 0.05, low=0.0, high=5.0, none=nominal_s),),
@@ -129,6 +142,7 @@ def thruster_lag(nominal_s: float) -> Effect:
         sizes=SIZES,
         needs=(QUICK_COMMANDS,),
         seen_in_rpm=True,
+        timing="lag",
     )
 
 
@@ -148,6 +162,7 @@ COMMAND_DELAY = Effect(
     sizes=SIZES,
     needs=(QUICK_COMMANDS,),
     seen_in_rpm=True,
+    timing="delay",
 )
 
 EFFECTS = (

@@ -111,6 +111,28 @@ Told = dict[str, tuple[float, str]]
 
 
 @dataclass(frozen=True)
+class Compensation:
+    """A coefficient of the feed-forward that makes up for an effect: `slope` times the distance of the parameter `of`
+    from `none`, or `slope` itself, which is then no estimate, if `of` is ""."""
+
+    name: str
+    unit: str
+    of: str = ""
+    slope: float = 1.0
+    none: float = 0.0
+
+
+def compensated_by(*coefficients: Compensation) -> Callable[[Course], tuple[Compensation, ...]]:
+    """Compensation by the same coefficients along every course."""
+    return lambda _: coefficients
+
+
+def compensated_by_name(*parameters: Parameter) -> Callable[[Course], tuple[Compensation, ...]]:
+    """Compensation by coefficients of the parameters' own names and values."""
+    return compensated_by(*(Compensation(p.name, p.unit, p.name) for p in parameters))
+
+
+@dataclass(frozen=True)
 class Separation:
     """What separates an effect from those that look like it: manoeuvres to dive, sensors to record."""
 
@@ -141,6 +163,12 @@ class Effect:
     - variant: the form, if several forms share a name; they are the same cause.
     - refit_absorbs: a refit of the nominal model absorbs it and leaves almost nothing of it.
     - telling: converts its values to the parameters of an answer, if these differ.
+    - compensation: the coefficients of the feed-forward that make up for it along a course; None if there are none.
+    - caveat: what a crew should know once it is accepted, "" if nothing.
+    - sea: its periods are read off the dive, and it has parameters for each.
+    - witnessed: a sensor of its own identifies it, without the motion, and no other effect can mimic it.
+    - lasting: it belongs to the vehicle; otherwise to a single dive, as water and tether do.
+    - timing: how it makes the thrust late, by a "lag" or a "delay"; "" if it does not.
     - sizes: multiples of the distance from `none` to `start` at which it is tried (for a limit: `start` divided by
       the size); more than one if its shape changes with its size.
     """
@@ -160,6 +188,12 @@ class Effect:
     variant: str = ""
     refit_absorbs: bool = False
     telling: Callable[[Array], Told] | None = None
+    compensation: Callable[[Course], tuple[Compensation, ...]] | None = None
+    caveat: str = ""
+    sea: bool = False
+    witnessed: bool = False
+    lasting: bool = True
+    timing: Literal["", "lag", "delay"] = ""
     sizes: tuple[float, ...] = (1.0,)
 
     @property

@@ -33,6 +33,7 @@ STEADY_CURRENT = Effect(
     Separation(
         manoeuvres=("one leg on three headings or more, or a slow full turn", "a drift without thrust")
     ),
+    lasting=False,
 )
 
 
@@ -68,6 +69,8 @@ def varying_current(*periods_s: float) -> Effect:
         Separation(manoeuvres=("the same leg again",)),
         variant=_variant(periods_s),
         telling=telling,
+        sea=True,
+        lasting=False,
     )
 
 
@@ -106,6 +109,8 @@ def waves(*periods_s: float) -> Effect:
         Separation(manoeuvres=("the same run deeper",)),
         variant=_variant(periods_s),
         telling=telling,
+        sea=True,
+        lasting=False,
     )
 
 

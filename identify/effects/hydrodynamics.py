@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.effects.course import Course
-from identify.effects.effect import Act, Effect, Parameter, Separation
+from identify.effects.effect import Act, Compensation, Effect, Parameter, Separation, compensated_by_name
 
 Array = NDArray[np.float64]
 
@@ -16,23 +16,25 @@ def _drag(course: Course, values: Array) -> Act:
     return Act(wrench=-values * np.abs(course.nu) * course.nu, quadratic=values)
 
 
+DRAGS = tuple(
+    Parameter(name, unit, start, low=0.0)
+    for name, unit, start in zip(
+        ("X_uu", "Y_vv", "Z_ww", "K_pp", "M_qq", "N_rr"),
+        DRAG_UNITS,
+        (10.0, 10.0, 10.0, 1.0, 1.0, 1.0),
+        strict=True,
+    )
+)
 QUADRATIC_DRAG = Effect(
     "quadratic_drag",
     "drag that grows with the square of the speed",
     "force",
-    tuple(
-        Parameter(name, unit, start, low=0.0)
-        for name, unit, start in zip(
-            ("X_uu", "Y_vv", "Z_ww", "K_pp", "M_qq", "N_rr"),
-            DRAG_UNITS,
-            (10.0, 10.0, 10.0, 1.0, 1.0, 1.0),
-            strict=True,
-        )
-    ),
+    DRAGS,
     _drag,
     Separation(manoeuvres=("three steady speeds and a coast-down",)),
     growth_is_apart=True,
     feedforward="quadratic_drag",
+    compensation=compensated_by_name(*DRAGS),
 )
 
 
@@ -43,14 +45,16 @@ def _coupled(course: Course, values: Array) -> Act:
     return Act(wrench=wrench)
 
 
+COUPLINGS = (Parameter("Y_r", "N s/rad", 1.0), Parameter("N_v", "N s", 1.0))
 COUPLED_DAMPING = Effect(
     "coupled_damping",
     "damping that couples sway and yaw: a hull that is not the same fore and aft",
     "force",
-    (Parameter("Y_r", "N s/rad", 1.0), Parameter("N_v", "N s", 1.0)),
+    COUPLINGS,
     _coupled,
     Separation(manoeuvres=("a spin in place, and legs in sway",)),
     feedforward="coupling",
+    compensation=compensated_by_name(*COUPLINGS),
 )
 
 
@@ -61,14 +65,16 @@ def _lift(course: Course, values: Array) -> Act:
     return Act(wrench=wrench)
 
 
+LIFTS = (Parameter("Y_uv", "N s2/m2", 5.0), Parameter("N_uv", "N s2/m", 5.0))
 CROSS_FLOW_LIFT = Effect(
     "cross_flow_lift",
     "lift of the hull as it drifts sideways while it goes ahead",
     "force",
-    (Parameter("Y_uv", "N s2/m2", 5.0), Parameter("N_uv", "N s2/m", 5.0)),
+    LIFTS,
     _lift,
     Separation(manoeuvres=("legs at a constant drift angle",)),
     feedforward="coupling",
+    compensation=compensated_by_name(*LIFTS),
 )
 
 
@@ -101,8 +107,19 @@ MUNK_MOMENT, MUNK_MOMENT_IN_YAW = (
         Separation(manoeuvres=("surge and sway at once",)),
         feedforward="coupling",
         variant=variant,
+        compensation=lambda course: (
+            Compensation("N_munk", "kg", "gain", float(course.mass[1] - course.mass[0]), none=1.0),
+        ),
+        caveat=caveat,
     )
-    for act, variant in ((_munk, "all three"), (_munk_in_yaw, "yaw alone"))
+    for act, variant, caveat in (
+        (
+            _munk,
+            "all three",
+            "Munk moment: the feed-forward makes up for it in yaw, the PID in roll and pitch.",
+        ),
+        (_munk_in_yaw, "yaw alone", ""),
+    )
 )
 
 

@@ -66,6 +66,7 @@ FREE_SURFACE = Effect(
     Separation(manoeuvres=("the same manoeuvres at two depths",)),
     needs=("depth",),
     telling=_told,
+    lasting=False,
 )
 
 BOTTOM_OR_WALL = Effect(
@@ -77,6 +78,7 @@ BOTTOM_OR_WALL = Effect(
     Separation(manoeuvres=("the same manoeuvres at two altitudes",)),
     needs=("altitude",),
     telling=_told,
+    lasting=False,
 )
 
 EFFECTS = (FREE_SURFACE, BOTTOM_OR_WALL)

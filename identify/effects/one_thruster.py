@@ -4,8 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.vehicle.config import Configuration, Thruster
+from bridge.vehicle.effect_coefficients import gain_name
 from identify.effects.course import Course
-from identify.effects.effect import PULSES, Act, Effect, Parameter, Separation
+from identify.effects.effect import PULSES, Act, Compensation, Effect, Parameter, Separation, compensated_by
 
 Array = NDArray[np.float64]
 
@@ -34,6 +35,7 @@ def weak(number: int) -> Effect:
         needs=(PULSES,),
         number=number,
         feedforward="thruster_gain",
+        compensation=compensated_by(Compensation(gain_name(number), "1", "gain")),
     )
 
 

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.effects.course import Course
-from identify.effects.effect import Act, Effect, Parameter, Separation
+from identify.effects.effect import Act, Compensation, Effect, Parameter, Separation
 
 Array = NDArray[np.float64]
 
@@ -48,6 +48,11 @@ def _level(course: Course, values: Array) -> Act:
     return Act(wrench=wrench)
 
 
+def _first_moments(course: Course) -> tuple[Compensation, ...]:
+    mass_kg = course.configuration.dry_mass_kg
+    return tuple(Compensation(f"S_{axis}", "kg m", axis, mass_kg) for axis in ("x", "y"))
+
+
 CG_OFFSET, CG_OFFSET_IN_SPACE = (
     Effect(
         "cg_offset",
@@ -63,6 +68,7 @@ CG_OFFSET, CG_OFFSET_IN_SPACE = (
         ),
         feedforward="coupling",
         variant=variant,
+        compensation=_first_moments,
     )
     for act, variant in ((_level, "surge, sway and yaw"), (_in_space, "all degrees of freedom"))
 )

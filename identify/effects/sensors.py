@@ -108,6 +108,7 @@ GYRO_BIAS = Effect(
     (Parameter("z", "rad/s", 0.002),),
     _gyro,
     Separation(manoeuvres=("a minute at rest", "two full turns")),
+    witnessed=True,
 )
 
 
@@ -130,6 +131,7 @@ IMU_GRAVITY_LEAK = Effect(
     (Parameter("roll", "rad", 0.015), Parameter("pitch", "rad", 0.015)),
     _leak,
     Separation(manoeuvres=("a minute at rest, level and heeled",)),
+    witnessed=True,
     needs=("specific_force", "attitude"),
 )
 
@@ -140,6 +142,7 @@ WRONG_FEEDBACK_LOG = Effect(
     (),
     lambda _course, _values: Act(),
     Separation(sensors=("the applied output and the very signal fed back, recorded",)),
+    lasting=False,
 )
 """Velocities alone can't show this effect; the evidence is a controller wrench that no recorded reading explains."""
 

@@ -3,10 +3,20 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.vehicle.effect_coefficients import RESISTANCE, VOLTAGE, VOLTAGE_SHARE
 from bridge.vehicle.supply import SLOW_S
 from bridge.vehicle.thruster_losses import AHEAD_A_N15, ASTERN_A_N15, NOMINAL_V
 from identify.effects.course import Course, lagged
-from identify.effects.effect import PULSES, SIZES, Act, Effect, Parameter, Separation
+from identify.effects.effect import (
+    PULSES,
+    SIZES,
+    Act,
+    Compensation,
+    Effect,
+    Parameter,
+    Separation,
+    compensated_by,
+)
 from identify.effects.pushing import before_the_shaft
 
 Array = NDArray[np.float64]
@@ -62,6 +72,14 @@ def _with_voltage(course: Course, values: Array) -> Act:
     return before_the_shaft(course, -(values[0] * fall_s)[:, None] * course.thrust_n)
 
 
+def _by_voltage(course: Course) -> tuple[Compensation, ...]:
+    """The rate is in units of this dive's fall of V^2."""
+    begun_v, rate = voltage_law(course.voltage_v, course.since_s)
+    if not (np.isfinite(begun_v) and rate > 0):
+        return ()
+    return Compensation(VOLTAGE, "V", slope=begun_v), Compensation(VOLTAGE_SHARE, "1", "rate", 1.0 / rate)
+
+
 BATTERY_SAG = Effect(
     "battery_sag",
     "thrust that falls over the dive as the battery empties",
@@ -86,6 +104,7 @@ BATTERY_SAG_BY_VOLTAGE = Effect(
     seen_in_rpm=True,
     feedforward="voltage",
     variant="with the voltage",
+    compensation=_by_voltage,
 )
 
 
@@ -109,6 +128,7 @@ LOAD_SAG = Effect(
     needs=(PULSES,),
     seen_in_rpm=True,
     feedforward="voltage",
+    compensation=compensated_by(Compensation(RESISTANCE, "ohm", "resistance")),
 )
 
 EFFECTS = (BATTERY_SAG, BATTERY_SAG_BY_VOLTAGE, LOAD_SAG)

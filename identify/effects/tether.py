@@ -26,4 +26,5 @@ TETHER = Effect(
     (Parameter("stiffness", "N/m", 0.1, low=0.0), Parameter("north", "N", 0.5), Parameter("east", "N", 0.5)),
     _tether,
     Separation(manoeuvres=("out and back", "one speed at two distances", "a loose loop")),
+    lasting=False,
 )
