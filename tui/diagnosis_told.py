@@ -3,7 +3,7 @@
 from typing import Any
 
 from identify.diagnose import wording, wording_verdict
-from identify.diagnose.result import Diagnosis, Found, by_axis, plain
+from identify.diagnose.result import Diagnosis, Finding, by_axis, plain
 
 
 def with_words(found: Diagnosis, check: str = "") -> dict[str, Any]:
@@ -15,7 +15,7 @@ def with_words(found: Diagnosis, check: str = "") -> dict[str, Any]:
         "configuration": found.configuration,
         "verdict": wording_verdict.verdict_sentence(found),
         "after": after[0] if after else None,
-        "causes": [_cause(item) for item in found.found],
+        "causes": [_cause(item) for item in found.findings],
         "tried": [
             {"name": wording.candidate_words(item.effect), "gain_nats": item.gain_nats, "why": item.why}
             for item in found.tried
@@ -36,7 +36,7 @@ def with_words(found: Diagnosis, check: str = "") -> dict[str, Any]:
     return {**plain(found), "told": more}
 
 
-def _cause(one: Found) -> dict[str, Any]:
+def _cause(one: Finding) -> dict[str, Any]:
     return {
         "name": wording.name_of(one),
         "gain_nats": one.gain_nats,

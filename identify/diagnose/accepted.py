@@ -25,7 +25,7 @@ from identify.diagnose.changed import all_accepted
 from identify.diagnose.evidence import inverse
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.regression import mean_places, regression_of
-from identify.diagnose.result import Accepted, Found, Value
+from identify.diagnose.result import Accepted, Finding, Value
 from identify.diagnose.search import Explanation, explained_by
 from identify.diagnose.verdict import LIKELY
 from identify.diagnose.wording import effect_words, listed, name_of, percent_sure, words
@@ -86,28 +86,30 @@ def misfit_of(now: Nominal, quadratic: Collection[int]) -> Misfit:
     )
 
 
-def _not_apart(dof: int, one: Tested) -> Doubt:
-    more, less = ("more", "less") if one.size > 0 else ("less", "more")
+def _not_apart(dof: int, tested: Tested) -> Doubt:
+    more, less = ("more", "less") if tested.size > 0 else ("less", "more")
     return Doubt(
         (DAMPINGS[dof].name,),
         f"In {DOFS[dof]} {more} quadratic drag than was accepted and {less} linear damping would fit this dive better "
-        f"({one.score:+.0f} standard errors)",
+        f"({tested.score:+.0f} standard errors)",
         "the two hold together, at the speeds of this dive, and the interval of "
         "the linear one is widened by what is between them; coast down from full speed to tell them apart.",
         culprit=Culprit.MODEL,
     )
 
 
-def accepted_of(found: Sequence[Found], now: Nominal, shape: Configuration) -> Accepted:
+def accepted_of(findings: Sequence[Finding], now: Nominal, shape: Configuration) -> Accepted:
     """The result of accepting these causes.
 
     `now` is the nominal model fitted together with them, which includes causes absorbed by a refit.
     """
-    quadratic = _quadratic_dofs(found)
+    quadratic = _quadratic_dofs(findings)
     misfit = misfit_of(now, quadratic)
-    values, sentences = _linear([found_cause.cause for found_cause in found], now, shape, misfit, quadratic)
+    values, sentences = _linear(
+        [found_cause.cause for found_cause in findings], now, shape, misfit, quadratic
+    )
     of_effects: dict[str, Value] = {}
-    for found_cause in found:
+    for found_cause in findings:
         coefficients = _coefficients(found_cause, now.course)
         if not coefficients:
             sentences.append(_uncompensated_note(found_cause))
@@ -120,21 +122,21 @@ def accepted_of(found: Sequence[Found], now: Nominal, shape: Configuration) -> A
             sentences.append(f"{fault}: it is not sent to the vehicle; mend what it tells of.")
         elif not _includes(value, _absent(name)):
             values[name] = value
-    effects = tuple(_effect(found_cause) for found_cause in found)
+    effects = tuple(_effect(found_cause) for found_cause in findings)
     doubts = tuple(
         found_cause for found_cause in misfit.doubts if not values.keys().isdisjoint(found_cause.about)
     )
     return Accepted(values, effects, tuple(dict.fromkeys(sentences)), doubts)
 
 
-def beside_all(found: Explanation, shape: Configuration) -> dict[str, Value]:
+def beside_all(explanation: Explanation, shape: Configuration) -> dict[str, Value]:
     """Masses and dampings fitted together with all causes, accepted or not."""
-    return _linear(found.causes, found.now, shape)[0]
+    return _linear(explanation.causes, explanation.now, shape)[0]
 
 
-def _quadratic_dofs(found: Sequence[Found]) -> tuple[int, ...]:
+def _quadratic_dofs(findings: Sequence[Finding]) -> tuple[int, ...]:
     """Degrees of freedom with quadratic drag among the causes."""
-    names = {name for cause in found if _is_drag(cause) for name in cause.parameters}
+    names = {name for cause in findings if _is_drag(cause) for name in cause.parameters}
     return tuple(dof for dof, name in enumerate(QUADRATIC) if name in names)
 
 
@@ -147,13 +149,17 @@ def _includes(value: Value | None, absent: float) -> bool:
     return value is not None and value.low95 <= absent <= value.high95
 
 
-def _effect(one: Found) -> AcceptedEffect:
+def _effect(finding: Finding) -> AcceptedEffect:
     """The effect without parameters that are undetermined or compatible with absence."""
-    effect = one.cause.effect
-    untold = {p.name for p in effect.parameters if p.name not in one.parameters and effect.telling is None}
+    effect = finding.cause.effect
+    untold = {
+        p.name for p in effect.parameters if p.name not in finding.parameters and effect.telling is None
+    }
     values = {
-        p.name: p.none if p.name in untold or _includes(one.parameters.get(p.name), p.none) else float(value)
-        for p, value in zip(effect.parameters, one.cause.values, strict=True)
+        p.name: p.none
+        if p.name in untold or _includes(finding.parameters.get(p.name), p.none)
+        else float(value)
+        for p, value in zip(effect.parameters, finding.cause.values, strict=True)
     }
     return AcceptedEffect(effect.name, effect.label, values, effect.number)
 
@@ -229,20 +235,20 @@ def log_stds(causes: Sequence[Cause], now: Nominal) -> list[tuple[float, float]]
     return [(at[place.start + MASS], at[place.start + DAMPING]) for place in now.joint.places]
 
 
-def _coefficients(one: Found, course: Course) -> dict[str, Value]:
+def _coefficients(finding: Finding, course: Course) -> dict[str, Value]:
     """A cause's values as coefficients of the feed-forward; empty if it has none."""
-    compensation, nan = one.cause.effect.compensation, float("nan")
+    compensation, nan = finding.cause.effect.compensation, float("nan")
     values: dict[str, Value] = {}
     for coefficient in () if compensation is None else compensation(course):
         if not coefficient.of:
             values[coefficient.name] = Value(coefficient.slope, coefficient.unit, nan, nan)
-        elif coefficient.of in one.parameters:
-            values[coefficient.name] = _converted(one.parameters[coefficient.of], coefficient)
+        elif coefficient.of in finding.parameters:
+            values[coefficient.name] = _converted(finding.parameters[coefficient.of], coefficient)
     return values
 
 
-def _is_drag(one: Found) -> bool:
-    return one.cause.effect.feedforward == "quadratic_drag"
+def _is_drag(finding: Finding) -> bool:
+    return finding.cause.effect.feedforward == "quadratic_drag"
 
 
 def _converted(value: Value, by: Compensation) -> Value:
@@ -250,33 +256,33 @@ def _converted(value: Value, by: Compensation) -> Value:
     return Value(by.slope * (value.value - by.none), by.unit, low, high)
 
 
-def _uncompensated_note(one: Found) -> str:
-    cause_name = _capital(name_of(one))
-    if one.cause.effect.feedforward and one.cause.effect.refit_absorbs:
+def _uncompensated_note(finding: Finding) -> str:
+    cause_name = _capital(name_of(finding))
+    if finding.cause.effect.feedforward and finding.cause.effect.refit_absorbs:
         return f"{cause_name} is in the masses and dampings of this dive, which are sent."
-    if one.cause.effect.place in ("reading", "log"):
+    if finding.cause.effect.place in ("reading", "log"):
         return (
             f"{cause_name} lies in what is read, not in how the vehicle moves: correct it where it is read."
         )
-    if one.cause.effect.place == "water":
+    if finding.cause.effect.place == "water":
         return f"{cause_name} is the water's, of another day: the feed-forward can't make up for it."
     return f"{cause_name} is in the model, but the feed-forward can't make up for it."
 
 
-def _remarks(one: Found) -> list[str]:
+def _remarks(finding: Finding) -> list[str]:
     remarks = []
-    quadratic = one.parameters if _is_drag(one) else {}
+    quadratic = finding.parameters if _is_drag(finding) else {}
     held = [name for name in HELD_BY_PID if name in quadratic and not _includes(quadratic[name], 0.0)]
     if held:
         remarks.append(
             f"{', '.join(held)}: there is no feed-forward in heave, roll and pitch, their PID holds them."
         )
-    if one.cause.effect.caveat:
-        remarks.append(one.cause.effect.caveat)
-    if one.also:
+    if finding.cause.effect.caveat:
+        remarks.append(finding.cause.effect.caveat)
+    if finding.also:
         remarks.append(
-            f"{_capital(effect_words(one.cause.effect))} was accepted, though this dive can't tell it from "
-            f"{', '.join(map(words, one.also))}."
+            f"{_capital(effect_words(finding.cause.effect))} was accepted, though this dive can't tell it from "
+            f"{', '.join(map(words, finding.also))}."
         )
     return remarks
 
@@ -286,30 +292,30 @@ def _capital(sentence: str) -> str:
 
 
 def likely_accepted(
-    causes: Sequence[Found],
-    found: Explanation,
+    causes: Sequence[Finding],
+    explanation: Explanation,
     nominal: Nominal,
     library: Sequence[Effect],
     holds: Sequence[Cause],
     shape: Configuration,
 ) -> Accepted:
     """The result of accepting the likely causes, in addition to the effects that the model `holds` already."""
-    likely = [one for one in causes if one.probability >= LIKELY]
-    now = found.now
+    likely = [cause for cause in causes if cause.probability >= LIKELY]
+    now = explanation.now
     if len(likely) < len(causes):
-        kept = {one.cause.key for one in likely}
-        now = explained_by([one for one in found.causes if one.key in kept], nominal, library).now
+        kept = {item.cause.key for item in likely}
+        now = explained_by([cause for cause in explanation.causes if cause.key in kept], nominal, library).now
     made = accepted_of(all_accepted(likely, holds), now, shape)
     left = tuple(
-        f"{_capital(name_of(one))} was not accepted: it is {percent_sure(one.probability)} probable, likelier absent "
-        "than present."
-        for one in causes
-        if one.probability < LIKELY
+        f"{_capital(name_of(cause))} was not accepted: it is {percent_sure(cause.probability)} probable, likelier "
+        "absent than present."
+        for cause in causes
+        if cause.probability < LIKELY
     )
     return replace(made, sentences=(*left, *made.sentences))
 
 
-def none_accepted(causes: Sequence[Found]) -> str:
+def none_accepted(causes: Sequence[Finding]) -> str:
     """A clause on why nothing is accepted."""
     if not causes:
         return "no cause was found that could be accepted"

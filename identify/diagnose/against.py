@@ -13,7 +13,7 @@ from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import VehicleFile
 from identify.diagnose import wording, wording_verdict
 from identify.diagnose.diagnose import Progress, diagnose
-from identify.diagnose.result import Diagnosis, Found, Value, Verdict
+from identify.diagnose.result import Diagnosis, Finding, Value, Verdict
 from identify.diagnose.result import plain as plain_diagnosis
 from identify.diagnose.shrink import CHANCE
 from identify.diagnose.simulator import priors_of, simulator_of
@@ -69,18 +69,18 @@ class Against:
 
     vehicle: Diagnosis
     simulator: Diagnosis
-    lacks: tuple[Found, ...]
-    has: tuple[Found, ...]
-    spare: tuple[Found, ...]
+    lacks: tuple[Finding, ...]
+    has: tuple[Finding, ...]
+    spare: tuple[Finding, ...]
     differences: tuple[Difference, ...]
-    stories: tuple[Found, ...]
+    stories: tuple[Finding, ...]
     untold: tuple[str, ...]
 
     @property
-    def causes(self) -> tuple[Found, ...]:
+    def causes(self) -> tuple[Finding, ...]:
         """Causes of the simulator's gap, strongest first, without effects that it already has."""
-        own_causes = {id(found) for found in (*self.lacks, *self.stories)}
-        return tuple(found for found in self.vehicle.found if id(found) in own_causes)
+        own_causes = {id(item) for item in (*self.lacks, *self.stories)}
+        return tuple(finding for finding in self.vehicle.findings if id(finding) in own_causes)
 
     @property
     def off(self) -> tuple[Difference, ...]:
@@ -95,7 +95,7 @@ class Against:
             has_cause = self.vehicle.verdict == "partly" and (self.causes or self.off)
             return "partly" if has_cause else "unknown"
         if self.causes or self.off:
-            return "ambiguous" if any(found.also for found in self.causes) else "explained"
+            return "ambiguous" if any(cause.also for cause in self.causes) else "explained"
         return "no_gap" if self.vehicle.gap.before < 1.0 + CHANCE else "ambiguous"
 
 
@@ -127,13 +127,13 @@ def against(
 
 def compared(vehicle: Diagnosis, simulator: Diagnosis) -> Against:
     """The differences between the two diagnoses."""
-    structural = [found for found in vehicle.found if not found.cause.effect.refit_absorbs]
-    both = [(mine, _matching(mine, simulator.found)) for mine in structural]
+    structural = [finding for finding in vehicle.findings if not finding.cause.effect.refit_absorbs]
+    both = [(mine, _matching(mine, simulator.findings)) for mine in structural]
     lacks = tuple(mine for mine, its in both if its is None)
     pairs = [(mine, its) for mine, its in both if its is not None]
     has = tuple(replace(mine, probability=min(mine.probability, its.probability)) for mine, its in pairs)
     shared = {id(its) for _, its in pairs}
-    spare = tuple(its for its in simulator.found if id(its) not in shared and its.cause.effect.lasting)
+    spare = tuple(its for its in simulator.findings if id(its) not in shared and its.cause.effect.lasting)
     differences = [
         Difference(mine.name, name, its.parameters[name], value, min(mine.probability, its.probability))
         for mine, its in pairs
@@ -152,27 +152,38 @@ def compared(vehicle: Diagnosis, simulator: Diagnosis) -> Against:
     untold = tuple(
         DOFS[dof]
         for dof in range(len(DOFS))
-        if any(one.name not in its or one.name not in mine for one in (MASSES[dof], DAMPINGS[dof]))
+        if any(item.name not in its or item.name not in mine for item in (MASSES[dof], DAMPINGS[dof]))
     )
-    stories = tuple(found for found in vehicle.found if found.cause.effect.refit_absorbs) if nominal else ()
+    stories = (
+        tuple(finding for finding in vehicle.findings if finding.cause.effect.refit_absorbs)
+        if nominal
+        else ()
+    )
     return Against(vehicle, simulator, lacks, has, spare, (*nominal, *differences), stories, untold)
 
 
-def plain(one: Against) -> dict[str, Any]:
+def plain(comparison: Against) -> dict[str, Any]:
     """The answer on the simulator's gap as plain data, with the changes to make under `against`.
 
     `has`: effects in both; `possible`: those of all effects that are less probable than not.
     """
-    gap = one.vehicle.gap
+    gap = comparison.vehicle.gap
     after = [drift.total for drift in gap.after if drift.horizon_s == DRIFT_S]
-    groups = {"lacks": one.lacks, "has": one.has, "spare": one.spare, "stories": one.stories}
+    groups = {
+        "lacks": comparison.lacks,
+        "has": comparison.has,
+        "spare": comparison.spare,
+        "stories": comparison.stories,
+    }
     halves = {key: sorted_by_likelihood(found) for key, found in groups.items()}
-    return plain_diagnosis(replace(one.vehicle, verdict=one.verdict, found=one.causes)) | {
+    return plain_diagnosis(
+        replace(comparison.vehicle, verdict=comparison.verdict, findings=comparison.causes)
+    ) | {
         "against": {
-            "simulator": one.simulator.dive,
+            "simulator": comparison.simulator.dive,
             "drift": {"before": gap.before, "after": after[0] if after else None, "floor": 1},
-            **{key: [found.name for found in likely] for key, (likely, _) in halves.items()},
-            "possible": {key: [found.name for found in possible] for key, (_, possible) in halves.items()},
+            **{key: [item.name for item in likely] for key, (likely, _) in halves.items()},
+            "possible": {key: [item.name for item in possible] for key, (_, possible) in halves.items()},
             "differences": [
                 {
                     "of": each.of,
@@ -181,18 +192,18 @@ def plain(one: Against) -> dict[str, Any]:
                     "vehicle": vars(each.vehicle),
                     "probability": each.probability,
                 }
-                for each in one.differences
+                for each in comparison.differences
             ],
-            "untold": list(one.untold),
+            "untold": list(comparison.untold),
         }
     }
 
 
-def differ(one: Value, other: Value) -> bool:
+def differ(value: Value, other: Value) -> bool:
     """Whether two values differ significantly and by enough to matter."""
     apart, spread = (
-        abs(one.value - other.value),
-        math.hypot(_half_interval(one, other), _half_interval(other, one)),
+        abs(value.value - other.value),
+        math.hypot(_half_interval(value, other), _half_interval(other, value)),
     )
     return bool(Z95 * apart > SIGNIFICANT * spread and apart > LEAST_SHARE * abs(other.value))
 
@@ -206,12 +217,12 @@ def _costs(vehicle: Diagnosis) -> list[bool]:
     ]
 
 
-def _half_interval(one: Value, towards: Value) -> float:
+def _half_interval(value: Value, towards: Value) -> float:
     """The half of its 95 % interval on the side of the other value."""
-    return one.high95 - one.value if towards.value > one.value else one.value - one.low95
+    return value.high95 - value.value if towards.value > value.value else value.value - value.low95
 
 
-def _matching(mine: Found, others: Sequence[Found]) -> Found | None:
+def _matching(mine: Finding, others: Sequence[Finding]) -> Finding | None:
     """The cause of the other recording that matches, or is ambiguous with, `mine`; None without one."""
     number = mine.cause.effect.number
     names = {mine.name, *mine.also}
@@ -225,36 +236,36 @@ NAMED = 3
 """Number of numbers named in the verdict, those with the largest error."""
 
 
-def verdict_sentence(one: Against) -> str:
+def verdict_sentence(comparison: Against) -> str:
     """Effects to add, numbers to change, and the drift that they cost, with provisos."""
-    provisos = (*one.simulator.first, *one.simulator.provisos)
+    provisos = (*comparison.simulator.first, *comparison.simulator.provisos)
     of_simulator = (f"Of the simulator: {proviso}" for proviso in provisos)
-    return " ".join((*one.vehicle.first, _verdict(one), *one.vehicle.provisos, *of_simulator))
+    return " ".join(
+        (*comparison.vehicle.first, _verdict(comparison), *comparison.vehicle.provisos, *of_simulator)
+    )
 
 
-def _verdict(one: Against) -> str:
-    gap = one.vehicle.gap
-    numbers = _number_words(one.off)
-    lacks, possible = wording_verdict.sorted_by_likelihood(one.lacks)
-    may_lack = wording.listed([_with_probability(found) for found in possible])
+def _verdict(comparison: Against) -> str:
+    gap = comparison.vehicle.gap
+    numbers = _number_words(comparison.off)
+    lacks, possible = wording_verdict.sorted_by_likelihood(comparison.lacks)
+    may_lack = wording.listed([_with_probability(item) for item in possible])
     where = wording_verdict.gap_sentence(gap, "the gap")
     if lacks:
-        causes = wording.listed([wording.name_of(found) for found in lacks])
-        sentence = f"Your simulator must gain {causes}: {where}{_drift_clause(one)}."
+        causes = wording.listed([wording.name_of(lack) for lack in lacks])
+        sentence = f"Your simulator must gain {causes}: {where}{_drift_clause(comparison)}."
         sentence += f" {_capital(numbers)}." if numbers else ""
         sentence += f" It may lack {may_lack}, too." if possible else ""
     elif numbers:
         shows = "surely shows" if possible else "shows"
-        sentence = (
-            f"Your simulator lacks no effect that this dive {shows}, but {numbers}{_drift_clause(one)}."
-        )
+        sentence = f"Your simulator lacks no effect that this dive {shows}, but {numbers}{_drift_clause(comparison)}."
         sentence += f" It may lack {may_lack}, too." if possible else ""
     elif possible:
-        sentence = f"Your simulator may lack {may_lack}: {where}{_drift_clause(one)}."
-    elif one.vehicle.verdict in ("partly", "unknown"):
+        sentence = f"Your simulator may lack {may_lack}: {where}{_drift_clause(comparison)}."
+    elif comparison.vehicle.verdict in ("partly", "unknown"):
         location = wording_verdict.where_sentence(gap, "the gap")
         return f"Your simulator lacks something that no candidate explains: {location}."
-    elif one.verdict == "no_gap":
+    elif comparison.verdict == "no_gap":
         sentence = (
             f"Your simulator lacks nothing that this dive shows: its {wording.DRIFT_S:g} s drift is "
             f"{significant(gap.before, 2)} floors, where noise alone would give 1."
@@ -263,17 +274,17 @@ def _verdict(one: Against) -> str:
         sentence = (
             "Your simulator lacks no effect that this dive shows, and of its numbers none is off beyond doubt, but its "
             f"{wording.DRIFT_S:g} s drift is {significant(gap.before, 2)} floors, where noise alone would give 1"
-            f"{_drift_clause(one)}: give longer recordings of both, with the same manoeuvres."
+            f"{_drift_clause(comparison)}: give longer recordings of both, with the same manoeuvres."
         )
-    if one.vehicle.verdict in ("partly", "unknown"):
+    if comparison.vehicle.verdict in ("partly", "unknown"):
         sentence += " Something else is there that no candidate explains."
     return sentence
 
 
-def cause_lines(one: Against) -> tuple[str, ...]:
+def cause_lines(comparison: Against) -> tuple[str, ...]:
     """The causes of the real dive, each marked if the simulator has it."""
-    has = {found.cause.key: found.probability for found in one.has}
-    pairs = zip(one.vehicle.found, wording.cause_lines(one.vehicle), strict=True)
+    has = {item.cause.key: item.probability for item in comparison.has}
+    pairs = zip(comparison.vehicle.findings, wording.cause_lines(comparison.vehicle), strict=True)
     return tuple(_already(has.get(found.cause.key)) + line for found, line in pairs)
 
 
@@ -286,62 +297,70 @@ def _already(probability: float | None) -> str:
     return "Your simulator has it already: "
 
 
-def lines(one: Against) -> tuple[str, ...]:
+def lines(comparison: Against) -> tuple[str, ...]:
     """All further remarks: numbers to change, effects that the dive does not show, undetermined axes."""
     untold = (
         [
-            f"In {wording.listed(one.untold)} nothing is said of masses and dampings: one of the recordings "
+            f"In {wording.listed(comparison.untold)} nothing is said of masses and dampings: one of the recordings "
             "hardly tells them."
         ]
-        if one.untold
+        if comparison.untold
         else []
     )
-    numbers = [f"{_capital(difference_sentence(each))}." for each in one.differences]
-    return (*numbers, *map(_story_sentence, one.stories), *map(_spare_sentence, one.spare), *untold)
+    numbers = [f"{_capital(difference_sentence(each))}." for each in comparison.differences]
+    return (
+        *numbers,
+        *map(_story_sentence, comparison.stories),
+        *map(_spare_sentence, comparison.spare),
+        *untold,
+    )
 
 
-def _story_sentence(found: Found) -> str:
+def _story_sentence(finding: Finding) -> str:
     clause = (
-        f"{wording.name_of(found)} would make"
-        if found.probability >= LIKELY
-        else f"{_with_probability(found)} may make"
+        f"{wording.name_of(finding)} would make"
+        if finding.probability >= LIKELY
+        else f"{_with_probability(finding)} may make"
     )
     values = ", ".join(
-        wording.value_words(name, value) for name, value in wording.told_parameters(found).items()
+        wording.value_words(name, value) for name, value in wording.told_parameters(finding).items()
     )
-    return f"{_capital(clause)} masses and dampings differ so: {found.cause.effect.sentence} ({values})."
+    return f"{_capital(clause)} masses and dampings differ so: {finding.cause.effect.sentence} ({values})."
 
 
-def _spare_sentence(found: Found) -> str:
+def _spare_sentence(finding: Finding) -> str:
     shows = (
-        f"shows {wording.name_of(found)}"
-        if found.probability >= LIKELY
-        else f"may show {_with_probability(found)}"
+        f"shows {wording.name_of(finding)}"
+        if finding.probability >= LIKELY
+        else f"may show {_with_probability(finding)}"
     )
     return f"Its own recording {shows}, which this dive does not: look whether it should be there."
 
 
-def _with_probability(found: Found) -> str:
-    return f"{wording.name_of(found)} ({wording.percent_sure(found.probability)} probable)"
+def _with_probability(finding: Finding) -> str:
+    return f"{wording.name_of(finding)} ({wording.percent_sure(finding.probability)} probable)"
 
 
-def difference_sentence(one: Difference) -> str:
+def difference_sentence(difference: Difference) -> str:
     """`its M_u is 12 % too small: 105 kg, the vehicle's is 119 kg`."""
-    unit = wording.unit_after(one.vehicle.unit)
+    unit = wording.unit_after(difference.vehicle.unit)
     return (
-        f"{_error_words(one)}: {significant(one.simulator.value)}{unit}, the vehicle's is "
-        f"{significant(one.vehicle.value)}{unit}"
+        f"{_error_words(difference)}: {significant(difference.simulator.value)}{unit}, the vehicle's is "
+        f"{significant(difference.vehicle.value)}{unit}"
     )
 
 
-def _error_words(one: Difference) -> str:
-    whose = f"its {wording.words(one.of)}'s {wording.parameter(one.name)}" if one.of else f"its {one.name}"
-    off = f"{wording.percent(abs(one.share))} too {'large' if one.share > 0 else 'small'}"
-    if one.probability >= LIKELY:
+def _error_words(difference: Difference) -> str:
+    whose = (
+        f"its {wording.words(difference.of)}'s {wording.parameter(difference.name)}"
+        if difference.of
+        else f"its {difference.name}"
+    )
+    off = f"{wording.percent(abs(difference.share))} too {'large' if difference.share > 0 else 'small'}"
+    if difference.probability >= LIKELY:
         return f"{whose} is {off}"
-    return (
-        f"{whose} may be {off} ({wording.words(one.of)} is {wording.percent_sure(one.probability)} probable)"
-    )
+    probable = f"{wording.words(difference.of)} is {wording.percent_sure(difference.probability)} probable"
+    return f"{whose} may be {off} ({probable})"
 
 
 def _number_words(differences: Sequence[Difference]) -> str:
@@ -351,13 +370,13 @@ def _number_words(differences: Sequence[Difference]) -> str:
     return wording.listed([*named, f"{more} more of its numbers are off"] if more > 0 else named)
 
 
-def _drift_clause(one: Against) -> str:
-    after = [drift.total for drift in one.vehicle.gap.after if drift.horizon_s == wording.DRIFT_S]
+def _drift_clause(comparison: Against) -> str:
+    after = [drift.total for drift in comparison.vehicle.gap.after if drift.horizon_s == wording.DRIFT_S]
     if not after:
         return ""
     return (
         f"; with the vehicle's numbers its {wording.DRIFT_S:g} s drift goes from "
-        f"{significant(one.vehicle.gap.before, 2)} to {significant(after[0], 2)} floors"
+        f"{significant(comparison.vehicle.gap.before, 2)} to {significant(after[0], 2)} floors"
     )
 
 

@@ -114,9 +114,9 @@ class Cause:
         return high.less(low).times(1.0 / (2 * h))
 
 
-def natural_scale(one: Parameter) -> float:
+def natural_scale(parameter: Parameter) -> float:
     """Distance from absence to a noticeable value; for a limit, the limit itself."""
-    return abs(one.start - one.none) if np.isfinite(one.none) else abs(one.start)
+    return abs(parameter.start - parameter.none) if np.isfinite(parameter.none) else abs(parameter.start)
 
 
 @dataclass(frozen=True)

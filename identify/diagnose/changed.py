@@ -22,7 +22,7 @@ from identify.diagnose.findings import braking_of, feedforward_gain_by
 from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.regression import mean_places
-from identify.diagnose.result import Found, Tried, Value
+from identify.diagnose.result import Finding, Tried, Value
 from identify.diagnose.search import LEAST_GAIN, Explanation
 from identify.diagnose.simulation import EACH
 from identify.diagnose.verdict import probability
@@ -146,18 +146,18 @@ def _change(cause: Cause) -> Effect:
     )
 
 
-def all_accepted(found: Sequence[Found], causes: Sequence[Cause]) -> tuple[Found, ...]:
+def all_accepted(findings: Sequence[Finding], causes: Sequence[Cause]) -> tuple[Finding, ...]:
     """The effects of a model with causes accepted in addition to its earlier effects, each with its change included."""
     changes = {
         cause_found.cause.key: cause_found
-        for cause_found in found
+        for cause_found in findings
         if cause_found.cause.effect.variant == SINCE
     }
     changed = tuple(_with_change(cause, changes.get(cause.key)) for cause in causes)
-    return (*changed, *(cause_found for cause_found in found if cause_found.cause.effect.variant != SINCE))
+    return (*changed, *(cause_found for cause_found in findings if cause_found.cause.effect.variant != SINCE))
 
 
-def _with_change(cause: Cause, change: Found | None) -> Found:
+def _with_change(cause: Cause, change: Finding | None) -> Finding:
     values = cause.values if change is None else cause.values + change.cause.values
     whole = Cause(cause.effect, values)
     absent = {p.name: p.none for p in cause.effect.parameters} if cause.effect.telling is None else {}
@@ -171,7 +171,7 @@ def _with_change(cause: Cause, change: Found | None) -> Found:
             ends = (value, value) if value == absent.get(name) else (np.nan, np.nan)
         parameters[name] = Value(value, unit, *ends)
     if change is None:
-        return Found(whole, (), {}, 1.0, parameters, 0.0)
+        return Finding(whole, (), {}, 1.0, parameters, 0.0)
     return replace(change, cause=whole, parameters=parameters)
 
 
@@ -214,10 +214,10 @@ class Shift:
         )
 
 
-def shift_of(found: Explanation, accepted: Mapping[str, Prior], library: Sequence[Effect]) -> Shift:
+def shift_of(explanation: Explanation, accepted: Mapping[str, Prior], library: Sequence[Effect]) -> Shift:
     """The shift of masses and dampings known both from the dive and from acceptance."""
-    weighing, now = found.weighing, found.now
-    covariance, places = _nominal_covariance(weighing, found.fit)
+    weighing, now = explanation.weighing, explanation.now
+    covariance, places = _nominal_covariance(weighing, explanation.fit)
     names, at, prior = [], [], []
     for name, place in _coefficient_places(now):
         if name in accepted:
@@ -228,20 +228,20 @@ def shift_of(found: Explanation, accepted: Mapping[str, Prior], library: Sequenc
     fitted = np.exp(theta)
     value, std = np.array([p.value for p in prior]), np.array([p.std for p in prior])
     covariance_both = covariance[np.ix_(at, at)] + np.diag((std / fitted) ** 2)
-    effects = tuple(one for one in library if one.refit_absorbs and len(one.parameters) == 1)
+    effects = tuple(item for item in library if item.refit_absorbs and len(item.parameters) == 1)
     patterns = [
-        _pattern(one, weighing, covariance)[at]
-        if _is_push(one, now.course)
-        else _direct_pattern(one, now, names)
-        for one in effects
+        _pattern(effect, weighing, covariance)[at]
+        if _is_push(effect, now.course)
+        else _direct_pattern(effect, now, names)
+        for effect in effects
     ]
     precision = np.asarray(np.linalg.inv(covariance_both), dtype=np.float64)
     return Shift(value / fitted - 1.0, precision, effects, np.array(patterns))
 
 
 def changes_of(
-    shift: Shift, found: Explanation, missing: Missing
-) -> tuple[tuple[Found, ...], tuple[Tried, ...]]:
+    shift: Shift, explanation: Explanation, missing: Missing
+) -> tuple[tuple[Finding, ...], tuple[Tried, ...]]:
     """The causes of a significant shift, and all candidates."""
     chosen: list[int] = []
     also: dict[int, dict[str, float]] = {}
@@ -258,7 +258,7 @@ def changes_of(
             and (alike := _likeness(shift, k, other)) >= LEAST_LIKENESS
         }
         chosen.append(k)
-    causes = tuple(_found(shift, chosen, i, also[k], found, missing) for i, k in enumerate(chosen))
+    causes = tuple(_found(shift, chosen, i, also[k], explanation, missing) for i, k in enumerate(chosen))
     remaining = [(gain, k, False) for gain, k in shift.best_beside(chosen)]
     of_causes = [(cause.gain_nats, k, True) for cause, k in zip(causes, chosen, strict=True)]
     tried = (Tried(shift.effects[k], nats, yes) for nats, k, yes in (*of_causes, *remaining))
@@ -266,8 +266,13 @@ def changes_of(
 
 
 def _found(
-    shift: Shift, chosen: Sequence[int], i: int, also: dict[str, float], found: Explanation, missing: Missing
-) -> Found:
+    shift: Shift,
+    chosen: Sequence[int],
+    i: int,
+    also: dict[str, float],
+    explanation: Explanation,
+    missing: Missing,
+) -> Finding:
     effect = shift.effects[chosen[i]]
     (parameter,) = effect.parameters
     _, sizes, covariance = shift.without(chosen)
@@ -279,18 +284,18 @@ def _found(
     }
     others = [k for k in chosen if k != chosen[i]]
     nats = shift.nats(chosen) - shift.nats(others)
-    wrench = _as_wrench(cause.act(found.now.course), found.now.course)
-    braking = braking_of(found.causes, found.now)
+    wrench = _as_wrench(cause.act(explanation.now.course), explanation.now.course)
+    braking = braking_of(explanation.causes, explanation.now)
     gain = (
-        feedforward_gain_by(missing.wrench - wrench[::EACH], missing, found.now, braking)
+        feedforward_gain_by(missing.wrench - wrench[::EACH], missing, explanation.now, braking)
         if effect.feedforward
         else None
     )
-    return Found(cause, tuple(also), also, probability(nats), values_told, nats, gain)
+    return Finding(cause, tuple(also), also, probability(nats), values_told, nats, gain)
 
 
-def _likeness(shift: Shift, one: int, other: int) -> float:
-    a, b, p = shift.patterns[one], shift.patterns[other], shift.precision
+def _likeness(shift: Shift, number: int, other: int) -> float:
+    a, b, p = shift.patterns[number], shift.patterns[other], shift.precision
     return float(abs(a @ p @ b) / max(np.sqrt((a @ p @ a) * (b @ p @ b)), 1e-300))
 
 

@@ -92,9 +92,9 @@ def _beyond(nominal: Blocks, square: Array, fit: Fitted) -> tuple[Array, Array]:
     return slopes, columns[:, -1] - slopes @ (inverse(slopes.T @ slopes) @ (slopes.T @ columns[:, -1]))
 
 
-def is_certain(found: Explanation) -> bool:
+def is_certain(explanation: Explanation) -> bool:
     """Whether a lone cause is present beyond doubt: it saves much, and all parts of the dive agree on it."""
-    weighing, fit = found.weighing, found.fit
+    weighing, fit = explanation.weighing, explanation.fit
     if len(fit.causes) != 1 or fit.gain < BEYOND_CHANCE or not fit.at:
         return False
     rows, (cause,) = weighing.rows, fit.causes
@@ -252,38 +252,38 @@ def coupled_nominal(weighing: Weighing, causes: tuple[Cause, ...]) -> Blocks:
 
 
 def without_doubtful(
-    found: Explanation, nominal: Nominal, library: Sequence[Effect]
+    explanation: Explanation, nominal: Nominal, library: Sequence[Effect]
 ) -> tuple[Explanation, NDArray[np.float64]]:
     """Drop causes that may be absent, first the cause that saves least in addition to the others.
 
     Returns the remaining explanation, and the covariance (k, k) of its parameters.
     """
-    while found.causes:
-        absent, covariance = _covariances(found)
+    while explanation.causes:
+        absent, covariance = _covariances(explanation)
         shares = [
-            1.0 if cause.effect.sea else _confidence(found.fit, absent, k)
-            for k, cause in enumerate(found.causes)
+            1.0 if cause.effect.sea else _confidence(explanation.fit, absent, k)
+            for k, cause in enumerate(explanation.causes)
         ]
         fewer = [
-            (*found.causes[:k], *found.causes[k + 1 :])
+            (*explanation.causes[:k], *explanation.causes[k + 1 :])
             for k, share in enumerate(shares)
             if share <= LEAST_CONFIDENCE
         ]
-        if not fewer or is_certain(found):
-            return found, covariance
+        if not fewer or is_certain(explanation):
+            return explanation, covariance
         # Of causes that trade with each other the shadows are dropped, however wide the interval of the cause that
         # casts them.
-        best = max(fewer, key=lambda others: found.weighing.fitted(others).gain)
-        found = explained_by(best, nominal, library)
-    return found, np.zeros((0, 0))
+        best = max(fewer, key=lambda others: explanation.weighing.fitted(others).gain)
+        explanation = explained_by(best, nominal, library)
+    return explanation, np.zeros((0, 0))
 
 
-def _covariances(found: Explanation) -> tuple[Array, Array]:
+def _covariances(explanation: Explanation) -> tuple[Array, Array]:
     """Covariances (k, k) of an explanation's parameters: if the causes may be absent, and if they are there.
 
     An absent cause depends on no mass or damping, however much its size does.
     """
-    weighing, fit = found.weighing, found.fit
+    weighing, fit = explanation.weighing, explanation.fit
     return both(
         lambda: _covariance(weighing, fit, weighing.rows.nuisance), lambda: covariance_of(weighing, fit)
     )
@@ -328,9 +328,9 @@ class AmbiguityGroup:
     margin_nats: float
 
 
-def ambiguity_of(found: Explanation, k: int) -> AmbiguityGroup:
+def ambiguity_of(explanation: Explanation, k: int) -> AmbiguityGroup:
     """The causes that this dive can't separate from the k-th, each fitted in its place."""
-    fit, weighing = found.fit, found.weighing
+    fit, weighing = explanation.fit, explanation.weighing
     cause_k = fit.causes[k]
     others = weighing.fitted((*fit.causes[:k], *fit.causes[k + 1 :]))
     names: list[str] = []
@@ -354,11 +354,11 @@ def ambiguity_of(found: Explanation, k: int) -> AmbiguityGroup:
     return AmbiguityGroup(tuple(names), likeness, fit.gain - best_apart)
 
 
-def cosine(weighing: Weighing, others: Fitted, one: Cause, other: Cause) -> float:
+def cosine(weighing: Weighing, others: Fitted, cause: Cause, other: Cause) -> float:
     """|cosine| of two causes' columns, with the nominal model and the slopes of `others` projected out."""
     course = weighing.now.course
     columns, nominal = (
-        weighing.rows.columns([one.act(course), other.act(course)], course),
+        weighing.rows.columns([cause.act(course), other.act(course)], course),
         weighing.rows.nuisance,
     )
     known = nominal.beside(nominal.blocks_of(others.slopes))

@@ -58,7 +58,7 @@ from identify.diagnose.recording import (
     without_spikes,
     without_still_velocity,
 )
-from identify.diagnose.result import Diagnosis, Found, Gap, Prediction, Share, Shrink, Value
+from identify.diagnose.result import Diagnosis, Finding, Gap, Prediction, Share, Shrink, Value
 from identify.diagnose.search import Explanation, explain
 from identify.diagnose.shrink import checked, contradiction_note, held_out_shrink, overstated_note, predict
 from identify.diagnose.simulation import (
@@ -243,26 +243,26 @@ def _judged(effects: Sequence[Effect], lacks: Collection[str]) -> tuple[Effect, 
     return tuple(effect for effect in effects if not {*lacks} & {*effect.needs})
 
 
-def beside(found: Explanation, nominal: Nominal) -> tuple[Simulation, Simulation]:
+def beside(explanation: Explanation, nominal: Nominal) -> tuple[Simulation, Simulation]:
     """Simulations of the nominal model and of the model with the causes, along one recorded motion.
 
     The first runs against the readings as recorded, the second against readings corrected for the causes.
     """
-    now, causes = found.now, found.causes
+    now, causes = explanation.now, explanation.causes
     nu, wrong = now.motion.nu, beyond_motion_of(causes, now.course)
     after = simulation_of(now, now.theta, nu, slope=slope_of(causes, now.course))
     return simulation_of(nominal, nominal.theta, nu + wrong), after
 
 
 def _gap(
-    found: Explanation,
+    explanation: Explanation,
     missing: Missing,
     left: Unexplained,
     before: tuple[Drift, ...],
     after: tuple[Drift, ...],
-    causes: Sequence[Found],
+    causes: Sequence[Finding],
 ) -> Gap:
-    now, misheard = found.now, FEEDBACK_DOFS & set(found.now.doubted)
+    now, misheard = explanation.now, FEEDBACK_DOFS & set(explanation.now.doubted)
     # If a wrong log is the only likely cause, possible causes do not locate the gap.
     likely = any(cause.probability >= LIKELY and cause.cause.effect.place != "log" for cause in causes)
     anything_left = bool(unexplained_forces(left))

@@ -84,7 +84,7 @@ class NormalEquations:
         gains = np.einsum("pi,pi->p", self.held_right[:, k], size_of) - 0.5 * by_square
         square, right = self.square[some_of], self.right[k]
         solved = _solved(square, right)
-        place = [list(columns).index(one) for one in k.tolist()]
+        place = [list(columns).index(item) for item in k.tolist()]
         size, covariance = np.zeros(len(columns)), np.full((len(columns), len(columns)), np.inf)
         size[place] = solved
         covariance[np.ix_(place, place)] = inverse(square)

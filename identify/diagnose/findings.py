@@ -10,7 +10,7 @@ from identify.diagnose.candidates import Cause, natural_scale
 from identify.diagnose.confidence import ambiguity_of
 from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import Nominal
-from identify.diagnose.result import Found, Gain, Tried, Value
+from identify.diagnose.result import Finding, Gain, Tried, Value
 from identify.diagnose.search import (
     LEAST_GAIN,
     LEAST_SIGMA,
@@ -118,52 +118,55 @@ def _driven(now: Nominal, dof: int, braking: float) -> float:
 
 
 def findings_of(
-    found: Explanation, covariance: Array, missing: Missing, unexplained_nats: float
-) -> tuple[Found, ...]:
+    explanation: Explanation, covariance: Array, missing: Missing, unexplained_nats: float
+) -> tuple[Finding, ...]:
     """The causes with parameters and intervals by their covariance (k, k), strongest first.
 
     unexplained_nats: of the significant generic forces in addition to the causes.
     """
-    fit = replace(found.fit, covariance=covariance)
-    out, braking = [], braking_of(found.causes, found.now)
+    fit = replace(explanation.fit, covariance=covariance)
+    out, braking = [], braking_of(explanation.causes, explanation.now)
     # Made before the causes are looked at side by side, so that all take their columns from the same place.
-    found.weighing.candidates_beside(found.fit)
-    groups = side_by_side(lambda k: ambiguity_of(found, k), range(len(found.causes)))
-    for k, (cause, group) in enumerate(zip(found.causes, groups, strict=True)):
-        others = _without(found, k)
+    explanation.weighing.candidates_beside(explanation.fit)
+    groups = side_by_side(lambda k: ambiguity_of(explanation, k), range(len(explanation.causes)))
+    for k, (cause, group) in enumerate(zip(explanation.causes, groups, strict=True)):
+        others = _without(explanation, k)
         out.append(
-            Found(
+            Finding(
                 cause,
                 group.names,
                 group.likeness,
                 probability(group.margin_nats, unexplained_nats),
-                _with_period_interval(cause, parameters_of(fit, k), found),
-                found.fit.gain - others.gain,
-                feedforward_gain(cause, _others(found, k), missing, found.now, braking),
+                _with_period_interval(cause, parameters_of(fit, k), explanation),
+                explanation.fit.gain - others.gain,
+                feedforward_gain(cause, _others(explanation, k), missing, explanation.now, braking),
             )
         )
-    if FEEDBACK_DOFS & set(found.now.doubted):
-        out.append(Found(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, WRONG_LOG_PROBABILITY, {}, 0.0))
+    if FEEDBACK_DOFS & set(explanation.now.doubted):
+        out.append(Finding(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, WRONG_LOG_PROBABILITY, {}, 0.0))
     return strongest_first(out)
 
 
-def strongest_first(causes: Sequence[Found]) -> tuple[Found, ...]:
+def strongest_first(causes: Sequence[Finding]) -> tuple[Finding, ...]:
     """Likely causes before possible causes, then by probability in whole per cent, then by nats: some causes rest on
     another test and save none."""
 
-    def place(one: Found) -> tuple[bool, int, float]:
-        return one.probability < LIKELY, -round(100 * one.probability), -one.gain_nats
+    def place(finding: Finding) -> tuple[bool, int, float]:
+        return finding.probability < LIKELY, -round(100 * finding.probability), -finding.gain_nats
 
     return tuple(sorted(causes, key=place))
 
 
-def trials_of(found: Explanation, causes: tuple[Found, ...]) -> tuple[Tried, ...]:
+def trials_of(explanation: Explanation, causes: tuple[Finding, ...]) -> tuple[Tried, ...]:
     """Every candidate, by nats saved; a candidate without a noticeable size saves none."""
-    weighing, fit = found.weighing, found.fit
+    weighing, fit = explanation.weighing, explanation.fit
     equations = weighing.candidates_beyond_forms(fit)
-    rejected = [_rejected(found, *one) for one in ranked_candidates(equations, fit, len(equations.settings))]
-    accepted = [Tried(one.cause.effect, one.gain_nats, True) for one in causes]
-    taken, told = {cause.key for cause in fit.causes}, {one.label for one in rejected}
+    rejected = [
+        _rejected(explanation, *ranked_candidate)
+        for ranked_candidate in ranked_candidates(equations, fit, len(equations.settings))
+    ]
+    accepted = [Tried(cause.cause.effect, cause.gain_nats, True) for cause in causes]
+    taken, told = {cause.key for cause in fit.causes}, {item.label for item in rejected}
     mute = [
         Tried(effect, 0.0, False)
         for effect in weighing.library
@@ -172,22 +175,22 @@ def trials_of(found: Explanation, causes: tuple[Found, ...]) -> tuple[Tried, ...
     return tuple(sorted((*accepted, *rejected, *mute), key=lambda one: -one.gain_nats))
 
 
-def _rejected(found: Explanation, gain: float, sigma: float, cause: Cause) -> Tried:
+def _rejected(explanation: Explanation, gain: float, sigma: float, cause: Cause) -> Tried:
     """A rejected candidate, fitted in full with the causes if it seems to save enough."""
-    fit, why = found.fit, ""
+    fit, why = explanation.fit, ""
     if gain > LEAST_GAIN:
-        with_candidate = found.weighing.fitted((*fit.causes, cause))
+        with_candidate = explanation.weighing.fitted((*fit.causes, cause))
         shows = len(with_candidate.causes) > len(fit.causes) and with_candidate.causes[-1].shows
         gain = min(gain, with_candidate.gain - fit.gain) if shows else 0.0
     if gain > LEAST_GAIN:
-        why = _reason(found, gain, sigma, cause)
+        why = _reason(explanation, gain, sigma, cause)
     return Tried(cause.effect, gain, False, why)
 
 
-def _reason(found: Explanation, gain: float, sigma: float, cause: Cause) -> str:
-    if len(found.causes) >= MOST_CAUSES:
+def _reason(explanation: Explanation, gain: float, sigma: float, cause: Cause) -> str:
+    if len(explanation.causes) >= MOST_CAUSES:
         return f"no dive tells more than {MOST_CAUSES} causes"
-    asked = required_gain(FormRemainder(found.weighing, found.fit), cause)
+    asked = required_gain(FormRemainder(explanation.weighing, explanation.fit), cause)
     if gain <= asked:
         return f"too little here: {asked:.0f} are asked for"
     if sigma <= LEAST_SIGMA:
@@ -225,11 +228,11 @@ def parameters_of(fit: Fitted, k: int) -> dict[str, Value]:
     return out
 
 
-def _with_period_interval(cause: Cause, told: dict[str, Value], found: Explanation) -> dict[str, Value]:
+def _with_period_interval(cause: Cause, told: dict[str, Value], explanation: Explanation) -> dict[str, Value]:
     """Add an interval for a sea's period, which is read off a spectrum and is no parameter of the fit."""
     if not cause.effect.sea or PERIOD not in told:
         return told
-    period, course = told[PERIOD], found.weighing.now.course
+    period, course = told[PERIOD], explanation.weighing.now.course
     low, high = period_interval(period.value, float(course.since_s[-1]))
     return told | {PERIOD: replace(period, low95=low, high95=high)}
 
@@ -259,10 +262,10 @@ def _slope(cause: Cause, p: int) -> dict[str, float]:
     return {name: (high[name][0] - low[name][0]) / (2 * h) for name in high}
 
 
-def _without(found: Explanation, k: int) -> Fitted:
+def _without(explanation: Explanation, k: int) -> Fitted:
     """All causes but the k-th, fitted."""
-    return found.weighing.fitted(_others(found, k))
+    return explanation.weighing.fitted(_others(explanation, k))
 
 
-def _others(found: Explanation, k: int) -> tuple[Cause, ...]:
-    return (*found.causes[:k], *found.causes[k + 1 :])
+def _others(explanation: Explanation, k: int) -> tuple[Cause, ...]:
+    return (*explanation.causes[:k], *explanation.causes[k + 1 :])

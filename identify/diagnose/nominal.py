@@ -231,7 +231,7 @@ def nominal_of(
     )
 
 
-def late_samples_s(found: Filters) -> float:
+def late_samples_s(filters: Filters) -> float:
     """Delay with which slow samples of the commands act, s; 0 for commands that are known all the time.
 
     Estimated from all axes that hold information on it, under one prior. A command that holds until the next sample
@@ -239,16 +239,16 @@ def late_samples_s(found: Filters) -> float:
     """
     axes = [
         (problem, place.start + problem.noise_place - len(problem.axis.timing))
-        for problem, place in zip(found.joint.problems, found.joint.places, strict=True)
+        for problem, place in zip(filters.joint.problems, filters.joint.places, strict=True)
         if problem.axis.sampled_s and problem.axis.timing and not problem.axis.is_coloured
     ]
     if not axes:
         return 0.0
-    prior = float(found.joint.prior_precision[axes[0][1]])
-    _, information = found.joint.score(found.theta)
-    variance = np.diag(np.linalg.inv(information + np.diag(found.joint.prior_precision)))
+    prior = float(filters.joint.prior_precision[axes[0][1]])
+    _, information = filters.joint.score(filters.theta)
+    variance = np.diag(np.linalg.inv(information + np.diag(filters.joint.prior_precision)))
     precision = np.array([1.0 / variance[at] for _, at in axes])
-    weighted = precision @ np.array([found.theta[at] for _, at in axes])
+    weighted = precision @ np.array([filters.theta[at] for _, at in axes])
     return float(weighted / (np.sum(precision - prior) + prior))
 
 
@@ -371,8 +371,8 @@ def _maximised(
 
 def _left_out(joint: JointLikelihood) -> int:
     """Number of readings that were dropped."""
-    read = sum(np.count_nonzero(np.isfinite(one.axis.reading)) for one in joint.problems)
-    return int(read - sum(np.count_nonzero(np.isfinite(one.reading)) for one in joint.problems))
+    read = sum(np.count_nonzero(np.isfinite(problem.axis.reading)) for problem in joint.problems)
+    return int(read - sum(np.count_nonzero(np.isfinite(problem.reading)) for problem in joint.problems))
 
 
 def _alike(joint: JointLikelihood, theta: Array, filtered: Sequence[int]) -> tuple[JointLikelihood, Array]:

@@ -243,10 +243,10 @@ def without_spikes(dive: Dive) -> tuple[Dive, tuple[Spikes, ...]]:
     return (replace(dive, velocity=Signal(dive.velocity.time_s, value)) if spikes else dive), tuple(spikes)
 
 
-def spikes_sentence(found: Sequence[Spikes], name: str = "") -> str:
+def spikes_sentence(spikeses: Sequence[Spikes], name: str = "") -> str:
     """A sentence on the spikes dropped. name: of another dive."""
     counts = ", ".join(
-        f"{spikes.count} in {DOFS[spikes.dof]} ({100 * spikes.share:.2g} %)" for spikes in found
+        f"{spikes.count} in {DOFS[spikes.dof]} ({100 * spikes.share:.2g} %)" for spikes in spikeses
     )
     return (
         f"Velocities{f' of {name}' if name else ''} stand off from those before and after as no motion does: these "

@@ -78,10 +78,10 @@ class Regression:
         pushes = side_by_side(lambda act: push_of(act, course), acts)
         rows: list[AxisInnovations | WeighedWitness] = [*self.axes, *self.witnesses]
 
-        def block(one: AxisInnovations | WeighedWitness) -> Block:
-            if isinstance(one, AxisInnovations):
-                return one.block(acts, pushes, course)
-            return _witness_block(one, acts, course)
+        def block(axis_innovations: AxisInnovations | WeighedWitness) -> Block:
+            if isinstance(axis_innovations, AxisInnovations):
+                return axis_innovations.block(acts, pushes, course)
+            return _witness_block(axis_innovations, acts, course)
 
         return Blocks(tuple(side_by_side(block, rows)), len(acts))
 
@@ -187,7 +187,10 @@ def regression_of(joint: JointLikelihood, theta: Array, unheard: Sequence[int]) 
         if axis.problem.axis.dof in unheard:
             # Its thrust at each delay.
             nuisance = nuisance.beside(_of_axis_alone(axes, k, axis.prewhitened(delayed_thrust(axis))))
-    began_s, each_s = min(float(one.axis.time_s[0]) for one in problems), piece_s(_lasting_s(problems))
+    began_s, each_s = (
+        min(float(problem.axis.time_s[0]) for problem in problems),
+        piece_s(_lasting_s(problems)),
+    )
     since_s = np.concatenate([axis.problem.axis.time_s[axis.read] for axis in axes]) - began_s
     return Regression(
         tuple(axes),
@@ -221,7 +224,7 @@ def _rows_of(
         autoregression_of(np.flatnonzero(channel == i), error[read] / std) for i in range(len(axis.channels))
     )
     innovations = AxisInnovations(problem, theta[place], table, gain, error[read], std, autoregressions)
-    dofs = [one.axis.dof for one in joint.problems]
+    dofs = [problem.axis.dof for problem in joint.problems]
     forces = np.column_stack([problem.by_theta(theta[place]), axis.coriolis[:, dofs] * problem.masses[dofs]])
     # A force in the model subtracts its response from the innovations.
     mass, damping, *quadratic = innovations.by_motion().T

@@ -41,7 +41,7 @@ class Gain:
 
 
 @dataclass(frozen=True)
-class Found:
+class Finding:
     """A cause that was found, likely or merely possible.
 
     also: names of its ambiguity group; likeness: |cosine| of each; probability: that it, or a member of `also`, is
@@ -266,7 +266,7 @@ class Diagnosis:
     configuration: str
     verdict: Verdict
     gap: Gap
-    found: tuple[Found, ...]
+    findings: tuple[Finding, ...]
     tried: tuple[Tried, ...]
     character: Character | None
     heldout: Shrink | None
@@ -288,7 +288,7 @@ def plain(diagnosis: Diagnosis) -> dict[str, Any]:
     return {
         "verdict": diagnosis.verdict,
         "gap": _gap(diagnosis.gap),
-        "effects": [_effect(found) for found in diagnosis.found],
+        "effects": [_effect(finding) for finding in diagnosis.findings],
         "character": None
         if character is None
         else {
@@ -324,13 +324,13 @@ def _gap(gap: Gap) -> dict[str, Any]:
     }
 
 
-def _effect(one: Found) -> dict[str, Any]:
-    gain = one.feedforward
+def _effect(finding: Finding) -> dict[str, Any]:
+    gain = finding.feedforward
     return {
-        "name": one.name,
-        "also": list(one.also),
-        "likeness": one.likeness,
-        "probability": one.probability,
+        "name": finding.name,
+        "also": list(finding.also),
+        "likeness": finding.likeness,
+        "probability": finding.probability,
         "parameters": {
             name: {
                 "value": value.value,
@@ -338,43 +338,43 @@ def _effect(one: Found) -> dict[str, Any]:
                 "low95": _number(value.low95),
                 "high95": _number(value.high95),
             }
-            for name, value in one.parameters.items()
+            for name, value in finding.parameters.items()
         },
         "feedforward_gain": None if gain is None else {"before": gain.before_m_s, "after": gain.after_m_s},
     }
 
 
-def _heldout(one: Shrink | None) -> dict[str, Any] | None:
-    if one is None:
+def _heldout(shrink: Shrink | None) -> dict[str, Any] | None:
+    if shrink is None:
         return None
-    return {"value": _number(one.value), "low95": _number(one.low95), "high95": _number(one.high95)}
+    return {"value": _number(shrink.value), "low95": _number(shrink.low95), "high95": _number(shrink.high95)}
 
 
-def _check(one: Shrink | None) -> dict[str, Any] | None:
-    if one is None:
+def _check(shrink: Shrink | None) -> dict[str, Any] | None:
+    if shrink is None:
         return None
     return {
-        "before": _number(one.before),
-        "after": _number(one.after),
-        "floor": _number(one.floor),
-        "value": _number(one.value),
-        "by_axis": by_axis(one),
+        "before": _number(shrink.before),
+        "after": _number(shrink.after),
+        "floor": _number(shrink.floor),
+        "value": _number(shrink.value),
+        "by_axis": by_axis(shrink),
     }
 
 
-def by_axis(one: Shrink) -> dict[str, dict[str, float | None]]:
+def by_axis(shrink: Shrink) -> dict[str, dict[str, float | None]]:
     """The shrink of each degree of freedom; drifts in m/s or rad/s."""
-    return {axis.dof: _axis(axis) for axis in one.by_axis}
+    return {axis.dof: _axis(axis) for axis in shrink.by_axis}
 
 
-def _axis(one: AxisShrink) -> dict[str, float | None]:
+def _axis(axis_shrink: AxisShrink) -> dict[str, float | None]:
     return {
-        "before": _number(one.before),
-        "after": _number(one.after),
-        "floor": _number(one.floor),
-        "nrmse_before": _number(one.nrmse_before),
-        "nrmse_after": _number(one.nrmse_after),
-        "nrmse_baseline": _number(one.nrmse_baseline),
+        "before": _number(axis_shrink.before),
+        "after": _number(axis_shrink.after),
+        "floor": _number(axis_shrink.floor),
+        "nrmse_before": _number(axis_shrink.nrmse_before),
+        "nrmse_after": _number(axis_shrink.nrmse_after),
+        "nrmse_baseline": _number(axis_shrink.nrmse_baseline),
     }
 
 

@@ -121,9 +121,9 @@ def clusters(innovations: AxisInnovations, left: Array, course: Course) -> list[
     score, time_s = scores(innovations, left), innovations.problem.axis.time_s
     # A step's force is the mean over it.
     middle = time_s - 0.5 * np.diff(time_s, prepend=time_s[:1])
-    lines = [one for clock in clocks(course) for one in _peaks(clock, score, middle, course.time_s)]
+    lines = [peak for clock in clocks(course) for peak in _peaks(clock, score, middle, course.time_s)]
     lines.sort(key=lambda one: -one[0].nats)
-    return [cluster for one in lines[:MOST] for cluster in one]
+    return [cluster for item in lines[:MOST] for cluster in item]
 
 
 def _peaks(clock: Clock, score: Array, at_s: Array, time_s: Array) -> Iterator[tuple[Cluster, ...]]:
@@ -237,7 +237,7 @@ def bursts(left: Mapping[int, tuple[AxisInnovations, Array]], time_s: Array) -> 
             yield from _weighed(
                 dof,
                 stretches[dof],
-                np.sum([one.square for one in stretches.values()], axis=0),
+                np.sum([value.square for value in stretches.values()], axis=0),
                 len(stretches),
                 long_s,
             )

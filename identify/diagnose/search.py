@@ -205,12 +205,12 @@ def _labels(fit: Fitted) -> tuple[str, ...]:
     return tuple(sorted(cause.effect.label for cause in fit.causes))
 
 
-def _same(one: Fitted, other: Fitted) -> bool:
+def _same(fit: Fitted, other: Fitted) -> bool:
     """Same causes, with values within a small part of their standard errors."""
-    if _labels(one) != _labels(other) or one.at != other.at:
+    if _labels(fit) != _labels(other) or fit.at != other.at:
         return False
-    std = np.sqrt(np.diag(one.covariance))
-    moved = np.array([one.causes[k].values[p] - other.causes[k].values[p] for k, p in one.at])
+    std = np.sqrt(np.diag(fit.covariance))
+    moved = np.array([fit.causes[k].values[p] - other.causes[k].values[p] for k, p in fit.at])
     return bool(np.all(np.abs(moved) < SETTLED * std))
 
 
@@ -251,7 +251,7 @@ def _others_at_their_best(weighing: Weighing, fit: Fitted, k: int) -> Fitted:
             if (effect.name, effect.number) == cause.key and effect.label != cause.effect.label
         }
         if variants:
-            without_cause = weighing.fitted(tuple(one for one in others.causes if one.key != cause.key))
+            without_cause = weighing.fitted(tuple(item for item in others.causes if item.key != cause.key))
             tried = ranked_candidates(weighing.candidates_beside(without_cause), without_cause)
             fits = _fits(
                 weighing, without_cause, [one for _, _, one in tried if one.effect.label in variants]
@@ -381,7 +381,7 @@ def _simplest(fits: Sequence[Fitted], others: Fitted) -> Fitted | None:
         return None
     least = best.gain - _nats_for_simplicity(best, others)
     return min(
-        (one for one in fits if one.gain > least),
+        (fit for fit in fits if fit.gain > least),
         key=lambda one: (not _is_one_number(one.causes[-1]), -one.gain),
     )
 
@@ -413,7 +413,9 @@ def ranked_candidates(
     """
     taken = {cause.key for cause in fit.causes}
     best: dict[str, tuple[float, float, Cause]] = {}
-    untaken = [one for one in beside.settings if (one.effect.name, one.effect.number) not in taken]
+    untaken = [
+        setting for setting in beside.settings if (setting.effect.name, setting.effect.number) not in taken
+    ]
     nats = beside.equations.fitted([setting.columns for setting in untaken])
     for setting in (untaken[i] for i in np.argsort(-nats, kind="stable")[:most].tolist()):
         evidence, columns = weighed_setting(beside, setting)

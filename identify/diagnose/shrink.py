@@ -104,13 +104,14 @@ class Windows:
         return Shrink(before, after, value, low, high, floor)
 
 
-def overstated_note(told: Shrink) -> tuple[str, ...]:
+def overstated_note(shrink: Shrink) -> tuple[str, ...]:
     """A sentence on drift significantly below its floor; empty otherwise."""
-    if not _overstated(told.after, told.floor):
+    if not _overstated(shrink.after, shrink.floor):
         return ()
     return (
-        f"With the causes in, the model drifts by {told.after:.2f} floors on pieces held out: what this dive's filters "
-        "take for noise, as of velocities that were smoothed on board, overstates the floor, and what the gap shrinks "
+        f"With the causes in, the model drifts by {shrink.after:.2f} floors on pieces held out: what this dive's "
+        "filters take for noise, as of velocities that were smoothed on board, overstates the floor, and what the gap "
+        "shrinks "
         "by counts as 100 % at most, with no interval.",
     )
 
@@ -171,16 +172,16 @@ def _value(before: float, after: float, floor: float) -> float:
 
 
 def held_out_shrink(
-    found: Explanation, nominal: Nominal, floor: Array, rng: np.random.Generator
+    explanation: Explanation, nominal: Nominal, floor: Array, rng: np.random.Generator
 ) -> tuple[Shrink, Prediction]:
     """Cross-validated shrink, and the velocities: each fold by models fitted on the others.
 
     Their parameters are one Gauss-Newton step from the whole dive's. floor (6,): of the 5 s drift. Both models know the
     seas of this dive; to a further dive these are noise. The plain baseline is fitted to the whole dive.
     """
-    weighing, fit = found.weighing, found.fit
-    course, nu, causes = found.now.course, found.now.motion.nu, found.causes
-    fitted_after = HeldOutFit(weighing.rows, found.now, fit.slopes, fit.value)
+    weighing, fit = explanation.weighing, explanation.fit
+    course, nu, causes = explanation.now.course, explanation.now.motion.nu, explanation.causes
+    fitted_after = HeldOutFit(weighing.rows, explanation.now, fit.slopes, fit.value)
     plain_rows = regression_of(nominal.joint, nominal.theta, nominal.unheard)
     fitted_before = HeldOutFit(plain_rows, nominal, np.zeros((len(plain_rows.value), 0)), plain_rows.value)
     slope, wrench_before, wrong = (
@@ -200,7 +201,7 @@ def held_out_shrink(
             moved[k] = moved[k].moved(p, by)
         more = wrench_of(moved, course) - wrench_before
         through = nu + wrong - beyond_motion_of(moved, course)
-        after = simulation_of(found.now, theta, through, more, slope)
+        after = simulation_of(explanation.now, theta, through, more, slope)
         before = simulation_of(nominal, fitted_before.without(fold)[0], nu + beyond_lasting, seas)
         starts, piece = held_windows(after, fold)
         squares.append((squared(before, starts, floor), squared(after, starts, floor), piece))
@@ -334,21 +335,22 @@ def squared(model: Simulation, starts: NDArray[np.int64], floor: Array) -> Array
     return np.asarray((off / floor) ** 2)
 
 
-def windows_of(one: Prediction) -> Windows:
+def windows_of(prediction: Prediction) -> Windows:
     """Squared drifts at the ends of the windows, each window a piece of its own."""
-    ends = np.flatnonzero(np.diff(one.window, append=one.window[-1] + 1))
+    ends = np.flatnonzero(np.diff(prediction.window, append=prediction.window[-1] + 1))
     before, after = (
-        ((simulated[ends] - one.measured[ends]) / one.floor) ** 2 for simulated in (one.before, one.after)
+        ((simulated[ends] - prediction.measured[ends]) / prediction.floor) ** 2
+        for simulated in (prediction.before, prediction.after)
     )
-    return Windows(before, after, one.window[ends])
+    return Windows(before, after, prediction.window[ends])
 
 
-def csv_of(one: Prediction) -> str:
+def csv_of(prediction: Prediction) -> str:
     """The prediction as CSV: header lines that begin with #, then a line per instant."""
-    fitted = [dof for dof in range(6) if np.isfinite(one.floor[dof])]
-    floors = ", ".join(f"{DOFS[dof]} {one.floor[dof]:.6g} {UNITS[dof]}" for dof in fitted)
+    fitted = [dof for dof in range(6) if np.isfinite(prediction.floor[dof])]
+    floors = ", ".join(f"{DOFS[dof]} {prediction.floor[dof]:.6g} {UNITS[dof]}" for dof in fitted)
     lines = [
-        f"# {one.dive}: velocities in body axes (x forward, y right, z down), m/s and rad/s, open loop from the "
+        f"# {prediction.dive}: velocities in body axes (x forward, y right, z down), m/s and rad/s, open loop from the "
         f"measured velocity, started anew every {HORIZON_S:g} s (window).",
         "# measured: smoothed; before: the nominal model; after: with the causes in; baseline: least squares with "
         "linear and quadratic drag and a delay.",
@@ -361,11 +363,16 @@ def csv_of(one: Prediction) -> str:
         f"{LEAST_GAP:g}, and else, for there no cause closes anything and noise is all that there is, of after within "
         f"{1 - CHANCE:g} and {1 + CHANCE:g}.",
     ]
-    ways = {"measured": one.measured, "before": one.before, "after": one.after, "baseline": one.baseline}
+    ways = {
+        "measured": prediction.measured,
+        "before": prediction.before,
+        "after": prediction.after,
+        "baseline": prediction.baseline,
+    }
     names = [f"{what}_{SYMBOLS[dof]}" for what in ways for dof in fitted]
     lines.append(",".join(["time_s", "window", *names]))
     values = np.column_stack([way[:, fitted] for way in ways.values()])
-    for at_s, window, row in zip(one.time_s, one.window, values, strict=True):
+    for at_s, window, row in zip(prediction.time_s, prediction.window, values, strict=True):
         lines.append(f"{at_s:.3f},{window}," + ",".join(f"{value:.6f}" for value in row))
     return "\n".join(lines) + "\n"
 
@@ -420,14 +427,14 @@ def flight_of(now: Nominal, causes: Sequence[Cause], nominal: Nominal, check: No
 
 
 def predict(
-    found: Explanation, nominal: Nominal, check: Nominal, name: str, rng: np.random.Generator
+    explanation: Explanation, nominal: Nominal, check: Nominal, name: str, rng: np.random.Generator
 ) -> Prediction:
     """Predict a further dive with filters `check` by the models of a dive, `nominal` before and `found` after.
 
     Masses, dampings and causes come from the dive; trims, noise levels and seas, which change between dives, from the
     further dive. Raises LogError if the further dive is too short.
     """
-    flight = flight_of(found.now, without_seas(found.causes), nominal, check)
+    flight = flight_of(explanation.now, without_seas(explanation.causes), nominal, check)
     before, after = flight.before, flight.after
     floor = floors_of(flight.own, after, rng)[1]
     length = round(HORIZON_S / after.step_s)
@@ -439,10 +446,10 @@ def predict(
     return _flown(name, before, starts, gone, plainest, flight.course, floor)
 
 
-def checked(one: Prediction, rng: np.random.Generator) -> Shrink:
+def checked(prediction: Prediction, rng: np.random.Generator) -> Shrink:
     """The shrink on a check dive."""
-    drift = windows_of(one)
-    return replace(drift.shrink(rng), by_axis=by_axis(drift, one))
+    drift = windows_of(prediction)
+    return replace(drift.shrink(rng), by_axis=by_axis(drift, prediction))
 
 
 def contradicted(foretold: Shrink | None, measured: Shrink | None) -> bool:

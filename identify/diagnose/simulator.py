@@ -85,12 +85,12 @@ def priors_of(simulator: Simulator) -> dict[str, Prior]:
     }
 
 
-def _nearest(told: Value, own: float) -> float:
+def _nearest(value: Value, own: float) -> float:
     """The logarithm of the value nearest to `own` within the interval."""
-    return float(np.log(np.clip(own, told.low95, told.high95)))
+    return float(np.log(np.clip(own, value.low95, value.high95)))
 
 
 def simulator_of(diagnosis: Diagnosis) -> Simulator:
     """Build the simulator's model from the diagnosis of its own recording."""
-    causes = tuple(found.cause for found in diagnosis.found if found.cause.effect.lasting)
+    causes = tuple(finding.cause for finding in diagnosis.findings if finding.cause.effect.lasting)
     return Simulator(diagnosis.numbers, causes)

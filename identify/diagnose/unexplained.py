@@ -158,7 +158,7 @@ def _known(weighing: Weighing, fit: Fitted) -> Blocks:
 def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
     course, dofs = weighing.now.course, [innovations.problem.axis.dof for innovations in weighing.rows.axes]
     known = _known(weighing, fit)
-    shapes: list[_Unit] = [(*one, None) for one in unit_forces(course, dofs)]
+    shapes: list[_Unit] = [(*unit_force, None) for unit_force in unit_forces(course, dofs)]
     shapes.append(("time", None, np.ones(len(course.nu)), "steady"))
     thrust = course.wrench_of(course.thrust_n).std(axis=0)
     at_sea = _at_sea(fit)
@@ -176,7 +176,7 @@ def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
         found = _slow(_without_remainder(weighing, fit).now if fit.causes else weighing.now)
         # A current that comes and goes is slow, too, and no form of it holds its whole course.
         drifts = SURGE_AND_SWAY if any(cause.act(course).water is not None for cause in fit.causes) else ()
-        return [one for one in found if one.shape.dof not in drifts]
+        return [finding for finding in found if finding.shape.dof not in drifts]
 
     tests: list[Callable[[], list[_Weighed]]] = [
         slow,
@@ -185,13 +185,13 @@ def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
         *(partial(_lines, axis, course, at_sea) for axis in axes),
         lambda: [*_of_witnesses(weighing, fit.value, known)],
     ]
-    weighed = [one for found in side_by_side(lambda test: test(), tests) for one in found]
+    weighed = [each_item for item in side_by_side(lambda test: test(), tests) for each_item in item]
     weighed.sort(key=lambda one: -one.gain)
     kept = weighed[:MOST]
     return Unexplained(
-        tuple(one.shape for one in kept),
-        tuple(one.gain for one in kept),
-        tuple(one.size for one in kept),
+        tuple(item.shape for item in kept),
+        tuple(item.gain for item in kept),
+        tuple(item.size for item in kept),
         fit.motion_nats,
     )
 
@@ -251,9 +251,9 @@ def _precision(rows: Regression, known: Blocks, k: int, columns: Array) -> Array
     return np.concatenate([rows.nominal_precision[nominal], np.zeros(columns.shape[1] - len(nominal))])
 
 
-def _large(found: list[_Weighed], thrust: float) -> Iterator[_Weighed]:
+def _large(weigheds: list[_Weighed], thrust: float) -> Iterator[_Weighed]:
     """The forces before the first small force, as later forces may be its remainder."""
-    for weighed in found:
+    for weighed in weigheds:
         if weighed.size < LEAST_FORCE * thrust and weighed.shape.timing is None:
             return
         yield weighed

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DOFS
-from identify.diagnose.result import Disturbance, Found, Next, Shrink, Verdict
+from identify.diagnose.result import Disturbance, Finding, Next, Shrink, Verdict
 from identify.diagnose.unexplained import GenericForce, Unexplained, Variable, beyond_chance
 from identify.effects.course import Course
 from identify.effects.effect import Effect
@@ -112,7 +112,7 @@ def swallowing(disturbance: Sequence[Disturbance]) -> tuple[Disturbance, ...]:
     return tuple(each for each in disturbance if each.driven and each.share > MOST_DISTURBED)
 
 
-def is_unknown(found: Sequence[Found], left_nats: float, saved_nats: float, closes: float) -> bool:
+def is_unknown(findings: Sequence[Finding], left_nats: float, saved_nats: float, closes: float) -> bool:
     """Whether the larger part of a gap is unexplained.
 
     It is if the nats left exceed those that the causes save, if no cause is accepted, or if the causes close too
@@ -120,12 +120,12 @@ def is_unknown(found: Sequence[Found], left_nats: float, saved_nats: float, clos
     """
     if left_nats <= 0:
         return False
-    accepted = any(cause.probability >= LIKELY for cause in found)
+    accepted = any(cause.probability >= LIKELY for cause in findings)
     return not accepted or left_nats > saved_nats or (math.isfinite(closes) and closes < LEAST_CLOSED)
 
 
 def verdict_of(
-    found: Sequence[Found],
+    findings: Sequence[Finding],
     left: Unexplained,
     saved_nats: float,
     closes: float,
@@ -137,13 +137,13 @@ def verdict_of(
     disturbance: of every degree of freedom.
     """
     left_nats = unexplained_nats(left)
-    if is_unknown(found, left_nats, saved_nats, closes):
+    if is_unknown(findings, left_nats, saved_nats, closes):
         return "unknown"
     if left_nats > 0:
         return "partly"
-    if not found:
+    if not findings:
         return "unknown" if swallowing(disturbance) else "no_gap"
-    return "ambiguous" if any(cause.also for cause in found) else "explained"
+    return "ambiguous" if any(cause.also for cause in findings) else "explained"
 
 
 def share_left(verdict: Verdict, closes: float) -> float:
@@ -151,9 +151,9 @@ def share_left(verdict: Verdict, closes: float) -> float:
     return 1.0 - float(np.clip(closes, 0.0, 1.0)) if verdict in ("partly", "unknown") else 0.0
 
 
-def next_of(found: Sequence[Found], library: Sequence[Effect]) -> Next | None:
+def next_of(findings: Sequence[Finding], library: Sequence[Effect]) -> Next | None:
     """Manoeuvres and sensors that separate the ambiguous causes; None without ambiguity."""
-    doubtful = [cause for cause in found if cause.also]
+    doubtful = [cause for cause in findings if cause.also]
     if not doubtful:
         return None
     by_name = {effect.name: effect for effect in reversed(library)}

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from bridge.vehicle.coefficients import DOFS
-from identify.diagnose.result import AxisShrink, Diagnosis, Disturbance, Found, Next, Shrink, Value
+from identify.diagnose.result import AxisShrink, Diagnosis, Disturbance, Finding, Next, Shrink, Value
 from identify.diagnose.verdict import MOST_DISTURBED, swallowing
 from identify.effects.effect import Effect
 from identify.report.text import fixed, significant, unit, with_interval
@@ -22,16 +22,16 @@ SINCE = "since it was accepted"
 
 def cause_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
     """A line per cause: name, probability, description, parameters and ambiguity."""
-    return tuple(_cause_line(found) for found in diagnosis.found)
+    return tuple(_cause_line(finding) for finding in diagnosis.findings)
 
 
 def gain_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
     """The feed-forward's gain by each cause that it can compensate."""
     return tuple(
-        f"{capital(name_of(found))}: the feed-forward alone would track to {mm_s(found.feedforward.after_m_s)} "
-        f"instead of {mm_s(found.feedforward.before_m_s)} (typical velocity error)."
-        for found in diagnosis.found
-        if found.feedforward is not None
+        f"{capital(name_of(finding))}: the feed-forward alone would track to {mm_s(finding.feedforward.after_m_s)} "
+        f"instead of {mm_s(finding.feedforward.before_m_s)} (typical velocity error)."
+        for finding in diagnosis.findings
+        if finding.feedforward is not None
     )
 
 
@@ -40,9 +40,9 @@ def next_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
     return () if diagnosis.next is None else _next(diagnosis.next)
 
 
-def name_of(found: Found) -> str:
+def name_of(finding: Finding) -> str:
     """The cause and its ambiguity group: `thruster lag or command delay`."""
-    return " or ".join((effect_words(found.cause.effect), *map(words, found.also)))
+    return " or ".join((effect_words(finding.cause.effect), *map(words, finding.also)))
 
 
 def effect_words(effect: Effect) -> str:
@@ -87,28 +87,28 @@ def parameter(name: str) -> str:
     return name.replace("_", " ") if name.islower() else name
 
 
-def told_parameters(found: Found) -> dict[str, Value]:
+def told_parameters(finding: Finding) -> dict[str, Value]:
     """A cause's parameters without the thruster's number, which is in its name."""
-    return {name: value for name, value in found.parameters.items() if name != "thruster"}
+    return {name: value for name, value in finding.parameters.items() if name != "thruster"}
 
 
-def cause_sentence(found: Found) -> str:
+def cause_sentence(finding: Finding) -> str:
     """A cause, its probability and description."""
-    effect = found.cause.effect
-    return f"{capital(effect_words(effect))}, {percent_sure(found.probability)} probable: {effect.sentence}."
+    effect = finding.cause.effect
+    return (
+        f"{capital(effect_words(effect))}, {percent_sure(finding.probability)} probable: {effect.sentence}."
+    )
 
 
-def alike_sentence(found: Found) -> str:
+def alike_sentence(finding: Finding) -> str:
     """A cause's ambiguity group, and how to resolve it."""
     alike = " or ".join(
-        f"{words(name)} (likeness {fixed(found.likeness[name], 2)})"
-        if name in found.likeness
+        f"{words(name)} (likeness {fixed(finding.likeness[name], 2)})"
+        if name in finding.likeness
         else words(name)
-        for name in found.also
+        for name in finding.also
     )
-    return (
-        f"This dive can't tell it from {alike}; what would: {'; '.join(found.cause.effect.separation.every)}."
-    )
+    return f"This dive can't tell it from {alike}; what would: {'; '.join(finding.cause.effect.separation.every)}."
 
 
 def unit_after(text: str) -> str:
@@ -124,11 +124,11 @@ def mm_s(value_m_s: float) -> str:
     return f"{significant(1000 * value_m_s, 2)} mm/s"
 
 
-def _cause_line(found: Found) -> str:
-    values = [value_words(name, value) for name, value in told_parameters(found).items()]
+def _cause_line(finding: Finding) -> str:
+    values = [value_words(name, value) for name, value in told_parameters(finding).items()]
     parameters = f" Fitted: {', '.join(values)}." if values else ""
-    doubt = f" {alike_sentence(found)}" if found.also else ""
-    return f"{cause_sentence(found)}{parameters}{doubt}"
+    doubt = f" {alike_sentence(finding)}" if finding.also else ""
+    return f"{cause_sentence(finding)}{parameters}{doubt}"
 
 
 def percent_sure(probability: float) -> str:
@@ -180,49 +180,49 @@ def r_squared(nrmse: float) -> str:
     return fixed(1.0 - nrmse**2, 3)
 
 
-def axis_lines(where: str, one: Shrink) -> tuple[str, ...]:
+def axis_lines(where: str, shrink: Shrink) -> tuple[str, ...]:
     """A line for each degree of freedom: drift, floor, share closed, error of the velocity, the plain baseline."""
-    return tuple(f"{where}, {axis.dof}: {_axis_words(axis)}." for axis in one.by_axis)
+    return tuple(f"{where}, {axis.dof}: {_axis_words(axis)}." for axis in shrink.by_axis)
 
 
-def _axis_words(one: AxisShrink) -> str:
-    closes = f", {percent(one.value)} of what can be closed" if math.isfinite(one.value) else ""
+def _axis_words(axis: AxisShrink) -> str:
+    closes = f", {percent(axis.value)} of what can be closed" if math.isfinite(axis.value) else ""
     drift = (
-        f"the {DRIFT_S:g} s drift goes from {rate(one.before, one.dof)} to {rate(one.after, one.dof)} "
-        f"(noise alone {rate(one.floor, one.dof)}){closes}"
+        f"the {DRIFT_S:g} s drift goes from {rate(axis.before, axis.dof)} to {rate(axis.after, axis.dof)} "
+        f"(noise alone {rate(axis.floor, axis.dof)}){closes}"
     )
-    if not math.isfinite(one.nrmse_after):
+    if not math.isfinite(axis.nrmse_after):
         return drift
     return (
-        f"{drift}; NRMSE {fixed(one.nrmse_before, 2)} to {fixed(one.nrmse_after, 2)} (R² "
-        f"{r_squared(one.nrmse_before)} to {r_squared(one.nrmse_after)}), plain least squares "
-        f"{fixed(one.nrmse_baseline, 2)}"
+        f"{drift}; NRMSE {fixed(axis.nrmse_before, 2)} to {fixed(axis.nrmse_after, 2)} (R² "
+        f"{r_squared(axis.nrmse_before)} to {r_squared(axis.nrmse_after)}), plain least squares "
+        f"{fixed(axis.nrmse_baseline, 2)}"
     )
 
 
-def changes(one: Shrink) -> str:
+def changes(shrink: Shrink) -> str:
     """`falls from 34 to 16 mm/s in surge and from 2.1 to 1.2 °/s in yaw`, of the degrees of freedom that change most
     in floors; "" if none changes."""
-    moved = [axis for axis in one.by_axis if math.isfinite(axis.value) and axis.before != axis.after]
+    moved = [axis for axis in shrink.by_axis if math.isfinite(axis.value) and axis.before != axis.after]
     moved.sort(key=lambda axis: -abs(axis.before - axis.after) / axis.floor)
     if not moved:
         return ""
     named = moved[:NAMED]
     goes = "falls" if all(axis.after < axis.before for axis in named) else "goes"
     phrases = [
-        f"from {rate(one.before, one.dof)} to {rate(one.after, one.dof)} in {one.dof}" for one in named
+        f"from {rate(item.before, item.dof)} to {rate(item.after, item.dof)} in {item.dof}" for item in named
     ]
     return f"{goes} {listed(phrases)}"
 
 
-def disturbance_words(one: Disturbance) -> str:
+def disturbance_words(disturbance: Disturbance) -> str:
     """`3.1 N, 62 % of the variance of the thrusters' force`."""
-    return f"{force_words(one)}, {percent_sure(one.share)} of the variance of {_whole(one)}"
+    return f"{force_words(disturbance)}, {percent_sure(disturbance.share)} of the variance of {_whole(disturbance)}"
 
 
-def force_words(one: Disturbance) -> str:
+def force_words(disturbance: Disturbance) -> str:
     """Its standard deviation with the unit."""
-    return f"{significant(one.std, 2)} {'N m' if one.dof in TURNING else 'N'}"
+    return f"{significant(disturbance.std, 2)} {'N m' if disturbance.dof in TURNING else 'N'}"
 
 
 def disturbance_line(disturbance: Sequence[Disturbance]) -> tuple[str, ...]:
@@ -237,11 +237,11 @@ def disturbance_line(disturbance: Sequence[Disturbance]) -> tuple[str, ...]:
     return (line,)
 
 
-def _share_words(one: Disturbance) -> str:
+def _share_words(disturbance: Disturbance) -> str:
     """Share of the variance; marked in a degree of freedom that is only held, where thrust merely answers the
     disturbance."""
-    held = not one.driven and one.share > MOST_DISTURBED
-    return f"{percent_sure(one.share)}, only held" if held else percent_sure(one.share)
+    held = not disturbance.driven and disturbance.share > MOST_DISTURBED
+    return f"{percent_sure(disturbance.share)}, only held" if held else percent_sure(disturbance.share)
 
 
 def swallowed_sentence(disturbance: Sequence[Disturbance]) -> str:
@@ -253,5 +253,5 @@ def swallowed_sentence(disturbance: Sequence[Disturbance]) -> str:
     )
 
 
-def _whole(one: Disturbance) -> str:
-    return "the thrusters' force" if one.pushed else "the force that the motion takes"
+def _whole(disturbance: Disturbance) -> str:
+    return "the thrusters' force" if disturbance.pushed else "the force that the motion takes"

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from identify.diagnose.gap import LEAST_SPEED_M_S
-from identify.diagnose.result import Character, Diagnosis, Found, Gap, Phase, Share, Shrink
+from identify.diagnose.result import Character, Diagnosis, Finding, Gap, Phase, Share, Shrink
 from identify.diagnose.shrink import CHANCE, LEAST_GAP, contradiction_clause
 from identify.diagnose.verdict import LIKELY, swallowing
 from identify.diagnose.wording import (
@@ -66,7 +66,7 @@ def where_lines(diagnosis: Diagnosis, most: int = 3) -> tuple[str, ...]:
     """The largest parts of the squared gap, `71 % surge, steady`, at most `most`."""
     largest = sorted(diagnosis.gap.where, key=lambda one: -one.share)[:most]
     return tuple(
-        f"{percent(one.share)} {one.dof}, {PHASES[one.phase]}" for one in largest if one.share >= 0.005
+        f"{percent(item.share)} {item.dof}, {PHASES[item.phase]}" for item in largest if item.share >= 0.005
     )
 
 
@@ -88,7 +88,7 @@ def where_sentence(gap: Gap, whole: str = "it") -> str:
         return f"{percent(first.share)} of {whole} is in {first.dof}, {PHASES[first.phase]}{_above(gap, first.dof)}"
     by_dof = shares_by_dof(gap.where)
     dof = max(by_dof, key=lambda name: by_dof[name])
-    of_dof = [one for one in gap.where if one.dof == dof]
+    of_dof = [item for item in gap.where if item.dof == dof]
     largest = max(of_dof, key=lambda one: one.share)
     part = "most" if largest.share > MOST_OF_THAT * by_dof[dof] else "the largest part"
     return f"{percent(by_dof[dof])} of {whole} is in {dof}, {part} of that {PHASES[largest.phase]}{_above(gap, dof)}"
@@ -126,9 +126,9 @@ def shares_by_dof(where: Sequence[Share]) -> dict[str, float]:
 def _above(gap: Gap, dof: str) -> str:
     """Clause on the speed above which most of a degree of freedom's gap lies; "" if that is rest."""
     slices = sorted(
-        (one for one in gap.slices if one.dof == dof and one.by == "speed"), key=lambda one: -one.low
+        (item for item in gap.slices if item.dof == dof and item.by == "speed"), key=lambda one: -one.low
     )
-    total = sum(one.share for one in slices)
+    total = sum(item.share for item in slices)
     summed = 0.0
     for one in slices[:-1]:
         summed += one.share
@@ -149,7 +149,7 @@ def _verdict(diagnosis: Diagnosis) -> str:
         if gap.before > 1.0 + CHANCE:
             return f"Nothing that lasts: {drift}, but neither a candidate nor any force that returns explains it."
         return f"No gap: {drift}, and no candidate explains any of it."
-    likely, possible = sorted_by_likelihood(diagnosis.found)
+    likely, possible = sorted_by_likelihood(diagnosis.findings)
     if diagnosis.verdict == "unknown" and diagnosis.character is None and swallowing(gap.disturbance):
         return swallowed_sentence(gap.disturbance)
     if diagnosis.verdict == "unknown":
@@ -176,7 +176,7 @@ def _verdict(diagnosis: Diagnosis) -> str:
         if possible:
             causes += f"; {_may_explain(possible, 'some of what shows' if no_gap else 'some of it, too')}"
     causes += contradiction_clause(diagnosis.heldout, diagnosis.check)
-    shrink = _drift_clause(diagnosis, "them" if len(diagnosis.found) > 1 else "it", no_gap)
+    shrink = _drift_clause(diagnosis, "them" if len(diagnosis.findings) > 1 else "it", no_gap)
     where = where_sentence(gap, "what shows") if no_gap else gap_sentence(gap)
     return f"{capital(causes)}: {where}{shrink}.{_rest(diagnosis) if partly else ''}"
 
@@ -196,19 +196,19 @@ def _unexplained(diagnosis: Diagnosis, whole: str) -> str:
     return f"{where_sentence(of_it, whole)}{character}"
 
 
-def sorted_by_likelihood(found: Sequence[Found]) -> tuple[tuple[Found, ...], tuple[Found, ...]]:
+def sorted_by_likelihood(findings: Sequence[Finding]) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
     """Likely causes, and possible ones."""
-    likely = tuple(cause for cause in found if cause.probability >= LIKELY)
-    return likely, tuple(cause for cause in found if cause.probability < LIKELY)
+    likely = tuple(cause for cause in findings if cause.probability >= LIKELY)
+    return likely, tuple(cause for cause in findings if cause.probability < LIKELY)
 
 
-def _explain(found: Sequence[Found], what: str) -> str:
-    return f"{_all(found)} {'explain' if len(found) > 1 else 'explains'} {what}"
+def _explain(findings: Sequence[Finding], what: str) -> str:
+    return f"{_all(findings)} {'explain' if len(findings) > 1 else 'explains'} {what}"
 
 
-def _may_explain(found: Sequence[Found], what: str) -> str:
+def _may_explain(findings: Sequence[Finding], what: str) -> str:
     """Clause on possible causes: `thrust bias or DVL bias (42 % probable) may explain some of it, too`."""
-    named = listed([f"{name_of(cause)} ({percent_sure(cause.probability)} probable)" for cause in found])
+    named = listed([f"{name_of(cause)} ({percent_sure(cause.probability)} probable)" for cause in findings])
     return f"{named} may explain {what}"
 
 
@@ -223,9 +223,9 @@ def shrink_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
     return (*whole, *(line for where, one in shrinks if one is not None for line in _shrunk(where, one)))
 
 
-def _shrunk(where: str, one: Shrink) -> tuple[str, ...]:
-    pooled = ", all together" if one.by_axis else ""
-    return (*axis_lines(where, one), f"{where}{pooled}: {_shrink(one)}.")
+def _shrunk(where: str, shrink: Shrink) -> tuple[str, ...]:
+    pooled = ", all together" if shrink.by_axis else ""
+    return (*axis_lines(where, shrink), f"{where}{pooled}: {_shrink(shrink)}.")
 
 
 def character_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
@@ -250,24 +250,28 @@ def variable(name: str) -> str:
     return VARIABLES.get(name, name)
 
 
-def _character_clause(one: Character) -> str:
-    goes = f", and goes with {listed([variable(v) for v in one.depends_on])}" if one.depends_on else ""
-    return f"it is {FRAMES[one.frame]}, {PARITIES[one.parity].split(':')[0]}, {one.timing}{goes}"
+def _character_clause(character: Character) -> str:
+    goes = (
+        f", and goes with {listed([variable(v) for v in character.depends_on])}"
+        if character.depends_on
+        else ""
+    )
+    return f"it is {FRAMES[character.frame]}, {PARITIES[character.parity].split(':')[0]}, {character.timing}{goes}"
 
 
-def _shrink(one: Shrink) -> str:
-    falls = f"the {DRIFT_S:g} s drift goes from {_floors(one.before)} to {_floors(one.after)}"
-    if not math.isfinite(one.value):
+def _shrink(shrink: Shrink) -> str:
+    falls = f"the {DRIFT_S:g} s drift goes from {_floors(shrink.before)} to {_floors(shrink.after)}"
+    if not math.isfinite(shrink.value):
         return f"{falls}; {NO_SHRINK}"
-    interval = percents(one.low95, one.high95)
+    interval = percents(shrink.low95, shrink.high95)
     interval_words = f" (95 %: {interval})" if interval else ""
-    return f"{falls}, {percent(one.value)}{interval_words} of what can be closed"
+    return f"{falls}, {percent(shrink.value)}{interval_words} of what can be closed"
 
 
 def _whole_dive(diagnosis: Diagnosis) -> str:
     """Clause on the drift of the gap over the whole dive, before and after; "" without causes."""
     after = [drift.total for drift in diagnosis.gap.after if drift.horizon_s == DRIFT_S]
-    if not after or not diagnosis.found:
+    if not after or not diagnosis.findings:
         return ""
     return f"the {DRIFT_S:g} s drift goes from {_floors(diagnosis.gap.before)} to {_floors(after[0])}"
 
@@ -299,7 +303,7 @@ def _drift_clause(diagnosis: Diagnosis, causes: str, no_gap: bool) -> str:
         return ""
     (before, after), where = (drifts[0].before, drifts[0].after), drifts[1]
     numbers = significant(before, 2), significant(after, 2)
-    if all(cause.cause.effect.place == "log" for cause in diagnosis.found):
+    if all(cause.cause.effect.place == "log" for cause in diagnosis.findings):
         return (
             f"; it shows in what is recorded, not in the motion: with {causes} or without, the model's {DRIFT_S:g} s "
             f"drift is {_floors(after)}{where}{_within_noise(before)}"
@@ -325,12 +329,12 @@ def _within_noise(before: float) -> str:
     return f", where noise alone would give {BY_CHANCE}" if before <= 1.0 + CHANCE else ""
 
 
-def _all(found: Sequence[Found]) -> str:
-    return listed([name_of(cause) for cause in found])
+def _all(findings: Sequence[Finding]) -> str:
+    return listed([name_of(cause) for cause in findings])
 
 
-def _ambiguity_clause(one: Found) -> str:
-    return f"{effect_words(one.cause.effect)} from {' or '.join(map(words, one.also))}"
+def _ambiguity_clause(finding: Finding) -> str:
+    return f"{effect_words(finding.cause.effect)} from {' or '.join(map(words, finding.also))}"
 
 
 def _floors(value: float) -> str:

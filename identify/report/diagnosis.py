@@ -7,7 +7,7 @@ import numpy as np
 
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose import wording, wording_verdict
-from identify.diagnose.result import Diagnosis, Found, Gap, Shrink
+from identify.diagnose.result import Diagnosis, Finding, Gap, Shrink
 from identify.diagnose.search import LEAST_GAIN
 from identify.diagnose.shrink import CHANCE
 from identify.effects.effect import FeedForward
@@ -210,23 +210,23 @@ def _before_after(d: Diagnosis, k: int, dof: int) -> str:
 
 
 def _what(d: Diagnosis) -> Section:
-    lines = [part for cause in d.found for part in _cause(cause)]
-    lines += [LIKENESS] if any(cause.also for cause in d.found) else []
+    lines = [part for cause in d.findings for part in _cause(cause)]
+    lines += [LIKENESS] if any(cause.also for cause in d.findings) else []
     lines += wording_verdict.character_lines(d)
     if not lines:
         lines = ["No candidate of the library explains anything that noise would not."]
     columns = ("Cause", "Parameter", "Value", "95 % interval", "Unit")
-    tables = (Table(columns, _parameters(d)),) if d.found else ()
+    tables = (Table(columns, _parameters(d)),) if d.findings else ()
     return Section("2. What causes it", "\n\n".join(lines), tables)
 
 
-def _cause(one: Found) -> tuple[str, ...]:
+def _cause(one: Finding) -> tuple[str, ...]:
     return (wording.cause_sentence(one), *((wording.alike_sentence(one),) if one.also else ()))
 
 
 def _parameters(d: Diagnosis) -> tuple[tuple[str, ...], ...]:
     rows = []
-    for found in d.found:
+    for found in d.findings:
         cause = wording.effect_words(found.cause.effect)
         values = wording.told_parameters(found)
         if not values:
@@ -241,13 +241,13 @@ def _parameters(d: Diagnosis) -> tuple[tuple[str, ...], ...]:
 def _candidates(d: Diagnosis) -> Section | None:
     if not d.tried:
         return None
-    text, drawn, weaker = figures.candidates(d.tried, d.found)
+    text, drawn, weaker = figures.candidates(d.tried, d.findings)
     return Section("2.1 All candidates", f"{NATS}{_by_other_tests(d)}{text}", weaker, drawn)
 
 
 def _by_other_tests(d: Diagnosis) -> str:
     """Evidence for causes that the nats don't cover."""
-    if not any(cause.name == WRONG_FEEDBACK_LOG.name for cause in d.found):
+    if not any(cause.name == WRONG_FEEDBACK_LOG.name for cause in d.findings):
         return ""
     return (
         " Not so a wrong feedback log: it makes no force that could foretell anything, and rests on another test, of "
@@ -264,7 +264,7 @@ def _how_far(d: Diagnosis) -> Section:
     ][:1]
     rows = tuple((where, *_shrunk(shrink)) for where, shrink in shrinks if shrink is not None)
     after = [shrink.total for shrink in d.gap.after if shrink.horizon_s == wording.DRIFT_S]
-    if after and d.found:
+    if after and d.findings:
         rows = (
             ("fitted: the whole dive", significant(d.gap.before), significant(after[0]), MISSING, MISSING),
             *rows,
@@ -276,7 +276,7 @@ def _how_far(d: Diagnosis) -> Section:
     )
     columns = ("Where", "Before, floors", "After, floors", "Shrink", "95 % interval")
     tables = [*by_axis, *([Table(columns, rows, caption)] if rows else [])]
-    gains = tuple(_gained(shrink) for shrink in d.found)
+    gains = tuple(_gained(shrink) for shrink in d.findings)
     if gains:
         caption = (
             "What the feed-forward alone would gain: root mean square error of the velocity, without and with what "
@@ -329,7 +329,7 @@ def _shrunk(one: Shrink) -> tuple[str, ...]:
     return significant(one.before), significant(one.after), value, interval
 
 
-def _gained(one: Found) -> tuple[str, ...]:
+def _gained(one: Finding) -> tuple[str, ...]:
     cause, by = wording.effect_words(one.cause.effect), one.cause.effect.feedforward
     made_up = MADE_UP[by] if by else "nothing: the feed-forward can't"
     if one.feedforward is None:

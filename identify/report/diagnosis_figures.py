@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose import wording, wording_verdict
 from identify.diagnose.drift import Drift
-from identify.diagnose.result import Diagnosis, Found, Gap, Prediction, Slice, Tried
+from identify.diagnose.result import Diagnosis, Finding, Gap, Prediction, Slice, Tried
 from identify.dive import Array
 from identify.report.bars import Bar, bars
 from identify.report.heatmap import heatmap
@@ -122,7 +122,7 @@ def _bearing(one: Slice) -> float:
 
 
 def candidates(
-    tried: Sequence[Tried], found: Sequence[Found]
+    tried: Sequence[Tried], found: Sequence[Finding]
 ) -> tuple[str, tuple[Figure, ...], tuple[Table, ...]]:
     """Evidence for each candidate of the library, in its best form: text, a figure of the strongest, a table of the
     rest.

@@ -12,7 +12,7 @@ from bridge.vehicle.accepted_effect import AcceptedEffect
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.params.sidecar import read_sidecar, write_sidecar
 from identify.diagnose.candidates import Cause
-from identify.diagnose.result import NOTHING, Accepted, Found, Value
+from identify.diagnose.result import NOTHING, Accepted, Finding, Value
 from identify.dive import Dive
 from identify.effects.environment import waves
 from identify.identification import Doubt, Outcome
@@ -37,7 +37,7 @@ def written(tmp_path, verdict="explained", doubts=(), dive=None, first=()):
     values = {name: Value(value, "", value - 0.1, value + 0.1) for name, value in VALUES.items()}
     accepted = Accepted(values, (DRAG, WEAK, WAVES), ("Waves are the water's.",), doubts)
     found = SimpleNamespace(
-        accepted=accepted, found=(), configuration="hovering", verdict=verdict, first=first
+        accepted=accepted, findings=(), configuration="hovering", verdict=verdict, first=first
     )
     path = tmp_path / "out.param"
     return path, accept(path, found, dive or Dive("planted", tmp_path, "ab" * 32), FILE)
@@ -168,7 +168,7 @@ def test_a_mission_is_dived_with_it(param, tmp_path, capsys):
 
 
 def test_where_nothing_was_found_nothing_is_written_and_that_is_said(tmp_path):
-    found = SimpleNamespace(first=(), accepted=NOTHING, configuration="hovering", found=())
+    found = SimpleNamespace(first=(), accepted=NOTHING, configuration="hovering", findings=())
     (sentence,) = accept(tmp_path / "out.param", found, Dive("plain", tmp_path, "ab" * 32), FILE)
     assert "was not written: no cause was found" in sentence
     assert list(tmp_path.iterdir()) == []
@@ -177,7 +177,7 @@ def test_where_nothing_was_found_nothing_is_written_and_that_is_said(tmp_path):
 def test_where_what_was_found_is_likelier_absent_nothing_is_written_and_it_is_named(tmp_path):
     sea = waves(4.0)
     cause = Cause(sea, sea.start())
-    found = SimpleNamespace(first=(), accepted=NOTHING, found=(Found(cause, (), {}, 0.45, {}, 12.0),))
+    found = SimpleNamespace(first=(), accepted=NOTHING, findings=(Finding(cause, (), {}, 0.45, {}, 12.0),))
     (sentence,) = accept(tmp_path / "out.param", found, Dive("plain", tmp_path, "ab" * 32), FILE)
     assert sentence.endswith(
         "was not written: what was found is likelier absent than present, and so not accepted: waves (45 % probable)."

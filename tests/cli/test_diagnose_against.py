@@ -10,7 +10,7 @@ from identify.challenge.case import Case, check_of, dive_of, draw_case
 from identify.challenge.recording import tlog_of
 from identify.diagnose import against as compared_by
 from identify.diagnose.candidates import Cause
-from identify.diagnose.result import Accepted, Diagnosis, Found, Gap
+from identify.diagnose.result import Accepted, Diagnosis, Finding, Gap
 from identify.effects.library import library
 from tui import cli, exit_codes
 
@@ -42,7 +42,7 @@ def test_screen_json_and_page_say_what_the_simulator_must_gain(
     drag = next(
         e for e in library(case.file.vehicle.configurations[case.configuration], 0.1) if e.name == "dead_zone"
     )
-    found = Found(Cause(drag, drag.start()), (), {}, 0.99, {}, 40.0)
+    found = Finding(Cause(drag, drag.start()), (), {}, 0.99, {}, 40.0)
     asked = []
 
     def diagnosed(dive, _file, configuration, *, simulator=None, progress, **_):

@@ -8,16 +8,16 @@ import numpy as np
 from rich.console import Console
 
 from identify.diagnose.candidates import Cause
-from identify.diagnose.result import Accepted, Diagnosis, Found, Gain, Gap, Share, Value
+from identify.diagnose.result import Accepted, Diagnosis, Finding, Gain, Gap, Share, Value
 from identify.effects.hydrodynamics import DRAG_ASYMMETRY, QUADRATIC_DRAG
 from identify.effects.rigid_body import ADDED_PAYLOAD
 from tui.commands.diagnose import _sends, tell_diagnosis
 
-DRAG = Found(Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start()), (), {}, 0.95, {}, 50.0, Gain(0.0234, 0.0051))
+DRAG = Finding(Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start()), (), {}, 0.95, {}, 50.0, Gain(0.0234, 0.0051))
 D_U = {"D_u": Value(10.0, "N s/m", 9.0, 11.0)}
 
 
-def diagnosis(*found: Found, **other) -> Diagnosis:
+def diagnosis(*found: Finding, **other) -> Diagnosis:
     gap = Gap(2.0, (), (), {}, (Share("yaw", "turning", 1.0),), (), ())
     made = Diagnosis("d", "v", "c", "explained", gap, found, (), None, None, None, None, (), 1.0)
     return replace(made, **other)

@@ -10,7 +10,7 @@ from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.accepted import accepted_of
 from identify.diagnose.candidates import Cause
 from identify.diagnose.diagnose import diagnose
-from identify.diagnose.result import Found, Value
+from identify.diagnose.result import Finding, Value
 from identify.effects import (
     actuators,
     environment,
@@ -31,7 +31,7 @@ def found(effect, *values, width=0.01, also=()):
         for name, (value, unit) in effect.told(cause.values).items()
         if name != "thruster"
     }
-    return Found(cause, also, {}, 0.99, told, 50.0)
+    return Finding(cause, also, {}, 0.99, told, 50.0)
 
 
 def of_effects(accepted):
@@ -165,7 +165,7 @@ def test_a_dive_whose_feedback_log_is_wrong_gives_no_masses_to_the_vehicle():
         effects=(hydrodynamics.QUADRATIC_DRAG,),
         progress=lambda *_report: None,
     )
-    assert [one.name for one in found.found] == ["wrong_feedback_log"]
+    assert [one.name for one in found.findings] == ["wrong_feedback_log"]
     doubted = {one.dof for one in unrecorded(dive_of(case), case.file.vehicle.water)}
     assert doubted >= {0, 1}
     assert not {BY_NAME[name].dof for name in found.accepted.values if name in BY_NAME} & doubted

@@ -25,7 +25,7 @@ from identify.diagnose.against import (
 from identify.diagnose.candidates import Cause
 from identify.diagnose.drift import Drift
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.result import NOTHING, Diagnosis, Found, Gap, Share, Value
+from identify.diagnose.result import NOTHING, Diagnosis, Finding, Gap, Share, Value
 from identify.diagnose.simulator import Simulator, simulator_of
 from identify.dive import Dive, Signal
 from identify.effects.effect import Effect
@@ -44,11 +44,11 @@ def effect(name: str, number: int = 0) -> Effect:
     return next(one for one in LIBRARY if one.name == name and one.number == number)
 
 
-def found(name: str, number: int = 0, size: float = 1.0, also: tuple[str, ...] = ()) -> Found:
+def found(name: str, number: int = 0, size: float = 1.0, also: tuple[str, ...] = ()) -> Finding:
     one = effect(name, number)
     cause = Cause(one, one.none() + size * (one.start() - one.none()))
     told = {key: value(v, unit) for key, (v, unit) in one.told(cause.values).items()}
-    return Found(cause, also, {}, 0.99, told, 50.0)
+    return Finding(cause, also, {}, 0.99, told, 50.0)
 
 
 def value(v: float, unit: str = "kg") -> Value:
@@ -61,7 +61,7 @@ def drift(off: float) -> Drift:
     return Drift(5.0, np.arange(20.0), off * np.ones((20, 6)) * floor, floor)
 
 
-def diagnosis(*causes: Found, values: dict[str, float] | None = None, before: float = 4.0) -> Diagnosis:
+def diagnosis(*causes: Finding, values: dict[str, float] | None = None, before: float = 4.0) -> Diagnosis:
     told = {"M_u": 100.0, "D_u": 40.0, "M_v": 120.0, "D_v": 60.0, "M_r": 9.0} | (values or {})
     numbers = {name: value(v) for name, v in told.items()}
     gap = Gap(before, (drift(before),), (drift(1.1),), {}, (Share("surge", "steady", 1.0),), (), ())
@@ -118,7 +118,7 @@ def test_what_both_show_is_said_to_be_in_the_simulator_already():
     assert lacked.startswith("Weak thruster 2, ")
 
 
-def possible(one: Found, probability: float = 0.42) -> Found:
+def possible(one: Finding, probability: float = 0.42) -> Finding:
     return replace(one, probability=probability)
 
 

@@ -48,12 +48,12 @@ def found(case):
 
 @pytest.mark.slow
 def test_the_hidden_effect_is_named_with_its_parameters(found):
-    assert found.found[0].name == "quadratic_drag"
-    values = found.found[0].parameters
+    assert found.findings[0].name == "quadratic_drag"
+    values = found.findings[0].parameters
     assert values
     for value in values.values():
         assert value.low95 < value.value < value.high95
-    assert found.found[0].gain_nats > 20
+    assert found.findings[0].gain_nats > 20
     assert found.tried[0].accepted
 
 
@@ -67,7 +67,7 @@ def test_a_vehicle_heavier_in_water_than_its_file_says_drifts_until_that_is_know
         effects=(*SMALL, NET_BUOYANCY),
         progress=quiet,
     )
-    assert [one.name for one in said.found] == ["net_buoyancy"]
+    assert [one.name for one in said.findings] == ["net_buoyancy"]
     assert said.gap.before > 2.0
     assert said.heldout.value == pytest.approx(1.0, abs=0.15)
     assert said.check.value == pytest.approx(1.0, abs=0.15)
@@ -93,7 +93,7 @@ def test_with_the_effect_in_the_drift_falls_towards_its_floor_here_held_out_and_
 
 
 def test_the_feed_forward_would_gain_by_it(found):
-    gain = found.found[0].feedforward
+    gain = found.findings[0].feedforward
     assert gain.after_m_s < gain.before_m_s
 
 
@@ -101,9 +101,9 @@ def test_what_is_told_as_less_probable_than_not_is_not_accepted(case, found, mon
     assert [one.name for one in found.accepted.effects] == ["quadratic_drag"]
     monkeypatch.setattr(module, "unexplained_nats", lambda _left: 1e9)
     unsure = diagnose(dive_of(case), case.file, case.configuration, effects=SMALL, progress=quiet)
-    assert unsure.found[0].probability < 0.5
+    assert unsure.findings[0].probability < 0.5
     assert unsure.accepted.effects == ()
-    percent = percent_sure(unsure.found[0].probability)
+    percent = percent_sure(unsure.findings[0].probability)
     assert unsure.accepted.sentences[0].startswith(
         f"Quadratic drag was not accepted: it is {percent} probable"
     )
@@ -117,8 +117,8 @@ def test_against_a_model_accepted_before_the_feed_forward_gains_by_masses_and_da
     later = diagnose(
         dive_of(case), case.file, case.configuration, effects=SMALL, accepted=accepted, progress=quiet
     )
-    (gain,) = (one.feedforward for one in later.found if one.name == "quadratic_drag")
-    own = found.found[0].feedforward
+    (gain,) = (one.feedforward for one in later.findings if one.name == "quadratic_drag")
+    own = found.findings[0].feedforward
     assert gain.before_m_s > 1.5 * own.before_m_s
     assert gain.after_m_s == pytest.approx(own.after_m_s, rel=0.02)
 
@@ -164,7 +164,7 @@ def test_a_wrench_without_pulses_tells_of_all_but_single_thrusters_and_their_cur
     assert {one.name for one in said.tried} == {"quadratic_drag"}
     (proviso,) = said.provisos
     assert "record ACTUATOR_OUTPUT_STATUS or SERVO_OUTPUT_RAW" in proviso
-    assert [one.name for one in said.found] == ["quadratic_drag"]
+    assert [one.name for one in said.findings] == ["quadratic_drag"]
 
 
 def test_commands_sampled_seldom_leave_a_delay_and_a_lag_unjudged(case):

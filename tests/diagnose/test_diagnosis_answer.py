@@ -18,7 +18,7 @@ from identify.diagnose.result import (
     Dependence,
     Diagnosis,
     Disturbance,
-    Found,
+    Finding,
     Gain,
     Gap,
     Next,
@@ -62,7 +62,7 @@ def effect(name):
 def found(name, **other):
     one = effect(name)
     values = {key: Value(v, unit, NAN, NAN) for key, (v, unit) in one.told(one.start()).items()}
-    return replace(Found(Cause(one, one.start()), (), {}, 0.9, values, 30.0), **other)
+    return replace(Finding(Cause(one, one.start()), (), {}, 0.9, values, 30.0), **other)
 
 
 def diagnosis(**other):
@@ -87,10 +87,10 @@ def diagnosis(**other):
     "made",
     [
         diagnosis(),
-        diagnosis(verdict="no_gap", found=(), heldout=Shrink(1.0, 1.0, NAN, NAN, NAN)),
+        diagnosis(verdict="no_gap", findings=(), heldout=Shrink(1.0, 1.0, NAN, NAN, NAN)),
         diagnosis(
             verdict="ambiguous",
-            found=(found("thruster_lag", also=("command_delay",), likeness={"command_delay": 0.99}),),
+            findings=(found("thruster_lag", also=("command_delay",), likeness={"command_delay": 0.99}),),
             next=Next(("fast steps",), (), ("thruster_lag", "command_delay")),
         ),
         diagnosis(
@@ -98,7 +98,7 @@ def diagnosis(**other):
             character=Character(("sway",), "world", "neither", "periodic", ("heading",)),
             check=Shrink(2.0, NAN, NAN, NAN, NAN),
         ),
-        diagnosis(found=(found("weak_thruster", feedforward=Gain(0.02, 0.01)),)),
+        diagnosis(findings=(found("weak_thruster", feedforward=Gain(0.02, 0.01)),)),
         diagnosis(
             verdict="partly",
             gap=replace(

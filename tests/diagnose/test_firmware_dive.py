@@ -17,9 +17,9 @@ def test_the_firmwares_own_submarine_has_quadratic_drag_and_nothing_else():
         pytest.skip("needs ../shared/data beside the checkout")
     file = load_vehicle("ardusub_vectored")
     found = diagnose(read_dive(DIVE, None, file), file, "vectored", progress=lambda *_: None)
-    assert [one.name for one in found.found] == ["quadratic_drag"]
+    assert [one.name for one in found.findings] == ["quadratic_drag"]
     assert found.verdict == "explained"
-    parameters = found.found[0].parameters
+    parameters = found.findings[0].parameters
     # Velocities come from the firmware's own filter: that widens nothing and shifts some.
     for name, value in TRUE.items():
         assert parameters[name].value == pytest.approx(value, rel=0.2)

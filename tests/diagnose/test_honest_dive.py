@@ -34,4 +34,4 @@ def dive(tmp_path_factory):
 def test_shaft_speeds_half_of_which_are_told_late_make_no_cause(dive):
     assert dive.rpm is not None
     found = diagnose(dive, FILE, "survey", effects=BEFORE_THE_SHAFT, progress=lambda *_report: None)
-    assert (found.verdict, found.found) == ("no_gap", ())
+    assert (found.verdict, found.findings) == ("no_gap", ())

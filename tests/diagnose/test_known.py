@@ -19,7 +19,7 @@ from identify.diagnose.changed import (
 )
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.result import Found, Value
+from identify.diagnose.result import Finding, Value
 from identify.diagnose.simulation import simulation_of, slope_of
 from identify.diagnose.wording import effect_words
 from identify.effects.actuators import DEAD_ZONE, SATURATION, THRUST_GAIN
@@ -121,7 +121,7 @@ def test_accepting_again_keeps_what_was_accepted_with_its_change_in_it(nominal, 
     drag, weak_one = Cause(QUADRATIC_DRAG, DRAG), Cause(WEAK, np.array([0.7]))
     (change,) = library_with_changes((QUADRATIC_DRAG,), (drag,))
     by = Cause(change, np.array([-5.0, 0, 0, 0, 0, 0]))
-    found = Found(by, (), {}, 0.9, {"X_uu": Value(-5.0, "N s2/m2", -6.0, -4.0)}, 30.0)
+    found = Finding(by, (), {}, 0.9, {"X_uu": Value(-5.0, "N s2/m2", -6.0, -4.0)}, 30.0)
     whole = all_accepted((found,), (drag, weak_one))
     told = whole[0].parameters
     assert told["X_uu"] == Value(7.0, "N s2/m2", 6.0, 8.0)
@@ -151,24 +151,26 @@ def test_a_drag_that_was_accepted_is_no_gap_on_the_same_dive_and_its_loss_is_a_c
     with_drag = draw_case(300051, names=["quadratic_drag"], size=0.7, seconds=110.0)
     without = draw_case(300051, names=[], seconds=110.0)
     first = told(with_drag)
-    assert [one.name for one in first.found] == ["quadratic_drag"]
+    assert [one.name for one in first.findings] == ["quadratic_drag"]
     effects = first.accepted.effects
     again = told(with_drag, effects_accepted=effects)
-    assert (again.verdict, again.found) == ("no_gap", ())
+    assert (again.verdict, again.findings) == ("no_gap", ())
     after = [drift.total for drift in first.gap.after if drift.horizon_s == 5.0]
     assert again.gap.before == pytest.approx(after[0], abs=0.1)
     assert any("holds what was accepted: quadratic drag" in note for note in again.notes)
     lost = told(without, effects_accepted=effects)
-    (one,) = lost.found
+    (one,) = lost.findings
     assert effect_words(one.cause.effect) == "a change of quadratic drag"
     gone = {name: value for name, value in one.parameters.items() if abs(value.value) > 1e-9}
     for name, value in gone.items():
-        had = first.found[0].parameters[name]
+        had = first.findings[0].parameters[name]
         assert value.value == pytest.approx(-had.value, abs=2 * (had.high95 - had.low95))
-    assert set(gone) >= {max(first.found[0].parameters, key=lambda n: first.found[0].parameters[n].value)}
+    assert set(gone) >= {
+        max(first.findings[0].parameters, key=lambda n: first.findings[0].parameters[n].value)
+    }
 
 
 def test_a_cause_that_another_dive_names_otherwise_is_left_as_it_is():
     drag = Cause(QUADRATIC_DRAG, DRAG)
-    other = Found(Cause(DEAD_ZONE, np.array([0.5])), (), {}, 0.9, {}, 12.0)
+    other = Finding(Cause(DEAD_ZONE, np.array([0.5])), (), {}, 0.9, {}, 12.0)
     assert all_accepted((other,), (drag,))[1] is other

@@ -13,7 +13,7 @@ from identify.diagnose.diagnose import diagnose
 from identify.diagnose.findings import strongest_first
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.recording import ENOUGH_S, short_dive_note
-from identify.diagnose.result import Found
+from identify.diagnose.result import Finding
 from identify.diagnose.search import explained_by
 from identify.dive import Dive, Signal
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
@@ -32,7 +32,7 @@ def test_a_cause_less_probable_than_not_leaves_the_model_that_is_accepted(case):
     shape = case.file.vehicle.configurations[case.configuration]
     drag = Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start())
     found = explained_by([drag], nominal, library)
-    sure = Found(found.causes[0], (), {}, 0.9, {}, 30.0)
+    sure = Finding(found.causes[0], (), {}, 0.9, {}, 30.0)
     whole = likely_accepted([sure], found, nominal, library, (), shape)
     none = likely_accepted([replace(sure, probability=0.42)], found, nominal, library, (), shape)
     assert [one.name for one in whole.effects] == ["quadratic_drag"]
@@ -47,8 +47,8 @@ def test_a_cause_less_probable_than_not_leaves_the_model_that_is_accepted(case):
 
 
 def test_an_accepted_cause_comes_before_a_possible_one_whatever_nats_each_saves():
-    def one(probability: float, gain_nats: float) -> Found:
-        return Found(Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start()), (), {}, probability, {}, gain_nats)
+    def one(probability: float, gain_nats: float) -> Finding:
+        return Finding(Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start()), (), {}, probability, {}, gain_nats)
 
     heard, possible, strong, stronger = one(0.9, 0.0), one(0.499, 80.0), one(0.972, 40.0), one(0.968, 60.0)
     half = one(0.5, 1.0)

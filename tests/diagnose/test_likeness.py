@@ -10,7 +10,7 @@ from identify.diagnose.candidates import Cause, other_forms
 from identify.diagnose.confidence import ambiguity_of
 from identify.diagnose.findings import trials_of
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.result import Found
+from identify.diagnose.result import Finding
 from identify.diagnose.search import LEAST_GAIN, explain
 from identify.diagnose.verdict import MOST_PROBABLE, probability
 from identify.effects.hydrodynamics import QUADRATIC_DRAG
@@ -65,7 +65,7 @@ def test_what_does_as_well_but_is_not_alike_is_no_other_name_for_a_cause(heavy, 
 
 def test_every_effect_of_the_library_is_told_with_what_it_saves_beside_the_accepted_one(heavy):
     (cause,) = heavy.causes
-    mine = Found(cause, (), {}, 0.9, {}, heavy.fit.gain)
+    mine = Finding(cause, (), {}, 0.9, {}, heavy.fit.gain)
     tried = trials_of(heavy, (mine,))
     assert {one.name for one in tried} == {effect.name for effect in LIBRARY}
     assert [one.label for one in tried if one.accepted] == [cause.effect.label]

@@ -8,7 +8,7 @@ import pytest
 from identify.diagnose import accepted
 from identify.diagnose.accepted import accepted_of
 from identify.diagnose.candidates import Cause
-from identify.diagnose.result import Found, Value
+from identify.diagnose.result import Finding, Value
 from identify.effects import actuators, hydrodynamics
 from identify.estimators import multiplier
 from identify.estimators.doubts import Doubts
@@ -39,10 +39,10 @@ def changing(score, size, row, by):
 def drag(**coefficients):
     values = [coefficients.get(name, 0.0) for name in ("X_uu", "Y_vv", "Z_ww", "K_pp", "M_qq", "N_rr")]
     told = {name: Value(size, "N s2/m2", 0.9 * size, 1.1 * size) for name, size in coefficients.items()}
-    return Found(Cause(hydrodynamics.QUADRATIC_DRAG, np.array(values)), (), {}, 0.98, told, 50.0)
+    return Finding(Cause(hydrodynamics.QUADRATIC_DRAG, np.array(values)), (), {}, 0.98, told, 50.0)
 
 
-ASTERN = Found(
+ASTERN = Finding(
     Cause(actuators.REVERSE_THRUST_LOSS, np.array([0.7])), (), {}, 0.98, {"gain": Value(0.7, "1", 0.6, 0.8)}, 50.0
 )  # fmt: skip
 

@@ -41,7 +41,7 @@ def told(name: str, seconds: float, checked: bool = False) -> Diagnosis:
 @short_or_whole
 def test_of_a_hull_with_nothing_hidden_its_drag_alone_is_told(seconds):
     found = told("open_1", seconds)
-    assert [one.name for one in found.found] == [HULL]
+    assert [one.name for one in found.findings] == [HULL]
     assert found.verdict == "explained"
 
 
@@ -59,9 +59,9 @@ def test_an_empty_dive_without_its_velocity_is_not_called_unknown(seconds):
 @short_or_whole
 def test_a_current_is_found_within_a_centimetre_a_second_and_holds_on_the_check_dive(seconds):
     found = told("open_2", seconds, checked=True)
-    assert {one.name for one in found.found} == {HULL, "steady_current"}
+    assert {one.name for one in found.findings} == {HULL, "steady_current"}
     assert found.verdict == "explained"
-    water = next(one for one in found.found if one.name == "steady_current").parameters
+    water = next(one for one in found.findings if one.name == "steady_current").parameters
     true = truth("open_2")
     assert water["north"].value == pytest.approx(true["cur_n"], abs=0.01)
     assert water["east"].value == pytest.approx(true["cur_e"], abs=0.01)
@@ -72,6 +72,6 @@ def test_a_current_is_found_within_a_centimetre_a_second_and_holds_on_the_check_
 @pytest.mark.soak
 def test_a_tether_is_found_with_its_stiffness():
     found = told("open_3", WHOLE_S)
-    assert {one.name for one in found.found} == {HULL, "tether"}
-    pull = next(one for one in found.found if one.name == "tether").parameters
+    assert {one.name for one in found.findings} == {HULL, "tether"}
+    pull = next(one for one in found.findings if one.name == "tether").parameters
     assert pull["stiffness"].value == pytest.approx(truth("open_3")["tether_c"], rel=0.1)

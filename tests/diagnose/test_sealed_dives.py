@@ -36,7 +36,7 @@ def told(name, seconds, lag_s=0.03):
 def test_a_dive_that_hides_nothing_has_no_gap(seconds):
     found = told("open_1", seconds)
     assert found.verdict == "no_gap"
-    assert found.found == ()
+    assert found.findings == ()
     assert found.gap.before == pytest.approx(1.0, abs=0.15)
     assert found.check.after == pytest.approx(1.0, abs=0.15)
 
@@ -44,10 +44,10 @@ def test_a_dive_that_hides_nothing_has_no_gap(seconds):
 @short_or_whole
 def test_a_drag_that_is_hidden_is_named_with_its_size_and_nothing_else_is(seconds):
     found = told("open_2", seconds)
-    assert [one.name for one in found.found] == ["quadratic_drag"]
+    assert [one.name for one in found.findings] == ["quadratic_drag"]
     truth = {"X_uu": 30.37, "Y_vv": 28.65, "N_rr": 10.43}
     for name, value in truth.items():
-        one = found.found[0].parameters[name]
+        one = found.findings[0].parameters[name]
         std = (one.high95 - one.low95) / 3.92
         assert abs(one.value - value) < 3.3 * std, name
     assert found.check.after < found.check.before
@@ -58,8 +58,8 @@ def test_a_drag_that_is_hidden_is_named_with_its_size_and_nothing_else_is(second
 @pytest.mark.parametrize("lag_s", [0.05, 0.01])
 def test_a_lag_of_the_vehicle_file_that_is_20_ms_off_is_named_with_the_true_one(lag_s):
     found = told("open_1", WHOLE_S, lag_s)
-    assert (found.verdict, [one.name for one in found.found]) == ("explained", ["thruster_lag"])
-    true = found.found[0].parameters["time_constant"]
+    assert (found.verdict, [one.name for one in found.findings]) == ("explained", ["thruster_lag"])
+    true = found.findings[0].parameters["time_constant"]
     assert true.low95 < 0.03 < true.high95
 
 

@@ -26,7 +26,7 @@ def where(case) -> set[str]:
     found = diagnose(
         dive_of(case), case.file, case.configuration, effects=(QUADRATIC_DRAG,), progress=lambda *_: None
     )
-    assert {one.name for one in found.found} == {"wrong_feedback_log", "quadratic_drag"}
+    assert {one.name for one in found.findings} == {"wrong_feedback_log", "quadratic_drag"}
     return {one.dof for one in found.gap.where}
 
 

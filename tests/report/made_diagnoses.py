@@ -14,7 +14,7 @@ from identify.diagnose.result import (
     Character,
     Dependence,
     Diagnosis,
-    Found,
+    Finding,
     Gain,
     Gap,
     Prediction,
@@ -38,10 +38,10 @@ def effect(name: str, number: int = 0) -> Effect:
     return next(one for one in LIBRARY if one.name == name and one.number == number)
 
 
-def found(name: str, number: int = 0, **other: object) -> Found:
+def found(name: str, number: int = 0, **other: object) -> Finding:
     one = effect(name, number)
     told = {key: Value(v, unit, 0.9 * v, 1.1 * v) for key, (v, unit) in one.told(one.start()).items()}
-    made = Found(Cause(one, one.start()), (), {}, 0.999, told, 60.0)
+    made = Finding(Cause(one, one.start()), (), {}, 0.999, told, 60.0)
     return replace(made, **other)  # type: ignore[arg-type]
 
 

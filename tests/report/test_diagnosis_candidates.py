@@ -9,7 +9,7 @@ from made_diagnoses import LIBRARY, NAN, Text, diagnosis, effect, found, places,
 
 from identify.diagnose import wording
 from identify.diagnose.candidates import Cause
-from identify.diagnose.result import Found, Gain, Next, Tried, Value
+from identify.diagnose.result import Finding, Gain, Next, Tried, Value
 from identify.effects.sensors import WRONG_FEEDBACK_LOG
 from identify.report.diagnosis import diagnosis_page, diagnosis_report
 from identify.report.picture import WIDE_IN
@@ -18,8 +18,8 @@ pytestmark = pytest.mark.usefixtures("sketched")
 
 
 def test_a_cause_that_no_nats_speak_for_is_said_to_rest_on_another_test():
-    heard = Found(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, 0.9, {}, 0.0)
-    assert "rests on another test" in read(diagnosis(found=(heard,)))
+    heard = Finding(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, 0.9, {}, 0.0)
+    assert "rests on another test" in read(diagnosis(findings=(heard,)))
     assert "rests on another test" not in read(diagnosis())
 
 
@@ -66,11 +66,11 @@ def test_every_candidate_stands_once_in_its_best_form_and_the_accepted_one_is_ma
 @pytest.mark.usefixtures("rendered")
 def test_a_candidate_that_is_less_probable_than_not_is_possible_and_not_accepted():
     drag = replace(found("quadratic_drag"), probability=0.42)
-    page = Text(diagnosis_page(diagnosis(found=(drag,))))
+    page = Text(diagnosis_page(diagnosis(findings=(drag,))))
     assert page.lines[page.lines.index("quadratic drag (possible: 42 % probable)") + 1] == "61 nats"
     assert not [line for line in page.lines if line.endswith(": accepted")]
     half = replace(drag, probability=0.5)
-    assert "quadratic drag: accepted" in Text(diagnosis_page(diagnosis(found=(half,)))).lines
+    assert "quadratic drag: accepted" in Text(diagnosis_page(diagnosis(findings=(half,)))).lines
 
 
 @pytest.mark.usefixtures("rendered")
@@ -93,7 +93,9 @@ def test_one_thruster_is_named_once_with_its_number():
 
 
 def test_the_feed_forward_s_gain_is_told_in_millimetres_a_second_and_where_there_is_none_why():
-    gained = diagnosis(found=(found("quadratic_drag", feedforward=Gain(0.0234, 0.0051)), found("dvl_bias")))
+    gained = diagnosis(
+        findings=(found("quadratic_drag", feedforward=Gain(0.0234, 0.0051)), found("dvl_bias"))
+    )
     page = read(gained)
     assert "quadratic drag\n23 mm/s\n5.1 mm/s\nquadratic drag" in page
     assert "DVL bias\n—\n—\nnothing: the feed-forward can't" in page

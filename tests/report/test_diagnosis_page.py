@@ -14,7 +14,7 @@ pytestmark = pytest.mark.usefixtures("sketched")
 
 def test_where_there_is_no_gap_the_page_shows_no_shares_of_it_and_no_empty_picture():
     weak = (Tried(effect("waves"), 1.9, False), Tried(effect("dvl_bias"), 0.0, False))
-    quiet = diagnosis(verdict="no_gap", gap=gap(1.02, 1.02), found=(), tried=weak, check=None)
+    quiet = diagnosis(verdict="no_gap", gap=gap(1.02, 1.02), findings=(), tried=weak, check=None)
     page = read(quiet)
     assert "There is no gap, so it lies nowhere" in page
     assert "What the missing force goes with" not in page
@@ -94,7 +94,7 @@ def test_predicted_and_measured_shrink_stand_side_by_side():
 def test_a_diagnosis_of_nothing_at_all_is_still_a_page():
     empty = Gap(NAN, (), (), {}, (), (), ())
     bare = diagnosis(
-        verdict="no_gap", gap=empty, found=(), tried=(), heldout=None, check=None, next=None, notes=()
+        verdict="no_gap", gap=empty, findings=(), tried=(), heldout=None, check=None, next=None, notes=()
     )
     page = read(bare)
     assert "No degree of freedom could be compared with the model." in page

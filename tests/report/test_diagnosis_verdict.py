@@ -9,7 +9,7 @@ from made_diagnoses import NAN, UNKNOWN, diagnosis, found, gap, read
 from identify.diagnose import wording, wording_verdict
 from identify.diagnose.candidates import Cause
 from identify.diagnose.mounting import mounted_otherwise
-from identify.diagnose.result import AxisShrink, Disturbance, Found, Share, Shrink
+from identify.diagnose.result import AxisShrink, Disturbance, Finding, Share, Shrink
 from identify.effects.sensors import WRONG_FEEDBACK_LOG
 
 NOTHING = Shrink(1.02, 1.01, NAN, NAN, NAN)
@@ -46,14 +46,14 @@ def test_a_check_dive_that_does_not_bear_the_cause_out_is_told_in_the_headline()
 
 def test_two_causes_are_named_as_two():
     said = wording_verdict.verdict_sentence(
-        diagnosis(found=(found("quadratic_drag"), found("weak_thruster", 3)))
+        diagnosis(findings=(found("quadratic_drag"), found("weak_thruster", 3)))
     )
     assert said.startswith("Quadratic drag and weak thruster 3 explain the gap: ")
 
 
 def test_causes_that_can_not_be_told_apart_are_named_together():
     lag = found("thruster_lag", also=("command_delay",), likeness={"command_delay": 0.97})
-    said = diagnosis(verdict="ambiguous", found=(lag,))
+    said = diagnosis(verdict="ambiguous", findings=(lag,))
     assert wording_verdict.verdict_sentence(said).startswith(
         "Thruster lag or command delay explains the gap, but this dive can't tell thruster lag from command delay: "
     )
@@ -67,7 +67,7 @@ def test_causes_that_can_not_be_told_apart_are_named_together():
 
 
 def test_a_dive_without_a_gap_is_told_so_and_names_no_cause():
-    quiet = diagnosis(verdict="no_gap", gap=gap(1.02, 1.02), found=(), heldout=NOTHING, check=None)
+    quiet = diagnosis(verdict="no_gap", gap=gap(1.02, 1.02), findings=(), heldout=NOTHING, check=None)
     assert wording_verdict.verdict_sentence(quiet) == (
         "No gap: the model's 5 s drift is 1.0 floors, where noise alone would give 1 (0.8 to 1.2 by chance), and no "
         "candidate explains any of it."
@@ -80,7 +80,7 @@ def test_a_dive_without_a_gap_is_told_so_and_names_no_cause():
 
 
 def test_a_drift_beyond_chance_that_nothing_explains_is_never_called_no_gap():
-    drifting = diagnosis(verdict="no_gap", gap=gap(3.0, 3.0), found=(), heldout=NOTHING, check=None)
+    drifting = diagnosis(verdict="no_gap", gap=gap(3.0, 3.0), findings=(), heldout=NOTHING, check=None)
     assert wording_verdict.verdict_sentence(drifting) == (
         "Nothing that lasts: the model's 5 s drift is 3.0 floors, where noise alone would give 1 (0.8 to 1.2 by "
         "chance), but neither a candidate nor any force that returns explains it."
@@ -104,20 +104,20 @@ def test_what_no_candidate_explains_is_described():
 
 def test_a_cause_less_probable_than_not_is_told_as_possible():
     bias = found("thrust_bias", probability=0.42)
-    beside = wording_verdict.verdict_sentence(diagnosis(found=(found("quadratic_drag"), bias)))
+    beside = wording_verdict.verdict_sentence(diagnosis(findings=(found("quadratic_drag"), bias)))
     assert beside.startswith(
         "Quadratic drag explains the gap; thrust bias (42 % probable) may explain some of it, too: 71 % of it "
     )
-    alone = wording_verdict.verdict_sentence(diagnosis(found=(bias,)))
+    alone = wording_verdict.verdict_sentence(diagnosis(findings=(bias,)))
     assert alone.startswith("Thrust bias (42 % probable) may explain the gap: ")
-    unknown = wording_verdict.verdict_sentence(diagnosis(verdict="unknown", found=(bias,)))
+    unknown = wording_verdict.verdict_sentence(diagnosis(verdict="unknown", findings=(bias,)))
     assert unknown.endswith("Thrust bias (42 % probable) may explain part of the gap.")
 
 
 def test_what_is_recorded_and_not_the_motion_is_never_said_to_make_the_drift_fall():
-    heard = Found(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, 0.9, {}, 0.0)
+    heard = Finding(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, 0.9, {}, 0.0)
     said = wording_verdict.verdict_sentence(
-        diagnosis(found=(heard,), heldout=Shrink(0.99, 0.99, NAN, NAN, NAN), check=None)
+        diagnosis(findings=(heard,), heldout=Shrink(0.99, 0.99, NAN, NAN, NAN), check=None)
     )
     assert said.endswith(
         "it shows in what is recorded, not in the motion: with it or without, the model's 5 s drift is 0.99 floors on "
@@ -129,22 +129,22 @@ def test_a_cause_that_makes_no_drift_is_said_to_open_no_gap():
     lag = replace(found("thruster_lag"), probability=0.89)
     small = replace(gap(), before=1.02)
     said = wording_verdict.verdict_sentence(
-        diagnosis(found=(lag,), gap=small, heldout=Shrink(0.96, 0.96, NAN, NAN, NAN), check=None)
+        diagnosis(findings=(lag,), gap=small, heldout=Shrink(0.96, 0.96, NAN, NAN, NAN), check=None)
     )
     assert said.startswith("Thruster lag shows, but opens no gap: ")
     assert "% of what shows is in " in said
     chance = wording_verdict.verdict_sentence(
-        diagnosis(found=(lag,), gap=small, heldout=Shrink(0.98, 0.91, NAN, NAN, NAN), check=None)
+        diagnosis(findings=(lag,), gap=small, heldout=Shrink(0.98, 0.91, NAN, NAN, NAN), check=None)
     )
     assert chance.startswith("Thruster lag shows, but opens no gap: ")
     assert chance.endswith(
         "; without it the model's 5 s drift is 0.98 floors, with it 0.91 floors on pieces held out, where noise alone "
         "would give 1 (0.8 to 1.2 by chance)."
     )
-    closes = diagnosis(found=(lag,), gap=small, heldout=Shrink(1.15, 1.0, 0.9, NAN, NAN), check=None)
+    closes = diagnosis(findings=(lag,), gap=small, heldout=Shrink(1.15, 1.0, 0.9, NAN, NAN), check=None)
     assert wording_verdict.verdict_sentence(closes).startswith("Thruster lag explains the gap: ")
     wide = wording_verdict.verdict_sentence(
-        diagnosis(found=(lag,), heldout=Shrink(0.96, 0.96, NAN, NAN, NAN), check=None)
+        diagnosis(findings=(lag,), heldout=Shrink(0.96, 0.96, NAN, NAN, NAN), check=None)
     )
     assert wide.startswith("Thruster lag explains the gap: ")
 
@@ -175,7 +175,7 @@ def test_what_is_borne_out_in_part_is_named_and_the_rest_told_beside_it_with_its
 def test_a_disturbance_that_takes_a_third_is_told_in_newtons_in_per_cent_and_with_what_it_may_be():
     taken = (Disturbance("surge", 3.1, 0.62, True), Disturbance("sway", 0.2, 1.0, False))
     said = wording_verdict.verdict_sentence(
-        diagnosis(verdict="unknown", found=(), gap=replace(gap(), disturbance=taken))
+        diagnosis(verdict="unknown", findings=(), gap=replace(gap(), disturbance=taken))
     )
     assert "in surge it takes 3.1 N, 62 % of the variance of the thrusters' force." in said
     assert "a tether, or thrust that the vehicle file or the recording has wrong" in said

@@ -191,7 +191,7 @@ def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") ->
             "thrusters are said to be mounted first.",
         )
     if not found.accepted.effects:
-        return (f"{path} was not written: {none_accepted(found.found)}.",)
+        return (f"{path} was not written: {none_accepted(found.findings)}.",)
     if not found.accepted.tells:
         return (
             *found.accepted.sentences,
@@ -221,7 +221,7 @@ def _sends(path: Path, found: "Diagnosis") -> str:
     from bridge.vehicle.coefficients import BY_NAME
     from identify.diagnose.wording_verdict import sorted_by_likelihood
 
-    likely, _ = sorted_by_likelihood(found.found)
+    likely, _ = sorted_by_likelihood(found.findings)
     upload = f"seatrial params upload {path} sends"
     by_masses = any(finding.cause.effect.feedforward == "nominal" for finding in likely)
     if by_masses or any(name not in BY_NAME for name in found.accepted.values):
