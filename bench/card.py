@@ -18,9 +18,17 @@ from torch import Tensor
 from bench.remembered import Data
 from bench.words import paragraph
 from bridge.vehicle.config import Configuration
-from identify.estimators.paper import PaperOptions, data_loss, inverse_softplus, physics_loss, tensors
-from identify.estimators.paper_network import PaperNetwork
-from identify.estimators.paper_physics import Samples, fixed_values, starting_values
+from identify.estimators.paper import (
+    PaperNetwork,
+    PaperOptions,
+    Samples,
+    data_loss,
+    fixed_values,
+    inverse_softplus,
+    physics_loss,
+    starting_values,
+    tensors,
+)
 
 TIMED_STEPS, WARM_STEPS, COMPARED_STEPS = 50, 5, 20
 ALIKE = 0.02

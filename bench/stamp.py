@@ -62,7 +62,7 @@ BASELINES = (
     "identify/*.py",
     "identify/estimators/paper*.py",
     "identify/estimators/said.py",
-    "identify/estimators/solvable.py",
+    "identify/estimators/refusals.py",
     "identify/estimators/table.py",
     "identify/ingest",
     "configs/thrusters/*.csv",

@@ -19,7 +19,7 @@ from identify.dive import Dive
 from identify.estimators.table import OF_QUADRATIC, SIDE_BY_SIDE, Estimator, estimator
 from identify.identification import Identification, Outcome, added_mass, estimate
 from identify.progress import NO_VALUES, Values
-from identify.together import together
+from identify.side_by_side import together
 
 DONE = "done"
 """Last words of an estimator that has nothing more to report."""

@@ -2,14 +2,23 @@
 
 The caller works too, and idle threads help it, one for each further processor. So work does not multiply however deep
 the calls are nested, and no call waits for a thread.
+
+Runs several pieces of work at once in threads of one process; numerical kernels release Python's lock meanwhile.
+
+Computes once a result that several methods need when they run in parallel on one dive: the first caller computes it,
+the others wait.
+
+The result is kept only while somebody holds it, so a method that runs alone computes everything itself.
 """
 
 import os
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
-from typing import TypeVar
+from threading import Lock
+from typing import Any, Generic, TypeVar
+from weakref import WeakValueDictionary
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -81,3 +90,51 @@ def both(work: Callable[[], T], other: Callable[[], R]) -> tuple[T, R]:
     works = (lambda: first.append(work()), lambda: second.append(other()))
     side_by_side(lambda k: works[k](), range(2))
     return first[0], second[0]
+
+
+def together(works: Sequence[Callable[[], T]]) -> tuple[T, ...]:
+    """Return the results of `works` (at least one), in order; raise an error that any of them raised.
+
+    The last runs in the calling thread, which receives an interrupt: put the longest last.
+    """
+    with ThreadPoolExecutor(max_workers=len(works)) as pool:
+        started = [pool.submit(work) for work in works[:-1]]
+        last = works[-1]()
+        return (*(future.result() for future in started), last)
+
+
+class Shared(Generic[T]):
+    """A result that others may ask for too, for as long as any of them holds this object; and its arguments."""
+
+    def __init__(self, work: Callable[..., T], arguments: tuple[Any, ...]) -> None:
+        self._work, self._arguments, self._lock = work, arguments, Lock()
+        self._value: T | None = None
+
+    @property
+    def value(self) -> T:
+        """The result; raises any error of the work."""
+        with self._lock:
+            if self._value is None:
+                self._value = self._work(*self._arguments)
+            return self._value
+
+
+def shared(work: Callable[..., T]) -> Callable[..., Shared[T]]:
+    """Return a function that gives the shared result of `work` for its arguments, computed when `value` is first
+    read.
+
+    Strings and tuples are the same argument if they are equal, others only if they are the same object, which the
+    result keeps alive.
+    """
+    guard = Lock()
+    held: WeakValueDictionary[tuple[object, ...], Shared[T]] = WeakValueDictionary()
+
+    def of(*arguments: Any) -> Shared[T]:
+        key = tuple(argument if isinstance(argument, str | tuple) else id(argument) for argument in arguments)
+        with guard:
+            result = held.get(key)
+            if result is None:
+                result = held[key] = Shared(work, arguments)
+            return result
+
+    return of

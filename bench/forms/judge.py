@@ -38,7 +38,7 @@ OF_FORMS = (
     *(f"bench/forms/{name}.py" for name in SHARED),
     *(f"{path.replace('.', '/')}.py" for path in FORMS.values()),
     "identify/forces.py",
-    "identify/estimators/smoothing.py",
+    "identify/estimators/motion.py",
     "identify/ingest/commands.py",
     "identify/ingest/rotation.py",
 )

@@ -11,7 +11,7 @@ from torch import Tensor
 from bench.missions import Mission
 from bridge.vehicle.dynamics import restoring
 from identify.dive import Signal
-from identify.estimators.smoothing import smoothed_velocity
+from identify.estimators.motion import smoothed_velocity
 from identify.forces import wrench
 from identify.ingest.rotation import attitude_at
 

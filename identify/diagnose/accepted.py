@@ -32,9 +32,8 @@ from identify.diagnose.wording import effect_words, listed, name_of, percent_sur
 from identify.effects.course import Course
 from identify.effects.effect import Compensation, Effect
 from identify.estimators.admitted import timing_of
-from identify.estimators.doubts import doubts_of
+from identify.estimators.doubts import Tested, doubts_of
 from identify.estimators.likelihood_axis import DAMPING, MASS
-from identify.estimators.multiplier import Tested
 from identify.estimators.said import drag_doubts, late_doubts
 from identify.feedback import READINGS
 from identify.identification import Z95, Culprit, Doubt

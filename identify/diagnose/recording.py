@@ -25,8 +25,8 @@ from identify.diagnose.regression import PIECE_S
 from identify.diagnose.wording import listed
 from identify.dive import Dive, Signal
 from identify.effects.effect import OWN_VELOCITY, PULSES, QUICK_COMMANDS
-from identify.estimators.loud import loud, loud_note
-from identify.estimators.solvable import solvable
+from identify.estimators.checks import loud, loud_note
+from identify.estimators.refusals import solvable
 from identify.fed_velocity import filtered_doubts, stamp_doubts
 from identify.feedback import frozen_doubts
 from identify.forces import tells_thrusters

@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import OF_HULL
-from identify.estimators.doubts import Doubts, coefficients, lacking_drag
+from identify.estimators.doubts import Doubts, Force, Wider, coefficients, lacking_drag, with_forces
 from identify.estimators.lateness import LATER_S, by_lateness
 from identify.estimators.likelihood_joint import JointLikelihood
-from identify.estimators.multiplier import Force, Wider, with_forces
 from identify.estimators.scoring import climb
 from identify.identification import Z95
 

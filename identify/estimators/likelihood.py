@@ -20,7 +20,7 @@ from identify.dive import Dive, Signal
 from identify.estimators.admitted import Admitted, admitted, timing_of
 from identify.estimators.autopilot_velocity import shared_axes
 from identify.estimators.axes import Axes
-from identify.estimators.crossed import crossed, crossed_doubts
+from identify.estimators.checks import crossed, crossed_doubts, loud, loud_doubts, loud_note, unseen_doubts
 from identify.estimators.delay import with_delay
 from identify.estimators.doubts import Doubts, doubts_of
 from identify.estimators.innovations import POSITION
@@ -31,7 +31,6 @@ from identify.estimators.likelihood_axis import (
     AxisFit,
 )
 from identify.estimators.likelihood_fit import JointFit, fit_axes
-from identify.estimators.loud import loud, loud_doubts, loud_note
 from identify.estimators.said import (
     delay_doubt,
     drag_doubts,
@@ -43,7 +42,6 @@ from identify.estimators.said import (
     too_little,
     unsettled_doubt,
 )
-from identify.estimators.unseen import unseen_doubts
 from identify.feedback import Unrecorded, unrecorded
 from identify.forces import wrench
 from identify.identification import (

@@ -10,7 +10,7 @@ from bridge.vehicle.coefficients import OF_HULL
 from bridge.vehicle.config import Configuration
 from identify.estimators.axes import Axes, Axis
 from identify.estimators.doubts import coefficients
-from identify.estimators.drags import told
+from identify.estimators.intervals import integrated, stretches, told
 from identify.estimators.likelihood_axis import (
     DAMPING,
     FORCES,
@@ -22,12 +22,9 @@ from identify.estimators.likelihood_axis import (
     rigid_mass,
 )
 from identify.estimators.likelihood_joint import ROUGHLY, JointLikelihood, alone
-from identify.estimators.marginal import integrated
-from identify.estimators.profile import stretches
 from identify.estimators.scoring import MOST_STEPS, Maximum, climb
-from identify.estimators.shared import shared
 from identify.estimators.starts import rough_maximum
-from identify.side_by_side import side_by_side
+from identify.side_by_side import shared, side_by_side
 
 Array = NDArray[np.float64]
 

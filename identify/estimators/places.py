@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 from bridge.vehicle.config import GRAVITY_M_S2, Configuration, VehicleFile
 from bridge.vehicle.dynamics import restoring
 from identify.dive import Dive, Signal
-from identify.estimators.motion import Motion
+from identify.estimators.motion import FEWEST, Motion, smoothed, smoothed_velocity
 from identify.estimators.readings import HEAVE, PITCH, ROLL, YAW
-from identify.estimators.smoothing import FEWEST, smoothed, smoothed_velocity
 from identify.ingest.rotation import to_body_turn
 
 Array = NDArray[np.float64]

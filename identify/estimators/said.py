@@ -11,7 +11,7 @@ from identify.identification import Culprit, Doubt, Outcome, ThrustDelay
 
 if TYPE_CHECKING:
     from bridge.vehicle.config import Damping
-    from identify.estimators.multiplier import Tested
+    from identify.estimators.doubts import Tested
 
 SHORTEST_DIVE_S = 20.0
 

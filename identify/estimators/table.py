@@ -8,7 +8,7 @@ from bridge.errors import ConfigError, FitError
 from bridge.vehicle.config import VehicleFile
 from identify.answer import answered
 from identify.dive import Dive
-from identify.estimators.solvable import in_numbers, solvable
+from identify.estimators.refusals import in_numbers, solvable
 from identify.identification import Identification
 from identify.progress import Progress
 

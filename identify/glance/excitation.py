@@ -21,13 +21,11 @@ from bridge.vehicle.config import VehicleFile
 from identify.dive import Array, Dive, Signal
 from identify.estimators.admitted import timing_of
 from identify.estimators.autopilot_velocity import lasting_axes
-from identify.estimators.doubts import coefficients, doubts_of, lacking_drag
-from identify.estimators.lasting import common_s
+from identify.estimators.doubts import Force, coefficients, doubts_of, lacking_drag, with_forces
 from identify.estimators.lateness import by_lateness
 from identify.estimators.likelihood_fit import Begun, rough_fit
-from identify.estimators.multiplier import Force, with_forces
+from identify.estimators.refusals import common_s, solvable
 from identify.estimators.said import SHORTEST_DIVE_S, long_enough
-from identify.estimators.solvable import solvable
 from identify.feedback import unrecorded
 from identify.forces import wrench
 from identify.identification import LARGEST_RELATIVE_STD

@@ -10,7 +10,7 @@ from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive, Signal
 from identify.estimators.axes import Axis, build_axes
 from identify.estimators.pinn.fit import Task, task_of
-from identify.estimators.pinn.noise import Noise, of_logarithm
+from identify.estimators.pinn.raw import Noise, of_logarithm
 from identify.estimators.pinn.training import Point, Trainer
 from identify.estimators.readings import Channel
 

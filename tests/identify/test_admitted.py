@@ -12,10 +12,9 @@ from soak import rest_in_soak
 from bench.missions.mission import draw_one
 from bridge.vehicle.config import load_vehicle
 from identify.dive import Signal
-from identify.estimators import multiplier
 from identify.estimators.admitted import NOTHING, STAMPED_S, Admitted, admitted, timing_of
 from identify.estimators.axes import build_axes
-from identify.estimators.doubts import doubts_of
+from identify.estimators.doubts import Tested, doubts_of
 from identify.estimators.likelihood_fit import fit_axes
 from identify.estimators.said import late_doubts, too_little
 from identify.estimators.table import estimator
@@ -154,4 +153,4 @@ def test_what_is_too_wide_for_what_the_model_lacks_says_what_it_lacks():
 
 
 def of_size(size):
-    return multiplier.Tested(7.0, size, np.zeros(18))
+    return Tested(7.0, size, np.zeros(18))

@@ -13,10 +13,9 @@ from identify.bounds import with_bounds
 from identify.descent import LARGEST_OFF, descent, descent_doubts
 from identify.dive import Signal
 from identify.estimators.axes import build_axes
-from identify.estimators.crossed import LARGEST_SHARE, crossed, crossed_doubts
+from identify.estimators.checks import LARGEST_SHARE, crossed, crossed_doubts, unseen_doubts
 from identify.estimators.likelihood_fit import fit_axes
 from identify.estimators.table import estimator
-from identify.estimators.unseen import unseen_doubts
 from identify.feedback import unchecked
 from identify.identification import Outcome
 

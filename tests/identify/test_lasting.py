@@ -8,7 +8,7 @@ import pytest
 
 from bridge.errors import FitError
 from identify.dive import Signal
-from identify.estimators.lasting import common_s, lasting, too_short
+from identify.estimators.refusals import common_s, lasting, too_short
 from identify.estimators.said import long_enough
 from identify.estimators.table import METHODS, estimator
 

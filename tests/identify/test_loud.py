@@ -11,9 +11,9 @@ from test_judged import YAW, one_axis
 from identify.diagnose.diagnose import diagnose
 from identify.dive import Signal
 from identify.estimators.axes import build_axes
+from identify.estimators.checks import LOUD, loud, loud_doubts, loud_note
 from identify.estimators.likelihood import estimate
 from identify.estimators.likelihood_fit import fit_axes
-from identify.estimators.loud import LOUD, loud, loud_doubts, loud_note
 from identify.identification import Outcome
 
 FILE = closed_loop.vehicle_file()

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from identify.estimators.intervals import integrated
 from identify.estimators.likelihood_axis import DISTURBANCE, MASS, TIME_CONSTANT
-from identify.estimators.marginal import integrated
 
 
 class Sample:

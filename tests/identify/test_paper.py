@@ -13,23 +13,21 @@ from bridge.vehicle.config import Configuration, Vehicle, VehicleFile
 from identify.dive import Array, Dive, Signal
 from identify.estimators.paper import (
     PAPER,
+    PaperNetwork,
     PaperOptions,
+    Samples,
+    closed_form,
     data_loss,
     estimate,
     estimate_with_curves,
-    inverse_softplus,
-    physics_loss,
-    tensors,
-    window_ends,
-)
-from identify.estimators.paper_network import PaperNetwork
-from identify.estimators.paper_physics import (
-    Samples,
-    closed_form,
     excited,
     fixed_values,
+    inverse_softplus,
+    physics_loss,
     predicted_wrench,
     samples,
+    tensors,
+    window_ends,
 )
 from identify.filters import AlignedDive, aligned
 from identify.identification import Outcome

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from identify.estimators.paper_noise import noise_table, survey_surge
+from bench.paper_noise import noise_table, survey_surge
 
 
 def test_without_noise_the_mass_is_exact_at_every_cut_off() -> None:

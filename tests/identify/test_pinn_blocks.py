@@ -52,7 +52,7 @@ def test_the_selected_inverse_holds_the_blocks_of_the_dense_one(nodes):
 @pytest.mark.parametrize("nodes", NODES)
 def test_many_nodes_by_stretches_come_to_the_same(nodes, monkeypatch):
     diagonal, above, dense = tridiagonal(nodes)
-    monkeypatch.setattr("identify.estimators.pinn.stretches.AT_A_TIME", 3)
+    monkeypatch.setattr("identify.estimators.pinn.blocks.AT_A_TIME", 3)
     inverse = torch.linalg.inv(dense).reshape(nodes, 3, nodes, 3).transpose(1, 2)
     each = torch.arange(nodes)
     factor = factorise(diagonal, above)

@@ -5,8 +5,7 @@ import pytest
 from network_tasks import read_by
 
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
-from identify.estimators.pinn.intervals import readings_in
-from identify.estimators.pinn.layout import instants
+from identify.estimators.pinn.layout import instants, readings_in
 
 NODES = np.array([0.0, 0.1, 0.2, 0.35, 0.45])
 NU = np.array([0.2, 0.5, -0.1, 0.0, 0.3])

@@ -5,8 +5,7 @@ import pytest
 import torch
 
 from bridge.vehicle.config import Configuration, Thruster
-from identify.estimators.pinn.noise import Moments, Noise, Prior, of_logarithm, slope
-from identify.estimators.pinn.raw import raw_of
+from identify.estimators.pinn.raw import Moments, Noise, Prior, of_logarithm, raw_of, slope
 
 SHAPE = Configuration(
     dry_mass_kg=40.0,

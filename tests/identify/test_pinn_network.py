@@ -7,12 +7,10 @@ import torch
 
 from bridge.vehicle.config import Configuration, Thruster
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
-from identify.estimators.pinn.intervals import Readings, readings_in
-from identify.estimators.pinn.layout import Layout
-from identify.estimators.pinn.leaning import by_raw
+from identify.estimators.pinn.equations import by_raw
+from identify.estimators.pinn.layout import Layout, Readings, readings_in
 from identify.estimators.pinn.network import between, data_of, pull, wild, without
-from identify.estimators.pinn.noise import Noise
-from identify.estimators.pinn.raw import raw_of
+from identify.estimators.pinn.raw import Noise, raw_of
 
 SHAPE = Configuration(
     dry_mass_kg=40.0,

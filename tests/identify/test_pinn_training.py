@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 import torch
 
-from identify.estimators.pinn.noise import Noise, Prior
+from identify.estimators.pinn.raw import Noise, Prior
 from identify.estimators.pinn.training import MOST_PASSES, Point, Trainer
 
 ONE = torch.ones(1, dtype=torch.float64)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from identify.estimators.profile import ENDLESS, stretches
+from identify.estimators.intervals import ENDLESS, stretches
 from identify.estimators.scoring import gaussian, weigh
 from identify.identification import Z95
 

@@ -15,7 +15,7 @@ from bridge.vehicle.config import Prior
 from gcs_plugin.params.targets import parameters_from_identification
 from identify.dive import Signal
 from identify.drag_force import with_drag_forces
-from identify.estimators import drags
+from identify.estimators import intervals
 from identify.estimators.axes import build_axes
 from identify.estimators.likelihood_axis import DAMPING, likelihood_of
 from identify.estimators.table import estimator
@@ -181,19 +181,19 @@ def test_of_a_sum_that_is_known_loosely_nothing_is_kept(both):
 def test_what_is_left_without_the_negative_part_is_that_of_a_truncated_normal_distribution(middle):
     std = 2.0
     exact = truncnorm(-middle / std, np.inf, middle, std)
-    mean, covariance = drags._without_negative(
+    mean, covariance = intervals._without_negative(
         np.array([middle, 5.0]), std**2 * np.array([[1.0, -0.8], [-0.8, 1.0]]), 0
     )
     assert mean[0] == pytest.approx(exact.mean())
     assert covariance[0, 0] == pytest.approx(exact.var(), rel=1e-6)
     assert mean[1] == pytest.approx(5.0 - 0.8 * (exact.mean() - middle))
-    low, high = drags._interval(middle, std)
+    low, high = intervals._interval(middle, std)
     assert high == pytest.approx(exact.ppf(0.975), rel=1e-6)
     assert low == 0.0
 
 
 def test_a_drag_that_is_surely_there_keeps_its_normal_interval():
-    low, high = drags._interval(10.0, 2.0)
+    low, high = intervals._interval(10.0, 2.0)
     assert (low, high) == pytest.approx((10.0 - 1.96 * 2.0, 10.0 + 1.96 * 2.0), abs=1e-3)
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from identify.estimators.axes import build_axes
 from identify.estimators.likelihood_fit import rough_fit
-from identify.estimators.shared import shared
+from identify.side_by_side import shared
 
 
 class Made:

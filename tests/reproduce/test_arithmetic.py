@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from identify.estimators.paper_network import PaperNetwork
+from identify.estimators.paper import PaperNetwork
 from tui.reproduce.arithmetic import (
     acceleration_error,
     hotel_over_thrusters,

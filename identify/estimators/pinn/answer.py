@@ -12,11 +12,9 @@ from identify import nuisance
 from identify.dive import Dive
 from identify.estimators.admitted import NOTHING, Admitted, admitted, timing_of
 from identify.estimators.autopilot_velocity import shared_axes
-from identify.estimators.crossed import crossed, crossed_doubts
-from identify.estimators.doubts import Doubts, doubts_of
+from identify.estimators.checks import crossed, crossed_doubts, loud, loud_doubts, loud_note, unseen_doubts
+from identify.estimators.doubts import Doubts, Tested, doubts_of
 from identify.estimators.innovations import POSITION
-from identify.estimators.loud import loud, loud_doubts, loud_note
-from identify.estimators.multiplier import Tested
 from identify.estimators.pinn.fit import Fit, fit_network
 from identify.estimators.pinn.training import MOST_PASSES
 from identify.estimators.said import (
@@ -28,7 +26,6 @@ from identify.estimators.said import (
     too_little,
     unsettled_doubt,
 )
-from identify.estimators.unseen import unseen_doubts
 from identify.feedback import unrecorded
 from identify.identification import (
     LARGEST_RELATIVE_STD,

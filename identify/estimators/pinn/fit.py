@@ -1,4 +1,7 @@
-"""Fits the network to a dive: layout, start, removal of wild readings, training."""
+"""Fits the network to a dive: layout, start, removal of wild readings, training.
+
+Knowledge of each axis's own filter, in the network's parameters: start of training, and curvature of the loss.
+"""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,18 +18,73 @@ from bridge.vehicle.config import Configuration, VehicleFile
 from identify.dive import Dive
 from identify.estimators.axes import Axes
 from identify.estimators.likelihood_axis import DISTURBANCE_SHARE, MOST_WILD, TIME_S, rigid_mass
-from identify.estimators.pinn.guide import Guide
 from identify.estimators.pinn.layout import Layout, lay_out
 from identify.estimators.pinn.network import data_of, wild, without
-from identify.estimators.pinn.noise import Noise, Prior
-from identify.estimators.pinn.raw import Raw, raw_of
-from identify.estimators.pinn.start import Filters, filters_of
+from identify.estimators.pinn.raw import Noise, Prior, Raw, raw_of
+from identify.estimators.pinn.start import Filters, Levels, filters_of
 from identify.estimators.pinn.training import MOST_PASSES, UNSETTLED_TEXT, Pass, Point, Trained, Trainer
-from identify.estimators.solvable import no_solution
+from identify.estimators.refusals import no_solution
 from identify.identification import Z95
 from identify.progress import Progress
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Guide:
+    """The filters of the fitted axes `dofs`, ascending, in the network's parameters. `share` (C,): intervals read per
+    reading, for each channel."""
+
+    dofs: tuple[int, ...]
+    map_: Raw
+    filters: Filters
+    share: Tensor
+
+    def start(self) -> tuple[Tensor, Noise]:
+        """Raw parameters and noise levels at which the filters start the network."""
+        begin, middle = self.filters.start, self.map_.middle
+
+        def tensor(values: object) -> Tensor:
+            return torch.as_tensor(values, dtype=middle.dtype, device=middle.device)
+
+        values = middle.clone()
+        values[list(self.dofs)] = tensor(begin.mass)
+        values[6:] = tensor(np.concatenate([begin.damping, begin.trim]))
+        levels = (begin.sensor, begin.disturbance, begin.time_constant_s)
+        return self.map_.raw(values), Noise(*map(tensor, levels))
+
+    def curvature(self, point: Point) -> Tensor:
+        """Curvature of half the loss without priors, ordered as `Point.where`: from the filters, and from the
+        network's own equations for masses that are not fitted."""
+        like, noise, count, n = point.raw, point.noise, len(point.raw), len(self.dofs)
+        by_filters = self.filters.curvature(self._levels(like, noise))
+        # In the network's order the sensors come before the disturbances.
+        sensors = len(noise.sensor)
+        place = [
+            *self.dofs,
+            *range(6, count),
+            *range(count + sensors, count + sensors + 2 * n),
+            *range(count, count + sensors),
+        ]
+        # A sensor's noise shows in the means of intervals, which are fewer than the readings of a filter.
+        ones = torch.ones(2 * n, dtype=like.dtype, device=like.device)
+        unit = torch.cat([self.map_.to_logarithm(like), self.share.sqrt(), ones])[place]
+        out = torch.zeros(len(point.slope), len(point.slope), dtype=like.dtype, device=like.device)
+        others = [dof for dof in range(6) if dof not in self.dofs]
+        out[np.ix_(others, others)] = point.equations.information[np.ix_(others, others)]
+        out[np.ix_(place, place)] = torch.as_tensor(by_filters, device=like.device) * torch.outer(unit, unit)
+        return out
+
+    def near(self, raw: Tensor, noise: Noise) -> Filters:
+        """See `Filters.near`."""
+        return self.filters.near(self._levels(raw, noise))
+
+    def _levels(self, raw: Tensor, noise: Noise) -> Levels:
+        values, n = self.map_.values(raw), len(self.dofs)
+        parts = (values[list(self.dofs)], values[6 : 6 + n], values[6 + n :])
+        levels = (noise.disturbance, noise.time_constant_s, noise.sensor)
+        return Levels(*(part.cpu().numpy() for part in (*parts, *levels)))
+
 
 FINEST_S, COARSEST_S, MANY_INSTANTS = 0.05, 0.1, 6000
 """Step between two instants of the network: fine enough to follow a light vehicle's roll within a second. In a dive

@@ -13,11 +13,10 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from identify.estimators.pinn.blocks import Stretch, stretches, worked
 from identify.estimators.pinn.layout import Layout
-from identify.estimators.pinn.noise import Noise
 from identify.estimators.pinn.physics import Balance, Interval, balance, bending, coriolis_forms
-from identify.estimators.pinn.raw import Raw
-from identify.estimators.pinn.stretches import Stretch, stretches, worked
+from identify.estimators.pinn.raw import Noise, Raw
 
 POSITION_STD, ROUGHNESS = 3e-6, 2e-5
 """Standard deviations of the error of straight lines between instants: m or rad; m/s or rad/s."""

@@ -1,4 +1,11 @@
-"""Maps the raw parameters that are trained to coefficients, with the priors of the coefficients."""
+"""Maps the raw parameters that are trained to coefficients, with the priors of the coefficients.
+
+Noise levels of the network: the noise of each sensor, and the strength and time constant of each disturbance.
+
+The network's own uncertainty is added to its residuals, so a level is not underestimated because a flexible network
+came close to the readings (the expectations of Dempster, Laird and Rubin 1977; for state-space models Shumway and
+Stoffer 1982).
+"""
 
 from dataclasses import dataclass
 
@@ -78,3 +85,86 @@ def raw_of(shape: Configuration, dofs: tuple[int, ...], device: torch.device) ->
     spread = np.concatenate([mass_spread, [PRIOR_STD[1]] * len(dofs), trim])
     tensors = [torch.as_tensor(part, device=device) for part in (scale, middle, spread)]
     return Raw(tensors[0], tensors[1], tensors[2], len(dofs))
+
+
+DISTURBANCE_SPREAD, TIME_SPREAD = 3.0, 1.0
+"""Standard deviations of the priors on the logarithms: they matter only if a dive has no information."""
+
+NEAR = 1e-4
+"""Half-width of the central difference in the logarithm of a time constant."""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """sensor (C,): standard deviations; disturbance (n,): N or N m, and its time_constant_s (n,)."""
+
+    sensor: Tensor
+    disturbance: Tensor
+    time_constant_s: Tensor
+
+    def logarithm(self) -> Tensor:
+        """Logarithms of all levels, (C + 2 n,)."""
+        return torch.cat([self.sensor, self.disturbance, self.time_constant_s]).log()
+
+
+@dataclass(frozen=True)
+class Prior:
+    """Prior of the noise levels: log-normal about `middle`; `sensor_spread` (C,) of the sensors'."""
+
+    middle: Noise
+    sensor_spread: Tensor
+
+    def spread(self) -> Tensor:
+        """Standard deviations of the logarithms, (C + 2 n,)."""
+        level = torch.ones_like(self.middle.disturbance)
+        return torch.cat([self.sensor_spread, DISTURBANCE_SPREAD * level, TIME_SPREAD * level])
+
+    def residual(self, noise: Noise) -> Tensor:
+        """Distances of the levels from the middle, in standard deviations, (C + 2 n,)."""
+        return (noise.logarithm() - self.middle.logarithm()) / self.spread()
+
+
+def of_logarithm(logarithm: Tensor, axes: int) -> Noise:
+    """The inverse of `Noise.logarithm`."""
+    values = logarithm.exp()
+    return Noise(values[: -2 * axes], values[-2 * axes : -axes], values[-axes:])
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Expectations of the residuals over the network's own uncertainty.
+
+    Shortfall of expected squares below one, in shares of their variances, summed: sensor (C,) for the part of the
+    sensors' noise; wander (n,) for the part of the disturbance that wanders within intervals. d00, d01, d11 (N, n):
+    products of the disturbance at both ends of every interval. first (n,): its square at the first node.
+    """
+
+    sensor: Tensor
+    wander: Tensor
+    d00: Tensor
+    d01: Tensor
+    d11: Tensor
+    first: Tensor
+
+
+def slope(moments: Moments, step_s: Tensor, noise: Noise) -> Tensor:
+    """Slope of half the loss without priors, in the logarithms of the levels, (C + 2 n,).
+
+    By Fisher's identity, this is the slope of the expected loss at the moments' own levels.
+    """
+    squares, _ = _drift(moments, step_s, noise.time_constant_s[None, :])
+    disturbance = len(step_s) + 1 - squares[0] / noise.disturbance**2 + moments.wander
+    near = torch.exp(torch.tensor([[-NEAR], [NEAR]], dtype=step_s.dtype, device=step_s.device))
+    squares, lost = _drift(moments, step_s, near * noise.time_constant_s)
+    cost = 0.5 * squares / noise.disturbance**2 + lost
+    slower = (cost[1] - cost[0]) / (2 * NEAR) - 0.5 * moments.wander
+    return torch.cat([moments.sensor, disturbance, slower])
+
+
+def _drift(moments: Moments, step_s: Tensor, time_s: Tensor) -> tuple[Tensor, Tensor]:
+    """For time constants (g, n): the disturbance's squared innovations in units of its variance, and half the sum of
+    the logarithms of the innovations' own variances, (g, n) each."""
+    kept = torch.exp(-step_s[None, :, None] / time_s[:, None, :])
+    lost = 1 - kept**2
+    drift = (moments.d11 - 2 * kept * moments.d01 + kept**2 * moments.d00) / lost
+    return drift.sum(dim=1) + moments.first, 0.5 * lost.log().sum(dim=1)

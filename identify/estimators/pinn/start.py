@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.config import Configuration
 from identify.estimators.axes import Axes
+from identify.estimators.intervals import HOPELESS, LOOSE, stretches
 from identify.estimators.likelihood_axis import (
     DAMPING,
     DISTURBANCE,
@@ -23,7 +24,6 @@ from identify.estimators.likelihood_axis import (
 )
 from identify.estimators.likelihood_fit import axis_fits, rough_fit
 from identify.estimators.likelihood_joint import JointLikelihood
-from identify.estimators.profile import HOPELESS, LOOSE, stretches
 from identify.estimators.scoring import climb
 
 Array = NDArray[np.float64]

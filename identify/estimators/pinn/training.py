@@ -15,8 +15,7 @@ from torch import Tensor
 
 from identify.estimators.pinn.equations import Equations, equations
 from identify.estimators.pinn.network import Data
-from identify.estimators.pinn.noise import Noise, Prior, of_logarithm, slope
-from identify.estimators.pinn.raw import Raw
+from identify.estimators.pinn.raw import Noise, Prior, Raw, of_logarithm, slope
 
 SETTLED, LEVELS_SETTLED, LEVEL_SHARE = 0.1, 1.0, 0.02
 """Training ends with a step in which no coefficient moves by more than SETTLED of its standard error, and no noise

@@ -1,0 +1,281 @@
+"""Intervals beyond the parabola: uncertain noise levels, a profile of the likelihood, linear and quadratic drag
+together.
+
+Effect of the noise levels' own uncertainty on all other parameters.
+
+Fisher information at the most likely noise levels takes those levels as known. They are not: on a short dive the
+disturbance is known to some ten per cent, and the most likely level is too low, because the fitted forces have
+explained part of it away, and because larger levels are less unlikely than smaller ones. Both effects are corrected
+to second order about the maximum. The levels move to their posterior mean, all else integrated out (restricted
+maximum likelihood, Harville 1977, section 3, by Laplace's approximation; the skewness from the slope on both sides);
+all other parameters follow; and each variance becomes its mean over the levels. For a normal sample of n this
+enlarges the variance of its mean by 1 + 3 / n, as in Student's distribution.
+
+Interval of a coefficient on either side, if the likelihood is not a parabola.
+
+A 95 % interval ends where the likelihood, maximised over all else, has fallen by 1.96^2 / 2 (Barndorff-Nielsen and
+Cox 1994, section 3.5). For a coefficient that is known well, one scoring step of all other parameters gives the fall
+at the parabola's end; to first order, the true end is further out by a factor of 1.96 over the root of twice the
+fall. For a coefficient that is known loosely, all other parameters are climbed there, and again at twice the
+distance: there may be a second summit next to the first.
+
+Joint knowledge of linear and quadratic damping of a hull, for dives at few speeds that can't separate the two.
+
+The fit is in logarithms, and so is the knowledge of a coefficient that is known well. If a damping is known loosely,
+it may as well be zero, which a logarithm can't express. Drag is linear in its coefficients, so its likelihood is a
+parabola in them. Their mean and covariance are those of a normal distribution truncated to positive values (Johnson,
+Kotz and Balakrishnan 1994, section 13.10.1), and truncating one of them moves all that is correlated with it.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.estimators.likelihood_axis import DAMPING, DISTURBANCE, TIME_CONSTANT
+from identify.estimators.likelihood_joint import JointLikelihood, alone
+from identify.estimators.scoring import Maximum, Problem, Score, climb, log_posterior
+from identify.identification import Z95
+
+Array = NDArray[np.float64]
+
+LARGEST_SHIFT = 1.0
+"""Largest shift of a noise level, in standard deviations: beyond it the approximation is meaningless."""
+
+LARGEST_LOG_WIDENING = 0.7
+
+
+def integrated(joint: JointLikelihood, theta: Array) -> tuple[Array, Array]:
+    """Shift to be added to the maximum theta (p,), and factors on its standard deviations (p,)."""
+    parts = [joint.score_of(i, theta) for i in range(len(joint.places))]
+    precision = np.diag(joint.prior_precision)
+    for places, _, information in parts:
+        precision[np.ix_(places, places)] += information
+    whole: Array = np.asarray(np.linalg.inv(precision), dtype=np.float64)
+    shift, log_widening = np.zeros(len(theta)), np.zeros(len(theta))
+    for i, (place, (places, slope_here, here)) in enumerate(zip(joint.places, parts, strict=True)):
+        levels = [place.start + DISTURBANCE, place.start + TIME_CONSTANT]
+        others = np.setdiff1d(np.arange(len(theta)), levels)
+        without = precision.copy()
+        without[np.ix_(places, places)] -= here
+        middle = _known(precision, others)[1]
+        for step in _directions(whole, levels):
+            sides, skewness = [], 0.0
+            for sign in (-1.0, 1.0):
+                _, slope, there = joint.score_of(i, theta + sign * step)
+                moved = without.copy()
+                moved[np.ix_(places, places)] += there
+                sides.append(_known(moved, others))
+                skewness += float(step[places] @ (slope - slope_here))
+            (down, low), (up, high) = sides
+            mean = float(np.clip(0.5 * skewness - 0.25 * (up - down), -LARGEST_SHIFT, LARGEST_SHIFT))
+            tilt, bend = 0.5 * (high - low), 0.5 * (high + low) - middle
+            shift += mean * step
+            log_widening[others] += tilt * mean + 0.5 * tilt**2 + bend * (1.0 + mean**2)
+    return shift, np.exp(0.5 * np.clip(log_widening, 0.0, LARGEST_LOG_WIDENING))
+
+
+def _directions(covariance: Array, levels: list[int]) -> Iterator[Array]:
+    """Changes of theta (p,) by one standard deviation of its noise `levels`, uncorrelated with one another.
+
+    All other parameters follow as far as they are correlated with the levels.
+    """
+    spread, axes = np.linalg.eigh(covariance[np.ix_(levels, levels)])
+    for variance, axis in zip(spread, axes.T, strict=True):
+        yield covariance[:, levels] @ axis / np.sqrt(variance)
+
+
+def _known(precision: Array, rest: NDArray[np.intp]) -> tuple[float, Array]:
+    """Log determinant of the precision of `rest`, and the log variances (k,), given the levels."""
+    block = precision[np.ix_(rest, rest)]
+    return float(np.linalg.slogdet(block)[1]), np.log(np.diag(np.linalg.inv(block)))
+
+
+NEAREST, FURTHEST = 0.7, 2.0
+"""Smallest and largest factor on the parabola's end that is accepted."""
+
+ENDLESS = 4.0
+"""Factor for an end that is not reached even at twice the parabola's end."""
+
+LOOSE, HOPELESS = 0.1, 0.3
+"""Range of standard errors, of logarithms, in which all other parameters are climbed."""
+
+LONG_TAIL = 1.2
+"""If the parabola through the fall at twice the end is wider by this factor, its width replaces the nearer end."""
+
+NEARLY = 0.05
+"""Convergence limit, in nats, of the climb of all other parameters."""
+
+PIN = 1e9
+
+
+@dataclass(frozen=True)
+class Pinned:
+    """A problem with one of its parameters fixed."""
+
+    problem: Problem
+    place: int
+    at: float
+
+    @property
+    def difference(self) -> Array:
+        return self.problem.difference
+
+    @property
+    def prior_mean(self) -> Array:
+        mean = self.problem.prior_mean.copy()
+        mean[self.place] = self.at
+        return mean
+
+    @property
+    def prior_precision(self) -> Array:
+        precision = self.problem.prior_precision.copy()
+        precision[self.place] = PIN
+        return precision
+
+    def innovations(self, theta: Array) -> tuple[Array, Array]:
+        return self.problem.innovations(theta)
+
+    def log_likelihood(self, theta: Array) -> float:
+        return self.problem.log_likelihood(theta)
+
+
+def stretches(problem: Problem, maximum: Array, place: int, score: Score = alone) -> tuple[float, float]:
+    """Factors on the lower and the upper half of a parameter's interval.
+
+    `maximum` (p,) is the maximum of the posterior.
+    """
+    _, information = score(problem, maximum)
+    covariance = np.linalg.inv(information + np.diag(problem.prior_precision))
+    std = float(np.sqrt(covariance[place, place]))
+    step: Array = np.asarray(Z95 * covariance[:, place] / std, dtype=np.float64)
+    top = float(log_posterior(problem, maximum))
+    way = _searched if LOOSE < std < HOPELESS else _stretch
+    below, above = (way(problem, maximum, sign * step, place, top, score) for sign in (-1.0, 1.0))
+    return below, above
+
+
+def _stretch(problem: Problem, maximum: Array, step: Array, place: int, top: float, score: Score) -> float:
+    end = maximum + step
+    gradient, information = score(problem, end)
+    others = np.arange(len(end)) != place
+    slope = (gradient - problem.prior_precision * (end - problem.prior_mean))[others]
+    precision = (information + np.diag(problem.prior_precision))[np.ix_(others, others)]
+    # Far out on a hopeless parameter the information may be singular but for rounding: nothing is regained there.
+    scale = np.sqrt(np.maximum(np.diag(precision), 1e-300))
+    inverse = np.linalg.pinv(precision / np.outer(scale, scale), hermitian=True)
+    regained = 0.5 * float((slope / scale) @ inverse @ (slope / scale))
+    fallen = max(top - log_posterior(problem, end) - regained, 0.0)
+    return float(np.clip(Z95 / np.sqrt(2.0 * fallen + 1e-12), NEAREST, FURTHEST))
+
+
+def _searched(problem: Problem, maximum: Array, step: Array, place: int, top: float, score: Score) -> float:
+    def root_of_fall(far: float) -> float:
+        """Root of twice the fall at `far` times the distance of the parabola's end: 1.96 `far` on a parabola."""
+        end = maximum + far * step
+        held = Pinned(problem, place, float(end[place]))
+        best = climb(held, end, NEARLY, lambda _, theta: score(problem, theta)).theta
+        return float(np.sqrt(2.0 * max(top - log_posterior(problem, best), 0.0)))
+
+    near, far = root_of_fall(1.0), root_of_fall(2.0)
+    if near >= Z95:
+        first = Z95 / near
+    else:
+        first = ENDLESS if far <= Z95 else 1.0 + (Z95 - near) / (far - near)
+    tail = 2.0 * Z95 / max(far, 1e-6)
+    return float(np.clip(tail if tail > LONG_TAIL * first else first, NEAREST, ENDLESS))
+
+
+LOOSE_DRAG = 0.25
+"""Standard error of a logarithm above which a drag is stated as a number."""
+
+VAGUE = 2.0
+"""Prior standard deviation of a drag, as a share of the start value of its climb."""
+
+SURELY = 5.0
+"""Standard errors from 0 beyond which the negative part of a normal distribution is negligible."""
+
+
+@dataclass(frozen=True)
+class Told:
+    """Knowledge of a fit's theta: its `middle` (p,) and `covariance` (p, p). For the drags at the indices in
+    `stretch` these are the logarithm of the mean and the relative covariance; `stretch` holds factors on the lower
+    and the upper half of their intervals."""
+
+    middle: Array
+    covariance: Array
+    stretch: dict[int, tuple[float, float]]
+
+
+def told(joint: JointLikelihood, maximum: Maximum) -> Told:
+    """Return the knowledge of all axes; drags that are known loosely are treated as numbers."""
+    whole: Array = np.asarray(np.linalg.inv(maximum.precision), dtype=np.float64)
+    loose = _loose(joint, np.sqrt(np.diag(whole)))
+    return _as_numbers(joint, maximum.theta, loose) if loose else Told(maximum.theta, whole, {})
+
+
+def _loose(joint: JointLikelihood, std: Array) -> list[int]:
+    """Indices in theta of linear and quadratic damping, for axes in which either is known loosely; std (p,)."""
+    places: list[int] = []
+    for problem, place in zip(joint.problems, joint.places, strict=True):
+        both = [place.start + DAMPING, place.start + problem.quadratic_place]
+        if problem.damped == "both" and np.max(std[both]) > LOOSE_DRAG:
+            places += both
+    return places
+
+
+def _as_numbers(joint: JointLikelihood, theta: Array, at: list[int]) -> Told:
+    gradient, information = joint.score(theta)
+    prior_mean, precision = joint.prior_mean.copy(), joint.prior_precision.copy()
+    value, unit = theta.copy(), np.ones(len(theta))
+    value[at] = unit[at] = np.exp(theta[at])
+    prior_mean[at] = np.exp(prior_mean[at])
+    precision[at] = (VAGUE * prior_mean[at]) ** -2.0
+    covariance: Array = np.asarray(np.linalg.inv(information / np.outer(unit, unit) + np.diag(precision)))
+    mean = value + covariance @ (gradient / unit - precision * (value - prior_mean))
+    ends = {}
+    # The least certain damping first, because the other follows it.
+    for place in sorted(at, key=lambda place: mean[place] / np.sqrt(covariance[place, place])):
+        ends[place] = _interval(float(mean[place]), float(np.sqrt(covariance[place, place])))
+        mean, covariance = _without_negative(mean, covariance, place)
+    unit[at] = mean[at]
+    middle, relative = mean.copy(), covariance / np.outer(unit, unit)
+    middle[at] = np.log(mean[at])
+    half = {place: Z95 * float(np.sqrt(relative[place, place])) for place in at}
+    stretch = {
+        place: (
+            float(np.log(mean[place] / low)) / half[place],
+            float(np.log(high / mean[place])) / half[place],
+        )
+        for place, (low, high) in ends.items()
+    }
+    return Told(middle, relative, stretch)
+
+
+def _interval(middle: float, std: float) -> tuple[float, float]:
+    """95 % interval of a normal distribution truncated to positive values; it starts at 0 if zero is plausible."""
+    from scipy.special import (
+        log_ndtr,
+        ndtri_exp,
+    )  # here, because its import takes 0.15 s and few drags need it
+
+    # In logarithms, because far out on the negative side the remaining probability would be rounded away.
+    left = float(log_ndtr(middle / std))
+    low, high = (middle - std * float(ndtri_exp(left + np.log(share))) for share in (0.975, 0.025))
+    return (0.0 if middle < Z95 * std else low), high
+
+
+def _without_negative(mean: Array, covariance: Array, place: int) -> tuple[Array, Array]:
+    """Mean (p,) and covariance (p, p) once the parameter at `place` can't be negative."""
+    std = float(np.sqrt(covariance[place, place]))
+    off = float(mean[place]) / std
+    if off > SURELY:
+        return mean, covariance
+    from scipy.special import log_ndtr
+
+    # The hazard of a normal distribution, in logarithms for the far side.
+    hazard = float(np.exp(-0.5 * off**2 - 0.5 * np.log(2.0 * np.pi) - log_ndtr(off)))
+    left = max(1.0 - hazard * (hazard + off), 1e-6)
+    along: Array = covariance[:, place] / std
+    return mean + along * hazard, covariance - np.outer(along, along) * (1.0 - left)

@@ -1,0 +1,131 @@
+"""Refuses a dive that no method can identify: too short, never pushed, or with equations that have no solution.
+
+Time for which a dive has thruster commands and readings of motion together, as identification needs both.
+
+Refuses a dive whose equations have no solution, with any method, in a sentence that names the axes.
+"""
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from bridge.errors import FitError
+from bridge.vehicle.coefficients import DOFS
+from identify.dive import Dive
+from identify.estimators.readings import HEAVE, PITCH, ROLL, YAW
+from identify.estimators.said import SHORTEST_DIVE_S, axes_named
+from identify.identification import Identification
+
+
+def lasting(dive: Dive) -> None:
+    """Raise FitError if no axis was read for long enough. A battery's voltage may be logged after all else ended."""
+    common = [span_s for dof in range(len(DOFS)) if not math.isnan(span_s := common_s(dive, dof))]
+    if common and round(max(common)) < SHORTEST_DIVE_S:
+        raise FitError(
+            f"thruster commands and readings of motion are both in it for {max(*common, 0):.0f} s of "
+            f"{dive.duration_s:.0f} s, but identification needs at least {SHORTEST_DIVE_S:.0f} s; record a longer one",
+            of=dive.name,
+        )
+
+
+def too_short(dive: Dive, dof: int) -> str:
+    """Why an axis was read for too short a time to be identified; empty if it was read for long enough.
+
+    Rounded to a second, as in the sentence: the last reading of a recording of 20 s is from before its end.
+    """
+    span_s = common_s(dive, dof)
+    if math.isnan(span_s) or round(span_s) >= SHORTEST_DIVE_S:
+        return ""
+    speed = "velocity" if dof < 3 else "rate of turn"
+    return (
+        f"thruster commands and the {speed} in {DOFS[dof]} were both recorded for {max(span_s, 0):.0f} s, but at least "
+        f"{SHORTEST_DIVE_S:.0f} s are needed"
+    )
+
+
+def common_s(dive: Dive, dof: int) -> float:
+    """Time for which a dive has both thruster commands and readings of an axis's velocity (or of its position or
+    angle, if no sensor read the velocity); NaN if either is missing."""
+    commands = [signal.time_s for signal in (dive.pwm, dive.tau_cmd) if signal is not None and len(signal)]
+    columns = (
+        [(dive.velocity, dof)]
+        if dof < 3
+        else [(dive.gyro, dof - 3), *([(dive.fog, 0)] if dof == YAW else [])]
+    )
+    known = [s.time_s[np.isfinite(s.value[:, column])] for s, column in columns if s is not None]
+    if not any(len(read) for read in known):
+        places = {
+            HEAVE: (dive.depth, dive.pressure),
+            ROLL: (dive.attitude,),
+            PITCH: (dive.attitude,),
+            YAW: (dive.attitude,),
+        }
+        known = [s.time_s[np.isfinite(s.value[:, 0])] for s in places.get(dof, ()) if s is not None]
+    return max(
+        (
+            float(min(given[-1], read[-1]) - max(given[0], read[0]))
+            for given in commands
+            for read in known
+            if len(read)
+        ),
+        default=math.nan,
+    )
+
+
+FASTEST = 100.0
+"""m/s, and rad/s: no underwater vehicle moves so fast, and such readings drown all others."""
+
+
+@contextmanager
+def solvable(dive: Dive) -> Iterator[None]:
+    """Context that raises FitError if the computation within meets a matrix without an inverse, or ends with a value
+    that is not finite."""
+    try:
+        # An overflow shows up in the matrix that it spoils.
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            yield
+    except np.linalg.LinAlgError as error:
+        raise no_solution(dive) from error
+
+
+def in_numbers(fit: Identification) -> Identification:
+    """Return the fit itself. Raises LinAlgError if its values for the coefficients are not finite."""
+    given = [p for p in fit.parameters if p.identifiable and p.name in fit.covariance_of]
+    blocks = [fit.covariance, np.array([(p.value, p.std, p.low95, p.high95) for p in given])]
+    if fit.information is not None:
+        blocks.append(fit.information.matrix)
+    if not all(np.isfinite(numbers).all() for numbers in blocks):
+        raise np.linalg.LinAlgError("the fit ended at what is no number")
+    return fit
+
+
+def no_solution(dive: Dive) -> FitError:
+    """The error that a dive's equations have no solution: in which axes, and what to do about it."""
+    fastest = _fastest(dive)
+    wild = {dof: speed for dof, speed in fastest.items() if speed > FASTEST}
+    look = (
+        "look there for readings and thrust that are wildly off, for readings that share one time, and for a mass or "
+        "an inertia in the vehicle file that is not this vehicle's"
+    )
+    if wild:
+        speed = max(wild.values())
+        look = f"readings there reach {speed:.0e} m/s or rad/s, which no vehicle does: leave them out of the recording"
+    return FitError(
+        f"the equations of {axes_named(sorted(wild or fastest))} have no solution; {look}", of=dive.name
+    )
+
+
+def _fastest(dive: Dive) -> dict[int, float]:
+    """Largest speed that was read, m/s or rad/s, by degree of freedom; axes that only read zero are left out."""
+    read = [(dive.velocity, 0), (dive.gyro, 3), (dive.fog, 5)]
+    largest: dict[int, float] = {}
+    for signal, first in read:
+        if signal is None:
+            continue
+        for dof, column in enumerate(signal.value.T, first):
+            known = column[np.isfinite(column)]
+            if known.any():
+                largest[dof] = max(largest.get(dof, 0.0), float(np.abs(known).max()))
+    return largest
