@@ -5,18 +5,23 @@ from dataclasses import replace
 
 from bridge.dates import date_in_name
 from bridge.vehicle.config import VehicleFile
-from identify.bounds import with_bounds
+from identify.bounds import with_bounds, with_drag_forces
 from identify.dates import utc
-from identify.descent import descent_doubts
 from identify.dive import Dive
-from identify.drag_force import with_drag_forces
-from identify.fed_velocity import filtered_doubts, stamp_doubts
-from identify.feedback import depthless_doubts, feedback_doubts, frozen_doubts, steered_doubts, unchecked
+from identify.feedback import (
+    depthless_doubts,
+    feedback_doubts,
+    filtered_doubts,
+    frozen_doubts,
+    stamp_doubts,
+    steered_doubts,
+    unchecked,
+)
 from identify.identifiability import with_identifiability
 from identify.identification import Doubt, Estimate, Identification, Outcome, added_mass, outcome_of, worst
 from identify.levelling import levelling_doubts
 from identify.priors import with_priors
-from identify.turning import turning_doubts
+from identify.sensor_scales import descent_doubts, turning_doubts
 
 
 def answered(fit: Identification, dive: Dive, file: VehicleFile) -> Identification:

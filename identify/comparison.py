@@ -14,8 +14,16 @@ from typing import Any, Protocol
 
 from bridge.vehicle.coefficients import DOFS, OF_HULL
 from bridge.vehicle.config import Prior
-from identify.identification import Doubt, Estimate, Identification, Outcome, Partner, worst
-from identify.nuisance import WRITTEN, Quantity
+from identify.identification import (
+    WRITTEN,
+    Doubt,
+    Estimate,
+    Identification,
+    Outcome,
+    Partner,
+    Quantity,
+    worst,
+)
 
 LEAST_DIFFERENCE = 0.005
 """As a share of the value. A smaller difference has no practical effect: the thrust behind all values is known to

@@ -1,18 +1,75 @@
-"""The result of an estimator: coefficients with intervals, an outcome in a sentence, and the provenance."""
+"""The result of an estimator: coefficients with intervals, an outcome in a sentence, and the provenance.
+
+Quantities fitted beside the coefficients of an axis: noise levels, time constants and trim forces, by name.
+
+How an estimator reports its progress.
+"""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import ADDED_MASS_NAMES, BY_NAME, MASSES, OF_HULL
+from bridge.vehicle.coefficients import ADDED_MASS_NAMES, BY_NAME, DOFS, MASSES, OF_HULL
 from bridge.vehicle.config import Configuration
 from identify.dive import Signal
-from identify.nuisance import Nuisance
+
+WRITTEN = {"n": "N", "nm": "N m", "s": "s", "m_s": "m/s", "rad_s": "rad/s", "m": "m", "rad": "rad"}
+"""The units of these quantities as the names of a file have them, and as a reader does."""
+
+
+class Quantity(Enum):
+    """What was fitted; the value is its part of the name."""
+
+    DISTURBANCE = "disturbance_std"
+    TIME_CONSTANT = "disturbance_time_constant"
+    TRIM = "trim"
+    NOISE = "noise_std"
+
+
+@dataclass(frozen=True)
+class Nuisance:
+    """One quantity of one axis (`surge` to `yaw`). unit: a key of `WRITTEN`; channel: the sensor that a NOISE is of."""
+
+    axis: str
+    quantity: Quantity
+    unit: str
+    channel: str = ""
+
+    @property
+    def name(self) -> str:
+        """As a file has it: `surge_dvl_noise_std_m_s`."""
+        return "_".join(filter(None, (self.axis, self.channel, self.quantity.value, self.unit)))
+
+
+def disturbance(dof: int) -> Nuisance:
+    """Standard deviation of an axis's disturbance, N or N m."""
+    return Nuisance(DOFS[dof], Quantity.DISTURBANCE, _force(dof))
+
+
+def time_constant(dof: int) -> Nuisance:
+    """Time constant of an axis's disturbance, s."""
+    return Nuisance(DOFS[dof], Quantity.TIME_CONSTANT, "s")
+
+
+def trim(dof: int) -> Nuisance:
+    """Constant force or moment of an axis, N or N m."""
+    return Nuisance(DOFS[dof], Quantity.TRIM, _force(dof))
+
+
+def noise(dof: int, channel: str, of_place: bool) -> Nuisance:
+    """Standard deviation of a sensor's noise in an axis: of a depth or an angle (`of_place`), else of a velocity."""
+    place, velocity = ("m", "m_s") if dof < 3 else ("rad", "rad_s")
+    return Nuisance(DOFS[dof], Quantity.NOISE, place if of_place else velocity, channel)
+
+
+def _force(dof: int) -> str:
+    return "n" if dof < 3 else "nm"
+
 
 Z95 = 1.959963984540054
 LARGEST_RELATIVE_STD = 0.30
@@ -375,3 +432,15 @@ def added_mass(total: Estimate, configuration: Configuration) -> Estimate:
         total.scale_std,
         total.share_from_prior,
     )
+
+
+Values = Mapping[str, tuple[float, float]]
+"""Parameters fitted so far: value and half of the 95 % interval by name, SI units."""
+
+NO_VALUES: Values = {}
+
+
+class Progress(Protocol):
+    """Takes the share that is done (0 to 1), what is done now in words, and the values so far if there are any."""
+
+    def __call__(self, share: float, words: str, values: Values = NO_VALUES, /) -> None: ...

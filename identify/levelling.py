@@ -12,7 +12,7 @@ import numpy as np
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from identify.dive import Array, Dive, Signal
 from identify.identification import Doubt, Outcome
-from identify.scale import (
+from identify.sensor_scales import (
     DOUBTFUL_SCORE,
     FEWEST_WINDOWS,
     Scale,

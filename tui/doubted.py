@@ -4,7 +4,7 @@ from collections.abc import Collection, Mapping
 from typing import Any
 
 from bridge.vehicle.coefficients import OF_HULL
-from identify.batch.doubts import clauses, doubts_in
+from identify.batch.rows import clauses, doubts_in
 
 
 def doubted_in(identification: Mapping[str, Any]) -> dict[str, str]:

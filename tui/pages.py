@@ -53,9 +53,8 @@ def publish(
 
     with show.progress(PAGE) as tell:
         tell(0.0, WRITING)
-        from identify.report.page import write_report
-        from identify.report.paper import write_figures
-        from identify.report.provenance import with_provenance
+        from identify.report.page import with_provenance, write_report
+        from identify.report.picture import write_figures
 
         whole = with_provenance(report(), dives, file, settings(arguments))
         if page := page or arguments.report:

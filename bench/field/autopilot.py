@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bench.field.mission import TICK_S, Pilot
 from bench.field.vehicle import FieldVehicle
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
-from identify.challenge.control import pulse
+from identify.challenge.dive import pulse
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from identify.challenge.disturbance import coloured
+from identify.challenge.drawn_force import coloured
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from bench.field.simulate import Flown
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import GRAVITY_M_S2
 from bridge.vehicle.thrusters import allocation_matrix
-from identify.challenge.gap import nominal_columns
+from identify.challenge.nearest import nominal_columns
 
 Array = NDArray[np.float64]
 

@@ -15,8 +15,7 @@ from bench.unknown.grammar import Sentence, drawn, force_of
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.challenge.case import Case, draw_case
 from identify.challenge.drawn_force import DEPTH, signal_of
-from identify.challenge.gap import missing_wrench, nominal_columns
-from identify.challenge.nearest import EACH_S, course_of
+from identify.challenge.nearest import EACH_S, course_of, missing_wrench, nominal_columns
 from identify.challenge.simulate import Simulated
 from identify.challenge.site import Planted, Site
 from identify.diagnose.candidates import settings_of

@@ -7,10 +7,8 @@ from enum import Enum
 import numpy as np
 
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
-from identify.batch.doubts import is_about
-from identify.batch.rows import NAMES, Row, names_in
-from identify.batch.series import Series, common_series, ratio
-from identify.batch.trend import LEVEL, ONE_MOMENT_S, Trend, fit_trend, holm
+from identify.batch.rows import NAMES, Row, is_about, names_in
+from identify.batch.trend import LEVEL, ONE_MOMENT_S, Series, Trend, common_series, fit_trend, holm, ratio
 from identify.dates import utc
 from identify.identification import Culprit, Outcome
 

@@ -1,16 +1,91 @@
-"""Jobs (a function's name, a recording, a vehicle) and their results. Both are sent to other processes."""
+"""Jobs (a function's name, a recording, a vehicle) and their results. Both are sent to other processes.
+
+Limits each process to one thread: with as many processes as cores, a second thread would have no core.
+
+Identifies this seatrial by its release and a hash of the code that makes answers, so that changed code shows.
+"""
 
 import hashlib
 import json
+import os
+import sys
 from dataclasses import dataclass
+from functools import cache
 from importlib import import_module
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from bridge.errors import ConfigError, FitError, SeatrialError
 from bridge.file_size import check_small
 from bridge.vehicle.config import CONFIGS, VehicleFile
-from identify.batch.version import our_version
+
+_COUNTS = (
+    "OMP_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "VECLIB_MAXIMUM_THREADS",
+)
+_NUMBA_COUNT = "NUMBA_NUM_THREADS"
+
+
+def one_thread() -> None:
+    """Limit numpy, numba and torch to one thread each in this process, whether they are imported yet or not."""
+    for name in _COUNTS:
+        os.environ.setdefault(name, "1")
+    if (torch := sys.modules.get("torch")) is not None:
+        torch.set_num_threads(1)
+    if (numba := sys.modules.get("numba")) is None:
+        os.environ.setdefault(_NUMBA_COUNT, "1")
+    else:
+        # A loaded numba reads the variable again when it compiles, and refuses a count other than its first.
+        numba.set_num_threads(1)
+
+
+PLACE = Path(__file__).resolve().parents[2]
+"""Folder that holds the packages, in a checkout or installed."""
+
+ANSWERING = (
+    "bridge/*.py",
+    "bridge/ftp/contents.py",
+    "bridge/ftp/packet.py",
+    "bridge/ring/made_since.py",
+    "bridge/ring/whole.py",
+    "bridge/vehicle/*.py",
+    "configs/columns/*.yaml",
+    "configs/thrusters/*.csv",
+    "identify/*.py",
+    "identify/batch/jobs.py",
+    "identify/batch/work.py",
+    "identify/estimators/**/*.py",
+    "identify/ingest/*.py",
+)
+"""Files that an identification runs through: if their code changes, the answer may change."""
+
+
+def our_version() -> str:
+    """Text such as `0.1.0, code 3f09c1d2aa`."""
+    try:
+        release = version("seatrial")
+    except PackageNotFoundError:
+        release = "(not installed)"
+    return f"{release}, code {code_stamp(PLACE)}"
+
+
+def answering(place: Path) -> list[Path]:
+    """Files below `place` that match ANSWERING, sorted."""
+    return sorted({file for pattern in ANSWERING for file in place.glob(pattern)})
+
+
+@cache
+def code_stamp(place: Path) -> str:
+    """Ten hexadecimal digits: a hash of the names and text of these files, computed once per process."""
+    digest = hashlib.sha256()
+    for file in answering(place):
+        text = file.read_text(encoding="utf-8")
+        digest.update(f"{file.relative_to(place).as_posix()}\0{text}\0".encode())
+    return digest.hexdigest()[:10]
+
 
 IDENTIFY = "identify.batch.work:identify"
 """The only kind of job so far. A new kind needs another function, `Job -> plain data for JSON`, named the same way."""

@@ -11,8 +11,7 @@ from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 
-from identify.batch.jobs import Job, Result, run_job
-from identify.batch.threads import one_thread
+from identify.batch.jobs import Job, Result, one_thread, run_job
 
 _CONTEXT = multiprocessing.get_context(
     "spawn"

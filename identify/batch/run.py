@@ -1,11 +1,76 @@
-"""Runs a batch: takes known results from the cache, runs the other jobs, and caches their results as they arrive."""
+"""Runs a batch: takes known results from the cache, runs the other jobs, and caches their results as they arrive.
 
+Results of a batch kept on disk as one JSON line each, so that an interrupted batch can go on.
+"""
+
+import json
+import os
 from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
+from pathlib import Path
 
-from identify.batch.cache import Cache
+from bridge.errors import LogError
+from bridge.file_size import ODD, size_to_read
+from bridge.plain import from_json
 from identify.batch.jobs import Job, Result
+
+
+class Cache:
+    """Results by key in an append-only file. When `add` returns, the operating system has the result.
+
+    Raises LogError if the file can't be read or written.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
+            if size_to_read(path) is None:
+                raise OSError(*ODD, str(path))
+            text = path.read_bytes()
+            if text and not text.endswith(b"\n"):  # the last line was cut by the end of the last batch
+                os.write(self._file, b"\n")
+        except OSError as error:
+            raise self._trouble(error) from None
+        self._known = dict(filter(None, map(_entry, text.splitlines())))
+
+    def __len__(self) -> int:
+        return len(self._known)
+
+    def get(self, key: str) -> Result | None:
+        return self._known.get(key)
+
+    def add(self, result: Result) -> None:
+        """Keep a result that the same job would give again (`final`); other results are dropped."""
+        if not result.final or result.key in self._known:
+            return
+        line = json.dumps(result.to_json(), allow_nan=False).encode() + b"\n"
+        try:
+            while line:
+                line = line[os.write(self._file, line) :]
+        except OSError as error:
+            raise self._trouble(error) from None
+        self._known[result.key] = result
+
+    def close(self) -> None:
+        os.close(self._file)
+
+    def _trouble(self, error: OSError) -> LogError:
+        return LogError(
+            f"{self.path}: the results can't be kept there ({error.strerror}); give another folder with --out"
+        )
+
+
+def _entry(line: bytes) -> tuple[str, Result] | None:
+    """Key and result of a line; None for a line that was cut short or is not a result of ours."""
+    try:
+        result = Result.from_json(from_json(line))
+    except (ValueError, TypeError):
+        return None
+    return result.key, result
+
 
 Engine = Callable[[Iterable[Job]], Generator[Result, None, None]]
 """Runs jobs and yields results as they arrive, in no order; closing the generator stops the work."""

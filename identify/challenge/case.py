@@ -12,9 +12,8 @@ from bridge.errors import LogError
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import VehicleFile
 from identify.challenge.answers import alike
-from identify.challenge.gap import sizes
 from identify.challenge.missions import LONGEST_S, SHORTEST_S, draw_mission, sampled
-from identify.challenge.nearest import nearest
+from identify.challenge.nearest import nearest, sizes
 from identify.challenge.novel import NOVEL
 from identify.challenge.plants import ABSORBED, PLANTS
 from identify.challenge.sensors import STEP_S, draw_clock, draw_noise

@@ -1,6 +1,8 @@
 """A drawn force of no effect's form, depending on the vehicle's motion and on time. `bench/unknown` draws such forces.
 
 Compiled, for any dive.
+
+Coloured noise: the random disturbance of a vehicle that no effect explains.
 """
 
 from typing import NamedTuple
@@ -108,3 +110,25 @@ def past_of(force: DrawnForce, step_s: float) -> Array:
     """State of the memory before a dive."""
     late = max(round(force.memory_s / step_s), 1) if force.memory == DELAY else 1
     return np.zeros(late)
+
+
+@njit(cache=True)
+def _kept(white: Array, keep: float) -> None:
+    fresh = np.sqrt(1.0 - keep * keep)
+    for i in range(1, len(white)):
+        for j in range(white.shape[1]):
+            white[i, j] = keep * white[i - 1, j] + fresh * white[i, j]
+
+
+def coloured(
+    rng: np.random.Generator, steps: int, step_s: float, time_constant_s: float, poles: int, std: Array
+) -> Array:
+    """Gauss-Markov noise (steps, k) with one pole, or with two equal poles of the same mean memory."""
+    out = rng.standard_normal((steps, len(std)))
+    keep = float(np.exp(-step_s * poles / time_constant_s))
+    for _ in range(poles):
+        _kept(out, keep)
+    if poles == 2:
+        # Two equal poles in a row have a variance of (1 + k^2) / (1 - k^2).
+        out *= np.sqrt((1 - keep**2) / (1 + keep**2))
+    return np.asarray(out * std)

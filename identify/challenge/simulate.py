@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from bridge.vehicle.config import Water
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.challenge import dive as kernel
-from identify.challenge.control import Control
-from identify.challenge.disturbance import coloured
-from identify.challenge.drawn_force import past_of
+from identify.challenge.dive import Control
+from identify.challenge.drawn_force import coloured, past_of
 from identify.challenge.propellers import voltage_share
 from identify.challenge.sensors import STEP_S, Clock, Noise, Readings, noise_of
 from identify.challenge.site import Site

@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from identify.effects.course import Course, delayed, lagged
 from identify.effects.effect import Act, Effect, Parameter
+from identify.effects.environment import TETHER
 from identify.effects.supply import LOAD_SAG
-from identify.effects.tether import TETHER
 from identify.side_by_side import side_by_side
 
 Array = NDArray[np.float64]

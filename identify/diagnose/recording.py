@@ -17,7 +17,6 @@ from bridge.errors import FitError
 from bridge.vehicle.coefficients import DOFS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile, Water
 from identify.bounds import MOST_ADDED
-from identify.descent import descent_doubts
 from identify.diagnose.evidence import FOLDS
 from identify.diagnose.gap import PUSHED
 from identify.diagnose.nominal import SURGE, SWAY, Nominal, nominal_of
@@ -26,16 +25,14 @@ from identify.diagnose.wording import listed
 from identify.dive import Dive, Signal
 from identify.effects.effect import OWN_VELOCITY, PULSES, QUICK_COMMANDS
 from identify.estimators.checks import loud, loud_note
-from identify.estimators.refusals import solvable
-from identify.fed_velocity import filtered_doubts, stamp_doubts
-from identify.feedback import frozen_doubts
+from identify.estimators.refusals import refuse_unpushed, solvable
+from identify.feedback import filtered_doubts, frozen_doubts, stamp_doubts
 from identify.forces import tells_thrusters
 from identify.identification import Z95, Doubt
 from identify.ingest.commands import sampled_slowly
 from identify.levelling import levelling_doubts
 from identify.report.text import significant
-from identify.turning import turning_doubts
-from identify.unpushed import refuse_unpushed
+from identify.sensor_scales import descent_doubts, turning_doubts
 
 Array = NDArray[np.float64]
 

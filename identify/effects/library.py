@@ -5,12 +5,9 @@ from identify.effects import (
     actuators,
     environment,
     hydrodynamics,
-    nearness,
-    one_thruster,
     rigid_body,
     sensors,
     supply,
-    tether,
     wake,
 )
 from identify.effects.effect import Effect
@@ -27,10 +24,8 @@ def library(configuration: Configuration, lag_s: float) -> tuple[Effect, ...]:
         actuators.thruster_lag(lag_s),
         *supply.EFFECTS,
         *wake.EFFECTS,
-        *one_thruster.of_each_thruster(configuration),
+        *actuators.of_each_thruster(configuration),
         *environment.EFFECTS,
-        *nearness.EFFECTS,
-        tether.TETHER,
         *sensors.EFFECTS,
         *rigid_body.EFFECTS,
     )

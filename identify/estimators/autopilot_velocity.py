@@ -15,13 +15,12 @@ from identify.estimators.lateness import Timing, by_lateness
 from identify.estimators.likelihood_axis import MASS_RATIO, AxisLikelihood, likelihood_of, rigid_mass
 from identify.estimators.likelihood_joint import alone
 from identify.estimators.readings import YAW
-from identify.estimators.refusals import lasting, too_short
+from identify.estimators.refusals import lasting, refuse_unpushed, too_short
 from identify.estimators.scoring import climb
 from identify.estimators.starts import rough_maximum
 from identify.forces import wrench
 from identify.ingest.rotation import attitude_at, to_body
 from identify.side_by_side import shared, side_by_side
-from identify.unpushed import refuse_unpushed
 
 Array = NDArray[np.float64]
 

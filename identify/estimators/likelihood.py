@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS, Coefficient
 from bridge.vehicle.config import Configuration, VehicleFile
-from identify import nuisance
+from identify import identification
 from identify.dive import Dive, Signal
 from identify.estimators.admitted import Admitted, admitted, timing_of
 from identify.estimators.autopilot_velocity import shared_axes
@@ -51,13 +51,13 @@ from identify.identification import (
     Estimate,
     Identification,
     Information,
+    Nuisance,
+    Progress,
     ThrustDelay,
     added_mass,
     outcome_of,
 )
 from identify.identification import estimate as as_estimate
-from identify.nuisance import Nuisance
-from identify.progress import Progress
 
 Array = NDArray[np.float64]
 
@@ -314,10 +314,10 @@ def _nuisance(fits: Mapping[int, AxisFit]) -> dict[Nuisance, float]:
     out = {}
     for dof, fit in fits.items():
         theta, axis = fit.maximum.theta, fit.problem.axis
-        out[nuisance.disturbance(dof)] = float(np.exp(theta[DISTURBANCE]))
-        out[nuisance.time_constant(dof)] = float(np.exp(theta[TIME_CONSTANT]))
-        out[nuisance.trim(dof)] = float(theta[FORCES])
+        out[identification.disturbance(dof)] = float(np.exp(theta[DISTURBANCE]))
+        out[identification.time_constant(dof)] = float(np.exp(theta[TIME_CONSTANT]))
+        out[identification.trim(dof)] = float(theta[FORCES])
         for i, channel in enumerate(axis.channels):
-            name = nuisance.noise(dof, channel.name, channel.state_read == POSITION)
+            name = identification.noise(dof, channel.name, channel.state_read == POSITION)
             out[name] = float(np.exp(theta[FORCES + fit.problem.shapes.shape[1] + i]))
     return out

@@ -31,11 +31,10 @@ from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS, DAMPINGS, DOFS, M
 from bridge.vehicle.config import Configuration, VehicleFile
 from bridge.vehicle.dynamics import coriolis, restoring
 from identify.dive import Array, Dive
+from identify.estimators.refusals import refuse_unpushed
 from identify.filters import AlignedDive, aligned
-from identify.identification import Estimate, Identification, Outcome, added_mass
+from identify.identification import Estimate, Identification, Outcome, Progress, added_mass
 from identify.identification import estimate as one_estimate
-from identify.progress import Progress
-from identify.unpushed import refuse_unpushed
 
 INPUTS, OUTPUTS = 7, 6
 

@@ -22,9 +22,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.vehicle.config import GRAVITY_M_S2
-from identify.export.frames import enu, flu
-from identify.export.model import Model, Propeller, volume_m3
-from identify.export.xml_text import document, element, number, numbers, told
+from identify.export.model import (
+    Model,
+    Propeller,
+    document,
+    element,
+    enu,
+    flu,
+    number,
+    numbers,
+    told,
+    volume_m3,
+)
 
 Array = NDArray[np.float64]
 PLUGIN_AXES = (("x", "U"), ("y", "V"), ("z", "W"), ("k", "P"), ("m", "Q"), ("n", "R"))

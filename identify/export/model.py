@@ -2,9 +2,18 @@
 
 M nu_dot + C(nu) nu + (D + D_q |nu|) nu + g(eta) = tau, with diagonal M, D and D_q about the origin (Fossen 2011, eqs
 6.1 to 6.3). Unknown values are zero; unknown masses and dampings are named.
+
+Converts to the body and earth axes of other simulators: FRD to FLU, NED to ENU, and a direction to angles.
+
+A rotation by 180 degrees about x takes FRD to FLU: y and z change sign, and so do the moments and rates about them. A
+diagonal matrix of masses or dampings stays the same.
+
+XML for other simulators: elements, and numbers that read back exactly.
 """
 
-from collections.abc import Mapping
+import math
+import xml.etree.ElementTree as ET
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from bridge.errors import ConfigError
@@ -204,3 +213,55 @@ def six(values: list[float]) -> Six:
     """Convert to a tuple of six floats."""
     a, b, c, d, e, f = map(float, values)
     return a, b, c, d, e, f
+
+
+def flu(frd: Vector3) -> Vector3:
+    """Convert a vector from forward, right, down to forward, left, up."""
+    x, y, z = frd
+    return x + 0.0, 0.0 - y, 0.0 - z
+
+
+def enu(ned: Vector3) -> Vector3:
+    """Convert a vector from north, east, down to east, north, up."""
+    north, east, down = ned
+    return east + 0.0, north + 0.0, 0.0 - down
+
+
+def pointing(direction: Vector3) -> Vector3:
+    """Roll, pitch and yaw (rad; Rz(yaw) Ry(pitch) Rx(roll)) that turn the x axis to `direction`, of any length."""
+    x, y, z = direction
+    return 0.0, math.atan2(0.0 - z, math.hypot(x, y)), math.atan2(y, x)
+
+
+def number(value: float) -> str:
+    """Shortest text that reads back as the same number; no negative zero."""
+    return repr(float(value) + 0.0)
+
+
+def numbers(values: Iterable[float]) -> str:
+    """Several numbers, separated by spaces."""
+    return " ".join(number(value) for value in values)
+
+
+def element(parent: ET.Element, tag: str, text: str | float = "", **attributes: str) -> ET.Element:
+    """Append a new child to `parent`."""
+    child = ET.SubElement(parent, tag, attributes)
+    words = text if isinstance(text, str) else number(text)
+    if words:
+        child.text = words
+    return child
+
+
+def told(parent: ET.Element, model: Model, sentence: str) -> None:
+    """Add a comment with the file's purpose, the unknown values, and the intervals, for which XML has no element."""
+    intervals = ", ".join(f"{name} {low:.4g} to {high:.4g}" for name, (low, high) in model.intervals.items())
+    words = f"{model.name}: {sentence}"
+    words += f" Unknown: {', '.join(model.unknown)}." if model.unknown else ""
+    words += f" 95 % intervals: {intervals}." if intervals else ""
+    parent.append(ET.Comment(f" {words.replace('--', '- -')} "))
+
+
+def document(root: ET.Element) -> str:
+    """Text of the XML file."""
+    ET.indent(root)
+    return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"

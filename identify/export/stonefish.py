@@ -17,9 +17,7 @@ bodies,environment,materials,robots}.rst. Earth NED; the robot's axes are ours, 
 import xml.etree.ElementTree as ET
 
 from bridge.vehicle.config import GRAVITY_M_S2, Vector3
-from identify.export.frames import pointing
-from identify.export.model import Model, Propeller, volume_m3
-from identify.export.xml_text import document, element, numbers, told
+from identify.export.model import Model, Propeller, document, element, numbers, pointing, told, volume_m3
 
 DRAG_SPEED_M_S = 0.5
 """Speed at which the quadratic drag is right; Stonefish's drag grows with the cube of the speed."""

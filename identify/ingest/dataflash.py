@@ -15,7 +15,7 @@ from bridge.errors import LogError
 from bridge.tlog import load_bytes
 from identify.dive import Array, Signal
 from identify.ingest import rotation
-from identify.ingest.tame import tame
+from identify.ingest.possible import tame
 
 MAGIC = b"\xa3\x95"
 FMT, FMT_BYTES = 0x80, 89

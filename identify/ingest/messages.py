@@ -14,7 +14,7 @@ import numpy as np
 from bridge.errors import LogError
 from identify.dive import Array
 from identify.ingest.frames import Fields, Frames
-from identify.ingest.tame import WILD_S, tame
+from identify.ingest.possible import WILD_S, tame
 from identify.ingest.walk import Rows
 
 GROUND_STATION = 6

@@ -17,8 +17,7 @@ from identify.ingest.frozen import without_frozen
 from identify.ingest.gaps import gaps
 from identify.ingest.identity import identity_of
 from identify.ingest.logs import logs_beside, with_logs
-from identify.ingest.possible import without_impossible
-from identify.ingest.repeated import without_repeated
+from identify.ingest.possible import without_impossible, without_repeated
 from identify.ingest.table import column_map, read_table
 from identify.ingest.tlog import read_tlog
 

@@ -14,7 +14,7 @@ from bridge.simulator.noise import TYPICAL
 from bridge.simulator.truth import DISTURBANCE_N_PER_KG
 from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS
 from bridge.vehicle.config import Configuration, Sensors, VehicleFile
-from identify.nuisance import disturbance, noise, time_constant
+from identify.identification import disturbance, noise, time_constant
 
 Array = NDArray[np.float64]
 

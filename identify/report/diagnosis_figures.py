@@ -12,8 +12,7 @@ from identify.diagnose import wording, wording_verdict
 from identify.diagnose.drift import Drift
 from identify.diagnose.result import Diagnosis, Finding, Gap, Prediction, Slice, Tried
 from identify.dive import Array
-from identify.report.bars import Bar, bars
-from identify.report.heatmap import heatmap
+from identify.report.charts import Bar, bars, heatmap
 from identify.report.page import Figure, Table
 from identify.report.plot import Line, Panel, lines_panel, side_by_side, stack
 from identify.report.text import decimals_for, fixed

@@ -1,4 +1,9 @@
-"""Figures of a report, each from arrays to a `Figure`. Times are seconds from the start of the dive."""
+"""Figures of a report, each from arrays to a `Figure`. Times are seconds from the start of the dive.
+
+The path of a dive over the ground, by dead reckoning.
+
+Checks a filter's innovations for whiteness: over time, and by their autocorrelation.
+"""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -9,9 +14,15 @@ from bridge.vehicle.config import Water
 from identify.dive import Array, Dive, Signal
 from identify.identification import Estimate
 from identify.report.page import Figure
-from identify.report.plot import DIAMOND, DISC, STYLES, Line, Panel, lines_panel, side_by_side, stack
+from identify.report.plot import DIAMOND, DISC, LIGHT, STYLES, Line, Panel, lines_panel, side_by_side, stack
 from identify.report.text import fixed, significant, unit
-from identify.report.theme import LIGHT
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+from typing import TYPE_CHECKING
+
+from identify.report.plot import SQUARE, entitle
+from identify.report.text import count
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -184,3 +195,109 @@ def training(dive: str, curves: Mapping[str, Array], units: Mapping[str, str]) -
         "Each parameter while it was trained; its last value stands above its curve.",
         side_by_side(panels),
     )
+
+
+HEIGHT_IN = 4.0
+LABEL_SHARE = 0.15
+"""Start and end closer than this share of the path's extent share an entry in the legend."""
+
+
+def track(dive: Dive) -> Figure | None:
+    """Path over the ground by dead reckoning, north up; None without velocity or attitude."""
+    if dive.velocity is None or dive.attitude is None or len(dive.velocity) < 2 or not len(dive.attitude):
+        return None
+    east, north = dead_reckon(dive.velocity, dive.attitude)
+    if not np.isfinite(east).all():
+        return None
+    reach = max(float(np.ptp(east)), float(np.ptp(north)), 1.0)
+    apart = max(abs(east[-1] - east[0]), abs(north[-1] - north[0])) > LABEL_SHARE * reach
+    length = float(np.hypot(np.diff(east), np.diff(north)).sum())
+    unlocked = int((~np.isfinite(dive.velocity.value[:, 0])).sum())
+
+    def draw(box: "Axes") -> None:
+        box.plot(east, north, **STYLES[0])
+        box.plot([east[0]], [north[0]], label="start" if apart else "start and end", **DISC)
+        box.plot([east[-1]], [north[-1]], label="end" if apart else None, **SQUARE)
+        box.margins(0.08)
+        box.set_aspect("equal", adjustable="datalim")
+        entitle(box, "north, m", "east, m")
+
+    subject = "the vehicle" if dive.velocity_is_filtered else "the DVL's transducer"
+    caption = (
+        f"Path of {subject}, {significant(length)} m, dead-reckoned from velocity and attitude: "
+        f"north is up, scales are equal. {count(unlocked)} of {count(len(dive.velocity))} velocities lacked "
+        "bottom lock and were bridged."
+    )
+    return Figure(f"path {dive.name}", caption, stack([Panel(draw, HEIGHT_IN)]))
+
+
+def dead_reckon(velocity: Signal, attitude: Signal) -> tuple[Array, Array]:
+    """East and north in m at each velocity's time: trapezoidal rule on the velocity turned by the attitude."""
+    body = velocity.at(velocity.time_s)
+    w, x, y, z = attitude.held_at(np.maximum(velocity.time_s, attitude.time_s[0])).T
+    u, v, down = body.T
+    rate_n = (1 - 2 * (y * y + z * z)) * u + 2 * (x * y - w * z) * v + 2 * (x * z + w * y) * down
+    rate_e = 2 * (x * y + w * z) * u + (1 - 2 * (x * x + z * z)) * v + 2 * (y * z - w * x) * down
+    step_s = np.diff(velocity.time_s)
+    east = np.concatenate(([0.0], np.cumsum((rate_e[1:] + rate_e[:-1]) / 2 * step_s)))
+    north = np.concatenate(([0.0], np.cumsum((rate_n[1:] + rate_n[:-1]) / 2 * step_s)))
+    return east, north
+
+
+LAGS = 40
+LEAST_REACH = 0.2
+"""Least extent of the autocorrelation's axis, so that noise is not magnified."""
+
+
+def innovations(dive: str, name: str, normalised: Signal) -> Figure:
+    """Normalised innovations of a degree of freedom over time, and their autocorrelation."""
+    time_s, value = normalised.time_s - normalised.time_s[0], normalised.value[:, 0]
+    rho = autocorrelation(value, LAGS)
+    lags = np.arange(1.0, len(rho) + 1)
+    limit = 1.96 / float(np.sqrt(max(int(np.isfinite(value).sum()), 1)))
+    panels = (
+        lines_panel(
+            f"{name}: normalised innovation",
+            TIME_TITLE,
+            [Line(time_s, value), *_band(1.96, float(time_s[-1]))],
+            (0.0, float(time_s[-1])),
+        ),
+        lines_panel(
+            f"{name}: autocorrelation",
+            "lag, samples",
+            [Line(lags, rho), *_band(limit, float(max(len(rho), 1)))],
+            (0.0, float(max(len(rho), 1))),
+            (-LEAST_REACH, LEAST_REACH),
+        ),
+    )
+    return Figure(
+        f"innovations {name} {dive}".strip(),
+        f"{name}: what the filter did not foresee, over what it expected. White noise crosses the dashed "
+        "lines in one sample of twenty.",
+        side_by_side(panels),
+    )
+
+
+def _band(bound: float, end: float) -> tuple[Line, Line]:
+    """Lines from 0 to `end` at the limits that white noise keeps 95 % of the time."""
+    ends = np.array([0.0, end])
+    return (
+        Line(ends, np.full(2, bound), "95 % limits of white noise", 1),
+        Line(ends, np.full(2, -bound), style=1),
+    )
+
+
+def autocorrelation(value: Array, lags: int) -> Array:
+    """Correlation at lags 1 to `lags` (fewer for a short series); pairs with a NaN are left out."""
+    known = np.isfinite(value)
+    if known.sum() < 3:
+        return np.zeros(0)
+    centred = np.where(known, value - value[known].mean(), 0.0)
+    power = float((centred**2).sum()) / int(known.sum())
+    if power == 0.0:
+        return np.zeros(0)
+    out = []
+    for lag in range(1, min(lags, len(value) - 1) + 1):
+        pairs = int((known[lag:] & known[:-lag]).sum())
+        out.append(float((centred[lag:] * centred[:-lag]).sum()) / (pairs * power) if pairs else np.nan)
+    return np.array(out)

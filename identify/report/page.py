@@ -1,4 +1,7 @@
-"""Data of a report, and the single HTML page that shows it: no network, no script, no further files."""
+"""Data of a report, and the single HTML page that shows it: no network, no script, no further files.
+
+Last part of every page: its inputs with their hashes, software versions, settings.
+"""
 
 import re
 from collections.abc import Callable, Sequence
@@ -10,12 +13,21 @@ from typing import TYPE_CHECKING
 from bridge.errors import LogError
 from bridge.new_file import whole
 from identify.report import traces
+from identify.report.plot import STYLE
 from identify.report.text import safe
-from identify.report.theme import STYLE
 from identify.report.traces import Traces
 
 if TYPE_CHECKING:
     from identify.report.plot import Draw
+import math
+import platform
+from collections.abc import Mapping
+from dataclasses import replace
+from importlib.metadata import PackageNotFoundError, version
+
+from bridge.vehicle.config import VehicleFile
+from identify.dive import Dive
+from identify.report.text import MISSING, seconds
 
 WIDE_TABLE_COLUMNS = 5
 SHORT_CELL, NUMBER_CELL = 16, 28
@@ -200,3 +212,54 @@ def _table(table: Table) -> str:
     caption = f"<caption>{safe(table.caption)}</caption>" if table.caption else ""
     body = f"<thead><tr>{head}</tr></thead>\n<tbody>{rows}</tbody>"
     return f'<div class="scroll"><table{kind}>{caption}{body}</table></div>\n'
+
+
+PACKAGES = ("seatrial", "numpy", "scipy", "numba", "torch", "matplotlib")
+
+
+@dataclass(frozen=True)
+class Read:
+    """A recording that was read elsewhere; `duration_s` is NaN if unknown."""
+
+    name: str
+    source: Path
+    sha256: str
+    duration_s: float
+
+
+def with_provenance(
+    report: Report, dives: Sequence[Dive | Read], file: VehicleFile, settings: Mapping[str, str]
+) -> Report:
+    """The report with its provenance as the last part."""
+    return replace(report, sections=(*report.sections, provenance(dives, file, settings)))
+
+
+def provenance(dives: Sequence[Dive | Read], file: VehicleFile, settings: Mapping[str, str]) -> Section:
+    """Each recording once and the vehicle file, with SHA-256; versions of the software; settings as given."""
+    seen = {dive.sha256: dive for dive in dives}
+    sources = (
+        *(
+            (dive.name, dive.source.name, _length(dive.duration_s), "recording", sha)
+            for sha, dive in seen.items()
+        ),
+        (file.vehicle.name, file.path.name, MISSING, "vehicle file", file.sha256),
+    )
+    versions = (("Python", platform.python_version()), *((name, _version(name)) for name in PACKAGES))
+    tables = [
+        Table(("Name", "File", "Length", "What", "SHA-256"), sources, "What was read."),
+        Table(("Made with", "Version"), versions),
+    ]
+    if settings:
+        tables.append(Table(("Setting", "Value"), tuple(settings.items()), "As given on the command line."))
+    return Section("Provenance", tables=tuple(tables))
+
+
+def _length(duration_s: float) -> str:
+    return seconds(duration_s) if math.isfinite(duration_s) else MISSING
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "not installed"

@@ -1,4 +1,7 @@
-"""Renders figures: inline SVG in the reader's colours for the page; SVG and PNG files for a paper."""
+"""Renders figures: inline SVG in the reader's colours for the page; SVG and PNG files for a paper.
+
+Writes the figures of a page as files for a paper: SVG and PNG, a column wide, named by their content.
+"""
 
 import io
 import re
@@ -13,9 +16,10 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure as Picture
 from matplotlib.text import Text
 
-from identify.report.plot import Draw
+from bridge.errors import LogError
+from identify.report.page import Report
+from identify.report.plot import LIGHT, Draw
 from identify.report.text import safe
-from identify.report.theme import LIGHT
 
 WIDE_IN, COLUMN_IN = 10.0, 3.46
 """Width of the page on a wide screen; width of a paper's column (88 mm), which also fits a phone."""
@@ -169,3 +173,30 @@ def _with_own_ids(svg: str, key: str) -> str:
     short = {name: f"{key}-{number}" for number, name in enumerate(sorted(used))}
     svg = re.sub(r' id="([^"]*)"', lambda of: f' id="{short[of[1]]}"' if of[1] in short else "", svg)
     return re.sub(r'(href="|url\()#([^")]+)', lambda of: f"{of[1]}#{short[of[2]]}", svg)
+
+
+def write_figures(folder: Path, report: Report) -> tuple[Path, ...]:
+    """Write every figure into `folder`, which is created if missing. Raises LogError."""
+    # Imported here, because matplotlib takes half a second to import.
+    from identify.report.picture import write_files
+
+    drawn = [figure for section in report.sections for figure in section.figures]
+    taken: list[str] = []
+    written: list[Path] = []
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for figure in drawn:
+            name = file_name(figure.name)
+            taken.append(name)
+            again = taken.count(name)
+            written += write_files(figure.draw, folder / (f"{name}-{again}" if again > 1 else name))
+    except OSError as error:
+        reason = error.strerror or error
+        raise LogError(f"{folder}: the figures can't be written ({reason}); choose another place") from None
+    return tuple(written)
+
+
+def file_name(words: str) -> str:
+    """Convert words to a name that every file system accepts: lower case, digits and hyphens."""
+    plain = unicodedata.normalize("NFKD", words).encode("ascii", "ignore").decode().lower()
+    return re.sub(r"[^a-z0-9]+", "-", plain).strip("-")[:100] or "figure"

@@ -9,10 +9,10 @@ from bridge.vehicle.config import Configuration, Water
 from identify.dive import Array, Dive, Signal
 from identify.fixes import check_fixes
 from identify.identification import Identification, Outcome, added_mass, estimate
-from identify.report import figures, tables, track, tracking, whiteness
-from identify.report.nuisance import nuisance_tables
+from identify.report import figures, tables, tracking
 from identify.report.page import Figure, Section
 from identify.report.plot import stack
+from identify.report.tables import nuisance_tables
 from identify.report.text import count, fixed, seconds, significant
 from identify.report.tracking import Reference
 from identify.validate import TrackingErrors
@@ -90,7 +90,7 @@ def _with_added_masses(truth: Mapping[str, float], configuration: Configuration)
 def dive_section(dive: Dive, water: Water | None = None) -> Section:
     """Content of a recording: path, speeds, depth, thruster commands, rates and gaps, notes."""
     start_s = dive.span_s[0]
-    drawn = [path] if (path := track.track(dive)) else []
+    drawn = [path] if (path := figures.track(dive)) else []
     if speeds := figures.speeds(dive):
         drawn.append(speeds)
     if depth := figures.depth(dive, water or Water()):
@@ -165,7 +165,7 @@ def innovations_section(normalised: Mapping[str, Signal], dive: str = "") -> Sec
             f"{name}: root mean square {significant(float(np.sqrt((value**2).mean())))} (1 is expected), "
             f"{significant(beyond, 2)} % beyond the 95 % limits (5 % is expected)."
         )
-        parts.append(whiteness.innovations(dive, name, signal))
+        parts.append(figures.innovations(dive, name, signal))
     return Section(
         f"Innovations: {dive}" if dive else "Innovations", "\n\n".join(sentences), figures=tuple(parts)
     )

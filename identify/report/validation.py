@@ -10,8 +10,8 @@ from bridge.vehicle.config import Vector3, VehicleFile
 from identify.dive import Dive
 from identify.glance.criteria import MARKS, Raising
 from identify.report import tracking
+from identify.report.charts import Group, grouped
 from identify.report.figures import TIME_TITLE
-from identify.report.grouped import Group, grouped
 from identify.report.page import Figure, Report, Section, Table
 from identify.report.plot import STYLES, Line, lines_panel, stack
 from identify.report.text import fixed

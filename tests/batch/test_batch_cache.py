@@ -4,9 +4,8 @@ import batch_jobs
 import pytest
 
 from bridge.errors import LinkLost, LogError
-from identify.batch.cache import Cache
 from identify.batch.jobs import Result, run_job
-from identify.batch.run import Standing, run_batch
+from identify.batch.run import Cache, Standing, run_batch
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from identify.batch.doubts import doubts_in
+from identify.batch.rows import doubts_in
 from identify.identification import Culprit, Doubt, Outcome
 
 LATE = Doubt(("M_u", "D_u"), "Thrust acts late", "mend the lag.", Outcome.DISAGREES, Culprit.MODEL)

@@ -8,7 +8,7 @@ import pytest
 
 from identify.batch.drift import DOUBTED, Story, drift_of, percent
 from identify.batch.rows import Row, Value
-from identify.batch.series import common_series, ratio
+from identify.batch.trend import common_series, ratio
 from identify.estimators.doubts import Tested
 from identify.estimators.said import drag_doubts, late_doubts
 from identify.identification import Doubt, Outcome

@@ -9,9 +9,9 @@ import pytest
 
 from bridge.vehicle.config import CONFIGS, load_vehicle
 from bridge.vehicle.thrusters import thrust_curve
-from identify.batch import parcel
+from identify.batch import cluster
+from identify.batch.cluster import pack, run_parcel, unpack
 from identify.batch.jobs import IDENTIFY, job_for, own_columns, thrust_table
-from identify.batch.parcel import pack, run_parcel, unpack
 from identify.batch.recordings import find_recordings
 
 
@@ -81,7 +81,7 @@ def test_nothing_stays_where_a_parcel_was_done_and_errors_name_the_senders_files
 
 def test_a_worker_of_another_version_refuses_and_says_so(folder, monkeypatch):
     sent = pack(batch_jobs.job_on(folder, "size", batch_jobs.FILE))
-    monkeypatch.setattr(parcel, "our_version", lambda: "0.0.1")
+    monkeypatch.setattr(cluster, "our_version", lambda: "0.0.1")
     result = run_parcel(sent)
     assert "has seatrial 0.0.1" in result.error
     assert not result.final

@@ -7,9 +7,8 @@ import pytest
 
 from bridge.dates import date_in_name
 from bridge.errors import LogError
-from identify.batch.beginnings import with_beginnings
 from identify.batch.jobs import Recording, Result
-from identify.batch.recordings import BEGINNING, find_recordings, name_of, told_apart
+from identify.batch.recordings import BEGINNING, find_recordings, name_of, told_apart, with_beginnings
 from identify.dates import utc
 from identify.ingest.identity import OPENING_BYTES
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from identify.batch.rows import Row, Value
-from identify.batch.series import common_series, ratio
-from identify.batch.trend import fit_trend, holm
+from identify.batch.trend import common_series, fit_trend, holm, ratio
 
 DAY_S = 86400.0
 START_S = 1.77e9

@@ -8,7 +8,7 @@ from pathlib import Path
 import batch_jobs
 import pytest
 
-from identify.batch import jobs, version
+from identify.batch import jobs
 
 LOADED = """
 import importlib, sys
@@ -30,8 +30,8 @@ def place(tmp_path):
 
 
 def stamp(place):
-    version.code_stamp.cache_clear()
-    return version.code_stamp(place)
+    jobs.code_stamp.cache_clear()
+    return jobs.code_stamp(place)
 
 
 @pytest.mark.parametrize("name", ["identify/answer.py", "identify/estimators/pinn/fit.py"])
@@ -59,7 +59,7 @@ def test_the_stamp_covers_every_module_that_an_identification_loads():
     told = subprocess.run([sys.executable, "-c", LOADED], capture_output=True, text=True, check=True)
     files = {Path(line) for line in told.stdout.split() if not line.endswith(NOTHING_TO_ANSWER)}
     assert len(files) > 30
-    assert files <= set(version.answering(version.PLACE))
+    assert files <= set(jobs.answering(jobs.PLACE))
 
 
 def test_a_job_of_other_code_has_another_key(tmp_path, monkeypatch):

@@ -26,7 +26,7 @@ from identify.challenge.drawn_force import (
     shape_of,
     signal_of,
 )
-from identify.challenge.gap import missing_wrench
+from identify.challenge.nearest import missing_wrench
 from identify.challenge.site import Planted, Site
 from identify.challenge.world import STATES
 

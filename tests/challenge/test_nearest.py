@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from identify.challenge.case import Case, draw_case
-from identify.challenge.gap import missing_wrench, nominal_columns
+from identify.challenge.nearest import missing_wrench, nominal_columns
 
 SEED, SECONDS = 310_900, 90.0
 

@@ -8,7 +8,7 @@ import pytest
 
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import Case, check_of, dive_of, draw_case
-from identify.challenge.gap import missing_velocity, missing_wrench
+from identify.challenge.nearest import missing_velocity, missing_wrench
 from identify.challenge.novel import NOVEL
 from identify.challenge.plants import PLANTS
 from identify.challenge.recording import tlog_of

@@ -11,10 +11,9 @@ import pytest
 from bridge.errors import LogError
 from identify.challenge.answers import Answer, answer_of, errors, read_answer
 from identify.challenge.case import draw_case, left_out
-from identify.challenge.lock import locked, read_key, write_key
 from identify.challenge.novel import NOVEL
 from identify.challenge.score import Rate, Score, score
-from identify.challenge.seal import hash_path, key_path, seal, unsealed
+from identify.challenge.seal import hash_path, key_path, locked, read_key, seal, unsealed, write_key
 from tui.cli import main
 
 

@@ -23,7 +23,7 @@ from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.effects.rigid_body import NET_BUOYANCY
 from identify.effects.sensors import DVL_DELAY
-from identify.unpushed import refuse_unpushed
+from identify.estimators.refusals import refuse_unpushed
 from tui.cli import main
 
 SCHEMA = Path(__file__).resolve().parents[1] / "data" / "answers.schema.json"

@@ -22,10 +22,9 @@ from identify.diagnose.nominal import nominal_of
 from identify.diagnose.result import Finding, Value
 from identify.diagnose.simulation import simulation_of, slope_of
 from identify.diagnose.wording import effect_words
-from identify.effects.actuators import DEAD_ZONE, SATURATION, THRUST_GAIN
+from identify.effects.actuators import DEAD_ZONE, SATURATION, THRUST_GAIN, weak
 from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import QUADRATIC_DRAG
-from identify.effects.one_thruster import weak
 from identify.effects.sensors import DVL_MISALIGNMENT
 
 WEAK = weak(2)

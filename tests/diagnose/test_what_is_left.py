@@ -16,11 +16,10 @@ from identify.diagnose.verdict import next_for_unexplained, unexplained_forces
 from identify.diagnose.weighing import weighing_of
 from identify.effects.course import lagged
 from identify.effects.effect import Act
-from identify.effects.environment import STEADY_CURRENT, waves
+from identify.effects.environment import STEADY_CURRENT, TETHER, waves
 from identify.effects.library import library
 from identify.effects.sensors import DVL_LEVER_ARM
 from identify.effects.supply import LOAD_SAG
-from identify.effects.tether import TETHER
 
 
 @pytest.fixture(scope="module")

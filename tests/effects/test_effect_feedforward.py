@@ -8,7 +8,7 @@ import pytest
 from bridge.vehicle.feedforward import hull_wrench
 from bridge.vehicle.references import Reference
 from bridge.vehicle.thruster_losses import Losses
-from identify.effects import actuators, hydrodynamics, one_thruster, rigid_body, supply
+from identify.effects import actuators, hydrodynamics, rigid_body, supply
 from identify.effects.course import Course
 from identify.effects.effect import Effect
 
@@ -46,7 +46,7 @@ def test_the_hull_is_made_up_for_as_its_effects_are_planted(rich_course: Course)
         (actuators.REVERSE_THRUST_LOSS, 0.7, Losses(ONES, astern=0.7)),
         (actuators.DEAD_ZONE, 2.0, Losses(ONES, least_n=2.0)),
         (actuators.DEAD_ZONE_SHIFTED, 2.0, Losses(ONES, start_n=2.0)),
-        (one_thruster.weak(3), 0.7, Losses(WEAK)),
+        (actuators.weak(3), 0.7, Losses(WEAK)),
         (supply.LOAD_SAG, 0.02, Losses(ONES, resistance_ohm=0.02)),
     ],
     ids=lambda given: getattr(given, "label", ""),

@@ -8,7 +8,7 @@ import pytest
 
 from bridge.vehicle.config import GRAVITY_M_S2
 from bridge.vehicle.dynamics import coriolis, restoring
-from identify.effects import environment, hydrodynamics, nearness, rigid_body, sensors, tether
+from identify.effects import environment, hydrodynamics, rigid_body, sensors
 from identify.effects.course import Course
 from identify.effects.effect import Effect
 
@@ -215,17 +215,17 @@ def test_waves_push_as_the_world_lies_and_die_with_depth(course: Made) -> None:
 def test_a_boundary_makes_a_body_heavier_by_its_distance_squared(course: Made) -> None:
     shaken = course(nu_dot=[1, 1, 1, 0, 0, 0], depth_m=0.5, altitude_m=2.0)
     heavier = 0.2 * np.array([0.25 * 38, 58, 68, 0, 0, 0])
-    assert wrench(nearness.FREE_SURFACE, shaken, 0.2, 0.0) == pytest.approx(-heavier)
+    assert wrench(environment.FREE_SURFACE, shaken, 0.2, 0.0) == pytest.approx(-heavier)
     by_far = (0.5**2 + 0.25**2) / (2.0**2 + 0.25**2)
-    assert wrench(nearness.BOTTOM_OR_WALL, shaken, 0.2, 0.0) == pytest.approx(-by_far * heavier)
-    assert wrench(nearness.BOTTOM_OR_WALL, shaken, 0.2, 0.2) == pytest.approx(-by_far * heavier)
+    assert wrench(environment.BOTTOM_OR_WALL, shaken, 0.2, 0.0) == pytest.approx(-by_far * heavier)
+    assert wrench(environment.BOTTOM_OR_WALL, shaken, 0.2, 0.2) == pytest.approx(-by_far * heavier)
 
 
 def test_a_mass_that_a_boundary_adds_has_the_coriolis_force_of_a_mass(course: Made) -> None:
     moving = course(nu=[0.5, 0.2, 0.1, 0.1, -0.2, 0.3], depth_m=0.5)
     mass = moving.mass + 0.2 * np.array([0.25 * 38, 58, 68, 0, 0, 0])
     nominal, whole = (np.array(coriolis(m.tolist(), moving.nu[0])) for m in (moving.mass, mass))
-    assert wrench(nearness.FREE_SURFACE, moving, 0.2, 0.0) == pytest.approx(nominal - whole)
+    assert wrench(environment.FREE_SURFACE, moving, 0.2, 0.0) == pytest.approx(nominal - whole)
 
 
 def test_a_body_that_slides_past_a_boundary_is_drawn_to_it(course: Made) -> None:
@@ -233,8 +233,8 @@ def test_a_body_that_slides_past_a_boundary_is_drawn_to_it(course: Made) -> None
     by_metre = 0.2 * 58 * 2 * 0.5 / (0.5**2 + 0.25**2)
     drawn = 0.5 * by_metre * 0.3**2
     sliding = course(nu=[0, 0.3, 0, 0, 0, 0], depth_m=0.5, altitude_m=0.5)
-    assert wrench(nearness.FREE_SURFACE, sliding, 0.0, 0.2) == pytest.approx([0, 0, -drawn, 0, 0, 0])
-    assert wrench(nearness.BOTTOM_OR_WALL, sliding, 0.0, 0.2) == pytest.approx([0, 0, drawn, 0, 0, 0])
+    assert wrench(environment.FREE_SURFACE, sliding, 0.0, 0.2) == pytest.approx([0, 0, -drawn, 0, 0, 0])
+    assert wrench(environment.BOTTOM_OR_WALL, sliding, 0.0, 0.2) == pytest.approx([0, 0, drawn, 0, 0, 0])
 
 
 def test_a_body_that_nears_a_bottom_is_held_off_by_half_of_the_momentum_that_its_water_gains(
@@ -242,24 +242,24 @@ def test_a_body_that_nears_a_bottom_is_held_off_by_half_of_the_momentum_that_its
 ) -> None:
     by_metre = 0.2 * 68 * 2 * 0.5 / (0.5**2 + 0.25**2)
     sinking = course(nu=[0, 0, 0.3, 0, 0, 0], altitude_m=0.5)
-    found = wrench(nearness.BOTTOM_OR_WALL, sinking, 0.0, 0.2)
+    found = wrench(environment.BOTTOM_OR_WALL, sinking, 0.0, 0.2)
     assert found == pytest.approx([0, 0, -0.5 * by_metre * 0.3**2, 0, 0, 0])
 
 
 def test_a_boundary_that_nobody_measures_does_nothing(course: Made) -> None:
-    for effect in nearness.EFFECTS:
+    for effect in environment.SURFACES:
         assert wrench(effect, course(nu=0.2, nu_dot=1.0), 0.2, 0.2) == pytest.approx([0] * 6)
 
 
 def test_a_boundary_is_told_by_what_the_masses_weigh_or_else_by_how_they_pull() -> None:
-    for effect in nearness.EFFECTS:
+    for effect in environment.SURFACES:
         assert effect.told(np.array([0.3, 0.1])) == {"mass_change": (0.3, "1")}
         assert effect.told(np.array([0.0, 0.1])) == {"mass_change": (0.1, "1")}
 
 
 def test_a_tether_pulls_back_to_where_the_dive_began(course: Made) -> None:
     away = course(position_m=[10.0, -4.0], euler=[0, 0, np.pi])
-    found = wrench(tether.TETHER, away, 0.5, 1.0, 0.0)
+    found = wrench(environment.TETHER, away, 0.5, 1.0, 0.0)
     assert found == pytest.approx([-(1.0 - 5.0), -2.0, 0, 0, 0, 0])
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bridge.vehicle.config import Configuration, Thruster
-from identify.effects import actuators, one_thruster, supply, wake
+from identify.effects import actuators, supply, wake
 from identify.effects.course import Course
 from identify.effects.effect import Effect
 
@@ -185,8 +185,8 @@ def test_one_weak_thruster_lacks_a_share_of_its_own_wrench(course: Made) -> None
     pushing = course(asked_n=10 * SURGE)
     lever = 0.42 * ASIDE - (-0.32) * AHEAD
     expected = [-2 * AHEAD, -2 * ASIDE, 0, 0, 0, -2 * lever]
-    assert pushed(one_thruster.weak(1), pushing, 0.8) == pytest.approx(expected)
-    assert one_thruster.weak(3).told(np.array([0.8])) == {"thruster": (3.0, "1"), "gain": (0.8, "1")}
+    assert pushed(actuators.weak(1), pushing, 0.8) == pytest.approx(expected)
+    assert actuators.weak(3).told(np.array([0.8])) == {"thruster": (3.0, "1"), "gain": (0.8, "1")}
 
 
 @pytest.fixture
@@ -202,16 +202,16 @@ def test_a_turned_thruster_pushes_elsewhere(course: Made, pusher: Configuration)
     at = course(asked_n=[10.0, 0.0], configuration=pusher)
     cos, sin = np.cos(0.2), np.sin(0.2)
     expected = np.array([5 * (cos - 1), 5 * sin, 0, 0, 0, -0.5 * 5 * sin - 0.1 * 5 * (cos - 1)])
-    assert pushed(one_thruster.turned(1, "z"), at, 0.2) == pytest.approx(expected)
+    assert pushed(actuators.turned(1, "z"), at, 0.2) == pytest.approx(expected)
     up = course(asked_n=[0.0, 10.0], configuration=pusher)
-    assert pushed(one_thruster.turned(2, "x"), up, 0.2)[:3] == pytest.approx([0, -10 * sin, 10 * (cos - 1)])
-    assert pushed(one_thruster.turned(2, "y"), up, 0.2)[:3] == pytest.approx([10 * sin, 0, 10 * (cos - 1)])
+    assert pushed(actuators.turned(2, "x"), up, 0.2)[:3] == pytest.approx([0, -10 * sin, 10 * (cos - 1)])
+    assert pushed(actuators.turned(2, "y"), up, 0.2)[:3] == pytest.approx([10 * sin, 0, 10 * (cos - 1)])
 
 
 def test_a_thruster_that_sits_elsewhere_turns_the_body_and_pushes_no_harder(
     course: Made, pusher: Configuration
 ) -> None:
-    level, upright = (one_thruster.shifted(k + 1, t) for k, t in enumerate(pusher.thrusters))
+    level, upright = (actuators.shifted(k + 1, t) for k, t in enumerate(pusher.thrusters))
     at = course(asked_n=[10.0, 10.0], configuration=pusher)
     assert pushed(level, at, 0.02) == pytest.approx([0, 0, 0, 0, 0, -0.02 * 5])
     assert pushed(upright, at, 0.02, 0.03) == pytest.approx([0, 0, 0, 0.3, -0.2, 0])

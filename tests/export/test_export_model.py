@@ -6,8 +6,7 @@ import pytest
 
 from bridge.errors import ConfigError
 from bridge.vehicle.config import GRAVITY_M_S2, load_vehicle
-from identify.export.frames import enu, flu, pointing
-from identify.export.model import Model, Propeller, model_of, volume_m3
+from identify.export.model import Model, Propeller, enu, flu, model_of, pointing, volume_m3
 
 VALUES = {
     "M_u": 111.6, "M_v": 112.41, "M_w": 134.0, "I_p": 5.2, "I_q": 15.5, "I_r": 16.0,

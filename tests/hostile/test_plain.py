@@ -14,7 +14,7 @@ from bridge.schema import load_yaml
 from gcs_plugin.folder import DiveFolder
 from gcs_plugin.params.sidecar import read_sidecar
 from identify.ingest.open import read_dive
-from identify.ingest.tame import tame
+from identify.ingest.possible import tame
 
 
 def refused(tmp_path: Path, text: str) -> str:

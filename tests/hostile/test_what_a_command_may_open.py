@@ -14,10 +14,10 @@ from bridge.file_size import MOST_SMALL_BYTES
 from bridge.schema import load_yaml
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.holder import held
-from identify.batch.cache import Cache
 from identify.batch.jobs import IDENTIFY, job_for
 from identify.batch.recordings import Recording
-from identify.challenge.lock import read_key
+from identify.batch.run import Cache
+from identify.challenge.seal import read_key
 from tui.app import preferences, themes
 from tui.app.keymap import load_keymap
 from tui.commands.challenge import _answer

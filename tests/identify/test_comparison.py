@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from identify.comparison import LEAST_DIFFERENCE, compare, doubted
-from identify.identification import Doubt, Outcome, Partner
-from identify.nuisance import disturbance, noise, time_constant, trim
+from identify.identification import Doubt, Outcome, Partner, disturbance, noise, time_constant, trim
 from identify.report.compared import comparison_section
 
 SURGE = {"M_u": 100.0, "D_u": 50.0}

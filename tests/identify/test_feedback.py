@@ -14,8 +14,7 @@ from identify.challenge.case import draw_case
 from identify.dive import Signal
 from identify.estimators.likelihood import estimate
 from identify.estimators.table import judged
-from identify.fed_velocity import fed_velocity, stamp_doubts
-from identify.feedback import feedback_doubts
+from identify.feedback import fed_velocity, feedback_doubts, stamp_doubts
 from identify.identification import Outcome
 from identify.ingest.open import read_dive
 

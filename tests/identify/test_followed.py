@@ -8,8 +8,7 @@ import pytest
 from test_validate import dive
 
 from identify.dive import Signal
-from identify.glance.followed import Followed
-from identify.glance.following import followed
+from identify.glance.following import Followed, followed
 
 
 def test_only_axes_that_the_reference_moves_along_have_curves() -> None:

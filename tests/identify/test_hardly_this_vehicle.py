@@ -10,7 +10,6 @@ import pytest
 from bench.missions.mission import draw_one
 from identify.answer import answered
 from identify.bounds import with_bounds
-from identify.descent import LARGEST_OFF, descent, descent_doubts
 from identify.dive import Signal
 from identify.estimators.axes import build_axes
 from identify.estimators.checks import LARGEST_SHARE, crossed, crossed_doubts, unseen_doubts
@@ -18,6 +17,7 @@ from identify.estimators.likelihood_fit import fit_axes
 from identify.estimators.table import estimator
 from identify.feedback import unchecked
 from identify.identification import Outcome
+from identify.sensor_scales import LARGEST_DESCENT_OFF, descent, descent_doubts
 
 SEED = 100_011
 
@@ -169,7 +169,7 @@ def test_depth_contradicts_a_downward_velocity_of_another_scale_or_sign(scale):
     dived = longer()
     dive = with_velocity(dived.dive, np.diag([scale] * 3))
     found = descent(dive, dived.file.vehicle.water)
-    assert found.contradicts(LARGEST_OFF)
+    assert found.contradicts(LARGEST_DESCENT_OFF)
     assert found.least == pytest.approx(1.0 / scale, rel=0.1)
     (doubt,) = descent_doubts(dive, dived.file.vehicle.water)
     assert doubt.about == ("M_u", "M_v", "M_w", "D_u", "D_v", "D_w")
@@ -180,7 +180,7 @@ def test_depth_contradicts_a_downward_velocity_of_another_scale_or_sign(scale):
 def test_depth_does_not_contradict_the_velocity_of_a_healthy_dvl(scale):
     dived = longer()
     found = descent(with_velocity(dived.dive, np.diag([scale] * 3)), dived.file.vehicle.water)
-    assert not found.contradicts(LARGEST_OFF)
+    assert not found.contradicts(LARGEST_DESCENT_OFF)
     assert found.least <= found.most
 
 

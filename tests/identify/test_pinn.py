@@ -16,8 +16,7 @@ from identify.dive import Signal
 from identify.estimators.axes import build_axes
 from identify.estimators.pinn import fit as pinn_fit
 from identify.estimators.table import estimator
-from identify.identification import Outcome
-from identify.nuisance import disturbance, noise, time_constant
+from identify.identification import Outcome, disturbance, noise, time_constant
 
 ROOT = Path(__file__).resolve().parents[2]
 SEALED = ROOT.parent / "shared" / "sealed"

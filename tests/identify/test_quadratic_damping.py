@@ -13,8 +13,8 @@ from bridge.errors import FitError
 from bridge.vehicle.coefficients import OF_HULL
 from bridge.vehicle.config import Prior
 from gcs_plugin.params.targets import parameters_from_identification
+from identify.bounds import with_drag_forces
 from identify.dive import Signal
-from identify.drag_force import with_drag_forces
 from identify.estimators import intervals
 from identify.estimators.axes import build_axes
 from identify.estimators.likelihood_axis import DAMPING, likelihood_of

@@ -9,10 +9,21 @@ from matplotlib.axes import Axes
 from soak import rest_in_soak
 
 from bridge.vehicle.config import Configuration, Thruster
-from identify import nuisance
 from identify.dive import Dive, Signal
-from identify.identification import Doubt, Estimate, Identification, Outcome, Partner, added_mass, estimate
-from identify.report.nuisance import nuisance_tables
+from identify.identification import (
+    Doubt,
+    Estimate,
+    Identification,
+    Outcome,
+    Partner,
+    added_mass,
+    disturbance,
+    estimate,
+    noise,
+    time_constant,
+    trim,
+)
+from identify.report.figures import autocorrelation, dead_reckon
 from identify.report.page import Figure, Report, Section, write_report
 from identify.report.picture import WIDE_IN
 from identify.report.sections import (
@@ -21,8 +32,7 @@ from identify.report.sections import (
     innovations_section,
     training_section,
 )
-from identify.report.track import dead_reckon
-from identify.report.whiteness import autocorrelation
+from identify.report.tables import nuisance_tables
 
 NAN = float("nan")
 SHARED = Path(__file__).resolve().parents[2].parent / "shared"
@@ -178,15 +188,15 @@ def test_a_partner_of_no_correlation_is_a_dash():
 
 def test_what_was_fitted_beside_the_coefficients_stands_by_axis_in_words_with_units():
     fitted = {
-        nuisance.disturbance(0): 0.349,
-        nuisance.time_constant(0): 2.75,
-        nuisance.trim(0): -0.07,
-        nuisance.noise(0, "dvl", False): 0.00394,
-        nuisance.noise(2, "dvl", False): 0.004,
-        nuisance.noise(2, "depth", True): 0.002,
-        nuisance.trim(5): 0.0004,
-        nuisance.noise(5, "new_gyro", False): 0.0002,
-        nuisance.noise(5, "heading", True): 0.01,
+        disturbance(0): 0.349,
+        time_constant(0): 2.75,
+        trim(0): -0.07,
+        noise(0, "dvl", False): 0.00394,
+        noise(2, "dvl", False): 0.004,
+        noise(2, "depth", True): 0.002,
+        trim(5): 0.0004,
+        noise(5, "new_gyro", False): 0.0002,
+        noise(5, "heading", True): 0.01,
     }
     by_axis, others = nuisance_tables(fitted, {"alpha": 0.5})
     assert by_axis.columns == ("Axis", "Disturbance", "Its time constant", "Trim", "Sensor noise")

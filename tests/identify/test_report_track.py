@@ -8,8 +8,8 @@ import pytest
 from drawn_paths import strokes
 
 from identify.dive import Dive, Signal
+from identify.report.figures import track
 from identify.report.picture import WIDE_IN, inline
-from identify.report.track import track
 
 
 def circling(samples: int) -> Dive:

@@ -14,9 +14,8 @@ from identify.dive import Signal
 from identify.estimators.axes import build_axes
 from identify.estimators.likelihood import estimate
 from identify.estimators.places import tumbles, turned_by
-from identify.identification import Outcome
+from identify.identification import Outcome, noise
 from identify.ingest.rotation import quaternions_from_euler
-from identify.nuisance import noise
 
 
 def fit(dive):

@@ -12,7 +12,7 @@ from bench.missions.mission import draw_one
 from identify.answer import answered
 from identify.dive import Signal
 from identify.identification import Outcome
-from identify.turning import LARGEST_OFF, turning, turning_doubts
+from identify.sensor_scales import LARGEST_OFF, turning, turning_doubts
 
 TIME_S = np.arange(0.0, 200.0, 0.05)
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 
-from identify.report.bars import Bar, bars
-from identify.report.heatmap import heatmap
+from identify.report.charts import Bar, bars, heatmap
 from identify.report.picture import COLUMN_IN, WIDE_IN
 from identify.report.plot import Panel, stack
 

@@ -7,7 +7,7 @@ import pytest
 
 from bridge.errors import LogError
 from identify.report.page import Figure, Report, Section
-from identify.report.paper import file_name, write_figures
+from identify.report.picture import file_name, write_figures
 from identify.report.plot import Line, lines_panel, stack
 
 

@@ -9,8 +9,7 @@ import numpy as np
 
 from bridge.vehicle.config import load_vehicle
 from identify.dive import Dive, Signal
-from identify.report.page import Report, Section, render_report
-from identify.report.provenance import provenance, with_provenance
+from identify.report.page import Report, Section, provenance, render_report, with_provenance
 from tui.pages import settings
 
 FILE = load_vehicle("ruvifist:hovering")

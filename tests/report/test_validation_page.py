@@ -11,7 +11,7 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.feedforward import Mode
 from identify.dive import Dive, Signal
 from identify.glance.criteria import Criterion, Raising
-from identify.report.grouped import HATCHES, Group, grouped
+from identify.report.charts import HATCHES, Group, grouped
 from identify.report.page import Figure, Report, render_report
 from identify.report.picture import WIDE_IN
 from identify.report.plot import stack

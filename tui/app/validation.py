@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from identify.glance.followed import Followed
+from identify.glance.following import Followed
 
 ROWS: Final = {
     "acceleration": "Acceleration",

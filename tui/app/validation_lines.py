@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from identify.glance.followed import CURVES, Followed
+from identify.glance.following import CURVES, Followed
 from tui.app.curves import Curve, plot, seconds
 from tui.app.lines import Line, Lines, Role, Span, apart, cut
 from tui.app.shown import SHOWN_IN, number

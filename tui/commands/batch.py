@@ -62,12 +62,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from bridge.vehicle.config import load_vehicle
-    from identify.batch.beginnings import with_beginnings
-    from identify.batch.cache import Cache
     from identify.batch.jobs import IDENTIFY, column_file, job_for
-    from identify.batch.recordings import find_recordings
+    from identify.batch.recordings import find_recordings, with_beginnings
     from identify.batch.rows import rows_of
-    from identify.batch.run import run_batch
+    from identify.batch.run import Cache, run_batch
     from tui import show
 
     check(arguments)
@@ -154,8 +152,7 @@ def finish(arguments: argparse.Namespace, file: "VehicleFile", found: "Found", r
     from identify.batch.drift import drift_of
     from identify.batch.page import batch_report
     from identify.batch.rows import by_configuration, to_json
-    from identify.report.page import write_report
-    from identify.report.provenance import Read, with_provenance
+    from identify.report.page import Read, with_provenance, write_report
     from tui import pages, show
     from tui.batch_tables import drifts_to_json
     from tui.files import Files

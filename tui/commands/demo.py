@@ -115,8 +115,7 @@ def tracking_table(modes: "Sequence[str]", rows: "Sequence[Row]") -> "Table":
 
 def write_page(path: Path, done: "Demo") -> Path:
     """(c) The report."""
-    from identify.report.page import Report, write_report
-    from identify.report.provenance import with_provenance
+    from identify.report.page import Report, with_provenance, write_report
     from identify.report.sections import (
         dive_section,
         identification_section,

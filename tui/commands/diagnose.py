@@ -178,7 +178,7 @@ def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") ->
     compensate and on how to upload the file. Without an accepted effect no file is written.
     """
     from bridge.vehicle.coefficients import BY_NAME
-    from identify.batch.doubts import clauses
+    from identify.batch.rows import clauses
     from identify.diagnose.accepted import none_accepted
     from identify.diagnose.recording import doubts_of_recording
     from identify.identification import Outcome, worst

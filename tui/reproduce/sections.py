@@ -3,9 +3,9 @@
 import math
 
 from bridge.vehicle.config import Configuration
+from identify.report.figures import track
 from identify.report.page import Figure, Section, Table
 from identify.report.text import MISSING, count, fixed, seconds, significant, unit
-from identify.report.track import track
 from identify.validate import METHOD, compare
 from tui.reproduce import figures
 from tui.reproduce.campaigns import Campaign

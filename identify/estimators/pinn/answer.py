@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, Coefficient
 from bridge.vehicle.config import VehicleFile
-from identify import nuisance
+from identify import identification
 from identify.dive import Dive
 from identify.estimators.admitted import NOTHING, Admitted, admitted, timing_of
 from identify.estimators.autopilot_velocity import shared_axes
@@ -34,12 +34,12 @@ from identify.identification import (
     Estimate,
     Identification,
     Information,
+    Nuisance,
+    Progress,
     added_mass,
     outcome_of,
 )
 from identify.identification import estimate as as_estimate
-from identify.nuisance import Nuisance
-from identify.progress import Progress
 
 Array = NDArray[np.float64]
 
@@ -169,11 +169,11 @@ def _nuisance(fit: Fit) -> dict[Nuisance, float]:
     out: dict[Nuisance, float] = {}
     n = len(fit.layout.dofs)
     for axis, dof in enumerate(fit.layout.dofs):
-        out[nuisance.disturbance(dof)] = float(fit.disturbance[axis])
-        out[nuisance.time_constant(dof)] = float(fit.time_constant_s[axis])
-        out[nuisance.trim(dof)] = float(fit.values[6 + n + axis])
+        out[identification.disturbance(dof)] = float(fit.disturbance[axis])
+        out[identification.time_constant(dof)] = float(fit.time_constant_s[axis])
+        out[identification.trim(dof)] = float(fit.values[6 + n + axis])
     for channel, name in enumerate(fit.layout.channel_name):
         dof = fit.layout.dofs[fit.layout.channel_axis[channel]]
         of_place = fit.layout.channel_reads[channel] == POSITION
-        out[nuisance.noise(dof, name, of_place)] = float(fit.sensor[channel])
+        out[identification.noise(dof, name, of_place)] = float(fit.sensor[channel])
     return out
