@@ -8,7 +8,7 @@ from bridge.clock import Clock
 from bridge.errors import LinkError, LinkTimeout
 from bridge.framing import Encoder, Framer, decode
 from bridge.link.base import Link
-from gcs_plugin.station import GROUND_STATION
+from gcs_plugin.peers import GROUND_STATION
 
 POLL_S: Final = 0.02
 ASK_EVERY_S: Final = 1.0

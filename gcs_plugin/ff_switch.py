@@ -24,10 +24,8 @@ from bridge.parameters import MODE
 from bridge.vehicle.feedforward import Mode
 from gcs_plugin.ff_vehicle import SwitchedVehicle
 from gcs_plugin.ff_words import word
-from gcs_plugin.known_vehicles import KnownVehicle
-from gcs_plugin.params.client import Heard
 from gcs_plugin.params.transfer import Source
-from gcs_plugin.station import GROUND_STATION
+from gcs_plugin.peers import GROUND_STATION, Heartbeat, KnownVehicle
 
 NEVER_HEARD: Final = (1, dialect.MAV_COMP_ID_ONBOARD_COMPUTER)
 """Components that OFF is sent to in a system that was never heard: the bridge has either of these ids."""
@@ -166,8 +164,8 @@ class Switch:
         if reading.signal == "ff_mode":
             self._of(source, now_s).on_told(reading.values[0], source, now_s)
         elif reading.signal == "alive":
-            armed, kind, autopilot = reading.values
-            if Heard(source, int(kind), int(autopilot), bool(armed), now_s).is_vehicle:
+            _, kind, autopilot = reading.values
+            if Heartbeat(int(kind), int(autopilot), 0, 0, now_s).is_vehicle:
                 self._of(source, now_s).on_beat(source, now_s)
 
     def on_value(self, name: str, value: float, source: Source, now_s: float) -> None:

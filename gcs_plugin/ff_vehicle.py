@@ -15,11 +15,10 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.parameters import MODE, RAISED_ARMED
 from bridge.vehicle.feedforward import Mode
 from gcs_plugin.ff_words import sent_text, word
-from gcs_plugin.known_vehicles import KnownVehicle
-from gcs_plugin.params.client import COMPANIONS, COMPANIONS_MAY_FOLLOW_S, NO_INDEX
+from gcs_plugin.params.client import NO_INDEX
 from gcs_plugin.params.deadline import Timing
 from gcs_plugin.params.transfer import DOES_NOT_EXIST, ERROR_SENTENCES, Source
-from gcs_plugin.station import GROUND_STATION
+from gcs_plugin.peers import COMPANIONS_MAY_FOLLOW_S, GROUND_STATION, KnownVehicle, parameter_holder
 
 SEND_EVERY_S: Final = 0.5
 QUIET_S: Final = Timing().quiet_s
@@ -100,7 +99,7 @@ class SwitchedVehicle:
         beating = self.beating - self.lacking
         if not beating:
             return [source for source in self.unheard if source not in self.lacking]
-        return [min(beating, key=lambda source: (source[1] not in COMPANIONS, source[1]))]
+        return [parameter_holder(beating)]
 
     @property
     def in_mode(self) -> bool:

@@ -13,7 +13,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.framing import Encoder, Frame, decode
 from bridge.parameters import MODE
 from bridge.vehicle.feedforward import Mode
-from gcs_plugin.station import GROUND_STATION
+from gcs_plugin.peers import GROUND_STATION
 
 PLACES: Final = 16
 """Number of clients that may send any order."""

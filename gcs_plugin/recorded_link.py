@@ -9,7 +9,6 @@ from bridge.framing import Frame, Framer
 from bridge.link.base import Link
 from bridge.link.receive_buffer import ReceiveBuffer
 from bridge.link.reconnecting import Aside
-from gcs_plugin.link_health import CROWDED, LinkHealth
 
 IDLE_FLUSH_S: Final = 0.5
 REOPEN_EVERY_S: Final = 1.0
@@ -31,7 +30,6 @@ class RecordedLink:
         reopen: Callable[[str], Link] | None = None,
     ) -> None:
         self.name = name = link.name
-        self.health = LinkHealth()
         self._link: Link | None = link
         self._clock, self._say = clock, say
         self._framer = Framer()
@@ -40,7 +38,6 @@ class RecordedLink:
         self._retry_s = 0.0
         self._lost_before = self._told = 0
         self._tell_s = clock.boot_s()
-        self._crowded = False
 
     @property
     def is_there(self) -> bool:
@@ -54,19 +51,13 @@ class RecordedLink:
         return self._lost_before + (buffer.dropped if buffer else 0)
 
     def look(self) -> None:
-        """Warn of datagrams that this computer dropped, at most every TOLD_EVERY_S, and once if `health` is full."""
+        """Warn of datagrams that this computer dropped, at most every TOLD_EVERY_S."""
         now_s = self._clock.boot_s()
         if self.lost_here > self._told and now_s >= self._tell_s:
             self._told, self._tell_s = self.lost_here, now_s + TOLD_EVERY_S
             words = self._buffer.words if self._buffer else ""
             self._say(
                 "warning", f"{self.name}: {words or f'this computer lost {self._told} datagrams itself'}"
-            )
-        if self.health.left_out and not self._crowded:
-            self._crowded = True
-            self._say(
-                "warning",
-                f"{self.name}: {CROWDED}; all is recorded, loss and age are told of those alone who have a place",
             )
 
     def read(self, timeout_s: float) -> list[Frame]:

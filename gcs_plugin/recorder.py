@@ -15,13 +15,11 @@ from bridge.framing import Encoder, Frame
 from bridge.link.base import Link
 from bridge.secret import carries_key
 from gcs_plugin.disk_left import DiskLeft
-from gcs_plugin.known_vehicles import KnownVehicle, KnownVehicles
-from gcs_plugin.link_health import LinkHealth
 from gcs_plugin.past_files import Writer
+from gcs_plugin.peers import CROWDED, KnownVehicle, Peers, Reception, ground_heartbeat
 from gcs_plugin.recorded import Count, Notice, Recorded
 from gcs_plugin.recorded_files import Kept, RecordedFiles
 from gcs_plugin.recorded_link import RecordedLink
-from gcs_plugin.station import ground_heartbeat
 from gcs_plugin.unheard import Unheard
 
 SYNC_EVERY_S: Final = 0.5
@@ -86,15 +84,16 @@ class Recorder:
         self._next_beat_s = self._boot_at_start_s
         self._disk = DiskLeft(free_bytes, lambda words: self._say("warning", words), self._boot_at_start_s)
         self._files = RecordedFiles(open_file, clock, lambda: self._disk.has_room, self._say)
-        self._known, self._known_s = KnownVehicles(), self._boot_at_start_s
+        self._peers, self._known_s, self._crowded = Peers(), self._boot_at_start_s, set[str]()
         self.vehicles: tuple[KnownVehicle, ...] = ()
         self.heard = self._missed_before = 0
         self._unheard = Unheard()
 
     @property
-    def health(self) -> dict[str, LinkHealth]:
-        """Health of each link, by name."""
-        return {link.name: link.health for link in self._links}
+    def receptions(self) -> dict[str, list[Reception]]:
+        """What was received and lost of each component, by link."""
+        now_s = self._clock.boot_s()
+        return {link.name: self._peers.receptions(link.name, now_s) for link in self._links}
 
     @property
     def files(self) -> int:
@@ -166,7 +165,8 @@ class Recorder:
         now_s = self._clock.boot_s()
         self._disk.look(now_s)
         if now_s >= self._known_s:
-            self._known_s, self.vehicles = now_s + KNOWN_EVERY_S, self._known.at(now_s)
+            self._known_s, self.vehicles = now_s + KNOWN_EVERY_S, self._peers.known(now_s)
+            self._tell_crowds()
         return taken
 
     def go_on(self, open_file: Callable[[int], Writer], changed: Callable[[Count], None]) -> None:
@@ -215,11 +215,11 @@ class Recorder:
     def _over(self, kept: Kept) -> Count:
         """Counts of the dive that ended; resets the counts for the next dive."""
         count = self._count(kept)
-        self.heard, self._missed_before, self._unheard = 0, self._missed(), Unheard()
+        self.heard, self._missed_before, self._unheard = 0, self._peers.lost(), Unheard()
         return count
 
     def _count(self, kept: Kept) -> Count:
-        missed = max(0, self._missed() - self._missed_before)
+        missed = max(0, self._peers.lost() - self._missed_before)
         unheard = self._unheard.heard
         return Count(
             kept.files,
@@ -233,21 +233,25 @@ class Recorder:
             unheard.keeps_ring,
         )
 
-    def _missed(self) -> int:
-        """Number of frames lost on any link by their sequence numbers, over all dives."""
-        now_s = self._clock.boot_s()
-        return sum(
-            sender.lost for health in self.health.values() for sender in health.snapshot(now_s).sources
-        )
+    def _tell_crowds(self) -> None:
+        for link in self._peers.left_out:
+            if link not in self._crowded:
+                self._crowded.add(link)
+                self._say(
+                    "warning",
+                    f"{link}: {CROWDED}; all is recorded, loss and age are told of those alone who have a place",
+                )
 
     def _read(self, link: RecordedLink, timeout_s: float) -> list[Recorded]:
         return [self._keep(link, frame) for frame in link.read(timeout_s)]
 
     def _keep(self, link: RecordedLink, frame: Frame) -> Recorded:
         now_s = self._clock.boot_s()
-        link.health.on_frame(frame, now_s)
-        self._unheard.on_frame(frame, now_s)
-        self._known.on_frame(frame, now_s)
+        peer = self._peers.on_frame(frame, link.name, now_s)
+        if peer is not None:
+            self._unheard.on_frame(peer, frame, now_s)
+            if peer.restart is not None:
+                self._say("warning", peer.restart.words(self._unix_at_start_s - self._boot_at_start_s))
         self.heard += 1
         self._disk.came(len(frame.raw))
         return Recorded(self._store(frame.raw), link.name, frame)

@@ -13,16 +13,14 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.framing import Frame
 from bridge.silences import LEAST_S, ROUND, Pause, Spacing, of_clocks, unheard
-from gcs_plugin.senders import Senders
+from gcs_plugin.peers import MOST_PEERS, Peer, Source
 
 MOST_PAUSES: Final = 1000
 """Most pauses kept of a sender in a dive; beyond that, the shortest is dropped."""
-PLACED_EVERY_S: Final = 1.0
-_HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
 _SYSTEM_TIME: Final[int] = dialect.MAVLINK_MSG_ID_SYSTEM_TIME
 _NAMED_INT: Final[int] = dialect.MAVLINK_MSG_ID_NAMED_VALUE_INT
 _BOOT_ID: Final = b"BOOT_ID"
-_NAME_AT, _TYPE_AT = 8, 4
+_NAME_AT: Final = 8
 _BOOT_MS: Final = struct.Struct("<I")
 
 
@@ -44,7 +42,6 @@ class _Sender:
 
     last_s: float
     number: int
-    placed_s: float
     frames: int = 0
     is_vehicle: bool = False
     keeps_ring: bool = False
@@ -66,9 +63,6 @@ class _Sender:
         if frame.message_id == _SYSTEM_TIME:
             (boot_ms,) = _BOOT_MS.unpack_from(frame.payload.ljust(12, b"\0"), 8)
             self.tell(boot_ms / 1e3, time_s)
-        elif frame.message_id == _HEARTBEAT:
-            kind = frame.payload.ljust(9, b"\0")[_TYPE_AT]
-            self.is_vehicle = self.is_vehicle or kind != dialect.MAV_TYPE_GCS
         elif frame.message_id == _NAMED_INT and frame.payload[_NAME_AT:].rstrip(b"\0") == _BOOT_ID:
             self.keeps_ring = True
 
@@ -89,7 +83,7 @@ class _Sender:
         if pause is None:
             return
         if len(self.pauses) >= MOST_PAUSES:
-            self.pauses.remove(min(self.pauses, key=lambda one: one.seconds))
+            self.pauses.remove(min(self.pauses, key=lambda kept: kept.seconds))
         self.pauses.append(pause)
 
     @property
@@ -102,25 +96,22 @@ class Unheard:
     """Silences of a dive's vehicles over all links: a frame on any link counts as heard."""
 
     def __init__(self) -> None:
-        self._senders: Senders[_Sender] = Senders()
+        self._senders: dict[Source, _Sender] = {}
 
-    def on_frame(self, frame: Frame, time_s: float) -> None:
-        """A frame arrived at `time_s`, which never runs back."""
-        if not frame.known:
-            return
-        source = (frame.system, frame.component)
-        sender = self._senders.get(source)
-        if sender is None or time_s - sender.placed_s >= PLACED_EVERY_S:
-            sender = sender or _Sender(time_s, frame.sequence, time_s)
-            sender.placed_s = time_s
-            if not self._senders.put(source, time_s, sender):
+    def on_frame(self, peer: Peer, frame: Frame, time_s: float) -> None:
+        """A frame of `peer` arrived at `time_s`, which never runs back."""
+        sender = self._senders.get(peer.source)
+        if sender is None:
+            if len(self._senders) >= MOST_PEERS:
                 return
+            sender = self._senders[peer.source] = _Sender(time_s, frame.sequence)
+        sender.is_vehicle = peer.is_vehicle
         sender.hear(frame, time_s)
 
     @property
     def heard(self) -> Heard:
         """Result for the vehicle's component with the most frames."""
-        vehicles = [sender for _, sender in self._senders.items() if sender.is_vehicle]
+        vehicles = [sender for sender in self._senders.values() if sender.is_vehicle]
         if not vehicles:
             return Heard()
         most = max(vehicles, key=lambda sender: sender.frames)

@@ -9,8 +9,8 @@ from bridge.errors import LinkError, LinkLost
 from bridge.link.base import Link
 from bridge.link.reconnecting import Aside, Reconnecting, unheard
 from gcs_plugin.holder import FRESH_S, Holding, hangs, held, held_beside, how_to_end, hung
-from gcs_plugin.known_vehicles import KnownVehicle, still_known
 from gcs_plugin.link_names import among
+from gcs_plugin.peers import KnownVehicle
 from tui.exit_codes import UsageError
 
 LOOK_EVERY_S: Final = 0.1
@@ -245,7 +245,7 @@ def known_now(clock: Clock, spec: str | None = None) -> tuple[KnownVehicle, ...]
         )
         for vehicle in holding.vehicles
     )
-    return tuple(vehicle for vehicle in heard if still_known(vehicle, boot_s))
+    return tuple(vehicle for vehicle in heard if vehicle.is_known(boot_s))
 
 
 def refuse_second(specs: Iterable[str]) -> None:

@@ -1,11 +1,10 @@
-"""Pass on the texts of vehicles while they are recorded, and warn when a vehicle has restarted."""
+"""Pass on the texts of vehicles while they are recorded."""
 
 from collections.abc import Callable
 from typing import Any
 
 from gcs_plugin.recorded import Recorded
 from gcs_plugin.recorder import Recorder
-from gcs_plugin.restarts import Restarts
 from gcs_plugin.watch import words
 
 Tell = Callable[[str], None]
@@ -19,18 +18,14 @@ class StatusTexts(words.StatusTexts):
 
 
 class TellingRecorder(Recorder):
-    """A recorder that passes on the texts of vehicles and warns of restarts."""
+    """A recorder that passes on the texts of vehicles."""
 
     def __init__(self, tell: Tell, *of_recorder: Any) -> None:
         self._texts = StatusTexts(tell)
-        self._restarts = Restarts()
         super().__init__(*of_recorder)
 
     def step(self, timeout_s: float) -> list[Recorded]:
         taken = super().step(timeout_s)
         for item in taken:
             self._texts.hear(item.frame)
-            restart = self._restarts.on_frame(item.frame, item.unix_us / 1e6)
-            if restart is not None:
-                self._say("warning", restart.words(0.0))
         return taken

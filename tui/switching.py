@@ -10,8 +10,7 @@ from bridge.framing import Encoder, Framer
 from bridge.link.base import Link
 from gcs_plugin.ff_switch import Switch
 from gcs_plugin.off_orders import OffMarks
-from gcs_plugin.station import GROUND_STATION, ground_heartbeat
-from gcs_plugin.twins import Twins
+from gcs_plugin.peers import GROUND_STATION, Peers, ground_heartbeat
 from tui.exit_codes import UsageError
 from tui.status_texts import StatusTexts
 
@@ -27,7 +26,7 @@ class Line:
 
     def __init__(self, link: Link, clock: Clock, switch: Switch, system: int | None, tell: Tell) -> None:
         self._link, self._clock, self._switch, self._system = link, clock, switch, system
-        self._framer, self._encoder, self._twins = Framer(), Encoder(*GROUND_STATION), Twins(link)
+        self._framer, self._encoder, self._peers = Framer(), Encoder(*GROUND_STATION), Peers(link)
         self._texts, self._marks = StatusTexts(tell), OffMarks()
         self._beat_s = clock.boot_s()
 
@@ -35,7 +34,7 @@ class Line:
         """Send the messages due and take the frames that have come. Raises LinkError if the link is lost."""
         now_s = self._clock.boot_s()
         # Two vehicles seen once stay reported: drifting sequence numbers can hide them for a while.
-        self._switch.twins = self._switch.twins or self._twins.fault(self._system)
+        self._switch.twins = self._switch.twins or self._peers.fault(self._system)
         messages = self._switch.tick(now_s)
         if not self._switch.heard and now_s >= self._beat_s:
             # A vehicle that listens on UDP learns the ground's address from this.
@@ -46,7 +45,7 @@ class Line:
             self._link.write(self._encoder.encode(message))
         for frame in self._framer.feed(self._link.read(POLL_S)):
             arrived_s = self._clock.boot_s()
-            self._twins.on_frame(frame, arrived_s)
+            self._peers.on_frame(frame, self._link.name, arrived_s)
             self._switch.on_frame(frame, arrived_s)
             self._texts.hear(frame)
 

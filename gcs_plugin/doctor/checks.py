@@ -11,7 +11,7 @@ from bridge.vehicle.config import GRAVITY_M_S2, Vehicle
 from gcs_plugin.doctor.findings import Finding, fail, ok, warn
 from gcs_plugin.doctor.identity import check_configuration, check_thrusters, check_twins
 from gcs_plugin.doctor.observe import Arrival, Observed
-from gcs_plugin.link_health import CROWDED
+from gcs_plugin.peers import CROWDED
 
 HEARTBEAT_LIMIT_S: Final = 3.5
 LOSS_WARN: Final = 0.05
@@ -78,9 +78,9 @@ def check_heartbeat(observed: Observed) -> Finding:
 
 def check_loss(observed: Observed) -> Finding:
     """Share of the frames sent that were lost on the way, for the sender with the largest loss."""
-    if observed.health.left_out:
+    if observed.left_out:
         return warn("loss", f"{observed.link}: {CROWDED}; find out who does")
-    sources = [s for s in observed.health.sources if s.received + s.lost >= 20]
+    sources = [s for s in observed.receptions if s.received + s.lost >= 20]
     if not sources:
         return warn("loss", f"{observed.link}: too few frames to tell a loss from")
     worst = max(sources, key=lambda source: source.loss)

@@ -12,9 +12,7 @@ from bridge.link.base import Link
 from bridge.messages.readings import Reading
 from bridge.messages.readings import decode as decode_reading
 from bridge.printable import printable
-from gcs_plugin.link_health import Health, LinkHealth
-from gcs_plugin.station import GROUND_STATION
-from gcs_plugin.twins import Twins
+from gcs_plugin.peers import GROUND_STATION, Peers, Reception
 
 POLL_S: Final = 0.05
 ASK_TIME_EVERY_S: Final = 0.5
@@ -46,7 +44,8 @@ class TimeAnswer:
 class Observed:
     """The traffic heard on a link. `arrivals` by signal; `unix_s` is the ground's Unix time when the listening ended.
 
-    `twins` says that two vehicles share an address, "" if none do.
+    `left_out` counts frames of senders that found no place among `receptions`. `twins` says that two vehicles share
+    an address, "" if none do.
     """
 
     link: str
@@ -54,7 +53,8 @@ class Observed:
     time_answers: list[TimeAnswer] = field(default_factory=list)
     texts: list[str] = field(default_factory=list)
     frames: int = 0
-    health: Health = field(default_factory=lambda: Health((), ()))
+    receptions: tuple[Reception, ...] = ()
+    left_out: int = 0
     twins: str = ""
     listened_s: float = 0.0
     ended_s: float = 0.0
@@ -87,7 +87,7 @@ def observe(
     on_frame: Callable[[Frame], None] = lambda _: None,
 ) -> Observed:
     """Listen for `duration_s`, sending a TIMESYNC request every half second."""
-    observed, health, framer, twins = Observed(link.name), LinkHealth(), Framer(), Twins(link)
+    observed, framer, peers = Observed(link.name), Framer(), Peers(link)
     encoder = Encoder(*GROUND_STATION)
     start_s = ask_s = clock.boot_s()
     while (now_s := clock.boot_s()) - start_s < duration_s:
@@ -97,12 +97,12 @@ def observe(
             link.write(encoder.encode(dialect.MAVLink_timesync_message(0, max(1, round(now_s * 1e9)))))
         for frame in framer.feed(link.read(POLL_S)):
             arrived_s = clock.boot_s()
-            health.on_frame(frame, arrived_s)
-            twins.on_frame(frame, arrived_s)
+            peers.on_frame(frame, link.name, arrived_s)
             observed.take(frame, arrived_s)
             on_frame(frame)
     observed.ended_s, observed.unix_s = clock.boot_s(), clock.unix_s()
     observed.listened_s = observed.ended_s - start_s
-    observed.health = health.snapshot(observed.ended_s)
-    observed.twins = twins.fault()
+    observed.receptions = tuple(peers.receptions(link.name, observed.ended_s))
+    observed.left_out = peers.left_out[link.name]
+    observed.twins = peers.fault()
     return observed

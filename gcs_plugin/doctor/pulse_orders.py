@@ -7,7 +7,7 @@ from typing import Any, Final, Protocol
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.vehicle.thrusters import NEUTRAL_US
-from gcs_plugin.station import ground_heartbeat
+from gcs_plugin.peers import ground_heartbeat
 
 REPEAT_S: Final = 0.2
 ASK_EVERY_S: Final = 1.0

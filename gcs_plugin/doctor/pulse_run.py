@@ -18,8 +18,7 @@ from bridge.printable import printable
 from bridge.vehicle.thrusters import NEUTRAL_US
 from gcs_plugin.doctor.pulse_orders import MotorTest, Orders, orders_for
 from gcs_plugin.doctor.pulses import LEAST_GAP_S, PlannedPulse
-from gcs_plugin.station import GROUND_STATION
-from gcs_plugin.twins import Twins
+from gcs_plugin.peers import GROUND_STATION, Heartbeat, Peers, heartbeat_of
 
 POLL_S: Final = 0.02
 ANSWER_S: Final = 1.0
@@ -31,9 +30,6 @@ DISARMED: Final = (
     "(leak, battery, lost ground station); mend that and run the check again"
 )
 
-_FAILSAFE: Final = frozenset(
-    (dialect.MAV_STATE_CRITICAL, dialect.MAV_STATE_EMERGENCY, dialect.MAV_STATE_FLIGHT_TERMINATION)
-)
 _REFUSALS: Final = {
     dialect.MAV_RESULT_TEMPORARILY_REJECTED: "the vehicle can't do it now: arm it and end its mission",
     dialect.MAV_RESULT_DENIED: "the vehicle does not permit it: arm it and end its mission",
@@ -74,14 +70,14 @@ class PulseRun:
         """Number of finished pulses, and of all pulses."""
         return self._index, len(self._planned)
 
-    def on_heartbeat(self, armed: bool, state: int, time_s: float) -> list[MotorTest]:
+    def on_heartbeat(self, beat: Heartbeat) -> list[MotorTest]:
         """Handle a heartbeat of the vehicle; any state except armed and well stops the run."""
-        self._last_beat_s = time_s
+        self._last_beat_s = beat.time_s
         if self.done:
             return []
-        if not armed:
+        if not beat.armed:
             return self._stop(DISARMED)
-        if state in _FAILSAFE:
+        if beat.in_failsafe:
             return self._stop("the vehicle is in a failsafe")
         return []
 
@@ -163,7 +159,7 @@ def run_pulses(
     framer, encoder = Framer(), Encoder(*GROUND_STATION)
     run = PulseRun(planned, clock.boot_s())
     frames: list[Frame] = []
-    twins = Twins(link)
+    peers = Peers(link)
     said: list[str] = []
     orders: Orders | None = None
 
@@ -178,14 +174,14 @@ def run_pulses(
     def listen() -> None:
         nonlocal orders
         for frame in framer.feed(link.read(POLL_S)):
-            twins.on_frame(frame, clock.boot_s())
+            peers.on_frame(frame, link.name, clock.boot_s())
             if frame.system == target[0]:
                 frames.append(frame)
                 said.extend(_words(frame))
             if (frame.system, frame.component) == target:
                 orders = orders or _orders_of(frame, target)
                 order(_heard(run, frame, clock.boot_s()))
-        trouble = twins.fault(target[0])
+        trouble = peers.fault(target[0])
         if trouble:
             order(run.stop(trouble))
         if orders is not None:
@@ -211,8 +207,9 @@ def run_pulses(
 
 def _orders_of(frame: Frame, target: tuple[int, int]) -> Orders | None:
     """The kind of orders that the vehicle takes, by its HEARTBEAT; None for another frame."""
-    message = decode(frame) if frame.message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT else None
-    return None if message is None else orders_for(message.autopilot, target)
+    if frame.message_id != dialect.MAVLINK_MSG_ID_HEARTBEAT:
+        return None
+    return orders_for(heartbeat_of(frame, 0.0).autopilot, target)
 
 
 def _words(frame: Frame) -> list[str]:
@@ -222,14 +219,9 @@ def _words(frame: Frame) -> list[str]:
 
 
 def _heard(run: PulseRun, frame: Frame, now_s: float) -> list[MotorTest]:
-    if frame.message_id not in (dialect.MAVLINK_MSG_ID_HEARTBEAT, dialect.MAVLINK_MSG_ID_COMMAND_ACK):
-        return []
-    message = decode(frame)
-    if message is None:
-        return []
     if frame.message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT:
-        armed = bool(message.base_mode & dialect.MAV_MODE_FLAG_SAFETY_ARMED)
-        return run.on_heartbeat(armed, message.system_status, now_s)
-    if message.command == dialect.MAV_CMD_DO_MOTOR_TEST and message.target_system in (0, GROUND_STATION[0]):
-        return run.on_answer(message.result, now_s)
-    return []
+        return run.on_heartbeat(heartbeat_of(frame, now_s))
+    message = decode(frame) if frame.message_id == dialect.MAVLINK_MSG_ID_COMMAND_ACK else None
+    if message is None or message.command != dialect.MAV_CMD_DO_MOTOR_TEST:
+        return []
+    return run.on_answer(message.result, now_s) if message.target_system in (0, GROUND_STATION[0]) else []

@@ -11,7 +11,7 @@ from bridge.framing import Encoder, Framer
 from bridge.ftp.packet import decode
 from bridge.link.base import Link
 from gcs_plugin.fetch.fetching import Fetching
-from gcs_plugin.station import GROUND_STATION, ground_heartbeat
+from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
 
 POLL_S: Final = 0.01
 BEAT_EVERY_S: Final = 1.0

@@ -10,7 +10,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.framing import Frame, decode, frame_at, message_id_at
 from gcs_plugin.fetch.boots import boots_heard
 from gcs_plugin.fetch.one_clock import Anchor, Kept
-from gcs_plugin.restarts import SAME_BOOT_S
+from gcs_plugin.peers import SAME_BOOT_S
 
 NEAREST: Final = 10
 """How many boot-clock messages on each side of a time are compared; the one with the least delay counts."""

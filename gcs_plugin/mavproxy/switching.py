@@ -12,7 +12,6 @@ from bridge.vehicle.feedforward import Mode
 from gcs_plugin.ff_switch import Switch
 from gcs_plugin.ff_words import WORDS
 from gcs_plugin.fleet import Fleet, News
-from gcs_plugin.known_vehicles import KnownVehicles
 from gcs_plugin.mavproxy.parameters import ARMED
 from gcs_plugin.off_orders import OffMarks, OffOrders
 from gcs_plugin.params.transfer import Source
@@ -31,7 +30,7 @@ class Switching:
 
     def __init__(self, fleet: Fleet, clock: Clock, say: Callable[[str], None]) -> None:
         self._fleet, self._clock, self._say = fleet, clock, say
-        self._known, self._marks, self._orders = KnownVehicles(), OffMarks(), OffOrders()
+        self._marks, self._orders = OffMarks(), OffOrders()
         self._switch: Switch | None = None
         self._began_s = self._told_s = 0.0
         self._lacking_s: float | None = None
@@ -44,7 +43,9 @@ class Switching:
             case [mode] if MODES.get(mode) is Mode.OFF:
                 # Off needs no confirmation. It goes to the vehicle chosen, otherwise to every vehicle that is or was
                 # heard.
-                self._begin(Switch(Mode.OFF, self._fleet.chosen, self._known.at(self._clock.boot_s())))
+                self._begin(
+                    Switch(Mode.OFF, self._fleet.chosen, self._fleet.peers.known(self._clock.boot_s()))
+                )
             case [mode] if mode in MODES:
                 self._ask(mode)
             case ["yes", mode, *armed] if mode in MODES and armed in ([], [ARMED]):
@@ -55,10 +56,8 @@ class Switching:
 
     def on_frame(self, frame: Frame) -> None:
         """Handle a frame that arrived."""
-        now_s = self._clock.boot_s()
-        self._known.on_frame(frame, now_s)
         if self._switch is not None:
-            self._switch.on_frame(frame, now_s)
+            self._switch.on_frame(frame, self._clock.boot_s())
 
     def on_news(self, news: News) -> None:
         """Note from any PARAM_VALUE, whoever requested it, whether a vehicle has parameters in force."""

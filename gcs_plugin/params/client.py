@@ -6,7 +6,7 @@ not know the companion yet takes a write to the companion for its own (measured 
 
 import contextlib
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from threading import Event
 from typing import Any, Final
@@ -28,39 +28,15 @@ from gcs_plugin.params.transfer import ReadValue, Result, SetValue, Source
 from gcs_plugin.params.turn import Newest, Turn
 from gcs_plugin.params.upload import Ending, Stage, Upload
 from gcs_plugin.params.while_armed import obstacle
-from gcs_plugin.station import GROUND_STATION
-from gcs_plugin.twins import Twins
+from gcs_plugin.peers import COMPANIONS_MAY_FOLLOW_S, GROUND_STATION, Peers, parameter_holder
 
 POLL_S: Final = 0.02
 HEARTBEAT_LIMIT_S: Final = 6.0
 GONE_S: Final = 12.0  # without any frame of the vehicle: at 30 % loss of 1 Hz heartbeats, once in a million
 TELL_SILENCE_S: Final = 2.0
-COMPANIONS_MAY_FOLLOW_S: Final = 1.5
-REBOOT_STEP_MS: Final = 500
 NO_INDEX: Final = -1
 
 _HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
-_NO_AUTOPILOT: Final[int] = dialect.MAV_AUTOPILOT_INVALID
-_COMPANION_KIND: Final[int] = dialect.MAV_TYPE_ONBOARD_CONTROLLER
-COMPANIONS: Final = range(dialect.MAV_COMP_ID_ONBOARD_COMPUTER, dialect.MAV_COMP_ID_ONBOARD_COMPUTER4 + 1)
-
-
-@dataclass(frozen=True, slots=True)
-class Heard:
-    """The last HEARTBEAT of one component."""
-
-    source: Source
-    kind: int
-    autopilot: int
-    armed: bool
-    time_s: float
-
-    @property
-    def is_vehicle(self) -> bool:
-        """Whether the component can hold a vehicle's parameters: an autopilot or a companion computer."""
-        if self.kind == dialect.MAV_TYPE_GCS:
-            return False
-        return self.autopilot != _NO_AUTOPILOT or self.kind == _COMPANION_KIND
 
 
 def message_of(send: ReadList | ReadIndex | ReadValue | SetValue, target: Source) -> Any:
@@ -107,10 +83,7 @@ class ParameterClient:
         self._timing = timing or Timing()
         self._progress, self._line = progress, line
         self._framer, self._encoder = Framer(), Encoder(*GROUND_STATION)
-        self._heard: dict[Source, Heard] = {}
-        self._boot_ms: dict[Source, int] = {}
-        self._frame_s: dict[Source, float] = {}
-        self._twins = Twins(link)
+        self._peers = Peers(link)
         self._vehicle: Source | None = None
 
     def find_vehicle(
@@ -141,7 +114,7 @@ class ParameterClient:
             raise LinkError(
                 f"{self._link.name}: several vehicles beat (systems {numbers}); name one with --system"
             )
-        self._vehicle = min(candidates, key=lambda source: (source[1] not in COMPANIONS, source[1]))
+        self._vehicle = parameter_holder(candidates)
         self._refuse_twins()
         return self._vehicle
 
@@ -151,8 +124,10 @@ class ParameterClient:
         vehicle = self._known_vehicle()
         autopilots = [
             source
-            for source, heard in self._heard.items()
-            if source[0] == vehicle[0] and heard.is_vehicle and heard.autopilot != _NO_AUTOPILOT
+            for source in self._candidates(vehicle[0], None)
+            if (peer := self._peers.get(source)) is not None
+            and peer.heartbeat is not None
+            and peer.heartbeat.is_autopilot
         ]
         return min(autopilots, default=vehicle)
 
@@ -164,8 +139,7 @@ class ParameterClient:
     @property
     def armed(self) -> bool:
         """Whether any component of the vehicle reports that it is armed."""
-        system = self._known_vehicle()[0]
-        return any(heard.armed for source, heard in self._heard.items() if source[0] == system)
+        return self._peers.armed(self._known_vehicle()[0])
 
     def listen(self, stop: Event) -> None:
         """Read the link until `stop` is set, so that the vehicle's state stays current while a prompt is open."""
@@ -256,7 +230,7 @@ class ParameterClient:
             except LinkLost as error:
                 upload.give_up(str(error))
             now_s = self._clock.boot_s()
-            trouble = self._twins.fault(self._known_vehicle()[0]) or self._gone(now_s)
+            trouble = self._peers.fault(self._known_vehicle()[0]) or self._gone(now_s)
             if trouble and upload.ending is None:
                 # Send no further write: it would reach the second vehicle too, or nobody.
                 upload.give_up(f"{trouble}; {upload.left_behind}")
@@ -269,12 +243,13 @@ class ParameterClient:
 
     def _gone(self, now_s: float) -> str:
         """Why the upload is given up (the vehicle is silent), "" while frames arrive from it."""
-        if now_s - self._frame_s[self._known_vehicle()] < GONE_S:
+        peer = self._peers.get(self._known_vehicle())
+        if peer is not None and now_s - peer.heard_s < GONE_S:
             return ""
         return f"{self._vehicle_text()} went silent, nothing came from it for {GONE_S:.0f} s"
 
     def _refuse_twins(self) -> None:
-        fault = self._twins.fault(self._known_vehicle()[0])
+        fault = self._peers.fault(self._known_vehicle()[0])
         if fault:
             raise LinkError(fault)
 
@@ -286,10 +261,10 @@ class ParameterClient:
         """Wait for the next HEARTBEAT of the vehicle's component; raise LinkTimeout after HEARTBEAT_LIMIT_S."""
         vehicle = self._known_vehicle()
         start_s = self._clock.boot_s()
-        while self._heard[vehicle].time_s < start_s and self._clock.boot_s() < start_s + HEARTBEAT_LIMIT_S:
+        while self._beat_s(vehicle) < start_s and self._clock.boot_s() < start_s + HEARTBEAT_LIMIT_S:
             for frame in self._receive():
                 self._note(frame)
-        if self._heard[vehicle].time_s < start_s:
+        if self._beat_s(vehicle) < start_s:
             raise LinkTimeout(
                 f"{self._vehicle_text()}: no HEARTBEAT for {HEARTBEAT_LIMIT_S} s; nothing was sent, "
                 "check the link"
@@ -298,9 +273,8 @@ class ParameterClient:
 
     def _feed_listing(self, listing: Listing, frame: Frame) -> None:
         now_s, source = self._clock.boot_s(), (frame.system, frame.component)
-        booted_ms = self._boot_ms.get(source)
         message = self._note(frame)
-        if message is not None and self._tells_reboot(message, source, booted_ms):
+        if message is not None and self._is_rebooted(source):
             listing.on_reboot(now_s)
         elif frame.message_id == dialect.MAVLINK_MSG_ID_PARAM_VALUE and message is not None:
             listing.on_value(
@@ -309,7 +283,6 @@ class ParameterClient:
 
     def _feed_upload(self, upload: Upload, frame: Frame, even_armed: bool) -> None:
         source, now_s = (frame.system, frame.component), self._clock.boot_s()
-        booted_ms = self._boot_ms.get(source)
         message = self._note(frame)
         if message is None:
             return
@@ -318,58 +291,44 @@ class ParameterClient:
         elif frame.message_id == dialect.MAVLINK_MSG_ID_PARAM_ERROR:
             if message.target_system in (0, GROUND_STATION[0]):
                 upload.on_error(message.param_id, message.error, source, now_s)
-        elif self._tells_reboot(message, source, booted_ms):
+        elif self._is_rebooted(source):
             upload.on_reboot(now_s)
         elif frame.message_id == _HEARTBEAT and self.armed and upload.needs_disarmed and not even_armed:
             upload.abort("the vehicle was armed during the upload", now_s)
 
-    def _tells_reboot(self, message: Any, source: Source, booted_ms: int | None) -> bool:
-        """Whether the vehicle's boot clock is behind `booted_ms`, its previous reading: it has rebooted."""
-        if message.get_type() != "SYSTEM_TIME" or source != self._vehicle or booted_ms is None:
-            return False
-        return bool(message.time_boot_ms < booted_ms - REBOOT_STEP_MS)
+    def _is_rebooted(self, source: Source) -> bool:
+        """Whether the last frame of this component shows that the vehicle in use has rebooted."""
+        peer = self._peers.get(source)
+        return source == self._vehicle and peer is not None and peer.rebooted
+
+    def _beat_s(self, source: Source) -> float:
+        """When the component last sent a HEARTBEAT; -inf if never."""
+        peer = self._peers.get(source)
+        return float("-inf") if peer is None or peer.heartbeat is None else peer.heartbeat.time_s
 
     def _note(self, frame: Frame) -> Any | None:
-        """Record the HEARTBEAT or boot time of a frame; return the message, None if it is not used here or damaged."""
-        if frame.message_id not in _USED:
-            return None
-        message = decode(frame)
-        source = (frame.system, frame.component)
-        if message is None:
-            return None
-        if frame.message_id == _HEARTBEAT:
-            armed = bool(message.base_mode & dialect.MAV_MODE_FLAG_SAFETY_ARMED)
-            is_station = message.type == dialect.MAV_TYPE_GCS
-            now_s = self._clock.boot_s()
-            self._heard[source] = Heard(
-                source, message.type, message.autopilot, armed and not is_station, now_s
-            )
-        elif frame.message_id == dialect.MAVLINK_MSG_ID_SYSTEM_TIME:
-            self._boot_ms[source] = message.time_boot_ms
-        return message
+        """Enter a frame in the table of senders; return its message, None if it is not used here or damaged."""
+        self._peers.on_frame(frame, self._link.name, self._clock.boot_s())
+        return decode(frame) if frame.message_id in _USED else None
 
     def _receive(self) -> list[Frame]:
-        frames = self._framer.feed(self._link.read(POLL_S))
-        now_s = self._clock.boot_s()
-        for frame in frames:
-            self._twins.on_frame(frame, now_s)
-            self._frame_s[frame.system, frame.component] = now_s
-        return frames
+        return self._framer.feed(self._link.read(POLL_S))
 
     def _send(self, send: ReadList | ReadIndex | ReadValue | SetValue) -> None:
         self._link.write(self._encoder.encode(message_of(send, self._known_vehicle())))
 
     def _candidates(self, system: int | None, component: int | None) -> list[Source]:
         return [
-            source
-            for source, heard in self._heard.items()
-            if heard.is_vehicle and system in (None, source[0]) and component in (None, source[1])
+            peer.source
+            for peer in self._peers.vehicles(self._clock.boot_s())
+            if system in (None, peer.source[0]) and component in (None, peer.source[1])
         ]
 
     def _nobody(self, timeout_s: float, system: int | None, component: int | None) -> str:
         wanted = f" of system {system}" if system is not None else ""
         wanted += f" component {component}" if component is not None else ""
-        others = ", ".join(f"{s}/{c}" for s, c in sorted(self._heard)) or "nobody at all"
+        beating = sorted(peer.source for peer in self._peers if peer.heartbeat is not None)
+        others = ", ".join(f"{s}/{c}" for s, c in beating) or "nobody at all"
         return (
             f"{self._link.name}: no vehicle's HEARTBEAT{wanted} within {timeout_s:g} s (heard: {others}); "
             "check the cable, the address and that the bridge runs"

@@ -13,13 +13,11 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.errors import ConfigError
 from bridge.framing import Frame
 from bridge.vehicle.config import VehicleFile
-from gcs_plugin.restarts import Restarts
-from gcs_plugin.senders import GONE_S, Source
-from gcs_plugin.twins_across import TwinsAcross
+from gcs_plugin.peers import GONE_S, Heartbeat, Peer, Peers, Source
 from gcs_plugin.watch.active_set import ActiveSet
 from gcs_plugin.watch.channels import Channel
 from gcs_plugin.watch.hearing import FROM_ANYONE, TELLING, Values, heard
-from gcs_plugin.watch.links import Beat, WatchedLink, beat_of
+from gcs_plugin.watch.links import LinkRows
 from gcs_plugin.watch.picture import Armed, LinkRow, Picture, Said
 from gcs_plugin.watch.quantities import Quantities
 from gcs_plugin.watch.sensors import SENSORS, always, expected_hz, sensor_rows
@@ -42,7 +40,7 @@ HAS_DATE_UNIX_S: Final = 1e9
 _HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
 _SYSTEM_TIME: Final[int] = dialect.MAVLINK_MSG_ID_SYSTEM_TIME
 _OF_WORDS: Final = frozenset((_HEARTBEAT, dialect.MAVLINK_MSG_ID_STATUSTEXT))
-_SILENT_BEAT: Final = Beat(0, 0, Armed.UNKNOWN, -math.inf)
+_SILENT_BEAT: Final = Heartbeat(0, 0, 0, 0, -math.inf)
 
 _OTHERS: Final = (
     "rates", "velocity", "velocity_ned", "depth", "alive", "clock", "tau_pid", "tau_ff", "tau_cmd", "nu_fb", "nu_ref",
@@ -65,14 +63,14 @@ class Watcher:
         self._vehicle = None if vehicle is None else vehicle.vehicle
         self._asked_for = system
         self._ground_unix_s = unix_at_zero_s
-        self._links: dict[str, WatchedLink] = {}
-        self._across = TwinsAcross()
+        self._peers = Peers()
+        self._links = LinkRows(self._peers)
         self._begin(system)
 
     def _begin(self, system: int | None) -> None:
         """Forget everything heard, and watch `system` from now on."""
         self.system = system
-        self._system_beats: dict[int, Beat] = {}
+        self._system_beats: dict[int, Heartbeat] = {}
         self._beats_counted: dict[int, tuple[int, float]] = {}
         self._channels = {sensor.signal: Channel(sensor.says) for sensor in SENSORS}
         self._channels |= {signal: Channel(always) for signal in _OTHERS}
@@ -83,20 +81,16 @@ class Watcher:
         self._said_at_s = 0.0
         self._texts = StatusTexts(self._tell)
         self._active_set = ActiveSet()
-        self._restarts = Restarts()
 
     def feed(self, frame: Frame, arrived_s: float, link: str) -> None:
         """Take a frame; `arrived_s` never runs back."""
-        watched = self._links.get(link)
-        if watched is None:
-            watched = self._links[link] = WatchedLink(link)
-        watched.on_frame(frame, arrived_s)
-        self._across.on_frame(frame, link, arrived_s)
+        self._links.tick(arrived_s)
+        peer = self._peers.on_frame(frame, link, arrived_s)
         if not frame.known:
             return
         number = frame.message_id
-        if number == _HEARTBEAT:
-            self._beat(frame, arrived_s, watched)
+        if number == _HEARTBEAT and peer is not None and peer.heartbeat is not None:
+            self._beat(peer.source, peer.heartbeat)
         from_vehicle = frame.system == self.system
         if not (from_vehicle or number in FROM_ANYONE) or self._is_twice(frame, arrived_s):
             return
@@ -108,7 +102,7 @@ class Watcher:
             self._date(arrived_s)
         if from_vehicle:
             self._active_set.hear(frame, arrived_s)
-            self._look_for_restart(frame, arrived_s)
+            self._tell_restart(peer, arrived_s)
         if number in _OF_WORDS:
             self._said_at_s = arrived_s
             self._texts.hear(frame)
@@ -125,7 +119,7 @@ class Watcher:
 
         return Picture(
             now_s=now_s,
-            armed=beat.armed,
+            armed=_armed(beat),
             armed_age_s=now_s - beat.time_s,
             links=self._link_rows(now_s, commander),
             sensors=sensor_rows(channels, self._vehicle, now_s, hz, quantities.locked_share(now_s)),
@@ -139,25 +133,20 @@ class Watcher:
             active_set_age_s=now_s - self._active_set.told_s,
             configuration=configuration,
             said=tuple(self._said),
-            twins=self._twins(),
+            twins="" if self.system is None else self._peers.fault(self.system),
         )
 
     # The senders.
 
-    def _twins(self) -> str:
-        faults = (link.twins(self.system) for link in self._links.values())
-        return next(filter(None, faults), "") or self._across.fault(self.system)
-
-    def _beat(self, frame: Frame, arrived_s: float, link: WatchedLink) -> None:
-        beat = beat_of(frame, arrived_s)
-        link.beat((frame.system, frame.component), beat)
-        if beat.is_vehicle and self._is_to_be_watched(frame.system, arrived_s):
-            self._begin(frame.system)
-        if frame.system == self.system and beat.is_vehicle:
-            self._system_beats[frame.component] = beat
-            count, counted_s = self._beats_counted.get(frame.component, (0, -math.inf))
-            if arrived_s >= counted_s + SETTLING_S:
-                self._beats_counted[frame.component] = count + 1, arrived_s
+    def _beat(self, source: Source, beat: Heartbeat) -> None:
+        system, component = source
+        if beat.is_vehicle and self._is_to_be_watched(system, beat.time_s):
+            self._begin(system)
+        if system == self.system and beat.is_vehicle:
+            self._system_beats[component] = beat
+            count, counted_s = self._beats_counted.get(component, (0, -math.inf))
+            if beat.time_s >= counted_s + SETTLING_S:
+                self._beats_counted[component] = count + 1, beat.time_s
 
     def _is_to_be_watched(self, system: int, now_s: float) -> bool:
         if self._asked_for is not None or system == self.system:
@@ -194,8 +183,11 @@ class Watcher:
             silent_s = row.age_s if row.lost else 0.0
             return row.system != self.system, row.component != commander, silent_s
 
-        rows = (row for link in self._links.values() for row in link.rows(now_s))
-        shown = (row for row in rows if row.system == self.system or not GONE_S < row.age_s < math.inf)
+        shown = (
+            row
+            for row in self._links.rows(now_s)
+            if row.system == self.system or not GONE_S < row.age_s < math.inf
+        )
         return tuple(sorted(shown, key=place))
 
     def _tell(self, source: Source, severity: int, text: str) -> None:
@@ -203,11 +195,11 @@ class Watcher:
         self._active_set.read(text, self._said_at_s)
         self._said.append(Said(self._said_at_s + self._unix_at_zero_s, severity, text))
 
-    def _look_for_restart(self, frame: Frame, arrived_s: float) -> None:
-        restart = self._restarts.on_frame(frame, arrived_s)
-        if restart is not None:
+    def _tell_restart(self, peer: Peer | None, arrived_s: float) -> None:
+        if peer is not None and peer.restart is not None:
             unix_s = self._unix_at_zero_s
-            self._said.append(Said(arrived_s + unix_s, dialect.MAV_SEVERITY_WARNING, restart.words(unix_s)))
+            words = peer.restart.words(unix_s)
+            self._said.append(Said(arrived_s + unix_s, dialect.MAV_SEVERITY_WARNING, words))
 
     @property
     def _unix_at_zero_s(self) -> float:
@@ -238,6 +230,14 @@ class Watcher:
             return ()
         shapes = self._vehicle.configurations
         return names_of(shapes[configuration or next(iter(shapes))])
+
+
+def _armed(beat: Heartbeat) -> Armed:
+    if beat.time_s == -math.inf:
+        return Armed.UNKNOWN
+    if beat.in_failsafe:
+        return Armed.FAILSAFE
+    return Armed.ARMED if beat.armed else Armed.DISARMED
 
 
 def _whole(values: Values) -> int | None:

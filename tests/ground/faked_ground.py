@@ -93,8 +93,8 @@ class DiskFile:
 class Ground:
     """A recorder over a fake link and a fake disk on a simulated clock."""
 
-    def __init__(self, disk=None, **options):
-        self.link, self.disk, self.clock = FakeLink(), disk or Disk(), SimulatedClock()
+    def __init__(self, disk=None, clock=None, **options):
+        self.link, self.disk, self.clock = FakeLink(), disk or Disk(), clock or SimulatedClock()
         self.notices = []
         self.recorder = Recorder(
             [self.link], self.disk.open, self.clock, self.disk.space, self.notices.append, **options

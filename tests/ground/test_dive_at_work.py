@@ -21,7 +21,7 @@ from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.folder import DiveFolder
 from gcs_plugin.holder import Holding, release, write_holding
 from gcs_plugin.in_use import HeldTlog, alone_at, holder_of, is_written
-from gcs_plugin.station import ground_heartbeat
+from gcs_plugin.peers import ground_heartbeat
 from tui import cli, exit_codes, merging
 from tui.fetched import Fetcher
 from tui.merging import merge

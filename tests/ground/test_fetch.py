@@ -17,8 +17,8 @@ from gcs_plugin.fetch.fetching import Fetching
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.folder import DiveFolder
+from gcs_plugin.peers import ground_heartbeat
 from gcs_plugin.reel import Reel
-from gcs_plugin.station import ground_heartbeat
 from identify.ingest.open import recording_files
 from tui.fetched import Fetcher
 

@@ -14,9 +14,7 @@ from bridge.parameters import ParameterServer, vehicle_table
 from bridge.vehicle.config import Configuration, Thruster, Vehicle
 from bridge.vehicle.feedforward import Mode
 from gcs_plugin.ff_switch import Switch
-from gcs_plugin.known_vehicles import KnownVehicle
-from gcs_plugin.station import GROUND_STATION
-from gcs_plugin.twins import Twins
+from gcs_plugin.peers import GROUND_STATION, KnownVehicle, Peers
 
 SHAPE = Configuration(
     dry_mass_kg=72.0,
@@ -119,7 +117,7 @@ def drive(switch, link, clock, seconds, twins=None, each=lambda: None):
         clock.advance_to(clock.now_s + STEP_S)
         for frame in framer.feed(link.read(STEP_S)):
             if twins is not None:
-                twins.on_frame(frame, clock.now_s)
+                twins.on_frame(frame, link.name, clock.now_s)
             switch.on_frame(frame, clock.now_s)
         each()
         if switch.done:
@@ -441,7 +439,7 @@ def test_the_vehicle_that_is_named_is_the_only_one_that_is_sent_anything(clock):
 def twins_on(clock):
     one, other = Craft(clock), Craft(clock, phase_s=0.5, booted_s=-40.0)
     link = Both(one, other)
-    return one, other, link, Twins(link)
+    return one, other, link, Peers(link)
 
 
 def test_of_two_vehicles_with_one_address_it_is_not_off_while_either_says_otherwise(clock):

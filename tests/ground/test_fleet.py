@@ -143,3 +143,12 @@ def test_a_start_anew_is_told(world):
     assert not world.say((1, 1), dialect.MAVLink_system_time_message(0, 90_000)).rebooted
     assert not world.say((1, 1), dialect.MAVLink_system_time_message(0, 91_000)).rebooted
     assert world.say((1, 1), dialect.MAVLink_system_time_message(0, 1_000)).rebooted
+
+
+def test_a_link_that_is_long_gone_is_told_of_no_more(world):
+    world.beat((1, 1), link=Quiet("tcp:old"))
+    for later_s in (1.0, 299.0, 1.5):
+        world.now_s += later_s
+        world.beat((1, 1), link=Quiet("tcp:new"))
+    assert [name for name, _ in world.fleet.sources(world.now_s)] == ["tcp:new"]
+    assert (world.fleet.link_of((1, 1)), world.fleet.link_of((9, 9))) == ("tcp:new", "")

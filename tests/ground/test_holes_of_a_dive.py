@@ -15,7 +15,7 @@ from gcs_plugin.fetch.as_sent import as_sent
 from gcs_plugin.fetch.holes import Hole, holes_in, lost_in
 from gcs_plugin.fetch.whole import made_whole, write_records
 from gcs_plugin.folder import DiveFolder
-from gcs_plugin.station import ground_heartbeat
+from gcs_plugin.peers import ground_heartbeat
 from tui.fetched import Fetched, Fetcher
 from tui.merging import Merged, Refused, merge_all
 

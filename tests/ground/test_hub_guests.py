@@ -9,7 +9,7 @@ from bridge.framing import Encoder, Framer, decode
 from bridge.link.open import open_link
 from gcs_plugin import guests
 from gcs_plugin.hub import Hub
-from gcs_plugin.station import ground_heartbeat
+from gcs_plugin.peers import ground_heartbeat
 from tui.links import ByWay
 
 TRIES = 2000

@@ -10,12 +10,15 @@ from gcs_plugin.mavproxy.switching import Switching
 
 
 class Sea:
+    name = "udpin:1"
+
     def __init__(self):
         self.clock, self.fleet, self.said = SimulatedClock(50.0), Fleet(), []
         self.switching = Switching(self.fleet, self.clock, self.said.append)
 
     def tells_its_mode(self, system):
         for frame in Framer().feed(Encoder(system, 1).frame(*encode(Reading("ff_mode", 0.0, (3.0,))))):
+            self.fleet.on_frame(frame, self, self.clock.now_s)
             self.switching.on_frame(frame)
 
     def orders(self):

@@ -15,7 +15,7 @@ from bridge.ring.whole import WHOLE
 from bridge.tlog import read_tlog
 from gcs_plugin.fetch.whole import made_whole, write_records
 from gcs_plugin.folder import DiveFolder
-from gcs_plugin.station import ground_heartbeat
+from gcs_plugin.peers import ground_heartbeat
 from tui.merging import merge
 
 pytestmark = pytest.mark.usefixtures("switched_off")

@@ -12,7 +12,7 @@ from bridge.link.lossy import Lossy
 from bridge.vehicle.feedforward import Mode
 from gcs_plugin.ff_switch import Switch
 from gcs_plugin.off_orders import OffMarks, OffOrders
-from gcs_plugin.station import GROUND_STATION
+from gcs_plugin.peers import GROUND_STATION
 
 
 class Ground:

@@ -293,6 +293,7 @@ def test_a_vehicle_armed_meanwhile_gets_its_values_back_or_has_them_all(
 
 
 def test_values_of_before_and_after_a_reboot_are_not_mixed_in_one_reading(client, vehicle, clock):
+    clock.advance_to(clock.now_s + 10.0)
     client.find_vehicle()
     vehicle.server.write("FF0_M_U", 96.5, armed=False)
     vehicle.values_a_read = 1

@@ -37,8 +37,8 @@ def test_a_frame_of_an_unknown_id_is_recorded_raw():
     known = frames_of(1)[0]
     ground.hear(known + unknown + known)
     assert [raw for _, raw in ground.disk.stored()][:2] == [known, unknown]
-    health = ground.recorder.health["fake:"].snapshot(ground.clock.now_s)
-    assert {message.message_id for message in health.messages} == {2}
+    (reception,) = ground.recorder.receptions["fake:"]
+    assert (reception.system, reception.component) == (1, 1)
 
 
 class JumpingClock(SimulatedClock):

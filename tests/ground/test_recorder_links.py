@@ -6,9 +6,9 @@ from faked_ground import Disk, FakeLink, Ground, frames_of
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkLost
-from bridge.framing import Framer
+from bridge.framing import Encoder, Framer
+from gcs_plugin.peers import GROUND_STATION
 from gcs_plugin.recorder import Recorder
-from gcs_plugin.station import GROUND_STATION
 
 
 def test_it_is_silent_unless_asked_to_beat():
@@ -113,7 +113,7 @@ def test_what_the_outlet_sends_goes_out_on_every_link_and_into_the_recording():
     assert [raw for _, raw in disk.stored()] == [heard[0], *orders, heard[1]]
     assert outlet.given == b"".join(heard)
     assert (recorder.heard, recorder.recorded) == (2, 5)
-    assert [source.system for source in recorder.health["one"].snapshot(0.0).sources] == [1]
+    assert [source.system for source in recorder.receptions["one"]] == [1]
 
 
 def test_an_order_goes_out_though_the_disk_is_full_and_one_link_is_gone():
@@ -129,3 +129,13 @@ def test_an_order_goes_out_though_the_disk_is_full_and_one_link_is_gone():
     clock.advance_to(20.0)
     recorder.step(0.0)
     assert [raw for _, raw in disk.stored()] == frames_of(1)
+
+
+def test_a_crowd_of_made_up_addresses_is_warned_of_once():
+    ground = Ground()
+    for component in range(256 + 2):
+        ground.hear(Encoder(1 + component // 200, component % 200 + 1).frame(0, bytes(9)))
+    ground.hear(b"", after_s=2.0)
+    ground.hear(b"", after_s=2.0)
+    (said,) = ground.sentences()
+    assert "somebody makes up addresses; all is recorded" in said

@@ -5,6 +5,7 @@ from faked_ground import Ground
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from bridge.framing import Encoder, Framer
+from gcs_plugin.peers import Peers
 from gcs_plugin.unheard import Heard, Unheard
 
 
@@ -65,10 +66,10 @@ def frames_of(raw):
 
 
 def heard_by(times_s, frame_at):
-    unheard = Unheard()
+    peers, unheard = Peers(), Unheard()
     for n, time_s in enumerate(times_s):
         for frame in frames_of(frame_at(n)):
-            unheard.on_frame(frame, time_s)
+            unheard.on_frame(peers.on_frame(frame, "udpin:1", time_s), frame, time_s)
     return unheard.heard
 
 

@@ -4,15 +4,14 @@ import random
 from itertools import chain
 
 import pytest
-from faked_ground import Disk, FakeLink
+from faked_ground import Ground
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
 from bridge.framing import Encoder, Framer
 from bridge.link.lossy import Lossy
 from bridge.link.memory import memory_pair
-from gcs_plugin.restarts import Restarts
-from tui.status_texts import TellingRecorder
+from gcs_plugin.peers import Peers
 
 UNIX_S = 1_790_000_000.0  # 14:13:20 UTC
 AGES_S = 600.0
@@ -34,13 +33,13 @@ class Craft:
 
 def told(frames):
     """What is told in words of the bytes that arrive at these times, and when."""
-    restarts, framer = Restarts(), Framer()
+    peers, framer = Peers(), Framer()
     found = []
     for at_s, raw in sorted(frames, key=lambda one: one[0]):
         for frame in framer.feed(raw):
-            restart = restarts.on_frame(frame, at_s)
-            if restart is not None:
-                found.append((at_s, restart.words(UNIX_S)))
+            peer = peers.on_frame(frame, "udpin:1", at_s)
+            if peer is not None and peer.restart is not None:
+                found.append((at_s, peer.restart.words(UNIX_S)))
     return found
 
 
@@ -159,15 +158,11 @@ def test_a_restart_is_told_of_over_a_bad_link():
 
 
 def test_a_recorder_warns_of_it_and_goes_on():
-    disk, link, clock = Disk(), FakeLink(), SimulatedClock(unix_at_boot_s=UNIX_S)
-    notices = []
-    recorder = TellingRecorder(lambda _: None, [link], disk.open, clock, lambda: 1 << 40, notices.append)
+    ground = Ground(clock=SimulatedClock(unix_at_boot_s=UNIX_S))
     frames = restarted()
     for at_s, raw in frames:
-        clock.advance_to(at_s)
-        link.chunks.append(raw)
-        recorder.step(0.0)
-    assert [(notice.level, notice.sentence) for notice in notices] == [
+        ground.hear(raw, after_s=at_s - ground.clock.now_s)
+    assert [(notice.level, notice.sentence) for notice in ground.notices] == [
         ("warning", "vehicle 1 started anew at 14:15:03 UTC (its clock went back to 0 s)")
     ]
-    assert len(disk.stored()) == 2 * len(frames)
+    assert len(ground.disk.stored()) == 2 * len(frames)

@@ -32,7 +32,7 @@ from bridge.sensors.xsens import encode_message, encode_mtdata2, encode_xsens
 from bridge.service import Bridge
 from bridge.vehicle.config import Device, load_vehicle
 from gcs_plugin.hub import Hub
-from gcs_plugin.link_health import LinkHealth
+from gcs_plugin.peers import Peers
 from gcs_plugin.watch.hearing import TELLING
 from gcs_plugin.watch.watcher import Watcher
 from gcs_plugin.watch.words import StatusTexts
@@ -122,8 +122,8 @@ def framer() -> Feed:
 
 
 def ground() -> Feed:
-    """What hears the vehicle: watcher, health of the link, texts."""
-    parser, watcher, health = Framer(), Watcher(None), LinkHealth()
+    """What hears the vehicle: watcher, table of senders, texts."""
+    parser, watcher, peers = Framer(), Watcher(None), Peers()
     said: list[str] = []
     texts = StatusTexts(lambda _source, _severity, text: said.append(text))
 
@@ -132,7 +132,7 @@ def ground() -> Feed:
         for frame in frames:
             # Who sends is taken from few: a table of all there could be is no question of parsing.
             watcher.feed(frame, time_s, "link")
-            health.on_frame(frame, time_s)
+            peers.on_frame(frame, "link", time_s)
             texts.hear(frame)
         assert all(text.isprintable() for text in said)
         said.clear()

@@ -15,7 +15,7 @@ from bridge.ftp.files import Segments
 from bridge.ftp.packet import DATA_BYTES, Fault, Op, Packet, acknowledged, decode, refused
 from bridge.ftp.server import FileServer
 from bridge.ring.segments import Segment
-from gcs_plugin.station import GROUND_STATION
+from gcs_plugin.peers import GROUND_STATION
 
 VEHICLE = (1, 191)
 FTP = dialect.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL

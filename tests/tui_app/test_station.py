@@ -9,8 +9,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mav
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkLost
 from bridge.framing import Encoder, Framer, decode
-from gcs_plugin.known_vehicles import KnownVehicle
-from gcs_plugin.station import GROUND_STATION, ground_heartbeat
+from gcs_plugin.peers import GROUND_STATION, KnownVehicle, ground_heartbeat
 from gcs_plugin.watch.watcher import Watcher
 from tui.app.source import LinkSource
 from tui.app.station import Station

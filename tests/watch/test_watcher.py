@@ -8,7 +8,7 @@ from vehicle_on_air import LINK, NO_LOCK, OnAir, dvl, imu
 
 from bridge.answers import status_texts
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.senders import GONE_S
+from gcs_plugin.peers import GONE_S
 from gcs_plugin.watch.picture import Armed, Condition, Freshness
 from gcs_plugin.watch.watcher import PASSED_S, SETTLED_BEATS, Watcher
 

@@ -10,9 +10,8 @@ from typing import Any, Final, Protocol
 
 from bridge.clock import Clock
 from bridge.framing import Encoder, Frame
-from gcs_plugin.known_vehicles import KnownVehicle, KnownVehicles
 from gcs_plugin.off_orders import OffMarks
-from gcs_plugin.station import GROUND_STATION
+from gcs_plugin.peers import GROUND_STATION, KnownVehicle, Peers
 from gcs_plugin.watch.picture import Picture
 from tui.app.source import Source
 from tui.app.view import Forcing, Recording, View
@@ -75,7 +74,7 @@ class Station:
         self._thrown = threading.Event()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="station", daemon=True)
-        self._known, self._marks = KnownVehicles(), OffMarks()
+        self._peers, self._marks = Peers(), OffMarks()
         self._switch: OffSwitch | None = None
         self._done_s: float | None = None
         self._due_s = self._look_s = clock.boot_s()
@@ -118,7 +117,7 @@ class Station:
         now_s = self._clock.boot_s()
         for arrived_s, link, frame in frames:
             self._watcher.feed(frame, arrived_s, link)
-            self._known.on_frame(frame, arrived_s)
+            self._peers.on_frame(frame, link, arrived_s)
             if self._switch is not None:
                 self._switch.on_frame(frame, arrived_s)
         self._force(now_s)
@@ -134,7 +133,7 @@ class Station:
         if self._thrown.is_set():
             self._thrown.clear()
             if self._switch is None or self._switch.done:
-                self._switch, self._done_s = self._make_switch(self._known.at(now_s)), None
+                self._switch, self._done_s = self._make_switch(self._peers.known(now_s)), None
             else:
                 self._switch.again()
         switch = self._switch

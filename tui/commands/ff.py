@@ -134,7 +134,7 @@ def permitted(
     from gcs_plugin.ff_words import word
     from gcs_plugin.params.client import ParameterClient
     from gcs_plugin.params.plan import make_plan
-    from gcs_plugin.station import GROUND_STATION, ground_heartbeat
+    from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
     from tui.asked import asked
 
     # A vehicle that listens on UDP learns the ground's address from this message.

@@ -158,7 +158,7 @@ def run(arguments: argparse.Namespace) -> int:
     from gcs_plugin.params import staging
     from gcs_plugin.params.client import ParameterClient
     from gcs_plugin.params.turn import newest as newest_receipt
-    from gcs_plugin.station import GROUND_STATION, ground_heartbeat
+    from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
     from tui import show
     from tui.links import link_for
     from tui.parameter_plan import left_behind, newest, planned, planned_back

@@ -129,8 +129,8 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
     from bridge.vehicle.config import load_vehicle
     from gcs_plugin import orders
     from gcs_plugin.folder import About, about_vehicle
+    from gcs_plugin.peers import GROUND_STATION
     from gcs_plugin.recorded import Notice
-    from gcs_plugin.station import GROUND_STATION
     from tui import show
     from tui.recorded_dives import RecordedDives
     from tui.recording_state import RecordingState
@@ -217,7 +217,7 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
         show.say(words, last.advice)
     if refused():
         show.say(words, f"frames refused: {refused()}")
-    show.write_json(summary(recorder, dives.finished, clock.boot_s()), arguments.json)
+    show.write_json(summary(recorder, dives.finished), arguments.json)
     if last.folder is None:
         path = dives.folder.path
         kept = f"{path} keeps its notes alone" if path.exists() else "no dive folder is kept"
@@ -242,15 +242,15 @@ def sockets(links: "Sequence[str]", hub: "Hub | None") -> list[str]:
     return [*of_links(links, "a link that is recorded"), *served]
 
 
-def summary(recorder: "Recorder", dives: "list[RecordedDive]", now_s: float) -> dict[str, Any]:
+def summary(recorder: "Recorder", dives: "list[RecordedDive]") -> dict[str, Any]:
     """Summary of the recording as plain data: the last dive, the earlier dives, and the links over all of them."""
     *earlier, last = ({"folder": str(dive.folder) if dive.folder else None} | _counts(dive) for dive in dives)
     return last | {
         "earlier": earlier,
         "lost_here": recorder.lost_here,
         "links": {
-            name: [asdict(source) for source in health.snapshot(now_s).sources]
-            for name, health in recorder.health.items()
+            name: [asdict(reception) for reception in receptions]
+            for name, receptions in recorder.receptions.items()
         },
     }
 

@@ -147,7 +147,7 @@ def _show(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
     from bridge.vehicle.feedforward import Mode
     from gcs_plugin.ff_switch import Switch
-    from gcs_plugin.known_vehicles import newest
+    from gcs_plugin.peers import newest
     from gcs_plugin.watch.watcher import Watcher
     from tui.app import preferences
     from tui.app.app import SeatrialApp

@@ -1,4 +1,4 @@
-"""Two vehicles that share one MAVLink address are noticed; one that starts anew is not taken for two."""
+"""Two vehicles that share one MAVLink address, on one link or two, are noticed; one that starts anew is one."""
 
 import random
 
@@ -9,7 +9,7 @@ from bridge.clock import SimulatedClock
 from bridge.framing import Encoder, Framer
 from bridge.link.lossy import Lossy
 from bridge.link.memory import memory_pair
-from gcs_plugin.twins import Twins
+from gcs_plugin.peers import Peers
 
 SENTENCE = "memory:a: two vehicles beat as system 1, component 1, and both would obey; stop one"
 
@@ -36,7 +36,7 @@ class Craft:
 def watched(*craft, seconds=6, link=None, faults=None):
     """The watch after so long; `craft` may hold (from, to, craft) in seconds."""
     near, far = memory_pair()
-    twins, framer = Twins(link or near), Framer()
+    twins, framer = Peers(link), Framer()
     clock = SimulatedClock()
     carrier = Lossy(near, random.Random(1), clock, **faults) if faults else near
     for tick in range(20 * seconds):
@@ -48,7 +48,7 @@ def watched(*craft, seconds=6, link=None, faults=None):
         far.write(said or b"\0")
         while data := carrier.read(0.0):
             for frame in framer.feed(data):
-                twins.on_frame(frame, clock.now_s)
+                twins.on_frame(frame, "memory:a", clock.now_s)
     return twins
 
 
@@ -107,13 +107,12 @@ def test_when_the_second_vehicle_has_left_all_is_well_again():
 
 def heard(*boot_and_arrival_s):
     """The first fault, after any message, of a link that says times since boot alone, each as it arrives."""
-    near, _ = memory_pair()
-    twins, framer, encoder = Twins(near), Framer(), Encoder(1, 1)
+    twins, framer, encoder = Peers(), Framer(), Encoder(1, 1)
     fault = ""
     for boot_s, arrival_s in boot_and_arrival_s:
         told = dialect.MAVLink_system_time_message(0, round(1000 * boot_s))
         for frame in framer.feed(encoder.encode(told)):
-            twins.on_frame(frame, arrival_s)
+            twins.on_frame(frame, "memory:a", arrival_s)
         fault = fault or twins.fault()
     return fault
 
@@ -145,13 +144,12 @@ def test_two_boot_clocks_are_two_vehicles_though_the_ground_is_busy():
 
 def test_gaps_in_one_run_of_sequence_numbers_are_no_second_vehicle():
     random_gaps, craft = random.Random(3), Craft(0.0)
-    near, _ = memory_pair()
-    twins, framer = Twins(near), Framer()
+    twins, framer = Peers(), Framer()
     for tick in range(20 * 600):
         data = craft.step(tick)
         if random_gaps.random() < 0.9:
             for frame in framer.feed(data):
-                twins.on_frame(frame, 0.05 * tick)
+                twins.on_frame(frame, "memory:a", 0.05 * tick)
         elif random_gaps.random() < 0.2:
             for _ in range(random_gaps.randrange(256)):
                 craft.encoder.frame(0, bytes(9))
@@ -164,3 +162,70 @@ def test_what_the_link_knows_of_its_peers_counts():
         contested = frozenset(((1, 1), (3, 1)))
 
     assert watched((*ALWAYS, Craft()), link=Udp()).fault().startswith(SENTENCE)
+
+
+# Each on a link of its own.
+
+ON_BOTH = "a and b: two vehicles beat as system 1, component 1, and both would obey; stop one"
+
+
+def heard_on_links(*told, system=1):
+    """The first fault after any of the times since boot: (arrival, link, time since boot), in s."""
+    twins, encoder, fault = Peers(), Encoder(1, 1), ""
+    for arrival_s, link, boot_s in sorted(told, key=lambda reading: reading[0]):
+        raw = encoder.encode(dialect.MAVLink_system_time_message(0, round(1000 * boot_s)))
+        for frame in Framer().feed(raw):
+            twins.on_frame(frame, link, arrival_s)
+        fault = fault or twins.fault(system)
+    return fault
+
+
+def clock(link, booted_s, late_s=(0.0,), begin=0, end=60):
+    """A clock that is told once a second on a link, each time so late."""
+    return [(k + late_s[k % len(late_s)], link, k - booted_s) for k in range(begin, end)]
+
+
+@pytest.mark.parametrize("apart_s", [6.0, 30.0, 5000.0])
+def test_two_boot_clocks_on_two_links_are_two_vehicles_within_seconds(apart_s):
+    two = [*clock("a", -10.0, end=6), *clock("b", -10.0 - apart_s, end=6)]
+    assert heard_on_links(*two).startswith(ON_BOTH)
+    assert heard_on_links(*two, system=2) == ""
+
+
+def test_one_clock_on_two_links_is_one_vehicle_however_late_one_of_them_is():
+    for late_s in ((0.3,), (4.9,), (0.0, 4.9), (0.0, 0.7, 4.5, 3.5)):
+        assert heard_on_links(*clock("a", -10.0), *clock("b", -10.0, late_s)) == ""
+
+
+@pytest.mark.parametrize("lag", [0, 1, 5, 15])
+def test_a_restart_that_one_link_hears_later_is_no_second_vehicle(lag):
+    before = [*clock("a", -1000.0, end=20), *clock("b", -1000.0, end=20)]
+    after = [*clock("a", 21.0, begin=22), *clock("b", 21.0, begin=22 + lag)]
+    assert heard_on_links(*before, *after) == ""
+
+
+@pytest.mark.parametrize("stop_s", [3, 8, 30])
+def test_a_ground_that_reads_all_of_a_stop_at_once_hears_no_twins(stop_s):
+    told, period_s = [], stop_s + 2
+    for k in range(20 * period_s):
+        arrival_s = max(k, k // period_s * period_s + stop_s)
+        # Everything of one link, then everything of the other, as an idle moment reads them.
+        told += [(arrival_s, "a", k), (arrival_s + 0.01, "b", k)]
+    assert heard_on_links(*told) == ""
+
+
+def test_a_second_vehicle_that_has_left_is_forgotten():
+    twins, encoder = Peers(), Encoder(1, 1)
+
+    def tell(link, now_s, boot_s):
+        raw = encoder.encode(dialect.MAVLink_system_time_message(0, round(1000 * boot_s)))
+        (frame,) = Framer().feed(raw)
+        twins.on_frame(frame, link, now_s)
+
+    for k in range(6):
+        tell("a", k, k)
+        tell("b", k, k + 500.0)
+    assert twins.fault(1) != ""
+    for k in range(6, 40):
+        tell("a", k, k)
+    assert twins.fault(1) == ""

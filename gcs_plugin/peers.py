@@ -1,0 +1,504 @@
+"""Who speaks on the links of the ground: one table of MAVLink components, for all that the ground does.
+
+It answers, each by one rule: is it a vehicle, when was it heard and on which link, how many of its frames were lost,
+has it rebooted, do two vehicles share its address, and must it be sent an OFF. Pure: frames and times go in.
+
+A boot clock that runs back by more than `BACK_S` is a new boot: frames may arrive late, never early, so that delay
+alone never moves it that far. Two vehicles under one address show by what a single vehicle can't do, even if it
+reboots: peers of UDP that take turns (the link sees those), boot clocks that take turns, and runs of sequence numbers
+that take turns on one link. A reboot changes the clock once, and the old clock is not heard again.
+"""
+
+import math
+import struct
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import Final, Protocol
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.framing import Frame
+from bridge.parameters import MODE
+from bridge.silences import BACK_S
+
+Source = tuple[int, int]
+"""System and component."""
+
+GROUND_STATION: Final[Source] = (255, 190)
+"""The ground's own address."""
+
+MOST_PEERS: Final = 256  # far more components than any fleet has
+GONE_S: Final = 60.0
+"""In a full table, a component that was silent for longer gives its place to a new one; one that speaks never does."""
+
+SEQUENCES: Final = 256
+LATE: Final = 128  # a gap that wide is a frame that arrived late, not half a cycle of lost frames
+RESTART_S: Final = 5.0  # after such a silence the sequence numbers may have started again
+
+CLOCK_LATE_S: Final = 5.0  # a boot clock delayed by no more than this still counts as the same
+CLOCK_TURNS: Final = 3
+SEQUENCE_TURNS: Final = 6
+SEQUENCE_NEAR: Final = 32
+HELD_S: Final = 20.0  # after the last turn, until the alternation counts as ended
+
+GOES_ON_S: Final = 3.0
+GOES_ON_TIMES: Final = 3
+SAME_BOOT_S: Final = 0.02
+"""Boots whose Unix times differ by less are the same boot, heard again from a recording: a real reboot is later."""
+
+COMPANIONS: Final = range(dialect.MAV_COMP_ID_ONBOARD_COMPUTER, dialect.MAV_COMP_ID_ONBOARD_COMPUTER4 + 1)
+COMPANIONS_MAY_FOLLOW_S: Final = 1.5
+"""After the first HEARTBEAT of a vehicle, the time within which that of a companion computer comes."""
+
+KNOWN_FOR_S: Final = 3600.0
+"""Time for which a vehicle that reported FF_MODE is still sent OFF: a dive out of range is shorter."""
+PASSED_BY_S: Final = 60.0
+"""The same for a vehicle that only sent HEARTBEATs: it may have no feed-forward, or belong to a boat that passed by."""
+
+CROWDED: Final = "more senders than any fleet has, so somebody makes up addresses"
+
+_HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
+_SYSTEM_TIME: Final[int] = dialect.MAVLINK_MSG_ID_SYSTEM_TIME
+_NAME_BYTES: Final = {dialect.MAVLINK_MSG_ID_PARAM_VALUE: 16, dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: 10}
+"""Length of the name in the messages that may report FF_MODE; it stands at byte 8 of both."""
+_NAME_AT: Final = 8
+_MODE: Final = MODE.encode()
+_HEARTBEAT_BYTES: Final = 9
+_CLOCK: Final = struct.Struct("<QI")
+"""SYSTEM_TIME on the wire: Unix time in us, time since boot in ms."""
+_FAILSAFE: Final = frozenset(
+    (dialect.MAV_STATE_CRITICAL, dialect.MAV_STATE_EMERGENCY, dialect.MAV_STATE_FLIGHT_TERMINATION)
+)
+
+
+def parameter_holder(components: Iterable[Source]) -> Source:
+    """The component of a vehicle that holds its parameters: a companion computer before an autopilot."""
+    return min(components, key=lambda source: (source[1] not in COMPANIONS, source[1]))
+
+
+def ground_heartbeat() -> dialect.MAVLink_heartbeat_message:
+    """The HEARTBEAT of a ground station."""
+    return dialect.MAVLink_heartbeat_message(
+        dialect.MAV_TYPE_GCS, dialect.MAV_AUTOPILOT_INVALID, 0, 0, dialect.MAV_STATE_ACTIVE, 3
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Heartbeat:
+    """A HEARTBEAT: its MAV_TYPE, MAV_AUTOPILOT, base mode and MAV_STATE, and when it arrived."""
+
+    kind: int
+    autopilot: int
+    mode: int
+    state: int
+    time_s: float
+
+    @property
+    def is_station(self) -> bool:
+        return self.kind == int(dialect.MAV_TYPE_GCS)
+
+    @property
+    def is_autopilot(self) -> bool:
+        """Whether it commands thrusters by itself, as an autopilot or a vehicle without one does."""
+        return not self.is_station and self.autopilot != int(dialect.MAV_AUTOPILOT_INVALID)
+
+    @property
+    def is_vehicle(self) -> bool:
+        """Whether it is part of a vehicle that takes orders: an autopilot or a companion computer. A camera is not."""
+        return self.is_autopilot or self.kind == int(dialect.MAV_TYPE_ONBOARD_CONTROLLER)
+
+    @property
+    def is_ardupilot(self) -> bool:
+        return self.autopilot == int(dialect.MAV_AUTOPILOT_ARDUPILOTMEGA)
+
+    @property
+    def armed(self) -> bool:
+        return bool(self.mode & dialect.MAV_MODE_FLAG_SAFETY_ARMED) and not self.is_station
+
+    @property
+    def in_failsafe(self) -> bool:
+        """Whether it calls its own state critical, an emergency, or the end."""
+        return self.state in _FAILSAFE
+
+
+def heartbeat_of(frame: Frame, time_s: float) -> Heartbeat:
+    """Decode a HEARTBEAT, on the wire custom_mode (4 bytes), type, autopilot, base_mode, system_status."""
+    kind, autopilot, mode, state = frame.payload.ljust(_HEARTBEAT_BYTES, b"\0")[4:8]
+    return Heartbeat(kind, autopilot, mode, state, time_s)
+
+
+@dataclass(frozen=True, slots=True)
+class Reception:
+    """Frames received of a component on a link, and frames lost by its sequence numbers; routers can falsify `lost`."""
+
+    system: int
+    component: int
+    received: int
+    lost: int
+    age_s: float
+
+    @property
+    def loss(self) -> float:
+        """Fraction of the component's frames that did not arrive here."""
+        return self.lost / max(self.received + self.lost, 1)
+
+
+@dataclass(frozen=True, slots=True)
+class Restart:
+    """Reboot of a component at `booted_s` on the clock of the arrivals; `boot_s` is the first boot time heard since."""
+
+    source: Source
+    booted_s: float
+    boot_s: float
+
+    def words(self, unix_at_zero_s: float) -> str:
+        """Message to the crew; `unix_at_zero_s` is Unix time minus the clock of the arrivals, NaN if not known."""
+        system, component = self.source
+        who = f"vehicle {system}"
+        if component != dialect.MAV_COMP_ID_AUTOPILOT1:
+            who += f" (component {component})"
+        unix_s = unix_at_zero_s + self.booted_s
+        minutes, seconds = divmod(int(unix_s) % 86_400, 60) if math.isfinite(unix_s) else (0, 0)
+        at = f" at {minutes // 60:02d}:{minutes % 60:02d}:{seconds:02d} UTC" if math.isfinite(unix_s) else ""
+        return f"{who} started anew{at} (its clock went back to {self.boot_s:.0f} s)"
+
+
+@dataclass(frozen=True, slots=True)
+class KnownVehicle:
+    """Component of a vehicle; `holds`: it has reported FF_MODE; `heard_s`: time of its last HEARTBEAT or FF_MODE."""
+
+    source: Source
+    holds: bool
+    heard_s: float
+
+    def is_known(self, now_s: float) -> bool:
+        """Whether it was heard recently enough to be sent OFF."""
+        return now_s - self.heard_s <= (KNOWN_FOR_S if self.holds else PASSED_BY_S)
+
+
+def newest(vehicles: Iterable[KnownVehicle]) -> tuple[KnownVehicle, ...]:
+    """The newest entry of each source."""
+    in_order = sorted(vehicles, key=lambda vehicle: vehicle.heard_s)
+    return tuple({vehicle.source: vehicle for vehicle in in_order}.values())
+
+
+@dataclass(slots=True)
+class _Alternation:
+    """Counts successive changes between two runs; `seen_s` is when they were last `enough` to mean two senders."""
+
+    enough: int
+    turns: int = 0
+    changed_s: float = 0.0
+    seen_s: float = -math.inf
+
+    def change(self, goes_on: bool, now_s: float) -> None:
+        """A change to the other run; `goes_on`: it continues from its last reading."""
+        self.turns = self.turns + 1 if goes_on and now_s - self.changed_s <= HELD_S else 0
+        self.changed_s = now_s
+        if self.turns >= self.enough:
+            self.seen_s = now_s
+
+    def is_seen(self, now_s: float) -> bool:
+        return now_s - self.seen_s <= HELD_S
+
+
+@dataclass(slots=True)
+class _OnLink:
+    """A component on one link: its sequence numbers, what was lost by them, its last HEARTBEAT and boot time."""
+
+    sequence: int
+    last_s: float
+    received: int = 1
+    lost: int = 0
+    boot_s: float = -math.inf
+    lost_by_then: int = 0
+    beat_s: float = -math.inf
+    run: int = -1
+    run_left: int = -1
+    runs: _Alternation = field(default_factory=lambda: _Alternation(SEQUENCE_TURNS))
+
+    def hear(self, sequence: int, time_s: float) -> None:
+        if (sequence - self.run + SEQUENCE_NEAR) % SEQUENCES > 2 * SEQUENCE_NEAR:
+            goes_on = self.run_left >= 0 and (sequence - self.run_left) % SEQUENCES <= SEQUENCE_NEAR
+            self.runs.change(goes_on, time_s)
+            self.run_left = self.run
+        self.run = sequence
+        gap = (sequence - self.sequence - 1) % SEQUENCES
+        silent_s, self.last_s = time_s - self.last_s, time_s
+        if silent_s > RESTART_S:
+            gap = 0
+        if gap == SEQUENCES - 1:  # a duplicate
+            return
+        self.received += 1
+        if gap >= LATE:
+            self.lost = max(0, self.lost - 1)
+            return
+        self.lost += gap
+        self.sequence = sequence
+
+    def hear_clock(self, boot_s: float, sequence: int) -> bool:
+        """Return whether the boot clock ran back, and undo the loss counted since its last reading if so.
+
+        A component that rebooted starts its sequence numbers again, so the frames that seemed lost since were not.
+        """
+        ran_back = boot_s < self.boot_s - BACK_S
+        if ran_back:
+            self.lost, self.sequence = self.lost_by_then, sequence
+        self.boot_s, self.lost_by_then = boot_s, self.lost
+        return ran_back
+
+
+@dataclass(frozen=True, slots=True)
+class _Reading:
+    """A boot time that arrived on `link`; `booted_s`: arrival minus boot time, which only delay makes larger.
+
+    `unix_s` is the Unix time of the boot by the sender's own clock, NaN if it knows no date.
+    """
+
+    boot_s: float
+    booted_s: float
+    unix_s: float
+    link: str
+
+    @property
+    def arrived_s(self) -> float:
+        return self.boot_s + self.booted_s
+
+
+@dataclass(slots=True)
+class _NewRun:
+    """A run of the boot clock that may have begun; `is_real`: it can't come from a recording that is played."""
+
+    first: _Reading
+    last: _Reading
+    is_real: bool
+    times: int = 1
+
+
+@dataclass(slots=True)
+class _BootClock:
+    """The boot clock of a component over all links: `first` and `last` reading of its run.
+
+    A late frame carries an old boot time once, between newer boot times; a growing queue delays all frames and turns
+    nothing back. So a reboot is confirmed when the new run goes on for `GOES_ON_S` without a boot time of the old.
+    After a real reboot the clock shows no more than the silence before it; that of a recording that is played again,
+    or of a second link that lags, shows more.
+    """
+
+    first: _Reading
+    last: _Reading
+    new: _NewRun | None = None
+    current: _Reading | None = None
+    left: _Reading | None = None
+    turns: _Alternation = field(default_factory=lambda: _Alternation(CLOCK_TURNS))
+
+    def hear(self, now: _Reading, time_s: float) -> _Reading | None:
+        """A boot time arrived; return the first boot time of the new run once a reboot is confirmed, otherwise None."""
+        current, self.current = self.current, now
+        if current is not None and abs(now.booted_s - current.booted_s) > CLOCK_LATE_S:
+            left, self.left = self.left, current
+            goes_on = left is not None and abs(now.booted_s - left.booted_s) <= CLOCK_LATE_S
+            self.turns.change(goes_on, time_s)
+        new = self.new
+        # Delay moves both clocks the same way: a boot instant nearer to the new clock's, or later, is the new clock's.
+        is_of_new = new is not None and 2 * now.booted_s > self.last.booted_s + new.last.booted_s
+        if not is_of_new and now.boot_s >= self.last.boot_s - BACK_S:
+            self.new = None
+            if now.boot_s > self.last.boot_s:
+                self.last = now
+        elif new is None or now.boot_s < new.last.boot_s - BACK_S:
+            self.new = _NewRun(now, now, self._is_real(now))
+        elif is_of_new and now.boot_s > new.last.boot_s:
+            new.last = now
+            new.times += 1
+            if new.times >= GOES_ON_TIMES and now.arrived_s - new.first.arrived_s >= GOES_ON_S:
+                self.first, self.last, self.new = new.first, new.last, None
+                return new.first if new.is_real else None
+        return None
+
+    def _is_real(self, now: _Reading) -> bool:
+        """Whether a vehicle last heard in this run can have rebooted within its silence, and has not the same boot."""
+        silent_s = now.arrived_s - self.last.arrived_s
+        same = any(abs(now.unix_s - run.unix_s) <= SAME_BOOT_S for run in (self.first, self.last))
+        return now.boot_s <= silent_s + CLOCK_LATE_S and not same
+
+
+@dataclass(slots=True)
+class Peer:
+    """A component that speaks: when and on which link it was last heard, and its last HEARTBEAT.
+
+    `rebooted`: its last frame carried a boot time that had run back; `restart`: its last frame confirmed a reboot.
+    `vehicle_s` is the time of its first HEARTBEAT as a vehicle, inf before; `mode_s` that of its last FF_MODE.
+    """
+
+    source: Source
+    link: str
+    heard_s: float
+    heartbeat: Heartbeat | None = None
+    rebooted: bool = False
+    restart: Restart | None = None
+    vehicle_s: float = math.inf
+    mode_s: float = -math.inf
+    links: dict[str, _OnLink] = field(default_factory=dict)
+    clock: _BootClock | None = None
+
+    @property
+    def is_vehicle(self) -> bool:
+        return self.heartbeat is not None and self.heartbeat.is_vehicle
+
+    @property
+    def is_station(self) -> bool:
+        return self.heartbeat is not None and self.heartbeat.is_station
+
+    def beats(self, now_s: float, within_s: float) -> bool:
+        """Whether it sent a HEARTBEAT within that time."""
+        return self.heartbeat is not None and now_s - self.heartbeat.time_s <= within_s
+
+    def hear(self, frame: Frame, link: str, time_s: float) -> None:
+        """A frame of it arrived."""
+        self.link, self.heard_s, self.rebooted, self.restart = link, time_s, False, None
+        here = self.links.get(link)
+        if here is None:
+            here = self.links[link] = _OnLink(frame.sequence, time_s, run=frame.sequence)
+        else:
+            here.hear(frame.sequence, time_s)
+        number = frame.message_id
+        if number == _HEARTBEAT:
+            self.heartbeat, here.beat_s = heartbeat_of(frame, time_s), time_s
+            if self.is_vehicle:
+                self.vehicle_s = min(self.vehicle_s, time_s)
+        elif number == _SYSTEM_TIME:
+            self._hear_clock(frame, here, time_s)
+        elif number in _NAME_BYTES and _MODE in frame.payload:
+            name = frame.payload[_NAME_AT : _NAME_AT + _NAME_BYTES[number]]
+            if name.rstrip(b"\0") == _MODE:
+                self.mode_s = time_s
+
+    def _hear_clock(self, frame: Frame, here: _OnLink, time_s: float) -> None:
+        unix_us, boot_ms = _CLOCK.unpack_from(frame.payload.ljust(_CLOCK.size, b"\0"))
+        boot_s = boot_ms / 1e3
+        self.rebooted = here.hear_clock(boot_s, frame.sequence)
+        now = _Reading(boot_s, time_s - boot_s, unix_us / 1e6 - boot_s if unix_us else math.nan, self.link)
+        if self.clock is None:
+            self.clock = _BootClock(now, now, current=now)
+            return
+        first = self.clock.hear(now, time_s)
+        if first is not None and self.is_vehicle:
+            self.restart = Restart(self.source, first.booted_s, first.boot_s)
+
+    def shared_on(self, now_s: float, contested: frozenset[Source]) -> str:
+        """Name of the links on which two vehicles speak under this address; "" if it is one vehicle."""
+        for name, here in self.links.items():
+            if self.source in contested or here.runs.is_seen(now_s):
+                return name
+        clock = self.clock
+        if clock is None or not clock.turns.is_seen(now_s) or clock.current is None or clock.left is None:
+            return ""
+        return " and ".join(sorted({clock.current.link, clock.left.link}))
+
+
+class HasPeers(Protocol):
+    """The part of a link used here: a link that knows its peers lists the addresses that they share as `contested`."""
+
+    @property
+    def name(self) -> str: ...
+
+
+class Peers:
+    """The table, of at most MOST_PEERS components. `link`, if given, is asked which addresses its peers share.
+
+    Only frames with a verified checksum count: a frame with an unknown id proves nothing. A component that speaks keeps
+    its place, so that made-up addresses neither fill the memory nor displace a vehicle; frames of those that find no
+    place are counted in `left_out`, by link.
+    """
+
+    def __init__(self, link: HasPeers | None = None) -> None:
+        self._link = link
+        self._now_s = 0.0
+        self._peers: dict[Source, Peer] = {}
+        self._full_until_s = -math.inf
+        self.left_out: Counter[str] = Counter()
+
+    def on_frame(self, frame: Frame, link: str, time_s: float) -> Peer | None:
+        """A frame arrived on the link of that name; return its sender, None if it has no place or proves nothing."""
+        if not frame.known:
+            return None
+        source = (frame.system, frame.component)
+        peer = self._peers.get(source)
+        if peer is None:
+            if len(self._peers) >= MOST_PEERS and not self._let_go(time_s):
+                self.left_out[link] += 1
+                return None
+            peer = self._peers[source] = Peer(source, link, time_s)
+        self._now_s = time_s
+        peer.hear(frame, link, time_s)
+        return peer
+
+    def get(self, source: Source) -> Peer | None:
+        """A component, None if it has no place in the table."""
+        return self._peers.get(source)
+
+    def __iter__(self) -> Iterator[Peer]:
+        return iter(list(self._peers.values()))
+
+    def __len__(self) -> int:
+        return len(self._peers)
+
+    def vehicles(self, now_s: float, within_s: float = math.inf) -> list[Peer]:
+        """The components of vehicles that sent a HEARTBEAT within that time."""
+        return [peer for peer in self._peers.values() if peer.is_vehicle and peer.beats(now_s, within_s)]
+
+    def armed(self, system: int) -> bool:
+        """Whether any component of the system reports that it is armed."""
+        return any(
+            peer.heartbeat.armed
+            for peer in self._peers.values()
+            if peer.source[0] == system and peer.heartbeat is not None
+        )
+
+    def receptions(self, link: str, now_s: float) -> list[Reception]:
+        """What was received and lost on a link, by address."""
+        return [
+            Reception(*source, here.received, here.lost, now_s - here.last_s)
+            for source, peer in sorted(self._peers.items())
+            if (here := peer.links.get(link)) is not None
+        ]
+
+    def lost(self) -> int:
+        """Number of frames lost on any link."""
+        return sum(here.lost for peer in self._peers.values() for here in peer.links.values())
+
+    def known(self, now_s: float) -> tuple[KnownVehicle, ...]:
+        """The vehicles that an OFF must go to, also if they are out of range now."""
+        found = []
+        for peer in self._peers.values():
+            beat_s = peer.heartbeat.time_s if peer.heartbeat is not None and peer.is_vehicle else -math.inf
+            vehicle = KnownVehicle(peer.source, peer.mode_s > -math.inf, max(beat_s, peer.mode_s))
+            if vehicle.heard_s > -math.inf and vehicle.is_known(now_s):
+                found.append(vehicle)
+        return tuple(found)
+
+    def fault(self, system: int | None = None) -> str:
+        """Why no orders may be sent to a system, or to any (two vehicles share its address); "" if they may."""
+        contested: frozenset[Source] = getattr(self._link, "contested", frozenset())
+        for source, peer in sorted(self._peers.items()):
+            if peer.is_station or system not in (None, source[0]):
+                continue
+            if where := peer.shared_on(self._now_s, contested):
+                return (
+                    f"{where}: two vehicles beat as system {source[0]}, component {source[1]}, and both would obey; "
+                    "stop one, or give one another id (system_id in its vehicle file)"
+                )
+        return ""
+
+    def _let_go(self, time_s: float) -> bool:
+        """Remove the component that was silent longest, if for more than GONE_S; return whether one was removed."""
+        if time_s <= self._full_until_s:
+            return False
+        longest = min(self._peers.values(), key=lambda peer: peer.heard_s)
+        if time_s - longest.heard_s <= GONE_S:
+            self._full_until_s = longest.heard_s + GONE_S
+            return False
+        del self._peers[longest.source]
+        return True

@@ -1,0 +1,254 @@
+"""The table of who speaks: what was lost of each component, whom an OFF goes to, and places that nobody can take."""
+
+import tracemalloc
+
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+from soak import rest_in_soak
+
+from bridge.framing import Encoder, Frame, Framer
+from bridge.messages.readings import Reading, encode
+from gcs_plugin.fleet import Fleet
+from gcs_plugin.peers import KnownVehicle, Peers, newest
+from gcs_plugin.watch.links import LinkRows
+from gcs_plugin.watch.watcher import Watcher
+
+LINK = "udpin:1"
+PLACES, GONE_S = 256, 60.0
+FULL, MORE = 3000, (4000, 10_000)
+A_MEGABYTE = 1_000_000
+
+
+class Line:
+    """A link that only has a name."""
+
+    name = LINK
+
+
+def only(peers, now_s=0.0):
+    (reception,) = peers.receptions(LINK, now_s)
+    return reception
+
+
+def heard(sequences, step_s=0.1, known=True):
+    peers = Peers()
+    for index, sequence in enumerate(sequences):
+        peers.on_frame(Frame(b"", 7, 1, 1, sequence, known), LINK, index * step_s)
+    return peers
+
+
+def test_gaps_in_the_sequence_are_losses():
+    source = only(heard([0, 1, 4, 5, 7]))
+    assert (source.received, source.lost) == (5, 3)
+    assert source.loss == 3 / 8
+
+
+def test_the_sequence_runs_round():
+    assert only(heard([254, 255, 0, 1])).lost == 0
+
+
+def test_a_late_frame_takes_its_loss_back_and_a_duplicate_counts_nothing():
+    source = only(heard([0, 2, 1, 3, 3]))
+    assert (source.received, source.lost) == (4, 0)
+
+
+def test_after_a_long_silence_the_numbers_may_start_anew():
+    assert only(heard([200, 3], step_s=10.0)).lost == 0
+
+
+def clocked(count, before_s=0.0, first=0, missing=()):
+    """Ten frames a second of one boot, each second's first with the clock; numbers from `first` on."""
+    encoder, framer, frames = Encoder(1, 1), Framer(), []
+    for k in range(first + count):
+        boot_ms = round(1000 * before_s) + 100 * (k - first)
+        clock = dialect.MAVLink_system_time_message(0, boot_ms)
+        other = dialect.MAVLink_attitude_message(boot_ms, 0, 0, 0, 0, 0, 0)
+        (frame,) = framer.feed(encoder.encode(other if (k - first) % 10 else clock))
+        if k >= first and k - first not in missing:
+            frames.append(frame)
+    return frames
+
+
+def counted(frames):
+    peers = Peers()
+    for k, frame in enumerate(frames):
+        peers.on_frame(frame, LINK, 0.1 * k)
+    source = only(peers)
+    return source.received, source.lost
+
+
+@pytest.mark.parametrize("first", [20, 100, 150, 250])
+@pytest.mark.parametrize("unheard", [(), (0, 1, 2)])
+def test_numbers_that_start_anew_with_the_vehicle_are_no_loss(first, unheard):
+    before = clocked(95, before_s=60.0, first=first, missing=(33,))
+    after = clocked(60, missing=(*unheard, 45))
+    assert counted([*before, *after]) == (94 + 59 - len(unheard), 2)
+
+
+def test_a_clock_that_comes_late_or_runs_on_takes_no_loss_back():
+    frames = clocked(100, before_s=60.0, missing=(33, 34))
+    late = frames.pop(38)
+    assert late.message_id == dialect.MAVLINK_MSG_ID_SYSTEM_TIME
+    frames.insert(50, late)
+    assert counted(frames) == (98, 2)
+
+
+def test_a_frame_of_an_unknown_id_counts_for_nothing():
+    assert heard([0, 9], known=False).receptions(LINK, 1.0) == []
+
+
+def crowd(peers, time_s):
+    """As many made-up senders as there are places, none of them (1, 1)."""
+    for made_up in range(PLACES):
+        peers.on_frame(Frame(b"", 7, made_up % 250 + 2, made_up // 250, 0, True), LINK, time_s)
+
+
+def test_made_up_addresses_take_nobodys_place_and_are_counted():
+    peers = Peers()
+    peers.on_frame(Frame(b"", 7, 1, 1, 0, True), LINK, 0.0)
+    for made_up in range(10_000):
+        peers.on_frame(Frame(b"", 7, made_up % 250 + 2, made_up // 250, 0, True), LINK, 1.0)
+    peers.on_frame(Frame(b"", 7, 1, 1, 3, True), LINK, 2.0)
+    assert (len(peers), peers.left_out[LINK]) == (PLACES, 10_001 - PLACES)
+    ours = peers.receptions(LINK, 2.0)[0]
+    assert (ours.received, ours.lost) == (2, 2)
+
+
+def test_whoever_made_up_addresses_before_the_vehicle_spoke_keeps_it_out_only_until_they_fall_silent():
+    peers = Peers()
+    crowd(peers, 0.0)
+    assert peers.on_frame(Frame(b"", 7, 1, 1, 0, True), LINK, GONE_S) is None
+    for sequence in range(1, 4):
+        assert peers.on_frame(Frame(b"", 7, 1, 1, sequence, True), LINK, GONE_S + sequence) is not None
+    ours = peers.receptions(LINK, GONE_S + 4.0)[0]
+    assert (ours.system, ours.component, ours.received, ours.lost, ours.age_s) == (1, 1, 3, 0, 1.0)
+    assert (len(peers), peers.left_out[LINK]) == (PLACES, 1)
+
+
+def test_who_speaks_once_a_second_or_more_often_keeps_his_place_whoever_comes():
+    peers = Peers()
+    for tenth in range(10 * round(2 * GONE_S)):
+        peers.on_frame(Frame(b"", 7, 1, 1, tenth % 256, True), LINK, tenth / 10)
+        peers.on_frame(Frame(b"", 7, 2 + tenth % 250, tenth // 250, 0, True), LINK, tenth / 10)
+    ours = peers.receptions(LINK, 2 * GONE_S)[0]
+    assert (ours.received, ours.lost) == (10 * round(2 * GONE_S), 0)
+
+
+def test_who_lost_his_place_and_has_another_is_told_of_as_one_who_just_came():
+    peers = Peers()
+    rows = LinkRows(peers)
+
+    def say(source, sequence, time_s):
+        rows.tick(time_s)
+        peers.on_frame(Frame(b"", 1000, *source, sequence, True), LINK, time_s)
+
+    for sequence in range(100):
+        say((1, 1), sequence, 0.0)
+    crowd(peers, 1.0)
+    back_s = GONE_S + 5.0
+    for second in range(round(back_s)):
+        say((2, 0), second, float(second))
+    say((9, 250), 0, back_s)
+    say((1, 1), 100, back_s)
+    (ours,) = [row for row in rows.rows(back_s + 1.0) if (row.system, row.component) == (1, 1)]
+    assert (ours.rate_hz, ours.loss) == (0.0, 0.0)
+
+
+def frames_of(source, kind=dialect.MAV_TYPE_SUBMARINE):
+    encoder = Encoder(*source)
+    messages = (
+        dialect.MAVLink_heartbeat_message(kind, 0, 0, 0, 4, 3),
+        dialect.MAVLink_system_time_message(0, 1000),
+        dialect.MAVLink_statustext_message(4, b"x" * 50, 7, 0),
+    )
+    return Framer().feed(b"".join(map(encoder.encode, messages)))
+
+
+def made_up(first, count):
+    """Frames of so many addresses, none of which is (1, 1)."""
+    for n in range(first, first + count):
+        yield from frames_of((2 + n % 253, 1 + n // 253 % 250))
+
+
+def fleet():
+    heard = Fleet()
+    return lambda frame, time_s: heard.on_frame(frame, Line(), time_s)
+
+
+def watcher():
+    heard = Watcher(None)
+    return lambda frame, time_s: heard.feed(frame, time_s, LINK)
+
+
+@pytest.mark.parametrize("more", rest_in_soak(MORE))
+@pytest.mark.parametrize("make", [fleet, watcher])
+def test_made_up_addresses_fill_no_memory(make, more):
+    hear = make()
+    now_s = 0.0
+    for frame in made_up(0, FULL):
+        now_s += 0.001
+        hear(frame, now_s)
+    tracemalloc.start()
+    try:
+        for frame in made_up(FULL, more):
+            now_s += 0.001
+            hear(frame, now_s)
+        frame = None
+        assert tracemalloc.get_traced_memory()[0] < A_MEGABYTE
+    finally:
+        tracemalloc.stop()
+
+
+def test_the_vehicle_that_was_there_first_is_meant_whoever_makes_up_addresses():
+    fleet, now_s = Fleet(), 0.0
+    for frame in (*frames_of((1, 1)), *made_up(0, FULL)):
+        fleet.on_frame(frame, Line(), now_s)
+    for _ in range(5):
+        now_s += 1.0
+        for frame in frames_of((1, 1)):
+            fleet.on_frame(frame, Line(), now_s)
+    fleet.choose(1, now_s)
+    assert fleet.meant(now_s) == (1, 1)
+
+
+BEAT = dialect.MAVLink_heartbeat_message(dialect.MAV_TYPE_SUBMARINE, 0, 0, 0, 4, 3)
+OF_GROUND = dialect.MAVLink_heartbeat_message(dialect.MAV_TYPE_GCS, 8, 0, 0, 4, 3)
+TOLD = dialect.MAVLink_param_value_message(b"FF_MODE", 3.0, 9, 1, 0)
+OTHER = dialect.MAVLink_param_value_message(b"FF_MODES", 3.0, 9, 1, 0)
+ORDER = dialect.MAVLink_param_set_message(1, 1, b"FF_MODE", 3.0, 9)
+
+
+def hear(known, source, message, time_s):
+    for frame in Framer().feed(Encoder(*source).encode(message)):
+        known.on_frame(frame, LINK, time_s)
+
+
+@pytest.mark.parametrize("message", [OF_GROUND, ORDER, OTHER])
+def test_nobody_is_known_by_what_only_names_the_mode_or_beats_as_a_ground(message):
+    known = Peers()
+    hear(known, (255, 190), message, 1.0)
+    assert known.known(1.0) == ()
+
+
+def test_who_told_the_mode_stays_known_for_a_dive_and_who_only_beat_for_a_minute():
+    known = Peers()
+    hear(known, (1, 1), TOLD, 1.0)
+    hear(known, (1, 1), BEAT, 2.0)
+    hear(known, (2, 1), BEAT, 2.0)
+    holder, passer = KnownVehicle((1, 1), True, 2.0), KnownVehicle((2, 1), False, 2.0)
+    assert known.known(2.0 + 60.0) == (holder, passer)
+    assert known.known(2.1 + 60.0) == (holder,)
+    assert known.known(2.1 + 3600.0) == ()
+
+
+def test_telemetry_of_the_mode_makes_a_vehicle_known_without_a_beat():
+    known = Peers()
+    for frame in Framer().feed(Encoder(4, 191).frame(*encode(Reading("ff_mode", 0.0, (2.0,))))):
+        known.on_frame(frame, LINK, 5.0)
+    assert known.known(5.0) == (KnownVehicle((4, 191), True, 5.0),)
+
+
+def test_of_what_two_know_the_newest_of_each_counts():
+    old, new, other = (KnownVehicle((1, 1), True, t) for t in (1.0, 2.0, 0.0))
+    other = KnownVehicle((2, 1), False, 0.0)
+    assert newest([new, other, old]) == (other, new)
