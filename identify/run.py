@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, OF_HULL
@@ -76,6 +77,13 @@ def identify(
     priors = file.vehicle.configurations[configuration].priors
     comparisons = tuple(compare(first, other, priors) for other in others)
     return Identified(dive, file, doubted(comparisons[0]) if comparisons else first, comparisons)
+
+
+def compiles_first() -> bool:
+    """Whether the kernels are yet to be compiled: the first run after installation does, for about half a minute."""
+    from identify.estimators.information import gradient_and_information as kernel
+
+    return not any(Path(kernel.stats.cache_path).glob(f"{kernel.py_func.__module__.split('.')[-1]}.*.nbi"))
 
 
 def usual_methods(file: VehicleFile, configurations: Sequence[str]) -> tuple[str, ...]:

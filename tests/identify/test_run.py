@@ -1,6 +1,7 @@
 """`identify` as a plain function: one answer of several methods, and typed steps on the way to it."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import fitted
 import numpy as np
@@ -8,8 +9,9 @@ import numpy as np
 from bridge.errors import FitError
 from bridge.vehicle.config import load_vehicle
 from identify.dive import Dive
+from identify.estimators import information
 from identify.identification import Outcome
-from identify.run import ANSWERED, identify, usual_methods
+from identify.run import ANSWERED, compiles_first, identify, usual_methods
 
 FILE = load_vehicle(str(Path(__file__).resolve().parents[1] / "data" / "vehicles" / "hovering.yaml"))
 DIVE = Dive("dive-7", Path("dive.tlog"), "1" * 64)
@@ -71,3 +73,12 @@ def test_a_dive_that_tells_nothing_gives_an_answer_with_the_reason_once():
 
 def test_the_methods_suit_the_damping_of_the_hull():
     assert usual_methods(FILE, ["hovering"]) == ("likelihood", "pinn")
+
+
+def test_the_first_run_compiles_and_later_ones_find_what_it_kept(tmp_path, monkeypatch):
+    kernel = SimpleNamespace(__module__="identify.estimators.information")
+    kept = SimpleNamespace(stats=SimpleNamespace(cache_path=str(tmp_path)), py_func=kernel)
+    monkeypatch.setattr(information, "gradient_and_information", kept)
+    assert compiles_first()
+    (tmp_path / "information.gradient_and_information-50.py311.nbi").write_bytes(b"")
+    assert not compiles_first()

@@ -71,6 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
     from identify.diagnose.diagnose import diagnose
     from identify.diagnose.shrink import csv_of
     from identify.ingest.open import read_dive
+    from identify.run import compiles_first
     from tui import pages, show
     from tui.accepted_before import AcceptedBefore, accepted_before
     from tui.columns import column_map_for
@@ -116,7 +117,10 @@ def run(arguments: argparse.Namespace) -> int:
     impossible, why = can_not_be(Path(arguments.dive))
     without = (*(arguments.without or ()), *impossible)
     effects = effects_without(without, configuration, file) if without else None
-    with of_the_check_dive(arguments.check), show.progress(f"diagnosing {dive.name}") as tell:
+    job = f"diagnosing {dive.name}"
+    if compiles_first():
+        job += " (compiling, once after installation: half a minute)"
+    with of_the_check_dive(arguments.check), show.progress(job) as tell:
         found = diagnose(
             dive,
             file,
