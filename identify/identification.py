@@ -6,10 +6,10 @@ How an estimator reports its progress.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -432,15 +432,3 @@ def added_mass(total: Estimate, configuration: Configuration) -> Estimate:
         total.scale_std,
         total.share_from_prior,
     )
-
-
-Values = Mapping[str, tuple[float, float]]
-"""Parameters fitted so far: value and half of the 95 % interval by name, SI units."""
-
-NO_VALUES: Values = {}
-
-
-class Progress(Protocol):
-    """Takes the share that is done (0 to 1), what is done now in words, and the values so far if there are any."""
-
-    def __call__(self, share: float, words: str, values: Values = NO_VALUES, /) -> None: ...

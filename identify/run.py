@@ -18,7 +18,8 @@ from bridge.vehicle.config import VehicleFile
 from identify.comparison import Comparison, compare, doubted
 from identify.dive import Dive
 from identify.estimators.table import OF_QUADRATIC, SIDE_BY_SIDE, Estimator, estimator
-from identify.identification import NO_VALUES, Identification, Outcome, Values, added_mass, estimate
+from identify.identification import Identification, Outcome, added_mass, estimate
+from identify.progress import NO_VALUES, Values
 from identify.side_by_side import together
 
 DONE = "done"

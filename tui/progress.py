@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from identify.identification import Values
+from identify.progress import Values
 
 VARIABLE, FORM = "SEATRIAL_PROGRESS", "json"
 

@@ -22,7 +22,7 @@ from rich.segment import Segment
 from bridge.clock import Clock, SystemClock
 from bridge.errors import LogError
 from bridge.printable import printable
-from identify.identification import NO_VALUES, Values
+from identify.progress import NO_VALUES, Values
 from tui import progress as reports
 from tui.progress import Written
 from tui.whole_file import replace_file

@@ -32,7 +32,7 @@ from identify.diagnose.wording import effect_words, listed, name_of, percent_sur
 from identify.effects.course import Course
 from identify.effects.effect import Compensation, Effect
 from identify.estimators.admitted import timing_of
-from identify.estimators.doubts import Tested, doubts_of
+from identify.estimators.doubts import Multiplier, doubts_of
 from identify.estimators.likelihood_axis import DAMPING, MASS
 from identify.estimators.said import drag_doubts, late_doubts
 from identify.feedback import READINGS
@@ -85,7 +85,7 @@ def misfit_of(now: Nominal, quadratic: Collection[int]) -> Misfit:
     )
 
 
-def _not_apart(dof: int, tested: Tested) -> Doubt:
+def _not_apart(dof: int, tested: Multiplier) -> Doubt:
     more, less = ("more", "less") if tested.size > 0 else ("less", "more")
     return Doubt(
         (DAMPINGS[dof].name,),

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from identify.estimators.axes import Axes, Axis
-from identify.estimators.doubts import DOUBTFUL_SCORE, Force, Tested, with_forces
+from identify.estimators.doubts import DOUBTFUL_SCORE, Force, Multiplier, with_forces
 from identify.estimators.innovations import INCREMENT, POSITION
 from identify.estimators.likelihood_axis import AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
@@ -35,7 +35,7 @@ LARGEST_SHARE = 0.1
 """Share of another axis's thrust: a DVL mounted about 4 degrees off its axes causes as much."""
 
 
-def crossed(joint: JointLikelihood, theta: Array) -> dict[tuple[int, int], Tested]:
+def crossed(joint: JointLikelihood, theta: Array) -> dict[tuple[int, int], Multiplier]:
     """For each (axis, other) of surge and sway: the share of the other's thrust that moves the axis in addition to
     its own.
 
@@ -50,7 +50,7 @@ def crossed(joint: JointLikelihood, theta: Array) -> dict[tuple[int, int], Teste
     return dict(zip(pairs, with_forces(joint, theta, forces).tested(), strict=True))
 
 
-def crossed_doubts(found: Mapping[tuple[int, int], Tested]) -> tuple[Doubt, ...]:
+def crossed_doubts(found: Mapping[tuple[int, int], Multiplier]) -> tuple[Doubt, ...]:
     """A doubt about the axes that another axis's thrust moves, by more than LARGEST_SHARE of it and beyond chance."""
     moved = {
         pair: tested

@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Tested:
+class Multiplier:
     """Result of the test: `score`, the force's size in standard errors; `size`, after one step of scoring from zero;
     `leaning` (p,), change of the fitted parameters per unit of size."""
 
@@ -50,7 +50,7 @@ class Wider:
     start: Array
     places: tuple[int, ...]
 
-    def tested(self) -> tuple[Tested, ...]:
+    def tested(self) -> tuple[Multiplier, ...]:
         """Test each of the forces, as if only that force were missing."""
         gradient, information = self.problem.score(self.start)
         prior = self.problem.prior_precision
@@ -106,10 +106,10 @@ def _with_force(problem: AxisLikelihood, force: Force) -> AxisLikelihood:
     )
 
 
-def _tested(pull: float, left: float, leaning: Array) -> Tested:
+def _tested(pull: float, left: float, leaning: Array) -> Multiplier:
     if not left > 0:
-        return Tested(0.0, 0.0, 0.0 * leaning)
-    return Tested(pull / math.sqrt(left), pull / left, leaning)
+        return Multiplier(0.0, 0.0, 0.0 * leaning)
+    return Multiplier(pull / math.sqrt(left), pull / left, leaning)
 
 
 DOUBTFUL_SCORE = 5.0
@@ -125,8 +125,8 @@ class Doubts:
     coefficients, in the order of `OF_HULL`, 0 for those not fitted.
     """
 
-    drag: Tested
-    late: Tested
+    drag: Multiplier
+    late: Multiplier
 
     @property
     def lacks_drag(self) -> bool:
@@ -155,12 +155,12 @@ def doubts_of(joint: JointLikelihood, theta: Array) -> dict[int, Doubts]:
     }
 
 
-def _undragged(drag: Tested, problem: AxisLikelihood) -> Tested:
+def _undragged(drag: Multiplier, problem: AxisLikelihood) -> Multiplier:
     """A model that has both dampings lacks none."""
     return replace(drag, score=0.0, size=0.0) if problem.damped == "both" else drag
 
 
-def _untimed(late: Tested, problem: AxisLikelihood) -> Tested:
+def _untimed(late: Multiplier, problem: AxisLikelihood) -> Multiplier:
     """Slowly sampled commands give no information on lateness."""
     return replace(late, score=0.0, size=0.0) if problem.axis.sampled_s else late
 
@@ -183,10 +183,10 @@ def coefficients(joint: JointLikelihood) -> tuple[list[int], list[int]]:
     return list(rows), list(places)
 
 
-def _of_all(one: Tested, rows: Sequence[int], where: Sequence[int]) -> Tested:
+def _of_all(one: Multiplier, rows: Sequence[int], where: Sequence[int]) -> Multiplier:
     leaning = np.zeros(len(OF_HULL))
     leaning[list(rows)] = one.leaning[list(where)]
-    return Tested(one.score, one.size, leaning)
+    return Multiplier(one.score, one.size, leaning)
 
 
 def by_drag(speed: Array) -> Array:

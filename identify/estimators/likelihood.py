@@ -52,12 +52,12 @@ from identify.identification import (
     Identification,
     Information,
     Nuisance,
-    Progress,
     ThrustDelay,
     added_mass,
     outcome_of,
 )
 from identify.identification import estimate as as_estimate
+from identify.progress import Progress
 
 Array = NDArray[np.float64]
 

@@ -33,8 +33,9 @@ from bridge.vehicle.dynamics import coriolis, restoring
 from identify.dive import Array, Dive
 from identify.estimators.refusals import refuse_unpushed
 from identify.filters import AlignedDive, aligned
-from identify.identification import Estimate, Identification, Outcome, Progress, added_mass
+from identify.identification import Estimate, Identification, Outcome, added_mass
 from identify.identification import estimate as one_estimate
+from identify.progress import Progress
 
 INPUTS, OUTPUTS = 7, 6
 

@@ -11,7 +11,7 @@ from identify.identification import Culprit, Doubt, Outcome, ThrustDelay
 
 if TYPE_CHECKING:
     from bridge.vehicle.config import Damping
-    from identify.estimators.doubts import Tested
+    from identify.estimators.doubts import Multiplier
 
 SHORTEST_DIVE_S = 20.0
 
@@ -38,7 +38,7 @@ def axes_named(dofs: Sequence[int]) -> str:
     return " and ".join(", ".join(part) for part in (names[:-1], names[-1:]) if part)
 
 
-def drag_doubts(lacking: "Mapping[int, Tested]", damping: "Damping" = "linear") -> tuple[Doubt, ...]:
+def drag_doubts(lacking: "Mapping[int, Multiplier]", damping: "Damping" = "linear") -> tuple[Doubt, ...]:
     """Doubts that a drag is missing in each of these axes, for a hull with this damping in its vehicle file."""
     if damping == "quadratic":
         return tuple(_linear_doubt(dof, tested) for dof, tested in lacking.items())
@@ -57,7 +57,7 @@ def drag_doubts(lacking: "Mapping[int, Tested]", damping: "Damping" = "linear") 
     )
 
 
-def _linear_doubt(dof: int, one: "Tested") -> Doubt:
+def _linear_doubt(dof: int, one: "Multiplier") -> Doubt:
     return Doubt(
         (MASSES[dof].name, QUADRATICS[dof].name),
         f"In {DOFS[dof]} a force that grows as the speed itself is missing from the model ({one.score:+.0f} standard "
@@ -82,7 +82,7 @@ def delay_doubt(delay: ThrustDelay, pushed: Sequence[int]) -> Doubt:
     )
 
 
-def late_doubts(late: "Mapping[int, Tested]", pushed: Sequence[int]) -> tuple[Doubt, ...]:
+def late_doubts(late: "Mapping[int, Multiplier]", pushed: Sequence[int]) -> tuple[Doubt, ...]:
     """Doubts that forces act later or earlier than assumed in these axes: one for "later", one for "earlier".
 
     If several axes are off in the same direction, a wrong clock is more likely than so many lags. The doubt then
@@ -102,7 +102,7 @@ def late_doubts(late: "Mapping[int, Tested]", pushed: Sequence[int]) -> tuple[Do
     return (*by_timing, *((_unexplained_doubt(absurd),) if absurd else ()))
 
 
-def _unexplained_doubt(found: "Mapping[int, Tested]") -> Doubt:
+def _unexplained_doubt(found: "Mapping[int, Multiplier]") -> Doubt:
     sigma = max(abs(tested.score) for tested in found.values())
     return Doubt(
         tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in found),
@@ -114,7 +114,7 @@ def _unexplained_doubt(found: "Mapping[int, Tested]") -> Doubt:
     )
 
 
-def _late_doubt(way: str, found: "Mapping[int, Tested]", pushed: Sequence[int]) -> Doubt:
+def _late_doubt(way: str, found: "Mapping[int, Multiplier]", pushed: Sequence[int]) -> Doubt:
     by_ms = [1000 * abs(tested.size) for tested in found.values()]
     least, most = min(by_ms), max(by_ms)
     size = f"by about {most:.0f} ms" if most - least < 10 else f"by about {least:.0f} to {most:.0f} ms"

@@ -9,7 +9,8 @@ from bridge.vehicle.config import VehicleFile
 from identify.answer import answered
 from identify.dive import Dive
 from identify.estimators.refusals import in_numbers, solvable
-from identify.identification import Identification, Progress
+from identify.identification import Identification
+from identify.progress import Progress
 
 Estimator = Callable[[Dive, VehicleFile, str, Progress], Identification]
 

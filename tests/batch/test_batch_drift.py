@@ -9,7 +9,7 @@ import pytest
 from identify.batch.drift import DOUBTED, Story, drift_of, percent
 from identify.batch.rows import Row, Value
 from identify.batch.trend import common_series, ratio
-from identify.estimators.doubts import Tested
+from identify.estimators.doubts import Multiplier
 from identify.estimators.said import drag_doubts, late_doubts
 from identify.identification import Doubt, Outcome
 
@@ -176,7 +176,7 @@ WARNED = Doubt(("M_u", "D_u"), "No rate of turn was recorded", "M_u may be off; 
 HALF = Doubt(
     ("M_u", "M_v", "D_u", "D_v"), "Depth changes by 2 times what it should", "mend it.", Outcome.DISAGREES
 )
-FORCE = Tested(30.0, 0.02, np.zeros(12))
+FORCE = Multiplier(30.0, 0.02, np.zeros(12))
 DRAG, LATE = drag_doubts({0: FORCE})[0], late_doubts({0: FORCE}, [0])[0]
 
 

@@ -10,11 +10,11 @@ from identify.diagnose.accepted import accepted_of
 from identify.diagnose.candidates import Cause
 from identify.diagnose.result import Finding, Value
 from identify.effects import actuators, hydrodynamics
-from identify.estimators.doubts import Doubts, Tested
+from identify.estimators.doubts import Doubts, Multiplier
 from identify.identification import Outcome
 
 SURGE, YAW, OF_MASS, OF_DAMPING = 0, 5, 0, 6
-FITS = Tested(0.0, 0.0, np.zeros(18))
+FITS = Multiplier(0.0, 0.0, np.zeros(18))
 
 
 @pytest.fixture
@@ -32,7 +32,7 @@ def changing(score, size, row, by):
     """A force of this size that changes one logarithm by so much."""
     leaning = np.zeros(18)
     leaning[row] = by / size
-    return Tested(score, size, leaning)
+    return Multiplier(score, size, leaning)
 
 
 def drag(**coefficients):

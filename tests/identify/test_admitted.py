@@ -14,7 +14,7 @@ from bridge.vehicle.config import load_vehicle
 from identify.dive import Signal
 from identify.estimators.admitted import NOTHING, STAMPED_S, Admitted, admitted, timing_of
 from identify.estimators.axes import build_axes
-from identify.estimators.doubts import Tested, doubts_of
+from identify.estimators.doubts import Multiplier, doubts_of
 from identify.estimators.likelihood_fit import fit_axes
 from identify.estimators.said import late_doubts, too_little
 from identify.estimators.table import estimator
@@ -153,4 +153,4 @@ def test_what_is_too_wide_for_what_the_model_lacks_says_what_it_lacks():
 
 
 def of_size(size):
-    return Tested(7.0, size, np.zeros(18))
+    return Multiplier(7.0, size, np.zeros(18))

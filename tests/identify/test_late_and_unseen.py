@@ -15,7 +15,7 @@ from identify.dive import Signal
 from identify.estimators import likelihood_fit
 from identify.estimators.axes import build_axes
 from identify.estimators.checks import silent_share, unseen_doubts
-from identify.estimators.doubts import Tested, doubts_of
+from identify.estimators.doubts import Multiplier, doubts_of
 from identify.estimators.lateness import by_lateness
 from identify.estimators.likelihood import estimate
 from identify.estimators.said import late_doubts, lateness_note
@@ -91,7 +91,9 @@ def test_a_lag_20_ms_off_is_doubted_in_yaw_on_a_dive_made_elsewhere_and_its_own_
 
 def test_a_lateness_that_no_clock_can_have_is_told_as_something_else():
     none = np.zeros(12)
-    by_timing, absurd = late_doubts({0: Tested(9.0, 0.1, none), 1: Tested(-30.0, -8.3, none)}, (0, 1, 5))
+    by_timing, absurd = late_doubts(
+        {0: Multiplier(9.0, 0.1, none), 1: Multiplier(-30.0, -8.3, none)}, (0, 1, 5)
+    )
     assert by_timing.about == ("M_u", "D_u")
     assert "(later, by about 100 ms; 9 standard errors)" in by_timing.sentence
     assert absurd.about == ("M_v", "D_v")
@@ -103,14 +105,14 @@ def test_a_lateness_that_no_clock_can_have_is_told_as_something_else():
 
 def test_an_axis_that_is_off_the_same_way_as_another_is_late_by_what_no_fit_can_size():
     none = np.zeros(12)
-    (doubt,) = late_doubts({0: Tested(9.0, 0.4, none), 2: Tested(30.0, 0.7, none)}, (0, 2))
+    (doubt,) = late_doubts({0: Multiplier(9.0, 0.4, none), 2: Multiplier(30.0, 0.7, none)}, (0, 2))
     assert doubt.about == ("M_u", "M_w", "D_u", "D_w")
     told = "(later, by how much can't be told from this fit; 30 standard errors): masses and dampings there are off, "
     assert told in doubt.sentence
 
 
 def test_axes_that_are_late_alike_make_all_that_thrust_pushed_doubtful():
-    late = {dof: Tested(-9.0, -0.15, np.zeros(12)) for dof in (0, 1)}
+    late = {dof: Multiplier(-9.0, -0.15, np.zeros(12)) for dof in (0, 1)}
     (doubt,) = late_doubts(late, (0, 1, 2, 5))
     assert doubt.about == ("M_u", "M_v", "M_w", "I_r", "D_u", "D_v", "D_w", "D_r")
     assert (

@@ -94,4 +94,4 @@ def test_a_few_readings_of_a_vehicle_on_its_side_are_no_tumbling():
 def test_turning_over_is_no_gap():
     found = diagnose(tumbling.dive(over=4.0, pitching=4.0), tumbling.FILE, "only", progress=lambda *_: None)
     assert found.verdict == "no_gap"
-    assert not found.found
+    assert not found.findings

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from identify.dive import Dive
     from identify.estimators.paper import TrainingCurves
     from identify.estimators.table import Estimator
-    from identify.identification import Identification, Progress
+    from identify.identification import Identification
+    from identify.progress import Progress
     from identify.report.page import Report
     from identify.run import Identified, Step
 

@@ -13,7 +13,7 @@ from identify.dive import Dive
 from identify.estimators.admitted import NOTHING, Admitted, admitted, timing_of
 from identify.estimators.autopilot_velocity import shared_axes
 from identify.estimators.checks import crossed, crossed_doubts, loud, loud_doubts, loud_note, unseen_doubts
-from identify.estimators.doubts import Doubts, Tested, doubts_of
+from identify.estimators.doubts import Doubts, Multiplier, doubts_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.pinn.fit import Fit, fit_network
 from identify.estimators.pinn.training import MOST_PASSES
@@ -35,11 +35,11 @@ from identify.identification import (
     Identification,
     Information,
     Nuisance,
-    Progress,
     added_mass,
     outcome_of,
 )
 from identify.identification import estimate as as_estimate
+from identify.progress import Progress
 
 Array = NDArray[np.float64]
 
@@ -106,7 +106,7 @@ def _place(fit: Fit, name: str) -> int:
 
 def _missing(
     doubts: Mapping[int, Doubts], dive: Dive, file: VehicleFile
-) -> tuple[dict[int, Tested], dict[int, Tested]]:
+) -> tuple[dict[int, Multiplier], dict[int, Multiplier]]:
     """The axes that lack a quadratic drag, and those in which thrust acts at another time."""
     lacking = {dof: doubt.drag for dof, doubt in doubts.items() if doubt.lacks_drag}
     late = {dof: doubt.late for dof, doubt in doubts.items() if doubt.is_late}

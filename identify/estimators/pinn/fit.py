@@ -24,7 +24,8 @@ from identify.estimators.pinn.raw import Noise, Prior, Raw, raw_of
 from identify.estimators.pinn.start import Filters, Levels, filters_of
 from identify.estimators.pinn.training import MOST_PASSES, UNSETTLED_TEXT, Pass, Point, Trained, Trainer
 from identify.estimators.refusals import no_solution
-from identify.identification import Z95, Progress
+from identify.identification import Z95
+from identify.progress import Progress
 
 Array = NDArray[np.float64]
 
