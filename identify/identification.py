@@ -1,8 +1,6 @@
 """The result of an estimator: coefficients with intervals, an outcome in a sentence, and the provenance.
 
 Quantities fitted beside the coefficients of an axis: noise levels, time constants and trim forces, by name.
-
-How an estimator reports its progress.
 """
 
 import math
