@@ -1,20 +1,27 @@
-"""Turn an earlier identification into priors: its values, with widths enlarged for changes between dives."""
+"""What an earlier, accepted identification is used for.
+
+- Priors: its values, with widths enlarged for changes between dives.
+- A diagnosis that looks for changes of the vehicle since then.
+- The truth of a simulated vehicle.
+"""
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from bridge.errors import ParamError
+from bridge.simulator.truth import GAIN, PLANTED, Truth, load_truth
 from bridge.vehicle.accepted_effect import AcceptedEffect
 from bridge.vehicle.coefficients import BY_NAME, OF_HULL
-from bridge.vehicle.config import Prior
+from bridge.vehicle.config import Prior, VehicleFile
 from gcs_plugin.params.sidecar import read_sidecar
+from identify.export.effects import IN_COEFFICIENTS
 from identify.identification import Z95, Outcome
-from tui.doubted import doubted_in
+from tui.doubted import doubted_in, told
 from tui.exit_codes import UsageError
-from tui.parameter_files import Leave, check_outcome, read_identification
+from tui.parameter_files import Leave, accepted_model, check_outcome, read_identification
 
 AGEING = {"mass": 0.03, "damping": 0.10, "quadratic": 0.10}
 """Relative standard deviations: water and weed taken along, 1 to 5 kg on 100; fouling and a tether, tens of % over
@@ -152,3 +159,74 @@ def _positive(value: Any) -> bool:
     return (
         isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value) and value > 0
     )
+
+
+@dataclass(frozen=True)
+class AcceptedBefore:
+    """Accepted values with their precision at the time, effects, and sentences about values that were not taken."""
+
+    values: dict[str, Prior] | None = None
+    effects: tuple[AcceptedEffect, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def accepted_before(path: Path, configuration: str) -> AcceptedBefore:
+    """Read a file of `identify` or of `diagnose --accept`, without ageing.
+
+    A value that its identification doubts is not taken: its error would be reported as a change of the vehicle.
+    Raises UsageError for a file of another configuration, and for a file in which every value is doubted.
+    """
+    of, known = priors_of(path, 0.0, Leave())
+    # A diagnosis looks for changes of the linear model.
+    priors = {name: prior for name, prior in known.items() if name in BY_NAME}
+    if of != configuration:
+        raise UsageError(
+            f"--accepted {path}: is of configuration '{of}', the dive of '{configuration}'; give what was accepted for "
+            "that one"
+        )
+    doubted = doubted_of(path)
+    lines = told(doubted, priors)
+    taken = {name: prior for name, prior in priors.items() if name not in doubted}
+    if not taken:
+        raise UsageError(
+            f"--accepted {path}: all that it holds is doubted ({lines[0]}), so no change could be told from it; give "
+            "that of another dive"
+        )
+    notes = tuple(f"Of what was accepted, {line}; it was not held against this dive." for line in lines)
+    return AcceptedBefore(taken, effects_of(path), notes)
+
+
+SIMULATED = (
+    *IN_COEFFICIENTS,
+    "quadratic_drag",
+    "dead_zone",
+    "weak_thruster",
+    "reverse_thrust_loss",
+)
+"""Names and labels of effects whose coefficients the simulator has."""
+
+
+def accepted_truth(path: Path, file: VehicleFile, configuration: str) -> tuple[Truth, tuple[str, ...]]:
+    """The model of an accepted `.param` in the water of the vehicle's own truth, and its parts left out.
+
+    Values that were not identified come from that truth, otherwise from the vehicle file's model. Raises UsageError
+    for a file of another vehicle or configuration, ConfigError if a coefficient is found nowhere.
+    """
+    accepted = accepted_model(path, file, Leave(doubts=True))
+    if accepted.configuration != configuration:
+        raise UsageError(
+            f"{path}: is of configuration '{accepted.configuration}', not '{configuration}'; name its own"
+        )
+    linear = {name: value for name, value in accepted.values.items() if name in BY_NAME}
+    shape = file.vehicle.configurations[configuration]
+    shapes = file.vehicle.configurations | {configuration: replace(shape, model=shape.model | linear)}
+    truth = load_truth(replace(file, vehicle=replace(file.vehicle, configurations=shapes)), configuration)
+    effects = {name: value for name, value in accepted.values.items() if name not in linear}
+    held = {name: value for name, value in effects.items() if name in PLANTED or GAIN.fullmatch(name)}
+    lost = [
+        effect.label
+        for effect in accepted.effects
+        if effect.name not in SIMULATED and effect.label not in SIMULATED
+    ]
+    notes = (f"not simulated: {', '.join(lost)}",) if lost else ()
+    return replace(truth, model=truth.model | linear, effects=held), notes

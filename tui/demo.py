@@ -12,9 +12,8 @@ from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.feedforward import Mode
 from gcs_plugin.params.client import ParameterClient
-from gcs_plugin.params.plan import make_plan
+from gcs_plugin.params.plan import make_plan, parameters_from_identification
 from gcs_plugin.params.receipt import Receipt
-from gcs_plugin.params.targets import parameters_from_identification
 from identify.dive import Dive
 from identify.estimators.table import DEFAULT, estimator
 from identify.identification import Identification

@@ -19,9 +19,8 @@ from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.effect_coefficients import EffectCoefficient, effect_coefficients
 from gcs_plugin.params import float32
 from gcs_plugin.params.files import found_of, read_parameters, system_of, write_parameters
-from gcs_plugin.params.plan import coefficient_of
+from gcs_plugin.params.plan import coefficient_of, parameters_from_identification
 from gcs_plugin.params.sidecar import Interval, Sidecar, intervals_of, read_sidecar, write_sidecar
-from gcs_plugin.params.targets import parameters_from_identification
 from identify.identification import Identification, Outcome
 from tui.doubted import doubted_in, told
 from tui.exit_codes import UsageError

@@ -7,19 +7,26 @@ from typing import Any
 
 from bridge.errors import ParamRejected
 from bridge.parameters import ACTIVE, MODE, set_crc
-from gcs_plugin.params import staging
-from gcs_plugin.params.client import ParameterClient
-from gcs_plugin.params.compared import COLUMNS, LEGEND, NUMBERS, Compared, compared
+from gcs_plugin.params.client import ParameterClient, not_raised, obstacle
 from gcs_plugin.params.deadline import Timing
 from gcs_plugin.params.files import check_system
-from gcs_plugin.params.last_accepted import before_newest, last_accepted, unfinished
-from gcs_plugin.params.plan import Plan, Verdict, make_plan, staged_crc, taken_back
+from gcs_plugin.params.last_accepted import (
+    COLUMNS,
+    LEGEND,
+    NUMBERS,
+    Compared,
+    before_newest,
+    belongs,
+    compared,
+    last_accepted,
+    told,
+    unfinished,
+)
+from gcs_plugin.params.plan import Plan, Verdict, make_plan, staged_crc, staging_notes, taken_back
 from gcs_plugin.params.plausible import implausible
 from gcs_plugin.params.sidecar import unchecked
 from gcs_plugin.params.transfer import Source
-from gcs_plugin.params.unfinished import belongs, told
 from gcs_plugin.params.upload import Upload
-from gcs_plugin.params.while_armed import not_raised, obstacle
 from tui import show
 from tui.exit_codes import NothingLeft, UsageError
 from tui.parameter_files import Targets
@@ -174,7 +181,7 @@ def _beside(
     lines = compared(plan, intervals, last_accepted(receipts, system))
     left = unfinished(receipts, system)
     notes = () if left is None or belongs(left, file) else told(left, plan.present)
-    notes = (*staging.told(plan.present), *notes)
+    notes = (*staging_notes(plan.present), *notes)
     return Planned(file, targets, plan, lines, tuple(back), notes)
 
 

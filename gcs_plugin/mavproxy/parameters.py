@@ -10,20 +10,45 @@ from bridge.clock import Clock
 from bridge.errors import ParamRejected, SeatrialError
 from gcs_plugin.fleet import Fleet, News
 from gcs_plugin.off_orders import OffOrders
-from gcs_plugin.params import staging
-from gcs_plugin.params.compared import COLUMNS, compared
+from gcs_plugin.params.client import obstacle
 from gcs_plugin.params.errand import AGREE_WITHIN_S, Errand, Step, Told
 from gcs_plugin.params.files import check_system
-from gcs_plugin.params.last_accepted import before_newest, keep_accepted, last_accepted, unfinished
-from gcs_plugin.params.plan import ACCEPT_IMPLAUSIBLE, Plan, Verdict, unit_of, value_text
+from gcs_plugin.params.last_accepted import (
+    COLUMNS,
+    before_newest,
+    belongs,
+    compared,
+    keep_accepted,
+    last_accepted,
+    told,
+    unfinished,
+)
+from gcs_plugin.params.plan import (
+    ACCEPT_IMPLAUSIBLE,
+    Plan,
+    Verdict,
+    action_of,
+    staging_notes,
+    unit_of,
+    value_text,
+)
 from gcs_plugin.params.plausible import implausible
-from gcs_plugin.params.receipt import RECEIPT, Line, Receipt, begin, finish, lines_of, new_preimage, path_of
-from gcs_plugin.params.sidecar import unchecked
+from gcs_plugin.params.receipt import (
+    NONE_YET,
+    RECEIPT,
+    Line,
+    Newest,
+    Receipt,
+    Turn,
+    begin,
+    finish,
+    lines_of,
+    new_preimage,
+    newest,
+    path_of,
+)
+from gcs_plugin.params.sidecar import Wanted, unchecked, wanted_by
 from gcs_plugin.params.transfer import Outcome
-from gcs_plugin.params.turn import NONE_YET, Newest, Turn, newest
-from gcs_plugin.params.unfinished import belongs, told
-from gcs_plugin.params.wanted import Wanted, wanted_by
-from gcs_plugin.params.while_armed import obstacle
 
 TELL_EVERY_S: Final = 2.0
 FRESH_BEAT_S: Final = 3.0
@@ -179,7 +204,7 @@ class Parameters:
                 self._say(
                     f"note: effects accepted before are no part of this model and are taken back: {back}"
                 )
-            for line in staging.told(plan.present):
+            for line in staging_notes(plan.present):
                 self._say(line)
             left = unfinished(RECEIPTS, errand.source[0])
             if left is not None and not belongs(left, work.file):
@@ -202,7 +227,7 @@ class Parameters:
                 f"rollback {work.file} {ARMED}" if work.action == "rollback" else f"yes {errand.code(armed)}"
             )
             self._say(
-                f"to {staging.about_to(plan)} on vehicle {errand.source[0]}{', which is ARMED' if armed else ''}:"
+                f"to {action_of(plan)} on vehicle {errand.source[0]}{', which is ARMED' if armed else ''}:"
             )
             self._say(f"    seatrial params {again}")
             if work.action == "rollback":

@@ -2,10 +2,14 @@
 
 The client sends nothing to a component before that component's HEARTBEAT arrived on this link: an autopilot that does
 not know the companion yet takes a write to the companion for its own (measured with ArduSub 4.5.7).
+
+An upload to an armed vehicle needs a stronger confirmation, but is possible: a vehicle that holds its position in a
+current is safer armed than disarmed. Only the model that acts on the thrusters must not change under way: the vehicle
+refuses a commit while its feed-forward acts, and so does the ground station.
 """
 
 import contextlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from threading import Event
@@ -17,18 +21,44 @@ from bridge.clock import Clock
 from bridge.errors import LinkError, LinkLost, LinkTimeout, ParamRejected, ParamUnverified
 from bridge.framing import Encoder, Frame, Framer, decode
 from bridge.link.base import Link
-from bridge.parameters import set_crc
+from bridge.parameters import APPLYING_MODES, MODE, set_crc
+from bridge.vehicle.feedforward import Mode
 from gcs_plugin.off_orders import OffOrders
 from gcs_plugin.params.deadline import Timing
 from gcs_plugin.params.listing import Listing, ReadIndex, ReadList
 from gcs_plugin.params.plan import Plan
-from gcs_plugin.params.receipt import Receipt, begin, finish
+from gcs_plugin.params.receipt import Newest, Receipt, Turn, begin, finish
 from gcs_plugin.params.sidecar import Sidecar
 from gcs_plugin.params.transfer import ReadValue, Result, SetValue, Source
-from gcs_plugin.params.turn import Newest, Turn
 from gcs_plugin.params.upload import Ending, Stage, Upload
-from gcs_plugin.params.while_armed import obstacle
 from gcs_plugin.peers import COMPANIONS_MAY_FOLLOW_S, GROUND_STATION, Peers, parameter_holder
+
+
+def obstacle(present: Mapping[str, float]) -> str:
+    """Why an armed vehicle with the values `present` must not be given parameters, "" if it may."""
+    if present.get(MODE) in APPLYING_MODES:
+        return "is armed and its feed-forward acts on the thrusters: force the feed-forward off first"
+    return ""
+
+
+def not_raised(targets: Mapping[str, float], present: Mapping[str, float]) -> dict[str, float]:
+    """`targets` without FF_MODE if that would raise the feed-forward's mode: a roll back is no order to act."""
+    mode = present.get(MODE)
+    return {
+        name: value
+        for name, value in targets.items()
+        if name != MODE or mode is None or _is_no_rise(value, mode)
+    }
+
+
+def _is_no_rise(value: float, mode: float) -> bool:
+    """Whether mode `value` gives the feed-forward no more authority than `mode`; the numbers are in another order."""
+    if value not in set(Mode) or mode not in set(Mode):
+        return value == mode
+    if Mode(int(value)).applies_feedforward or Mode(int(mode)).applies_feedforward:
+        return not Mode(int(value)).raises(Mode(int(mode)))
+    return value <= mode
+
 
 POLL_S: Final = 0.02
 HEARTBEAT_LIMIT_S: Final = 6.0

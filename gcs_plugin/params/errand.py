@@ -11,14 +11,13 @@ from enum import Enum, auto
 from typing import Any, Final
 
 from bridge.parameters import set_crc
-from gcs_plugin.params.client import GONE_S, message_of
+from gcs_plugin.params.client import GONE_S, message_of, not_raised
 from gcs_plugin.params.deadline import Timing
 from gcs_plugin.params.listing import Listing, ReadIndex, ReadList
 from gcs_plugin.params.plan import Plan, make_plan, taken_back
+from gcs_plugin.params.sidecar import Wanted
 from gcs_plugin.params.transfer import ReadValue, SetValue, Source
 from gcs_plugin.params.upload import Ending, Upload
-from gcs_plugin.params.wanted import Wanted
-from gcs_plugin.params.while_armed import not_raised
 
 READ_WITHIN_S: Final = 30.0
 AGREE_WITHIN_S: Final = 120.0

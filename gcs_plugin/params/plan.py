@@ -1,14 +1,19 @@
-"""The plan of an upload, made before anything is sent: which lines change, are already set, or can't be written."""
+"""The plan of an upload, made before anything is sent: which lines change, are already set, or can't be written.
 
+Here too: the parameters that an identification's JSON stands for, and the messages about values that a vehicle holds in
+staging but does not fly.
+"""
+
+import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Final
+from typing import Any, Final
 
 from bridge.errors import ParamRejected, ParamUnknown
 from bridge.parameters import ACTIVE, COMMIT, LEAST_DAMPING_PER_S, MODE, VERSION, set_crc
-from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, Coefficient
+from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, MASSES, OF_HULL, QUADRATICS, Coefficient
 from bridge.vehicle.effect_coefficients import OF_ANY_VEHICLE, EffectCoefficient
 from gcs_plugin.params import float32
 
@@ -257,3 +262,80 @@ def value_text(value: float) -> str:
         return float32.text(value)
     except ValueError:
         return str(value)
+
+
+def parameters_from_identification(
+    data: Mapping[str, Any], veh_cfg: int, names: Collection[str] | None = None
+) -> dict[str, float]:
+    """Parameter id to float32 value, for every identifiable coefficient; `names` restricts it to these coefficients.
+
+    If only the quadratic damping of an axis was identified, its linear damping is set to 0, so that no earlier value
+    stays in force. Derived values (added mass) and coefficients that are not identifiable are left out. Raises
+    ParamRejected for a damaged identification, for a value that is not finite or out of its bounds, and if nothing is
+    left to send.
+    """
+    estimates = data.get("parameters")
+    if not isinstance(estimates, list):
+        raise ParamRejected("the identification has no list 'parameters'; give the file that --json wrote")
+    targets: dict[str, float] = {}
+    for estimate in estimates:
+        if not isinstance(estimate, dict):
+            raise ParamRejected("the identification's list 'parameters' is damaged; identify again")
+        coefficient = OF_HULL.get(str(estimate.get("name")))
+        if coefficient is None or (names is not None and coefficient.name not in names):
+            continue
+        if estimate.get("identifiable") is not True:
+            continue
+        value = estimate.get("value")
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            raise ParamRejected(f"{coefficient.name} is {value}, not a finite number; identify again")
+        if not coefficient.low <= value <= coefficient.high:
+            raise ParamRejected(
+                f"{coefficient.name} = {value:g} {coefficient.unit} is outside {coefficient.low:g} to "
+                f"{coefficient.high:g}; nothing of this identification is fit to send"
+            )
+        try:
+            targets[coefficient.parameter_id(veh_cfg)] = float32.given(value)
+        except ValueError as error:
+            raise ParamRejected(f"{coefficient.name}: {error}; identify again") from None
+    valueless = {entry["name"] for entry in estimates if entry.get("value") is None}
+    for squared in QUADRATICS:
+        linear = DAMPINGS[squared.dof]
+        wanted = linear.name in valueless and (names is None or linear.name in names)
+        if wanted and squared.parameter_id(veh_cfg) in targets:
+            targets[linear.parameter_id(veh_cfg)] = 0.0
+    if not targets:
+        raise ParamRejected("the identification holds no identifiable coefficient to send; dive again")
+    return targets
+
+
+def staging_notes(present: Mapping[str, float]) -> tuple[str, ...]:
+    """A line for the crew if the vehicle's staged set is not the set in force; otherwise empty."""
+    active = present.get(ACTIVE)
+    if in_force(present) is not False or active is None:
+        return ()
+    if active != 0.0:
+        return (
+            f"note: what the vehicle holds is staged as set {staged_crc(present)} and does not fly: set {active:.0f} "
+            "does, which is another; an upload puts in force all that is staged",
+        )
+    waits = any(value for name, value in present.items() if is_staged(name))
+    held = "what the vehicle holds is staged, and none of it flies: " if waits else ""
+    return (
+        f"note: {held}no set is in force on the vehicle ({ACTIVE} is 0), so its feed-forward is zero: upload one; "
+        "where one was in force before, its vehicle file has another hull or other thrusters since",
+    )
+
+
+def action_of(plan: Plan) -> str:
+    """What the upload of a plan does, for its confirmation prompt: `write 1 parameter and put 9 in force`."""
+    changes, staged = len(plan.changes), len(plan.staged)
+    if changes and staged:
+        return f"write {_count(changes)} and put the {staged} staged in force"
+    if staged:
+        return f"put {_count(staged)} in force"
+    return f"write {_count(changes)}" if changes else "put the staged set in force"
+
+
+def _count(lines: int) -> str:
+    return f"{lines} parameter{'' if lines == 1 else 's'}"

@@ -14,8 +14,7 @@ from typing import Final
 
 from bridge.parameters import COMMIT, MODE
 from gcs_plugin.params import float32
-from gcs_plugin.params.deadline import Timing, is_past, retry_delay_s
-from gcs_plugin.params.round_trips import RoundTrips
+from gcs_plugin.params.deadline import RoundTrips, Timing, is_past, retry_delay_s
 
 Source = tuple[int, int]
 

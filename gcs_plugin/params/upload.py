@@ -21,9 +21,8 @@ from typing import Final
 
 from bridge.parameters import ACTIVE, COMMIT, MODE
 from gcs_plugin.params import float32
-from gcs_plugin.params.deadline import Timing, deadline_s
+from gcs_plugin.params.deadline import RoundTrips, Timing, deadline_s
 from gcs_plugin.params.plan import Plan, Verdict, is_staged
-from gcs_plugin.params.round_trips import RoundTrips
 from gcs_plugin.params.transfer import Outcome, Result, Send, SetValue, Source, Task, Transfer, confirm, write
 
 Crc = Callable[[Mapping[str, float]], int]

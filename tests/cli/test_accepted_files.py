@@ -17,8 +17,7 @@ from identify.dive import Dive
 from identify.effects.environment import waves
 from identify.identification import Doubt, Outcome
 from tui import cli, exit_codes
-from tui.accepted_before import accepted_before
-from tui.accepted_truth import accepted_truth
+from tui.accepted import accepted_before, accepted_truth
 from tui.commands.diagnose import accept
 from tui.exit_codes import UsageError
 from tui.parameter_files import Leave, accepted_model, targets_of

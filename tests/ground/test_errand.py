@@ -14,8 +14,8 @@ from bridge.parameters import ParameterServer, set_crc, vehicle_table
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.params.client import GONE_S
 from gcs_plugin.params.errand import AGREE_WITHIN_S, READ_WITHIN_S, Errand, Step, Told
+from gcs_plugin.params.sidecar import Wanted
 from gcs_plugin.params.transfer import Outcome
-from gcs_plugin.params.wanted import Wanted
 
 SOURCE = (1, 1)
 STEP_S = 0.05

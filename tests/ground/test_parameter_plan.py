@@ -5,11 +5,16 @@ import pytest
 from bridge.errors import ParamRejected, ParamUnknown
 from bridge.parameters import set_crc
 from gcs_plugin.params import float32
-from gcs_plugin.params.compared import compared
-from gcs_plugin.params.plan import Verdict, is_staged, make_plan, taken_back
+from gcs_plugin.params.last_accepted import compared
+from gcs_plugin.params.plan import (
+    Verdict,
+    action_of,
+    is_staged,
+    make_plan,
+    parameters_from_identification,
+    taken_back,
+)
 from gcs_plugin.params.sidecar import Sidecar, intervals_of, read_sidecar, sidecar_path, write_sidecar
-from gcs_plugin.params.staging import about_to
-from gcs_plugin.params.targets import parameters_from_identification
 
 PRESENT = {"FF0_M_U": float32.rounded(24.4), "FF0_D_U": 40.0, "FF_ACTIVE": 7.0, "FF_MODE": 1.0}
 
@@ -101,7 +106,7 @@ def test_lines_that_make_the_held_set_the_one_in_force_again_leave_the_others_th
 )
 def test_what_an_upload_is_about_to_do_is_said_as_it_is(present, words):
     wanted = {**HOLDS, "FF0_D_U": 41.0} if words == "write 1 parameter" else HOLDS
-    assert about_to(make_plan(wanted, present)) == words
+    assert action_of(make_plan(wanted, present)) == words
 
 
 def test_rows_print_with_comparable_values():

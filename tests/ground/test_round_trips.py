@@ -1,7 +1,6 @@
 """How long to be quiet: longer than any answer is under way, and no longer than it need be."""
 
-from gcs_plugin.params.deadline import Timing
-from gcs_plugin.params.round_trips import RoundTrips
+from gcs_plugin.params.deadline import RoundTrips, Timing
 
 TIMING = Timing()
 

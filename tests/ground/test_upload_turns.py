@@ -7,9 +7,8 @@ from bridge.errors import ParamRejected
 from bridge.parameters import ACTIVE
 from gcs_plugin.params.deadline import Timing
 from gcs_plugin.params.plan import make_plan
-from gcs_plugin.params.receipt import begin, new_preimage
+from gcs_plugin.params.receipt import NONE_YET, Turn, begin, new_preimage, newest
 from gcs_plugin.params.transfer import Outcome
-from gcs_plugin.params.turn import NONE_YET, Turn, newest
 from gcs_plugin.params.upload import Stage, Upload
 
 UNIX_S = 1_795_000_000.0

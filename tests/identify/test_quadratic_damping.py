@@ -12,7 +12,7 @@ from scipy.stats import truncnorm
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import OF_HULL
 from bridge.vehicle.config import Prior
-from gcs_plugin.params.targets import parameters_from_identification
+from gcs_plugin.params.plan import parameters_from_identification
 from identify.bounds import with_drag_forces
 from identify.dive import Signal
 from identify.estimators import intervals

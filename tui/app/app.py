@@ -19,8 +19,7 @@ from textual.notifications import SeverityLevel
 from textual.worker import WorkerFailed
 
 from bridge.errors import SeatrialError
-from gcs_plugin.params.last_accepted import unfinished
-from gcs_plugin.params.unfinished import told
+from gcs_plugin.params.last_accepted import told, unfinished
 from tui.app import preferences, themes
 from tui.app.actions import EVERYWHERE, Action, bindings
 from tui.app.aging import aged

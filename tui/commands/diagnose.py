@@ -73,7 +73,7 @@ def run(arguments: argparse.Namespace) -> int:
     from identify.ingest.open import read_dive
     from identify.run import compiles_first
     from tui import pages, show
-    from tui.accepted_before import AcceptedBefore, accepted_before
+    from tui.accepted import AcceptedBefore, accepted_before
     from tui.columns import column_map_for
     from tui.diagnosis_told import with_words
     from tui.files import Files

@@ -12,9 +12,8 @@ from tui.arguments import actions_of
 
 if TYPE_CHECKING:
     from gcs_plugin.params.client import ParameterClient
-    from gcs_plugin.params.receipt import Line
+    from gcs_plugin.params.receipt import Line, Newest
     from gcs_plugin.params.transfer import Result, Source
-    from gcs_plugin.params.turn import Newest
     from gcs_plugin.params.upload import Stage
     from tui.parameter_files import Targets
     from tui.parameter_plan import Planned
@@ -155,9 +154,9 @@ class Watch:
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from bridge.framing import Encoder
-    from gcs_plugin.params import staging
     from gcs_plugin.params.client import ParameterClient
-    from gcs_plugin.params.turn import newest as newest_receipt
+    from gcs_plugin.params.plan import staging_notes
+    from gcs_plugin.params.receipt import newest as newest_receipt
     from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
     from tui import show
     from tui.links import link_for
@@ -178,7 +177,7 @@ def run(arguments: argparse.Namespace) -> int:
             read_at = newest_receipt(receipts, system)
             present = client.read_all()
         if arguments.action == "show":
-            for note in (*staging.told(present), *left_behind(receipts, system, present)):
+            for note in (*staging_notes(present), *left_behind(receipts, system, present)):
                 show.say(show.words(), note)
             return show_values(arguments, present, client.vehicle)
         if arguments.file is None:
@@ -255,15 +254,14 @@ def apply(
 
     from bridge.errors import ParamError
     from gcs_plugin.params.last_accepted import keep_accepted
-    from gcs_plugin.params.plan import Verdict, unit_of
+    from gcs_plugin.params.plan import Verdict, action_of, unit_of
     from gcs_plugin.params.receipt import RECEIPT, new_preimage, path_of
-    from gcs_plugin.params.staging import about_to
     from tui import progress, show
 
     plan = planned.plan
     planned.tell(arguments.json, (Verdict.READ_ONLY, Verdict.SAME))
     plan.check()
-    if planned.writes(client.vehicle) and not arguments.yes and not agreed(client, f"{about_to(plan)}?"):
+    if planned.writes(client.vehicle) and not arguments.yes and not agreed(client, f"{action_of(plan)}?"):
         show.say(show.words(), "nothing was sent")
         return exit_codes.INTERRUPTED
     back = arguments.action == "rollback"

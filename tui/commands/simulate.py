@@ -162,7 +162,7 @@ def dive(
     from bridge.simulator.dive import real_time
     from bridge.vehicle.feedforward import Mode
     from tui import show, simulated
-    from tui.accepted_truth import accepted_truth
+    from tui.accepted import accepted_truth
 
     times = arguments.speed or (1.0 if links else math.inf)
     if Mode(MODES.get(arguments.mode, parameters.mode)).applies_feedforward and not parameters.active_crc:
