@@ -21,14 +21,12 @@ from bridge.vehicle.config import Configuration
 from identify.estimators.paper import (
     PaperNetwork,
     PaperOptions,
-    Samples,
     data_loss,
-    fixed_values,
     inverse_softplus,
     physics_loss,
-    starting_values,
     tensors,
 )
+from identify.estimators.paper_physics import Samples, fixed_values, starting_values
 
 TIMED_STEPS, WARM_STEPS, COMPARED_STEPS = 50, 5, 20
 ALIKE = 0.02

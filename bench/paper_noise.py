@@ -16,7 +16,7 @@ import numpy as np
 
 from bridge.vehicle.references import DoubleS
 from identify.dive import Array
-from identify.estimators.paper import Samples, closed_form
+from identify.estimators.paper_physics import Samples, closed_form
 from identify.filters import low_pass
 from identify.report.page import Figure, Report, Section, write_report
 from identify.report.plot import Line, lines_panel, stack

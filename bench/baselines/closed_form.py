@@ -11,17 +11,8 @@ from bridge.errors import FitError
 from bridge.vehicle.coefficients import COEFFICIENTS
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
-from identify.estimators.paper import (
-    AT_ZERO,
-    PAPER_DOFS,
-    SMALL,
-    PaperOptions,
-    closed_form,
-    excited,
-    fixed_values,
-    samples,
-    window_ends,
-)
+from identify.estimators.paper import AT_ZERO, SMALL, PaperOptions, window_ends
+from identify.estimators.paper_physics import PAPER_DOFS, closed_form, excited, fixed_values, samples
 from identify.estimators.table import Progress
 from identify.filters import aligned
 from identify.identification import Identification, Outcome

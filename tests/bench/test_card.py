@@ -9,7 +9,8 @@ from torch import nn
 
 from bench import card
 from bridge.vehicle.config import load_vehicle
-from identify.estimators.paper import SMALL, PaperNetwork, Samples
+from identify.estimators.paper import SMALL, PaperNetwork
+from identify.estimators.paper_physics import Samples
 
 SHAPE = load_vehicle("ruvifist:survey").vehicle.configurations["survey"]
 OPTIONS = replace(SMALL, window=5, dropout=0.0)

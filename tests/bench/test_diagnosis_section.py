@@ -7,7 +7,17 @@ from typing import Any
 import pytest
 
 from bench.diagnosis import beside, goals, page, power, speed, tables
-from bench.diagnosis.plan import BENCH, FULL, POWER, SHORT, UNKNOWABLE, Planned, planned, power_planned
+from bench.diagnosis.plan import (
+    BENCH,
+    FULL,
+    POWER,
+    POWER_BENCH,
+    SHORT,
+    UNKNOWABLE,
+    Planned,
+    planned,
+    power_planned,
+)
 from bench.diagnosis.rivals.trials import RivalTrial
 from bench.diagnosis.trials import Trial, effects_for, trial
 from bench.remembered import Remembered
@@ -54,7 +64,8 @@ def test_no_seed_is_used_twice_and_the_short_form_has_those_of_development() -> 
     short = [one.seed for one in (*planned(SHORT), *power_planned(SHORT))]
     speeds = range(BENCH + POWER - 1000, BENCH + POWER - 1000 + speed.EACH)
     assert len({*full, *speeds}) == len(full) + len(speeds)
-    assert min(full) == BENCH
+    assert min(one.seed for one in planned(FULL)) == BENCH
+    assert min(one.seed for one in power_planned(FULL)) == POWER_BENCH + POWER
     assert all(300_000 <= seed < 400_000 for seed in short)
 
 

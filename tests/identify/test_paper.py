@@ -15,19 +15,21 @@ from identify.estimators.paper import (
     PAPER,
     PaperNetwork,
     PaperOptions,
-    Samples,
-    closed_form,
     data_loss,
     estimate,
     estimate_with_curves,
-    excited,
-    fixed_values,
     inverse_softplus,
     physics_loss,
-    predicted_wrench,
-    samples,
     tensors,
     window_ends,
+)
+from identify.estimators.paper_physics import (
+    Samples,
+    closed_form,
+    excited,
+    fixed_values,
+    predicted_wrench,
+    samples,
 )
 from identify.filters import AlignedDive, aligned
 from identify.identification import Outcome

@@ -10,7 +10,6 @@ from identify.diagnose import (
     confidence,
     drift,
     evidence,
-    probability,
     regression,
     search,
     shrink,
@@ -40,8 +39,8 @@ PAGE = re.sub(
         f"pieces of {regression.PIECE_S:.0f} s in {evidence.FOLDS} folds",
         f"by more than {search.LEAST_GAIN:.0f} nats ({search.LEAST_SEA_GAIN:.0f} for a sea",
         f"by Wald's test at {100 * confidence.LEAST_CONFIDENCE:.0f} %",
-        rf"P = {probability.MOST_PROBABLE}\,\frac{{m}}{{m + {probability.HALF_NATS:.0f}}}",
-        f"Under {100 * probability.LIKELY:.0f} % a cause",
+        rf"P = {verdict.MOST_PROBABLE}\,\frac{{m}}{{m + {verdict.HALF_NATS:.0f}}}",
+        f"Under {100 * verdict.LIKELY:.0f} % a cause",
         f"within {search.AMBIGUOUS_NATS:.0f} nats of each other "
         f"whose columns have a cosine of {confidence.LEAST_LIKENESS:g}",
         f"= {unexplained.UNKNOWN_NATS}$ nats deceive",
@@ -57,6 +56,6 @@ def test_what_the_page_says_is_what_the_code_does(words):
 def test_one_dive_in_a_hundred_may_deceive_and_timing_is_doubted_by_half_a_millisecond():
     assert math.log(1200 * 100) == pytest.approx(unexplained.UNKNOWN_NATS, abs=0.01)
     assert admitted.STAMPED_S == 0.5e-3
-    assert probability.TAKEN_UP == 0.25
+    assert verdict.TAKEN_UP == 0.25
     assert verdict.LEAST_CLOSED == verdict.MOST_DISTURBED == 1 / 3
     assert search.MOST_CAUSES == 3

@@ -8,17 +8,8 @@ from bridge.simulator.missions import HeadingReference, mission_named
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from identify.dive import Dive
-from identify.estimators.paper import (
-    PAPER_DOFS,
-    PaperOptions,
-    TrainingCurves,
-    closed_form,
-    estimate_with_curves,
-    excited,
-    fixed_values,
-    samples,
-    window_ends,
-)
+from identify.estimators.paper import PaperOptions, TrainingCurves, estimate_with_curves, window_ends
+from identify.estimators.paper_physics import PAPER_DOFS, closed_form, excited, fixed_values, samples
 from identify.estimators.table import DEFAULT, estimator
 from identify.filters import AlignedDive, aligned
 from identify.identification import Identification
