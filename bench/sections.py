@@ -20,8 +20,6 @@ from bench import (
 )
 from bench.diagnosis import sources as of_diagnosis
 from bench.field.sources import SECTION as FIELD
-from bench.forms import judge
-from bench.forms import page as forms_page
 from bench.stamp import stamp
 from bench.unknown.sources import SECTION as UNKNOWN
 
@@ -87,11 +85,6 @@ def _deepxde(run: Run) -> str:
     return deepxde_surge.page(run.cache / "bench", tuple(range(1, 2 if run.short else 4)))
 
 
-def _forms(run: Run) -> str:
-    seeds = range(1, 2 if run.short else 5)
-    return forms_page.page(run.cache / "bench", run.docs / "network_forms.md", seeds)
-
-
 def _diagnosis(run: Run) -> str:
     from bench.diagnosis import page
 
@@ -141,7 +134,6 @@ SECTIONS = {
     "tracking": Measurement(_tracking, tracking.SOURCES),
     "paper small": Measurement(_paper_small, paper_small.SOURCES),
     "deepxde": Measurement(_deepxde, deepxde_surge.SOURCES),
-    "forms": Measurement(_forms, (*_TRIALS, *judge.OF_FORMS, "bench/forms/left_out.py")),
     "coverage": Measurement(_coverage, coverage.SOURCES),
     "paper noise": Measurement(_paper_noise, paper_noise.SOURCES),
     "diagnosis": Measurement(_diagnosis, of_diagnosis.SECTION),

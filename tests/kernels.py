@@ -31,10 +31,7 @@ def identified() -> None:
 
 def compared() -> None:
     """A dive of the simulated vehicle, read; a field dive; and what the benchmarks compare with."""
-    import torch
-
     from bench.field.draw import draw
-    from bench.forms.integration import integrated
     from identify.ingest.open import read_dive
     from tui import cli
 
@@ -55,10 +52,6 @@ def compared() -> None:
         (dive,) = (Path(folder) / "dives").iterdir()
         read_dive(dive)
     draw(5, 2, "tether", 1.0, 8.0).files()
-    start = torch.zeros(1, 1, dtype=torch.float64, requires_grad=True)
-    axes = torch.ones(6, dtype=torch.float64)
-    steps = torch.zeros(1, 3, 6, dtype=torch.float64)
-    integrated(start, steps[..., :1], axes, axes[:1], steps, (0,), 0.1).sum().backward()
 
     from bench.bound import cramer_rao
     from bench.missions.mission import draw_one

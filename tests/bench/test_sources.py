@@ -9,7 +9,6 @@ import pytest
 from soak import rest_in_soak, rows_rest_in_soak
 
 from bench.accuracy_trials import SOURCES
-from bench.forms.judge import OF_FORMS
 from bench.stamp import ROOT, files
 from bench.trial import OWN
 
@@ -57,14 +56,6 @@ def test_the_bound_reads_nothing_outside_its_sources() -> None:
 
 def test_the_products_methods_load_nothing_outside_their_sources() -> None:
     assert _read(MISSION + PRODUCT) - set(files(*SOURCES["product"])) == set()
-
-
-@pytest.mark.soak
-def test_the_networks_other_forms_load_nothing_outside_their_sources() -> None:
-    forms = (
-        "from bench.forms import lstm, neural_ode, shooting, strong\nfrom bench.forms.task import task_of\n"
-    )
-    assert _read(MISSION + forms + "task_of(m)") - set(files(*OF_FORMS)) == set()
 
 
 def test_a_campaigns_dive_and_its_answer_load_nothing_outside_the_sources_of_coverage() -> None:
