@@ -37,6 +37,7 @@ def course(nu: np.ndarray) -> Course:
 def test_the_effect_that_is_shown_is_absent_at_none_and_a_cube_elsewhere():
     effect = shown("add_an_effect.md").CUBIC_DRAG
     assert isinstance(effect, Effect)
+    assert effect.separation.every == ("four steady speeds and a coast-down",)
     nu = np.array([[0.5, -0.2, 0.1, 0.0, 0.0, 0.3]])
     assert not effect.act(course(nu), effect.none()).wrench.any()
     wrench = effect.act(course(nu), np.array([8.0, 5.0])).wrench
