@@ -1,8 +1,6 @@
-"""Compares the rate of turn with heading, to find a wrong scale or sign of the gyro.
+"""Compares two sensors of one motion, to find a wrong scale or sign: gyro with heading, DVL with depth.
 
-Compares the DVL's downward velocity with depth, to find a wrong scale or sign.
-
-Compares two sensors of the same motion, window by window: the scale between them and its uncertainty.
+They are compared window by window, which gives the scale between them and its uncertainty.
 """
 
 import math

@@ -4,6 +4,11 @@ A disturbance that is not of first order leaves the innovations autocorrelated. 
 too small, and the first slow effect tried would seem to explain them (Klein and Morelli 2016, section 5.3, on
 coloured residuals). An autoregression of each channel on its own ORDER earlier innovations prewhitens both sides of
 the regression; it does nothing to white innovations.
+
+Velocities and accelerations predicted by the filters from earlier readings alone, and the course made of them.
+
+A regressor of an innovation must not depend on it. A velocity smoothed over the whole dive does, and any force
+computed from it would predict the innovations even without a gap.
 """
 
 from collections.abc import Sequence

@@ -1,5 +1,12 @@
 """The verdict on a dive, and the next dive: manoeuvres that separate ambiguous causes, or isolate an unexplained
-remainder."""
+remainder.
+
+Probability of a cause, by the margin of the best explanation without it.
+
+Held-out nats would be log odds for a library that holds the truth and noise like the dive's. Neither is exact, and a
+margin is worth less: the curve was calibrated on drawn dives with known causes. `make bench` shows its calibration on
+others.
+"""
 
 import math
 from collections.abc import Iterable, Sequence
