@@ -81,7 +81,7 @@ def identify(
 
 
 def compiles_first() -> bool:
-    """Whether the kernels are yet to be compiled: the first run after installation does, for about half a minute."""
+    """Whether the kernels are yet to be compiled: the first run after installation does, for up to a minute."""
     from identify.estimators.information import gradient_and_information as kernel
 
     return not any(Path(kernel.stats.cache_path).glob(f"{kernel.py_func.__module__.split('.')[-1]}.*.nbi"))

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from bridge.errors import FitError
 from identify.challenge.case import check_of, dive_of, draw_case
 from identify.challenge.recording import tlog_of
 from identify.diagnose.diagnose import diagnose
@@ -110,3 +111,17 @@ def test_a_check_dive_under_a_minute_is_flown_with_a_word_that_it_tells_little()
     assert told(check) == []
     (note,) = told(short)
     assert note.startswith("The check dive lasts 34 s, too short to tell how far the gap shrinks; dive 60 s")
+
+
+@pytest.mark.parametrize("first", [True, False])
+def test_a_run_that_compiles_first_says_so_and_no_other(
+    first: bool, files: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def no_dive(*_: object, **_more: object) -> None:
+        raise FitError("nothing was pushed")
+
+    monkeypatch.setattr("identify.run.compiles_first", lambda: first)
+    monkeypatch.setattr("identify.diagnose.diagnose.diagnose", no_dive)
+    words = ("diagnose", files / "dive.tlog", "--vehicle", files / "vehicle.yaml")
+    assert cli.main([*map(str, words)]) == exit_codes.NO
+    assert ("compiling first, once after installation" in capsys.readouterr().err) is first

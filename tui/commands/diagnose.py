@@ -117,10 +117,9 @@ def run(arguments: argparse.Namespace) -> int:
     impossible, why = can_not_be(Path(arguments.dive))
     without = (*(arguments.without or ()), *impossible)
     effects = effects_without(without, configuration, file) if without else None
-    job = f"diagnosing {dive.name}"
     if compiles_first():
-        job += " (compiling, once after installation: half a minute)"
-    with of_the_check_dive(arguments.check), show.progress(job) as tell:
+        show.say(show.words(), "compiling first, once after installation: this takes up to a minute more")
+    with of_the_check_dive(arguments.check), show.progress(f"diagnosing {dive.name}") as tell:
         found = diagnose(
             dive,
             file,
