@@ -6,6 +6,7 @@ import zlib
 from collections.abc import Iterator
 from pathlib import Path
 
+import figures
 import pytest
 
 SHARED = Path(__file__).resolve().parents[1].parent / "shared"
@@ -35,6 +36,12 @@ def mixed(items: list[pytest.Item]) -> list[pytest.Item]:
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     if hasattr(config, "workerinput"):
         items[:] = mixed(items)
+
+
+@pytest.hookimpl
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    if report.failed:
+        figures.take_away(report.nodeid.partition("[")[0])
 
 
 @pytest.fixture(autouse=True)

@@ -19,15 +19,16 @@ HEAD = """# Reliability
 
 What holds on a bad day, and how it is known. Each promise has tests that inject the fault: a short form in `make
 test`, and most a long one in `make soak`, which writes the figure of its last run. The last column leads to their
-names. `make docs` makes this page.
+names. A figure comes with the day and the commit that it was measured on (the oldest were kept without the commit); a
+long test that fails takes its figure away. `make docs` makes this page.
 
 """
 
 
 @dataclass(frozen=True)
 class Promise:
-    """One bar. tests: nodes of pytest that hold it in `make test`; long: in `make soak`. measured: a sentence with the
-    figure of the last long run, empty before the first."""
+    """A promise. tests: nodes of pytest that hold it in `make test`; long: in `make soak`. measured: a sentence with
+    the figure of the last long run, its day and commit; empty before the first."""
 
     name: str
     order: int
@@ -39,28 +40,36 @@ class Promise:
 
 def promises() -> list[Promise]:
     """All of them, in the page's order."""
-    return sorted((promise_of(path) for path in FOLDER.glob("*.yaml")), key=lambda one: (one.order, one.name))
+    return sorted(
+        (promise_of(path) for path in FOLDER.glob("*.yaml")),
+        key=lambda promise: (promise.order, promise.name),
+    )
 
 
 def promise_of(path: Path) -> Promise:
     """A promise by its file."""
-    told = yaml.safe_load(path.read_text(encoding="utf-8"))
+    written = yaml.safe_load(path.read_text(encoding="utf-8"))
     figure = path.with_suffix(".json")
-    kept = json.loads(figure.read_text(encoding="utf-8")) if figure.exists() else None
-    measured = f"{kept['measured']} ({kept['date']})" if kept else ""
-    tests, long = tuple(told.get("tests", ())), tuple(told.get("long", ()))
-    return Promise(path.stem, told["order"], told["promise"], tests, long, measured)
+    measured = _measured(json.loads(figure.read_text(encoding="utf-8"))) if figure.exists() else ""
+    tests, long = tuple(written.get("tests", ())), tuple(written.get("long", ()))
+    return Promise(path.stem, written["order"], written["promise"], tests, long, measured)
+
+
+def _measured(figure: dict[str, str]) -> str:
+    """A figure with its day and, if it was kept, the commit."""
+    code = f", {figure['code']}" if figure.get("code") else ""
+    return f"{figure['measured']} ({figure['date']}{code})"
 
 
 def page() -> str:
     """The page as the files make it now."""
     rows = [
         (
-            one.promise,
-            one.measured or ("not measured at length yet" if one.long else "holds in every case tried"),
-            _tests(one),
+            promise.promise,
+            promise.measured or ("not measured at length yet" if promise.long else "tested, not measured"),
+            _tests(promise),
         )
-        for one in promises()
+        for promise in promises()
     ]
     return HEAD + table(("promise", "measured", "tests"), rows)
 

@@ -1,6 +1,8 @@
 """docs/reliability.md tells of tests that there are, and of figures that were measured."""
 
 import json
+import re
+import subprocess
 
 import figures
 import pytest
@@ -41,5 +43,40 @@ def test_a_figure_is_kept_where_it_is_wanted_and_stands_on_the_page(tmp_path, mo
     assert reliability.promise_of(tmp_path / "kills.yaml").measured == ""
     monkeypatch.setenv(figures.WANTED, "1")
     figures.keep("kills", "0 of 100 lost", tmp_path)
-    date = json.loads((tmp_path / "kills.json").read_text())["date"]
-    assert reliability.promise_of(tmp_path / "kills.yaml").measured == f"0 of 100 lost ({date})"
+    kept = json.loads((tmp_path / "kills.json").read_text())
+    assert kept["code"] == figures.commit()
+    assert (
+        reliability.promise_of(tmp_path / "kills.yaml").measured
+        == f"0 of 100 lost ({kept['date']}, {kept['code']})"
+    )
+
+
+def test_a_figure_names_the_commit_and_whether_files_differ_from_it(tmp_path):
+    def git(*words):
+        subprocess.run(["git", "-c", "user.name=a", "-c", "user.email=a@b", *words], cwd=tmp_path, check=True)
+
+    assert figures.commit(tmp_path) == ""
+    git("init", "-q")
+    (tmp_path / "code.py").write_text("1\n")
+    git("add", ".")
+    git("commit", "-qm", "first")
+    clean = figures.commit(tmp_path)
+    assert re.fullmatch("[0-9a-f]{8}", clean)
+    (tmp_path / "code.py").write_text("2\n")
+    assert figures.commit(tmp_path) == f"{clean}+"
+
+
+def test_a_long_test_that_fails_takes_the_figure_of_its_promise_away(tmp_path, monkeypatch):
+    (tmp_path / "kills.yaml").write_text(
+        "order: 1\npromise: None is lost.\ntests: [a.py::b]\nlong: [a.py::c]\n"
+    )
+    monkeypatch.setenv(figures.WANTED, "1")
+    figures.keep("kills", "0 of 100 lost", tmp_path)
+    figures.take_away("a.py::b", tmp_path)
+    assert (tmp_path / "kills.json").exists()
+    monkeypatch.delenv(figures.WANTED)
+    figures.take_away("a.py::c", tmp_path)
+    assert (tmp_path / "kills.json").exists()
+    monkeypatch.setenv(figures.WANTED, "1")
+    figures.take_away("a.py::c", tmp_path)
+    assert reliability.promise_of(tmp_path / "kills.yaml").measured == ""
