@@ -12,7 +12,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.errors import LinkError, LinkTimeout
 from bridge.framing import Frame, decode
 from bridge.link.base import Link
-from gcs_plugin.peers import COMPANIONS_MAY_FOLLOW_S, Peers, Reception, Source, parameter_holder
+from gcs_plugin.peers import COMPANIONS_MAY_FOLLOW_S, HasPeers, Peers, Reception, Source, parameter_holder
 
 SILENT_S: Final = 6.0
 """A vehicle without a HEARTBEAT for longer counts as absent: a false alarm once in a thousand, at 30 % loss of 1 Hz."""
@@ -40,11 +40,13 @@ class News:
 
 
 class Fleet:
-    """All `peers` heard on any link. `chosen` is the system that orders go to, None for the only vehicle."""
+    """All `peers` heard on any link, or on `link` alone. `chosen` is the system that orders go to, None for the only
+    vehicle.
+    """
 
-    def __init__(self) -> None:
+    def __init__(self, link: HasPeers | None = None) -> None:
         self.chosen: int | None = None
-        self.peers = Peers()
+        self.peers = Peers(link)
         self._links_s: dict[str, float] = {}
 
     def on_frame(self, frame: Frame, link: Link, time_s: float) -> News | None:

@@ -14,6 +14,7 @@ from bridge.vehicle.feedforward import Mode
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.plan import make_plan, parameters_from_identification
 from gcs_plugin.params.receipt import Receipt
+from gcs_plugin.params.session import Order
 from identify.dive import Dive
 from identify.estimators.table import DEFAULT, estimator
 from identify.identification import Identification
@@ -117,7 +118,7 @@ def _upload(
     link, clock = simulated.afloat(file, CAMPAIGNS[0], seed, server(file, store))
     client = ParameterClient(link, clock)
     client.find_vehicle()
-    return client.apply(make_plan(targets, client.read_all()), root / "before-upload.param")
+    return client.apply(Order(make_plan(targets, client.read_all()), root / "before-upload.param"))
 
 
 def _validation(

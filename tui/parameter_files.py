@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,9 +16,10 @@ from bridge.schema import why_unread
 from bridge.vehicle.accepted_effect import AcceptedEffect
 from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, OF_HULL
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from bridge.vehicle.effect_coefficients import EffectCoefficient, effect_coefficients
+from bridge.vehicle.effect_coefficients import effect_coefficients
 from gcs_plugin.params import float32
-from gcs_plugin.params.files import found_of, read_parameters, system_of, write_parameters
+from gcs_plugin.params.comparison import Wanted, wanted_by
+from gcs_plugin.params.files import found_of, read_parameters, write_parameters
 from gcs_plugin.params.plan import coefficient_of, parameters_from_identification
 from gcs_plugin.params.sidecar import Interval, Sidecar, intervals_of, read_sidecar, write_sidecar
 from identify.identification import Identification, Outcome
@@ -31,27 +32,6 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Targets:
-    """Values to be sent, parameter id to value, with their origin.
-
-    `notes` are sentences about the origin; `whole`: the values are a complete model, so effects accepted earlier no
-    longer hold; `left_out` are the lines of the file that were not chosen; `sidecar` has intervals and origin, if the
-    file has a sidecar. If a vehicle file was given, `rigid` is mass or inertia of the rigid body and its standard
-    deviation, by the id of the total, and `kept` the least and the greatest value that such a vehicle takes, by id.
-    `system` is the only vehicle that may have the values.
-    """
-
-    values: dict[str, float]
-    notes: tuple[str, ...] = ()
-    whole: bool = False
-    sidecar: Sidecar | None = None
-    left_out: frozenset[str] = frozenset()
-    rigid: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    kept: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    system: int | None = None
-
-
-@dataclass(frozen=True)
 class Leave:
     """Checks that the user waives: values of another vehicle, values of an identification that did not converge."""
 
@@ -61,46 +41,40 @@ class Leave:
 
 def targets_of(
     path: Path, leave: Leave, only: Collection[str] | None = None, vehicle: str | None = None
-) -> Targets:
+) -> Wanted:
     """Read a parameter file with its sidecar, if it has one.
 
     If `vehicle` names a vehicle file, the values must be of that vehicle, by the sidecar or else by the file's own
     header. Raises UsageError for a file that can't or should not be sent: nothing was sent then.
     """
+    file = None if vehicle is None else load_vehicle(vehicle)
     try:
-        values, sidecar = read_parameters(path), read_sidecar(path)
-        system = None if leave.any_vehicle else system_of(path)
+        wanted = wanted_by(
+            path, "--despite-doubts", despite_doubts=leave.doubts, any_vehicle=leave.any_vehicle
+        )
         own_words = found_of(path)
+        if file is not None:
+            about = None
+            if wanted.sidecar is None and own_words is not None:
+                about = {
+                    "vehicle": {"name": own_words[0], "sha256": file.sha256},
+                    "configuration": own_words[1],
+                }
+            elif wanted.sidecar is not None and wanted.sidecar.vehicle:
+                owner = {"name": wanted.sidecar.vehicle, "sha256": wanted.sidecar.vehicle_sha256}
+                about = {"vehicle": owner, "configuration": wanted.sidecar.configuration}
+            warnings = () if about is None else _check_vehicle(path, about, file, leave.any_vehicle)
+            wanted = replace(
+                wanted, notes=(*warnings, *wanted.notes), rigid=_rigid_bodies(file), kept=_kept_by(file)
+            )
+        return wanted.narrowed(path, only)
     except ParamError as error:
         raise UsageError(str(error)) from None
-    file = None if vehicle is None else load_vehicle(vehicle)
-    rigid, kept = ({}, {}) if file is None else (_rigid_bodies(file), _kept_by(file))
-    warnings: list[str] = []
-    if sidecar is None:
-        if file is not None and own_words is not None:
-            name, shape = own_words
-            about = {"vehicle": {"name": name, "sha256": file.sha256}, "configuration": shape}
-            warnings = _check_vehicle(path, about, file, leave.any_vehicle)
-        return _narrowed(
-            path, Targets(values, tuple(warnings), rigid=rigid, kept=kept, system=system), only, {}
-        )
-    check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave, "sent")
-    if file is not None and sidecar.vehicle:
-        owner = {"name": sidecar.vehicle, "sha256": sidecar.vehicle_sha256}
-        about = {"vehicle": owner, "configuration": sidecar.configuration}
-        warnings = _check_vehicle(path, about, file, leave.any_vehicle)
-    notes = (
-        *warnings,
-        f"from {sidecar.dive or 'a dive'} of {sidecar.vehicle or 'a vehicle'}, configuration "
-        f"{sidecar.configuration}, by {sidecar.method}: {sidecar.outcome or 'outcome unknown'}",
-    )
-    targets = Targets(values, notes, True, sidecar, rigid=rigid, kept=kept, system=system)
-    return _narrowed(path, targets, only, sidecar.doubted)
 
 
 def targets_of_identification(
     path: Path, vehicle: str | None, leave: Leave, only: Collection[str] | None = None
-) -> Targets:
+) -> Wanted:
     """Values of the JSON that `identify` wrote. Raises UsageError for a file that can't or should not be sent."""
     if vehicle is None:
         raise UsageError(f"{path}: an identification needs --vehicle FILE, to know its VEH_CFG; add it")
@@ -111,16 +85,19 @@ def targets_of_identification(
     check_outcome(path, outcome, leave, "sent")
     configuration = file.configuration or file.vehicle.configuration_named(data["configuration"])
     veh_cfg = file.vehicle.veh_cfg(configuration)
-    try:
-        values = parameters_from_identification(data, veh_cfg)
-    except ParamError as error:
-        raise UsageError(f"{path}: {error}") from None
     doubts = (f"warning: {doubt['sentence']}" for doubt in data.get("doubts", ()))
     notes = (*warnings, f"outcome: {outcome}", *doubts, *(f"note: {note}" for note in data.get("notes", ())))
     doubted = doubted_in(data)
     sidecar = _sidecar_of(data, {c.name: c.parameter_id(veh_cfg) for c in OF_HULL.values()}, doubted)
-    targets = Targets(values, notes, True, sidecar, rigid=_rigid_bodies(file), kept=_kept_by(file))
-    return _narrowed(path, targets, only, doubted)
+    try:
+        values = parameters_from_identification(data, veh_cfg)
+        wanted = Wanted(values, notes, True, sidecar, rigid=_rigid_bodies(file), kept=_kept_by(file))
+    except ParamError as error:
+        raise UsageError(f"{path}: {error}") from None
+    try:
+        return wanted.narrowed(path, only)
+    except ParamError as error:
+        raise UsageError(str(error)) from None
 
 
 def _rigid_bodies(file: VehicleFile) -> dict[str, tuple[float, float]]:
@@ -216,26 +193,6 @@ def check_outcome(path: Path, outcome: str, leave: Leave, done: str) -> None:
             f"{path}: the identification ended with '{outcome}', so its values may be wrong: nothing was {done}; "
             "dive again, or give --despite-doubts"
         )
-
-
-def _narrowed(
-    path: Path, found: Targets, only: Collection[str] | None, doubted: Mapping[str, str]
-) -> Targets:
-    """Keep the chosen values, and add a warning line for each of them that is doubted."""
-    # Effects that the vehicle holds and a whole model takes back may be chosen too; only the vehicle knows its
-    # effects.
-    missing = [
-        name
-        for name in only or ()
-        if name not in found.values
-        and not (found.whole and isinstance(coefficient_of(name), EffectCoefficient))
-    ]
-    if missing:
-        raise UsageError(f"{path}: has no {', '.join(missing)}; it has {', '.join(sorted(found.values))}")
-    chosen = {name: value for name, value in found.values.items() if only is None or name in only}
-    taken = {coefficient.name for name in chosen if (coefficient := coefficient_of(name)) is not None}
-    notes = (*found.notes, *(f"warning: {line}" for line in told(doubted, taken)))
-    return replace(found, values=chosen, notes=notes, left_out=frozenset(found.values) - frozenset(chosen))
 
 
 def write_identified(path: Path, answer: Identification, file: VehicleFile) -> None:

@@ -12,9 +12,10 @@ from enum import Enum
 from typing import Any, Final
 
 from bridge.errors import ParamRejected, ParamUnknown
-from bridge.parameters import ACTIVE, COMMIT, LEAST_DAMPING_PER_S, MODE, VERSION, set_crc
+from bridge.parameters import ACTIVE, APPLYING_MODES, COMMIT, LEAST_DAMPING_PER_S, MODE, VERSION, set_crc
 from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, MASSES, OF_HULL, QUADRATICS, Coefficient
 from bridge.vehicle.effect_coefficients import OF_ANY_VEHICLE, EffectCoefficient
+from bridge.vehicle.feedforward import Mode
 from gcs_plugin.params import float32
 
 MODES: Final = (0.0, 1.0, 2.0, 3.0)
@@ -82,6 +83,13 @@ class Plan:
 
     def count(self, verdict: Verdict) -> int:
         return sum(row.verdict is verdict for row in self.rows)
+
+    def code(self, *, armed: bool) -> str:
+        """Confirmation code: number of lines that are written or put in force, and the CRC of their names and values;
+        prefixed with "armed-" for an armed vehicle.
+        """
+        lines = self.changes | self.staged
+        return f"{'armed-' if armed else ''}{len(lines)}-{set_crc(lines):06x}"
 
     def summary(self) -> str:
         """Number of lines with each verdict, in one sentence."""
@@ -225,6 +233,32 @@ def taken_back(targets: Mapping[str, float], present: Mapping[str, float]) -> di
         and (match := _STAGED.fullmatch(name))
         and match.group(1) in about
     }
+
+
+def obstacle(present: Mapping[str, float]) -> str:
+    """Why an armed vehicle with the values `present` must not be given parameters, "" if it may."""
+    if present.get(MODE) in APPLYING_MODES:
+        return "is armed and its feed-forward acts on the thrusters: force the feed-forward off first"
+    return ""
+
+
+def not_raised(targets: Mapping[str, float], present: Mapping[str, float]) -> dict[str, float]:
+    """`targets` without FF_MODE if that would raise the feed-forward's mode: a roll back is no order to act."""
+    mode = present.get(MODE)
+    return {
+        name: value
+        for name, value in targets.items()
+        if name != MODE or mode is None or _is_no_rise(value, mode)
+    }
+
+
+def _is_no_rise(value: float, mode: float) -> bool:
+    """Whether mode `value` gives the feed-forward no more authority than `mode`; the numbers are in another order."""
+    if value not in set(Mode) or mode not in set(Mode):
+        return value == mode
+    if Mode(int(value)).applies_feedforward or Mode(int(mode)).applies_feedforward:
+        return not Mode(int(value)).raises(Mode(int(mode)))
+    return value <= mode
 
 
 def _row(name: str, target: float, present: Mapping[str, float]) -> Row:

@@ -25,7 +25,7 @@ from bridge.new_file import open_own
 from bridge.plain import from_json
 from gcs_plugin.file_lock import locked
 from gcs_plugin.params.files import replace_text, unwritten, write_parameters
-from gcs_plugin.params.plan import Plan, Verdict, unit_of
+from gcs_plugin.params.plan import Plan, Verdict, unit_of, value_text
 from gcs_plugin.params.sidecar import Sidecar, sidecar_path, write_sidecar
 from gcs_plugin.params.transfer import Outcome, Result, Source
 from gcs_plugin.params.upload import Ending
@@ -47,6 +47,15 @@ class Line:
     after: float | None
     outcome: Outcome
     sentence: str
+
+    def cells(self) -> tuple[str, ...]:
+        """Texts of a table's cells, in the order of RESULT_COLUMNS."""
+        before, after = ("-" if value is None else value_text(value) for value in (self.before, self.after))
+        became = "read back equal" if self.outcome is Outcome.APPLIED else self.sentence
+        return self.name, unit_of(self.name), before, after, became
+
+
+RESULT_COLUMNS: Final = ("name", "unit", "before", "now", "what became of it")
 
 
 @dataclass(frozen=True)
@@ -76,6 +85,11 @@ class Receipt:
     def good(self) -> bool:
         """Whether the vehicle holds the targets."""
         return self.outcome in (Outcome.APPLIED, Outcome.SAME)
+
+    def cells(self, plan: Plan) -> list[tuple[str, ...]]:
+        """Texts of the lines that the plan changes or puts in force."""
+        names = plan.changes | plan.staged
+        return [line.cells() for line in self.lines if line.name in names]
 
     def to_json(self) -> dict[str, Any]:
         """The receipt as `--json` writes it; missing and non-finite numbers become null."""

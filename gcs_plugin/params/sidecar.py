@@ -1,7 +1,4 @@
-"""The sidecar of a parameter file: a JSON file next to it with the provenance of its values.
-
-Here too: reading both for an upload, with the warnings that the sidecar gives rise to.
-"""
+"""The sidecar of a parameter file: a JSON file next to it with the provenance of its values."""
 
 import json
 from collections.abc import Mapping
@@ -14,8 +11,7 @@ from bridge.errors import ConfigError, ParamRejected
 from bridge.file_size import read_small
 from bridge.plain import from_json
 from bridge.vehicle.accepted_effect import AcceptedEffect
-from gcs_plugin.params.files import read_parameters, replace_text, system_of
-from gcs_plugin.params.plan import coefficient_of
+from gcs_plugin.params.files import replace_text
 
 FORMAT: Final = 1
 
@@ -82,16 +78,6 @@ def read_sidecar(path: Path) -> Sidecar | None:
         raise ParamRejected(f"{source}: not a sidecar ({error}); remove it or identify again") from None
 
 
-def unchecked(path: Path, sidecar: Sidecar | None) -> tuple[str, ...]:
-    """Note about the checks that a missing sidecar makes impossible; empty if the parameter file has a sidecar."""
-    if sidecar is not None:
-        return ()
-    return (
-        f"note: vehicle file and intervals of {path.name} could not be checked: {sidecar_path(path).name} "
-        "is not beside it",
-    )
-
-
 def intervals_of(identification: Mapping[str, Any], parameter_ids: Mapping[str, str]) -> dict[str, Interval]:
     """95 % intervals from an identification's JSON, by parameter id; `parameter_ids` maps coefficient name to id."""
     intervals = {}
@@ -102,54 +88,3 @@ def intervals_of(identification: Mapping[str, Any], parameter_ids: Mapping[str, 
                 name, str(estimate.get("unit", "")), float(estimate["low95"]), float(estimate["high95"])
             )
     return intervals
-
-
-CONVERGED: Final = "converged"
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """Values of a parameter file, by parameter id.
-
-    `notes` are lines for the operator; `whole`: the file is a complete model, which invalidates effects accepted
-    earlier; `sidecar` is its provenance; `system` is the MAVLink system that the file was saved from, None if it names
-    none.
-    """
-
-    values: dict[str, float]
-    notes: tuple[str, ...] = ()
-    whole: bool = False
-    sidecar: Sidecar | None = None
-    system: int | None = None
-
-
-def wanted_by(path: Path, despite_doubts: bool) -> Wanted:
-    """Read a parameter file and its sidecar.
-
-    Raises ParamRejected for a damaged file, and for an identification that did not converge unless `despite_doubts`.
-    """
-    if path.suffix == ".json":
-        raise ParamRejected(
-            f"{path}: is no parameter file; give the .param that `seatrial identify --param` wrote"
-        )
-    values, sidecar, system = read_parameters(path), read_sidecar(path), system_of(path)
-    if sidecar is None:
-        return Wanted(values, system=system)
-    outcome = sidecar.outcome or CONVERGED
-    if outcome != CONVERGED and not despite_doubts:
-        raise ParamRejected(
-            f"{path}: the identification ended with '{outcome}', so its values may be wrong: nothing was sent; "
-            "dive again, or add despite-doubts"
-        )
-    named = {c.name: name for name in values if (c := coefficient_of(name)) is not None}
-    return Wanted(
-        values,
-        (
-            f"from {sidecar.dive or 'a dive'} of {sidecar.vehicle or 'a vehicle'}, configuration "
-            f"{sidecar.configuration}, by {sidecar.method}: {outcome}",
-            *(f"warning: {named[name]}: {why}" for name, why in sidecar.doubted.items() if name in named),
-        ),
-        True,
-        sidecar,
-        system,
-    )

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Final
 
-from bridge.parameters import ACTIVE, COMMIT, MODE
+from bridge.parameters import ACTIVE, COMMIT, MODE, set_crc
 from gcs_plugin.params import float32
 from gcs_plugin.params.deadline import RoundTrips, Timing, deadline_s
 from gcs_plugin.params.plan import Plan, Verdict, is_staged
@@ -60,7 +60,15 @@ class Upload:
     arrive, and send the messages that `tick` returns, until `ending` is set.
     """
 
-    def __init__(self, plan: Plan, source: Source, start_s: float, timing: Timing, crc: Crc) -> None:
+    def __init__(
+        self,
+        plan: Plan,
+        source: Source,
+        start_s: float = 0.0,
+        timing: Timing | None = None,
+        crc: Crc = set_crc,
+    ) -> None:
+        timing = timing or Timing()
         self._plan, self._source, self._timing = plan, source, timing
         self._trips = RoundTrips(timing)
         present, changes = plan.present, plan.changes

@@ -210,7 +210,7 @@ def test_masses_by_a_velocity_that_the_autopilot_filtered_are_doubted_where_they
     path, _ = written(tmp_path, dive=replace(Dive("planted", tmp_path, "ab" * 32), velocity_is_filtered=True))
     assert list(read_sidecar(path).doubted) == ["M_u"]
     assert "M_u is doubted: velocity comes from the autopilot's own filter" in " ".join(
-        targets_of(path, Leave()).notes
+        targets_of(path, Leave()).warnings
     )
 
 

@@ -14,6 +14,7 @@ from bridge.vehicle.config import CONFIGS
 from gcs_plugin.folder import load_folder
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.plan import make_plan
+from gcs_plugin.params.session import Order
 from identify.ingest.open import read_dive
 from tui import cli, exit_codes, simulated
 
@@ -118,7 +119,7 @@ def upload_to(link, tmp_path):
     client = ParameterClient(link, SystemClock())
     client.find_vehicle()
     plan = make_plan({"FF1_M_U": 111.6, "FF1_D_U": 56.24}, client.read_all())
-    return client.apply(plan, tmp_path / "before.param")
+    return client.apply(Order(plan, tmp_path / "before.param"))
 
 
 def test_an_idle_vehicle_without_a_link_says_what_it_waits_for(capsys):

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from gcs_plugin.params.comparison import compared
 from gcs_plugin.params.last_accepted import (
     AcceptedValue,
-    compared,
     keep_accepted,
     last_accepted,
     newest_before,

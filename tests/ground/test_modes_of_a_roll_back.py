@@ -3,7 +3,7 @@
 import pytest
 
 from bridge.vehicle.feedforward import Mode
-from gcs_plugin.params.client import not_raised
+from gcs_plugin.params.plan import not_raised
 
 GOES_BACK = {
     (Mode.SHADOW, Mode.OFF), (Mode.BOTH, Mode.OFF), (Mode.BOTH, Mode.SHADOW), (Mode.ALONE, Mode.OFF),

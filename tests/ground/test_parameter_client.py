@@ -14,9 +14,14 @@ from bridge.framing import Encoder, Framer, decode
 from bridge.link.lossy import Lossy
 from bridge.parameters import ParameterServer, set_crc, vehicle_table
 from bridge.vehicle.config import Configuration, Thruster, Vehicle
+from bridge.vehicle.feedforward import Mode
+from gcs_plugin.ff_switch import Switch
+from gcs_plugin.off_orders import OffMarks
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.plan import make_plan
+from gcs_plugin.params.receipt import Turn
+from gcs_plugin.params.session import Order, Progress
 from gcs_plugin.params.transfer import Outcome
 from gcs_plugin.params.upload import Stage
 
@@ -29,6 +34,7 @@ SHAPE = Configuration(
 VEHICLE = Vehicle("test", {"survey": SHAPE, "hovering": SHAPE})
 TARGETS = {"FF0_M_U": 96.5, "FF0_D_U": 42.25, "FF1_I_R": 15.5, "FF_MODE": 3.0}
 MESSAGES_A_READ = 4
+STATION = Encoder(255, 230)
 
 
 class SimulatedVehicle:
@@ -116,7 +122,7 @@ def truth(vehicle):
 
 def upload(client, tmp_path, targets=TARGETS):
     client.find_vehicle()
-    return client.apply(make_plan(targets, client.read_all()), tmp_path / "before.param")
+    return client.apply(Order(make_plan(targets, client.read_all()), tmp_path / "before.param"))
 
 
 def test_a_set_goes_into_the_vehicle_and_flies(client, vehicle, tmp_path):
@@ -152,7 +158,7 @@ def test_the_set_is_still_there_after_a_reboot(client, vehicle, tmp_path):
 def test_a_second_upload_of_the_same_set_writes_nothing(client, vehicle, tmp_path):
     upload(client, tmp_path)
     vehicle.sets.clear()
-    receipt = client.apply(make_plan(TARGETS, client.read_all()), tmp_path / "again.param")
+    receipt = client.apply(Order(make_plan(TARGETS, client.read_all()), tmp_path / "again.param"))
     assert receipt.outcome is Outcome.SAME
     assert vehicle.sets == []
 
@@ -177,7 +183,7 @@ def test_the_pre_image_brings_everything_back(client, vehicle, tmp_path):
     before = truth(vehicle)
     upload(client, tmp_path)
     plan = make_plan(read_parameters(tmp_path / "before.param"), client.read_all())
-    receipt = client.apply(plan, tmp_path / "between.param")
+    receipt = client.apply(Order(plan, tmp_path / "between.param"))
     assert receipt.good
     assert truth(vehicle) == before
     assert read_parameters(tmp_path / "between.param")["FF0_M_U"] == 96.5
@@ -210,7 +216,7 @@ def test_a_name_that_the_vehicle_lacks_sends_nothing(client, vehicle, tmp_path):
 
 def test_an_armed_vehicle_is_left_alone(client, vehicle, tmp_path):
     vehicle.armed = True
-    with pytest.raises(ParamRejected, match="is armed; nothing was sent, disarm it, or upload with --armed"):
+    with pytest.raises(ParamRejected, match="is armed; nothing was sent: disarm it, or say"):
         upload(client, tmp_path)
     assert vehicle.sets == []
 
@@ -221,7 +227,7 @@ SET = {name: value for name, value in TARGETS.items() if name != "FF_MODE"}
 def given_armed(client, tmp_path, targets=SET):
     client.find_vehicle()
     plan = make_plan(targets, client.read_all())
-    return client.apply(plan, tmp_path / "before.param", even_armed=True)
+    return client.apply(Order(plan, tmp_path / "before.param", even_armed=True))
 
 
 @pytest.mark.parametrize("mode", [0.0, 1.0])
@@ -264,7 +270,7 @@ def test_one_whose_feed_forward_is_raised_meanwhile_refuses_the_commit_and_is_as
     client.find_vehicle()
     plan = make_plan(TARGETS, client.read_all())
     vehicle.server.write("FF_MODE", 3.0, armed=False)
-    receipt = client.apply(plan, tmp_path / "before.param", even_armed=True)
+    receipt = client.apply(Order(plan, tmp_path / "before.param", even_armed=True))
     assert receipt.outcome is Outcome.ROLLED_BACK
     assert truth(vehicle) == before
 
@@ -283,7 +289,7 @@ def test_a_vehicle_armed_meanwhile_gets_its_values_back_or_has_them_all(
     plan = make_plan(TARGETS, client.read_all())
     before = truth(vehicle)
     vehicle.arms_at_s = clock.now_s + 1.0 + after_s
-    receipt = client.apply(plan, tmp_path / "before.param")
+    receipt = client.apply(Order(plan, tmp_path / "before.param"))
     if receipt.outcome is Outcome.APPLIED:
         assert {n: vehicle.server.value(n) for n in TARGETS} == TARGETS
     else:
@@ -306,7 +312,7 @@ def test_a_reboot_at_any_moment_ends_with_the_whole_set(client, vehicle, clock, 
     client.find_vehicle()
     plan = make_plan(TARGETS, client.read_all())
     vehicle.reboots_at_s = clock.now_s + after_s
-    receipt = client.apply(plan, tmp_path / "before.param")
+    receipt = client.apply(Order(plan, tmp_path / "before.param"))
     assert receipt.outcome is Outcome.APPLIED
     assert vehicle.server.active_crc == receipt.active_crc
     assert vehicle.server.active(0)["D_u"] == 42.25
@@ -319,13 +325,13 @@ def test_a_cable_pulled_at_any_moment_is_said_and_the_upload_can_be_finished(
     client.find_vehicle()
     plan = make_plan(TARGETS, client.read_all())
     vehicle.lost_at_s = clock.now_s + 1.0 + after_s
-    receipt = client.apply(plan, tmp_path / "before.param")
+    receipt = client.apply(Order(plan, tmp_path / "before.param"))
     if receipt.outcome is not Outcome.APPLIED:
         assert receipt.outcome in (Outcome.UNVERIFIED, Outcome.NOT_SENT)
         assert "the cable is out" in receipt.sentence
         assert Outcome.APPLIED not in {line.outcome for line in receipt.lines}
     vehicle.lost_at_s = float("inf")
-    again = client.apply(make_plan(TARGETS, client.read_all()), tmp_path / "again.param")
+    again = client.apply(Order(make_plan(TARGETS, client.read_all()), tmp_path / "again.param"))
     assert again.good
     assert vehicle.server.active_crc == set_crc(
         {n: vehicle.server.value(n) for n in vehicle.server.names[:-4]}
@@ -360,7 +366,7 @@ def test_a_companion_is_chosen_before_its_autopilot_and_alone_written_to(clock, 
     client = ParameterClient(companion, clock)
     assert client.find_vehicle() == (1, 191)
     assert client.thrusters == (1, 1)
-    assert client.apply(make_plan(TARGETS, client.read_all()), tmp_path / "b.param").good
+    assert client.apply(Order(make_plan(TARGETS, client.read_all()), tmp_path / "b.param")).good
     assert {component for component, _ in companion.sets} == {191}
 
 
@@ -371,9 +377,9 @@ def test_a_vehicle_without_an_autopilot_turns_its_thrusters_itself(clock):
     assert client.thrusters == (1, 191)
 
 
-def test_nothing_is_sent_to_a_companion_that_was_not_heard(client, vehicle):
-    with pytest.raises(LinkTimeout, match="system 1 component 191"):
-        client.find_vehicle(system=1, component=191)
+def test_nothing_is_sent_to_a_system_that_was_not_heard(client, vehicle):
+    with pytest.raises(LinkTimeout, match="of system 7 within"):
+        client.find_vehicle(system=7)
     assert vehicle.sets == []
 
 
@@ -406,18 +412,18 @@ def test_a_heart_that_stopped_stops_the_upload_before_it_begins(client, vehicle,
     vehicle.beats = False
     vehicle.queue.clear()
     with pytest.raises(LinkTimeout, match="no HEARTBEAT"):
-        client.apply(plan, tmp_path / "before.param")
+        client.apply(Order(plan, tmp_path / "before.param"))
     assert vehicle.sets == []
 
 
 def test_a_vehicle_that_beats_and_answers_nothing_is_given_up_with_the_cause(vehicle, clock, tmp_path):
     told = []
-    client = ParameterClient(vehicle, clock, progress=lambda *what: told.append(what))
+    client = ParameterClient(vehicle, clock, progress=told.append)
     client.find_vehicle()
     plan = make_plan(TARGETS, client.read_all())
     begun_s, before = clock.now_s, truth(vehicle)
     vehicle.server.handle = lambda *_: []
-    receipt = client.apply(plan, tmp_path / "before.param")
+    receipt = client.apply(Order(plan, tmp_path / "before.param"))
     assert clock.now_s - begun_s < 55.0
     assert receipt.outcome is Outcome.UNVERIFIED
     assert receipt.sentence == (
@@ -426,9 +432,10 @@ def test_a_vehicle_that_beats_and_answers_nothing_is_given_up_with_the_cause(veh
         "to the values before"
     )
     assert truth(vehicle) == before
-    assert {f"staging, no answer for {n} s" for n in range(2, 20)} <= {words for words, *_ in told}
-    assert "rolling back, no answer for 15 s" in {words for words, *_ in told}
-    assert {Stage.STAGE, Stage.UNDO} <= {stage for *_, stage in told}
+    words = {progress.words for progress in told}
+    assert {f"staging, no answer for {n} s" for n in range(2, 20)} <= words
+    assert "rolling back, no answer for 15 s" in words
+    assert {Stage.STAGE, Stage.UNDO} <= {progress.stage for progress in told}
 
 
 @pytest.mark.parametrize("after_s", [0.1, 1.5, 2.5, 3.5])
@@ -442,7 +449,7 @@ def test_a_vehicle_that_goes_silent_is_given_up_soon_and_said(client, vehicle, c
         return data if clock.now_s < begun_s + 1.0 + after_s else b""
 
     vehicle.read = fade
-    receipt = client.apply(plan, tmp_path / "before.param")
+    receipt = client.apply(Order(plan, tmp_path / "before.param"))
     assert clock.now_s - begun_s < 1.0 + after_s + 13.0
     if receipt.outcome is not Outcome.APPLIED:
         assert receipt.outcome is Outcome.UNVERIFIED
@@ -454,7 +461,11 @@ def test_two_vehicles_with_one_id_are_not_even_read(client, vehicle, tmp_path):
     client.find_vehicle()
     plan = make_plan(TARGETS, client.read_all())
     vehicle.contested = frozenset(((1, 1),))
-    for ask in (client.find_vehicle, client.read_all, lambda: client.apply(plan, tmp_path / "before.param")):
+    for ask in (
+        client.find_vehicle,
+        client.read_all,
+        lambda: client.apply(Order(plan, tmp_path / "before.param")),
+    ):
         with pytest.raises(LinkError, match="two vehicles beat as system 1, component 1"):
             ask()
     assert vehicle.sets == []
@@ -475,7 +486,7 @@ def test_a_second_vehicle_that_comes_on_during_an_upload_ends_it_without_another
     vehicle.read = lambda timeout_s: read(timeout_s) + twin.read(0.0)
     vehicle.server.write = lambda *_, **__: None
     begun_s = clock.now_s
-    receipt = client.apply(plan, tmp_path / "before.param")
+    receipt = client.apply(Order(plan, tmp_path / "before.param"))
     assert clock.now_s - begun_s < 6.0
     assert "two vehicles beat as system 1" in receipt.sentence
     assert "staged and none of them flies" in receipt.sentence
@@ -489,10 +500,77 @@ def test_a_second_vehicle_that_comes_on_during_an_upload_ends_it_without_another
 
 def test_progress_is_told(vehicle, clock, tmp_path):
     told = []
-    upload(ParameterClient(vehicle, clock, progress=lambda *what: told.append(what)), tmp_path)
-    assert ("reading", 68, 68, None) in told
-    assert list(dict.fromkeys(words for words, *_ in told))[:3] == [
+    upload(ParameterClient(vehicle, clock, progress=told.append), tmp_path)
+    assert Progress(None, 68, 68, 0.0) in told
+    assert list(dict.fromkeys(progress.words for progress in told))[:3] == [
         "reading",
         "staging",
         "committing",
     ]
+
+
+def to_first_write(client, vehicle, tmp_path, targets=TARGETS):
+    """A session driven until its first write is sent; `go_on` drives it to its end."""
+    client.find_vehicle()
+    session = client.session
+    order = Order(make_plan(targets, client.read_all()), tmp_path / "before.param")
+    session.write(order)
+
+    def step():
+        for message in session.tick():
+            vehicle.write(STATION.encode(message))
+        for news in client._receive():
+            session.on_news(news)
+
+    def go_on():
+        while session.busy:
+            step()
+        return session.receipt
+
+    while not vehicle.sets:
+        step()
+    return session, go_on
+
+
+def test_a_session_that_is_stopped_while_staging_rolls_back(client, vehicle, tmp_path):
+    before = truth(vehicle)
+    session, go_on = to_first_write(client, vehicle, tmp_path)
+    assert session.stop("stopped by the user")
+    assert go_on().outcome is Outcome.ROLLED_BACK
+    assert truth(vehicle) == before
+
+
+def test_a_session_that_is_stopped_while_reading_ends_at_once(client, vehicle):
+    client.find_vehicle()
+    client.session.read()
+    assert client.session.stop("stopped by the user")
+    assert not client.session.busy
+    assert str(client.session.failure) == "stopped by the user"
+    assert vehicle.sets == []
+
+
+@pytest.mark.parametrize("ordered", ["before the upload", "during the upload"])
+def test_off_that_was_ordered_since_the_vehicle_was_read_keeps_the_mode_down_and_takes_the_rest_back(
+    client, vehicle, tmp_path, ordered
+):
+    targets, off = {"FF0_M_U": 96.5, "FF_MODE": 1.0}, Switch(Mode.OFF, 1)
+    before = truth(vehicle)
+    client.find_vehicle()
+    plan = make_plan(targets, client.read_all())
+    if ordered == "before the upload":
+        OffMarks().mark(off.tick(0.0))
+        receipt = client.apply(Order(plan, tmp_path / "before.param"))
+    else:
+        vehicle.sets.clear()
+        _, go_on = to_first_write(client, vehicle, tmp_path, targets)
+        OffMarks().mark(off.tick(0.0))
+        receipt = go_on()
+    assert receipt.outcome is Outcome.ROLLED_BACK
+    assert receipt.sentence.startswith("OFF was ordered meanwhile and wins: FF_MODE is not raised")
+    assert truth(vehicle) == before
+
+
+def test_the_receipt_of_an_upload_frees_the_vehicle_for_the_next(client, tmp_path):
+    upload(client, tmp_path)
+    with Turn(tmp_path, 1):
+        pass

@@ -5,7 +5,7 @@ import pytest
 from bridge.errors import ParamRejected, ParamUnknown
 from bridge.parameters import set_crc
 from gcs_plugin.params import float32
-from gcs_plugin.params.last_accepted import compared
+from gcs_plugin.params.comparison import compared
 from gcs_plugin.params.plan import (
     Verdict,
     action_of,
@@ -187,3 +187,21 @@ def test_a_model_that_was_fitted_without_effects_takes_back_those_of_its_configu
     assert taken_back({"FF0_M_U": 100.0}, present) == {"FF0_X_UU": 0.0, "FF0_T2_GAIN": 0.0}
     assert taken_back({"FF0_M_U": 100.0, "FF0_X_UU": 10.0}, present) == {"FF0_T2_GAIN": 0.0}
     assert taken_back({"FF_MODE": 1.0}, present) == {}
+
+
+def test_the_code_stands_for_what_is_written_and_for_an_armed_vehicle():
+    present = dict.fromkeys(("FF0_M_U", "FF0_M_V", "FF1_D_U"), 0.0)
+    codes = {
+        make_plan(values, present).code(armed=armed)
+        for values in (
+            {"FF0_M_U": 96.5},
+            {"FF0_M_U": 96.625},
+            {"FF0_M_V": 96.5},
+            {"FF0_M_U": 96.5, "FF1_D_U": 1.0},
+        )
+        for armed in (False, True)
+    }
+    assert len(codes) == 8
+    plan = make_plan({"FF0_M_U": 96.5}, present)
+    assert plan.code(armed=False) == f"1-{set_crc({'FF0_M_U': 96.5}):06x}"
+    assert plan.code(armed=True) == f"armed-{plan.code(armed=False)}"

@@ -19,7 +19,7 @@ from textual.notifications import SeverityLevel
 from textual.worker import WorkerFailed
 
 from bridge.errors import SeatrialError
-from gcs_plugin.params.last_accepted import told, unfinished
+from gcs_plugin.params.last_accepted import reminder, unfinished
 from tui.app import preferences, themes
 from tui.app.actions import EVERYWHERE, Action, bindings
 from tui.app.aging import aged
@@ -109,7 +109,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self.switch_mode(SCREENS[0].id)
         left = unfinished(self.desk.receipts)
         if left is not None:
-            self.notify(f"{told(left, {})[0]}; Parameters tells more", severity="warning", timeout=TELL_S)
+            self.notify(f"{reminder(left, {})[0]}; Parameters tells more", severity="warning", timeout=TELL_S)
         self.call_after_refresh(self._refresh_view)
 
     def notify(

@@ -1,7 +1,7 @@
 """`seatrial params`: show, compare, upload and roll back the parameters of a vehicle."""
 
 import argparse
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -12,11 +12,11 @@ from tui.arguments import actions_of
 
 if TYPE_CHECKING:
     from gcs_plugin.params.client import ParameterClient
-    from gcs_plugin.params.receipt import Line, Newest
+    from gcs_plugin.params.comparison import Planned, Wanted
+    from gcs_plugin.params.plan import Verdict
+    from gcs_plugin.params.receipt import Newest
+    from gcs_plugin.params.session import Progress
     from gcs_plugin.params.transfer import Result, Source
-    from gcs_plugin.params.upload import Stage
-    from tui.parameter_files import Targets
-    from tui.parameter_plan import Planned
     from tui.show import Tell
 
 EXAMPLE = "seatrial params upload hovering.json --vehicle ruvifist --link udpin:127.0.0.1:14550"
@@ -105,12 +105,13 @@ def check_outputs(arguments: argparse.Namespace) -> None:
         check_folder("--receipts", arguments.receipts)
 
 
-def targets_for(arguments: argparse.Namespace) -> "Targets":
+def targets_for(arguments: argparse.Namespace) -> "Wanted":
     """Return the parameters that the action's file requests; none for `show`. Raises UsageError if it can't be sent."""
-    from tui.parameter_files import Leave, Targets, targets_of, targets_of_identification
+    from gcs_plugin.params.comparison import Wanted
+    from tui.parameter_files import Leave, targets_of, targets_of_identification
 
     if arguments.action == "show" or arguments.file is None:
-        return Targets({})
+        return Wanted({})
     path, only = Path(arguments.file), getattr(arguments, "only", None)
     leave = Leave(arguments.any_vehicle, getattr(arguments, "despite_doubts", True))
     if path.suffix == ".json" and arguments.action != "rollback":
@@ -125,21 +126,24 @@ class Watch:
         self._tell: Tell | None = None
         self._share = 0.0
 
-    def __call__(self, words: str, done: int, total: int, stage: "Stage | None") -> None:
-        self._share = done / max(total, 1)
+    def __call__(self, progress: "Progress") -> None:
+        self._share = progress.done / max(progress.total, 1)
         if self._tell is not None:
-            self._tell(self._share, words, stage="" if stage is None else stage.name)
+            stage = "" if progress.stage is None else progress.stage.name
+            self._tell(self._share, progress.words, stage=stage)
 
     def line(self, name: str, result: "Result") -> None:
         """Report the result of one parameter to a program that reads the progress; a bar has no line for it."""
         import os
 
+        from gcs_plugin.params.plan import value_text
         from gcs_plugin.params.transfer import Outcome
         from tui import progress
 
         if self._tell is not None and progress.asked(os.environ):
             equal = result.outcome is Outcome.APPLIED
-            words = f"{_text(result.seen)} read back equal" if equal else result.sentence
+            words = result.sentence if result.seen is None else f"{value_text(result.seen)} read back equal"
+            words = words if equal else result.sentence
             self._tell(self._share, name, written=progress.Written(name, equal, words))
 
     @contextmanager
@@ -153,14 +157,16 @@ class Watch:
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
+    from bridge.errors import ParamError
     from bridge.framing import Encoder
     from gcs_plugin.params.client import ParameterClient
-    from gcs_plugin.params.plan import staging_notes
-    from gcs_plugin.params.receipt import newest as newest_receipt
+    from gcs_plugin.params.comparison import left_behind, planned, planned_back
+    from gcs_plugin.params.files import check_system
+    from gcs_plugin.params.last_accepted import before_newest
+    from gcs_plugin.params.receipt import newest
     from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
     from tui import show
     from tui.links import link_for
-    from tui.parameter_plan import left_behind, newest, planned, planned_back
 
     check_outputs(arguments)
     targets = targets_for(arguments)
@@ -174,21 +180,28 @@ def run(arguments: argparse.Namespace) -> int:
         with watch.bar("looking for the vehicle"):
             client.find_vehicle(arguments.seconds, arguments.system)
             receipts, system = Path(arguments.receipts), client.vehicle[0]
-            read_at = newest_receipt(receipts, system)
+            read_at = newest(receipts, system)
             present = client.read_all()
         if arguments.action == "show":
-            for note in (*staging_notes(present), *left_behind(receipts, system, present)):
+            for note in left_behind(receipts, system, present):
                 show.say(show.words(), note)
             return show_values(arguments, present, client.vehicle)
-        if arguments.file is None:
-            arguments.file = str(newest(receipts, system))
-            targets = targets_for(arguments)
+        try:
+            if arguments.file is None:
+                arguments.file = str(before_newest(receipts, system))
+                targets = targets_for(arguments)
+        except ParamError as error:
+            raise exit_codes.NothingLeft(str(error)) from None
         file = Path(arguments.file)
-        if arguments.action == "rollback":
-            plan = planned_back(file, targets, present, receipts, system)
-        else:
-            accepts = getattr(arguments, "accepts", ())
-            plan = planned(file, targets, present, arguments.only, receipts, system, accepts)
+        try:
+            check_system(file, targets.system, system, ", or --any-vehicle")
+            if arguments.action == "rollback":
+                plan = planned_back(file, targets, present, receipts, system)
+            else:
+                accepts = getattr(arguments, "accepts", ())
+                plan = planned(file, targets, present, arguments.only, receipts, system, accepts)
+        except ParamError as error:
+            raise exit_codes.UsageError(str(error)) from None
         for note in plan.notes:
             show.say(show.results(arguments.json), note)
         if arguments.action == "diff" or arguments.dry_run:
@@ -230,13 +243,26 @@ def _pattern(given: str) -> str:
     return given.upper() if "*" in given else f"{given.upper()}*"
 
 
+def show_plan(arguments: argparse.Namespace, planned: "Planned", hidden: Collection["Verdict"]) -> None:
+    """Print the plan's lines, without those of the `hidden` verdicts, and its summary."""
+    from gcs_plugin.params.comparison import COLUMNS, LEGEND, NUMBERS
+    from tui import show
+
+    console, cells = show.results(arguments.json), planned.cells(hidden)
+    if cells:
+        show.put(console, show.table("", COLUMNS, cells, numbers=NUMBERS))
+    if any(line.change is not None for line in planned.lines):
+        show.say(console, LEGEND)
+    show.say(console, planned.plan.summary())
+
+
 def show_difference(arguments: argparse.Namespace, planned: "Planned", client: "ParameterClient") -> int:
     """`params diff`, and `upload` and `rollback` with `--dry-run`."""
     from gcs_plugin.params.plan import Verdict
     from tui import show
 
-    planned.tell(arguments.json, (Verdict.READ_ONLY,))
-    show.write_json(planned.to_json(client), arguments.json)
+    show_plan(arguments, planned, (Verdict.READ_ONLY,))
+    show.write_json(planned.to_json(client.vehicle, armed=client.armed), arguments.json)
     alike = all(row.verdict in (Verdict.SAME, Verdict.READ_ONLY) for row in planned.plan.rows)
     return exit_codes.DONE if alike else exit_codes.NO
 
@@ -253,42 +279,30 @@ def apply(
     from dataclasses import replace
 
     from bridge.errors import ParamError
-    from gcs_plugin.params.last_accepted import keep_accepted
-    from gcs_plugin.params.plan import Verdict, action_of, unit_of
-    from gcs_plugin.params.receipt import RECEIPT, new_preimage, path_of
+    from gcs_plugin.params.plan import Verdict, action_of
+    from gcs_plugin.params.receipt import RECEIPT, RESULT_COLUMNS, path_of
     from tui import progress, show
 
     plan = planned.plan
-    planned.tell(arguments.json, (Verdict.READ_ONLY, Verdict.SAME))
+    show_plan(arguments, planned, (Verdict.READ_ONLY, Verdict.SAME))
     plan.check()
     if planned.writes(client.vehicle) and not arguments.yes and not agreed(client, f"{action_of(plan)}?"):
         show.say(show.words(), "nothing was sent")
         return exit_codes.INTERRUPTED
-    back = arguments.action == "rollback"
     with watch.bar(progress.WRITING):
         receipt = client.apply(
-            plan,
-            new_preimage(Path(arguments.receipts), unix_s),
-            even_armed=arguments.armed,
-            restores=arguments.file if back else "",
-            sidecar=planned.targets.sidecar if planned.whole and not back else None,
-            read_at=read_at,
+            planned.order(Path(arguments.receipts), unix_s, even_armed=arguments.armed, read_at=read_at)
         )
     before = receipt.preimage
     console = show.results(arguments.json)
-    rows = [
-        (line.name, unit_of(line.name), _text(line.before), _text(line.after), _became(line))
-        for line in receipt.lines
-        if line.name in plan.changes or line.name in plan.staged
-    ]
+    rows = receipt.cells(plan)
     if rows:
-        columns = ("name", "unit", "before", "now", "what became of it")
-        show.put(console, show.table("", columns, rows, numbers=columns[2:4]))
+        show.put(console, show.table("", RESULT_COLUMNS, rows, numbers=RESULT_COLUMNS[2:4]))
     show.say(console, f"{receipt.outcome.value}: {receipt.sentence}")
     kept = "" if receipt.unkept else f"receipt: {path_of(before, RECEIPT)}\n"
     show.say(console, f"{kept}values before: {before}")
     try:
-        accepted = None if receipt.unkept else keep_accepted(receipt, planned.targets.sidecar, planned.whole)
+        accepted = None if receipt.unkept else planned.keep(receipt)
         if accepted is not None:
             show.say(console, f"accepted: {accepted}")
     except ParamError as error:
@@ -299,18 +313,6 @@ def apply(
     if not receipt.good:
         return exit_codes.NO
     return exit_codes.BAD_INPUT if receipt.unkept else exit_codes.DONE
-
-
-def _became(line: "Line") -> str:
-    from gcs_plugin.params.transfer import Outcome
-
-    return "read back equal" if line.outcome is Outcome.APPLIED else line.sentence
-
-
-def _text(value: float | None) -> str:
-    from gcs_plugin.params.plan import value_text
-
-    return "-" if value is None else value_text(value)
 
 
 def agreed(client: "ParameterClient", question: str) -> bool:
