@@ -6,37 +6,21 @@ from dataclasses import replace
 from bridge.dates import date_in_name
 from bridge.vehicle.config import VehicleFile
 from identify.bounds import with_bounds, with_drag_forces
+from identify.checks.contradictions import contradictions
+from identify.checks.controller import feedback_doubts, unchecked
 from identify.dates import utc
 from identify.dive import Dive
-from identify.feedback import (
-    depthless_doubts,
-    feedback_doubts,
-    filtered_doubts,
-    frozen_doubts,
-    stamp_doubts,
-    steered_doubts,
-    unchecked,
-)
 from identify.identifiability import with_identifiability
 from identify.identification import Doubt, Estimate, Identification, Outcome, added_mass, outcome_of, worst
-from identify.levelling import levelling_doubts
 from identify.priors import with_priors
-from identify.sensor_scales import descent_doubts, turning_doubts
 
 
 def answered(fit: Identification, dive: Dive, file: VehicleFile) -> Identification:
     """Return the result that a user may rely on, with its stated limits, from the fit of any method."""
     vehicle = file.vehicle
     shape = vehicle.configurations[fit.configuration]
-    contradicted = (
-        *descent_doubts(dive, vehicle.water),
-        *turning_doubts(dive),
-        *levelling_doubts(dive),
-        *depthless_doubts(fit, dive, file),
-    )
-    of_autopilot = steered_doubts(fit, dive, file) or filtered_doubts(dive)
-    of_sensors = (*of_autopilot, *frozen_doubts(dive), *stamp_doubts(dive))
-    doubts = (*fit.doubts, *of_sensors, *contradicted)
+    fitted = {p.name for p in fit.parameters if math.isfinite(p.value)} - {*fit.rest_on_righting}
+    doubts = (*fit.doubts, *contradictions(dive, file, fit.configuration, fitted))
     notes = (*fit.notes, *unchecked(dive))
     result = replace(fit, dived=_date(dive), dive_opening=dive.opening, doubts=doubts, notes=notes)
     if fit.weighed_by_others is None:

@@ -24,6 +24,7 @@ from identify.identification import (
     Quantity,
     worst,
 )
+from identify.words import capital
 
 LEAST_DIFFERENCE = 0.005
 """As a share of the value. A smaller difference has no practical effect: the thrust behind all values is known to
@@ -91,7 +92,7 @@ class Comparison:
             return (f"No parameter has an interval by both {names}: there is nothing to compare.",)
         furthest = max(both, key=lambda d: abs(d.distance))
         return (
-            f"{names[0].upper()}{names[1:]} agree in all {len(both)} parameters that both identify: at most "
+            f"{capital(names)} agree in all {len(both)} parameters that both identify: at most "
             f"{abs(furthest.distance):.2g} standard errors apart, in {furthest.name} ({_percent(furthest):+.2g} %).",
         )
 

@@ -23,6 +23,7 @@ from identify.identification import (
     Outcome,
     Partner,
 )
+from identify.words import capital
 
 Array = NDArray[np.float64]
 
@@ -202,7 +203,7 @@ def _sentence(weights: dict[str, float], std: float) -> str:
         advice += "; only their ratio is known" if std > UNKNOWN else ""
     else:
         advice = f"give {axis} both quick changes of thrust and steady speeds"
-    return f"{listed[0].upper()}{listed[1:]} can't be told apart: {advice}."
+    return f"{capital(listed)} can't be told apart: {advice}."
 
 
 def _axis(name: str) -> str:

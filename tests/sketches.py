@@ -4,7 +4,7 @@ from pathlib import Path
 
 from identify.report.picture import COLUMN_IN, WIDE_IN, _drawn
 from identify.report.plot import Draw
-from identify.report.text import safe
+from identify.words import safe
 
 
 def inline(draw: Draw, label: str, _key: str) -> str:

@@ -57,6 +57,7 @@ ANSWERING = (
     "identify/*.py",
     "identify/batch/jobs.py",
     "identify/batch/work.py",
+    "identify/checks/*.py",
     "identify/estimators/**/*.py",
     "identify/ingest/*.py",
 )

@@ -16,7 +16,7 @@ from identify.dive import Array
 from identify.report.page import Figure, Report, Section, Table
 from identify.report.plot import DIAMOND, DISC, SQUARE, STYLES, Panel, entitle, side_by_side
 from identify.report.tables import meaning
-from identify.report.text import MISSING, decimals_for, fixed, significant, unit
+from identify.words import MISSING, decimals_for, fixed, significant, unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

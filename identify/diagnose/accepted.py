@@ -20,6 +20,8 @@ from bridge.vehicle.effect_coefficients import (
     QUADRATIC,
     effect_coefficients,
 )
+from identify.checks.controller import READINGS
+from identify.checks.fit import drag_doubts, late_doubts
 from identify.diagnose.candidates import Cause
 from identify.diagnose.changed import all_accepted
 from identify.diagnose.evidence import inverse
@@ -28,15 +30,13 @@ from identify.diagnose.regression import mean_places, regression_of
 from identify.diagnose.result import Accepted, Finding, Value
 from identify.diagnose.search import Explanation, explained_by
 from identify.diagnose.verdict import LIKELY
-from identify.diagnose.wording import effect_words, listed, name_of, percent_sure, words
+from identify.diagnose.wording import effect_words, name_of, percent_sure, words
 from identify.effects.course import Course
 from identify.effects.effect import Compensation, Effect
-from identify.estimators.admitted import timing_of
-from identify.estimators.doubts import Multiplier, doubts_of
 from identify.estimators.likelihood_axis import DAMPING, MASS
-from identify.estimators.said import drag_doubts, late_doubts
-from identify.feedback import READINGS
+from identify.estimators.misfit import Multiplier, doubts_of, timing_of
 from identify.identification import Z95, Culprit, Doubt
+from identify.words import capital, listed
 
 Array = NDArray[np.float64]
 
@@ -256,7 +256,7 @@ def _converted(value: Value, by: Compensation) -> Value:
 
 
 def _uncompensated_note(finding: Finding) -> str:
-    cause_name = _capital(name_of(finding))
+    cause_name = capital(name_of(finding))
     if finding.cause.effect.feedforward and finding.cause.effect.refit_absorbs:
         return f"{cause_name} is in the masses and dampings of this dive, which are sent."
     if finding.cause.effect.place in ("reading", "log"):
@@ -280,14 +280,10 @@ def _remarks(finding: Finding) -> list[str]:
         remarks.append(finding.cause.effect.caveat)
     if finding.also:
         remarks.append(
-            f"{_capital(effect_words(finding.cause.effect))} was accepted, though this dive can't tell it from "
+            f"{capital(effect_words(finding.cause.effect))} was accepted, though this dive can't tell it from "
             f"{', '.join(map(words, finding.also))}."
         )
     return remarks
-
-
-def _capital(sentence: str) -> str:
-    return sentence[:1].upper() + sentence[1:]
 
 
 def likely_accepted(
@@ -306,7 +302,7 @@ def likely_accepted(
         now = explained_by([cause for cause in explanation.causes if cause.key in kept], nominal, library).now
     made = accepted_of(all_accepted(likely, holds), now, shape)
     left = tuple(
-        f"{_capital(name_of(cause))} was not accepted: it is {percent_sure(cause.probability)} probable, likelier "
+        f"{capital(name_of(cause))} was not accepted: it is {percent_sure(cause.probability)} probable, likelier "
         "absent than present."
         for cause in causes
         if cause.probability < LIKELY

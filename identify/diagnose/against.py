@@ -22,7 +22,7 @@ from identify.diagnose.wording_verdict import sorted_by_likelihood
 from identify.dive import Dive
 from identify.effects.effect import Effect
 from identify.identification import Z95
-from identify.report.text import significant
+from identify.words import capital, listed, significant
 
 DRIFT_S = 5.0
 """Horizon of the drift in the answer."""
@@ -249,12 +249,12 @@ def _verdict(comparison: Against) -> str:
     gap = comparison.vehicle.gap
     numbers = _number_words(comparison.off)
     lacks, possible = wording_verdict.sorted_by_likelihood(comparison.lacks)
-    may_lack = wording.listed([_with_probability(item) for item in possible])
+    may_lack = listed([_with_probability(item) for item in possible])
     where = wording_verdict.gap_sentence(gap, "the gap")
     if lacks:
-        causes = wording.listed([wording.name_of(lack) for lack in lacks])
+        causes = listed([wording.name_of(lack) for lack in lacks])
         sentence = f"Your simulator must gain {causes}: {where}{_drift_clause(comparison)}."
-        sentence += f" {_capital(numbers)}." if numbers else ""
+        sentence += f" {capital(numbers)}." if numbers else ""
         sentence += f" It may lack {may_lack}, too." if possible else ""
     elif numbers:
         shows = "surely shows" if possible else "shows"
@@ -301,13 +301,13 @@ def lines(comparison: Against) -> tuple[str, ...]:
     """All further remarks: numbers to change, effects that the dive does not show, undetermined axes."""
     untold = (
         [
-            f"In {wording.listed(comparison.untold)} nothing is said of masses and dampings: one of the recordings "
+            f"In {listed(comparison.untold)} nothing is said of masses and dampings: one of the recordings "
             "hardly tells them."
         ]
         if comparison.untold
         else []
     )
-    numbers = [f"{_capital(difference_sentence(each))}." for each in comparison.differences]
+    numbers = [f"{capital(difference_sentence(each))}." for each in comparison.differences]
     return (
         *numbers,
         *map(_story_sentence, comparison.stories),
@@ -325,7 +325,7 @@ def _story_sentence(finding: Finding) -> str:
     values = ", ".join(
         wording.value_words(name, value) for name, value in wording.told_parameters(finding).items()
     )
-    return f"{_capital(clause)} masses and dampings differ so: {finding.cause.effect.sentence} ({values})."
+    return f"{capital(clause)} masses and dampings differ so: {finding.cause.effect.sentence} ({values})."
 
 
 def _spare_sentence(finding: Finding) -> str:
@@ -367,7 +367,7 @@ def _number_words(differences: Sequence[Difference]) -> str:
     order = sorted(differences, key=lambda each: -abs(each.share))
     named = [_error_words(each) for each in order[:NAMED]]
     more = len(order) - NAMED
-    return wording.listed([*named, f"{more} more of its numbers are off"] if more > 0 else named)
+    return listed([*named, f"{more} more of its numbers are off"] if more > 0 else named)
 
 
 def _drift_clause(comparison: Against) -> str:
@@ -378,7 +378,3 @@ def _drift_clause(comparison: Against) -> str:
         f"; with the vehicle's numbers its {wording.DRIFT_S:g} s drift goes from "
         f"{significant(comparison.vehicle.gap.before, 2)} to {significant(after[0], 2)} floors"
     )
-
-
-def _capital(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:]}"

@@ -28,11 +28,12 @@ from identify.diagnose.simulation import EACH
 from identify.diagnose.verdict import probability
 from identify.diagnose.weighing import Fitted, Weighing
 from identify.diagnose.witnesses import Witness
-from identify.diagnose.wording import SINCE, effect_words, listed, value_words
+from identify.diagnose.wording import SINCE, effect_words, value_words
 from identify.effects.course import Course
 from identify.effects.effect import Act, Effect, Told
 from identify.estimators.likelihood_axis import DAMPING, MASS
 from identify.identification import Z95
+from identify.words import listed
 
 Array = NDArray[np.float64]
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
+from identify.checks.controller import unrecorded
 from identify.diagnose.candidates import Cause
 from identify.diagnose.innovations import course_of, mean_before, predicted, reading_error
 from identify.diagnose.mounting import mirrored, swapped
@@ -30,7 +31,6 @@ from identify.estimators.motion import Motion
 from identify.estimators.pinn.start import Filters, filters_of
 from identify.estimators.readings import HEAVE, PITCH, ROLL, YAW
 from identify.estimators.scoring import climb
-from identify.feedback import unrecorded
 from identify.side_by_side import both
 
 USUAL_HZ = 25.0

@@ -15,24 +15,20 @@ from numpy.typing import NDArray
 
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import DOFS, MASSES
-from bridge.vehicle.config import Configuration, VehicleFile, Water
+from bridge.vehicle.config import Configuration, VehicleFile
 from identify.bounds import MOST_ADDED
+from identify.checks.fit import loud, loud_note
 from identify.diagnose.evidence import FOLDS
 from identify.diagnose.gap import PUSHED
 from identify.diagnose.nominal import SURGE, SWAY, Nominal, nominal_of
 from identify.diagnose.regression import PIECE_S
-from identify.diagnose.wording import listed
 from identify.dive import Dive, Signal
 from identify.effects.effect import OWN_VELOCITY, PULSES, QUICK_COMMANDS
-from identify.estimators.checks import loud, loud_note
 from identify.estimators.refusals import refuse_unpushed, solvable
-from identify.feedback import filtered_doubts, frozen_doubts, stamp_doubts
 from identify.forces import tells_thrusters
-from identify.identification import Z95, Doubt
+from identify.identification import Z95
 from identify.ingest.commands import sampled_slowly
-from identify.levelling import levelling_doubts
-from identify.report.text import significant
-from identify.sensor_scales import descent_doubts, turning_doubts
+from identify.words import listed, significant
 
 Array = NDArray[np.float64]
 
@@ -295,17 +291,4 @@ def mass_hints(now: Nominal, log_stds: Sequence[float], shape: Configuration) ->
         "at that before you rely on any cause."
         for told, what in whats
         if told
-    )
-
-
-def doubts_of_recording(dive: Dive, water: Water) -> tuple[Doubt, ...]:
-    """Doubts about fitted values from the recording itself: contradicting sensors, late stamps, frozen readings,
-    filtered velocities."""
-    return (
-        *filtered_doubts(dive),
-        *frozen_doubts(dive),
-        *stamp_doubts(dive),
-        *descent_doubts(dive, water),
-        *turning_doubts(dive),
-        *levelling_doubts(dive),
     )

@@ -34,7 +34,7 @@ from identify.diagnose.simulation import (
 from identify.effects.course import Course
 from identify.estimators.likelihood_axis import DAMPING, MASS
 from identify.estimators.likelihood_joint import JointLikelihood
-from identify.report.text import fixed, significant
+from identify.words import fixed, significant
 
 Array = NDArray[np.float64]
 

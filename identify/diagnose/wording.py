@@ -7,7 +7,7 @@ from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.result import AxisShrink, Diagnosis, Disturbance, Finding, Next, Shrink, Value
 from identify.diagnose.verdict import MOST_DISTURBED, swallowing
 from identify.effects.effect import Effect
-from identify.report.text import fixed, significant, unit, with_interval
+from identify.words import capital, fixed, listed, significant, unit, with_interval
 
 DRIFT_S = 5.0
 """Horizon of the drift in sentences."""
@@ -145,20 +145,12 @@ def _next(one: Next) -> tuple[str, ...]:
     return tuple(line for line in (dive, sensor) if line)
 
 
-def listed(names: Sequence[str]) -> str:
-    return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))
-
-
 def _in_other_units(value: Value) -> str:
     if value.unit == "rad":
         return f", {significant(math.degrees(value.value), 2)}°"
     if value.unit == "1/s":
         return f", {significant(6000 * value.value, 2)} % a minute"
     return ""
-
-
-def capital(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:]}"
 
 
 NAMED = 2

@@ -11,10 +11,8 @@ from identify.diagnose.verdict import LIKELY, swallowing
 from identify.diagnose.wording import (
     DRIFT_S,
     axis_lines,
-    capital,
     changes,
     effect_words,
-    listed,
     name_of,
     percent,
     percent_sure,
@@ -22,7 +20,7 @@ from identify.diagnose.wording import (
     swallowed_sentence,
     words,
 )
-from identify.report.text import fixed, significant
+from identify.words import capital, fixed, listed, significant
 
 MOST_OF_IT = 0.75
 """Share of a degree of freedom's gap above a speed, for `mostly above`."""

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.estimators.axes import Axes, delayed, later
-from identify.estimators.doubts import DOUBTFUL_SCORE
 from identify.estimators.likelihood_fit import JointFit
 from identify.estimators.likelihood_joint import JointLikelihood
+from identify.estimators.misfit import DOUBTFUL_SCORE
 from identify.estimators.scoring import climb
 from identify.forces import WrenchHistory
 from identify.identification import Z95, ThrustDelay

@@ -16,13 +16,27 @@ from numpy.typing import NDArray
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS, Coefficient
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify import identification
+from identify.checks.controller import Unrecorded, unrecorded
+from identify.checks.fit import (
+    crossed,
+    crossed_doubts,
+    delay_doubt,
+    drag_doubts,
+    late_doubts,
+    lateness_note,
+    loud,
+    loud_doubts,
+    loud_note,
+    missing_forces,
+    strange_doubts,
+    too_little,
+    unseen_doubts,
+    unsettled_doubt,
+)
 from identify.dive import Dive, Signal
-from identify.estimators.admitted import Admitted, admitted, timing_of
 from identify.estimators.autopilot_velocity import shared_axes
 from identify.estimators.axes import Axes
-from identify.estimators.checks import crossed, crossed_doubts, loud, loud_doubts, loud_note, unseen_doubts
 from identify.estimators.delay import with_delay
-from identify.estimators.doubts import Doubts, doubts_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood_axis import (
     DISTURBANCE,
@@ -31,18 +45,8 @@ from identify.estimators.likelihood_axis import (
     AxisFit,
 )
 from identify.estimators.likelihood_fit import JointFit, fit_axes
-from identify.estimators.said import (
-    delay_doubt,
-    drag_doubts,
-    late_doubts,
-    lateness_note,
-    long_enough,
-    missing_forces,
-    strange_doubts,
-    too_little,
-    unsettled_doubt,
-)
-from identify.feedback import Unrecorded, unrecorded
+from identify.estimators.misfit import Admitted, Doubts, admitted, doubts_of, timing_of
+from identify.estimators.refusals import long_enough
 from identify.forces import wrench
 from identify.identification import (
     LARGEST_RELATIVE_STD,

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from bridge.vehicle.coefficients import OF_HULL
 from bridge.vehicle.config import Configuration
 from identify.estimators.axes import Axes, Axis
-from identify.estimators.doubts import coefficients
 from identify.estimators.intervals import integrated, stretches, told
 from identify.estimators.likelihood_axis import (
     DAMPING,
@@ -22,6 +21,7 @@ from identify.estimators.likelihood_axis import (
     rigid_mass,
 )
 from identify.estimators.likelihood_joint import ROUGHLY, JointLikelihood, alone
+from identify.estimators.misfit import coefficients
 from identify.estimators.scoring import MOST_STEPS, Maximum, climb
 from identify.estimators.starts import rough_maximum
 from identify.side_by_side import shared, side_by_side

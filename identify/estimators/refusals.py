@@ -1,11 +1,4 @@
-"""Refuses a dive that no method can identify: too short, never pushed, or with equations that have no solution.
-
-Time for which a dive has thruster commands and readings of motion together, as identification needs both.
-
-Refuses a dive whose equations have no solution, with any method, in a sentence that names the axes.
-
-Refuses dives in which no thruster pushed: the only kind of recording that can't be identified at all.
-"""
+"""Refuses a dive that no method can identify: too short, never pushed, or with equations that have no solution."""
 
 import math
 from collections.abc import Iterator
@@ -19,9 +12,11 @@ from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.estimators.readings import HEAVE, PITCH, ROLL, YAW
-from identify.estimators.said import SHORTEST_DIVE_S, axes_named
 from identify.forces import WrenchHistory, wrench
 from identify.identification import Identification
+from identify.words import axes_named
+
+SHORTEST_DIVE_S = 20.0
 
 
 def lasting(dive: Dive) -> None:
@@ -185,3 +180,13 @@ def _driven(forces: WrenchHistory, mass: Array) -> Array:
         speed = factor * speed + push[k]
         out[k + 1] = speed
     return out
+
+
+def long_enough(dive: Dive) -> None:
+    """Raise FitError if a dive is too short to identify anything from it."""
+    if round(dive.duration_s) < SHORTEST_DIVE_S:
+        raise FitError(
+            f"the dive lasts {dive.duration_s:.0f} s, but identification needs at least "
+            f"{SHORTEST_DIVE_S:.0f} s; record a longer one",
+            of=dive.name,
+        )

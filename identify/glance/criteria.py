@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from bridge.vehicle.feedforward import Mode
+from identify.words import capital
 
 WORDS: Final = {Mode.OFF: "off", Mode.SHADOW: "shadow", Mode.ALONE: "only", Mode.BOTH: "both"}
 MARKS: Final = {True: "ok", False: "no", None: "unknown"}
@@ -44,7 +45,7 @@ class Raising:
             failed = [criterion for criterion in self.criteria if criterion.passed is False]
             mends = dict.fromkeys(criterion.mend for criterion in failed)
             back = "lower the feed-forward to shadow" if self.flown.applies_feedforward else "don't raise it"
-            return f"NO-GO, {back}: {_listed(failed)}. {_capital('; '.join(mends))}."
+            return f"NO-GO, {back}: {_listed(failed)}. {capital('; '.join(mends))}."
         flown, to = WORDS[self.flown], WORDS[self.to]
         unknown = [criterion for criterion in self.criteria if criterion.passed is None]
         remark = f" Not known from this dive: {_listed(unknown)}." if unknown else ""
@@ -67,7 +68,3 @@ class Raising:
 
 def _listed(criteria: Sequence[Criterion]) -> str:
     return ", ".join(criterion.what for criterion in criteria)
-
-
-def _capital(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:]}"

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.dive import Dive, Signal
+from identify.words import listed
 
 HELD_S = 0.5
 """Longest gap between two known commands that is bridged: short compared with the seconds in which the speed changes.
@@ -160,8 +161,7 @@ def never_known(never: NDArray[np.bool_]) -> str:
 def _named(which: NDArray[np.bool_]) -> str:
     """Text such as `output 2` or `outputs 2 and 5`: the outputs with a true entry in (n,), counted from 1."""
     numbers = [str(1 + i) for i in np.flatnonzero(which)]
-    words = " and ".join(", ".join(part) for part in (numbers[:-1], numbers[-1:]) if part)
-    return f"output{'s' if len(numbers) > 1 else ''} {words}"
+    return f"output{'s' if len(numbers) > 1 else ''} {listed(numbers)}"
 
 
 def _longest(time_s: NDArray[np.float64], lacking: NDArray[np.bool_], span_s: Span) -> Span:

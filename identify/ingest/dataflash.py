@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from bridge.errors import LogError
 from bridge.tlog import load_bytes
+from identify.checks.impossible import tame
 from identify.dive import Array, Signal
 from identify.ingest import rotation
-from identify.ingest.possible import tame
 
 MAGIC = b"\xa3\x95"
 FMT, FMT_BYTES = 0x80, 89

@@ -26,6 +26,7 @@ from identify.ingest import rotation
 from identify.ingest.dataflash import read_log
 from identify.ingest.frames import load_frames
 from identify.ingest.messages import vehicle_runs, vehicle_system
+from identify.words import listed
 
 GRID_S: Final = 0.1
 SHORTEST_S: Final = 30.0
@@ -393,13 +394,13 @@ def _filled(
         fills.append(f"{words} ({len(new)} readings)")
     sentences = [note]
     if brings:
-        sentences.append(f"It brings {_listed(brings)}.")
+        sentences.append(f"It brings {listed(brings)}.")
     if fills:
-        sentences.append(f"It fills up {_listed(fills)}.")
+        sentences.append(f"It fills up {listed(fills)}.")
     if not brings and not fills:
         sentences.append("It holds nothing that was not heard.")
     if differ:
-        sentences.append(f"Left out, for differing from what was heard: {_listed(differ)}.")
+        sentences.append(f"Left out, for differing from what was heard: {listed(differ)}.")
     if beyond_s >= 1.0:
         sentences.append(f"{beyond_s:.0f} s of it lie before or after what was heard, and are left out.")
     return out | {"notes": (*fields["notes"], " ".join(sentences))}
@@ -445,7 +446,3 @@ def _together(own: Signal, new: Signal) -> Signal:
     time_s = np.concatenate((own.time_s, new.time_s))
     order = np.argsort(time_s, kind="stable")
     return Signal(time_s[order], np.concatenate((own.value, new.value))[order])
-
-
-def _listed(words: Sequence[str]) -> str:
-    return " and ".join(part for part in (", ".join(words[:-1]), words[-1]) if part)

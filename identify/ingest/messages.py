@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from bridge.errors import LogError
+from identify.checks.impossible import WILD_S, tame
 from identify.dive import Array
 from identify.ingest.frames import Fields, Frames
-from identify.ingest.possible import WILD_S, tame
 from identify.ingest.walk import Rows
 
 GROUND_STATION = 6

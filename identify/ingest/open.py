@@ -10,14 +10,14 @@ from bridge.errors import LogError
 from bridge.ring.made_since import lacked, lacked_words
 from bridge.ring.whole import standing_for
 from bridge.vehicle.config import VehicleFile
+from identify.checks.frozen import without_frozen
+from identify.checks.gaps import gaps
+from identify.checks.impossible import without_impossible, without_repeated
 from identify.dive import Dive
 from identify.ingest.commands import with_known_commands, with_spread_commands
 from identify.ingest.dataflash import read_dataflash
-from identify.ingest.frozen import without_frozen
-from identify.ingest.gaps import gaps
 from identify.ingest.identity import identity_of
 from identify.ingest.logs import logs_beside, with_logs
-from identify.ingest.possible import without_impossible, without_repeated
 from identify.ingest.table import column_map, read_table
 from identify.ingest.tlog import read_tlog
 

@@ -17,7 +17,7 @@ from bridge.simulator.direct import TICK_S
 from bridge.simulator.missions import Leg
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import VehicleFile
-from identify.estimators.admitted import STAMPED_S
+from identify.estimators.misfit import STAMPED_S
 from identify.planning.information import of_motion, of_timing
 from identify.planning.knowledge import NAMES, Knowledge
 from identify.planning.limits import REST_S, Limits, Tank, Trial

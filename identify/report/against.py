@@ -6,7 +6,7 @@ from identify.diagnose import wording, wording_verdict
 from identify.diagnose.against import Against, Difference, lines, verdict_sentence
 from identify.report.diagnosis import sections, subtitle, unbroken
 from identify.report.page import Report, Section, Table
-from identify.report.text import MISSING, unit, with_interval
+from identify.words import MISSING, unit, with_interval
 
 HOW = (
     "Both recordings are diagnosed alike, each by its own commands. The gap is that of the simulator's own model, "

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from identify.dive import Array
-from identify.report.text import fixed
+from identify.words import fixed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

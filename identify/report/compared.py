@@ -5,7 +5,7 @@ import re
 from identify.comparison import Comparison
 from identify.identification import Doubt, Estimate, Identification, Outcome
 from identify.report.page import Section, Table
-from identify.report.text import MISSING, significant, unit, with_interval
+from identify.words import MISSING, capital, significant, unit, with_interval
 
 WHY_STANDS = "Why, as far as it can be told, stands in the warning beside the parameters above."
 
@@ -33,7 +33,7 @@ def comparison_section(compared: Comparison) -> Section:
     apart = ", ".join(d.first.symbol for d in compared.disagreements)
     warning = f"Warning: the methods disagree on {apart}\n\n{WHY_STANDS}" if apart else ""
     return Section(
-        _capital(heading),
+        capital(heading),
         "\n\n".join((*(() if warning else compared.sentences), *told_beside(compared))),
         (Table(columns, rows, caption),) if rows else (),
         (),
@@ -52,11 +52,11 @@ def told_beside(compared: Comparison) -> tuple[str, ...]:
     ended = (
         ()
         if second.outcome is Outcome.CONVERGED
-        else (f"{_capital(second.method)} ended with '{second.outcome.value}'.",)
+        else (f"{capital(second.method)} ended with '{second.outcome.value}'.",)
     )
     known = {_kind(doubt) for doubt in first.doubts}
     doubts_of_second = dict.fromkeys(doubt.sentence for doubt in second.doubts if _kind(doubt) not in known)
-    doubts = tuple(f"{_capital(second.method)}: {sentence}" for sentence in doubts_of_second)
+    doubts = tuple(f"{capital(second.method)}: {sentence}" for sentence in doubts_of_second)
     return (*ended, *doubts, *(_gaps(first, compared) if first.values() else ()), *_gaps(second, compared))
 
 
@@ -75,13 +75,9 @@ def _gaps(method: Identification, compared: Comparison) -> tuple[str, ...]:
             names.setdefault(ours.reason, []).append(d.name)
     nothing = bare and len(names) == 1
     return tuple(
-        f"{_capital(method.method)} gives {'nothing' if nothing else 'no ' + ', '.join(missing)}: {reason}"
+        f"{capital(method.method)} gives {'nothing' if nothing else 'no ' + ', '.join(missing)}: {reason}"
         for reason, missing in names.items()
     )
-
-
-def _capital(words: str) -> str:
-    return f"{words[0].upper()}{words[1:]}"
 
 
 def _told(one: Estimate) -> str:

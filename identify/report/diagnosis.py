@@ -14,7 +14,7 @@ from identify.effects.effect import FeedForward
 from identify.effects.sensors import WRONG_FEEDBACK_LOG
 from identify.report import diagnosis_figures as figures
 from identify.report.page import Report, Section, Table, render_report
-from identify.report.text import MISSING, fixed, seconds, significant, unit, with_interval
+from identify.words import MISSING, capital, fixed, seconds, significant, unit, with_interval
 
 FLOOR = (
     "Drift is told in floors: 1 floor is what sensor noise and stationary disturbance alone would give on this very "
@@ -258,7 +258,7 @@ def _by_other_tests(d: Diagnosis) -> str:
 def _how_far(d: Diagnosis) -> Section:
     shrinks = (("predicted: pieces held out", d.heldout), ("measured: the check dive", d.check))
     by_axis = [
-        Table(AXIS_COLUMNS, _axis_rows(shrink), f"{wording.capital(where)}. {BY_AXIS}")
+        Table(AXIS_COLUMNS, _axis_rows(shrink), f"{capital(where)}. {BY_AXIS}")
         for where, shrink in (("the check dive", d.check), ("pieces held out", d.heldout))
         if shrink is not None and shrink.by_axis
     ][:1]

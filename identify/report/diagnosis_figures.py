@@ -15,8 +15,8 @@ from identify.dive import Array
 from identify.report.charts import Bar, bars, heatmap
 from identify.report.page import Figure, Table
 from identify.report.plot import Line, Panel, lines_panel, side_by_side, stack
-from identify.report.text import decimals_for, fixed
 from identify.report.traces import Trace, TracePanel, Traces
+from identify.words import decimals_for, fixed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -15,14 +15,14 @@ from identify.dive import Array, Dive, Signal
 from identify.identification import Estimate
 from identify.report.page import Figure
 from identify.report.plot import DIAMOND, DISC, LIGHT, STYLES, Line, Panel, lines_panel, side_by_side, stack
-from identify.report.text import fixed, significant, unit
+from identify.words import fixed, significant, unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 from typing import TYPE_CHECKING
 
 from identify.report.plot import SQUARE, entitle
-from identify.report.text import count
+from identify.words import count
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -14,8 +14,8 @@ from bridge.errors import LogError
 from bridge.new_file import whole
 from identify.report import traces
 from identify.report.plot import STYLE
-from identify.report.text import safe
 from identify.report.traces import Traces
+from identify.words import safe
 
 if TYPE_CHECKING:
     from identify.report.plot import Draw
@@ -27,7 +27,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
-from identify.report.text import MISSING, seconds
+from identify.words import MISSING, seconds
 
 WIDE_TABLE_COLUMNS = 5
 SHORT_CELL, NUMBER_CELL = 16, 28

@@ -19,7 +19,7 @@ from matplotlib.text import Text
 from bridge.errors import LogError
 from identify.report.page import Report
 from identify.report.plot import LIGHT, Draw
-from identify.report.text import safe
+from identify.words import safe
 
 WIDE_IN, COLUMN_IN = 10.0, 3.46
 """Width of the page on a wide screen; width of a paper's column (88 mm), which also fits a phone."""

@@ -13,9 +13,9 @@ from identify.report import figures, tables, tracking
 from identify.report.page import Figure, Section
 from identify.report.plot import stack
 from identify.report.tables import nuisance_tables
-from identify.report.text import count, fixed, seconds, significant
 from identify.report.tracking import Reference
 from identify.validate import TrackingErrors
+from identify.words import capital, count, fixed, seconds, significant
 
 OUTCOME_MEANS = {
     Outcome.AT_BOUND: (
@@ -74,7 +74,7 @@ def _doubt(i: Identification) -> tuple[str, ...]:
     """Warning for an outcome other than converged: headline, meaning, and the notes or why nothing is identifiable."""
     reasons: tuple[str, ...] = ()
     if i.outcome is Outcome.NOT_IDENTIFIABLE:
-        reasons = tuple(f"{reason[0].upper()}{reason[1:]}." for e in i.parameters if (reason := e.reason))
+        reasons = tuple(f"{capital(reason)}." for e in i.parameters if (reason := e.reason))
     headline = f"Warning: {i.outcome.value}"
     return tuple(dict.fromkeys((headline, OUTCOME_MEANS[i.outcome], *reasons, *i.sentences)))
 

@@ -12,7 +12,7 @@ from bridge.vehicle.coefficients import ADDED_MASS_NAMES, DOFS, OF_HULL
 from identify.dive import Dive, Signal
 from identify.identification import NEGLIGIBLE_CORRELATION, WRITTEN, Z95, Estimate, Nuisance, Quantity
 from identify.report.page import Table
-from identify.report.text import (
+from identify.words import (
     MISSING,
     count,
     decimals_for,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.dive import Array
-from identify.report.text import fixed, safe
+from identify.words import fixed, safe
 
 ZOOMS = (1, 4, 16)
 """Stretches of the time axis, in widths of the page."""

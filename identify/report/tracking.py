@@ -14,7 +14,6 @@ from identify.filters import low_pass
 from identify.report.figures import signal_line, time_panel
 from identify.report.page import Figure, Table
 from identify.report.plot import Line, Panel, stack
-from identify.report.text import MISSING, fixed
 from identify.validate import (
     AXES,
     CUTOFF_HZ,
@@ -25,6 +24,7 @@ from identify.validate import (
     SteadyError,
     TrackingErrors,
 )
+from identify.words import MISSING, fixed
 
 TITLES = {
     0: ("surge speed u, m/s", "surge force X, N"),

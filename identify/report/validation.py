@@ -14,8 +14,8 @@ from identify.report.charts import Group, grouped
 from identify.report.figures import TIME_TITLE
 from identify.report.page import Figure, Report, Section, Table
 from identify.report.plot import STYLES, Line, lines_panel, stack
-from identify.report.text import fixed
 from identify.validate import AXES, LEAST_SPEED, PHASES, TrackingErrors
+from identify.words import fixed
 
 ALIKE = 0.05
 """Modes whose errors differ by a smaller share are called alike in a sentence."""

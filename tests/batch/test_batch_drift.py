@@ -9,8 +9,8 @@ import pytest
 from identify.batch.drift import DOUBTED, Story, drift_of, percent
 from identify.batch.rows import Row, Value
 from identify.batch.trend import common_series, ratio
-from identify.estimators.doubts import Multiplier
-from identify.estimators.said import drag_doubts, late_doubts
+from identify.checks.fit import drag_doubts, late_doubts
+from identify.estimators.misfit import Multiplier
 from identify.identification import Doubt, Outcome
 
 DAY_S = 86400.0

@@ -8,7 +8,7 @@ from bench.missions.manoeuvres import MANOEUVRES, Leg, sampled
 from bench.missions.mission import draw_one
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.dynamics import acceleration, restoring
-from identify.feedback import feedback_doubts
+from identify.checks.controller import feedback_doubts
 from identify.forces import wrench
 
 SEEDS = range(100_000, 100_024)

@@ -187,7 +187,7 @@ def test_a_recording_that_contradicts_itself_is_accepted_with_its_doubts_and_not
     tmp_path, monkeypatch
 ):
     doubt = Doubt(("D_u", "I_r"), "The DVL is late", "mend it.", Outcome.DISAGREES)
-    monkeypatch.setattr("identify.diagnose.recording.turning_doubts", lambda _dive: (doubt,))
+    monkeypatch.setattr("identify.checks.contradictions.turning_doubts", lambda _dive: (doubt,))
     path, told = written(tmp_path)
     assert "D_u is doubted: the DVL is late" in told
     assert told[-1].endswith("with --despite-doubts, because the recording contradicts itself")

@@ -13,9 +13,9 @@ from bridge.vehicle.config import load_vehicle
 from gcs_plugin.doctor.findings import fail
 from gcs_plugin.params.receipt import Receipt
 from gcs_plugin.params.transfer import Outcome as Applied
+from identify.checks.fit import too_little
 from identify.comparison import compare
 from identify.dive import Dive, Signal
-from identify.estimators.said import too_little
 from identify.identification import Identification, Outcome, Partner, added_mass, estimate
 from identify.validate import PHASES, AxisErrors, Row, SteadyError, TrackingErrors
 from tui import demo, identified, show

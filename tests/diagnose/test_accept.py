@@ -7,6 +7,7 @@ import pytest
 
 from bridge.vehicle.coefficients import BY_NAME
 from identify.challenge.case import dive_of, draw_case
+from identify.checks.controller import unrecorded
 from identify.diagnose.accepted import accepted_of
 from identify.diagnose.candidates import Cause
 from identify.diagnose.diagnose import diagnose
@@ -19,7 +20,6 @@ from identify.effects import (
     sensors,
     supply,
 )
-from identify.feedback import unrecorded
 
 
 def found(effect, *values, width=0.01, also=()):

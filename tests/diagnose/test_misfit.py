@@ -10,7 +10,7 @@ from identify.diagnose.accepted import accepted_of
 from identify.diagnose.candidates import Cause
 from identify.diagnose.result import Finding, Value
 from identify.effects import actuators, hydrodynamics
-from identify.estimators.doubts import Doubts, Multiplier
+from identify.estimators.misfit import Doubts, Multiplier
 from identify.identification import Outcome
 
 SURGE, YAW, OF_MASS, OF_DAMPING = 0, 5, 0, 6

@@ -6,6 +6,7 @@ import pytest
 
 from bridge.vehicle.coefficients import DOFS
 from identify.challenge.case import dive_of, draw_case
+from identify.checks.controller import unrecorded
 from identify.diagnose import diagnose as module
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.findings import FEEDBACK_DOFS
@@ -14,7 +15,6 @@ from identify.diagnose.recording import unjudged_notes
 from identify.diagnose.unexplained import unexplained_of
 from identify.diagnose.weighing import weighing_of
 from identify.effects.hydrodynamics import QUADRATIC_DRAG
-from identify.feedback import unrecorded
 
 
 @pytest.fixture(scope="module")

@@ -13,8 +13,8 @@ from bridge.plain import DEEPEST, MOST_BYTES, from_json, from_yaml
 from bridge.schema import load_yaml
 from gcs_plugin.folder import DiveFolder
 from gcs_plugin.params.sidecar import read_sidecar
+from identify.checks.impossible import tame
 from identify.ingest.open import read_dive
-from identify.ingest.possible import tame
 
 
 def refused(tmp_path: Path, text: str) -> str:

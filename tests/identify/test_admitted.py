@@ -11,12 +11,19 @@ from soak import rest_in_soak
 
 from bench.missions.mission import draw_one
 from bridge.vehicle.config import load_vehicle
+from identify.checks.fit import late_doubts, too_little
 from identify.dive import Signal
-from identify.estimators.admitted import NOTHING, STAMPED_S, Admitted, admitted, timing_of
 from identify.estimators.axes import build_axes
-from identify.estimators.doubts import Multiplier, doubts_of
 from identify.estimators.likelihood_fit import fit_axes
-from identify.estimators.said import late_doubts, too_little
+from identify.estimators.misfit import (
+    NOTHING,
+    STAMPED_S,
+    Admitted,
+    Multiplier,
+    admitted,
+    doubts_of,
+    timing_of,
+)
 from identify.estimators.table import estimator
 from identify.identification import Z95, Outcome
 from identify.ingest.open import read_dive

@@ -9,8 +9,8 @@ import pytest
 
 from bench.missions.mission import draw_one
 from identify.answer import answered
+from identify.checks.controller import depthless_doubts
 from identify.dive import Dive, Signal
-from identify.feedback import depthless_doubts
 from identify.identification import Outcome
 
 BARE = {"depth": None, "pressure": None, "nu_fb": None, "tau_pid": None, "nu_ref": None}
@@ -27,7 +27,8 @@ def fit_of(*names):
 
 
 def doubts(dive, *names):
-    return depthless_doubts(fit_of(*(names or ("M_u", "M_w", "D_w"))), dive, mission().file)
+    valued = {*(names or ("M_u", "M_w", "D_w"))}
+    return depthless_doubts(dive, mission().file, mission().configuration, valued)
 
 
 def bare(**keys):
@@ -50,8 +51,7 @@ def test_heave_is_doubted_where_neither_depth_nor_what_the_controller_used_is_re
 @pytest.mark.parametrize("seed", range(100_362, 100_366))
 def test_an_honest_dive_is_not_doubted(seed):
     dived = draw_one(seed, seconds=30.0)
-    fit = replace(fit_of("M_w", "D_w"), configuration=dived.configuration)
-    assert depthless_doubts(fit, dived.dive, dived.file) == ()
+    assert depthless_doubts(dived.dive, dived.file, dived.configuration, {"M_w", "D_w"}) == ()
 
 
 def test_a_recorded_depth_pressure_or_wrench_of_the_controller_is_enough():
@@ -76,7 +76,7 @@ def test_thrust_in_a_few_steps_is_no_controllers():
 def test_heave_that_was_not_found_or_not_pushed_is_none_to_doubt():
     assert doubts(bare(), "M_u") == ()
     assert doubts(bare(pwm=None, tau_cmd=None)) == ()
-    assert depthless_doubts(fit_of("M_w"), Dive("d", bare().source, "0" * 64), mission().file) == ()
+    assert doubts(Dive("d", bare().source, "0" * 64), "M_w") == ()
 
 
 def test_the_answer_of_any_method_ends_in_the_doubt():

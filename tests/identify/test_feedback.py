@@ -11,10 +11,10 @@ from bench.diagnosis.recorded import recorded_dive
 from bench.missions.mission import draw_one
 from bridge.vehicle.config import Water
 from identify.challenge.case import draw_case
+from identify.checks.controller import fed_velocity, feedback_doubts, stamp_doubts
 from identify.dive import Signal
 from identify.estimators.likelihood import estimate
 from identify.estimators.table import judged
-from identify.feedback import fed_velocity, feedback_doubts, stamp_doubts
 from identify.identification import Outcome
 from identify.ingest.open import read_dive
 

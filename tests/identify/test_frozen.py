@@ -12,10 +12,10 @@ from bench.missions.mission import draw_one
 from bridge.errors import FitError
 from identify.answer import answered
 from identify.challenge.recording import tlog_of
+from identify.checks.controller import frozen_doubts
+from identify.checks.frozen import without_frozen
 from identify.dive import Signal
 from identify.estimators.likelihood import estimate
-from identify.feedback import frozen_doubts
-from identify.ingest.frozen import without_frozen
 from identify.ingest.open import read_dive
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared"

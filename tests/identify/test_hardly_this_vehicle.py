@@ -10,14 +10,14 @@ import pytest
 from bench.missions.mission import draw_one
 from identify.answer import answered
 from identify.bounds import with_bounds
+from identify.checks.controller import unchecked
+from identify.checks.descent import LARGEST_DESCENT_OFF, descent, descent_doubts
+from identify.checks.fit import LARGEST_SHARE, crossed, crossed_doubts, unseen_doubts
 from identify.dive import Signal
 from identify.estimators.axes import build_axes
-from identify.estimators.checks import LARGEST_SHARE, crossed, crossed_doubts, unseen_doubts
 from identify.estimators.likelihood_fit import fit_axes
 from identify.estimators.table import estimator
-from identify.feedback import unchecked
 from identify.identification import Outcome
-from identify.sensor_scales import LARGEST_DESCENT_OFF, descent, descent_doubts
 
 SEED = 100_011
 

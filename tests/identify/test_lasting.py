@@ -8,8 +8,7 @@ import pytest
 
 from bridge.errors import FitError
 from identify.dive import Signal
-from identify.estimators.refusals import common_s, lasting, too_short
-from identify.estimators.said import long_enough
+from identify.estimators.refusals import common_s, lasting, long_enough, too_short
 from identify.estimators.table import METHODS, estimator
 
 VOLTAGE = Signal(np.array([0.0, 417.0]), np.full((2, 1), 16.0))

@@ -11,14 +11,13 @@ from soak import rest_in_soak
 
 from bench.missions.mission import draw_one
 from bridge.vehicle.config import load_vehicle
+from identify.checks.fit import late_doubts, lateness_note, silent_share, unseen_doubts
 from identify.dive import Signal
 from identify.estimators import likelihood_fit
 from identify.estimators.axes import build_axes
-from identify.estimators.checks import silent_share, unseen_doubts
-from identify.estimators.doubts import Multiplier, doubts_of
 from identify.estimators.lateness import by_lateness
 from identify.estimators.likelihood import estimate
-from identify.estimators.said import late_doubts, lateness_note
+from identify.estimators.misfit import Multiplier, doubts_of
 from identify.estimators.scoring import MOST_STEPS, Maximum
 from identify.estimators.table import estimator
 from identify.identification import Outcome

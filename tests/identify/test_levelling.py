@@ -12,11 +12,11 @@ from turned_dives import turned
 
 from bench.missions.mission import draw_one
 from identify.answer import answered
+from identify.checks.levelling import LARGEST_OFF, LARGEST_SHARE, levelling, levelling_doubts
 from identify.dive import Signal
 from identify.identification import Outcome
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import quaternions_from_euler
-from identify.levelling import LARGEST_OFF, LARGEST_SHARE, levelling, levelling_doubts
 
 TIME_S = np.arange(0.0, 100.0, 0.01)
 DEGREE = np.pi / 180

@@ -8,10 +8,10 @@ import pytest
 from test_judged import FILE as TURNING
 from test_judged import YAW, one_axis
 
+from identify.checks.fit import LOUD, loud, loud_doubts, loud_note
 from identify.diagnose.diagnose import diagnose
 from identify.dive import Signal
 from identify.estimators.axes import build_axes
-from identify.estimators.checks import LOUD, loud, loud_doubts, loud_note
 from identify.estimators.likelihood import estimate
 from identify.estimators.likelihood_fit import fit_axes
 from identify.identification import Outcome

@@ -14,13 +14,13 @@ from bridge.vehicle.coefficients import OF_HULL
 from bridge.vehicle.config import Prior
 from gcs_plugin.params.plan import parameters_from_identification
 from identify.bounds import with_drag_forces
+from identify.checks.controller import steered_doubts
 from identify.dive import Signal
 from identify.estimators import intervals
 from identify.estimators.axes import build_axes
 from identify.estimators.likelihood_axis import DAMPING, likelihood_of
 from identify.estimators.table import estimator
 from identify.export.model import model_of
-from identify.feedback import steered_doubts
 from identify.identification import Identification, Outcome
 
 QUADRATIC = 40.0
@@ -214,14 +214,15 @@ def test_a_prior_of_quadratic_damping_is_of_a_hull_that_has_it():
 def test_where_an_autopilot_may_have_steered_by_what_its_log_lacks_the_values_are_doubted(both):
     dive = closed_loop.dive(np.random.default_rng(3), 120.0, quadratic=QUADRATIC)
     log = replace(dive, velocity_is_filtered=True, nu_fb=None, tau_pid=None, nu_ref=None)
-    (doubt,) = steered_doubts(both, log, file_with("both"))
+    fitted = {p.name for p in both.parameters if np.isfinite(p.value)}
+    (doubt,) = steered_doubts(log, file_with("both"), "only", fitted)
     assert doubt.about == ("M_u", "D_u", "X_uu")
     assert doubt.outcome is Outcome.CONVERGED
-    assert steered_doubts(both, dive, file_with("both")) == ()
+    assert steered_doubts(dive, file_with("both"), "only", fitted) == ()
     by_stick = np.zeros_like(dive.tau_cmd.value)
     by_stick[len(by_stick) // 2 :, 0] = 10.0
     stuck = replace(log, tau_cmd=Signal(dive.tau_cmd.time_s, by_stick))
-    assert steered_doubts(both, stuck, file_with("both")) == ()
+    assert steered_doubts(stuck, file_with("both"), "only", fitted) == ()
 
 
 def test_the_list_of_what_can_be_identified_has_each_name_once():

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from bench.missions.mission import draw_one
+from identify.checks.impossible import without_repeated
 from identify.dive import Dive, Signal
 from identify.ingest.open import read_dive
-from identify.ingest.possible import without_repeated
 
 SEALED = Path(__file__).resolve().parents[2].parent / "shared" / "sealed"
 COLUMNS = "time: {column: t, unit: s}\nvelocity: {columns: [u, v, w], unit: m/s}\n"

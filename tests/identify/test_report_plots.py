@@ -12,7 +12,7 @@ from identify.dive import Array, Signal
 from identify.report.figures import broken_at_gaps
 from identify.report.picture import COLUMN_DPI, COLUMN_IN, WIDE_IN, inline, write_files
 from identify.report.plot import DARK, LIGHT, STYLES, Draw, Line, Panel, lines_panel, side_by_side, stack
-from identify.report.text import count, fixed, seconds, significant, unit, with_interval
+from identify.words import count, fixed, seconds, significant, unit, with_interval
 
 RISING = Line(np.array([0.0, 1.0]), np.array([0.0, 1.0]), "measured")
 

@@ -10,9 +10,9 @@ from turned_dives import turned
 
 from bench.missions.mission import draw_one
 from identify.answer import answered
+from identify.checks.heading import LARGEST_OFF, turning, turning_doubts
 from identify.dive import Signal
 from identify.identification import Outcome
-from identify.sensor_scales import LARGEST_OFF, turning, turning_doubts
 
 TIME_S = np.arange(0.0, 200.0, 0.05)
 

@@ -9,11 +9,11 @@ import pytest
 from bridge.errors import FitError
 from bridge.vehicle.config import CONFIGS
 from bridge.vehicle.thrusters import thrust_curve
+from identify.checks.impossible import without_impossible
 from identify.dive import Signal
 from identify.estimators.likelihood import estimate
 from identify.forces import wrench
 from identify.ingest.commands import HELD_S, held_commands, with_known_commands
-from identify.ingest.possible import without_impossible
 
 FILE = closed_loop.vehicle_file()
 

@@ -16,7 +16,7 @@ from identify.diagnose import (
     unexplained,
     verdict,
 )
-from identify.estimators import admitted
+from identify.estimators import misfit as admitted
 from identify.estimators.pinn import network, training
 from identify.identification import LARGEST_RELATIVE_STD
 from identify.priors import CONFLICT_SIGMA

@@ -11,7 +11,7 @@ from bridge.errors import FitError
 from bridge.simulator.missions import load_mission
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import load_vehicle
-from identify.estimators.admitted import STAMPED_S
+from identify.estimators.misfit import STAMPED_S
 from identify.planning.knowledge import NAMES, Knowledge, before_any_dive
 from identify.planning.limits import Limits, Tank
 from identify.planning.manoeuvres import HEAVE, SURGE, SWAY, YAW, Drive, coast_down, laps, square, sweep

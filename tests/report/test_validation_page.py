@@ -15,10 +15,10 @@ from identify.report.charts import HATCHES, Group, grouped
 from identify.report.page import Figure, Report, render_report
 from identify.report.picture import WIDE_IN
 from identify.report.plot import stack
-from identify.report.text import safe
 from identify.report.tracking import error_line
 from identify.report.validation import validation_report, verdict
 from identify.validate import CUTOFF_HZ, TrackingErrors, tracking_errors
+from identify.words import safe
 
 FILE = load_vehicle("ruvifist:hovering")
 AT_ORIGIN = (0.0, 0.0, 0.0)

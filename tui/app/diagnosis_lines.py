@@ -5,7 +5,7 @@ from typing import Final
 
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.verdict import LIKELY
-from identify.report.text import significant
+from identify.words import significant
 from tui.app.diagnosis import PHASES, Answer, AxisFall, Cause, Fall, Tried
 from tui.app.lines import Line, Lines, Role, apart, cut
 from tui.app.shown import NOTHING, number

@@ -182,8 +182,8 @@ def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") ->
     """
     from bridge.vehicle.coefficients import BY_NAME
     from identify.batch.rows import clauses
+    from identify.checks.contradictions import contradictions
     from identify.diagnose.accepted import none_accepted
-    from identify.diagnose.recording import doubts_of_recording
     from identify.identification import Outcome, worst
     from tui.doubted import told
     from tui.parameter_files import write_accepted
@@ -200,10 +200,11 @@ def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") ->
             *found.accepted.sentences,
             f"{path} was not written: nothing is left of it that could be sent.",
         )
+    fitted = found.accepted.values.keys()
     of_recording = [
         doubt
-        for doubt in doubts_of_recording(dive, file.vehicle.water)
-        if {*doubt.about} & {*found.accepted.values}
+        for doubt in contradictions(dive, file, found.configuration, fitted)
+        if not fitted.isdisjoint(doubt.about)
     ]
     doubts = [*of_recording, *found.accepted.doubts]
     doubted = {name: why for name, why in clauses(doubts, BY_NAME).items() if name in found.accepted.values}

@@ -11,7 +11,7 @@ from identify.dive import Dive, Signal
 from identify.report.figures import TIME_TITLE, signal_line, time_panel
 from identify.report.page import Figure
 from identify.report.plot import Line, Panel, lines_panel, side_by_side, stack
-from identify.report.text import significant, unit
+from identify.words import significant, unit
 from tui.reproduce.campaigns import Campaign
 from tui.reproduce.measures import heading, span
 from tui.reproduce.trials import REST_S

@@ -1,7 +1,7 @@
 """Questions that the paper leaves open: heave, yaw inertia in the feed-forward, off-diagonal terms."""
 
 from identify.report.page import Section, Table
-from identify.report.text import MISSING, fixed, significant, unit, with_interval
+from identify.words import MISSING, fixed, significant, unit, with_interval
 from tui.reproduce import figures
 from tui.reproduce.coupling import Term
 from tui.reproduce.measures import turned

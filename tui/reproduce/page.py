@@ -3,7 +3,7 @@
 from bridge.vehicle.coefficients import BY_NAME
 from identify.estimators.paper import PAPER
 from identify.report.page import Report, Section, Table
-from identify.report.text import fixed
+from identify.words import fixed
 from tui.reproduce import sections
 from tui.reproduce.campaigns import Campaign
 from tui.reproduce.comparisons import validation

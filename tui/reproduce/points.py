@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from identify.report.text import count, fixed, significant
+from identify.words import count, fixed, significant
 from tui.reproduce import published as paper
 from tui.reproduce.arithmetic import (
     acceleration_error,

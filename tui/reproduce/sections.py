@@ -5,8 +5,8 @@ import math
 from bridge.vehicle.config import Configuration
 from identify.report.figures import track
 from identify.report.page import Figure, Section, Table
-from identify.report.text import MISSING, count, fixed, seconds, significant, unit
 from identify.validate import METHOD, compare
+from identify.words import MISSING, count, fixed, seconds, significant, unit
 from tui.reproduce import figures
 from tui.reproduce.campaigns import Campaign
 from tui.reproduce.comparisons import (

@@ -9,24 +9,28 @@ from numpy.typing import NDArray
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, Coefficient
 from bridge.vehicle.config import VehicleFile
 from identify import identification
-from identify.dive import Dive
-from identify.estimators.admitted import NOTHING, Admitted, admitted, timing_of
-from identify.estimators.autopilot_velocity import shared_axes
-from identify.estimators.checks import crossed, crossed_doubts, loud, loud_doubts, loud_note, unseen_doubts
-from identify.estimators.doubts import Doubts, Multiplier, doubts_of
-from identify.estimators.innovations import POSITION
-from identify.estimators.pinn.fit import Fit, fit_network
-from identify.estimators.pinn.training import MOST_PASSES
-from identify.estimators.said import (
+from identify.checks.controller import unrecorded
+from identify.checks.fit import (
+    crossed,
+    crossed_doubts,
     drag_doubts,
     late_doubts,
-    long_enough,
+    loud,
+    loud_doubts,
+    loud_note,
     missing_forces,
     strange_doubts,
     too_little,
+    unseen_doubts,
     unsettled_doubt,
 )
-from identify.feedback import unrecorded
+from identify.dive import Dive
+from identify.estimators.autopilot_velocity import shared_axes
+from identify.estimators.innovations import POSITION
+from identify.estimators.misfit import NOTHING, Admitted, Doubts, Multiplier, admitted, doubts_of, timing_of
+from identify.estimators.pinn.fit import Fit, fit_network
+from identify.estimators.pinn.training import MOST_PASSES
+from identify.estimators.refusals import long_enough
 from identify.identification import (
     LARGEST_RELATIVE_STD,
     Z95,

@@ -10,9 +10,7 @@ from itertools import starmap
 import numpy as np
 
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
-from identify.dive import Array, Dive, Signal
-from identify.identification import Doubt, Outcome
-from identify.sensor_scales import (
+from identify.checks.scales import (
     DOUBTFUL_SCORE,
     FEWEST_WINDOWS,
     Scale,
@@ -23,6 +21,9 @@ from identify.sensor_scales import (
     well_read,
     whole,
 )
+from identify.dive import Array, Dive, Signal
+from identify.identification import Doubt, Outcome
+from identify.words import capital
 
 WINDOW_S, EDGE_S = 1.0, 0.25
 
@@ -147,7 +148,7 @@ def levelling_doubts(dive: Dive) -> tuple[Doubt, ...]:
         late, by = (first, second) if levels.late_s > 0 else (second, first)
         are = "is" if late == first else "are"
         problem, remedy = (
-            f"{late[0].upper()}{late[1:]} {are} stamped some {1000 * abs(levels.late_s):.0f} ms late, by {by}",
+            f"{capital(late)} {are} stamped some {1000 * abs(levels.late_s):.0f} ms late, by {by}",
             f"{', '.join(ABOUT)} may be off by more than their intervals; mend the clocks of both: seatrial doctor "
             "--wet tells how late each sensor is.",
         )

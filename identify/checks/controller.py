@@ -1,15 +1,10 @@
-"""Checks whether the controller used the recorded readings.
+"""Checks whether the controller used the readings that were recorded.
 
-If it used others, the disturbance steers the thrust unseen.
-
-A likelihood of a closed loop is right only if it is given the readings that the controller acted on (Ljung 1999,
-section 13.4). Given other readings, it takes the controller's reaction to the disturbance for mass.
-
-How the velocity that the controller used (NU_FB) follows from the recorded readings, and how late it used them.
+A likelihood of a closed loop needs the readings that the controller acted on (Ljung 1999, section 13.4). Given others,
+it takes the controller's reaction to the disturbance for mass.
 """
 
-import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,12 +12,12 @@ from numba import njit
 
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS
 from bridge.vehicle.config import VehicleFile, Water
+from identify.checks.frozen import axis_key
 from identify.dive import Array, Dive
-from identify.estimators.said import axes_named
 from identify.forces import wrench
-from identify.identification import Doubt, Identification, Outcome
-from identify.ingest.frozen import axis_key
+from identify.identification import Doubt, Outcome
 from identify.side_by_side import side_by_side
+from identify.words import axes_named, capital, listed
 
 TAPS = 8
 MEMORIES_S = (0.3, 1.0, 3.0, 10.0)
@@ -226,7 +221,7 @@ class Unrecorded:
     def doubt(self, done: str) -> Doubt:
         """Return the doubt about this axis's mass, with `done` saying how the method handled it."""
         problem, remedy = (
-            f"{self.found[0].upper()}{self.found[1:]}",
+            capital(self.found),
             f"a fit of {DOFS[self.dof]} takes that for mass, so {MASSES[self.dof].name} {done}, and the true "
             f"{DAMPINGS[self.dof].name} may lie below its value; record the very {READINGS[self.dof]} that the "
             f"controller uses, to know both from {DOFS[self.dof]} itself.",
@@ -268,12 +263,14 @@ def unchecked(dive: Dive) -> tuple[str, ...]:
         return ()
     used = "the recorded velocity" if "NU_FB" in lacking else "recorded readings alone"
     return (
-        f"{_listed(lacking)} {'is' if len(lacking) == 1 else 'are'} not recorded: it can't be checked whether the "
+        f"{listed(lacking)} {'is' if len(lacking) == 1 else 'are'} not recorded: it can't be checked whether the "
         f"controller used {used}; where it used others, masses come out wrong and nothing shows it.",
     )
 
 
-def depthless_doubts(fit: Identification, dive: Dive, file: VehicleFile) -> tuple[Doubt, ...]:
+def depthless_doubts(
+    dive: Dive, file: VehicleFile, configuration: str, fitted: Collection[str]
+) -> tuple[Doubt, ...]:
     """Return a doubt about mass and damping in heave if they were fitted with a controller whose depth is not
     recorded.
 
@@ -282,39 +279,36 @@ def depthless_doubts(fit: Identification, dive: Dive, file: VehicleFile) -> tupl
     """
     about = tuple(group[HEAVE].name for group in (MASSES, DAMPINGS))
     lacking, depth = _lacking(dive), dive.depth_by(file.vehicle.water)
-    valued = [name for name in about if math.isfinite(fit[name].value)]
+    valued = [name for name in about if name in fitted]
     by_hand = dive.tau_pid is not None and len(dive.tau_pid) and not np.any(dive.tau_pid.value[:, HEAVE])
     if not valued or not lacking or (depth is not None and len(depth)) or by_hand or not _commanded(dive):
         return ()
-    asked = wrench(dive, file, fit.configuration).asked[:, HEAVE]
+    asked = wrench(dive, file, configuration).asked[:, HEAVE]
     if np.mean(np.diff(asked) != 0.0) < OPEN_SHARE:
         return ()
     problem, remedy = (
-        f"Depth is not recorded, nor {'is' if len(lacking) == 1 else 'are'} {_listed(lacking)}",
+        f"Depth is not recorded, nor {'is' if len(lacking) == 1 else 'are'} {listed(lacking)}",
         f"a vehicle that holds "
         "its depth thrusts by a reading that the recording lacks, which a fit of heave takes for mass, so "
-        f"{_listed(valued)} may be off by more than their intervals; record the depth that the controller uses.",
+        f"{listed(valued)} may be off by more than their intervals; record the depth that the controller uses.",
     )
     return (Doubt(tuple(valued), problem, remedy, Outcome.DISAGREES),)
 
 
-def steered_doubts(fit: Identification, dive: Dive, file: VehicleFile) -> tuple[Doubt, ...]:
+def steered_doubts(
+    dive: Dive, file: VehicleFile, configuration: str, fitted: Collection[str]
+) -> tuple[Doubt, ...]:
     """Return a warning about the axes that a stock autopilot steered. The autopilot acted on more readings, and on
     other readings, than the filter outputs in its log."""
     if not dive.velocity_is_filtered or not _lacking(dive) or not _commanded(dive):
         return ()
-    asked = wrench(dive, file, fit.configuration).asked
+    asked = wrench(dive, file, configuration).asked
     spread = np.std(asked, axis=0)
     moves = np.mean(np.abs(np.diff(asked, axis=0)) > STEERED * spread, axis=0)
-    valued = {
-        parameter.name
-        for parameter in fit.parameters
-        if math.isfinite(parameter.value) and parameter.name not in fit.rest_on_righting
-    }
     groups = (MASSES, DAMPINGS, QUADRATICS)
     steered = (dof for dof in range(6) if spread[dof] > 0.0 and moves[dof] > OPEN_SHARE)
-    dofs = [dof for dof in steered if MASSES[dof].name in valued]
-    about = tuple(group[dof].name for dof in dofs for group in groups if group[dof].name in valued)
+    dofs = [dof for dof in steered if MASSES[dof].name in fitted]
+    about = tuple(group[dof].name for dof in dofs for group in groups if group[dof].name in fitted)
     if not about:
         return ()
     problem, remedy = (
@@ -335,10 +329,6 @@ def _lacking(dive: Dive) -> list[str]:
     """Names of the controller signals that the recording lacks."""
     named = {"NU_FB": dive.nu_fb, "TAU_PID": dive.tau_pid, "NU_REF": dive.nu_ref}
     return [name for name, signal in named.items() if signal is None or len(signal) == 0]
-
-
-def _listed(names: Sequence[str]) -> str:
-    return " and ".join(part for part in (", ".join(names[:-1]), names[-1]) if part)
 
 
 def frozen_doubts(dive: Dive) -> tuple[Doubt, ...]:

@@ -3,9 +3,9 @@
 import numpy as np
 
 from bridge.vehicle.coefficients import DOFS
+from identify.checks.frozen import axis_key
 from identify.dive import Array, Dive, Signal
 from identify.ingest.commands import sampled_slowly
-from identify.ingest.frozen import axis_key
 
 SLOWEST_VELOCITY_HZ = 2.0
 SLOWEST_GYRO_HZ = 5.0

@@ -1,10 +1,12 @@
-"""Formats words and numbers for readers: escaped text, digits no finer than the interval."""
+"""Words and numbers for readers: lists, capitals, units, digits no finer than the interval, text safe for HTML."""
 
 import html
 import math
 import re
+from collections.abc import Sequence
 
 from bridge.printable import printable
+from bridge.vehicle.coefficients import DOFS
 
 MISSING = "—"
 MINUS = "−"
@@ -63,3 +65,18 @@ def seconds(duration_s: float) -> str:
         return f"{significant(duration_s, 2 if duration_s < 10 else 3)} s"
     minutes, seconds_left = divmod(round(duration_s), 60)
     return f"{minutes} min {seconds_left} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
+
+
+def listed(names: Sequence[str]) -> str:
+    """`surge, sway and yaw`; "" for nothing."""
+    return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))
+
+
+def axes_named(dofs: Sequence[int]) -> str:
+    """Axes in words: surge, sway and yaw."""
+    return listed([DOFS[dof] for dof in dofs])
+
+
+def capital(text: str) -> str:
+    """The text with a capital first letter."""
+    return f"{text[:1].upper()}{text[1:]}"

@@ -1,12 +1,7 @@
-"""Removes readings that no underwater vehicle can make: a damaged message, an overflow, a field never filled.
+"""Removes readings that are none: values and times that no vehicle can have, and copies of velocities.
 
-Finds impossible times among many that agree: the effect of a flipped bit, or of a vehicle with a wrong clock.
-
-Removes copies of velocities that are sent faster than they are measured; only the first copy is a reading.
-
-A likelihood that takes each copy for an independent reading concludes that the velocity stands still between
-readings. Chance, a coarse resolution and a vehicle at rest repeat values too, but never nearly all of them equally
-often.
+A likelihood that takes each copy for a reading concludes that the velocity stands still between them. Chance, a coarse
+resolution and a vehicle at rest repeat values too, but never nearly all of them equally often.
 """
 
 from dataclasses import replace

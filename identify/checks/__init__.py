@@ -1,0 +1,1 @@
+"""Checks of a recording against itself and its fit: a module for each contradiction, `contradictions` lists them."""

@@ -1,0 +1,35 @@
+"""The list of checks that contradict a recording, for identification and diagnosis alike."""
+
+from collections.abc import Collection
+
+from bridge.vehicle.config import VehicleFile
+from identify.checks.controller import (
+    depthless_doubts,
+    filtered_doubts,
+    frozen_doubts,
+    stamp_doubts,
+    steered_doubts,
+)
+from identify.checks.descent import descent_doubts
+from identify.checks.heading import turning_doubts
+from identify.checks.levelling import levelling_doubts
+from identify.dive import Dive
+from identify.identification import Doubt
+
+
+def contradictions(
+    dive: Dive, file: VehicleFile, configuration: str, fitted: Collection[str]
+) -> tuple[Doubt, ...]:
+    """Doubts about the coefficients that were fitted to a recording, from the recording itself.
+
+    fitted: their names, without those that rest on the righting moment instead of on thrust.
+    """
+    return (
+        *(steered_doubts(dive, file, configuration, fitted) or filtered_doubts(dive)),
+        *frozen_doubts(dive),
+        *stamp_doubts(dive),
+        *descent_doubts(dive, file.vehicle.water),
+        *turning_doubts(dive),
+        *levelling_doubts(dive),
+        *depthless_doubts(dive, file, configuration, fitted),
+    )
