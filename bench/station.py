@@ -35,8 +35,7 @@ from gcs_plugin.watch.watcher import Watcher
 from tui.app import recorder
 from tui.app.app import SeatrialApp
 from tui.app.desk import Desk
-from tui.app.source import LinkSource
-from tui.app.station import Station
+from tui.app.station import LinkSource, Station
 
 SOURCES = (*SIMULATED, *LEARNT, "gcs_plugin", "tui/app/*.py", "tui/app/screens", "bench/station.py")
 CONFIGURATION = "hovering"

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from docs.make.markdown import MADE, code, table
-from tui.app.actions import EVERYWHERE, Action
+from tui.app.keys import EVERYWHERE, Action
 from tui.app.screens.table import OPENING, PLACES, SCREENS
 
 HEAD = ("keys", "action", "what it does")

@@ -29,7 +29,7 @@ from gcs_plugin.params.sidecar import read_sidecar, write_sidecar
 from identify.ingest.open import read_dive
 from identify.ingest.table import column_map
 from tui.accepted import doubted_of, priors_of
-from tui.app.keymap import load_keymap
+from tui.app.keys import load_keymap
 from tui.app.screens.table import PLACES
 from tui.merging import merge
 from tui.parameter_files import Leave, targets_of_identification

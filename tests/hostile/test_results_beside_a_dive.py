@@ -14,8 +14,8 @@ from bridge.new_file import clear_way
 from bridge.ring.segments import Segment, segments_in
 from gcs_plugin.mavproxy.work import Work
 from identify.report.page import Report, write_report
-from tui.app.found import found, places
-from tui.app.kept import Kept
+from tui.app.jobs import Kept
+from tui.app.screens.identify_lines import found, places
 from tui.job import work
 
 THINGS = ["a pipe", "a link", "a link to nothing", "a link to a device"]

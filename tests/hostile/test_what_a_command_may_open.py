@@ -18,8 +18,8 @@ from identify.batch.jobs import IDENTIFY, job_for
 from identify.batch.recordings import Recording
 from identify.batch.run import Cache
 from identify.challenge.seal import read_key
-from tui.app import preferences, themes
-from tui.app.keymap import load_keymap
+from tui.app import themes
+from tui.app.keys import load_keymap
 from tui.commands.challenge import _answer
 from tui.commands.plan import check_plan, identification
 from tui.exit_codes import UsageError
@@ -106,7 +106,7 @@ def test_what_lies_where_the_program_keeps_its_state_holds_nothing_up(
     for name in ("tui.json", "recording.json"):
         put(tmp_path / "seatrial" / name)
     shut()
-    assert preferences.load_theme() == themes.ORDER[0]
+    assert themes.load_theme() == themes.ORDER[0]
     assert held(0.0) is None
 
 

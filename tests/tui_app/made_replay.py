@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from made_view import picture
 
-from tui.app.replay import Replayed
+from tui.app.view import Replayed
 
 
 def replayed(**what):

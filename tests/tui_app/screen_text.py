@@ -13,8 +13,8 @@ from rich.segment import Segment
 from textual.color import Color
 
 from tui.app.app import SeatrialApp
-from tui.app.lines import ROLES
-from tui.app.widgets.line_view import LineView
+from tui.app.drawing import ROLES
+from tui.app.screens.frame import LineView
 
 KEPT = Path(__file__).parent / "screens"
 LETTERS = dict(zip(ROLES, ".qSar-sfWBLAFTK", strict=True))

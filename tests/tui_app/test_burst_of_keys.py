@@ -8,9 +8,8 @@ from made_view import FixedViews
 from screen_text import made
 from textual import events
 
-from tui.app.palette import ActionPalette
 from tui.app.screens.dives import DivesScreen
-from tui.app.screens.table import SCREENS
+from tui.app.screens.table import SCREENS, ActionPalette
 from tui.app.screens.watch import WatchScreen
 
 

@@ -14,8 +14,7 @@ from bridge.vehicle.config import CONFIGS
 from gcs_plugin.folder import About, DiveFolder
 from identify.diagnose.recording import LEAST_CHECK_S
 from tui import exit_codes
-from tui.app.check_dives import LEAST_S, can_check, check_dives
-from tui.app.desk import Desk
+from tui.app.desk import LEAST_S, Desk, can_check, check_dives
 from tui.app.jobs import Jobs
 from tui.dive_list import VERSION, Glance, dive_folders
 from tui.job import Done

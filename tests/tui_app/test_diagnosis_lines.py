@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 from made_diagnosis import diagnosis
 
-from tui.app import diagnosis_lines as made
-from tui.app.diagnosis import PHASES, answer
-from tui.app.lines import width
+from tui.app.drawing import width
+from tui.app.screens import diagnose_lines as made
+from tui.app.screens.diagnose_lines import PHASES, answer
 
 KEPT = sorted((Path(__file__).parents[1] / "data" / "sealed_answers").glob("*.json"))
 PARTS = (made.verdict, made.where, made.which, made.how_far, made.what_next)

@@ -6,9 +6,8 @@ from pathlib import Path
 import pytest
 from made_dives import DAMAGED, DECK, DIVES, HOVERING, dive
 
-from tui.app.dives_lines import details, known_to, length, row_under, table, window
-from tui.app.lines import width
-from tui.app.listed import listed, usual
+from tui.app.drawing import width
+from tui.app.screens.dives_lines import details, known_to, length, listed, row_under, table, usual, window
 from tui.commands.dives import clock_text
 
 DECK_DIVE, HOVERING_DIVE, DAMAGED_DIVE = listed(DIVES)

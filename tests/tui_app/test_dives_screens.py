@@ -16,9 +16,8 @@ from textual.widgets import Input
 from bridge.framing import Encoder
 from gcs_plugin.conditions import Conditions
 from gcs_plugin.folder import DiveFolder
-from tui.app.screens.ask import AskScreen
+from tui.app.screens.asking import AskScreen, FormScreen
 from tui.app.screens.dives import DivesScreen
-from tui.app.screens.form import FormScreen
 from tui.app.themes import ORDER
 
 SIZES = ((80, 24), (160, 50))

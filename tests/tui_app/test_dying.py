@@ -13,8 +13,8 @@ from tmux import NEEDS_TMUX, Tmux, alone
 
 from bridge.errors import LinkError
 from gcs_plugin.holder import held
-from tui.app.aside import aside
-from tui.app.dying import keep_trace, trace_file
+from tui.app.jobs import aside
+from tui.app.terminal import keep_trace, trace_file
 
 APP = """
 import asyncio, sys, time

@@ -10,12 +10,21 @@ from made_identified import DOUBT, PAGE, REASON, answer, identified, leave, pass
 from bridge.vehicle.coefficients import BY_NAME
 from gcs_plugin.params.last_accepted import AcceptedValue
 from tui import exit_codes
-from tui.app import found as found_module
-from tui.app.converging import Passes, converging, passes_of
-from tui.app.found import found, places
-from tui.app.identify_lines import curves, ended, progress, result, words_for
+from tui.app.drawing import width
 from tui.app.jobs import JobState
-from tui.app.lines import width
+from tui.app.screens import identify_lines
+from tui.app.screens.identify_lines import (
+    Passes,
+    converging,
+    curves,
+    ended,
+    found,
+    passes_of,
+    places,
+    progress,
+    result,
+    words_for,
+)
 from tui.job import Done
 
 WORDS = ("identify", "dives/2026-11-21T0352Z-hovering", "--vehicle", "ruvifist")
@@ -176,7 +185,7 @@ def test_what_was_last_accepted_stands_beside_it_and_news_is_warned_of(dive, mon
         BY_NAME[name].parameter_id(0): AcceptedValue(value, None, "")
         for name, value in {"M_u": 110.0, "D_u": 80.0}.items()
     }
-    monkeypatch.setattr(found_module, "last_accepted", lambda _: accepted)
+    monkeypatch.setattr(identify_lines, "last_accepted", lambda _: accepted)
     folder = dive()
     lines = result(found(folder, folder), 80)
     rows = {line[0][0].strip(): line for line in lines if line}

@@ -15,10 +15,9 @@ from soak import rest_in_soak
 
 from gcs_plugin.folder import About, DiveFolder
 from tui import exit_codes
-from tui.app.found import places
-from tui.app.identify_lines import words_for
 from tui.app.screens.dives import DivesScreen
 from tui.app.screens.identify import IdentifyScreen
+from tui.app.screens.identify_lines import places, words_for
 from tui.app.screens.parameters import ParametersScreen
 from tui.app.screens.watch import WatchScreen
 from tui.app.themes import ORDER

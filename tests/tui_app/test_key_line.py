@@ -4,7 +4,7 @@ import pytest
 from made_view import FixedViews
 from screen_text import made, run, text
 
-from tui.app.widgets.key_line import KeyLine, LiveKey, fitting
+from tui.app.screens.frame import KeyLine, LiveKey, fitting
 
 KEYS = (
     LiveKey("i", "i", "Identify", "identify"),

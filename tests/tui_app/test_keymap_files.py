@@ -5,7 +5,7 @@ import yaml
 
 from bridge.errors import ConfigError
 from bridge.vehicle.config import CONFIGS
-from tui.app.keymap import load_keymap, own_file
+from tui.app.keys import load_keymap, own_file
 from tui.app.screens.table import PLACES
 
 

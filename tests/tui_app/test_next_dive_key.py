@@ -10,8 +10,8 @@ from screen_text import made, pressed, run, settled, text
 from soak import rows_rest_in_soak
 
 from bridge.errors import LinkError
-from tui.app.aside import aside
-from tui.app.screens.ask import AskScreen
+from tui.app.jobs import aside
+from tui.app.screens.asking import AskScreen
 
 SIZE = (80, 24)
 SILENT = replace(view(), recording=None)

@@ -4,9 +4,9 @@ import json
 
 import pytest
 
-from tui.app import preferences, themes
-from tui.app.lines import ROLES
-from tui.app.pace import Pace
+from tui.app import themes
+from tui.app.drawing import ROLES
+from tui.app.terminal import Pace
 
 
 def test_a_terminal_that_keeps_up_is_drawn_as_often_as_asked():
@@ -75,9 +75,9 @@ def state(tmp_path, monkeypatch):
 
 
 def test_the_theme_is_kept_for_next_time(state):
-    assert preferences.load_theme() == "dark"
-    preferences.keep_theme("sunlight")
-    assert preferences.load_theme() == "sunlight"
+    assert themes.load_theme() == "dark"
+    themes.keep_theme("sunlight")
+    assert themes.load_theme() == "sunlight"
     assert json.loads(state.read_text(encoding="utf-8")) == {"theme": "sunlight"}
 
 
@@ -85,13 +85,13 @@ def test_the_theme_is_kept_for_next_time(state):
 def test_a_kept_theme_that_is_none_is_the_first(state, kept):
     state.parent.mkdir()
     state.write_text(kept, encoding="utf-8")
-    assert preferences.load_theme() == "dark"
+    assert themes.load_theme() == "dark"
 
 
 def test_a_disk_that_takes_nothing_is_no_reason_to_stop(state):
     state.parent.write_text("a file where a folder should be", encoding="utf-8")
-    preferences.keep_theme("light")
-    assert preferences.load_theme() == "dark"
+    themes.keep_theme("light")
+    assert themes.load_theme() == "dark"
 
 
 def test_every_role_has_a_look_in_every_theme():

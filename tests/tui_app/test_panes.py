@@ -7,7 +7,7 @@ import pytest
 from made_view import SAID, SENSORS, picture
 
 from gcs_plugin.watch.picture import Condition, Freshness, Said
-from tui.app.panes import sensors, signed_bar, thrusters, thrusters_heading, words, worst
+from tui.app.screens.panes import sensors, signed_bar, thrusters, thrusters_heading, words, worst
 
 FRESH, STALE, GONE = Freshness
 

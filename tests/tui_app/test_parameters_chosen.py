@@ -8,7 +8,7 @@ from screen_text import made, run, text
 
 from bridge.vehicle.config import CONFIGS
 from gcs_plugin.params.files import write_parameters
-from tui.app import parameter_lines as lines
+from tui.app.screens import parameters_lines as lines
 
 
 def test_the_upload_writes_the_chosen_lines_once_their_number_is_typed():

@@ -14,10 +14,10 @@ from soak import rest_in_soak
 
 from bridge.framing import Encoder
 from bridge.tlog import TlogWriter
-from tui.app.lines import width
-from tui.app.replay import BEFORE_S, SPEEDS, Replay, bar
+from tui.app.drawing import width
 from tui.app.screens.watch import WatchScreen
 from tui.app.themes import ORDER
+from tui.app.view import BEFORE_S, SPEEDS, Replay, bar
 
 SIZES = ((80, 24), (160, 50))
 NARROW = SIZES[0]

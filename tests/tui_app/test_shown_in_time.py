@@ -10,9 +10,9 @@ from bridge.framing import Encoder, Framer
 from bridge.messages.readings import Reading, encode
 from gcs_plugin.watch.picture import Freshness
 from gcs_plugin.watch.watcher import Watcher
-from tui.app.aging import aged
 from tui.app.header import pieces
 from tui.app.station import Station
+from tui.app.view import aged
 
 TURN_S, REFRESH_S = 0.05, 0.25
 SIGNALS = {

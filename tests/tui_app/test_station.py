@@ -11,8 +11,7 @@ from bridge.errors import LinkLost
 from bridge.framing import Encoder, Framer, decode
 from gcs_plugin.peers import GROUND_STATION, KnownVehicle, ground_heartbeat
 from gcs_plugin.watch.watcher import Watcher
-from tui.app.source import LinkSource
-from tui.app.station import Station
+from tui.app.station import LinkSource, Station
 from tui.app.view import Recording
 
 HEARTBEAT = Framer().feed(Encoder(1, 1).encode(ground_heartbeat()))[0]

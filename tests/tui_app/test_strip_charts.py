@@ -10,10 +10,8 @@ from hypothesis import strategies as st
 from made_view import NOW_S, traces
 
 from gcs_plugin.watch.picture import Freshness, Trace
-from tui.app import braille
-from tui.app.chart import chart, curve_row, tick_labels
-from tui.app.quantities import QUANTITIES, Quantity
-from tui.app.scale import Scale, nice_step, scale_for
+from tui.app.curves import BLANK, Scale, braille, curve_row, dots, extremes, nice_step, scale_for, tick_labels
+from tui.app.screens.strip_chart import QUANTITIES, Quantity, chart
 
 FRESH, STALE, GONE = Freshness
 EDGES = np.arange(0.0, 10.5, 0.5)
@@ -27,8 +25,8 @@ def lines_of(key, cells=46, rows=6, **changes):
     return chart(QUANTITIES[key], replace(traces()[key], **changes), NOW_S, cells, rows)
 
 
-def bits(dots):
-    return "".join(chr(code) for code in braille.cells(np.array(dots, dtype=bool)).ravel())
+def bits(on):
+    return "".join(chr(code) for code in braille(np.array(on, dtype=bool)).ravel())
 
 
 def test_each_dot_has_its_place_in_the_cell():
@@ -39,7 +37,7 @@ def test_each_dot_has_its_place_in_the_cell():
 
 def test_a_line_is_drawn_between_its_readings():
     time_s = np.arange(0.0, 11.0, 1.0)
-    low, high = braille.extremes(time_s, time_s, EDGES)
+    low, high = extremes(time_s, time_s, EDGES)
     assert low == pytest.approx(EDGES[:-1])
     assert high == pytest.approx(EDGES[1:])
 
@@ -47,14 +45,14 @@ def test_a_line_is_drawn_between_its_readings():
 def test_a_short_peak_between_two_edges_is_not_lost():
     time_s = np.linspace(0, 10, 101)
     value = np.where(np.arange(101) == 42, 5.0, 0.0)
-    _, high = braille.extremes(time_s, value, EDGES)
+    _, high = extremes(time_s, value, EDGES)
     assert high.max() == 5.0
 
 
 def test_a_reading_that_is_no_number_is_a_gap():
     time_s = np.arange(0.0, 10.01, 0.25)
     value = np.where((time_s > 3.9) & (time_s < 6.1), np.nan, 1.0)
-    low, _ = braille.extremes(time_s, value, EDGES)
+    low, _ = extremes(time_s, value, EDGES)
     assert np.isnan(low[8:12]).all()
     assert np.isfinite(low[:7]).all()
     assert np.isfinite(low[13:]).all()
@@ -62,13 +60,13 @@ def test_a_reading_that_is_no_number_is_a_gap():
 
 def test_a_silence_of_over_three_intervals_is_a_gap_and_a_shorter_one_is_none():
     time_s = np.concatenate([np.arange(0, 4, 0.25), np.arange(4.25, 6, 0.25), np.arange(7.5, 10.1, 0.25)])
-    low, _ = braille.extremes(time_s, np.ones_like(time_s), EDGES)
+    low, _ = extremes(time_s, np.ones_like(time_s), EDGES)
     assert np.isnan(low[12:14]).all()
     assert np.isfinite(low[:11]).all()
 
 
 def test_nothing_at_all_draws_nothing():
-    low, high = braille.extremes(np.array([]), np.array([]), EDGES)
+    low, high = extremes(np.array([]), np.array([]), EDGES)
     assert np.isnan(low).all()
     assert np.isnan(high).all()
 
@@ -81,16 +79,16 @@ def test_nothing_at_all_draws_nothing():
 def test_any_readings_draw_within_their_extremes_and_rows(readings, rows):
     readings.sort()
     time_s, value = (np.array([r[n] for r in readings]) for n in (0, 1))
-    low, high = braille.extremes(time_s, value, EDGES)
+    low, high = extremes(time_s, value, EDGES)
     known = np.isfinite(low)
     assert (np.isfinite(high) == known).all()
     assert (low[known] <= high[known]).all()
     if known.any():
         assert np.nanmin(value) - 1e-9 <= low[known].min()
         assert high[known].max() <= np.nanmax(value) + 1e-9
-    dots = braille.curve(low, high, -5.0, 5.0, rows)
-    assert dots.shape == (4 * rows, len(low))
-    assert (dots.any(axis=0) == known).all()
+    drawn = dots(low, high, -5.0, 5.0, rows)
+    assert drawn.shape == (4 * rows, len(low))
+    assert (drawn.any(axis=0) == known).all()
 
 
 @pytest.mark.parametrize(
@@ -209,6 +207,6 @@ def test_a_trace_with_one_reading_is_a_dot():
 
 
 def test_the_measured_curve_is_drawn_over_the_reference_so_that_its_shape_alone_tells_it():
-    measured, asked = np.array([0x2809, braille.BLANK]), np.array([0x2840, 0x2840])
+    measured, asked = np.array([0x2809, BLANK]), np.array([0x2840, 0x2840])
     row = curve_row(measured, asked, np.zeros(2, dtype=bool), " ", "accent")
     assert row == (("⠉", "accent"), ("⡀", "reference"))

@@ -7,10 +7,9 @@ import pytest
 from made_view import UNIX_S, picture, view
 
 from gcs_plugin.watch.picture import Armed
-from tui.app.aging import aged
+from tui.app.drawing import changed, harmless
 from tui.app.header import Tab, header, tab_at
-from tui.app.lines import changed, harmless
-from tui.app.view import Forcing, Recording
+from tui.app.view import Forcing, Recording, aged
 
 TABS = (Tab("1", "Watch", True), Tab("2", "Dives", False))
 

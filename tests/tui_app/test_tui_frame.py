@@ -15,13 +15,13 @@ from textual.containers import VerticalScroll
 from textual.widget import Widget
 from textual.widgets import Input
 
-from tui.app.actions import EVERYWHERE
+from tui.app.keys import EVERYWHERE
+from tui.app.screens.frame import TopLine
 from tui.app.screens.help import HelpScreen
 from tui.app.screens.table import OPENING, SCREENS
 from tui.app.screens.watch import WatchScreen
 from tui.app.themes import ORDER
 from tui.app.view import Forcing
-from tui.app.widgets.top_line import TopLine
 
 NARROW, WIDE = (80, 24), (160, 50)
 PAUSES = 20

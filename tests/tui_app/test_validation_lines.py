@@ -5,10 +5,10 @@ import pytest
 from made_diagnosis import CHECK, DIVE
 from made_validation import run, validation
 
-from tui.app import validation_lines as made
 from tui.app.curves import Curve, plot, seconds
-from tui.app.lines import width
-from tui.app.validation import runs
+from tui.app.drawing import width
+from tui.app.screens import validate_lines as made
+from tui.app.screens.validate_lines import runs
 
 
 def text(lines):

@@ -9,11 +9,10 @@ from screen_text import made, pressed, run, settled, text
 from textual.actions import parse
 from textual.command import CommandPalette
 
-from tui.app.actions import Action
-from tui.app.gate import Gate, looking_work, name_of
 from tui.app.jobs import Jobs
+from tui.app.keys import Action, Gate, looking_work, name_of
 from tui.app.screens.table import PLACES, SCREENS
-from tui.app.source import Listening
+from tui.app.station import Listening
 
 ACTIONS = {action.id: action for place in PLACES for action in place}
 NARROW = (80, 24)

@@ -8,8 +8,8 @@ from screen_text import check, looks, made, pressed, run, strips, text
 from soak import rest_in_soak
 
 from gcs_plugin.watch.picture import Armed, Freshness, Said
+from tui.app.screens.panes import SensorTable
 from tui.app.themes import ORDER
-from tui.app.widgets.panes import SensorTable
 
 SIZES = ((80, 24), (160, 50))
 

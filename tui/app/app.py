@@ -20,27 +20,19 @@ from textual.worker import WorkerFailed
 
 from bridge.errors import SeatrialError
 from gcs_plugin.params.last_accepted import reminder, unfinished
-from tui.app import preferences, themes
-from tui.app.actions import EVERYWHERE, Action, bindings
-from tui.app.aging import aged
-from tui.app.aside import aside
-from tui.app.confirming import agrees
+from tui.app import themes
 from tui.app.desk import Desk
-from tui.app.dying import PATIENCE_S, end_within, keep_trace
-from tui.app.gate import Gate
 from tui.app.in_turn import KeysInTurn
-from tui.app.keymap import Keymap
-from tui.app.pace import Pace
-from tui.app.palette import ActionPalette, ActionProvider
-from tui.app.screens.ask import AskScreen
-from tui.app.screens.frame import StationScreen
+from tui.app.jobs import aside
+from tui.app.keys import EVERYWHERE, Action, Gate, Keymap, bindings
+from tui.app.screens.asking import AskScreen
+from tui.app.screens.frame import StationScreen, TopLine
 from tui.app.screens.help import HelpScreen, help_lines
-from tui.app.screens.table import OPENING, PLACES, SCREENS, Row, tabs
-from tui.app.terminal import AnsweringDriver
-from tui.app.transfer import WRITE
-from tui.app.view import Views
-from tui.app.widgets.top_line import TopLine
-from tui.app.without_colour import WithoutColour
+from tui.app.screens.table import OPENING, PLACES, SCREENS, ActionPalette, ActionProvider, Row, tabs
+from tui.app.screens.transfer import WRITE, agrees
+from tui.app.terminal import PATIENCE_S, AnsweringDriver, Pace, end_within, keep_trace
+from tui.app.themes import WithoutColour
+from tui.app.view import Views, aged
 from tui.show import harmless
 
 WORDS_OF_COPY = Binding("ctrl+c", "help_quit", show=False, system=True)
@@ -74,7 +66,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         theme: str = themes.ORDER[0],
         keymap: Keymap | None = None,
         fps: float = 4.0,
-        keep_theme: Callable[[str], None] = preferences.keep_theme,
+        keep_theme: Callable[[str], None] = themes.keep_theme,
         clock: Callable[[], float] = time.monotonic,
         driver: type[AnsweringDriver] | None = None,
         desk: Desk | None = None,

@@ -1,17 +1,168 @@
-"""Plots of a whole dive as lines: a solid and a dotted curve, an axis at the left, and a row of times for below."""
+"""Curves in braille, four dots up and two across per cell, with an axis of round numbers; and plots of a whole dive."""
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gcs_plugin.watch.picture import Array
-from tui.app import braille
-from tui.app.chart import AXIS_CELLS, GRID, WITH_GRID, curve_row, tick_labels
-from tui.app.lines import Line, Lines, Span, apart, cut, width
-from tui.app.scale import nice_step, scale_for
+from tui.app.drawing import Line, Lines, Role, Span, apart, cut, number, width
 
+BLANK: Final = 0x2800
+ACROSS, UP = 2, 4
+EIGHTHS: Final = " ▁▂▃▄▅▆▇█"
+# Unicode chart U+2800: the bit of each dot, by row from the top and column.
+_BITS: Final = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
+PERIODS_OF_A_GAP: Final = 3.0
+
+Dots = NDArray[np.bool_]
+Codes = NDArray[np.int_]
+AXIS_CELLS: Final = 7
 LABEL_CELLS: Final = 14
+WITH_GRID: Final = 4  # rows of curve from which grid lines at the ticks help
+GAP: Final = "░"
+GRID: Final = "┈"
+
+
+def extremes(time_s: Array, value: Array, edges_s: Array) -> tuple[Array, Array]:
+    """Least and greatest value, in each span between `edges_s`, of a line through the readings; NaN in its gaps.
+
+    A gap is a NaN reading, or a silence longer than three median intervals.
+    """
+    low = np.full(len(edges_s) - 1, np.nan)
+    high = low.copy()
+    numbers = np.flatnonzero(np.isfinite(value))
+    if not numbers.size:
+        return low, high
+    t, v = time_s[numbers], value[numbers]
+    first, last = np.searchsorted(t, edges_s[:-1]), np.searchsorted(t, edges_s[1:])
+    held = np.flatnonzero(first < last)
+    # reduceat runs from one start to the next; the odd entries cover readings outside the spans and are dropped.
+    starts = np.column_stack([first[held], last[held]]).ravel()
+    padded = np.append(v, np.nan)
+    low[held] = np.fmin.reduceat(padded, starts)[::2] if held.size else low[held]
+    high[held] = np.fmax.reduceat(padded, starts)[::2] if held.size else high[held]
+    crossing = _crossings(t, v, numbers, edges_s)
+    for edge in (crossing[:-1], crossing[1:]):
+        low, high = np.fmin(low, edge), np.fmax(high, edge)
+    return low, high
+
+
+def _crossings(t: Array, v: Array, numbers: NDArray[np.intp], edges_s: Array) -> Array:
+    """Value of the line at each edge; NaN outside the line and in its gaps."""
+    crossing = np.full(len(edges_s), np.nan)
+    if len(t) < 2:
+        return crossing
+    interval = np.diff(t)
+    broken = (np.diff(numbers) > 1) | (interval > PERIODS_OF_A_GAP * max(float(np.median(interval)), 1e-3))
+    before = np.searchsorted(t, edges_s, side="right") - 1
+    before = np.where(edges_s == t[-1], len(t) - 2, before)
+    inside = np.flatnonzero((before >= 0) & (before < len(t) - 1))
+    k = before[inside]
+    unbroken = ~broken[k] & (interval[k] > 0)
+    inside, k = inside[unbroken], k[unbroken]
+    crossing[inside] = v[k] + (edges_s[inside] - t[k]) / interval[k] * (v[k + 1] - v[k])
+    return crossing
+
+
+def dots(low: Array, high: Array, bottom: float, top: float, rows: int) -> Dots:
+    """Dots (4 rows, columns) of the spans from `low` to `high`; values out of range are drawn at the edge."""
+    last = UP * rows - 1
+    per_dot = last / (top - bottom)
+    known = np.isfinite(low)
+    upper = np.where(known, np.clip(np.rint((top - high) * per_dot), 0, last), last + 1)
+    lower = np.where(known, np.clip(np.rint((top - low) * per_dot), 0, last), -1)
+    row = np.arange(last + 1)[:, None]
+    return np.asarray((row >= upper) & (row <= lower))
+
+
+def braille(dots: Dots) -> Codes:
+    """The characters (rows, columns) that show `dots`, as code points."""
+    rows, columns = dots.shape[0] // UP, dots.shape[1] // ACROSS
+    blocks = dots.reshape(rows, UP, columns, ACROSS)
+    codes: Codes = BLANK + np.einsum("ruca,ua->rc", blocks.astype(int), _BITS)
+    return codes
+
+
+def eighths(low: Array, high: Array, bottom: float, top: float) -> str:
+    """One row of blocks, as high as the middle of each span; blank for an empty span."""
+    middle = (low + high) / 2
+    level = np.clip(np.rint((middle - bottom) / (top - bottom) * 7), 0, 7)
+    return "".join(EIGHTHS[int(n) + 1] if np.isfinite(n) else " " for n in level)
+
+
+@dataclass(frozen=True)
+class Scale:
+    """An axis from `low` to `high`, both multiples of `step`."""
+
+    low: float
+    high: float
+    step: float
+
+    @property
+    def digits(self) -> int:
+        """Decimals that its ticks need."""
+        return max(0, -math.floor(math.log10(self.step) + 1e-9))
+
+
+def nice_step(least: float) -> float:
+    """The smallest of 1, 2, 5 times a power of ten that is at least `least`."""
+    power = 10.0 ** math.floor(math.log10(least))
+    return next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= least * (1 - 1e-9))
+
+
+def scale_for(values: Array, least_span: float, with_zero: bool, steps: int = 4) -> Scale:
+    """Scale that covers all finite `values`: at least `least_span`, in about `steps` steps."""
+    known = values[np.isfinite(values)]
+    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 0.0)
+    step = nice_step(max(high - low, least_span) / steps)
+    if with_zero:
+        low, high = min(low, 0.0), max(high, 0.0)
+        if high - low < least_span:
+            low, high = min(low, -least_span / 2), max(high, least_span / 2)
+        step = nice_step((high - low) / steps)
+    elif high - low < least_span:
+        middle = step * round((low + high) / 2 / step)
+        low, high = min(low, middle - least_span / 2), max(high, middle + least_span / 2)
+    return Scale(step * math.floor(low / step + 1e-9), step * math.ceil(high / step - 1e-9), step)
+
+
+def tick_labels(scale: Scale, rows: int, downwards: bool) -> dict[int, str]:
+    """Tick labels by row: both ends first, then zero, then the rest, at least two rows apart; none in a single row."""
+    if rows == 1:
+        return {}
+    count = round((scale.high - scale.low) / scale.step)
+    values = [scale.low + n * scale.step for n in range(count + 1)]
+    by_row: dict[int, str] = {}
+    for value in (values[0], values[-1], *sorted(values[1:-1], key=abs)):
+        share = (value - scale.low) / (scale.high - scale.low)
+        row = round((share if downwards else 1 - share) * (rows - 1))
+        if all(abs(row - taken) > 1 for taken in by_row) or value in (values[0], values[-1]):
+            by_row.setdefault(row, number(value, scale.digits))
+    return by_row
+
+
+def curve_row(measured: Codes, asked: Codes, gaps: NDArray[np.bool_], grid: str, role: Role) -> Line:
+    """One row of the curve, merged into runs of one role."""
+    spans: list[Span] = []
+    for value, reference, gap in zip(measured.tolist(), asked.tolist(), gaps.tolist(), strict=True):
+        span: Span
+        if value != BLANK:
+            # The value covers the reference, whose dots next to a solid line would look like part of it.
+            span = (chr(value), role)
+        elif reference != BLANK:
+            span = (chr(reference), "reference")
+        elif gap:
+            span = (GAP, "rule")
+        else:
+            span = (grid, "rule")
+        if spans and spans[-1][1] == span[1]:
+            spans[-1] = (spans[-1][0] + span[0], span[1])
+        else:
+            spans.append(span)
+    return tuple(spans)
 
 
 @dataclass(frozen=True)
@@ -38,15 +189,15 @@ def plot(
         return (head,)
     both = solid.value if dotted is None else np.concatenate([solid.value, dotted.value])
     scale = scale_for(both, least_span, True, 2 if curve_rows < WITH_GRID else 4)
-    edges_s = np.linspace(time_s[0], time_s[-1], braille.ACROSS * across + 1)
+    edges_s = np.linspace(time_s[0], time_s[-1], ACROSS * across + 1)
     drawn = [
-        np.zeros((braille.UP * curve_rows, braille.ACROSS * across), dtype=bool)
+        np.zeros((UP * curve_rows, ACROSS * across), dtype=bool)
         if curve is None
-        else braille.curve(*braille.extremes(time_s, curve.value, edges_s), scale.low, scale.high, curve_rows)
+        else dots(*extremes(time_s, curve.value, edges_s), scale.low, scale.high, curve_rows)
         for curve in (solid, dotted)
     ]
-    measured = braille.cells(drawn[0])
-    reference = braille.cells(drawn[1] & (np.arange(braille.ACROSS * across) % 2 == 0))
+    measured = braille(drawn[0])
+    reference = braille(drawn[1] & (np.arange(ACROSS * across) % 2 == 0))
     labels, no_gap = tick_labels(scale, curve_rows, False), np.zeros(across, dtype=bool)
     lines: list[Line] = [head]
     for row in range(curve_rows):

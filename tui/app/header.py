@@ -9,8 +9,7 @@ from typing import Final
 from gcs_plugin.ff_words import sent_text
 from gcs_plugin.holder import how_to_end
 from gcs_plugin.watch.picture import Armed, LinkRow, Picture
-from tui.app.lines import Line, Lines, Role, Span, apart, cut, width
-from tui.app.shown import ago, left, stopwatch, utc
+from tui.app.drawing import Line, Lines, Role, Span, ago, apart, cut, left, stopwatch, utc, width
 from tui.app.view import Forcing, View
 
 STALE_S, GONE_S = 3.0, 10.0

@@ -1,16 +1,22 @@
-"""The app's running verbs, each in a process of its own. They belong to the app, not to a screen.
+"""The app's running verbs, each in a process of its own, as lines, and their results next to a dive.
 
-A screen starts a job, may be left and opened again, and reads its progress from `state`.
+Jobs belong to the app, not to a screen: a screen starts one, may be left and opened again, and reads its progress.
 """
 
 import asyncio
+import threading
 import time
 from collections.abc import Awaitable, Callable, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass, replace
-from typing import Any
+from pathlib import Path
+from typing import Any, Generic, TypeVar
 
 from bridge.errors import ConfigError
+from bridge.file_size import read_small
+from bridge.plain import from_json
 from tui import exit_codes, job
+from tui.app.drawing import Lines, apart, bar, cut, wrapped
 from tui.job import Done
 from tui.progress import PAGE, UNKEPT, Report
 
@@ -114,3 +120,97 @@ class Jobs:
 
     def _change(self, verb: str, **new: object) -> None:
         self._states[verb] = replace(self._states[verb], **new)  # type: ignore[arg-type]
+
+
+Answer = TypeVar("Answer")
+
+
+async def aside(work: Callable[[], Answer]) -> Answer:
+    """Return the result of `work`, or raise its exception."""
+    future: Future[Answer] = Future()
+
+    def run() -> None:
+        try:
+            future.set_result(work())
+        except BaseException as error:  # noqa: BLE001 (re-raised in the waiting task)
+            future.set_exception(error)
+
+    threading.Thread(target=run, name="aside", daemon=True).start()
+    # Shielded: a cancelled caller stops waiting, and the work can still deliver its result.
+    return await asyncio.shield(asyncio.wrap_future(future))
+
+
+T = TypeVar("T")
+
+
+class Kept(Generic[T]):
+    """`typed` converts a JSON value to the type that a screen shows, or returns None if it does not fit."""
+
+    def __init__(self, typed: Callable[[Any], T | None]) -> None:
+        self._typed = typed
+        self._of: tuple[Path, int] | None = None
+        self._unkept: Any = None
+        self._value: T | None = None
+
+    def read(self, path: Path, unkept: Any = None) -> T | None:
+        """The content of the file; None if the file is missing or has other content.
+
+        `unkept` is a newer result that could not be written there: it replaces the file's content.
+        """
+        stamp = path, written_ns(path)
+        if stamp != self._of or unkept is not self._unkept:
+            self._of, self._unkept = stamp, unkept
+            self._value = self._typed(_json(path) if unkept is None else unkept)
+        return self._value
+
+
+def written_ns(path: Path) -> int:
+    """Time of a file's last write, ns; 0 if the file is missing."""
+    try:
+        return path.stat().st_mtime_ns
+    except OSError:
+        return 0
+
+
+def newer(path: Path, than: Path) -> bool:
+    """Whether a file exists and is no older than `than`: then both come from the same run."""
+    return written_ns(path) >= written_ns(than) > 0
+
+
+def _json(path: Path) -> Any:
+    try:
+        return from_json(read_small(path))
+    except (OSError, ValueError):
+        return None
+
+
+BAR_CELLS = 24
+NOT_KEPT = "its values are below, and kept nowhere"
+
+
+def job_lines(verb: str, state: JobState | None, now_s: float, cells: int) -> Lines:
+    """Progress or failure of a job; empty if there was no job or if it left a result, which is shown itself."""
+    if state is None:
+        return ()
+    if state.done is None:
+        report = state.told[-1] if state.told else None
+        share, words = (report.share, report.words) if report else (0.0, "begins")
+        left = f" {100 * share:3.0f} %  "
+        lasted = f"  {now_s - state.began_s:.0f} s"
+        doing = "ends" if state.cancelled else words
+        room = cells - BAR_CELLS - len(left) - len(lasted) - 1
+        return (
+            apart(
+                ((bar(share, BAR_CELLS), "accent"), (left, "strong"), (cut(doing, room), "plain")),
+                ((lasted, "quiet"),),
+                cells,
+            ),
+        )
+    if state.cancelled:
+        return wrapped(f"{verb} was cancelled; nothing of it was kept", "warn", cells)
+    if state.done.result is None or state.done.code == exit_codes.BAD_INPUT:
+        why = state.done.why
+        if state.unkept is not None:
+            why += f"; {NOT_KEPT}"
+        return wrapped(why or f"{verb} ended with exit code {state.done.code} and said nothing", "bad", cells)
+    return ()

@@ -12,8 +12,7 @@ from typing import Final
 from bridge.clock import Clock
 from bridge.errors import LinkError
 from gcs_plugin import orders
-from gcs_plugin.holder import Holding, held, how_to_end, hung
-from tui.app.preferences import state_file
+from gcs_plugin.holder import Holding, held, how_to_end, hung, state_file
 from tui.app.view import Recording
 
 PATIENCE_S: Final = 15.0

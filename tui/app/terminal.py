@@ -1,14 +1,23 @@
-"""Terminal driver that measures the terminal's lag: a cursor query after the output is answered once that is drawn."""
+"""The terminal: how fast it draws, what it is given back, and the death of the app.
+
+After each drawing the terminal gets a query for its cursor, which it answers once it has drawn everything before: then
+its lag is known, and a slow terminal is drawn on less often. A terminal that never answers is assumed to keep up.
+"""
 
 import os
 import termios
+import threading
+import traceback
 from collections.abc import Callable
 from contextlib import suppress
+from pathlib import Path
 from typing import Any, Final
 
 from textual import events
 from textual.drivers.linux_driver import LinuxDriver
 from textual.message import Message
+
+from gcs_plugin.holder import state_file
 
 WHERE_IS_THE_CURSOR: Final = "\x1b[6n"
 AS_BEFORE: Final = "".join(f"\x1b[?{mode}l" for mode in (1000, 1002, 1003, 1006, 2004, 1004)) + "\x1b[<u"
@@ -70,3 +79,86 @@ class AnsweringDriver(LinuxDriver):
             if self.attrs_before is not None:
                 termios.tcsetattr(self.fileno, termios.TCSANOW, self.attrs_before)
             os.write(self.fileno, f"{AS_BEFORE}{OTHER_SCREEN}{sentence}\n".encode())
+
+
+LATE_S: Final = 0.5
+LAGGING_PERIOD_S: Final = 1.0
+CALM_S: Final = 5.0  # without a late answer, before the requested rate resumes
+GIVEN_UP_S: Final = 5.0
+
+
+class Pace:
+    """`fps` is the number of refreshes a second when everything keeps up."""
+
+    def __init__(self, fps: float) -> None:
+        self._period_s = 1.0 / fps
+        self._asked_s: float | None = None
+        self._slow_until_s = float("-inf")
+        self._ever_answered = False
+
+    def may_ask(self) -> bool:
+        """Whether the last query is answered."""
+        return self._asked_s is None
+
+    def on_asked(self, now_s: float) -> None:
+        self._asked_s = now_s
+
+    def on_answered(self, now_s: float) -> None:
+        if self._asked_s is not None and now_s - self._asked_s > LATE_S:
+            self._slow_until_s = now_s + CALM_S
+        self._asked_s, self._ever_answered = None, True
+
+    def may_draw(self, now_s: float) -> bool:
+        """Whether the terminal is ready for more; after a long wait it is tried anyway."""
+        waiting_s = 0.0 if self._asked_s is None else now_s - self._asked_s
+        if waiting_s <= LATE_S or not self._ever_answered:
+            return True
+        self._slow_until_s = now_s + CALM_S
+        if waiting_s > GIVEN_UP_S:
+            self._asked_s = None
+            return True
+        return False
+
+    def period_s(self, now_s: float) -> float:
+        """Time to the next refresh, s."""
+        if now_s < self._slow_until_s:
+            return max(LAGGING_PERIOD_S, self._period_s)
+        return self._period_s
+
+
+PATIENCE_S: Final = 5.0
+"""Time that the app gets to leave by itself; then the process ends, wherever it hangs."""
+
+
+def trace_file() -> Path:
+    """Path of the trace; it replaces the trace of an earlier death."""
+    return state_file().with_name("died.txt")
+
+
+def keep_trace(error: BaseException) -> str:
+    """Write the trace of an error; return a sentence that reports the death."""
+    file = trace_file()
+    words = " ".join(f"{type(error).__name__}: {error}".split())
+    trace_words = f"what it died of is in {file}"
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text("".join(traceback.format_exception(error)), encoding="utf-8")
+    except OSError as unwritten:
+        trace_words = f"no more is known, for {file} can't be written ({unwritten.strerror})"
+    return (
+        f"seatrial: the app has died ({words}); a recording goes on without it. Start it again; {trace_words}"
+    )
+
+
+def end_within(patience_s: float, give_back: Callable[[], None]) -> None:
+    """End the process after `patience_s` even if it hangs; call `give_back` just before."""
+
+    def end() -> None:
+        try:
+            give_back()
+        finally:
+            os._exit(1)
+
+    timer = threading.Timer(patience_s, end)
+    timer.daemon = True
+    timer.start()

@@ -1,10 +1,25 @@
-"""Looks of the roles in three themes. `sunlight` has no tints: weight, underline and inverse distinguish states."""
+"""Looks of the roles in three themes and without colour, and the theme of the last session.
 
+`sunlight` has no tints: weight, underline and inverse distinguish states.
+"""
+
+import contextlib
+import json
+from functools import lru_cache
+from pathlib import Path
 from typing import Final
 
+from rich.segment import Segment
+from rich.style import Style
+from textual.color import Color
+from textual.filter import LineFilter
 from textual.theme import Theme
 
-from tui.app.lines import ROLES, Role
+from bridge.file_size import read_small
+from bridge.new_file import whole
+from bridge.plain import from_json
+from gcs_plugin.holder import state_file
+from tui.app.drawing import ROLES, Role
 
 Look = tuple[str, str, str]
 """Foreground, background ("" for the screen's own), text style."""
@@ -147,3 +162,42 @@ def component_css() -> str:
         f"Screen:nocolor > .line--{role} {{ text-style: {style}; }}" for role, style in WITHOUT_COLOUR.items()
     )
     return "\n".join((*roles, *bare))
+
+
+class WithoutColour(LineFilter):
+    """Keeps bold, dim, underline and inverse."""
+
+    def apply(self, segments: list[Segment], background: Color) -> list[Segment]:
+        del background
+        return [
+            Segment(text, None if style is None else _bare(style) + Style.from_meta(style.meta), control)
+            for text, style, control in segments
+        ]
+
+
+@lru_cache(1024)
+def _bare(style: Style) -> Style:
+    return Style(bold=style.bold, dim=style.dim, underline=style.underline, reverse=style.reverse)
+
+
+def _theme_file() -> Path:
+    return state_file().with_name("tui.json")
+
+
+def load_theme() -> str:
+    """The theme of the last session; `dark` if none is stored."""
+    try:
+        kept = from_json(read_small(_theme_file()))
+    except (OSError, ValueError):
+        return ORDER[0]
+    name = kept.get("theme") if isinstance(kept, dict) else None
+    return name if name in ORDER else ORDER[0]
+
+
+def keep_theme(name: str) -> None:
+    """Save the theme for the next session; a disk error is ignored."""
+    file = _theme_file()
+    with contextlib.suppress(OSError):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with whole(file) as made:
+            made.write((json.dumps({"theme": name}) + "\n").encode())

@@ -79,7 +79,7 @@ def _serve(arguments: argparse.Namespace) -> int:
 
     from bridge.clock import SystemClock
     from tui import show
-    from tui.app.keymap import load_keymap
+    from tui.app.keys import load_keymap
     from tui.app.screens.table import PLACES
     from tui.sockets import listening
     from tui.web.server import PageServer
@@ -149,16 +149,14 @@ def _show(arguments: argparse.Namespace) -> int:
     from gcs_plugin.ff_switch import Switch
     from gcs_plugin.peers import newest
     from gcs_plugin.watch.watcher import Watcher
-    from tui.app import preferences
+    from tui.app import themes
     from tui.app.app import SeatrialApp
     from tui.app.desk import Desk
-    from tui.app.gate import looking_work
     from tui.app.jobs import Jobs
-    from tui.app.keymap import load_keymap
+    from tui.app.keys import load_keymap, looking_work
     from tui.app.recorder import end, next_dive, recorded, recording
     from tui.app.screens.table import PLACES
-    from tui.app.source import LinkSource, Listening
-    from tui.app.station import Station
+    from tui.app.station import LinkSource, Listening, Station
     from tui.app.terminal import AnsweringDriver
     from tui.links import known_now
 
@@ -184,7 +182,7 @@ def _show(arguments: argparse.Namespace) -> int:
     )
     app = SeatrialApp(
         station,
-        arguments.theme or preferences.load_theme(),
+        arguments.theme or themes.load_theme(),
         keymap,
         min(arguments.fps, MOST_FPS),
         driver=None if in_browser else AnsweringDriver,

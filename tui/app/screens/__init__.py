@@ -1,1 +1,1 @@
-"""Screens: `frame` is their common base, `table` lists them."""
+"""Screens, each with its lines beside it (`NAME_lines`); `frame` is their common base, `table` lists them."""

@@ -4,21 +4,21 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import ClassVar, Final
 
-from tui.app import diagnosis_lines
-from tui.app.actions import Action, bindings
-from tui.app.check_dives import can_check
-from tui.app.diagnosis import Answer, answer
+from tui.app.desk import can_check
+from tui.app.drawing import Lines
 from tui.app.header import Tab
-from tui.app.kept import Kept, newer
-from tui.app.lines import Lines
+from tui.app.jobs import Kept, newer
+from tui.app.keys import Action, bindings
+from tui.app.screens import diagnose_lines
+from tui.app.screens.diagnose_lines import Answer, answer
 from tui.app.screens.on_dive import DiveScreen
 
 JSON, REPORT, PARAM = "diagnosis.json", "diagnosis.html", "diagnosed.param"
 MAKES: Final = {
-    "where": diagnosis_lines.where,
-    "which": diagnosis_lines.which,
-    "far": diagnosis_lines.how_far,
-    "next": diagnosis_lines.what_next,
+    "where": diagnose_lines.where,
+    "which": diagnose_lines.which,
+    "far": diagnose_lines.how_far,
+    "next": diagnose_lines.what_next,
 }
 
 
@@ -92,7 +92,7 @@ class DiagnoseScreen(DiveScreen):
 
     def verdict(self, cells: int) -> Lines:
         diagnosis = self.found()
-        return diagnosis_lines.verdict(diagnosis, cells) if diagnosis is not None else ()
+        return diagnose_lines.verdict(diagnosis, cells) if diagnosis is not None else ()
 
     def section(self, name: str, cells: int, rows: int) -> Lines:
         del rows

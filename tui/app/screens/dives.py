@@ -12,19 +12,25 @@ from bridge.errors import SeatrialError
 from gcs_plugin.asked_conditions import TITLES, last_conditions, mistakes, of_texts, texts_of
 from gcs_plugin.conditions import NOTHING_SAID
 from gcs_plugin.folder import DiveFolder
-from tui.app.actions import Action, bindings
-from tui.app.aside import aside
-from tui.app.dives_lines import CHOSEN, RECORDED, UNREAD, details, row_under, table
+from tui.app.drawing import Line, Lines, hanging, heading
 from tui.app.header import Tab
-from tui.app.lines import Line, Lines, heading
-from tui.app.listed import ListedDive, listed, usual, with_unread
-from tui.app.replay import open_replay
-from tui.app.screens.ask import AskScreen
-from tui.app.screens.form import FormScreen
-from tui.app.screens.frame import StationScreen
-from tui.app.view import View
-from tui.app.widgets.drawn import Drawn
-from tui.app.wrapped import hanging
+from tui.app.jobs import aside
+from tui.app.keys import Action, bindings
+from tui.app.screens.asking import AskScreen, FormScreen
+from tui.app.screens.dives_lines import (
+    CHOSEN,
+    RECORDED,
+    UNREAD,
+    ListedDive,
+    details,
+    listed,
+    row_under,
+    table,
+    usual,
+    with_unread,
+)
+from tui.app.screens.frame import Drawn, StationScreen
+from tui.app.view import View, open_replay
 
 VERB: Final = "dives"
 

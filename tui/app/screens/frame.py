@@ -1,23 +1,215 @@
-"""Common base of all screens: the lines on top, the live keys at the bottom, and the view in between."""
+"""Common base of all screens and widgets: the lines on top, the live keys at the bottom, the view in between."""
 
-from collections.abc import Sequence
-from typing import ClassVar, Protocol, cast
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import zip_longest
+from typing import ClassVar, Final, Protocol, cast
 
+from rich.segment import Segment
+from rich.style import Style
 from textual import events
 from textual.app import ComposeResult
 from textual.binding import ActiveBinding
 from textual.dom import DOMNode
+from textual.geometry import Region, Size
+from textual.message import Message
 from textual.screen import Screen
+from textual.strip import Strip
+from textual.widget import Widget
 from textual.widgets import Static
 
-from tui.app.actions import EVERYWHERE, Action
 from tui.app.desk import Desk
-from tui.app.header import Tab
+from tui.app.drawing import Line, Lines, Role, changed, harmless
+from tui.app.header import Tab, header, tab_at
+from tui.app.keys import EVERYWHERE, Action
 from tui.app.themes import ROLE_CLASSES
 from tui.app.view import View
-from tui.app.widgets.key_line import KeyLine
-from tui.app.widgets.line_view import LineView
-from tui.app.widgets.top_line import TopLine
+
+NOT_UNDERLINED: Final = Style(underline=False)
+
+
+class LineView(Widget):
+    """Subclasses turn a view into lines for that many cells and rows. The screen holds the roles' component classes."""
+
+    def __init__(self, *, id: str | None = None, classes: str | None = None) -> None:
+        super().__init__(id=id, classes=classes)
+        self._view: View | None = None
+        self._lines: Lines = ()
+
+    def lines(self, view: View, cells: int, rows: int) -> Lines:
+        raise NotImplementedError
+
+    @property
+    def view(self) -> View | None:
+        """The view shown now."""
+        return self._view
+
+    def show(self, view: View) -> None:
+        """Show a newer view."""
+        self._view = view
+        if not self.size or not self.is_on_screen:
+            return
+        before, self._lines = self._lines, self.lines(view, self.size.width, self.size.height)
+        if len(before) != len(self._lines) and self.styles.auto_dimensions:
+            self.refresh(layout=True)
+            return
+        for y, (old, new) in enumerate(zip_longest(before, self._lines, fillvalue=())):
+            if old != new:
+                # Redraw only the changed digits: on a slow link, they are a tenth of the row.
+                start, end = changed(old, new)
+                self.refresh(Region(start, y, end - start, 1))
+
+    def get_content_height(self, container: Size, viewport: Size, width: int) -> int:
+        del container, viewport
+        return len(self.lines(self._view, width, 0)) if self._view is not None else 1
+
+    def render_line(self, y: int) -> Strip:
+        base = self.rich_style
+        spans = self._lines[y] if y < len(self._lines) else ()
+        segments = [segment for text, role in spans for segment in self._segments(text, role)]
+        return Strip(segments).adjust_cell_length(self.size.width, base)
+
+    def _segments(self, text: str, role: Role) -> Iterator[Segment]:
+        """Segments of one span; leading and trailing blanks are not underlined."""
+        text = harmless(text)
+        style = self.screen.get_component_rich_style(f"line--{role}")
+        bare = text.strip() if style.underline else text
+        before, _, after = text.partition(bare) if bare else (text, "", "")
+        unmarked = style + NOT_UNDERLINED
+        yield from (
+            Segment(part, kind)
+            for part, kind in ((before, unmarked), (bare, style), (after, unmarked))
+            if part
+        )
+
+    def on_resize(self, _: events.Resize) -> None:
+        if self._view is not None:
+            self._lines = self.lines(self._view, self.size.width, self.size.height)
+            # A hidden widget returns with its old height, though its number of lines may have changed.
+            self.refresh(layout=bool(self.styles.auto_dimensions and len(self._lines) != self.size.height))
+
+    def on_show(self, _: events.Show) -> None:
+        if self._view is not None:
+            self.show(self._view)
+
+
+class Drawn(LineView):
+    """Shows the lines of `make(cells, rows)`, at each new view and whenever `again` is called."""
+
+    def __init__(self, make: Callable[[int, int], Lines], *, id: str | None = None) -> None:
+        super().__init__(id=id)
+        self._make = make
+
+    def lines(self, view: View, cells: int, rows: int) -> Lines:
+        del view
+        return self._make(cells, rows)
+
+    def again(self) -> None:
+        """Redraw after a change."""
+        if self.view is not None:
+            self.show(self.view)
+
+
+TABS_AT = 1
+
+
+class TopLine(LineView):
+    """Armed state, link, recording, feed-forward, UTC; the screens; alerts."""
+
+    @dataclass
+    class Chosen(Message):
+        """A screen's title was clicked."""
+
+        tab: Tab
+
+    def __init__(self, tabs: Sequence[Tab]) -> None:
+        super().__init__()
+        self._tabs = tabs
+
+    def lines(self, view: View, cells: int, rows: int) -> Lines:
+        del rows
+        return header(view, self._tabs, cells)
+
+    def on_click(self, event: events.Click) -> None:
+        tab = tab_at(self._tabs, event.x) if event.y == TABS_AT else None
+        if tab is not None:
+            self.post_message(self.Chosen(tab))
+
+
+ALWAYS = ("app.force_off", "app.help")
+"""Actions that must be visible on any terminal."""
+HELP = "app.help"
+
+
+@dataclass(frozen=True)
+class LiveKey:
+    """A key that has an effect now: its name in Textual, its display form, its words, and the action."""
+
+    name: str
+    written: str
+    words: str
+    action: str
+
+    @property
+    def spans(self) -> Line:
+        return ((f" {self.written} ", "key"), (f"{self.words} ", "quiet"))
+
+    @property
+    def cells(self) -> int:
+        return sum(len(text) for text, _ in self.spans)
+
+
+def fitting(keys: Sequence[LiveKey], cells: int) -> tuple[LiveKey, ...]:
+    """Drop keys from the end until the rest fits into `cells`; those in `ALWAYS` are never dropped."""
+    last_first = [key for key in reversed(keys) if key.action not in ALWAYS]
+    for count in range(len(last_first) + 1):
+        shown = tuple(_telling(key, count) for key in keys if key not in last_first[:count])
+        if sum(key.cells for key in shown) <= cells:
+            break
+    return shown
+
+
+def _telling(key: LiveKey, left_out: int) -> LiveKey:
+    """The key, or for the help key a version that shows how many keys are left out."""
+    return replace(key, words=f"{key.words}, {left_out} more") if left_out and key.action == HELP else key
+
+
+class KeyLine(Drawn):
+    """All keys in a single widget: a widget per key, as in Textual's footer, makes changing screens slow."""
+
+    ALLOW_SELECT = False
+
+    def __init__(self) -> None:
+        super().__init__(self._made)
+
+    def on_mount(self) -> None:
+        self.screen.bindings_updated_signal.subscribe(self, lambda _: self.again())
+
+    def on_unmount(self) -> None:
+        self.screen.bindings_updated_signal.unsubscribe(self)
+
+    def on_click(self, event: events.Click) -> None:
+        """A click on a key presses it."""
+        end = 0
+        for key in fitting(tuple(self._live()), self.size.width):
+            end += key.cells
+            if event.x < end:
+                self.app.simulate_key(key.name)
+                return
+
+    def _made(self, cells: int, rows: int) -> Lines:
+        del rows
+        return (tuple(span for key in fitting(tuple(self._live()), cells) for span in key.spans),)
+
+    def _live(self) -> Iterator[LiveKey]:
+        """The keys of the footer, the first key of each action."""
+        seen = set()
+        for _, binding, enabled, _ in self.screen.active_bindings.values():
+            if binding.show and enabled and binding.action not in seen:
+                seen.add(binding.action)
+                yield LiveKey(
+                    binding.key, self.app.get_key_display(binding), binding.description, binding.action
+                )
 
 
 class AtDesk(Protocol):

@@ -9,12 +9,11 @@ from textual.binding import Binding
 from textual.containers import VerticalScroll
 from textual.screen import ModalScreen, Screen
 
-from tui.app.actions import Action, bindings
-from tui.app.lines import Line, Lines
-from tui.app.screens.frame import StationScreen
+from tui.app.drawing import Line, Lines
+from tui.app.keys import Action, bindings
+from tui.app.screens.frame import LineView, StationScreen
 from tui.app.themes import ROLE_CLASSES
 from tui.app.view import View
-from tui.app.widgets.line_view import LineView
 
 CLOSING: Final = (
     Action(

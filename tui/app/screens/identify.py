@@ -8,17 +8,23 @@ from textual.app import ComposeResult
 from textual.containers import VerticalScroll
 
 from tui import exit_codes
-from tui.app.actions import Action, bindings
-from tui.app.converging import passes_of
-from tui.app.found import Found, found, places
+from tui.app.drawing import Lines, hanging, heading
 from tui.app.header import Tab
-from tui.app.identify_lines import curves, ended, progress, result, words_for
 from tui.app.jobs import JobState
-from tui.app.lines import Lines, heading
-from tui.app.screens.frame import StationScreen
+from tui.app.keys import Action, bindings
+from tui.app.screens.frame import Drawn, StationScreen
+from tui.app.screens.identify_lines import (
+    Found,
+    curves,
+    ended,
+    found,
+    passes_of,
+    places,
+    progress,
+    result,
+    words_for,
+)
 from tui.app.view import View
-from tui.app.widgets.drawn import Drawn
-from tui.app.wrapped import hanging
 from tui.progress import Report
 
 VERB: Final = "identify"

@@ -9,14 +9,12 @@ from textual import events
 from textual.app import ComposeResult
 from textual.containers import Container, Vertical, VerticalScroll
 
-from tui.app.check_dives import check_dives
+from tui.app.desk import check_dives
+from tui.app.drawing import Lines, heading, wrapped
 from tui.app.header import Tab
-from tui.app.job_lines import job_lines
-from tui.app.lines import Lines, heading
-from tui.app.screens.frame import StationScreen
+from tui.app.jobs import job_lines
+from tui.app.screens.frame import Drawn, StationScreen
 from tui.app.view import View
-from tui.app.widgets.drawn import Drawn
-from tui.app.wrapped import wrapped
 
 
 class DiveScreen(StationScreen):

@@ -9,17 +9,13 @@ from textual.containers import Horizontal, VerticalScroll
 from textual.widgets import Input
 
 from gcs_plugin.watch.picture import Picture
-from tui.app import parameter_lines as lines
-from tui.app import transfer_lines
-from tui.app.actions import Action, bindings
-from tui.app.comparison import Entry
-from tui.app.lines import Lines
-from tui.app.screens.frame import StationScreen
-from tui.app.transfer import READ, Transfer
+from tui.app.drawing import Lines, wrapped
+from tui.app.keys import Action, bindings
+from tui.app.screens import parameters_lines as lines
+from tui.app.screens.asking import AskLine
+from tui.app.screens.frame import Drawn, StationScreen
+from tui.app.screens.transfer import READ, Entry, Transfer
 from tui.app.view import View
-from tui.app.widgets.ask_line import AskLine
-from tui.app.widgets.drawn import Drawn
-from tui.app.wrapped import wrapped
 from tui.progress import Written
 
 
@@ -238,7 +234,7 @@ class ParametersScreen(StationScreen):
                 key = "" if transfer.back else self.key_of("parameters.upload")
                 head += lines.waiting(transfer.shown, key, cells)
             retries = self.key_of("parameters.back" if transfer.back else "parameters.upload")
-            return (*head, *trouble, *transfer_lines.writing(transfer.written, cells, retries))
+            return (*head, *trouble, *lines.writing(transfer.written, cells, retries))
         if trouble and not transfer.reads:
             if self.view_only:
                 return trouble
@@ -247,7 +243,7 @@ class ParametersScreen(StationScreen):
                 f"{key} reads the vehicle again" if key else "escape leaves it, and the file is shown again"
             )
             return (*trouble, *wrapped(f"Nothing was written by this reading; {then}.", "strong", cells))
-        reading = transfer_lines.reading(self.desk.jobs.state(READ), cells)
+        reading = lines.reading(self.desk.jobs.state(READ), cells)
         return (*trouble, *reading) or wrapped(self._nothing(), "plain", cells)
 
     def _nothing(self) -> str:
@@ -260,7 +256,7 @@ class ParametersScreen(StationScreen):
         return f"{yet}; identify it, or choose another dive on Dives by Enter"
 
     def _became(self) -> dict[str, Written]:
-        return transfer_lines.became(self._transfer.written, self._transfer.shown)
+        return lines.became(self._transfer.written, self._transfer.shown)
 
     def _table(self, cells: int, rows: int) -> Lines:
         transfer = self._transfer

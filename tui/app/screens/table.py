@@ -1,21 +1,28 @@
-"""The screens, one row each. Their keys, tabs, palette entries and keymap ids follow from it."""
+"""The screens, one row each, from which their keys, tabs, palette entries and keymap ids follow; and the palette."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Final
+from functools import partial
+from typing import TYPE_CHECKING, Final, cast
 
-from tui.app.actions import EVERYWHERE, Action
+from textual.await_complete import AwaitComplete
+from textual.command import CommandPalette, DiscoveryHit, Hit, Hits, Provider
+
+from tui.app import themes
 from tui.app.header import Tab
-from tui.app.screens.ask import ASKING
+from tui.app.keys import EVERYWHERE, Action
+from tui.app.screens.asking import ASKING, FILLING
 from tui.app.screens.diagnose import DiagnoseScreen
 from tui.app.screens.dives import DivesScreen
-from tui.app.screens.form import FILLING
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.help import CLOSING
 from tui.app.screens.identify import IdentifyScreen
 from tui.app.screens.parameters import ParametersScreen
 from tui.app.screens.validate import ValidateScreen
 from tui.app.screens.watch import WatchScreen
+
+if TYPE_CHECKING:
+    from tui.app.app import SeatrialApp
 
 
 @dataclass(frozen=True)
@@ -108,3 +115,61 @@ def tabs(shown: str, keys: Callable[[Action], str]) -> tuple[Tab, ...]:
     return tuple(
         Tab(keys(action), row.title, row.id == shown) for row, action in zip(SCREENS, OPENING, strict=True)
     )
+
+
+MOVING: Final = "replay."
+"""Actions that make sense only while the user sees the replay that they move in: it ends when Watch is left."""
+
+
+class ActionPalette(CommandPalette):
+    """The palette, closing only once: an escape and an enter together would also close the screen below."""
+
+    def dismiss(self, result: None = None) -> AwaitComplete:
+        return super().dismiss(result) if self.is_current else AwaitComplete()
+
+
+class ActionProvider(Provider):
+    """The actions that are live on the present screen, those of the other screens, and the themes.
+
+    An action of the present screen is listed while it has an effect; actions of other screens are listed unless they
+    move a mark or a replay. In a view-only app only actions that look are listed.
+    """
+
+    def _live(self) -> Iterator[Action]:
+        yield from (action for action in EVERYWHERE if action.id != "app.palette")
+        yield from OPENING
+        if isinstance(self.screen, StationScreen):
+            yield from (action for action in self.screen.ACTIONS if self.screen.offers(action))
+        for name in themes.ORDER:
+            yield Action(f"theme.{name}", "", f"app.use_theme('{name}')", f"Theme: {name}", "use this theme")
+
+    def _entries(self) -> Iterator[tuple[str, str, Callable[[], object]]]:
+        """Words, help and function of each action."""
+        app = cast("SeatrialApp", self.app)
+        for action in self._live():
+            if app.may(self.screen, action.call):
+                yield action.words, self._help(action), partial(app.run_action, action.call, self.screen)
+        for row in SCREENS:
+            if row.title == self.screen.title:
+                continue
+            for action in row.actions:
+                elsewhere = not action.id.startswith(MOVING) and action.call.partition("(")[0] != "go"
+                if elsewhere and (action.looks or not app.view_only):
+                    words = f"{row.title}: {action.words}"
+                    yield words, action.sentence, partial(app.do_on, row.id, action)
+
+    async def discover(self) -> Hits:
+        for words, sentence, do in self._entries():
+            yield DiscoveryHit(words, do, help=sentence)
+
+    async def search(self, query: str) -> Hits:
+        matcher = self.matcher(query)
+        for words, sentence, do in self._entries():
+            score = max(matcher.match(words), 0.9 * matcher.match(sentence))
+            if score > 0:
+                yield Hit(score, matcher.highlight(words), do, help=sentence)
+
+    def _help(self, action: Action) -> str:
+        """The action's sentence, with its key."""
+        key = self.screen.key_of(action.id) if isinstance(self.screen, StationScreen) else ""
+        return f"{action.sentence} ({key})" if key else action.sentence

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import ClassVar, Final
 
-from tui.app import validation_lines
-from tui.app.actions import Action, bindings
+from tui.app.drawing import Lines
 from tui.app.header import Tab
-from tui.app.kept import Kept
-from tui.app.lines import Lines
+from tui.app.jobs import Kept
+from tui.app.keys import Action, bindings
+from tui.app.screens import validate_lines
 from tui.app.screens.on_dive import DiveScreen
-from tui.app.validation import Run, runs
+from tui.app.screens.validate_lines import Run, runs
 
 JSON, REPORT = "validation.json", "validation.html"
 MOST_BESIDE: Final = 3
@@ -69,7 +69,7 @@ class ValidateScreen(DiveScreen):
         if action == "beside":
             return not self.at_work and bool(self.others)
         if action == "axis":
-            return len(validation_lines.axes(self.found())) > 1
+            return len(validate_lines.axes(self.found())) > 1
         if action == "run":
             return len(self.found()) > 1
         return super().check_action(action, parameters)
@@ -97,18 +97,18 @@ class ValidateScreen(DiveScreen):
 
     def verdict(self, cells: int) -> Lines:
         run = self._looked_at()
-        return validation_lines.verdict(run, cells) if run is not None else ()
+        return validate_lines.verdict(run, cells) if run is not None else ()
 
     def section(self, name: str, cells: int, rows: int) -> Lines:
         results, run = self.found(), self._looked_at()
         if run is None:
             return ()
         if name == "criteria":
-            return validation_lines.criteria(run, cells)
+            return validate_lines.criteria(run, cells)
         if name == "errors":
-            return validation_lines.errors(results, run.dive, cells)
-        axes = validation_lines.axes(results)
-        return validation_lines.curves(run, axes[self._axis % len(axes)], cells, rows) if axes else ()
+            return validate_lines.errors(results, run.dive, cells)
+        axes = validate_lines.axes(results)
+        return validate_lines.curves(run, axes[self._axis % len(axes)], cells, rows) if axes else ()
 
     def head(self, name: str) -> tuple[str, str]:
         title, run = self.SECTIONS[name], self._looked_at()

@@ -1,6 +1,6 @@
-"""Watch: the vehicle's present motion, the health of its sensors, and its messages."""
+"""Watch: the vehicle's present motion, the health of its sensors, and its messages; or a recorded dive in its place."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import ClassVar
 
@@ -8,17 +8,29 @@ from textual import events
 from textual.app import ComposeResult
 from textual.containers import Container, Horizontal, Vertical, VerticalScroll
 
-from tui.app import panes
-from tui.app.actions import Action, bindings
+from tui.app.drawing import Lines, cut
 from tui.app.header import Tab
-from tui.app.quantities import QUANTITIES
-from tui.app.screens.frame import StationScreen
-from tui.app.view import View
-from tui.app.widgets.line_view import LineView
-from tui.app.widgets.panes import Heading, SensorTable, ThrusterBars, ThrusterHeading, Words
-from tui.app.widgets.replay_bar import ReplayBar
-from tui.app.widgets.strip_chart import StripChart
-from tui.app.widgets.top_line import TopLine
+from tui.app.keys import Action, bindings
+from tui.app.screens import panes
+from tui.app.screens.frame import LineView, StationScreen, TopLine
+from tui.app.screens.panes import Heading, SensorTable, ThrusterBars, ThrusterHeading, Words
+from tui.app.screens.strip_chart import QUANTITIES, StripChart
+from tui.app.view import View, bar
+
+
+class ReplayBar(LineView):
+    """Two lines; `keys` returns the keys that work."""
+
+    def __init__(self, keys: Callable[[], str]) -> None:
+        super().__init__(id="replay-bar")
+        self._keys = keys
+
+    def lines(self, view: View, cells: int, rows: int) -> Lines:
+        del rows
+        if view.replay is None:
+            return ()
+        return (bar(view.replay, cells), ((cut(f" {self._keys()}", cells), "quiet"),))
+
 
 MOTION = {"u": "first", "v": "first", "w": "first", "p": "second", "q": "second", "r": "first"}
 STATE = {"depth": "first", "heading": "second", "altitude": "mini", "voltage": "mini", "current": "second"}

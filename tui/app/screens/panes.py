@@ -1,11 +1,27 @@
-"""Sensors, thrusters and messages of a vehicle, as lines."""
+"""Sensors, thrusters and messages of a vehicle: their lines, and the widgets that show them."""
 
 import math
+from collections.abc import Callable
 from typing import Final
 
 from gcs_plugin.watch.picture import Condition, Freshness, LinkRow, Said, SensorRow, ThrusterRow
-from tui.app.lines import Line, Lines, Role, Span, apart, cut, heading, width
-from tui.app.shown import NOTHING, age, ago, number, utc
+from tui.app.drawing import (
+    NOTHING,
+    Line,
+    Lines,
+    Role,
+    Span,
+    age,
+    ago,
+    apart,
+    cut,
+    heading,
+    number,
+    utc,
+    width,
+)
+from tui.app.screens.frame import LineView
+from tui.app.view import View
 
 WIDE: Final = 50
 NAME_CELLS: Final = 17
@@ -169,3 +185,47 @@ def worst(said: tuple[Said, ...]) -> str:
     warnings = sum(message.severity == WARNING for message in said)
     counts = ((errors, "error"), (warnings, "warning"))
     return ", ".join(f"{count} {name}{'s' * (count > 1)}" for count, name in counts if count)
+
+
+class Heading(LineView):
+    """A title with a rule, and a note at the right that may depend on the view."""
+
+    def __init__(self, title: str, note: Callable[[View], str] = lambda _: "") -> None:
+        super().__init__()
+        self._title, self._note = title, note
+
+    def lines(self, view: View, cells: int, rows: int) -> Lines:
+        del rows
+        return (heading(self._title, self._note(view), cells),)
+
+
+class SensorTable(LineView):
+    """Links and sensors with their freshness."""
+
+    def lines(self, view: View, cells: int, rows: int) -> Lines:
+        del rows
+        return sensors(view.picture.links, view.picture.sensors, cells)
+
+
+class ThrusterHeading(LineView):
+    """The title of the bars, with the configuration in use."""
+
+    def lines(self, view: View, cells: int, rows: int) -> Lines:
+        del rows
+        return (thrusters_heading(view.picture.configuration, cells),)
+
+
+class ThrusterBars(LineView):
+    """Thruster commands as signed bars."""
+
+    def lines(self, view: View, cells: int, rows: int) -> Lines:
+        del rows
+        return thrusters(view.picture.thrusters, cells) or ((("none heard", "quiet"),),)
+
+
+class Words(LineView):
+    """The vehicle's last messages, the newest first."""
+
+    def lines(self, view: View, cells: int, rows: int) -> Lines:
+        del rows
+        return words(view.picture.said, cells) or ((("nothing said", "quiet"),),)

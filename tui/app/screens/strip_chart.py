@@ -1,4 +1,4 @@
-"""A strip chart as lines: the last minute of a quantity with its reference, its range, and its present value."""
+"""A strip chart: the last minute of a quantity with its reference, its range, and its present value."""
 
 import math
 from dataclasses import dataclass
@@ -8,25 +8,60 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gcs_plugin.watch.picture import Array, Freshness, Trace
-from tui.app import braille
-from tui.app.lines import Line, Lines, Role, Span, width
-from tui.app.quantities import Quantity
-from tui.app.scale import Scale, scale_for
-from tui.app.shown import NOTHING, SHOWN_IN, ago, number
+from tui.app.curves import (
+    AXIS_CELLS,
+    GRID,
+    WITH_GRID,
+    Scale,
+    braille,
+    curve_row,
+    dots,
+    eighths,
+    extremes,
+    scale_for,
+    tick_labels,
+)
+from tui.app.drawing import NOTHING, SHOWN_IN, Line, Lines, Role, Span, ago, number, width
+from tui.app.screens.frame import LineView
+from tui.app.view import View
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One trace of a `Picture`. `least_span` and `digits` are in the displayed unit."""
+
+    key: str
+    title: str
+    least_span: float
+    digits: int
+    with_zero: bool = False
+    downwards: bool = False
+    turns: bool = False
+
+
+_ALL: Final = (
+    Quantity("u", "surge u", 0.2, 3, with_zero=True),
+    Quantity("v", "sway v", 0.2, 3, with_zero=True),
+    Quantity("w", "heave w", 0.2, 3, with_zero=True),
+    Quantity("r", "yaw r", 10.0, 1, with_zero=True),
+    Quantity("depth", "depth", 0.5, 2, downwards=True),
+    Quantity("heading", "heading", 20.0, 1, turns=True),
+    Quantity("altitude", "altitude", 0.5, 2),
+    Quantity("voltage", "battery", 1.0, 2),
+    Quantity("p", "roll p", 10.0, 1, with_zero=True),
+    Quantity("q", "pitch q", 10.0, 1, with_zero=True),
+    Quantity("current", "current", 5.0, 1, with_zero=True),
+)
+QUANTITIES: Final = {quantity.key: quantity for quantity in _ALL}
+
 
 SPAN_S: Final = 60.0
-AXIS_CELLS: Final = 7
 TITLE_CELLS: Final = 10
 LABEL_EVERY_S: Final = 20
 WITH_TIMES: Final = 9  # rows from which a time axis fits
-WITH_GRID: Final = 4  # rows of curve from which grid lines at the ticks help
 SMALL: Final = 3  # rows of curve below which two ticks suffice
 HALF_TURN: Final = 180.0
 FULL_TURN: Final = Scale(0.0, 360.0, 90.0)
-GAP: Final = "░"
-GRID: Final = "┈"
-
-Codes = NDArray[np.int_]
 
 
 @dataclass(frozen=True)
@@ -50,7 +85,7 @@ def chart(quantity: Quantity, trace: Trace | None, now_s: float, cells: int, row
     if rows == 1:
         room = cells - width(head) - 1
         curves = _curves(quantity, trace, value, None, now_s, room, 2)
-        blocks = braille.eighths(*curves.value, curves.scale.low, curves.scale.high)[::2] if room > 0 else ""
+        blocks = eighths(*curves.value, curves.scale.low, curves.scale.high)[::2] if room > 0 else ""
         return ((*head, (" " + blocks, _role(trace))),)
     curve_rows = rows - 1 - (rows >= WITH_TIMES)
     across = cells - AXIS_CELLS
@@ -108,8 +143,8 @@ def _curves(
     if quantity.turns and scale.high - scale.low > HALF_TURN:
         scale = FULL_TURN
     nothing = np.full(len(edges_s) - 1, np.nan)
-    wanted = (nothing, nothing) if reference is None else braille.extremes(trace.time_s, reference, edges_s)
-    measured = braille.extremes(trace.time_s, value, edges_s)
+    wanted = (nothing, nothing) if reference is None else extremes(trace.time_s, reference, edges_s)
+    measured = extremes(trace.time_s, value, edges_s)
     if quantity.turns:
         measured, wanted = _unbroken(*measured), _unbroken(*wanted)
     return _Curves(measured, wanted, scale, edges_s[2::2])
@@ -126,10 +161,10 @@ def _body(quantity: Quantity, trace: Trace, curves: _Curves, rows: int) -> Lines
     if quantity.downwards:
         bottom, top = -top, -bottom
         (low, high), (asked_low, asked_high) = (-high, -low), (-asked_high, -asked_low)
-    measured = braille.cells(braille.curve(low, high, bottom, top, rows))
+    measured = braille(dots(low, high, bottom, top, rows))
     # A dotted line distinguishes the reference from the measurement even without colour.
-    dotted = braille.curve(asked_low, asked_high, bottom, top, rows) & (np.arange(len(low)) % 2 == 0)
-    wanted = braille.cells(dotted)
+    dotted = dots(asked_low, asked_high, bottom, top, rows) & (np.arange(len(low)) % 2 == 0)
+    wanted = braille(dotted)
     begun = np.flatnonzero(np.isfinite(low))
     silent: NDArray[np.bool_] = np.all(np.isnan(low).reshape(-1, 2), axis=1)
     silent[: begun[0] // 2 if begun.size else len(silent)] = False
@@ -146,42 +181,6 @@ def _body(quantity: Quantity, trace: Trace, curves: _Curves, rows: int) -> Lines
     return tuple(lines)
 
 
-def curve_row(measured: Codes, asked: Codes, gaps: NDArray[np.bool_], grid: str, role: Role) -> Line:
-    """One row of the curve, merged into runs of one role."""
-    spans: list[Span] = []
-    for value, reference, gap in zip(measured.tolist(), asked.tolist(), gaps.tolist(), strict=True):
-        span: Span
-        if value != braille.BLANK:
-            # The value covers the reference, whose dots next to a solid line would look like part of it.
-            span = (chr(value), role)
-        elif reference != braille.BLANK:
-            span = (chr(reference), "reference")
-        elif gap:
-            span = (GAP, "rule")
-        else:
-            span = (grid, "rule")
-        if spans and spans[-1][1] == span[1]:
-            spans[-1] = (spans[-1][0] + span[0], span[1])
-        else:
-            spans.append(span)
-    return tuple(spans)
-
-
-def tick_labels(scale: Scale, rows: int, downwards: bool) -> dict[int, str]:
-    """Tick labels by row: both ends first, then zero, then the rest, at least two rows apart; none in a single row."""
-    if rows == 1:
-        return {}
-    count = round((scale.high - scale.low) / scale.step)
-    values = [scale.low + n * scale.step for n in range(count + 1)]
-    by_row: dict[int, str] = {}
-    for value in (values[0], values[-1], *sorted(values[1:-1], key=abs)):
-        share = (value - scale.low) / (scale.high - scale.low)
-        row = round((share if downwards else 1 - share) * (rows - 1))
-        if all(abs(row - taken) > 1 for taken in by_row) or value in (values[0], values[-1]):
-            by_row.setdefault(row, number(value, scale.digits))
-    return by_row
-
-
 def _times(across: int) -> Line:
     """The row under a curve: seconds before now."""
     row = [" "] * across
@@ -192,3 +191,15 @@ def _times(across: int) -> Line:
         if start >= 0:
             row[start : start + len(text)] = text
     return ((" " * AXIS_CELLS, "quiet"), ("".join(row), "quiet"))
+
+
+class StripChart(LineView):
+    """The chart of one quantity, filling the widget."""
+
+    def __init__(self, quantity: Quantity, *, classes: str | None = None) -> None:
+        super().__init__(id=f"chart-{quantity.key}", classes=classes)
+        self.quantity = quantity
+
+    def lines(self, view: View, cells: int, rows: int) -> Lines:
+        picture = view.picture
+        return chart(self.quantity, picture.traces.get(self.quantity.key), picture.now_s, cells, rows)

@@ -1,0 +1,233 @@
+"""Questions: a line or a form over a screen, whose top line stays bright and live, or a line below its content."""
+
+from collections.abc import Callable, Mapping
+from typing import Final, TypeVar
+
+from textual import events
+from textual.app import ComposeResult
+from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.screen import ModalScreen
+from textual.widgets import Input, Label
+
+from bridge.errors import SeatrialError
+from tui.app.drawing import Lines
+from tui.app.keys import Action, bindings
+from tui.app.screens.frame import Drawn, StationScreen, TopLine
+
+Answer = TypeVar("Answer")
+LEAST_ABOVE = 3
+"""Rows above the box: the lines on top, and one for a banner that may appear."""
+
+
+class OverScreen(ModalScreen[Answer]):
+    """Subclasses compose one box, of the class `box`."""
+
+    _below: StationScreen | None = None
+
+    def on_mount(self) -> None:
+        below = self.app.screen_stack[0]
+        self._below = below if isinstance(below, StationScreen) else None
+        for top in below.query(TopLine):
+            self.watch(top, "virtual_size", self.ask_for_room)
+
+    def on_resize(self, _: events.Resize) -> None:
+        self.ask_for_room()
+
+    def on_unmount(self) -> None:
+        if self._below is not None:
+            self._below.make_room(0)
+
+    def ask_for_room(self) -> None:
+        """Move the screen below under the box, once the box has its size."""
+        self.call_after_refresh(self._make_room)
+
+    def _make_room(self) -> None:
+        if self._below is None or not self.is_current:
+            return
+        box = self.query_one(".box")
+        above = max([LEAST_ABOVE, *(top.region.bottom for top in self._below.query(TopLine))])
+        if box.styles.margin.top != above:
+            # The banner's second line must not be hidden.
+            box.styles.margin = (above, 0, box.styles.margin.bottom, 0)
+        self._below.make_room(above + box.region.height)
+
+
+ASKING: Final = (
+    Action(
+        "ask.cancel",
+        "escape",
+        "dismiss(None)",
+        "Cancel",
+        "back, and nothing is changed",
+        in_footer=False,
+        looks=True,
+    ),
+)
+
+
+class AskScreen(OverScreen[str | None]):
+    """Returns the text typed when Enter sends it; None if it was closed."""
+
+    BINDINGS = bindings(ASKING)  # type: ignore[assignment]
+
+    def __init__(self, title: str, value: str = "", hint: str = "", does: str = "keeps") -> None:
+        super().__init__()
+        self._asked, self._value, self._hint, self._does = title, value, hint, does
+
+    def compose(self) -> ComposeResult:
+        box = Vertical(
+            Input(self._value, placeholder=self._hint, select_on_focus=False), id="ask-box", classes="box"
+        )
+        box.border_title = self._asked
+        box.border_subtitle = f"enter {self._does}, escape leaves it"
+        yield box
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        self.dismiss(event.value)
+
+
+FILLING: Final = (
+    Action(
+        "form.cancel",
+        "escape",
+        "dismiss(None)",
+        "Cancel",
+        "back, and nothing is changed",
+        in_footer=False,
+        looks=True,
+    ),
+    Action("form.next", "down", "app.focus_next", "Next", "the next line", in_footer=False, looks=True),
+    Action(
+        "form.before", "up", "app.focus_previous", "Before", "the line before", in_footer=False, looks=True
+    ),
+)
+
+UNKEPT: Final = "unkept"
+
+
+class FormScreen(OverScreen[None]):
+    """Saves the texts of all lines, by name, when Enter is pressed in any line; it stays open until that succeeds.
+
+    `titles` and `texts` are by name. `mistakes` returns the faults of texts by name: a fault stands below its line
+    from the moment that the line is left until it is corrected. `keep` raises SeatrialError if the texts can't be
+    saved, and that is shown too.
+    """
+
+    BINDINGS = bindings(FILLING)  # type: ignore[assignment]
+
+    def __init__(
+        self,
+        title: str,
+        titles: Mapping[str, str],
+        texts: Mapping[str, str],
+        mistakes: Callable[[Mapping[str, str]], Mapping[str, str]],
+        keep: Callable[[Mapping[str, str]], None],
+    ) -> None:
+        super().__init__()
+        self._asked, self._titles, self._texts = title, titles, texts
+        self._mistakes, self._keep = mistakes, keep
+
+    def compose(self) -> ComposeResult:
+        with VerticalScroll(id="form-box", classes="box", can_focus=False) as box:
+            for name, title in self._titles.items():
+                with Horizontal(classes="form-line"):
+                    yield Label(title, markup=False)
+                    yield Input(self._texts.get(name, ""), "--", name=name, select_on_focus=False)
+                yield _Trouble(name)
+            yield _Trouble(UNKEPT)
+        box.border_title = self._asked
+        box.border_subtitle = "enter keeps all, escape leaves it, arrows go on"
+
+    def on_input_blurred(self, event: Input.Blurred) -> None:
+        self._judge(str(event.input.name))
+
+    def on_input_changed(self, event: Input.Changed) -> None:
+        name = str(event.input.name)
+        if self._trouble(name).display:
+            self._judge(name)
+
+    def on_input_submitted(self) -> None:
+        for name in self._titles:
+            self._judge(name)
+        faulty = next((line for line in self.query(Input) if self._trouble(str(line.name)).display), None)
+        if faulty is not None:
+            faulty.focus()
+            return
+        try:
+            self._keep(self._typed())
+        except SeatrialError as error:
+            self._trouble(UNKEPT).say(str(error))
+            self.ask_for_room()
+        else:
+            self.dismiss()
+
+    def _typed(self) -> dict[str, str]:
+        return {str(line.name): line.value for line in self.query(Input)}
+
+    def _judge(self, name: str) -> None:
+        self._trouble(name).say(self._mistakes(self._typed()).get(name, ""))
+        self.ask_for_room()
+
+    def _trouble(self, name: str) -> "_Trouble":
+        return self.query_one(f"#trouble-{name}", _Trouble)
+
+
+class _Trouble(Label):
+    """A fault, visible only while it exists."""
+
+    def __init__(self, of: str) -> None:
+        super().__init__("", id=f"trouble-{of}", classes="trouble", markup=False)
+        self.display = False
+
+    def say(self, sentence: str) -> None:
+        self.update(f"▲ {sentence}")
+        self.display = bool(sentence)
+
+
+class AskLine(Vertical):
+    """`question(cells, rows)` makes its words. Enter sends the typed text as `Input.Submitted`."""
+
+    def __init__(self, question: Callable[[int, int], Lines], *, id: str) -> None:
+        super().__init__(id=id)
+        self._question = question
+        self._line = Input(select_on_focus=False, disabled=True)
+        self.is_open = False
+
+    def compose(self) -> ComposeResult:
+        yield Drawn(self._question)
+        yield self._line
+
+    def open(self) -> None:
+        """Show the line, empty, and take typed keys from now on."""
+        self.close()
+        self.is_open = True
+        self.add_class("-open")
+        self._line.disabled = False
+        # Only a drawn widget can have the focus.
+        self.call_after_refresh(self._line.focus)
+
+    def close(self) -> None:
+        """Hide the line and forget its text."""
+        self.is_open = False
+        self.remove_class("-open")
+        self.empty()
+        self._line.disabled = True
+        self.screen.set_focus(None)
+
+    def empty(self) -> None:
+        """Clear the line for another try."""
+        self._line.value = ""
+
+    async def take(self, event: events.Key) -> bool:
+        """Type a key that was pressed before the line was drawn; False for a key that it does not use."""
+        if not self.is_open:
+            return False
+        if event.key == "enter":
+            await self._line.action_submit()
+        elif event.key == "backspace":
+            self._line.action_delete_left()
+        elif event.is_printable and event.character is not None:
+            self._line.insert_text_at_cursor(event.character)
+        else:
+            return False
+        return True

@@ -1,0 +1,436 @@
+"""An identification, beside the values accepted before, as lines: progress, values during the fit, and results."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from bridge.errors import ParamError
+from bridge.file_size import read_small
+from bridge.plain import from_json
+from bridge.vehicle.coefficients import OF_HULL
+from gcs_plugin.params.files import read_parameters
+from gcs_plugin.params.last_accepted import last_accepted
+from gcs_plugin.params.plan import coefficient_of
+from gcs_plugin.watch.picture import Array
+from tui import exit_codes
+from tui.app.curves import ACROSS, AXIS_CELLS, BLANK, Dots, braille, curve_row, dots
+from tui.app.drawing import (
+    Line,
+    Lines,
+    Role,
+    Span,
+    apart,
+    cut,
+    day,
+    hanging,
+    heading,
+    number,
+    stopwatch,
+    width,
+)
+from tui.app.jobs import NOT_KEPT, JobState
+from tui.progress import PAGE, UNKEPT, Report
+from tui.show import number as significant
+
+FILES: Final = {"--json": "identified.json", "--param": "identified.param", "--report": "identified.html"}
+"""Names of the files of an identification next to its dive, by option of the verb."""
+
+
+@dataclass(frozen=True)
+class Value:
+    """One parameter in `unit`, NaN if not identified, with its 95 % interval; `reason` says why it was not.
+
+    `accepted` is the value that the vehicle last accepted, NaN for none.
+    """
+
+    name: str
+    unit: str
+    value: float
+    low95: float
+    high95: float
+    reason: str
+    accepted: float = math.nan
+
+    @property
+    def change(self) -> float:
+        """Relative change from the last accepted value."""
+        return self.value / self.accepted - 1 if self.accepted else math.nan
+
+    @property
+    def is_news(self) -> bool:
+        """Whether the last accepted value lies outside the interval."""
+        return not self.low95 <= self.accepted <= self.high95 and math.isfinite(self.accepted)
+
+
+@dataclass(frozen=True)
+class Found:
+    """The result of one dive; `beside` holds the second method's results, `param` the file to upload, None for none."""
+
+    dive: str
+    configuration: str
+    method: str
+    outcome: str
+    values: tuple[Value, ...]
+    doubts: tuple[str, ...]
+    notes: tuple[str, ...]
+    beside: tuple[str, ...]
+    param: Path | None
+    written_unix_s: float
+
+    @property
+    def coefficients(self) -> tuple[Value, ...]:
+        """The values without those derived from others."""
+        return tuple(value for value in self.values if value.name in OF_HULL)
+
+    @property
+    def told(self) -> int:
+        """Number of coefficients that have a value."""
+        return sum(math.isfinite(value.value) for value in self.coefficients)
+
+
+def places(dive: Path) -> dict[str, Path]:
+    """Result files of a dive by option; for a recording that is not a folder, next to it with its name as a prefix."""
+    return {
+        option: dive / name if dive.is_dir() else dive.with_name(f"{dive.stem}-{name}")
+        for option, name in FILES.items()
+    }
+
+
+def found(dive: Path, receipts: Path, unkept: Any = None) -> Found | None:
+    """Load the identification of a dive; None if it is missing or not an identification.
+
+    `unkept` is a new result that could not be written there. It has no parameters to upload: any file there belongs
+    to an earlier result, or lacks a matching result.
+    """
+    at = places(dive)
+    try:
+        if unkept is not None:
+            return _found(unkept, accepted_before(at["--param"], receipts), None, math.nan)
+        data = from_json(read_small(at["--json"]))
+        written = at["--json"].stat()
+        param = _no_older(at["--param"], written.st_mtime_ns)
+        return _found(data, accepted_before(at["--param"], receipts), param, written.st_mtime)
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _no_older(param: Path, than_ns: int) -> Path | None:
+    """The parameter file unless it is older: an identification without values writes none and leaves an old one."""
+    return param if param.exists() and param.stat().st_mtime_ns >= than_ns else None
+
+
+def accepted_before(param: Path, receipts: Path) -> dict[str, float]:
+    """Last accepted values by coefficient, for the configuration of the file `param`."""
+    try:
+        ids = read_parameters(param)
+    except ParamError:
+        return {}
+    accepted = last_accepted(receipts)
+    known = {name: coefficient_of(name) for name in ids if name in accepted}
+    return {
+        coefficient.name: accepted[name].value
+        for name, coefficient in known.items()
+        if coefficient is not None
+    }
+
+
+def _found(
+    data: Mapping[str, Any], accepted: Mapping[str, float], param: Path | None, written_unix_s: float
+) -> Found:
+    doubts = tuple(dict.fromkeys(str(doubt["sentence"]) for doubt in data["doubts"]))
+    scale = data["thrust_scale"]
+    sentences = [entry["sentence"] for entry in (*data["null_directions"], *([scale] if scale else []))]
+    notes = dict.fromkeys((*sentences, *data["notes"]))
+    second = data.get("comparison")
+    return Found(
+        str(data["dive"]["name"]),
+        str(data["configuration"]),
+        str(data["method"]),
+        str(data["outcome"]),
+        tuple(_value(entry, accepted) for entry in data["parameters"]),
+        doubts,
+        tuple(str(note) for note in notes if note not in doubts),
+        (f"{second['method']}: {second['outcome']}", *map(str, second["sentences"])) if second else (),
+        param,
+        written_unix_s,
+    )
+
+
+def _value(data: Mapping[str, Any], accepted: Mapping[str, float]) -> Value:
+    numbers = (data["value"], data["low95"], data["high95"])
+    value, low, high = (
+        math.nan if number is None or not data["identifiable"] else float(number) for number in numbers
+    )
+    name = str(data["name"])
+    return Value(
+        name, str(data["unit"]), value, low, high, data.get("reason", ""), accepted.get(name, math.nan)
+    )
+
+
+LEAST_PASSES: Final = 4
+LEAST_SPAN: Final = 0.001  # share of the value, so that a constant value still has an axis
+SMALLEST: Final = 1e-9
+
+
+@dataclass(frozen=True)
+class Passes:
+    """One parameter: `value` after each pass and `half` of its interval, both of the same length, in its own unit."""
+
+    name: str
+    value: Array
+    half: Array
+
+
+def passes_of(told: Sequence[Report]) -> tuple[Passes, ...]:
+    """Collect the passes of each parameter from the reports; NaN for a pass that omits it."""
+    steps = [values for report in told if not report.answered and (values := report.values)]
+    names = dict.fromkeys(name for values in steps for name in values)
+    nothing = (np.nan, np.nan)
+    return tuple(
+        Passes(name, *np.array([values.get(name, nothing) for values in steps], dtype=float).T)
+        for name in names
+    )
+
+
+def converging(passes: Passes, unit: str, cells: int, rows: int, beside: str = "") -> Lines:
+    """The present value and interval, and curves of both: the value as a solid step curve, the interval's ends
+    dotted. `beside` is the value by other methods; while it is "", the number of passes takes its place.
+    """
+    value, half = passes.value, passes.half
+    head: Line = ((f"{passes.name:<6}", "plain"), (f"{significant(float(value[-1])):>8}", "strong"))
+    interval: Line = ((f" ± {significant(float(half[-1]), 2)}", "reference"), (f" {unit}", "quiet"))
+    head = (*head, *interval)
+    across = cells - AXIS_CELLS
+    if rows < 2 or across < 1:
+        return (_cut(head, cells),)
+    head = apart(head, ((beside or f"pass {len(value)}", "reference" if beside else "quiet"),), cells)
+    bottom, top = _range(value, half)
+    count = max(len(value), LEAST_PASSES)
+    low, middle, high = (
+        _dots(curve, count, across, bottom, top, rows - 1) for curve in (value - half, value, value + half)
+    )
+    dotted = (low | high) & (np.arange(middle.shape[1]) % 2 == 0)
+    measured, asked = braille(middle), braille(dotted)
+    # An interval narrower than a row shows only in the cells of the value.
+    measured = np.where(measured != BLANK, measured | asked, measured)
+    # A single row can't carry labels for both ends.
+    labels = {0: significant(top), rows - 2: significant(bottom)} if rows > 2 else {}
+    lines: list[Line] = [_cut(head, cells)]
+    for row in range(rows - 1):
+        label = labels.get(row, "")
+        axis: Span = (f"{cut(label, AXIS_CELLS - 1):>{AXIS_CELLS - 1}}{'┤' if label else '│'}", "quiet")
+        gaps = np.zeros(across, dtype=bool)
+        lines.append((axis, *curve_row(measured[row], asked[row], gaps, " ", "accent")))
+    return tuple(lines)
+
+
+def _range(value: Array, half: Array) -> tuple[float, float]:
+    """Lowest and highest end of any interval, so that all rows are used."""
+    low, high = float(np.nanmin(value - half)), float(np.nanmax(value + half))
+    least = max(LEAST_SPAN * max(abs(low), abs(high)), SMALLEST)
+    return (low, high) if high - low >= least else (low - least / 2, high + least / 2)
+
+
+def _dots(curve: Array, count: int, across: int, low: float, high: float, rows: int) -> Dots:
+    """Dots of a step curve over `count` passes, with vertical joints; blank for passes that have not happened yet."""
+    padded = np.append(curve, np.full(count - len(curve), np.nan))
+    columns = padded[(np.arange(ACROSS * across) * count) // (ACROSS * across)]
+    before = np.append(columns[:1], columns[:-1])
+    known = np.isfinite(columns)
+    bottom = np.where(known, np.fmin(columns, before), np.nan)
+    return dots(bottom, np.where(known, np.fmax(columns, before), np.nan), low, high, rows)
+
+
+def _cut(line: Line, cells: int) -> Line:
+    """The line, cut to `cells`."""
+    room, spans = cells, []
+    for text, role in line:
+        spans.append((text[:room], role))
+        room -= len(spans[-1][0])
+    return tuple(span for span in spans if span[0])
+
+
+BAR_CELLS: Final = 24
+NAME_CELLS: Final = 12
+WIDE: Final = 120  # cells from which four charts fit side by side
+AFTER_A_RUN: Final = (exit_codes.DONE, exit_codes.NO)
+COLUMNS: Final = f"{'':8}{'value':>9}  {'95 % interval':<19}  {'unit':<12}{'accepted':>10}{'change':>10}"
+
+
+def progress(state: JobState, now_s: float, cells: int, goes_on: bool = False) -> Lines:
+    """A bar per method and the elapsed time; once the values exist, a bar for the page being written.
+
+    `goes_on`: the screen Parameters opens as soon as the values exist.
+    """
+    newest = {report.of: report for report in state.told}
+    page = newest.pop(PAGE, None)
+    newest.pop(UNKEPT, None)
+    if page is not None and state.runs:
+        return (_bar(PAGE, page, cells),)
+    clock = stopwatch((state.ended_s if state.ended_s is not None else now_s) - state.began_s)
+    then = "then parameters, " if goes_on and state.runs else ""
+    lines: list[Line] = [heading(f"{_stage(state)} {_dive(state)}", then + clock, cells)]
+    if not newest and state.runs:
+        lines.append((("reading the dive", "quiet"),))
+    return (*lines, *(_bar(method, report, cells) for method, report in newest.items()))
+
+
+def _stage(state: JobState) -> str:
+    if state.done is None:
+        return "STOPPING" if state.cancelled else "IDENTIFYING"
+    if state.cancelled and not state.draws:
+        return "STOPPED"
+    answered = state.draws or state.unkept is not None
+    return "IDENTIFIED" if answered or state.done.code in AFTER_A_RUN else "FAILED"
+
+
+def _dive(state: JobState) -> str:
+    return state.words[1].rstrip("/").rpartition("/")[2] if len(state.words) > 1 else ""
+
+
+def _bar(method: str, told: Report, cells: int) -> Line:
+    full = round(min(max(told.share, 0.0), 1.0) * BAR_CELLS)
+    line: Line = (
+        (f"{cut(method, NAME_CELLS):<{NAME_CELLS}}", "plain"),
+        ("█" * full, "accent"),
+        ("░" * (BAR_CELLS - full), "rule"),
+        (f" {100 * told.share:>3.0f} %  ", "strong"),
+    )
+    return (*line, (cut(told.words, max(cells - width(line), 0)), "quiet"))
+
+
+def curves(told: Sequence[Report], cells: int, rows: int) -> Lines:
+    """A chart per reported parameter in a grid that fills the space, next to it the values of other methods."""
+    passes, answered = passes_of(told), answers(told)
+    if not passes:
+        return _answers(answered, cells)
+    method_shown = next(item.of for item in told if item.values and not item.answered)
+    compared = {method: values for method, values in answered.items() if method != method_shown}
+    columns = 4 if cells >= WIDE else 2
+    below = -(-len(passes) // columns)
+    each, (high, left) = cells // columns, divmod(rows, below)
+    lines: list[Line] = []
+    for row in range(below):
+        charts = [
+            converging(item, _unit(item.name), each - 1, high + (row < left), _said(compared, item.name))
+            for item in passes[row * columns : (row + 1) * columns]
+        ]
+        for y in range(max(map(len, charts))):
+            lines.append(_beside([chart[y] if y < len(chart) else () for chart in charts], each))
+    return tuple(lines)
+
+
+def answers(told: Sequence[Report]) -> dict[str, dict[str, tuple[float, float]]]:
+    """Answers by method: each value with half of its 95 % interval."""
+    return {report.of: dict(report.values) for report in told if report.answered and report.values}
+
+
+def _answers(answered: Mapping[str, Mapping[str, tuple[float, float]]], cells: int) -> Lines:
+    """The values of the methods that have answered, one parameter per line."""
+    return tuple(
+        (
+            (f"{name:<6}", "plain"),
+            (f"{significant(value):>8}", "strong"),
+            (f" ± {significant(half, 2)}", "reference"),
+            (cut(f" {_unit(name)}  by {method}", cells - 18), "quiet"),
+        )
+        for method, values in answered.items()
+        for name, (value, half) in values.items()
+    )
+
+
+def _said(answered: Mapping[str, Mapping[str, tuple[float, float]]], name: str) -> str:
+    """Values of a parameter by the other methods."""
+    said = (f"vs {significant(values[name][0])}" for values in answered.values() if name in values)
+    return ", ".join(said)
+
+
+def _unit(name: str) -> str:
+    return OF_HULL[name].unit if name in OF_HULL else ""
+
+
+def _beside(parts: Sequence[Line], each: int) -> Line:
+    return tuple(span for part in parts for span in (*part, (" " * (each - width(part)), "plain")))
+
+
+def ended(state: JobState, cells: int) -> Lines:
+    """How a run without a result ended; empty for a run with a result."""
+    done = state.done
+    if done is None or (done.code in AFTER_A_RUN and not state.cancelled):
+        return ()
+    if state.cancelled and state.draws:
+        values = "its values are below" if state.unkept is None else NOT_KEPT
+        return hanging(f"{_dive(state)}: its page was stopped by you; {values}", "warn", cells)
+    if state.cancelled:
+        took = stopwatch((state.ended_s or state.began_s) - state.began_s)
+        return hanging(
+            f"{_dive(state)}: stopped by you after {took}; what lay there before stays", "warn", cells
+        )
+    said = done.why
+    if state.unkept is not None:
+        said += f"; {NOT_KEPT}"
+    return hanging(said or f"identify ended with exit code {done.code} and said nothing", "bad", cells)
+
+
+def result(found: Found, cells: int) -> Lines:
+    """The outcome in a sentence, the doubts in full, parameters next to last accepted values, reasons and notes."""
+    good = found.outcome == "converged" and not found.doubts
+    lines: list[Line] = [
+        heading(f"{found.dive} {found.configuration}", f"{day(found.written_unix_s)} UTC", cells)
+    ]
+    lines += hanging(_outcome(found), "strong" if good else "warn", cells)
+    for sentence in found.beside[1:]:
+        lines += hanging(sentence, "plain", cells)
+    for doubt in found.doubts:
+        lines += hanging(f"▲ {doubt}", "warn", cells)
+    reasons = list(dict.fromkeys(value.reason for value in found.values if value.reason))
+    if found.told:
+        lines.append(((cut(COLUMNS, cells), "quiet"),))
+        lines += [_row(value, reasons) for value in found.values]
+    for n, reason in enumerate(reasons, start=1):
+        lines += hanging(f"{n}: {reason}", "warn", cells)
+    for note in found.notes:
+        lines += hanging(note, "quiet", cells)
+    return tuple(lines)
+
+
+def _outcome(found: Found) -> str:
+    outcome = found.outcome[:1].upper() + found.outcome[1:]
+    second = f"; {found.beside[0].replace(':', ' beside it:')}" if found.beside else ""
+    return f"{outcome}: {found.told} of {len(found.coefficients)} coefficients identified by {found.method}{second}."
+
+
+def _row(one: Value, reasons: Sequence[str]) -> Line:
+    if not math.isfinite(one.value):
+        why = f"no, see {1 + reasons.index(one.reason)}" if one.reason else "no"
+        return ((f"{one.name:<8}", "plain"), (f"{'--':>9}  ", "quiet"), (why, "warn"))
+    interval = f"{significant(one.low95)} … {significant(one.high95)}"
+    line: Line = (
+        (f"{one.name:<8}", "plain"),
+        (f"{significant(one.value):>9}", "strong"),
+        (f"  {interval:<19}  ", "reference"),
+        (f"{one.unit:<12}", "quiet"),
+    )
+    if not math.isfinite(one.accepted):
+        return line
+    role: Role = "warn" if one.is_news else "plain"
+    return (
+        *line,
+        (f"{significant(one.accepted):>10}", "plain"),
+        (f"{_signed(100 * one.change):>8} %", role),
+    )
+
+
+def _signed(value: float) -> str:
+    text = number(value, 1)
+    return text if text.startswith(("-", "0.0")) else f"+{text}"
+
+
+def words_for(dive: str, vehicle: str, at: Mapping[str, object]) -> tuple[str, ...]:
+    """The command line of the verb: both methods, and results where `at` says."""
+    targets = [word for option, path in at.items() for word in (option, str(path))]
+    return ("identify", dive, "--vehicle", vehicle, *targets)
