@@ -2,7 +2,7 @@
 
 Ours runs LSTM and head in bfloat16 while Adam works on master weights in float32 (Micikevicius et al. 2018, section
 3.1; losses stay in float32, the physics in float64), updates with one fused kernel, and replays the whole step as one
-CUDA graph, so that nothing waits for Python. Plain is the loop of `identify.estimators.paper.train` on the card.
+CUDA graph, so that nothing waits for Python. Plain is the loop of `bench.reproduce.paper.train` on the card.
 Eager bfloat16 is that loop with our types, which separates the gain by precision from the gain by the graph.
 """
 
@@ -16,17 +16,19 @@ import torch
 from torch import Tensor
 
 from bench.remembered import Data
-from bench.words import paragraph
-from bridge.vehicle.config import Configuration
-from identify.estimators.paper import (
+from bench.reproduce.paper import (
     PaperNetwork,
     PaperOptions,
+    Samples,
     data_loss,
+    fixed_values,
     inverse_softplus,
     physics_loss,
+    starting_values,
     tensors,
 )
-from identify.estimators.paper_physics import Samples, fixed_values, starting_values
+from bench.words import paragraph
+from bridge.vehicle.config import Configuration
 
 TIMED_STEPS, WARM_STEPS, COMPARED_STEPS = 50, 5, 20
 ALIKE = 0.02

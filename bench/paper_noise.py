@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
+from bench.reproduce.paper import Samples, closed_form
 from bridge.vehicle.references import DoubleS
 from identify.dive import Array
-from identify.estimators.paper_physics import Samples, closed_form
 from identify.filters import low_pass
 from identify.report.page import Figure, Report, Section, write_report
 from identify.report.plot import Line, lines_panel, stack
@@ -86,7 +86,7 @@ SOURCES = (
     "bridge/vehicle",
     "identify/dive.py",
     "bench/paper_noise.py",
-    "identify/estimators/paper.py",
+    "bench/reproduce/paper.py",
     "identify/filters.py",
 )
 SEED = 1

@@ -9,9 +9,9 @@ import numpy as np
 from bench.baselines import closed_form
 from bench.missions.mission import draw_one
 from bench.remembered import Data, Remembered
+from bench.reproduce.paper import SMALL, TrainingCurves, estimate_with_curves
 from bench.stamp import BASELINES, MISSIONS, stamp
 from bridge.errors import FitError
-from identify.estimators.paper import SMALL, TrainingCurves, estimate_with_curves
 
 SOURCES = (
     *MISSIONS,

@@ -18,12 +18,22 @@ from bench.baselines import closed_form as closed
 from bench.campaigns import Dived, dived
 from bench.paper_small import LOSS_SETTLED, SETTLED, loss_settled_at, settled_at
 from bench.remembered import Data, Remembered
+from bench.reproduce.paper import (
+    PAPER,
+    SMALL,
+    PaperOptions,
+    Samples,
+    closed_form,
+    estimate_with_curves,
+    excited,
+    fixed_values,
+    samples,
+    window_ends,
+)
 from bench.stamp import LEARNT, SIMULATED, stamp
 from bench.words import paragraph
 from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
-from identify.estimators.paper import PAPER, SMALL, PaperOptions, estimate_with_curves, window_ends
-from identify.estimators.paper_physics import Samples, closed_form, excited, fixed_values, samples
 from identify.estimators.table import METHODS, estimator
 from identify.filters import AlignedDive, aligned
 from identify.ingest.open import read_dive

@@ -53,6 +53,7 @@ LEARNT = (
     "identify/checks",
     "identify/estimators",
     "identify/ingest",
+    "bench/reproduce/paper.py",
     "configs/thrusters/*.csv",
 )
 BASELINES = (
@@ -63,7 +64,7 @@ BASELINES = (
     "identify/*.py",
     "identify/checks",
     "identify/estimators/innovations.py",
-    "identify/estimators/paper*.py",
+    "bench/reproduce/paper.py",
     "identify/estimators/readings.py",
     "identify/estimators/refusals.py",
     "identify/estimators/table.py",

@@ -20,9 +20,10 @@ from bridge.parameter_memory import Memory
 from bridge.parameter_row import FLOAT, Parameter, to_float32
 from bridge.parameter_store import UNTOLD
 from bridge.vehicle.coefficients import COEFFICIENTS, Coefficient
-from bridge.vehicle.config import Configuration, Vehicle
+from bridge.vehicle.config import Configuration, Vehicle, VehicleFile
 from bridge.vehicle.effect_coefficients import effect_coefficients
 from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.hull import hull_mark
 from bridge.vehicle.shadow import NONE_FLOWN
 
 MODE: Final = "FF_MODE"
@@ -351,3 +352,15 @@ class ParameterServer:
             self._texts.append("parameters can't be stored: check the disk")
             self._is_stored = False
         return self._is_stored
+
+
+def parameters_of(file: VehicleFile, store: Path | None) -> ParameterServer:
+    """The parameters of a vehicle file's vehicle, stored in `store`, or only in memory if that is None."""
+    vehicle = file.vehicle
+    return ParameterServer(
+        store,
+        vehicle_table(vehicle),
+        hull=hull_mark(vehicle, file.path.parent),
+        system=vehicle.system_id,
+        component=vehicle.component_id,
+    )

@@ -16,10 +16,9 @@ from bridge.errors import ConfigError, LogError
 from bridge.new_file import whole
 from bridge.ring.whole import WHOLE, standing_for
 from bridge.vehicle.config import VehicleFile
-from gcs_plugin.alone_in import alone_in
 from gcs_plugin.conditions import NOTHING_SAID, Conditions
 from gcs_plugin.dive_order import number, order, recordings
-from gcs_plugin.in_use import HeldTlog
+from gcs_plugin.locks import HeldTlog, alone_in
 
 ABOUT: Final = "dive.yaml"
 YAML: Final = (".yaml", ".yml")

@@ -19,9 +19,15 @@ from bridge.vehicle.config import Prior, VehicleFile
 from gcs_plugin.params.sidecar import read_sidecar
 from identify.export.effects import IN_COEFFICIENTS
 from identify.identification import Z95, Outcome
-from tui.doubted import doubted_in, told
 from tui.exit_codes import UsageError
-from tui.parameter_files import Leave, accepted_model, check_outcome, read_identification
+from tui.parameter_files import (
+    Leave,
+    accepted_model,
+    check_outcome,
+    doubt_lines,
+    doubted_in,
+    read_identification,
+)
 
 AGEING = {"mass": 0.03, "damping": 0.10, "quadratic": 0.10}
 """Relative standard deviations: water and weed taken along, 1 to 5 kg on 100; fouling and a tether, tens of % over
@@ -185,7 +191,7 @@ def accepted_before(path: Path, configuration: str) -> AcceptedBefore:
             "that one"
         )
     doubted = doubted_of(path)
-    lines = told(doubted, priors)
+    lines = doubt_lines(doubted, priors)
     taken = {name: prior for name, prior in priors.items() if name not in doubted}
     if not taken:
         raise UsageError(

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from tui import numbers
+from tui.arguments import size
 
 if TYPE_CHECKING:
     from bridge.clock import Clock
@@ -31,14 +31,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--ring-mb",
-        type=numbers.size,
+        type=size,
         default=TOTAL_MB,
         metavar="N",
         help=f"how large the ring may become, in MB (default: {TOTAL_MB}, some ten hours)",
     )
     parser.add_argument(
         "--segment-mb",
-        type=numbers.size,
+        type=size,
         default=SEGMENT_MB,
         metavar="N",
         help=f"how large each of its files may become, in MB (default: {SEGMENT_MB})",
@@ -53,7 +53,7 @@ def ring_for(arguments: argparse.Namespace, clock: "Clock") -> "RingKeeper | Non
     from bridge.ring.files import Bounds
     from bridge.ring.keeper import ring_in
     from tui.exit_codes import UsageError
-    from tui.outputs import check_folder
+    from tui.files import check_folder
 
     if arguments.ring is None:
         return None

@@ -47,7 +47,7 @@ VERBS = {
 }
 
 
-ROOMS = ("bridge", "configs", "gcs_plugin", "identify", "tui")
+ROOMS = ("bench", "bridge", "configs", "gcs_plugin", "identify", "tui")
 STOPPED = "stopped before it was done"
 
 
@@ -137,7 +137,7 @@ def _run(argv: list[str]) -> int:
             hint = f"did you mean '{near[0]}'?" if near else f"the verbs are {', '.join(VERBS)}"
             raise exit_codes.UsageError(f"unknown verb '{verb}'; {hint}")
         arguments = verb_parser(verb).parse_args(argv[1:])
-        from tui.outputs import check_inputs_stay
+        from tui.files import check_inputs_stay
 
         check_inputs_stay(arguments)
         return load(verb).run(arguments)

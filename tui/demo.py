@@ -7,22 +7,23 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from bridge.parameters import parameters_of
 from bridge.simulator.missions import mission_named
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.feedforward import Mode
+from gcs_plugin import simulated
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.plan import make_plan, parameters_from_identification
 from gcs_plugin.params.receipt import Receipt
 from gcs_plugin.params.session import Order
+from gcs_plugin.side_by_side import side_by_side
 from identify.dive import Dive
 from identify.estimators.table import DEFAULT, estimator
 from identify.identification import Identification
 from identify.ingest.open import read_dive
-from tui import show, simulated
+from tui import show
 from tui.parameter_files import write_identified
-from tui.side_by_side import side_by_side
-from tui.vehicle_memory import server
 
 VEHICLE = "ruvifist"
 CAMPAIGNS = ("survey", "hovering")
@@ -115,7 +116,7 @@ def _upload(
     for result in campaigns:
         veh_cfg = file.vehicle.veh_cfg(result.configuration)
         targets |= parameters_from_identification(result.identification.to_json(), veh_cfg)
-    link, clock = simulated.afloat(file, CAMPAIGNS[0], seed, server(file, store))
+    link, clock = simulated.afloat(file, CAMPAIGNS[0], seed, parameters_of(file, store))
     client = ParameterClient(link, clock)
     client.find_vehicle()
     return client.apply(Order(make_plan(targets, client.read_all()), root / "before-upload.param"))
@@ -133,7 +134,7 @@ def _validation(
     """Make a validation dive in hovering with the parameters in the vehicle's store; every mode has the same sea."""
     configuration = "hovering"
     mission = mission_named("validation", file.vehicle.configurations[configuration])
-    parameters = server(file, store)
+    parameters = parameters_of(file, store)
     folder = simulated.record_dive(
         file,
         configuration,

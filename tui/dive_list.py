@@ -23,10 +23,9 @@ from bridge.ring.made_since import AFTERWARDS
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.dive_order import GLANCE, began, is_date, order, recordings
 from gcs_plugin.folder import About, DiveFolder, list_folders
-from gcs_plugin.in_use import is_written
-from tui.dive_vehicle import vehicle_named
+from gcs_plugin.locks import is_written
+from tui.recordings import stray_bytes, vehicle_named
 from tui.show import plain
-from tui.stray_bytes import stray_bytes
 
 if TYPE_CHECKING:
     from identify.dive import Dive

@@ -19,9 +19,9 @@ from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.remade import refuse_recorded, remade
 from gcs_plugin.fetch.whole import is_folded, made_whole, newest_frames, write_records
 from gcs_plugin.folder import About, DiveFolder, new_folder
-from gcs_plugin.in_use import alone_at
+from gcs_plugin.locks import alone_at
+from tui.merging import beyond_words, guessed_words, lacking_words
 from tui.show import Tell
-from tui.whole_words import beyond_words, guessed_words, lacking_words
 
 MIRROR = ".ring"
 AGAIN = "fetch again"

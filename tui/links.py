@@ -157,7 +157,7 @@ def link_for(spec: str | None, open_one: Callable[[str], Link] | None = None) ->
     """
     from bridge.link.open import open_link
     from tui import show
-    from tui.sockets import of_link
+    from tui.secured import of_link
 
     holding = usable_now() if spec is None else holder_of(spec)
     if holding is None and spec is None:

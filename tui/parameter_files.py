@@ -22,13 +22,23 @@ from gcs_plugin.params.comparison import Wanted, wanted_by
 from gcs_plugin.params.files import found_of, read_parameters, write_parameters
 from gcs_plugin.params.plan import coefficient_of, parameters_from_identification
 from gcs_plugin.params.sidecar import Interval, Sidecar, intervals_of, read_sidecar, write_sidecar
+from identify.batch.rows import clauses, doubts_in
 from identify.identification import Identification, Outcome
-from tui.doubted import doubted_in, told
 from tui.exit_codes import UsageError
 
 if TYPE_CHECKING:
     from identify.diagnose.result import Diagnosis
     from identify.dive import Dive
+
+
+def doubted_in(identification: Mapping[str, Any]) -> dict[str, str]:
+    """The reason against each coefficient that is the subject of a doubt in an identification's JSON."""
+    return clauses(doubts_in(identification), OF_HULL)
+
+
+def doubt_lines(doubted: Mapping[str, str], taken: Collection[str]) -> tuple[str, ...]:
+    """A line for each doubted value among those taken."""
+    return tuple(f"{name} is doubted: {why}" for name, why in doubted.items() if name in taken)
 
 
 @dataclass(frozen=True)
@@ -205,7 +215,7 @@ def write_identified(path: Path, answer: Identification, file: VehicleFile) -> N
     words = (
         f"{answer.vehicle}, configuration {answer.configuration}, by {answer.method} from {answer.dive}",
         f"outcome: {answer.outcome.value}",
-        *told(doubted, tuple(doubted)),
+        *doubt_lines(doubted, tuple(doubted)),
     )
     _write_both(
         path,
@@ -257,7 +267,7 @@ def write_accepted(
         f"{file.vehicle.name}, configuration {configuration}, by diagnose from {dive.name}",
         f"accepted: {names}",
         f"outcome: {outcome.value}",
-        *told(doubted, tuple(doubted)),
+        *doubt_lines(doubted, tuple(doubted)),
     )
     _write_both(
         path,

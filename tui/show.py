@@ -21,11 +21,11 @@ from rich.segment import Segment
 
 from bridge.clock import Clock, SystemClock
 from bridge.errors import LogError
+from bridge.new_file import to_disk, whole
 from bridge.printable import printable
 from identify.progress import NO_VALUES, Values
 from tui import progress as reports
 from tui.progress import Written
-from tui.whole_file import replace_file
 
 STANDARD_OUTPUT = "-"
 LINE_EVERY_S = 5.0
@@ -318,6 +318,20 @@ def _named_lines(console: Console, job: _Job, clock: Clock) -> Tell:
             console.print(f"{job.words(words, values, answered)} ({share:.0%})", soft_wrap=True)
 
     return tell
+
+
+def replace_file(path: Path, text: str) -> None:
+    """Write `text` to `path`; if that fails, a file that was there stays unchanged. Raises OSError.
+
+    A path that is no plain file, such as a pipe, or whose folder takes no new file, is written in place.
+    """
+    path = path.resolve()
+    if (path.exists() and not path.is_file()) or not os.access(path.parent, os.W_OK):
+        path.write_text(text, encoding="utf-8")
+        return
+    with whole(path) as file:
+        file.write(text.encode())
+        to_disk(file)
 
 
 def write_json(data: Any, target: str | None) -> None:

@@ -12,7 +12,7 @@ from gcs_plugin.ff_switch import Switch
 from gcs_plugin.off_orders import OffMarks
 from gcs_plugin.peers import GROUND_STATION, Peers, ground_heartbeat
 from tui.exit_codes import UsageError
-from tui.status_texts import StatusTexts
+from tui.recording import StatusTexts
 
 POLL_S: Final = 0.02
 BEAT_EVERY_S: Final = 1.0

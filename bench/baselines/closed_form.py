@@ -1,18 +1,27 @@
 """The source paper's method at its optimum: the closed form of its loss, at once instead of by training.
 
-The result is that of converged training (`identify.estimators.paper`), with the paper's filter before it; it
+The result is that of converged training (`bench.reproduce.paper`), with the paper's filter before it; it
 states no interval.
 """
 
 import math
 import time
 
+from bench.reproduce.paper import (
+    AT_ZERO,
+    PAPER_DOFS,
+    SMALL,
+    PaperOptions,
+    closed_form,
+    excited,
+    fixed_values,
+    samples,
+    window_ends,
+)
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import COEFFICIENTS
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
-from identify.estimators.paper import AT_ZERO, SMALL, PaperOptions, window_ends
-from identify.estimators.paper_physics import PAPER_DOFS, closed_form, excited, fixed_values, samples
 from identify.estimators.table import Progress
 from identify.filters import aligned
 from identify.identification import Identification, Outcome

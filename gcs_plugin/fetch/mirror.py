@@ -18,7 +18,7 @@ from bridge.ftp.server import crc32
 from bridge.new_file import PART, open_own, remedy
 from bridge.tlog import MOST_BYTES
 from gcs_plugin.fetch.doubtful import Stretch, doubtful
-from gcs_plugin.file_lock import locked
+from gcs_plugin.locks import locked
 
 PIECE_BYTES: Final = 1 << 20
 LOCK: Final = "fetching.lock"

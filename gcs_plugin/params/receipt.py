@@ -23,7 +23,7 @@ from bridge.file_size import read_small
 from bridge.folder_sync import sync_folder
 from bridge.new_file import open_own
 from bridge.plain import from_json
-from gcs_plugin.file_lock import locked
+from gcs_plugin.locks import locked
 from gcs_plugin.params.files import replace_text, unwritten, write_parameters
 from gcs_plugin.params.plan import Plan, Verdict, unit_of, value_text
 from gcs_plugin.params.sidecar import Sidecar, sidecar_path, write_sidecar

@@ -17,7 +17,6 @@ Estimator = Callable[[Dive, VehicleFile, str, Progress], Identification]
 METHODS = {
     "likelihood": "identify.estimators.likelihood",
     "pinn": "identify.estimators.pinn.answer",
-    "paper": "identify.estimators.paper",
 }
 DEFAULT = "likelihood"
 SIDE_BY_SIDE = (DEFAULT, "pinn")
@@ -29,14 +28,16 @@ OF_QUADRATIC = (DEFAULT,)
 def estimator(method: str) -> Estimator:
     """Return a method's `estimate`, with its result judged as for every method: see `identify.answer`.
 
-    Raises ConfigError for a name that is not in METHODS.
+    `method` is a name of METHODS, or the module of a method that lives elsewhere, named after it. Raises ConfigError
+    for any other name.
     """
-    if method not in METHODS:
+    if method not in METHODS and "." not in method:
         raise ConfigError(f"there is no method '{method}'; take one of {', '.join(METHODS)}")
 
     def fit(dive: Dive, file: VehicleFile, configuration: str, progress: Progress) -> Identification:
-        refuse_damping(method, file, configuration)
-        return cast(Estimator, import_module(METHODS[method]).estimate)(dive, file, configuration, progress)
+        refuse_damping(method.rpartition(".")[2], file, configuration)
+        module = import_module(METHODS.get(method, method))
+        return cast(Estimator, module.estimate)(dive, file, configuration, progress)
 
     return judged(fit)
 

@@ -18,7 +18,7 @@ from identify.identification import Doubt, Outcome
 from identify.report.page import render_report
 from identify.report.picture import COLUMN_IN, WIDE_IN
 from tui import show
-from tui.batch_tables import dive_table, parameter_tables, trend_table
+from tui.answers import dive_table, parameter_tables, trend_table
 
 WARNED = Doubt(("M_u",), "No rate of turn was recorded in roll", "M_u may be off; record a gyro.")
 LONG = "2026-11-20T0912Z-" + "hovering-in-the-outer-harbour"

@@ -8,9 +8,8 @@ import torch
 from torch import nn
 
 from bench import card
+from bench.reproduce.paper import SMALL, PaperNetwork, Samples
 from bridge.vehicle.config import load_vehicle
-from identify.estimators.paper import SMALL, PaperNetwork
-from identify.estimators.paper_physics import Samples
 
 SHAPE = load_vehicle("ruvifist:survey").vehicle.configurations["survey"]
 OPTIONS = replace(SMALL, window=5, dropout=0.0)

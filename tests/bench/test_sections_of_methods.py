@@ -13,13 +13,13 @@ from bench.baselines import closed_form
 from bench.campaigns import Dived
 from bench.missions.mission import draw_one
 from bench.paper_small import loss_settled_at, relative_errors, settled_at
+from bench.reproduce.paper import TrainingCurves
 from bench.steady import SETTLE_S, Held, held, lines, steady_errors
 from bench.tracking import truly
 from bridge.simulator.dive import WARM_UP_S
 from bridge.simulator.missions import Leg
 from bridge.vehicle.config import load_vehicle
 from identify.dive import Dive, Signal
-from identify.estimators.paper import TrainingCurves
 
 NAN = math.nan
 WORDS = ("surge", "sway", "yaw")

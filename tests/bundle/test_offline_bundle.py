@@ -227,7 +227,7 @@ def test_what_the_bridge_imports_is_what_it_requires():
     code = (
         "import sys; had = set(sys.modules); "
         "import bridge.ports, bridge.service, bridge.link.serial, bridge.drivers, tui.commands.bridge, tui.show, "
-        "tui.outputs, tui.running; "
+        "tui.files, tui.running; "
         "print(*{m.partition('.')[0] for m in set(sys.modules) - had})"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)

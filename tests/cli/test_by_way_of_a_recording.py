@@ -15,6 +15,7 @@ from bridge.errors import LinkError
 from bridge.framing import Encoder, decode
 from bridge.link.memory import memory_pair
 from bridge.link.open import open_link
+from bridge.parameters import parameters_of
 from bridge.tlog import read_tlog
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.folder import About, new_folder
@@ -23,12 +24,11 @@ from gcs_plugin.holder import Holding, held, state_file, write_holding
 from gcs_plugin.hub import Hub
 from gcs_plugin.link_names import same_link
 from gcs_plugin.recorder import Recorder
+from gcs_plugin.simulated import afloat
 from identify.ingest.open import read_dive
 from tui import cli, exit_codes
 from tui.exit_codes import UsageError
 from tui.links import link_for
-from tui.simulated import afloat
-from tui.vehicle_memory import server
 
 LINK = "udpin:127.0.0.1:14550"
 HUB = "tcp:127.0.0.1:4711"
@@ -171,7 +171,7 @@ class Seat:
 def at_sea(monkeypatch, tmp_path):
     """A simulated vehicle afloat with a recording that serves its link: its parameters, and the dive's folder."""
     file = load_vehicle("ruvifist")
-    parameters = server(file, None)
+    parameters = parameters_of(file, None)
     link, clock = afloat(file, "hovering", 1, parameters)
     hub = Hub(clock)
     folder = new_folder(tmp_path / "dives", clock.unix_s(), "hub")

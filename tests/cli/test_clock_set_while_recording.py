@@ -16,8 +16,7 @@ from gcs_plugin.holder import held
 from gcs_plugin.recorder import Recorder
 from tui import cli, exit_codes
 from tui.links import known_now
-from tui.recorded_dives import RecordedDives
-from tui.recording_state import RecordingState
+from tui.recording import RecordedDives, RecordingState
 
 DAY_S = 86_400.0
 days = pytest.mark.parametrize("set_by_s", [-DAY_S, DAY_S], ids=["back", "forward"])

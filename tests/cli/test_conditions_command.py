@@ -12,7 +12,7 @@ from gcs_plugin.conditions import NOTHING_SAID, Conditions
 from gcs_plugin.folder import DiveFolder, about_vehicle
 from identify.dive import Dive
 from tui import cli
-from tui.under_conditions import can_not_be, under_conditions
+from tui.recordings import can_not_be, under_conditions
 
 SEA = Conditions(water_temperature_c=11.5, salinity=35.0)
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from gcs_plugin.recorded import Count
-from tui.recorded_dives import RecordedDive
+from tui.recording import RecordedDive
 
 FOLDER = Path("dives/2026-11-20T0912Z-lake")
 

@@ -91,7 +91,7 @@ def test_files_are_written_though_the_reader_of_the_table_leaves_at_its_first_li
         raise BrokenPipeError
 
     drawn = []
-    monkeypatch.setattr("tui.identified.tell", left)
+    monkeypatch.setattr("tui.answers.tell", left)
     monkeypatch.setattr("tui.pages.publish", lambda *words: drawn.append(words) or [])
     out = tmp_path / "out.json"
     with contextlib.suppress(BrokenPipeError, SystemExit):

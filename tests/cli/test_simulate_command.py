@@ -11,12 +11,13 @@ from bridge.framing import Framer
 from bridge.link.memory import memory_pair
 from bridge.tlog import read_tlog
 from bridge.vehicle.config import CONFIGS
+from gcs_plugin import simulated
 from gcs_plugin.folder import load_folder
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.plan import make_plan
 from gcs_plugin.params.session import Order
 from identify.ingest.open import read_dive
-from tui import cli, exit_codes, simulated
+from tui import cli, exit_codes
 
 LEGS = """
 name: a short one
@@ -268,7 +269,7 @@ def test_a_dive_faster_than_real_time_ends_now_and_not_in_the_future(
         asked.append(unix_s)
         raise exit_codes.UsageError("that was all")
 
-    monkeypatch.setattr("tui.simulated.record_dive", recorded)
+    monkeypatch.setattr("gcs_plugin.simulated.record_dive", recorded)
     monkeypatch.setattr(SystemClock, "unix_s", lambda _: 1_790_000_000.0)
     assert simulate(tmp_path, mission, "--speed", speed) == exit_codes.BAD_INPUT
     assert asked == [1_790_000_000.0 - earlier * (simulated.WARM_UP_S + 6.0)]

@@ -18,7 +18,7 @@ from identify.comparison import compare
 from identify.dive import Dive, Signal
 from identify.identification import Identification, Outcome, Partner, added_mass, estimate
 from identify.validate import PHASES, AxisErrors, Row, SteadyError, TrackingErrors
-from tui import demo, identified, show
+from tui import answers, demo, show
 from tui.commands import demo as demo_command
 from tui.commands import doctor, import_, validate
 
@@ -107,7 +107,7 @@ def test_demo_shows_tracking_errors_beside_the_papers(printed):
 
 
 def test_identify(printed):
-    identified.tell(show.results(), dive(), identification())
+    answers.tell(show.results(), dive(), identification())
     out = printed()
     assert "D_r 1235 1000 1501 N m/(rad/s) 11 M_v -0.87 100 yes" in cells(out)
 
@@ -119,7 +119,7 @@ def test_an_error_in_the_table_is_the_one_that_the_reason_names(printed):
     loose = estimate("I_q", 15.5, 0.18 * 15.5, low, high, reason)
     found = identification()
     others = tuple(replace(p, identifiable=True, reason="") for p in found.parameters if p.name != "I_q")
-    identified.tell(show.results(), dive(), replace(found, parameters=(*others, loose)))
+    answers.tell(show.results(), dive(), replace(found, parameters=(*others, loose)))
     out = printed()
     (row,) = [line for line in cells(out) if line.startswith("I_q")]
     assert " 74 " in row
@@ -130,7 +130,7 @@ def test_identify_with_a_second_method(printed):
     other = replace(identification(), method="pinn", parameters=tuple(
         replace(p, value=3 * p.value, low95=2 * p.value, high95=4 * p.value) for p in identification().parameters
     ))  # fmt: skip
-    identified.tell_comparison(show.results(), compare(identification(), other))
+    answers.tell_comparison(show.results(), compare(identification(), other))
     assert "D_r 1235 3704 N m/(rad/s) 14 disagree" in cells(printed())
 
 

@@ -15,12 +15,12 @@ from bridge.framing import Encoder
 from bridge.ftp.contents import FILE_TRANSFER
 from bridge.ring.made_since import lacked
 from bridge.ring.whole import WHOLE
-from gcs_plugin import in_use
+from gcs_plugin import locks
 from gcs_plugin.fetch import remade
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.folder import DiveFolder
 from gcs_plugin.holder import Holding, release, write_holding
-from gcs_plugin.in_use import HeldTlog, alone_at, holder_of, is_written
+from gcs_plugin.locks import HeldTlog, alone_at, holder_of, is_written
 from gcs_plugin.peers import ground_heartbeat
 from tui import cli, exit_codes, merging
 from tui.fetched import Fetcher
@@ -33,7 +33,7 @@ pytestmark = pytest.mark.usefixtures("switched_off")
 def at_once(monkeypatch, tmp_path):
     """Nobody is waited for."""
     monkeypatch.setattr(remade, "CLOSED_WITHIN_S", 0.0)
-    monkeypatch.setattr(in_use, "PATIENCE_S", 0.0)
+    monkeypatch.setattr(locks, "MERGE_S", 0.0)
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
 
 
@@ -67,7 +67,7 @@ def recorded(folder, frames):
 def of_a_recorder(folder):
     """What the state file says where a recording of this process goes into that dive."""
     return Holding(os.getpid(), "", ("serial:/dev/x:9600",), str(folder.path), "2026-11-20T09:12:03Z",
-                   0, 0, 0, 1.0, (), in_use.time.time())  # fmt: skip
+                   0, 0, 0, 1.0, (), locks.time.time())  # fmt: skip
 
 
 def test_a_file_is_told_as_written_until_its_recorder_closes_it(tmp_path) -> None:
@@ -185,7 +185,7 @@ def test_another_merge_or_fetch_of_the_dive_is_refused_by_name(tmp_path, folder,
 
 
 def test_two_merges_at_once_lose_nothing_of_either(tmp_path, folder, frames, monkeypatch) -> None:
-    monkeypatch.setattr(in_use, "PATIENCE_S", 60.0)
+    monkeypatch.setattr(locks, "MERGE_S", 60.0)
     rng = random.Random(4)
     write_records(folder.path / "telemetry.tlog", heard_by(frames, lambda one: one, rng, 0.4))
     files = [tmp_path / f"{name}.tlog" for name in "abc"]

@@ -11,9 +11,9 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import ConfigError, LogError
 from bridge.framing import Encoder
-from gcs_plugin.alone_in import alone_in
 from gcs_plugin.dive_order import began
 from gcs_plugin.folder import About, DiveFolder, Event, list_folders, load_folder, new_folder
+from gcs_plugin.locks import alone_in
 
 SECOND_S = 1_795_165_923.0
 
@@ -137,7 +137,7 @@ def test_where_a_folder_can_t_be_locked_or_its_holder_hangs_a_note_is_written_al
     tmp_path, monkeypatch
 ):
     folder = new_folder(tmp_path, SECOND_S, "x")
-    monkeypatch.setattr("gcs_plugin.alone_in.PATIENCE_S", 0.0)
+    monkeypatch.setattr("gcs_plugin.locks.CHANGE_S", 0.0)
     with alone_in(folder.path):
         folder.note("held")
     assert folder.about().notes == "held"
@@ -145,7 +145,7 @@ def test_where_a_folder_can_t_be_locked_or_its_holder_hangs_a_note_is_written_al
     def unable(*_):
         raise OSError(95, "Operation not supported")
 
-    monkeypatch.setattr("gcs_plugin.file_lock.fcntl.flock", unable)
+    monkeypatch.setattr("gcs_plugin.locks.fcntl.flock", unable)
     folder.note("no locks")
     assert folder.about().notes == "no locks"
 

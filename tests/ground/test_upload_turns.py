@@ -67,7 +67,7 @@ def test_where_files_can_t_be_locked_everybody_has_the_turn(tmp_path, monkeypatc
     def unable(*_):
         raise OSError(95, "Operation not supported")
 
-    monkeypatch.setattr("gcs_plugin.file_lock.fcntl.flock", unable)
+    monkeypatch.setattr("gcs_plugin.locks.fcntl.flock", unable)
     with Turn(tmp_path, 1), Turn(tmp_path, 1):
         assert begun(tmp_path, 1).number == 1
 

@@ -22,7 +22,7 @@ from gcs_plugin.params.files import LARGEST_FILE_BYTES, read_parameters
 from gcs_plugin.params.sidecar import read_sidecar
 from identify.ingest.open import read_dive
 from tui.dive_list import row_of
-from tui.dive_vehicle import vehicle_named
+from tui.recordings import vehicle_named
 
 ROOT = Path(__file__).resolve().parents[2]
 PRODUCT = ("bridge", "gcs_plugin", "identify", "tui", "blueos")

@@ -150,7 +150,7 @@ def test_where_files_can_t_be_locked_a_dive_is_fetched_all_the_same(
     def unable(*_: object) -> None:
         raise OSError(errno.ENOLCK, "No locks available")
 
-    monkeypatch.setattr("gcs_plugin.file_lock.fcntl.flock", unable)
+    monkeypatch.setattr("gcs_plugin.locks.fcntl.flock", unable)
     dive = heard(tmp_path)
     assert said(dive) == ""
     is_fetched_whole(tmp_path, dive)

@@ -18,7 +18,7 @@ def dive(seconds=30.0):
     return replace(closed_loop.dive(np.random.default_rng(7), seconds=seconds), voltage=VOLTAGE)
 
 
-@pytest.mark.parametrize("method", [name for name in METHODS if name != "paper"])
+@pytest.mark.parametrize("method", METHODS)
 def test_a_battery_that_goes_on_makes_a_short_dive_no_longer(method):
     with pytest.raises(
         FitError, match=r"are both in it for 15 s of 417 s, but identification needs at least 20 s"

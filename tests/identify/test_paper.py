@@ -8,29 +8,27 @@ import numpy as np
 import pytest
 import torch
 
-from bridge.errors import FitError
-from bridge.vehicle.config import Configuration, Vehicle, VehicleFile
-from identify.dive import Array, Dive, Signal
-from identify.estimators.paper import (
+from bench.reproduce.paper import (
     PAPER,
     PaperNetwork,
     PaperOptions,
+    Samples,
+    closed_form,
     data_loss,
     estimate,
     estimate_with_curves,
+    excited,
+    fixed_values,
     inverse_softplus,
     physics_loss,
+    predicted_wrench,
+    samples,
     tensors,
     window_ends,
 )
-from identify.estimators.paper_physics import (
-    Samples,
-    closed_form,
-    excited,
-    fixed_values,
-    predicted_wrench,
-    samples,
-)
+from bridge.errors import FitError
+from bridge.vehicle.config import Configuration, Vehicle, VehicleFile
+from identify.dive import Array, Dive, Signal
 from identify.filters import AlignedDive, aligned
 from identify.identification import Outcome
 

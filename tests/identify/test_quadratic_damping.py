@@ -139,7 +139,7 @@ def test_a_linear_damping_that_a_quadratic_hull_lacks_is_missed():
     assert "write damping: both" in doubt.sentence
 
 
-@pytest.mark.parametrize("method", ["pinn", "paper"])
+@pytest.mark.parametrize("method", ["pinn", "bench.reproduce.paper"])
 def test_a_method_without_quadratic_damping_refuses_and_names_the_one_that_has_it(method):
     with pytest.raises(FitError, match=r"damping: both, and the model of method .* take --method likelihood"):
         fit(closed_loop.dive(np.random.default_rng(3), 60.0), method=method)

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from soak import rows_rest_in_soak
 
+from bridge.parameters import parameters_of
 from bridge.simulator.missions import load_mission
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import load_vehicle
+from gcs_plugin.simulated import record_dive
 from identify.estimators.likelihood import estimate
 from identify.identification import Outcome
 from identify.ingest.open import read_dive
@@ -17,8 +19,6 @@ from identify.planning.knowledge import NAMES, before_any_dive
 from identify.planning.limits import Limits, Tank
 from identify.planning.propose import propose
 from identify.planning.writing import mission_text
-from tui.simulated import record_dive
-from tui.vehicle_memory import server
 
 # Of 8 true 95 % intervals, 6 or more hold the truth in 99.4 % of all cases; of 16, 13 or more in 99.3 %.
 ONE_DIVE, TWO_DIVES = ((100_000,), 6), ((100_000, 100_001), 13)
@@ -39,7 +39,7 @@ def test_the_intervals_after_a_planned_dive_are_those_promised_with_the_truth_in
     errors, ratios = [], []
     for seed in seeds:
         folder = record_dive(
-            file, "hovering", mission, tmp_path, seed=seed, unix_s=1.79e9 + seed, parameters=server(file, None),
+            file, "hovering", mission, tmp_path, seed=seed, unix_s=1.79e9 + seed, parameters=parameters_of(file, None),
             mode=None, progress=lambda _: None,
         )  # fmt: skip
         found = estimate(read_dive(folder.path, None, file), file, "hovering", lambda *_: None)

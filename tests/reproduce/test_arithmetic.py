@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from identify.estimators.paper import PaperNetwork
-from tui.reproduce.arithmetic import (
+from bench.reproduce.paper import PaperNetwork
+from bench.reproduce.points import (
     acceleration_error,
     hotel_over_thrusters,
     longest_distance,

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from bench.reproduce.measures import DOFS, matrices
 from bridge.errors import FitError
 from identify.filters import AlignedDive
-from tui.reproduce.coupling import DOFS, matrices
 
 MASS = np.array([[110.0, 3.0, -5.0], [3.0, 115.0, 8.0], [-5.0, 8.0, 16.0]])
 DAMPING = np.array([[56.0, 4.0, 1.0], [-2.0, 53.0, 6.0], [0.5, -1.5, 26.0]])

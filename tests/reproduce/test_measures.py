@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.reproduce.measures import demand, heading, span, steady_speed, turned
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.thrusters import thrust_curve
 from identify.dive import Dive, Signal
-from tui.reproduce.measures import demand, heading, span, steady_speed, turned
 
 RATE = math.radians(12)
 

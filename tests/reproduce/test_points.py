@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
+from bench.reproduce import published
+from bench.reproduce.points import checks, points
+from bench.reproduce.published import TABLE_3, TABLE_4, TABLE_5, Published
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import load_vehicle
-from tui.reproduce import published
-from tui.reproduce.points import checks, points
-from tui.reproduce.published import TABLE_3, TABLE_4, TABLE_5, Published
 
 PAPER = Path(__file__).resolve().parents[2].parent / "shared" / "paper.txt"
 BY_TITLE = {point.title: point for point in points(72.0)}

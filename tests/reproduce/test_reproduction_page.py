@@ -9,19 +9,18 @@ import pytest
 import sketches
 from direct_dive import dive
 
+from bench.reproduce import page
+from bench.reproduce.comparisons import validation
+from bench.reproduce.dives import identified, legs
+from bench.reproduce.paper import PaperOptions
+from bench.reproduce.run import Reproduction, planned
+from bench.reproduce.sections import campaign_section
 from bridge.simulator.missions import Mission, rest, run, turn
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.feedforward import Mode
-from identify.estimators.paper import PaperOptions
 from identify.report.page import render_report
 from tui import cli, exit_codes, show
 from tui.commands.reproduce import options
-from tui.reproduce import page, results
-from tui.reproduce.campaigns import identified
-from tui.reproduce.comparisons import validation
-from tui.reproduce.run import Reproduction, planned
-from tui.reproduce.sections import campaign_section
-from tui.reproduce.trials import legs
 
 TINY = PaperOptions(hidden=4, depth=1, epochs=40, batch=32, threads=1)
 
@@ -122,7 +121,7 @@ def test_a_training_that_was_cut_short_is_warned_of(done):
 
 
 def test_inertia_in_the_feed_forward_shortens_the_lag_of_a_smooth_turn(done):
-    runs = results.to_json(done)["left_open"]["turns"]
+    runs = page.to_json(done)["left_open"]["turns"]
     without, with_it = (runs[f"smooth reference, {what}"] for what in ("no inertia", "inertia"))
     assert with_it["lag_s"] < 0.5 * without["lag_s"]
     assert with_it["error_deg"] < 0.5 * without["error_deg"]
@@ -152,7 +151,7 @@ def test_eq_16_lags_by_inertia_over_damping_on_a_linear_reference(done):
 
 
 def test_the_json_is_plain_and_holds_every_validation_number(done):
-    data = json.loads(json.dumps(show.plain(results.to_json(done)), allow_nan=False))
+    data = json.loads(json.dumps(show.plain(page.to_json(done)), allow_nan=False))
     assert {row["figure"] for row in data["validation"]} == {f"Fig. {n}" for n in range(10, 18) if n != 0}
     assert len(data["table_5"]["rows"]) == 8
     assert all(len(row["values"]) == len(data["table_5"]["columns"]) for row in data["table_5"]["rows"])
@@ -161,7 +160,7 @@ def test_the_json_is_plain_and_holds_every_validation_number(done):
 
 
 def test_the_verdict_counts_the_points_that_do_not_fit(done):
-    misfits = len(results.to_json(done)["does_not_fit"])
+    misfits = len(page.to_json(done)["does_not_fit"])
     assert f"On {misfits} points the paper's text and numbers do not fit" in page.verdict(done)
 
 
@@ -182,7 +181,7 @@ def test_the_command_writes_page_and_results_into_a_folder_of_its_own(done, tmp_
     # All of its figures are put together for the tests above; these are rendered.
     brief = replace(page.report(done), sections=page.report(done).sections[:1])
     monkeypatch.setattr(page, "report", lambda _: brief)
-    monkeypatch.setattr("tui.reproduce.run.reproduce", quickly)
+    monkeypatch.setattr("bench.reproduce.run.reproduce", quickly)
     line = ["reproduce", "--seed", "7", "--network", "8", "1", "3", "--out", str(tmp_path), "--json", "-"]
     assert cli.main(line) == exit_codes.DONE
     shown = capsys.readouterr()
@@ -199,7 +198,7 @@ def test_the_command_writes_page_and_results_into_a_folder_of_its_own(done, tmp_
 
 
 def test_a_place_that_can_not_be_written_to_is_told_before_any_dive(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("tui.reproduce.run.reproduce", lambda *_: pytest.fail("dived all the same"))
+    monkeypatch.setattr("bench.reproduce.run.reproduce", lambda *_: pytest.fail("dived all the same"))
     line = ["reproduce", "--out", str(tmp_path), "--json", str(tmp_path / "nowhere" / "r.json")]
     assert cli.main(line) == exit_codes.BAD_INPUT
     assert "there is no folder" in capsys.readouterr().err

@@ -6,7 +6,7 @@ from functools import partial
 import pytest
 
 from bridge.errors import FitError
-from tui.side_by_side import side_by_side
+from gcs_plugin.side_by_side import side_by_side
 
 
 def square(number, progress):

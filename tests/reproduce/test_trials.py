@@ -4,13 +4,13 @@ import math
 
 import pytest
 
+from bench.reproduce.dives import TURN_RAD, Trial, carrying, legs, without_inertia
 from bridge.errors import ParamRejected
 from bridge.parameters import bounds
 from bridge.simulator.missions import Mission
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.feedforward import Mode
-from tui.reproduce.trials import TURN_RAD, Trial, carrying, legs, without_inertia
 
 FILE = load_vehicle("ruvifist")
 VALUES = {"M_u": 96.4, "I_r": 22.5, "D_u": 42.13, "D_r": 21.8}

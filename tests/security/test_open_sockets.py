@@ -23,8 +23,7 @@ from tui import cli
 from tui.commands import tui as app
 from tui.commands.bridge import sockets
 from tui.links import link_for
-from tui.secured import Opener, on_words
-from tui.sockets import listening, of_link, of_served
+from tui.secured import Opener, listening, of_link, of_served, on_words
 
 
 def own_sockets():

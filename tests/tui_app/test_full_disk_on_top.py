@@ -17,7 +17,7 @@ from gcs_plugin.recorder import Recorder
 from tui.app import recorder as of_app
 from tui.app.header import header
 from tui.app.view import View
-from tui.recording_state import RecordingState
+from tui.recording import RecordingState
 
 
 class Disk:

@@ -12,7 +12,7 @@ from gcs_plugin.folder import DiveFolder, list_folders
 from tui.app.jobs import Jobs
 from tui.app.view import Replay
 from tui.dive_list import kept_glance
-from tui.dive_vehicle import vehicle_named
+from tui.recordings import vehicle_named
 
 DIVES: Final = Path("dives")
 RECEIPTS: Final = Path("receipts")

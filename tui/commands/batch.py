@@ -7,7 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, numbers
+from tui import exit_codes
+from tui.arguments import PAPER, size
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -45,9 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="ADDRESS",
         help="of a Dask cluster, as tcp://10.0.0.5:8786 (default: this computer's cores)",
     )
-    parser.add_argument(
-        "--processes", type=numbers.size, metavar="N", help="on this computer (default: one a core)"
-    )
+    parser.add_argument("--processes", type=size, metavar="N", help="on this computer (default: one a core)")
     parser.add_argument(
         "--out",
         default="batch",
@@ -76,7 +75,8 @@ def run(arguments: argparse.Namespace) -> int:
     cache = Cache(Path(arguments.out) / KEPT)
 
     def work(recordings: "Sequence[Recording]") -> "list[Result]":
-        jobs = [job_for(IDENTIFY, recording, file, arguments.method, columns) for recording in recordings]
+        method = PAPER if arguments.method == "paper" else arguments.method
+        jobs = [job_for(IDENTIFY, recording, file, method, columns) for recording in recordings]
         with show.progress(f"identify {len(jobs)} dives") as tell:
             return run_batch(jobs, cache, engine(arguments), teller(tell, SystemClock()))
 
@@ -94,12 +94,12 @@ def run(arguments: argparse.Namespace) -> int:
 def check(arguments: argparse.Namespace) -> None:
     """Raise UsageError for contradicting options, and for outputs that can't be written."""
     from identify.estimators.table import METHODS
-    from tui.outputs import check_files, check_folder
+    from tui.files import check_files, check_folder
     from tui.show import STANDARD_OUTPUT
 
-    if arguments.method not in METHODS:
+    if arguments.method not in (*METHODS, "paper"):
         raise exit_codes.UsageError(
-            f"--method {arguments.method}: no such method; give one of {', '.join(METHODS)}"
+            f"--method {arguments.method}: no such method; give one of {', '.join(METHODS)}, paper"
         )
     if arguments.scheduler and arguments.processes:
         raise exit_codes.UsageError("--processes is for this computer; leave it out with --scheduler")
@@ -113,8 +113,7 @@ def engine(arguments: argparse.Namespace) -> "Engine":
     """Return the engine: this computer's cores, or a cluster; Dask is imported only for a cluster."""
     if arguments.scheduler:
         from identify.batch.cluster import run_on_cluster
-        from tui.secured import say
-        from tui.sockets import of_link
+        from tui.secured import of_link, say
 
         for sentence in of_link(f"tcp:{arguments.scheduler.partition('://')[2]}", "the scheduler"):
             say(sentence)
@@ -154,7 +153,7 @@ def finish(arguments: argparse.Namespace, file: "VehicleFile", found: "Found", r
     from identify.batch.rows import by_configuration, to_json
     from identify.report.page import Read, with_provenance, write_report
     from tui import pages, show
-    from tui.batch_tables import drifts_to_json
+    from tui.answers import drifts_to_json
     from tui.files import Files
 
     drifts = {name: drift_of(group) for name, group in by_configuration(rows).items()}
@@ -198,7 +197,7 @@ def tell(
     """Print the tables and sentences to the terminal."""
     from identify.batch.rows import by_configuration
     from tui import show
-    from tui.batch_tables import dive_table, parameter_tables, trend_table
+    from tui.answers import dive_table, parameter_tables, trend_table
 
     taken = show.STANDARD_OUTPUT in (arguments.json, arguments.csv)
     console = show.results(show.STANDARD_OUTPUT if taken else None)
@@ -218,8 +217,7 @@ def write_csv(rows: "Sequence[Row]", target: str | None) -> None:
     """Write the table to a file, or to standard output for `-`. Raises LogError if it can't be written."""
     from bridge.errors import LogError
     from identify.batch.rows import to_csv
-    from tui.show import STANDARD_OUTPUT, harmless
-    from tui.whole_file import replace_file
+    from tui.show import STANDARD_OUTPUT, harmless, replace_file
 
     if target == STANDARD_OUTPUT:
         sys.stdout.write(harmless(to_csv(rows)))

@@ -5,7 +5,8 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import bridge_ring, exit_codes, numbers, secured
+from tui import bridge_ring, exit_codes, secured
+from tui.arguments import seconds
 
 if TYPE_CHECKING:
     import threading
@@ -41,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     secured.add_argument(parser)
     parser.add_argument(
-        "--seconds", type=numbers.seconds, metavar="N", help="stop after so long (default: at Ctrl-C)"
+        "--seconds", type=seconds, metavar="N", help="stop after so long (default: at Ctrl-C)"
     )
 
 
@@ -58,13 +59,13 @@ def ground(text: str) -> "Ground":
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from bridge.ground import Ground
+    from bridge.parameters import parameters_of
     from bridge.ports import run_ports
     from bridge.service import Bridge
     from bridge.vehicle.config import load_vehicle
     from tui import show
-    from tui.outputs import check_folder, check_no_folder
+    from tui.files import check_folder, check_no_folder
     from tui.running import until_stopped
-    from tui.vehicle_memory import server
 
     if arguments.parameters:
         check_folder("--parameters", str(Path(arguments.parameters).parent))
@@ -85,7 +86,9 @@ def run(arguments: argparse.Namespace) -> int:
     opener = secured.Opener(arguments.sign_key, clock, refused, listed=secured.later, system=station.system)
     links = [lasting(spec, clock, opener.open) for spec in arguments.link]
     store = Path(arguments.parameters) if arguments.parameters else default_store(vehicle)
-    parameters = server(file, store)
+    parameters = parameters_of(file, store)
+    if parameters.trouble:
+        show.say(words, f"warning: {parameters.trouble}")
     files = bridge_ring.files_for(arguments, clock)
     bridge = Bridge(
         vehicle,
@@ -145,7 +148,7 @@ def sockets(links: "Sequence[str]", vehicle: "Vehicle") -> list[str]:
     """Sentences on the open network sockets: links, and the devices that speak TCP."""
     from bridge.drivers import speaks_tcp
     from bridge.ports import port_spec
-    from tui.sockets import of_link, of_links
+    from tui.secured import of_link, of_links
 
     devices = [
         of_link(port_spec(device), f"the {slot}")

@@ -4,7 +4,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tui import exit_codes, numbers
+from tui import exit_codes
+from tui.arguments import seed, size
 
 if TYPE_CHECKING:
     from identify.challenge.answers import Answer
@@ -16,10 +17,8 @@ EXAMPLE = "seatrial challenge seal --cases 20 --seed 7 --out hidden"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
     seal = actions.add_parser("seal", help="make dives with hidden effects and lock the answers")
-    seal.add_argument("--cases", type=numbers.size, default=20, metavar="N", help="how many (20)")
-    seal.add_argument(
-        "--seed", type=numbers.seed, required=True, metavar="S", help="keep it from who is judged"
-    )
+    seal.add_argument("--cases", type=size, default=20, metavar="N", help="how many (20)")
+    seal.add_argument("--seed", type=seed, required=True, metavar="S", help="keep it from who is judged")
     seal.add_argument(
         "--out", required=True, metavar="FOLDER", help="a new folder for cases, answers and hash"
     )
@@ -49,7 +48,7 @@ def _seal(arguments: argparse.Namespace) -> int:
     from identify.challenge.case import left_out
     from identify.challenge.seal import hash_path, key_path, seal
     from tui import show
-    from tui.outputs import check_file, check_new_folder
+    from tui.files import check_file, check_new_folder
 
     check_new_folder("--out", arguments.out)
     check_file("--json", arguments.json)
@@ -103,7 +102,7 @@ def _score(arguments: argparse.Namespace) -> int:
     from identify.challenge.score import score
     from identify.challenge.seal import unsealed
     from tui import show
-    from tui.outputs import check_file
+    from tui.files import check_file
 
     check_file("--json", arguments.json)
     folder = Path(arguments.answers)

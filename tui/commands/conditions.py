@@ -46,7 +46,7 @@ def run(arguments: argparse.Namespace) -> int:
     from gcs_plugin.asked_conditions import last_conditions, mistakes, of_texts, texts_of
     from gcs_plugin.conditions import NOTHING_SAID
     from tui import show
-    from tui.outputs import check_file
+    from tui.files import check_file
 
     check_file("--json", arguments.json)
     folder = _folder(arguments.dive)

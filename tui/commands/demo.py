@@ -4,8 +4,9 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, numbers
-from tui.reproduce.published import TABLE_5
+from bench.reproduce.published import TABLE_5
+from tui import exit_codes
+from tui.arguments import seed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,7 +21,7 @@ MOTIONS = {"surge": "Surge motion", "sway": "Sway motion", "yaw": "Yaw motion"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--seed", type=numbers.seed, default=1, help="of noise and disturbance (default: 1)")
+    parser.add_argument("--seed", type=seed, default=1, help="of noise and disturbance (default: 1)")
     parser.add_argument(
         "--out", default="demo", metavar="FOLDER", help="takes a folder for this run (default: demo)"
     )
@@ -32,7 +33,7 @@ def run(arguments: argparse.Namespace) -> int:
     from gcs_plugin.folder import new_folder
     from identify.validate import METHOD, compare
     from tui import demo, show
-    from tui.outputs import check_file, check_folder
+    from tui.files import check_file, check_folder
 
     check_file("--json", arguments.json)
     check_folder("--out", arguments.out)

@@ -14,8 +14,6 @@ from tui.pages import add_figures
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rich.console import Console
-
     from bridge.vehicle.config import VehicleFile
     from identify.diagnose.result import Diagnosis
     from identify.dive import Dive
@@ -74,17 +72,12 @@ def run(arguments: argparse.Namespace) -> int:
     from identify.run import compiles_first
     from tui import pages, show
     from tui.accepted import AcceptedBefore, accepted_before
-    from tui.columns import column_map_for
-    from tui.diagnosis_told import with_words
-    from tui.files import Files
-    from tui.outputs import PARAMETER_SUFFIXES, check_file, check_files
-    from tui.stray_bytes import stray_bytes
-    from tui.under_conditions import can_not_be, under_conditions
+    from tui.answers import tell_diagnosis, with_words
+    from tui.files import PARAMETER_SUFFIXES, Files, check_file, check_files
+    from tui.recordings import can_not_be, column_map_for, stray_bytes, under_conditions
 
     if arguments.against:
-        from tui import against
-
-        return against.run(arguments)
+        return run_against(arguments)
     if arguments.predict and not arguments.check:
         raise exit_codes.UsageError("--predict tells of the check dive; give --check DIVE with it")
     targets = {"--json": arguments.json, "--report": arguments.report, "--predict": arguments.predict}
@@ -185,8 +178,7 @@ def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") ->
     from identify.checks.contradictions import contradictions
     from identify.diagnose.accepted import none_accepted
     from identify.identification import Outcome, worst
-    from tui.doubted import told
-    from tui.parameter_files import write_accepted
+    from tui.parameter_files import doubt_lines, write_accepted
 
     if found.first:
         return (
@@ -217,7 +209,7 @@ def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") ->
         contradicted = worst(doubt.outcome for doubt in of_recording) is not Outcome.CONVERGED
         why = "the recording contradicts itself" if contradicted else "the model does not fit the dive"
         how += f" with --despite-doubts, because {why}"
-    return (*found.accepted.sentences, *told(doubted, tuple(doubted)), how)
+    return (*found.accepted.sentences, *doubt_lines(doubted, tuple(doubted)), how)
 
 
 def _sends(path: Path, found: "Diagnosis") -> str:
@@ -252,31 +244,52 @@ def effects_without(names: "Sequence[str]", configuration: str, file: "VehicleFi
     return tuple(effect for effect in effects if effect.name not in names)
 
 
-def tell_diagnosis(console: "Console", found: "Diagnosis") -> None:
-    """Print the verdict, the causes and their parameters, where the gap lies, how far it shrinks, the next dive."""
-    from identify.diagnose import wording, wording_verdict
-    from tui import show
+def run_against(arguments: argparse.Namespace) -> int:
+    """`diagnose REAL --against SIM`: what a simulator must gain."""
+    from bridge.vehicle.config import load_vehicle
+    from identify.diagnose.against import against, plain
+    from identify.ingest.open import read_dive
+    from identify.report.against import against_report
+    from tui import pages, show
+    from tui.answers import tell_against
+    from tui.files import Files, check_files
+    from tui.recordings import column_map_for
 
-    show.say(console, wording_verdict.verdict_sentence(found))
-    lines = (
-        *wording.cause_lines(found),
-        *wording_verdict.character_lines(found),
-        *_where(found),
-        *wording.disturbance_line(found.gap.disturbance),
-        *wording_verdict.shrink_lines(found),
-        *wording.gain_lines(found),
-        *wording.next_lines(found),
-        *found.notes,
-    )
-    for line in lines:
-        show.say(console, f"  {line}")
+    for option in ("check", "predict", "accept"):
+        if getattr(arguments, option):
+            raise exit_codes.UsageError(
+                f"--{option} tells of the vehicle, --against of a simulator; run them one after the other"
+            )
+    check_files({"--json": arguments.json, "--report": arguments.report})
+    pages.check(arguments)
+    file = load_vehicle(arguments.vehicle)
+    columns = column_map_for(arguments.columns, (arguments.dive, arguments.against))
+    real, sim = (read_dive(Path(path), columns, file) for path in (arguments.dive, arguments.against))
+    configuration = configuration_of_both(real, sim, file)
+    with show.progress(f"{real.name} against {sim.name}") as tell:
+        gap = against(real, sim, file, configuration, progress=tell)
+    # Files first: the reader of the table may close the pipe before its end.
+    with Files() as files:
+        files.json(plain(gap), arguments.json)
+        if pages.wanted(arguments):
+            pages.publish(files, arguments, partial(against_report, gap), (real, sim), file)
+        console = show.results(arguments.json)
+        tell_against(console, gap)
+        for line in files.written:
+            show.say(console, line)
+    return files.code(exit_codes.DONE)
 
 
-def _where(found: "Diagnosis") -> tuple[str, ...]:
-    """Lines on the largest parts of the gap; none when the verdict is "no_gap"."""
-    from identify.diagnose import wording_verdict
+def configuration_of_both(real: "Dive", sim: "Dive", file: "VehicleFile") -> str:
+    """The configuration that the user named, otherwise that of the real dive. Raises LogError if the simulator says
+    that it was in another."""
+    from bridge.errors import LogError
 
-    if found.verdict == "no_gap":
-        return ()
-    lines = (f"Where: {line}." for line in wording_verdict.where_lines(found))
-    return (*lines, *filter(None, (wording_verdict.where_note(found.gap),)))
+    real_index, its = real.configuration_index(), sim.configuration_index()
+    configuration = file.configuration_of(real_index)
+    if file.configuration is None and its is not None and file.vehicle.configuration_at(its) != configuration:
+        raise LogError(
+            f"{sim.name}: was driven in configuration '{file.vehicle.configuration_at(its)}', {real.name} in "
+            f"'{configuration}'; drive the simulator in the same one"
+        )
+    return configuration

@@ -41,7 +41,7 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
     from tui import show
     from tui.dive_list import rows_of
-    from tui.outputs import check_file
+    from tui.files import check_file
 
     check_file("--json", arguments.json)
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None

@@ -4,7 +4,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, numbers, secured
+from tui import exit_codes, secured
+from tui.arguments import seconds
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -40,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--confirm", metavar="NAME", help="the vehicle's name, so that --wet does not ask for it"
     )
     parser.add_argument(
-        "--seconds", type=numbers.seconds, default=6.0, metavar="N", help="listen so long (default: 6)"
+        "--seconds", type=seconds, default=6.0, metavar="N", help="listen so long (default: 6)"
     )
     parser.add_argument("--json", metavar="FILE", help="write the findings as JSON; - for standard output")
 
@@ -49,8 +50,8 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from bridge.vehicle.config import load_vehicle
     from gcs_plugin.doctor.identity import findings_against_wet
+    from tui.files import check_file, check_folder
     from tui.links import link_for, serving_now
-    from tui.outputs import check_file, check_folder
     from tui.wet_check import confirmed
 
     check_file("--json", arguments.json)

@@ -38,10 +38,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     from identify.export.targets import TARGETS, export
     from tui import show
-    from tui.doubted import told
-    from tui.files import Files
-    from tui.outputs import check_files
-    from tui.parameter_files import Leave
+    from tui.files import Files, check_files
+    from tui.parameter_files import Leave, doubt_lines
 
     if arguments.to not in TARGETS:
         raise exit_codes.UsageError(
@@ -61,7 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
             sys.stdout.write(show.harmless(exported.text))
         else:
             files.text(Path(arguments.out), exported.text)
-        for line in told(doubted, tuple(doubted)):
+        for line in doubt_lines(doubted, tuple(doubted)):
             show.say(console, f"warning: {line}")
         if exported.left_out:
             show.say(console, f"what did not fit into {arguments.to} as it is:")
@@ -116,8 +114,7 @@ def _identified(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model
     from bridge.vehicle.coefficients import OF_HULL
     from bridge.vehicle.config import load_vehicle
     from identify.export.model import model_of
-    from tui.doubted import doubted_in
-    from tui.parameter_files import check_outcome, read_identification
+    from tui.parameter_files import check_outcome, doubted_in, read_identification
 
     if vehicle is None:
         raise exit_codes.UsageError(

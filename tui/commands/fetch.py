@@ -4,7 +4,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, numbers, secured
+from tui import exit_codes, secured
+from tui.arguments import above_zero, seconds
 
 if TYPE_CHECKING:
     from bridge.clock import Clock
@@ -28,9 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="make a dive folder of what the vehicle kept since it was switched on, for a dive of which nothing was "
         "heard",
     )
-    parser.add_argument(
-        "--minutes", type=numbers.above_zero, metavar="N", help="of --new: its last minutes alone"
-    )
+    parser.add_argument("--minutes", type=above_zero, metavar="N", help="of --new: its last minutes alone")
     parser.add_argument(
         "--out", default="dives", metavar="FOLDER", help="where the dives are (default: dives)"
     )
@@ -47,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     secured.add_argument(parser)
     parser.add_argument(
         "--patience",
-        type=numbers.seconds,
+        type=seconds,
         default=60.0,
         metavar="N",
         help="give up after so many seconds without an answer; what was fetched is kept (default: 60)",
@@ -65,8 +64,8 @@ def run(arguments: argparse.Namespace) -> int:
     from tui import show
     from tui.exit_codes import UsageError
     from tui.fetched import Fetcher
+    from tui.files import check_file, check_folder
     from tui.links import coming_back, link_for
-    from tui.outputs import check_file, check_folder
 
     check_file("--json", arguments.json)
     check_folder("--out", arguments.out)

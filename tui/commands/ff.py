@@ -3,7 +3,8 @@
 import argparse
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, numbers, secured
+from tui import exit_codes, secured
+from tui.arguments import seconds
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -44,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--yes", action="store_true", help="do not ask")
     parser.add_argument(
         "--seconds",
-        type=numbers.seconds,
+        type=seconds,
         metavar="N",
         help=f"try so long (default: {PATIENCE_S:.0f}; of off: until it is done)",
     )
@@ -55,8 +56,8 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from bridge.vehicle.feedforward import Mode
     from gcs_plugin.ff_words import WORDS
+    from tui.files import check_file
     from tui.links import link_for
-    from tui.outputs import check_file
 
     check_file("--json", arguments.json)
     mode = next(mode for mode, word in WORDS.items() if word == arguments.mode)
@@ -135,7 +136,7 @@ def permitted(
     from gcs_plugin.params.client import ParameterClient
     from gcs_plugin.params.plan import make_plan
     from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
-    from tui.asked import asked
+    from tui.running import asked
 
     # A vehicle that listens on UDP learns the ground's address from this message.
     link.write(Encoder(*GROUND_STATION).encode(ground_heartbeat()))

@@ -5,16 +5,16 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, numbers
-from tui.arguments import add_vehicle
+from tui import exit_codes
+from tui.arguments import add_vehicle, size
 from tui.pages import add_figures
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from bench.reproduce.paper import TrainingCurves
     from bridge.vehicle.config import VehicleFile
     from identify.dive import Dive
-    from identify.estimators.paper import TrainingCurves
     from identify.estimators.table import Estimator
     from identify.identification import Identification
     from identify.progress import Progress
@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--network",
-        type=numbers.size,
+        type=size,
         nargs=3,
         metavar=("HIDDEN", "DEPTH", "EPOCHS"),
         help="size and training of the paper's network: 1024 5 100 is the paper's own (small where not given)",
@@ -56,11 +56,9 @@ def run(arguments: argparse.Namespace) -> int:
     from identify.ingest.open import read_dive
     from identify.run import usual_methods
     from tui import pages, show
-    from tui.columns import column_map_for
-    from tui.files import Files
-    from tui.identified import tell, tell_comparison
-    from tui.outputs import PARAMETER_SUFFIXES, check_file, check_files
-    from tui.under_conditions import under_conditions
+    from tui.answers import tell, tell_comparison
+    from tui.files import PARAMETER_SUFFIXES, Files, check_file, check_files
+    from tui.recordings import column_map_for, under_conditions
 
     methods = methods_of(arguments.method)
     if arguments.param and len(arguments.dives) > 1:
@@ -127,9 +125,10 @@ def methods_of(argument: str | None) -> tuple[str, ...]:
 
     names = SIDE_BY_SIDE if argument is None else tuple(argument.split("+"))
     for name in names:
-        if name not in METHODS:
+        if name not in (*METHODS, "paper"):
             raise exit_codes.UsageError(
-                f"--method {argument}: no such method as '{name}'; give one of {', '.join(METHODS)}, or two with a +"
+                f"--method {argument}: no such method as '{name}'; give one of {', '.join(METHODS)}, paper, "
+                "or two with a +"
             )
     if len(set(names)) != len(names) or len(names) > 2:
         raise exit_codes.UsageError(f"--method {argument}: give one method, or two different ones with a +")
@@ -147,7 +146,7 @@ def estimator_of(
 
 def paper(network: "Sequence[int] | None", curves: "dict[str, TrainingCurves]") -> "Estimator":
     """Return the paper's method with a network of the given size; it stores its training curves in `curves` by dive."""
-    from identify.estimators.paper import SMALL, PaperOptions, estimate_with_curves
+    from bench.reproduce.paper import SMALL, PaperOptions, estimate_with_curves
     from identify.estimators.table import refuse_damping
 
     options = (

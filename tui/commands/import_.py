@@ -35,9 +35,8 @@ def run(arguments: argparse.Namespace) -> int:
     from identify.fixes import check_fixes
     from identify.ingest.open import read_dive
     from tui import show
-    from tui.columns import column_map_for
-    from tui.files import Files
-    from tui.outputs import check_file, check_new_folder
+    from tui.files import Files, check_file, check_new_folder
+    from tui.recordings import column_map_for
 
     check_file("--json", arguments.json)
     if arguments.out:

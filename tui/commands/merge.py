@@ -24,8 +24,8 @@ def run(arguments: argparse.Namespace) -> int:
 
     from gcs_plugin.folder import load_folder
     from tui import show
+    from tui.files import check_file
     from tui.merging import Merged, merge_all
-    from tui.outputs import check_file
 
     check_file("--json", arguments.json)
     folder = load_folder(Path(arguments.dive))

@@ -7,8 +7,8 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, numbers, secured
-from tui.arguments import actions_of
+from tui import exit_codes, secured
+from tui.arguments import actions_of, seconds
 
 if TYPE_CHECKING:
     from gcs_plugin.params.client import ParameterClient
@@ -88,15 +88,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         )
         secured.add_argument(action)
         action.add_argument("--system", type=int, metavar="N", help="its MAVLink system, where several beat")
-        action.add_argument(
-            "--seconds", type=numbers.seconds, default=5.0, metavar="N", help="wait so long for it"
-        )
+        action.add_argument("--seconds", type=seconds, default=5.0, metavar="N", help="wait so long for it")
         action.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard output")
 
 
 def check_outputs(arguments: argparse.Namespace) -> None:
     """Raise UsageError if an output file could not be written."""
-    from tui.outputs import PARAMETER_SUFFIXES, check_file, check_files, check_folder
+    from tui.files import PARAMETER_SUFFIXES, check_file, check_files, check_folder
 
     output = getattr(arguments, "out", None)
     check_files({"--json": arguments.json, "--out": output})
@@ -317,6 +315,6 @@ def apply(
 
 def agreed(client: "ParameterClient", question: str) -> bool:
     """Whether the user types yes. Raises UsageError if nobody can be asked."""
-    from tui.asked import asked
+    from tui.running import asked
 
     return asked(client, f"{question} [yes/no] ", "write").lower() in ("y", "yes")

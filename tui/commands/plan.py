@@ -6,7 +6,8 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tui import exit_codes, numbers
+from tui import exit_codes
+from tui.arguments import above_zero
 
 if TYPE_CHECKING:
     from bridge.vehicle.config import VehicleFile
@@ -30,20 +31,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--columns", metavar="MAP", help="YAML map from the columns of a CSV to signals")
     parser.add_argument(
-        "--minutes", type=numbers.above_zero, default=5.0, metavar="N", help="time in all (default: 5)"
+        "--minutes", type=above_zero, default=5.0, metavar="N", help="time in all (default: 5)"
     )
     parser.add_argument(
-        "--space", type=numbers.above_zero, default=6.0, metavar="METRES", help="room across (default: 6)"
+        "--space", type=above_zero, default=6.0, metavar="METRES", help="room across (default: 6)"
     )
     parser.add_argument(
         "--depth-space",
-        type=numbers.above_zero,
+        type=above_zero,
         metavar="METRES",
         help="room up and down (default: as much as --space); never more than the 1.5 m of depth a plan begins at",
     )
     parser.add_argument(
         "--speed",
-        type=numbers.above_zero,
+        type=above_zero,
         default=0.5,
         metavar="M_S",
         help="fastest, in m/s; up and down half of it (default: 0.5)",
@@ -71,8 +72,7 @@ def run(arguments: argparse.Namespace) -> int:
     from identify.planning.propose import propose
     from identify.planning.writing import legend, mission_text, notes, to_json
     from tui import show
-    from tui.files import Files
-    from tui.outputs import check_file, check_files
+    from tui.files import Files, check_file, check_files
 
     check_files({"--out": arguments.out, "--json": arguments.json})
     check_file("--out", arguments.out, (".yaml", ".yml"))

@@ -4,7 +4,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, numbers
+from tui import exit_codes
+from tui.arguments import above_zero
 
 if TYPE_CHECKING:
     from bridge.vehicle.config import Prior, VehicleFile
@@ -21,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--widen",
-        type=numbers.above_zero,
+        type=above_zero,
         metavar="PERCENT",
         help="by what a parameter may have changed since (where not given: 3 for masses, 10 for dampings)",
     )
@@ -38,9 +39,8 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
     from tui import show
     from tui.accepted import doubted_of, left_behind, merged, priors_of
-    from tui.doubted import told
-    from tui.outputs import check_file
-    from tui.parameter_files import Leave
+    from tui.files import check_file
+    from tui.parameter_files import Leave, doubt_lines
 
     check_file("--json", arguments.json)
     file = load_vehicle(arguments.vehicle)
@@ -59,7 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
         accepted = {name: prior for name, prior in accepted.items() if name not in doubted}
     if not accepted:
         raise exit_codes.UsageError(
-            f"{arguments.file}: all that it holds is doubted ({told(doubted, tuple(doubted))[0]}): nothing was "
+            f"{arguments.file}: all that it holds is doubted ({doubt_lines(doubted, tuple(doubted))[0]}): nothing was "
             "written; dive again, or give --despite-doubts"
         )
     priors = merged(present, accepted)
@@ -80,7 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
     columns = ("name", "value", "std", "unit", "rests on", "is")
     show.put(console, show.table(title, columns, rows, ("value", "std")))
     refused = "" if arguments.despite_doubts else "; it was not taken: dive again, or give --despite-doubts"
-    for line in told(doubted, tuple(doubted)):
+    for line in doubt_lines(doubted, tuple(doubted)):
         show.say(console, f"warning: {line}{refused}")
     if lost := left_behind(present, priors):
         show.say(console, f"warning: {_lost(lost, present, file.path)}")

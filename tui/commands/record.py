@@ -5,7 +5,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tui import exit_codes, numbers, secured
+from tui import exit_codes, secured
+from tui.arguments import seconds
 
 if TYPE_CHECKING:
     import threading
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from gcs_plugin.hub import Hub
     from gcs_plugin.recorded import Notice
     from gcs_plugin.recorder import Recorder
-    from tui.recorded_dives import RecordedDive
+    from tui.recording import RecordedDive
 
 EXAMPLE = "seatrial record --link udpin:127.0.0.1:14550 --out dives"
 NO_HUB = "none"
@@ -41,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="water, tether, ballast and so on as in the dive before",
     )
     parser.add_argument(
-        "--seconds", type=numbers.seconds, metavar="N", help="stop after so long (default: at Ctrl-C)"
+        "--seconds", type=seconds, metavar="N", help="stop after so long (default: at Ctrl-C)"
     )
     parser.add_argument(
         "--heartbeat",
@@ -74,8 +75,8 @@ def hub_port(text: str) -> int | None:
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from gcs_plugin.hub import Hub
+    from tui.files import check_file, check_folder
     from tui.links import refuse_second
-    from tui.outputs import check_file, check_folder
 
     check_file("--json", arguments.json)
     clock = SystemClock()
@@ -132,10 +133,8 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
     from gcs_plugin.peers import GROUND_STATION
     from gcs_plugin.recorded import Notice
     from tui import show
-    from tui.recorded_dives import RecordedDives
-    from tui.recording_state import RecordingState
+    from tui.recording import RecordedDives, RecordingState, TellingRecorder
     from tui.running import until_stopped
-    from tui.status_texts import TellingRecorder
 
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
     opener = secured.Opener(
@@ -236,7 +235,7 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
 
 def sockets(links: "Sequence[str]", hub: "Hub | None") -> list[str]:
     """Sentences on the open network sockets."""
-    from tui.sockets import of_links, of_served
+    from tui.secured import of_links, of_served
 
     served = [of_served(hub.address)] if hub else []
     return [*of_links(links, "a link that is recorded"), *served]

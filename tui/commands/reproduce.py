@@ -5,13 +5,14 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, numbers
+from tui import exit_codes
+from tui.arguments import seed, size
 from tui.pages import add_figures
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from identify.estimators.paper import PaperOptions
+    from bench.reproduce.paper import PaperOptions
 
 EXAMPLE = "seatrial reproduce --seed 1 --out reproduction"
 
@@ -19,7 +20,7 @@ PAGE, RESULT = "reproduction.html", "result.json"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--seed", type=numbers.seed, default=1, help="of noise and disturbance (default: 1)")
+    parser.add_argument("--seed", type=seed, default=1, help="of noise and disturbance (default: 1)")
     parser.add_argument(
         "--out",
         default="reproduction",
@@ -28,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--network",
-        type=numbers.size,
+        type=size,
         nargs=3,
         metavar=("HIDDEN", "DEPTH", "EPOCHS"),
         help="size and training of the paper's network: 1024 5 100 is its own, for hours (small where not given)",
@@ -38,14 +39,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
+    from bench.reproduce import page
+    from bench.reproduce.comparisons import validation
+    from bench.reproduce.run import reproduce
     from bridge.clock import SystemClock
     from gcs_plugin.folder import new_folder
     from tui import pages, show
-    from tui.files import Files
-    from tui.outputs import check_file, check_folder
-    from tui.reproduce import page, results
-    from tui.reproduce.comparisons import validation
-    from tui.reproduce.run import reproduce
+    from tui.files import Files, check_file, check_folder
 
     check_file("--json", arguments.json)
     check_folder("--out", arguments.out)
@@ -77,7 +77,7 @@ def run(arguments: argparse.Namespace) -> int:
             show.say(console, sentence)
         show.say(console, f"recordings and results: {folder}")
         show.say(console, f"took {clock.boot_s():.0f} s")
-        outcome = results.to_json(done) | {"page": str(folder / PAGE), "folder": str(folder)}
+        outcome = page.to_json(done) | {"page": str(folder / PAGE), "folder": str(folder)}
         files.json(outcome, str(folder / RESULT))
         files.json(outcome, arguments.json)
     return files.code(exit_codes.DONE)
@@ -85,7 +85,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def options(network: "Sequence[int] | None") -> "PaperOptions":
     """The paper's network in the requested size."""
-    from identify.estimators.paper import SMALL, PaperOptions
+    from bench.reproduce.paper import SMALL, PaperOptions
 
     if network is None:
         return SMALL

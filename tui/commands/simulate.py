@@ -4,7 +4,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, numbers, secured
+from tui import exit_codes, secured
+from tui.arguments import seconds, seed
 
 if TYPE_CHECKING:
     import threading
@@ -40,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", default="dives", metavar="FOLDER", help="takes the dive folder (default: dives)"
     )
-    parser.add_argument("--seed", type=numbers.seed, default=1, help="of noise and disturbance (default: 1)")
+    parser.add_argument("--seed", type=seed, default=1, help="of noise and disturbance (default: 1)")
     parser.add_argument("--mode", choices=MODES, help="what the feed-forward does (default: as stored)")
     parser.add_argument(
         "--heading",
@@ -61,7 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--speed", type=speed, metavar="N|max", help="times real time (default: max, with --link 1)"
     )
-    parser.add_argument("--seconds", type=numbers.seconds, metavar="N", help="end idle after so long")
+    parser.add_argument("--seconds", type=seconds, metavar="N", help="end idle after so long")
     parser.add_argument("--json", metavar="FILE", help="write what was dived as JSON; - for standard output")
 
 
@@ -76,10 +77,10 @@ def speed(text: str) -> float:
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from bridge.errors import ConfigError
+    from bridge.parameters import parameters_of
     from bridge.simulator.missions import mission_named
     from bridge.vehicle.config import load_vehicle
-    from tui import vehicle_memory
-    from tui.outputs import check_file, check_folder, check_no_folder
+    from tui.files import check_file, check_folder, check_no_folder
 
     check_file("--json", arguments.json)
     if arguments.parameters:
@@ -103,7 +104,9 @@ def run(arguments: argparse.Namespace) -> int:
         None if arguments.mission == IDLE else mission_named(arguments.mission, shape, arguments.heading)
     )
     store = Path(arguments.parameters) if arguments.parameters else None
-    parameters = vehicle_memory.server(file, store)
+    parameters = parameters_of(file, store)
+    if parameters.trouble:
+        secured.say_warning(parameters.trouble)
     clock, troubles = SystemClock(), Troubles()
     opener = secured.Opener(arguments.sign_key, clock, troubles, listed=secured.later)
     links = [opener.open(spec) for spec in arguments.link]
@@ -119,7 +122,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def list_sockets(links: "Sequence[str]") -> None:
     """Print which network sockets are open."""
-    from tui.sockets import of_links
+    from tui.secured import of_links
 
     for sentence in of_links(links, "a link to the ground"):
         secured.say(sentence)
@@ -161,7 +164,8 @@ def dive(
 
     from bridge.simulator.dive import real_time
     from bridge.vehicle.feedforward import Mode
-    from tui import show, simulated
+    from gcs_plugin import simulated
+    from tui import show
     from tui.accepted import accepted_truth
 
     times = arguments.speed or (1.0 if links else math.inf)

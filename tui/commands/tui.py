@@ -6,7 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, numbers, secured
+from tui import exit_codes, secured
+from tui.arguments import above_zero, port
 
 if TYPE_CHECKING:
     from bridge.link.base import Link
@@ -44,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--unrecorded", action="store_true", help="look at the link itself, and record nothing"
     )
     parser.add_argument(
-        "--fps", type=numbers.above_zero, default=4.0, metavar="N", help="refreshes a second (default: 4)"
+        "--fps", type=above_zero, default=4.0, metavar="N", help="refreshes a second (default: 4)"
     )
     parser.add_argument("--theme", choices=("dark", "light", "sunlight"), help="default: that of last time")
     parser.add_argument(
@@ -58,7 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     web.add_argument(
         "--host", metavar="ADDRESS", help="the page's address (default: 127.0.0.1, this computer alone)"
     )
-    web.add_argument("--port", type=numbers.port, metavar="PORT", help="the page's port (default: 8000)")
+    web.add_argument("--port", type=port, metavar="PORT", help="the page's port (default: 8000)")
     web.add_argument(
         "--control", action="store_true", help="whoever opens the page may do all that the app can"
     )
@@ -81,7 +82,7 @@ def _serve(arguments: argparse.Namespace) -> int:
     from tui import show
     from tui.app.keys import load_keymap
     from tui.app.screens.table import PLACES
-    from tui.sockets import listening
+    from tui.secured import listening
     from tui.web.server import PageServer
     from tui.web.visitors import in_url, warning
 
@@ -118,7 +119,7 @@ def _serve(arguments: argparse.Namespace) -> int:
 def list_recording() -> None:
     """Print the network sockets that the running recording holds open."""
     from tui.links import holding_now, words_of
-    from tui.sockets import of_links, of_served
+    from tui.secured import of_links, of_served
 
     if (holding := holding_now()) is not None:
         secured.say(f"{words_of(holding)} goes on by itself, and has")
@@ -129,7 +130,7 @@ def list_recording() -> None:
 def list_sockets(arguments: argparse.Namespace) -> None:
     """Print the open network sockets; a terminal shows them before and after the app."""
     from tui.links import holding_now
-    from tui.sockets import of_links
+    from tui.secured import of_links
 
     if arguments.unrecorded:
         for sentence in of_links(arguments.link, "the link"):

@@ -43,9 +43,8 @@ def run(arguments: argparse.Namespace) -> int:
     from identify.ingest.unheard import UNHEARD
     from identify.validate import METHOD, compare, tracking_errors
     from tui import pages, show
-    from tui.columns import column_map_for
-    from tui.files import Files
-    from tui.outputs import check_files
+    from tui.files import Files, check_files
+    from tui.recordings import column_map_for
 
     check_files({"--json": arguments.json, "--report": arguments.report})
     pages.check(arguments)

@@ -4,7 +4,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, numbers, secured
+from tui import exit_codes, secured
+from tui.arguments import seconds
 
 if TYPE_CHECKING:
     import threading
@@ -40,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="which vehicle, where several beat on the link (default: the vehicle file's, else the first)",
     )
     parser.add_argument(
-        "--seconds", type=numbers.seconds, metavar="N", help="stop after so long (default: at Ctrl-C)"
+        "--seconds", type=seconds, metavar="N", help="stop after so long (default: at Ctrl-C)"
     )
     parser.add_argument(
         "--once",
@@ -56,8 +57,8 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from gcs_plugin.watch.watcher import Watcher
     from tui import show, watched
+    from tui.files import check_file
     from tui.links import coming_back, holding_now, link_for
-    from tui.outputs import check_file
 
     check_file("--json", arguments.json)
     holding = holding_now()

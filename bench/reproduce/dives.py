@@ -1,4 +1,4 @@
-"""The paper's validation dives, Figs 10 to 17, on the simulated vehicle."""
+"""The paper's campaigns and validation dives (Figs 10 to 17) with the simulated vehicle, recorded and identified."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -6,18 +6,117 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
+from bench.reproduce.measures import Term, matrices
+from bench.reproduce.paper import (
+    PAPER_DOFS,
+    PaperOptions,
+    TrainingCurves,
+    closed_form,
+    estimate_with_curves,
+    excited,
+    fixed_values,
+    samples,
+    window_ends,
+)
+from bench.reproduce.published import HOVERING_TARGET, RAMP, TOP_SPEED, TRANSIENT
 from bridge.errors import ParamRejected
-from bridge.parameters import COMMIT, ParameterServer, bounds
-from bridge.simulator.missions import HeadingReference, Leg, Mission, rest, run, turn
+from bridge.parameters import COMMIT, ParameterServer, bounds, parameters_of
+from bridge.simulator.missions import HeadingReference, Leg, Mission, mission_named, rest, run, turn
+from bridge.simulator.truth import load_truth
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.feedforward import Mode
+from gcs_plugin import simulated
 from identify.dive import Dive
+from identify.estimators.table import DEFAULT, estimator
+from identify.filters import AlignedDive, aligned
+from identify.identification import Identification
 from identify.ingest.open import read_dive
-from tui import simulated
-from tui.reproduce.campaigns import VEHICLE
-from tui.reproduce.published import HOVERING_TARGET, RAMP, TOP_SPEED, TRANSIENT
-from tui.vehicle_memory import server
+
+VEHICLE = "ruvifist"
+CONFIGURATIONS = ("survey", "hovering")
+HEADING: HeadingReference = "linear"
+DIVE_SHARE = 0.5
+PAPER_SHARE = 0.7
+"""Share of the paper's training in the time after the dive."""
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """Results of one campaign.
+
+    `paper` and `curves`: the paper's method; `closed`: the minimum of its loss in closed form; `ours`: the default
+    method; `truth`: the simulated vehicle's coefficients; `coupling`: the full matrices (empty if the campaign does
+    not move sway).
+    """
+
+    configuration: str
+    dive: Dive
+    paper: Identification
+    curves: TrainingCurves
+    closed: Mapping[str, float]
+    ours: Identification
+    truth: Mapping[str, float]
+    coupling: tuple[Term, ...]
+
+
+def campaign(
+    configuration: str,
+    options: PaperOptions,
+    root: Path,
+    seed: int,
+    unix_s: float,
+    progress: Callable[[float], None],
+) -> Campaign:
+    """Dive the paper's mission with its PID alone and its linear heading references, and identify."""
+    file = load_vehicle(VEHICLE)
+    mission = mission_named(configuration, file.vehicle.configurations[configuration], HEADING)
+    folder = simulated.dive_with_pid(
+        file, configuration, mission, root, seed, unix_s, lambda share: progress(DIVE_SHARE * share)
+    )
+    dive = read_dive(folder.path, None, file)
+    return identified(
+        dive, file, configuration, options, lambda share: progress(DIVE_SHARE + (1 - DIVE_SHARE) * share)
+    )
+
+
+def identified(
+    dive: Dive,
+    file: VehicleFile,
+    configuration: str,
+    options: PaperOptions,
+    progress: Callable[[float], None],
+) -> Campaign:
+    """Identify a recorded campaign by the paper's method, by its loss in closed form and by the default method."""
+    paper, curves = estimate_with_curves(
+        dive, file, configuration, lambda share, *_: progress(PAPER_SHARE * share), options
+    )
+    ours = estimator(DEFAULT)(
+        dive, file, configuration, lambda share, *_: progress(PAPER_SHARE + (1 - PAPER_SHARE) * share)
+    )
+    grid = aligned(dive, file, configuration, options.rate_hz, options.cutoff_hz)
+    _, dofs = excited(grid)
+    return Campaign(
+        configuration,
+        dive,
+        paper,
+        curves,
+        best_of_loss(grid, file, configuration, options),
+        ours,
+        load_truth(file, configuration).model,
+        matrices(grid) if dofs == PAPER_DOFS else (),
+    )
+
+
+def best_of_loss(
+    grid: AlignedDive, file: VehicleFile, configuration: str, options: PaperOptions
+) -> dict[str, float]:
+    """Parameters at the minimum of the paper's loss, over the very samples that its network trains on."""
+    shape = file.vehicle.configurations[configuration]
+    _, dofs = excited(grid)
+    data = samples(grid, window_ends(grid, options.window), shape, dofs)
+    return closed_form(data, fixed_values(shape))
+
 
 REST_S, STEADY_S = 4.0, 20.0
 HEADING_REST_S = 7.0
@@ -100,7 +199,7 @@ def in_its_dead_zone(file: VehicleFile) -> VehicleFile:
 
 def carrying(file: VehicleFile, configuration: str, coefficients: Mapping[str, float]) -> ParameterServer:
     """The vehicle's parameters with these coefficients committed. Raises ParamRejected if the vehicle refuses one."""
-    parameters = server(file, None)
+    parameters = parameters_of(file, None)
     veh_cfg = file.vehicle.veh_cfg(configuration)
     for name, value in coefficients.items():
         refusal = parameters.write(BY_NAME[name].parameter_id(veh_cfg), value, armed=False)

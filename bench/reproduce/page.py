@@ -1,16 +1,29 @@
-"""The page: method, the paper's tables and figures next to ours, contradictions in its numbers, open questions."""
+"""The reproduction on one page, and as plain data for programs."""
 
+from dataclasses import asdict
+from typing import Any
+
+from bench.reproduce import sections
+from bench.reproduce.comparisons import (
+    TURNS,
+    configurations,
+    coupling_section,
+    heave_section,
+    lever,
+    table_5,
+    validation,
+    yaw_section,
+)
+from bench.reproduce.dives import Campaign
+from bench.reproduce.measures import turned
+from bench.reproduce.paper import PAPER
+from bench.reproduce.points import Point, checks, points
+from bench.reproduce.published import PARAMETERS, SOURCE, TABLE_5
+from bench.reproduce.run import Reproduction
 from bridge.vehicle.coefficients import BY_NAME
-from identify.estimators.paper import PAPER
 from identify.report.page import Report, Section, Table
+from identify.validate import compare
 from identify.words import fixed
-from tui.reproduce import sections
-from tui.reproduce.campaigns import Campaign
-from tui.reproduce.comparisons import validation
-from tui.reproduce.open_questions import coupling_section, heave_section, yaw_section
-from tui.reproduce.points import Point, checks, points
-from tui.reproduce.published import SOURCE
-from tui.reproduce.run import Reproduction
 
 LABELS = tuple(
     label.replace(" ", "\N{NO-BREAK SPACE}") for label in ("The paper", "What follows", "It fits if")
@@ -128,3 +141,49 @@ def fit_section() -> Section:
     """Checks in which the paper's numbers agree."""
     rows = tuple((check.what, check.stated, check.computed) for check in checks())
     return Section("Where they fit", "", (Table(("Number", "As printed", "From its other numbers"), rows),))
+
+
+def to_json(done: Reproduction) -> dict[str, Any]:
+    """Return all numbers of the page as JSON data."""
+    ratios, before, after = configurations(done)
+    shape = done.file.vehicle.configurations["survey"]
+    runs = table_5(done)
+    return {
+        "seed": done.seed,
+        "network": {
+            "hidden": done.options.hidden,
+            "depth": done.options.depth,
+            "epochs": done.options.epochs,
+        },
+        "campaigns": {
+            name: {
+                "published": {key: asdict(number) for key, number in PARAMETERS[name].items()},
+                "truth": dict(campaign.truth),
+                "paper_method": campaign.paper.values(),
+                "least_of_its_loss": dict(campaign.closed),
+                "ours": campaign.ours.to_json(),
+                "training": {"names": list(campaign.curves.names), "values": campaign.curves.values.tolist()},
+            }
+            for name, campaign in done.campaigns.items()
+        },
+        "validation": [asdict(row) for row in validation(done)],
+        "table_5": {
+            "columns": ["paper", *runs],
+            "rows": [
+                {"axis": row.axis, "phase": row.phase, "values": [TABLE_5[row.axis, row.phase], *row.values]}
+                for row in compare(runs, lever(done.file))
+                if (row.axis, row.phase) in TABLE_5
+            ],
+        },
+        "configurations": {
+            "ratios": [asdict(ratio) for ratio in ratios],
+            "survey": asdict(before),
+            "hovering": asdict(after),
+        },
+        "does_not_fit": [asdict(point) for point in points(shape.dry_mass_kg)],
+        "fits": [asdict(check) for check in checks()],
+        "left_open": {
+            "turns": {label: asdict(turned(done.dives[trial])) for label, trial in TURNS.items()},
+            "coupling": [asdict(term) for term in done.campaigns["hovering"].coupling],
+        },
+    }

@@ -5,6 +5,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from bench.reproduce.dives import REST_S, Campaign
+from bench.reproduce.measures import heading, span
 from bridge.vehicle.coefficients import BY_NAME, DOFS
 from bridge.vehicle.feedforward import Mode
 from identify.dive import Dive, Signal
@@ -12,9 +14,6 @@ from identify.report.figures import TIME_TITLE, signal_line, time_panel
 from identify.report.page import Figure
 from identify.report.plot import Line, Panel, lines_panel, side_by_side, stack
 from identify.words import significant, unit
-from tui.reproduce.campaigns import Campaign
-from tui.reproduce.measures import heading, span
-from tui.reproduce.trials import REST_S
 
 SPEEDS = {0: "surge speed u, m/s", 1: "sway speed v, m/s"}
 WRENCHES = {0: "surge force X, N", 1: "sway force Y, N", 5: "yaw moment N, N m"}

@@ -1,10 +1,11 @@
-"""Locks that show which recordings are still being written, and which dives are being merged.
+"""Locks between programs: on a folder that is changed, a dive that is merged, a recording that is written.
 
-They are locks of the operating system, released when their process ends. They are advisory: a program that does not ask
-is not stopped. On a disk without locks, nothing appears to be in use.
+They are advisory locks of the operating system on the file or folder itself: nothing is left behind, and they end with
+their process. On a disk without locks every program gets the lock.
 """
 
 import contextlib
+import fcntl
 import os
 import time
 from collections.abc import Callable, Iterator
@@ -13,12 +14,45 @@ from typing import Final
 
 from bridge.errors import LogError
 from bridge.tlog import TlogWriter
-from gcs_plugin.file_lock import locked
 
+CHANGE_S: Final = 2.0
+"""Longest wait for a change of a folder, which takes milliseconds: a program that holds it for longer hangs."""
+RETRY_S: Final = 0.005
+MERGE_S: Final = 10.0
+"""Longest wait for another merge of the same dive."""
 LOOK_EVERY_S: Final = 0.1
-PATIENCE_S: Final = 10.0
-"""How long to wait for another merge of the same dive."""
 _NO_WAIT: Final = getattr(os, "O_NONBLOCK", 0)
+
+
+def locked(file: int, *, alone: bool = True) -> bool:
+    """Try to lock an open file, `alone` or shared, without waiting; return whether the lock is held from now on."""
+    try:
+        fcntl.flock(file, (fcntl.LOCK_EX if alone else fcntl.LOCK_SH) | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:  # this disk has no locks
+        return True
+    return True
+
+
+@contextlib.contextmanager
+def alone_in(folder: Path) -> Iterator[None]:
+    """Context with the folder locked; without the lock if folders can't be locked or CHANGE_S have passed."""
+    held = None
+    with contextlib.suppress(OSError):
+        held = os.open(folder, os.O_RDONLY)
+        _wait_for(held)
+    try:
+        yield
+    finally:
+        if held is not None:
+            os.close(held)
+
+
+def _wait_for(held: int) -> None:
+    end_s = time.monotonic() + CHANGE_S
+    while not locked(held) and time.monotonic() < end_s:
+        time.sleep(RETRY_S)
 
 
 class HeldTlog(TlogWriter):
@@ -67,7 +101,7 @@ def is_written(recording: Path) -> bool:
 def alone_at(folder: Path, again: str, wait: Callable[[float], None] = time.sleep) -> Iterator[None]:
     """Context with the exclusive right to merge the recordings of a dive.
 
-    Raises LogError if the folder can't be read, or if another merge still runs after PATIENCE_S; `again` ends its
+    Raises LogError if the folder can't be read, or if another merge still runs after MERGE_S; `again` ends its
     message: how to try again.
     """
     try:
@@ -75,7 +109,7 @@ def alone_at(folder: Path, again: str, wait: Callable[[float], None] = time.slee
     except OSError as error:
         raise LogError(f"{folder}: can't be read ({error.strerror}); check its rights and {again}") from None
     try:
-        looks = round(PATIENCE_S / LOOK_EVERY_S)
+        looks = round(MERGE_S / LOOK_EVERY_S)
         while not (had := locked(opened)) and looks > 0:
             looks -= 1
             wait(LOOK_EVERY_S)

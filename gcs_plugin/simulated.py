@@ -8,7 +8,7 @@ from pathlib import Path
 from bridge.clock import SimulatedClock
 from bridge.link.base import Link
 from bridge.link.memory import memory_pair
-from bridge.parameters import ParameterServer
+from bridge.parameters import ParameterServer, parameters_of
 from bridge.simulator.body import Start
 from bridge.simulator.dive import WARM_UP_S, SimulatedVehicle, simulate_dive
 from bridge.simulator.missions import Mission
@@ -17,7 +17,6 @@ from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.feedforward import Mode
 from gcs_plugin.folder import DiveFolder, about_vehicle, new_folder
 from gcs_plugin.recorder import Recorder
-from tui.vehicle_memory import server
 
 AFLOAT_M = 0.2
 
@@ -117,7 +116,7 @@ def dive_with_pid(
         root,
         seed=seed,
         unix_s=unix_s - lasts_s(mission),
-        parameters=server(file, None),
+        parameters=parameters_of(file, None),
         mode=Mode.OFF,
         progress=progress,
     )

@@ -2,14 +2,8 @@
 
 import math
 
-from bridge.vehicle.config import Configuration
-from identify.report.figures import track
-from identify.report.page import Figure, Section, Table
-from identify.validate import METHOD, compare
-from identify.words import MISSING, count, fixed, seconds, significant, unit
-from tui.reproduce import figures
-from tui.reproduce.campaigns import Campaign
-from tui.reproduce.comparisons import (
+from bench.reproduce import figures
+from bench.reproduce.comparisons import (
     SPEEDING_UP,
     SPEEDING_UP_LATE,
     Comparison,
@@ -17,8 +11,14 @@ from tui.reproduce.comparisons import (
     lever,
     table_5,
 )
-from tui.reproduce.published import PARAMETERS, POWER_RISE, POWER_SPEED, TABLE_5, TRANSIENT
-from tui.reproduce.run import Reproduction
+from bench.reproduce.dives import Campaign
+from bench.reproduce.published import PARAMETERS, POWER_RISE, POWER_SPEED, TABLE_5, TRANSIENT
+from bench.reproduce.run import Reproduction
+from bridge.vehicle.config import Configuration
+from identify.report.figures import track
+from identify.report.page import Figure, Section, Table
+from identify.validate import METHOD, compare
+from identify.words import MISSING, count, fixed, seconds, significant, unit
 
 OVERSHOOT = (
     "The paper calls the overshoot in Fig. 14 significant and gives no number; a vehicle with linear damping coasts "

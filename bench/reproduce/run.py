@@ -5,15 +5,14 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from bench.reproduce import dives
+from bench.reproduce.dives import CONFIGURATIONS, VEHICLE, Campaign, Trial, campaign
+from bench.reproduce.paper import PaperOptions
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.feedforward import Mode
+from gcs_plugin.side_by_side import side_by_side
 from identify.dive import Dive
-from identify.estimators.paper import PaperOptions
 from identify.identification import Identification
-from tui.reproduce import trials
-from tui.reproduce.campaigns import CONFIGURATIONS, VEHICLE, Campaign, campaign
-from tui.reproduce.trials import Trial
-from tui.side_by_side import side_by_side
 
 CAMPAIGN_SHARE = 0.75
 SHARED = 1_000
@@ -52,7 +51,7 @@ def reproduce(root: Path, seed: int, unix_s: float, options: PaperOptions, tell:
 
     dives = side_by_side(
         {
-            trial.name: partial(trials.dive, trial, root, seed + SHARED, unix_s)
+            trial.name: partial(dives.dive, trial, root, seed + SHARED, unix_s)
             for trial in planned(file, campaigns)
         },
         flown,
@@ -65,7 +64,7 @@ def planned(file: VehicleFile, campaigns: Mapping[str, Campaign]) -> tuple[Trial
     """The validation dives: the paper's with the values of its method, then those with ours."""
     survey, hovering = (campaigns[name] for name in CONFIGURATIONS)
     by_paper, by_ours = flyable(survey.paper), flyable(survey.ours)
-    eq_16 = trials.without_inertia(by_paper, file, "survey")
+    eq_16 = dives.without_inertia(by_paper, file, "survey")
     return (
         Trial("surge shadow", "survey", "line", Mode.SHADOW, by_paper),
         Trial("surge alone", "survey", "line", Mode.ALONE, by_paper),
