@@ -1,17 +1,33 @@
-"""The accuracy section: what counts as an error, a refusal, a warning; and the cache that survives a kill."""
+"""Accuracy: what counts as an error, the baselines, the Cramer-Rao bound and coverage."""
 
 import gzip
 import json
 import math
+from dataclasses import replace
+from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 import pytest
+from soak import rest_in_soak
 
-from bench import accuracy, accuracy_trials, goals, trial
+from bench import accuracy, accuracy_trials, coverage, goals, trial
 from bench.accuracy_trials import Bound, Stated, Trial
-from bench.remembered import Remembered
+from bench.baselines import least_squares
+from bench.baselines.regression import AxisTerms, axis_terms
+from bench.bound import cramer_rao, information, kernel
+from bench.coverage import Trial as coverage_Trial
+from bench.coverage import Tried
+from bench.missions import Mission
+from bench.missions.mission import draw_one
+from bench.pooled import effective_count, share95, wilson
+from bench.remembered import Data, Remembered
 from bench.tally import inside95, median_ratio, root_mean_square, tally
+from bridge.errors import FitError
+from identify.estimators.likelihood import estimate
+from identify.estimators.table import estimator
+from identify.identification import Z95 as IDENTIFICATION_Z95
 
 Z95 = 1.959963984540054
 
@@ -155,3 +171,308 @@ def test_what_was_measured_is_not_measured_again(tmp_path: Path, monkeypatch: py
     size = (tmp_path / "a.jsonl").stat().st_size
     assert accuracy_trials.measured([100_010], Remembered(tmp_path / "a.jsonl")) == first
     assert (tmp_path / "a.jsonl").stat().st_size == size
+
+
+MASS, DAMPING = 20.0, 30.0
+
+
+def clean_axis() -> AxisTerms:
+    """An axis that obeys its equation to the letter, and is asked at 20 Hz."""
+    time_s = 0.05 * np.arange(1200)
+    speed = 0.3 * np.sin(0.7 * time_s) + 0.1 * np.sin(1.9 * time_s)
+    slope = 0.21 * np.cos(0.7 * time_s) + 0.19 * np.cos(1.9 * time_s)
+    products = np.column_stack([np.sin(0.31 * time_s), np.cos(1.3 * time_s)])
+    force = MASS * slope + DAMPING * speed + products @ [3.0, -2.0] + 0.5
+    return AxisTerms(0, 20.0, force, speed, slope, products)
+
+
+def test_least_squares_is_exact_without_noise() -> None:
+    found = least_squares.fitted(clean_axis())
+    assert (found.mass, found.damping) == pytest.approx((MASS, DAMPING), rel=1e-9)
+    assert found.mass_std < 1e-6
+
+
+def test_least_squares_states_the_textbooks_interval() -> None:
+    axis, rng = clean_axis(), np.random.default_rng(5)
+    errors = []
+    for _ in range(200):
+        noisy = AxisTerms(0, 20.0, axis.force + rng.standard_normal(1200), axis.velocity, axis.acceleration,
+                          axis.products)  # fmt: skip
+        found = least_squares.fitted(noisy)
+        errors.append((found.mass - MASS) / found.mass_std)
+    assert np.std(errors) == pytest.approx(1.0, abs=0.15)
+
+
+def test_only_axes_that_the_dive_pushes_are_fitted() -> None:
+    mission = draw_one(100_010)
+    found = least_squares.estimate(mission.dive, mission.file, mission.configuration, lambda *_report: None)
+    pushed = {axis.dof for axis in axis_terms(mission.dive, mission.file, mission.configuration, 20.0, 1.0)}
+    assert [p.identifiable for p in found.parameters[:6]] == [dof in pushed for dof in range(6)]
+    assert found["M_u"].value == pytest.approx(mission.truth["M_u"], rel=0.3)
+
+
+def test_too_short_a_dive_is_refused() -> None:
+    mission = draw_one(100_010)
+    with pytest.raises(FitError):
+        least_squares.estimate(
+            mission.dive.between(0.0, 10.0), mission.file, mission.configuration, lambda *_report: None
+        )
+
+
+if find_spec("pysindy") is not None:  # it comes with the optional extra `bench`
+
+    @pytest.mark.filterwarnings("ignore")
+    def test_sindy_finds_the_true_coefficients_without_noise() -> None:
+        from bench.baselines import sindy, sindy_weak
+
+        smooth = sindy.fitted(clean_axis(), sindy._differentiated())
+        weak = sindy.fitted(clean_axis(), sindy_weak._weak(clean_axis()))
+        for found in (smooth, weak):
+            assert (found.mass, found.damping) == pytest.approx((MASS, DAMPING), rel=0.02)
+
+
+SEED = 100_002
+
+
+def model_of(mission: Mission) -> kernel.Model:
+    drawn = mission.drawn
+    return kernel.Model(
+        drawn.mass, drawn.damping, drawn.trim, drawn.righting_nm, 3.0, drawn.disturbance_std,
+        drawn.disturbance_time_s,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def mission() -> Mission:
+    return draw_one(SEED, seconds=60.0)
+
+
+@pytest.fixture(scope="module")
+def state() -> np.ndarray:
+    return np.random.default_rng(1).uniform(-0.3, 0.3, kernel.STATES)
+
+
+def moved(model: kernel.Model, x: np.ndarray, tau: np.ndarray) -> np.ndarray:
+    out = np.zeros(kernel.STATES)
+    kernel._motion(x, tau, model, out)
+    return out
+
+
+def test_the_jacobian_is_the_slope_of_the_motion(mission: Mission, state: np.ndarray) -> None:
+    model, tau, a = model_of(mission), np.arange(6.0), np.zeros((kernel.STATES, kernel.STATES))
+    kernel._jacobian(state, model.mass, model, a)
+    h = 1e-6
+    found = np.column_stack(
+        [(moved(model, state + h * e, tau) - moved(model, state - h * e, tau)) / (2 * h) for e in np.eye(17)]
+    )
+    found[6:12, 6:12] = -np.diag(1 / model.disturbance_time_s)
+    assert a == pytest.approx(found, abs=1e-6)
+
+
+def test_the_slope_by_a_parameter_is_that_of_the_motion(mission: Mission, state: np.ndarray) -> None:
+    model, tau = model_of(mission), np.arange(6.0)
+    out = np.zeros((kernel.STATES, kernel.PARAMETERS))
+    kernel._by_parameter(state, moved(model, state, tau), model, out)
+    h = 1e-6
+    for dof in range(6):
+        scaled = np.ones(6)
+        scaled[dof] = np.exp(h)
+        for column, up, down in (
+            (dof, model._replace(mass=model.mass * scaled), model._replace(mass=model.mass / scaled)),
+            (
+                6 + dof,
+                model._replace(damping=model.damping * scaled),
+                model._replace(damping=model.damping / scaled),
+            ),
+        ):
+            slope = (moved(up, state, tau) - moved(down, state, tau))[:6] / (2 * h)
+            assert out[:6, column] == pytest.approx(slope, abs=1e-5)
+
+
+def likelihood_at(mission: Mission, **changes: np.ndarray) -> float:
+    return information(replace(mission, drawn=replace(mission.drawn, **changes))).log_likelihood
+
+
+def test_the_gradient_is_the_slope_of_the_likelihood(mission: Mission) -> None:
+    found, drawn, h = information(mission), mission.drawn, 1e-4
+    spread = np.sqrt(np.diag(found.information))
+    for dof in (0, 1, 5):
+        scaled = np.ones(6)
+        scaled[dof] = np.exp(h)
+        by_mass = [
+            likelihood_at(mission, mass=drawn.mass * s, disturbance_std=drawn.disturbance_std * s)
+            for s in (scaled, 1 / scaled)
+        ]
+        by_damping = [likelihood_at(mission, damping=drawn.damping * s) for s in (scaled, 1 / scaled)]
+        for place, (up, down) in ((dof, by_mass), (6 + dof, by_damping)):
+            slope = (up - down) / (2 * h)
+            assert found.gradient[place] / spread[place] == pytest.approx(slope / spread[place], abs=0.15)
+
+
+@pytest.mark.soak
+def test_over_many_repeats_one_scoring_step_from_the_truth_errs_as_much_as_the_bound_says() -> None:
+    errors = []
+    for repeat in range(40):
+        found = information(draw_one(100_012, repeat, seconds=30.0))
+        step = found.covariance @ found.gradient
+        errors.append(step[:12] / np.sqrt(np.diag(found.covariance)[:12]))
+    assert np.mean(np.square(errors)) == pytest.approx(1.0, abs=0.15)
+    assert np.max(np.abs(np.mean(errors, axis=0))) < 4.0 / np.sqrt(40)
+
+
+def test_twice_the_dive_tells_half_the_variance() -> None:
+    once, twice = (cramer_rao(draw_one(100_010, seconds=s, kind="together")) for s in (100.0, 198.0))
+    ratios = [once[name] / twice[name] for name in ("M_u", "D_u", "M_v", "D_v", "I_r", "D_r")]
+    assert np.mean(ratios) == pytest.approx(np.sqrt(2), rel=0.15)
+
+
+@pytest.mark.soak
+def test_where_the_axes_say_little_of_each_other_it_is_what_the_likelihood_claims() -> None:
+    ratios = []
+    for repeat in range(3):
+        mission = draw_one(100_010, repeat, seconds=90.0, kind="square")
+        least = cramer_rao(mission)
+        found = estimator("likelihood")(
+            mission.dive, mission.file, mission.configuration, lambda *_report: None
+        )
+        ratios += [found[n].std / found[n].value / least[n] for n in ("M_u", "D_u", "M_v", "D_v")]
+    assert np.exp(np.mean(np.log(ratios))) == pytest.approx(1.0, abs=0.15)
+
+
+def test_a_dive_without_velocity_says_next_to_nothing_of_damping() -> None:
+    mission = draw_one(100_010, seconds=30.0, kind="square")
+    deaf = replace(mission.dive.velocity, value=np.full_like(mission.dive.velocity.value, np.nan))
+    assert cramer_rao(replace(mission, dive=replace(mission.dive, velocity=deaf)))["D_u"] > 0.5
+
+
+def quiet(*_report: object) -> None:
+    pass
+
+
+@cache
+def bounded_mission(seed, seconds=None, kind=None):
+    return draw_one(seed, seconds=seconds, kind=kind)
+
+
+@pytest.mark.parametrize("seed", rest_in_soak([100010, 100000, 100034]))
+def test_intervals_are_as_wide_as_the_bound_and_hold_the_truth(seed):
+    dived = bounded_mission(seed)
+    found, bound = estimate(dived.dive, dived.file, dived.configuration, quiet), cramer_rao(dived)
+    told = [found[name] for name in dived.truth if found[name].identifiable]
+    assert len(told) >= 6
+    ratios = [np.log(p.high95 / p.low95) / (2 * 1.96) / bound[p.name] for p in told]
+    errors = [np.log(p.value / dived.truth[p.name]) / bound[p.name] for p in told]
+    assert 0.85 < np.median(ratios) < 1.2
+    assert np.max(np.abs(errors)) < 4.5
+
+
+def test_a_mass_that_its_own_axis_hardly_weighs_is_known_from_the_others():
+    """Heave is held still; how a pitched hull is turned by its own speed weighs it all the same."""
+    dived = bounded_mission(100025)
+    found = estimate(dived.dive, dived.file, dived.configuration, quiet)["M_w"]
+    assert found.identifiable
+    assert found.std / found.value < 0.1
+    assert abs(np.log(found.value / dived.truth["M_w"])) < 4 * found.std / found.value
+
+
+def _data(configuration: str, seed: int, names: tuple[str, ...] = ("M_u", "D_u"), z: float = 0.5) -> Data:
+    low, value, high = (
+        10.0 * math.exp(0.02 * k) for k in (z - IDENTIFICATION_Z95, z, z + IDENTIFICATION_Z95)
+    )
+    trial = {"seed": seed, "configuration": configuration, "truth": 10.0, "value": value}
+    trials = [{**trial, "name": name, "low95": low, "high95": high} for name in names]
+    return {"configuration": configuration, "seed": seed, "outcome": "converged", "trials": trials}
+
+
+def _kept(path: Path) -> Remembered:
+    kept = Remembered(path)
+    kept.put("survey 1", _data("survey", 1))
+    kept.put("hovering 1", _data("hovering", 1, ()))
+    return kept
+
+
+def test_a_dive_of_which_nothing_could_be_told_is_kept_and_counted(tmp_path: Path) -> None:
+    _kept(tmp_path / "kept.jsonl")
+    dives = coverage.measured([1], Remembered(tmp_path / "kept.jsonl"))
+    assert [len(one.trials) for one in dives] == [2, 0]
+    assert "nothing could be told: hovering 1 (converged), of 2." in coverage.page(dives)
+
+
+def test_a_line_that_a_kill_cut_short_is_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "kept.jsonl"
+    _kept(path)
+    with path.open("a") as out:
+        out.write('{"key": "survey 2", "da')
+    assert "survey 2" not in Remembered(path)
+    assert len(coverage.measured([1], Remembered(path))) == 2
+
+
+def test_figures_of_other_code_are_not_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[bool] = []
+
+    def measured(_seeds: list[int], kept: Remembered) -> list[Tried]:
+        asked.append("survey 1" in kept)
+        return []
+
+    monkeypatch.setattr(coverage, "measured", measured)
+    for code in ("old", "old", "new"):
+        monkeypatch.setattr(coverage, "stamp", lambda *_sources, code=code: code)
+        coverage.section([1], tmp_path)
+        _kept(tmp_path / f"coverage-{code}.jsonl")
+    assert asked == [False, True, False]
+
+
+def test_the_page_counts_what_lies_inside_and_how_far_off_the_worst_is() -> None:
+    dives = [coverage.tried(_data("survey", seed, z=0.5 if seed > 1 else 3.5)) for seed in range(1, 21)]
+    page = " ".join(coverage.page(dives).split())
+    assert "38 of 40 inside, 95.0 %" in page
+    assert "2 beyond 3 standard errors, the largest 3.5" in page
+    assert "| survey | M_u | 20 | 95 % | +0.65 |" in page
+
+
+def test_a_page_of_nothing_says_so() -> None:
+    assert "none" not in coverage.page([Tried("survey", 1, "not identifiable", ())])
+
+
+def test_a_trial_knows_its_error_in_its_own_standard_errors() -> None:
+    (trial, _) = coverage.tried(_data("survey", 1, z=-1.25)).trials
+    assert isinstance(trial, coverage_Trial)
+    assert trial.z == pytest.approx(-1.25)
+    assert trial.inside
+
+
+def test_wilsons_bounds_are_those_of_its_table() -> None:
+    assert wilson(0.9, 10) == pytest.approx((0.5958, 0.9821), abs=1e-4)
+
+
+def test_cases_alike_within_a_group_count_once() -> None:
+    hits = np.random.default_rng(1).random(2000) < 0.9
+    groups = np.repeat(np.arange(2000), 5)
+    assert effective_count(np.repeat(hits, 5).tolist(), groups.tolist()) == pytest.approx(2000, rel=0.01)
+
+
+def test_independent_cases_count_each() -> None:
+    hits = np.random.default_rng(2).random(20_000) < 0.9
+    assert effective_count(hits.tolist(), np.repeat(np.arange(4000), 5).tolist()) == pytest.approx(
+        20_000, rel=0.1
+    )
+
+
+def test_groups_alike_by_chance_count_for_no_more_than_their_cases() -> None:
+    assert effective_count([True, True, False] * 4, [1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4]) == 12
+    assert effective_count([True, True, True, False] * 2 + [True] * 3, [1] * 4 + [2] * 4 + [3] * 3) <= 11
+
+
+def test_where_all_are_hits_there_are_as_many_cases_as_groups() -> None:
+    assert share95([True] * 12, [1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4]) == (1.0, *wilson(1.0, 4))
+
+
+def test_bounds_of_correlated_cases_hold_the_share_as_often_as_they_say() -> None:
+    rng = np.random.default_rng(4)
+    held = []
+    for _ in range(400):
+        level = np.repeat(rng.standard_normal(150), 6)
+        hits = 0.8 * level + 0.6 * rng.standard_normal(900) < 1.2815515655446004
+        _, low, high = share95(hits.tolist(), np.repeat(np.arange(150), 6).tolist())
+        held.append(low <= 0.9 <= high)
+    assert 0.92 <= np.mean(held) <= 0.98

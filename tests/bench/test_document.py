@@ -1,15 +1,44 @@
-"""The page of the benchmark: sections replaced one by one, those of older code labelled."""
+"""The page of the benchmark: sections, stamps, results that survive a kill, and their tables."""
 
+import math
 import sys
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pytest
+import yaml
+from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from bench import __main__ as command
-from bench import wall
+from bench import apart, prediction, speed, thrift, wall
+from bench import stamp as stamps
+from bench.accuracy_trials import Stated, Trial
+from bench.answers import answer, answered, methods
+from bench.baselines import closed_form
+from bench.campaigns import Dived
 from bench.document import HEAD, OLDER, Section, compared, read, written
+from bench.missions.mission import draw_one
+from bench.paper_small import loss_settled_at, relative_errors, settled_at
+from bench.prediction import FLOOR, WHOLE
+from bench.reading import CAREFUL, HOUR, OURS, THEIRS, hour_lines, measured
+from bench.reading import table as reading_table
+from bench.remembered import Remembered
+from bench.reproduce.paper import TrainingCurves
 from bench.sections import SECTIONS, Measurement, Run
 from bench.stamp import stamp
+from bench.station import table
+from bench.steady import SETTLE_S, Held, held, lines, steady_errors
+from bench.tracking import truly
+from bridge.errors import LogError
+from bridge.framing import Encoder
+from bridge.simulator.dive import WARM_UP_S
+from bridge.simulator.missions import Leg
+from bridge.vehicle.config import load_vehicle
+from identify.dive import Dive, Signal
+from identify.estimators.table import SIDE_BY_SIDE
+from identify.identification import Z95
 
 
 def test_one_section_is_replaced_and_the_others_stay() -> None:
@@ -130,3 +159,334 @@ def test_the_published_page_holds_known_sections_alone() -> None:
     text = (Path(__file__).resolve().parents[2] / "docs" / "benchmarks.md").read_text(encoding="utf-8")
     assert set(read(text)) <= set(SECTIONS)
     assert written(read(text), tuple(SECTIONS)) == text
+
+
+CODE = '"""Words."""\n\ndef one() -> int:\n    """More."""\n    return 1\n'
+
+
+def _stamp(root: Path, code: str, monkeypatch: pytest.MonkeyPatch) -> str:
+    folder = root / "part"
+    folder.mkdir(exist_ok=True)
+    (folder / "module.py").write_text(code)
+    monkeypatch.setattr(stamps, "ROOT", root)
+    stamps.stamp.cache_clear()
+    try:
+        return stamps.stamp("part")
+    finally:
+        stamps.stamp.cache_clear()
+
+
+def test_comments_layout_and_docstrings_change_no_stamp(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = "def one() -> int:  # a remark\n\n    return 1\n"
+    assert _stamp(tmp_path, CODE, monkeypatch) == _stamp(tmp_path, other, monkeypatch)
+
+
+def test_what_the_code_does_changes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    other = CODE.replace("return 1", "return 2")
+    assert _stamp(tmp_path, CODE, monkeypatch) != _stamp(tmp_path, other, monkeypatch)
+
+
+def test_a_source_that_is_no_code_counts_as_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    gains = tmp_path / "gains.yaml"
+    monkeypatch.setattr(stamps, "ROOT", tmp_path)
+    found = []
+    for text in ("kp: 1\n", "kp: 2\n"):
+        gains.write_text(text)
+        stamps.stamp.cache_clear()
+        found.append(stamps.stamp("gains.yaml"))
+    stamps.stamp.cache_clear()
+    assert found[0] != found[1]
+
+
+def test_what_a_module_imports_is_found_by_reading_and_what_the_benchmark_is_made_of_is_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(stamps, "ROOT", tmp_path)
+    for folder in ("bench", "bridge", "identify"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "bench/trials.py").write_text(
+        "import json\nfrom bench import words\nfrom identify.dive import Dive\n"
+    )
+    (tmp_path / "bench/words.py").write_text("")
+    (tmp_path / "identify/dive.py").write_text("def read():\n    from bridge import clock\n")
+    (tmp_path / "bridge/clock.py").write_text("")
+    (tmp_path / "bridge/other.py").write_text("")
+    stamps.reached.cache_clear()
+    try:
+        found = stamps.reached("bench/trials.py")
+    finally:
+        stamps.reached.cache_clear()
+    assert found == ("bench/trials.py", "bridge/clock.py", "identify/dive.py")
+
+
+def _never() -> dict[str, int]:
+    raise AssertionError("measured again")
+
+
+def test_what_was_measured_is_not_measured_again(tmp_path: Path) -> None:
+    path = tmp_path / "folder" / "kept.jsonl"
+    assert Remembered(path).get("one", lambda: {"value": 1}) == {"value": 1}
+    assert Remembered(path).get("one", _never) == {"value": 1}
+
+
+def test_a_line_that_a_kill_cut_short_is_measured_again_and_spoils_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "kept.jsonl"
+    Remembered(path).put("one", {"value": 1})
+    with path.open("a") as out:
+        out.write('{"key": "two", "da')
+    again = Remembered(path)
+    assert "two" not in again
+    again.put("three", {"value": 3})
+    last = Remembered(path)
+    assert last.get("one", _never) == {"value": 1}
+    assert last.get("three", _never) == {"value": 3}
+
+
+def test_jobs_that_are_known_are_not_run_and_the_others_are(tmp_path: Path) -> None:
+    kept = Remembered(tmp_path / "kept.jsonl")
+    kept.put("known", {"value": 1})
+    found = kept.fill({"known": _never, "new": partial(dict, value=2)}, "test")
+    assert found == {"known": {"value": 1}, "new": {"value": 2}}
+
+
+def test_a_file_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+    kept = Remembered(tmp_path / "kept.jsonl")
+    (tmp_path / "kept.jsonl").mkdir()
+    with pytest.raises(LogError, match="can't be written"):
+        kept.put("one", {})
+
+
+@pytest.mark.parametrize(
+    ("whole_s", "keys", "verdict"), [(59.9, 6, "met"), (60.1, 6, "missed"), (20.0, 7, "missed")]
+)
+def test_the_goal_is_met_with_few_keys_and_within_a_minute(whole_s: float, keys: int, verdict: str) -> None:
+    lines = table({"reached": [15.0, 18.0, whole_s], "keys": keys, "lines": 12}, 807.0)
+    assert lines[-2] == f"Goal of 6 keys and 60 s: {verdict}."
+    assert f"| written and read back | {whole_s:.1f} |" in lines
+    assert any("hovering dive of 807 s" in line for line in lines)
+
+
+def test_all_readers_meet_the_same_frames(tmp_path: Path) -> None:
+    encoder = Encoder(1, 1)
+    data = b""
+    for k in range(50):
+        message = mav.MAVLink_attitude_message(100 * k, 0.0, 0.0, 0.5, 0.0, 0.0, 0.1)
+        data += (1_790_000_000_000_000 + 100_000 * k).to_bytes(8, "big") + encoder.encode(message)
+    log = tmp_path / "a.tlog"
+    log.write_bytes(data)
+    found = measured(log)
+    assert found["messages"] == {OURS: 50, CAREFUL: 50, THEIRS: 50}
+    assert found["bytes"] == len(data)
+    assert min(found["seconds"].values()) > 0
+
+
+@pytest.mark.parametrize(("ours_s", "said"), [(0.1, "40, met."), (0.4, "10, missed.")])
+def test_the_goal_is_judged_by_the_ratio_to_pymavlink(ours_s: float, said: str) -> None:
+    seconds = {OURS: ours_s, CAREFUL: 1.0, THEIRS: 4.0}
+    lines = reading_table(
+        {"bytes": 22_200_000, "messages": dict.fromkeys(seconds, 300_000), "seconds": seconds}
+    )
+    assert lines[-2].endswith(said)
+    assert f"| {CAREFUL} | 300000 | 1 | 3e+05 | 4 x |" in lines
+
+
+def test_the_hours_mission_lasts_an_hour_and_its_line_tells_both_times() -> None:
+    legs = yaml.safe_load(HOUR)["legs"]
+    assert sum(leg["duration_s"] * leg["alternate"] for leg in legs) == 3600
+    seconds = {OURS: 0.5, CAREFUL: 1.0, THEIRS: 16.0}
+    lines = hour_lines({"bytes": 75e6, "messages": dict.fromkeys(seconds, 1_030_000), "seconds": seconds})
+    assert " ".join(lines).startswith(
+        "The recording of an hour, 1030000 messages in 75.0 MB, opens in 0.5 s;"
+    )
+    assert "takes 16 s, 32 times as long" in " ".join(lines)
+
+
+def _found(off_m: float, floor_m: float) -> dict[str, prediction.Data]:
+    names = [name + suffix for name in prediction.methods() for suffix in ("", WHOLE)]
+    data = {"off_m": {**{name: [off_m] for name in names}, FLOOR: [floor_m]}, "stated": {}}
+    return {f"{group} 1": data for group in (*prediction.CONFIGURATIONS, prediction.DRAWN)}
+
+
+@pytest.mark.parametrize(
+    ("off_m", "floor_m", "verdict", "why"),
+    [(0.034, 0.035, "**missed**", "due to the disturbance"), (0.031, 0.030, "met", "hovering 3.0.")],
+)
+def test_the_anchor_has_a_verdict_by_method_beside_the_floor(
+    off_m: float, floor_m: float, verdict: str, why: str
+) -> None:
+    told = " ".join("\n".join(prediction._lines(_found(off_m, floor_m))).split())
+    size = f"{100 * off_m:.1f}"
+    assert f"`likelihood` survey {size}, hovering {size}: {verdict}" in told
+    assert "another vehicle in other water" in told
+    assert why in told
+
+
+def stated(value, std):
+    return Stated(value, value * math.exp(-Z95 * std), value * math.exp(Z95 * std), False)
+
+
+def trial(seed, method, **values):
+    return Trial(seed, method, {name: stated(*one) for name, one in values.items()}, (), "converged", 1.0)
+
+
+FIRST, SECOND = SIDE_BY_SIDE
+
+
+def test_what_both_state_is_apart_by_the_larger_standard_error():
+    trials = [
+        trial(1, FIRST, M_u=(100.0, 0.01), M_v=(90.0, 0.1)),
+        trial(1, SECOND, M_u=(100.0 * math.exp(0.04), 0.02)),
+        trial(2, FIRST, M_u=(100.0, 0.01)),
+    ]
+    found = apart.distances(trials)
+    assert list(found) == [1]
+    assert found[1] == pytest.approx([2.0])
+
+
+def test_a_mission_counts_once_however_many_of_its_coefficients_are_too_far():
+    far = {"M_u": (120.0, 0.01), "D_u": (60.0, 0.01)}
+    near = {"M_u": (100.0, 0.01), "D_u": (50.0, 0.01)}
+    trials = [trial(s, FIRST, **near) for s in (1, 2)]
+    trials += [trial(1, SECOND, **far), trial(2, SECOND, **near)]
+    assert "1 of 2 missions hold one beyond both intervals and by 0.5 % or more" in " ".join(
+        apart.lines(trials)
+    )
+
+
+def test_without_the_second_method_nothing_is_said():
+    assert apart.lines([trial(1, FIRST, M_u=(100.0, 0.01))]) == []
+
+
+NAN = math.nan
+WORDS = ("surge", "sway", "yaw")
+FILE = load_vehicle("ruvifist:survey")
+TIMED = {
+    "samples": 10_500, "windows": 10_400, "read": 1.0, "first": {"likelihood": 9.0}, "again": {"likelihood": 3.0},
+    "command": 8.0,
+    "closed, filtered": 0.5, "closed": 0.0004, "small": 20.0, "settled": 36, "loss settled": 60, "epochs": 100,
+    "epoch": 150.0, "threads": 2,
+}  # fmt: skip
+
+
+def _dived(nu: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> Dived:
+    time_s = 0.05 * np.arange(1, len(nu) + 1)
+    state = np.column_stack([np.zeros((len(nu), 3)), np.ones((len(nu), 1)), np.zeros((len(nu), 3)), nu])
+    fog = Signal(time_s, np.ones((len(nu), 1)))
+    return Dived(Dive("flown", Path("flown.tlog"), "0", fog=fog), FILE, "survey", {}, time_s, state)
+
+
+def test_a_cell_is_the_rms_error_and_the_median_interval_of_those_that_answered() -> None:
+    cell = thrift.cell([110.0, 90.0], [11.0, NAN], 100.0)
+    assert cell == thrift.Cell(2, pytest.approx(0.1), pytest.approx(0.1))
+
+
+def test_a_cell_without_answers_says_so() -> None:
+    cell = thrift.cell([], [], 100.0)
+    assert cell.count == 0
+    assert math.isnan(cell.rms_error)
+
+
+def test_a_parameter_settles_where_it_last_left_its_end() -> None:
+    values = np.array([[10.0, 1.0], [98.0, 1.0], [101.5, 1.0], [100.5, 1.0], [100.0, 1.0]])
+    empty = np.zeros(5)
+    assert settled_at(TrainingCurves(("M_u", "D_u"), values, empty, empty, empty)) == 3
+    assert settled_at(TrainingCurves(("M_u", "D_u"), values[-1:], empty, empty, empty)) == 0
+
+
+def test_the_networks_loss_settles_where_it_last_left_its_end() -> None:
+    loss = np.array([NAN, 9.0, 1.2, 1.02, 1.0])
+    values = np.ones((5, 1))
+    assert loss_settled_at(TrainingCurves(("M_u",), values, loss, loss, loss)) == 3
+    assert loss_settled_at(TrainingCurves(("M_u",), values[:2], loss[3:], loss[3:], loss[3:])) == 1
+
+
+def test_relative_errors_are_in_per_cent_of_the_truth() -> None:
+    assert relative_errors({"M_u": 90.0, "D_u": 1.0}, {"M_u": 100.0}) == {"M_u": pytest.approx(-10.0)}
+
+
+def test_a_steady_error_leaves_the_transient_out_and_counts_too_fast_as_positive_either_way() -> None:
+    legs = (
+        (Leg("change", "acceleration", 5.0, surge_m_s=-0.4, transient_s=5.0), 0.0, 5.0),
+        (Leg("hold", "steady", 10.0, surge_m_s=-0.4), 5.0, 15.0),
+    )
+    nu = np.zeros((round((WARM_UP_S + 16.0) / 0.05), 6))
+    since_s = 0.05 * np.arange(1, len(nu) + 1) - WARM_UP_S
+    nu[since_s >= 5.0 + SETTLE_S - 1e-6, 0] = -0.41
+    assert steady_errors(_dived(nu), legs) == {"surge 0.4": [pytest.approx(0.01)]}
+
+
+def test_a_speed_is_told_by_its_mean_by_one_leg_and_by_what_the_true_parameters_do() -> None:
+    flights = [
+        ({"surge 0.4": [0.004, -0.002]}, {"surge 0.4": [0.003, -0.003]}),
+        ({"surge 0.4": [0.004, -0.002]}, {"surge 0.4": [0.003, -0.003]}),
+    ]
+    page = "\n".join(lines(held("survey", flights), 2))
+    assert "| survey | surge | 0.4 | 4 | +1.0 ± 1.7 | +0.0 ± 1.7 | 3.0 | 3.0 | 1.0 | 33.6 |" in page
+
+
+def test_each_axis_is_judged_by_each_figure_at_the_speed_where_that_is_worst() -> None:
+    calm, rough = np.array([-1.5, -1.5]), np.array([3.0, -3.0])
+    speeds = [
+        Held("survey", "surge", "0.2", calm, np.zeros(2)),
+        Held("hovering", "surge", "0.4", rough, 0.9 * rough),
+        Held("survey", "yaw", "0.2", np.full(2, -2.5), np.ones(2)),
+    ]
+    page = "\n".join(lines(speeds, 1))
+    surge, sway, yaw = (next(row for row in page.splitlines() if row.startswith(f"| {a} ")) for a in WORDS)
+    assert "| -1.5 ± 0.0 mm/s (survey at 0.2 m/s): met |" in surge
+    assert "| 3.0 mm/s (hovering at 0.4 m/s): **missed** | 2.7 mm/s: **missed** |" in surge
+    assert surge.endswith("| 1.5 mm/s (survey at 0.2 m/s): met |")
+    assert sway == "| sway | was not flown | - | - | - |"
+    assert "| -2.5 ± 0.0 mrad/s (survey at 0.2 rad/s): **missed** |" in yaw
+    assert "| 1.0 mrad/s: met |" in yaw
+    assert yaw.endswith("| 3.5 mrad/s (survey at 0.2 rad/s): **missed** |")
+
+
+def test_a_mean_speed_that_so_few_legs_do_not_prove_is_said_to_be_so() -> None:
+    scattered = np.array([1.0, 2.0, 1.0, 2.0])
+    page = "\n".join(lines([Held("survey", "surge", "0.2", scattered, scattered)], 1))
+    assert "| +1.5 ± 0.3 mm/s (survey at 0.2 m/s): met, though its 95 % interval passes it |" in page
+
+
+def test_the_true_dive_has_the_true_velocities_and_no_gyro_beside_them() -> None:
+    one = _dived(np.full((10, 6), 0.3))
+    true = truly(one)
+    assert true.velocity is not None
+    assert true.gyro is not None
+    assert true.fog is None
+    assert (true.velocity.value == 0.3).all()
+
+
+def test_a_refusal_is_an_answer_with_its_reason() -> None:
+    mission = draw_one(100_003)
+    empty = replace(mission.dive, velocity=None, gyro=None, fog=None)
+    one = answer(answered("closed form", empty, mission.file, mission.configuration))
+    assert one.value == {}
+    assert "nothing can be identified" in one.refusal
+
+
+def test_the_methods_of_others_answer_a_mission_with_finite_values() -> None:
+    mission = draw_one(100_003, seconds=60.0)
+    for name in methods()[-2:]:
+        one = answer(answered(name, mission.dive, mission.file, mission.configuration))
+        assert one.value
+        assert all(math.isfinite(value) for value in one.value.values())
+        assert set(one.half95) <= set(one.value)
+
+
+def test_the_closed_form_needs_no_training_to_come_near_the_truth() -> None:
+    mission = draw_one(100_003)
+    found = closed_form.estimate(mission.dive, mission.file, mission.configuration, lambda *_report: None)
+    for name, value in found.values().items():
+        assert value == pytest.approx(mission.truth[name], rel=0.5)
+        assert math.isnan(found[name].std)
+
+
+def test_ratios_of_speed_are_to_one_epoch_and_to_convergence() -> None:
+    page = "\n".join(speed.table(TIMED))
+    assert "| `likelihood` | 4 | yes | 37.5 x | 2.25e+03 x |" in page
+    assert "EXTRAPOLATED to 60 epochs | 9e+03 |" in page
+    assert "10 s for the default is met" in page
+    assert "is met (1125)" in " ".join(page.split())

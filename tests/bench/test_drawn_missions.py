@@ -1,14 +1,32 @@
-"""Drawn missions: the same by seed, sane, and a recording of what the vehicle did."""
+"""Runs of simulated missions: drawn by seed, flown forward by commands, compared in pairs."""
+
+import json
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
+from soak import rows_rest_in_soak
 
+from bench.forward import WINDOW_S, Starts, earth, moved, run_forward, starts, turning
+from bench.fossen.__main__ import command, said
+from bench.fossen.answer import answer
+from bench.fossen.candidates import ALONE, BIAS, CURRENT
+from bench.fossen.evidence import judged, nats
+from bench.fossen.fit import Pair, weigh
+from bench.fossen.runs import load_run
 from bench.missions import Mission, draw
 from bench.missions.manoeuvres import MANOEUVRES, Leg, sampled
 from bench.missions.mission import draw_one
+from bench.prediction import whole_truth
+from bridge.errors import LogError
 from bridge.vehicle.coefficients import BY_NAME
+from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.dynamics import acceleration, restoring
 from identify.checks.controller import feedback_doubts
+from identify.diagnose.verdict import probability
+from identify.dive import Dive, Signal
 from identify.forces import wrench
 
 SEEDS = range(100_000, 100_024)
@@ -124,3 +142,200 @@ def test_a_ramp_goes_from_speed_to_speed_with_an_acceleration_that_is_its_slope(
     assert wanted[450, 0] == pytest.approx(0.5)
     assert np.max(np.abs(slope[5:700] - wanted[5:700, 6])) < 0.02
     assert wanted[700, 12] == pytest.approx(0.2 * (5.0 - 1.0), abs=0.01)
+
+
+def _weightless() -> VehicleFile:
+    file = load_vehicle("ruvifist:survey")
+    shape = replace(file.vehicle.configurations["survey"], net_buoyancy_n=0.0)
+    return replace(file, vehicle=replace(file.vehicle, configurations={"survey": shape}))
+
+
+FILE = _weightless()
+LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
+MODEL = {
+    "M_u": 100.0, "M_v": 140.0, "M_w": 150.0, "I_p": 4.0, "I_q": 20.0, "I_r": 20.0,
+    "D_u": 50.0, "D_v": 90.0, "D_w": 110.0, "D_p": 14.0, "D_q": 34.0, "D_r": 20.0,
+}  # fmt: skip
+
+
+def _idle(seconds: float = 30.0) -> Dive:
+    thrusters = len(FILE.vehicle.configurations["survey"].thrusters)
+    time_s = np.arange(0.0, seconds, 0.05)
+    return Dive("idle", Path("idle.tlog"), "0", pwm=Signal(time_s, np.full((len(time_s), thrusters), 1500.0)))
+
+
+def _start(velocity: list[float]) -> Starts:
+    return Starts(np.array([1.0]), LEVEL[None], np.array([velocity]))
+
+
+def test_a_vehicle_that_coasts_covers_mass_times_speed_over_damping() -> None:
+    gone = run_forward(_start([0.5, 0, 0, 0, 0, 0]), _idle(), FILE, "survey", MODEL, np.zeros(6))
+    whole = 0.5 * MODEL["M_u"] / MODEL["D_u"] * (1 - np.exp(-WINDOW_S * MODEL["D_u"] / MODEL["M_u"]))
+    assert gone[0, :2] == pytest.approx([whole, 0.0], abs=1e-6)
+
+
+def test_a_steady_force_alone_moves_it_at_force_over_damping_after_the_transient() -> None:
+    trim = np.array([5.0, 0, 0, 0, 0, 0])
+    gone = run_forward(_start([0.0] * 6), _idle(), FILE, "survey", MODEL, trim)
+    lag_s = MODEL["M_u"] / MODEL["D_u"]
+    whole = 5.0 / MODEL["D_u"] * (WINDOW_S - lag_s * (1 - np.exp(-WINDOW_S / lag_s)))
+    assert gone[0, 0] == pytest.approx(whole, abs=1e-6)
+
+
+def test_a_model_that_runs_away_is_lost_and_the_others_are_not() -> None:
+    begin = Starts(np.array([1.0, 1.0]), np.tile(LEVEL, (2, 1)), np.array([[0.5, 0, 0, 0, 0, 0], [0.0] * 6]))
+    gone = run_forward(begin, _idle(), FILE, "survey", {**MODEL, "D_u": -500.0}, np.zeros(6))
+    assert np.isnan(gone[0]).all()
+    assert gone[1] == pytest.approx([0.0] * 3, abs=1e-9)
+
+
+def test_true_parameters_follow_a_calm_dive_closer_than_wrong_ones() -> None:
+    mission = draw_one(100_003)
+    begin = starts(mission.dive, mission.file)
+    true = moved(mission.time_s, mission.position, begin.time_s)
+    model = whole_truth(mission)
+    wrong = {**model, "D_u": 1.5 * model["D_u"], "D_v": 1.5 * model["D_v"]}
+    off = [
+        np.linalg.norm(
+            run_forward(begin, mission.dive, mission.file, mission.configuration, m, mission.drawn.trim)
+            - true,
+            axis=1,
+        )
+        for m in (model, wrong)
+    ]
+    assert np.sqrt(np.mean(off[0] ** 2)) < 0.7 * np.sqrt(np.mean(off[1] ** 2))
+
+
+def test_windows_start_at_readings_and_end_within_the_dive() -> None:
+    mission = draw_one(100_003)
+    assert mission.dive.velocity is not None
+    begin = starts(mission.dive, mission.file)
+    assert len(begin) > 3
+    assert np.isin(begin.time_s, mission.dive.velocity.time_s).all()
+    assert (np.diff(begin.time_s) > 0.9 * WINDOW_S).all()
+    assert begin.time_s[-1] + WINDOW_S <= mission.dive.velocity.time_s[-1]
+
+
+def test_a_quarter_turn_brings_ahead_to_east() -> None:
+    half = np.sqrt(0.5)
+    east = earth(np.array([[half, 0.0, 0.0, half]]), np.array([[1.0, 0.0, 0.0]]))
+    assert east[0] == pytest.approx([0.0, 1.0, 0.0], abs=1e-12)
+
+
+def test_a_yaw_rate_turns_the_attitude_by_half_of_itself() -> None:
+    assert turning(LEVEL[None], np.array([[0.0, 0.0, 0.2]]))[0] == pytest.approx([0.0, 0.0, 0.0, 0.1])
+
+
+SHARED = Path(__file__).resolve().parents[2].parent / "shared"
+RUNS = SHARED / "data" / "fossen_simulator"
+ANSWERS = Path(__file__).resolve().parents[1] / "data" / "sealed_answers"
+COUNT, STEP_S = 1500, 0.1
+
+
+def test_a_command_without_a_folder_or_with_one_that_can_t_be_says_so(tmp_path, caplog):
+    with pytest.raises(SystemExit) as left:
+        command([str(tmp_path)])
+    assert left.value.code == 2
+    taken = tmp_path / "taken"
+    taken.write_text("", encoding="utf-8")
+    assert command([str(tmp_path), str(taken)]) == 1
+    assert f"{taken}: is no folder to write into" in caplog.text
+
+
+@cache
+def otter(seed, north=0.0, east=0.0, gain=1.0):
+    """A surge, sway and yaw of its own, with two propellers, in a current."""
+    rng = np.random.default_rng(seed)
+    push = np.repeat(rng.uniform(-60.0, 90.0, (COUNT // 50, 2)), 50, axis=0)
+    nu, psi, fine = np.zeros(3), 0.0, 20
+    run = {name: np.zeros(COUNT) for name in ("x", "y", "z", "phi", "theta", *"wpq")}
+    run |= {"t": np.arange(COUNT) * STEP_S, "act0": push[:, 0], "act1": push[:, 1]}
+    rows = []
+    for left, right in push:
+        rows.append((*nu, psi))
+        for _ in range(fine):
+            u_water = np.cos(psi) * north + np.sin(psi) * east
+            v_water = np.cos(psi) * east - np.sin(psi) * north
+            u, v, r = nu[0] - u_water, nu[1] - v_water, nu[2]
+            thrust = [gain * 1e-4 * one * abs(one) for one in (left, right)]
+            rates = (
+                sum(thrust) - 0.3 * u - 0.5 * u * abs(u) + v * r + r * v_water,
+                -0.6 * v - 0.4 * u * r - r * u_water,
+                0.5 * (thrust[0] - thrust[1]) - 0.8 * r - 0.1 * u * v,
+            )
+            nu, psi = nu + STEP_S / fine * np.array(rates), psi + STEP_S / fine * r
+    run["u"], run["v"], run["r"], run["psi"] = np.array(rows).T
+    return run
+
+
+def test_a_current_in_one_of_two_runs_is_told_by_its_two_components():
+    pair = Pair("otter", otter(1), otter(1, north=0.2, east=-0.1))
+    found, nothing, biased = (weigh(pair, one) for one in (CURRENT, ALONE, BIAS))
+    assert found.values == pytest.approx([0.2, -0.1], abs=0.003)
+    assert np.mean(found.left) < 0.3 * min(np.mean(nothing.left), np.mean(biased.left))
+
+
+def test_two_runs_of_the_same_still_water_hold_no_current():
+    found = weigh(Pair("otter", otter(1), otter(2)), CURRENT)
+    assert found.values == pytest.approx([0.0, 0.0], abs=0.003)
+
+
+@pytest.mark.soak
+def test_of_two_runs_the_one_in_a_current_is_named_with_how_probable_that_is():
+    found = judged("otter", {"a": otter(1), "b": otter(2, north=0.2, east=-0.1)})
+    assert (found.verdict, found.run) == ("explained", "b")
+    assert list(found.probabilities) == ["steady_current"]
+    best_without = min(
+        (one for one in found.weighed if "steady_current" not in one.candidate.causes),
+        key=lambda one: one.mean_square,
+    )
+    ratio = best_without.mean_square / found.found.mean_square
+    assert nats(found.found, best_without) == pytest.approx(1.5 * 8 * np.log(ratio))
+    sure = probability(nats(found.found, best_without))
+    assert 0.5 < found.probabilities["steady_current"] == pytest.approx(sure)
+    told = answer(found)
+    assert told["run"] == "b"
+    assert told["effects"][0]["parameters"]["north"]["value"] == pytest.approx(0.2, abs=0.003)
+    assert told["gap"]["force"] == {"surge": None, "sway": None, "yaw": None}
+    assert min(told["gap"]["acceleration"].values()) > 0
+
+
+def test_weaker_propellers_in_one_run_are_told_and_that_it_may_be_either_run():
+    found = judged("otter", {"a": otter(1), "b": otter(2, gain=0.7)})
+    assert (found.verdict, found.run) == ("explained", None)
+    assert list(found.probabilities) == ["thrust_gain"]
+    assert answer(found)["shrink"]["heldout"]["value"] > 0.9
+    assert "one of the runs, which can't be told, holds" in said(found)
+
+
+def test_two_runs_of_the_same_hold_nothing():
+    found = judged("otter", {"a": otter(1), "b": otter(2)})
+    assert (found.verdict, found.run, found.probabilities) == ("no_gap", None, {})
+    told = answer(found)
+    assert (told["effects"], told["shrink"]["heldout"]) == ([], None)
+
+
+def test_a_run_without_the_actuators_states_is_refused(tmp_path):
+    (tmp_path / "otter_a.csv").write_text("t,x\n0.0,1.0\n0.1,1.0\n")
+    with pytest.raises(LogError, match="no column 'z'"):
+        load_run(tmp_path, "otter", "a")
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "run", "north", "east"),
+    rows_rest_in_soak([("otter", "b", 0.26, 0.15), ("remus100", "a", 0.2, 0.346)]),
+)
+def test_the_answers_kept_are_those_that_the_runs_give(vehicle, run, north, east):
+    if not RUNS.exists():
+        pytest.skip("needs ../shared/data beside the checkout")
+    other = {"a": "b", "b": "a"}[run]
+    found = weigh(Pair(vehicle, load_run(RUNS, vehicle, other), load_run(RUNS, vehicle, run)), CURRENT)
+    kept = json.loads((ANSWERS / f"{vehicle}.json").read_text())
+    assert found.values == pytest.approx([north, east], abs=0.002)
+    assert kept["run"] == run
+    assert [one["name"] for one in kept["effects"]] == ["steady_current"]
+    assert kept["effects"][0]["parameters"]["north"]["value"] == pytest.approx(found.values[0], abs=1e-4)
+    left = {name: np.mean(np.square([*one.values()])) for name, one in kept["tried"].items()}
+    without = min(one for name, one in left.items() if "current" not in name)
+    margin = 1.5 * found.pieces * np.log(without / left["steady_current"])
+    assert kept["effects"][0]["probability"] == pytest.approx(probability(margin), abs=1e-6)

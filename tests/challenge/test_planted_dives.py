@@ -1,17 +1,40 @@
-"""Dives with hidden effects: what they are, what they hold, and that nothing hides where nothing is planted."""
+"""Planted dives: drawn forces, the truth in the library's words, and nothing where nothing is planted."""
 
 import json
+import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import Case, check_of, dive_of, draw_case
-from identify.challenge.nearest import missing_velocity, missing_wrench
+from identify.challenge.drawn_force import (
+    ACCELERATION,
+    ATTITUDE,
+    DELAY,
+    DEPTH,
+    LAG,
+    LEAK,
+    PLAY,
+    PULSE,
+    THRUST,
+    VELOCITY,
+    DrawnForce,
+    no_force,
+    past_of,
+    remembered,
+    shape_of,
+    signal_of,
+)
+from identify.challenge.nearest import missing_velocity, missing_wrench, nominal_columns
 from identify.challenge.novel import NOVEL
 from identify.challenge.plants import PLANTS
 from identify.challenge.recording import tlog_of
+from identify.challenge.site import Planted, Site
+from identify.challenge.world import STATES
 from identify.estimators.table import estimator
 from identify.ingest.open import read_dive
 
@@ -132,3 +155,171 @@ def test_all_kinds_are_drawn() -> None:
     assert {case.kind for case in cases} == {"none", "one", "two", "novel"}
     assert len({case.configuration for case in cases}) == 3
     assert all(len({p.name for p in case.planted}) == len(case.planted) for case in cases)
+
+
+Array = NDArray[np.float64]
+STEP_S = 0.01
+
+
+def state(u: float = 0.0, depth: float = 0.0, heading: float = 0.0) -> Array:
+    out = np.zeros(STATES)
+    out[2], out[3], out[6], out[7] = depth, math.cos(0.5 * heading), math.sin(0.5 * heading), u
+    return out
+
+
+def by(*signal: int, even: tuple[int, int] = (0, 0), power: tuple[float, float] = (1.0, 1.0)) -> DrawnForce:
+    both = np.full(2, -1)
+    both[: len(signal)] = signal
+    return no_force()._replace(signal=both, even=np.array(even), power=np.array(power))
+
+
+def shape(force: DrawnForce, u: float, depth: float = 0.0) -> float:
+    return shape_of(force, state(u, depth), np.zeros(6), np.zeros(6), np.zeros(2))
+
+
+def course(force: DrawnForce, product: Array) -> Array:
+    past = past_of(force, STEP_S)
+    return np.array([remembered(force, x, i, STEP_S, past) for i, x in enumerate(product.tolist())])
+
+
+def test_a_signal_is_what_its_place_says() -> None:
+    now = state(0.3, 2.5, 0.5)
+    rate, thrust, pulse = np.arange(6.0), 10 + np.arange(6.0), 20 + np.arange(3.0)
+    seen = [
+        signal_of(place, now, rate, thrust, pulse)
+        for place in (VELOCITY, ACCELERATION + 5, THRUST + 1, ATTITUDE + 2, DEPTH, PULSE + 2)
+    ]
+    assert seen == pytest.approx([0.3, 5.0, 11.0, math.sin(0.5), 2.5, 22.0])
+
+
+def test_an_odd_factor_turns_with_its_signal_and_an_even_one_does_not() -> None:
+    assert [shape(by(VELOCITY, power=(2.0, 1.0)), u) for u in (-0.5, 0.5)] == pytest.approx([-0.25, 0.25])
+    even = by(VELOCITY, even=(1, 0), power=(2.0, 1.0))
+    assert [shape(even, u) for u in (-0.5, 0.5)] == pytest.approx([0.25, 0.25])
+
+
+def test_a_signal_counts_from_its_middle_in_its_typical_size() -> None:
+    force = by(DEPTH)._replace(middle=np.array([2.0, 0.0]), scale=np.array([0.5, 1.0]))
+    assert shape(force, 0.0, depth=3.0) == pytest.approx(2.0)
+
+
+def test_two_factors_are_multiplied_and_none_are_one() -> None:
+    assert shape(by(VELOCITY, DEPTH), 0.5, depth=4.0) == pytest.approx(2.0)
+    assert shape(by(), 0.5) == 1.0
+
+
+def test_a_lag_follows_a_step_exponentially() -> None:
+    force = no_force()._replace(memory=LAG, memory_s=0.7)
+    seen = course(force, np.ones(200))
+    assert seen == pytest.approx(1.0 - np.exp(-STEP_S * np.arange(1, 201) / 0.7))
+
+
+def test_a_delay_tells_what_was_so_long_ago() -> None:
+    force = no_force()._replace(memory=DELAY, memory_s=0.25)
+    product = np.random.default_rng(1).standard_normal(100)
+    seen = course(force, product)
+    assert not seen[:25].any()
+    assert seen[25:].tolist() == product[:-25].tolist()
+
+
+def test_a_leaky_integral_comes_to_its_memory_times_what_it_is_of() -> None:
+    seen = course(no_force()._replace(memory=LEAK, memory_s=5.0), np.full(10_000, 0.3))
+    assert seen[0] == pytest.approx(0.3 * STEP_S)
+    assert seen[-1] == pytest.approx(1.5, rel=1e-6)
+
+
+def test_hysteresis_stands_still_until_its_play_is_used_up() -> None:
+    force = no_force()._replace(memory=PLAY, play=0.5)
+    seen = course(force, np.array([0.4, 1.0, 2.0, 1.5, 1.0, 0.5, -1.0]))
+    assert seen == pytest.approx([0.0, 0.5, 1.5, 1.5, 1.5, 1.0, -0.5])
+
+
+def test_a_dive_feels_the_drawn_force_and_nothing_else_that_is_missing() -> None:
+    case = draw_case(391_001, kind="none", seconds=60.0)
+
+    def apply(site: Site, _: np.random.Generator) -> None:
+        gone = (site.time_s > 30.0).astype(np.float64)
+        size = np.array([0.0, 3.0, 0.0, 0.0, 0.0, 0.0])
+        site.drawn = by(VELOCITY, even=(1, 0))._replace(size=size, when=gone)
+
+    site, simulated = replace(case, planted=(Planted("drawn_force", {}, apply, 1.0),)).simulated(0)
+    missing, ticks = missing_wrench(site, simulated), simulated.ticks
+    assert simulated.dive.pwm is not None
+    there = simulated.dive.pwm.time_s > 30.0
+    wanted = np.zeros_like(missing)
+    wanted[there, 1] = 3.0 * np.abs(ticks.state[there, 7])
+    assert np.abs(wanted).max() > 0.5
+    site, simulated = case.simulated(0)
+    rounding = np.abs(missing_wrench(site, simulated)).max()
+    assert np.abs(missing - wanted).max() < 2.0 * rounding + 1e-9
+
+
+NEAREST_SEED, SECONDS = 310_900, 90.0
+
+
+def drawn(*names: str) -> Case:
+    return draw_case(NEAREST_SEED, names=names, size=0.6, seconds=SECONDS)
+
+
+def told(case: Case, k: int = 0) -> dict[str, float]:
+    parameters: dict[str, float] = case.truth()["effects"][k]["parameters"]
+    return parameters
+
+
+def test_an_offset_of_mass_is_told_in_metres_whether_of_the_body_or_of_the_water() -> None:
+    case = drawn("cg_offset")
+    site, _ = case.simulated(0)
+    moment = float((site.rigid + site.added)[1, 5])
+    mass = case.vehicle.configuration.dry_mass_kg
+    assert told(case)["x"] == pytest.approx(moment / mass, rel=1e-3)
+
+
+def test_more_drag_astern_is_told_as_how_many_times_as_much() -> None:
+    case = drawn("drag_asymmetry")
+    assert told(case)["ratio"] == pytest.approx(case.planted[0].parameters["ratio"], rel=0.01)
+    assert told(case)["ratio"] > 1.1
+
+
+def test_no_other_square_drag_comes_nearer_to_what_is_planted_beside_a_refit() -> None:
+    case = drawn("quadratic_drag")
+    site, simulated = case.simulated(0)
+    nu, std = simulated.ticks.state[:, 7:13], site.vehicle.disturbance
+    columns = (nominal_columns(nu, simulated.ticks.nu_dot) / std[None, :, None]).reshape(-1, 12)
+    gap, values = missing_wrench(site, simulated), np.array([*told(case).values()])
+
+    def left(size: np.ndarray) -> float:
+        rest = ((gap + size * nu * np.abs(nu)) / std).reshape(-1)
+        return float(np.sum((rest - columns @ np.linalg.lstsq(columns, rest, rcond=None)[0]) ** 2))
+
+    nearest = left(values)
+    for factor in (0.97, 1.03):
+        for dof in (0, 1, 2, 5):
+            other = values.copy()
+            other[dof] *= factor
+            assert left(other) > nearest
+
+
+def test_of_several_forms_the_nearest_tells_and_names_its_thruster() -> None:
+    case = drawn("weak_thruster")
+    assert told(case)["thruster"] == case.planted[0].number
+    assert told(case)["gain"] == pytest.approx(case.planted[0].parameters["gain"], abs=0.03)
+
+
+def test_wrong_readings_are_told_as_they_are_planted_and_beside_them_a_force_by_its_own() -> None:
+    case = drawn("dvl_bias", "net_buoyancy")
+    assert told(case) == case.planted[0].parameters
+    assert told(case, 1)["force"] == pytest.approx(case.planted[1].parameters["force"], rel=0.05)
+
+
+def test_a_current_that_comes_and_goes_is_told_by_the_sine_of_its_power() -> None:
+    case = drawn("varying_current")
+    site, _ = case.simulated(0)
+    water = site.moving_water()[:, :2]
+    assert told(case)["amplitude"] == pytest.approx(np.sqrt(2 * water.var(axis=0).sum()))
+    assert told(case)["period"] == case.planted[0].parameters["period"]
+
+
+def test_waves_push_with_their_mass_times_rate_at_least() -> None:
+    case = drawn("waves")
+    amplitude = told(case)["force_amplitude"]
+    assert 0.5 < amplitude / case.planted[0].parameters["force_amplitude"] < 2.5

@@ -1,25 +1,43 @@
-"""What a crew accepts: coefficients for the feed-forward, effects for models, and what can't be made up for."""
+"""What a crew accepts, what has changed since, and doubts that go with it."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from bridge.vehicle.coefficients import BY_NAME
+from bench.missions.mission import draw_one
+from bridge.vehicle.accepted_effect import AcceptedEffect
+from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, MASSES
+from bridge.vehicle.config import Prior
 from identify.challenge.case import dive_of, draw_case
 from identify.checks.controller import unrecorded
+from identify.diagnose import accepted as diagnose_accepted
 from identify.diagnose.accepted import accepted_of
 from identify.diagnose.candidates import Cause
-from identify.diagnose.diagnose import diagnose
-from identify.diagnose.result import Finding, Value
-from identify.effects import (
-    actuators,
-    environment,
-    hydrodynamics,
-    rigid_body,
-    sensors,
-    supply,
+from identify.diagnose.changed import (
+    accepted_causes,
+    all_accepted,
+    changes_of,
+    held_sentence,
+    library_with_changes,
+    shift_of,
+    with_accepted,
 )
+from identify.diagnose.diagnose import diagnose
+from identify.diagnose.gap import Missing
+from identify.diagnose.nominal import nominal_of
+from identify.diagnose.result import Finding, Value
+from identify.diagnose.search import explain
+from identify.diagnose.simulation import EACH, simulation_of, slope_of
+from identify.diagnose.wording import effect_words
+from identify.effects import actuators, environment, hydrodynamics, rigid_body, sensors, supply
+from identify.effects.actuators import DEAD_ZONE, SATURATION, THRUST_GAIN, weak
+from identify.effects.environment import STEADY_CURRENT
+from identify.effects.hydrodynamics import QUADRATIC_DRAG
+from identify.effects.rigid_body import ADDED_PAYLOAD, ENTRAINED_WATER
+from identify.effects.sensors import DVL_MISALIGNMENT, DVL_SCALE
+from identify.estimators.misfit import Doubts, Multiplier
+from identify.identification import Outcome
 
 
 def found(effect, *values, width=0.01, also=()):
@@ -168,3 +186,298 @@ def test_a_dive_whose_feedback_log_is_wrong_gives_no_masses_to_the_vehicle():
     doubted = {one.dof for one in unrecorded(dive_of(case), case.file.vehicle.water)}
     assert doubted >= {0, 1}
     assert not {BY_NAME[name].dof for name in found.accepted.values if name in BY_NAME} & doubted
+
+
+WEAK = weak(2)
+LIBRARY = (QUADRATIC_DRAG, DEAD_ZONE, SATURATION, THRUST_GAIN, STEADY_CURRENT, DVL_MISALIGNMENT, WEAK)
+DRAG = np.array([12.0, 8.0, 0.0, 0.0, 0.0, 3.0])
+
+
+def kept(effect, *values):
+    """An accepted effect as a file has it."""
+    names = (p.name for p in effect.parameters)
+    return AcceptedEffect(effect.name, effect.label, dict(zip(names, values, strict=True)), effect.number)
+
+
+@pytest.fixture(scope="module")
+def mission():
+    return draw_one(100_300, seconds=60.0)
+
+
+@pytest.fixture(scope="module")
+def nominal(mission):
+    return nominal_of(mission.dive, mission.file, mission.configuration)
+
+
+def test_what_is_the_vehicles_own_is_taken_along_and_what_is_not_is_told():
+    accepted = (
+        kept(QUADRATIC_DRAG, *DRAG),
+        kept(WEAK, 0.7),
+        kept(THRUST_GAIN, 0.9),
+        kept(STEADY_CURRENT, 0.1, 0.1),
+        AcceptedEffect("kraken", "kraken", {"arms": 8.0}),
+    )
+    causes, (sentence,) = accepted_causes(accepted, LIBRARY)
+    assert [cause.effect for cause in causes] == [QUADRATIC_DRAG, WEAK]
+    np.testing.assert_array_equal(causes[0].values, DRAG)
+    assert "steady current (of that dive alone)" in sentence
+    assert "kraken (this library has no such effect)" in sentence
+    assert "thrust gain" not in sentence
+
+
+def test_the_model_before_says_which_accepted_effects_it_holds():
+    (sentence,) = held_sentence((Cause(QUADRATIC_DRAG, DRAG),))
+    assert sentence.startswith("The model before holds what was accepted: quadratic drag (X_uu 12")
+    assert "Z_ww" not in sentence
+    assert held_sentence(()) == ()
+
+
+@pytest.mark.parametrize(
+    ("effect", "before", "by"),
+    [(DEAD_ZONE, (0.8,), (-0.3,)), (QUADRATIC_DRAG, tuple(DRAG), (-5.0, 4.0, 0, 0, 0, 0)), (WEAK, (0.7,), (0.2,))],
+    ids=lambda given: getattr(given, "name", ""),
+)  # fmt: skip
+def test_a_change_adds_what_the_effect_of_another_size_does_beyond_the_accepted_one(
+    nominal, effect, before, by
+):
+    accepted, course = Cause(effect, np.array(before)), nominal.course
+    (change,) = library_with_changes((effect,), (accepted,))
+    whole = effect.act(course, accepted.values + np.array(by)).wrench - accepted.act(course).wrench
+    np.testing.assert_allclose(change.act(course, np.array(by)).wrench, whole, atol=1e-12)
+    assert not change.act(course, change.none()).wrench.any()
+    assert effect_words(change) == f"a change of {effect_words(effect)}"
+    for p, own, value in zip(change.parameters, effect.parameters, before, strict=True):
+        assert (p.low + value, p.high + value) == pytest.approx((own.low, own.high))
+
+
+def test_what_was_not_accepted_is_tried_as_before_and_so_is_a_limit_on_top_of_one():
+    limit = Cause(SATURATION, SATURATION.start())
+    assert library_with_changes(LIBRARY, (limit,)) == LIBRARY
+    changed = library_with_changes(LIBRARY, (Cause(QUADRATIC_DRAG, DRAG),))
+    assert changed[0].name == "quadratic_drag"
+    assert changed[1:] == LIBRARY[1:]
+
+
+def test_a_dive_is_without_what_its_model_holds_and_flies_with_it(nominal):
+    drag = Cause(QUADRATIC_DRAG, DRAG)
+    own = with_accepted(nominal, (drag,))
+    assert with_accepted(nominal, ()) is nominal
+    assert (own.accepted, own.acts) == ((drag,), ())
+    surge, before = own.joint.problems[0].axis, nominal.joint.problems[0].axis
+    assert (surge.quadratic, before.quadratic) == (DRAG[0], 0.0)
+    problem, place = own.joint.problems[0], own.joint.places[0]
+    free = replace(problem, axis=replace(surge, quadratic=0.0))
+    braked = problem.mean_force(own.theta[place]) - free.mean_force(own.theta[place])
+    # About the speed that is expected: what the slope there brakes the filter takes from its own speed.
+    expected = DRAG[0] * (problem.slope - np.abs(surge.speed)) * surge.speed
+    np.testing.assert_allclose(braked, np.column_stack([expected, expected]))
+    assert 0.0 < np.abs(problem.slope - 2.0 * np.abs(surge.speed)).max() <= problem.slope.min() * 1.001
+    np.testing.assert_array_equal(
+        simulation_of(own, own.theta, own.motion.nu).slope, slope_of((drag,), own.course)[::2]
+    )
+
+
+def test_accepting_again_keeps_what_was_accepted_with_its_change_in_it(nominal, mission):
+    drag, weak_one = Cause(QUADRATIC_DRAG, DRAG), Cause(WEAK, np.array([0.7]))
+    (change,) = library_with_changes((QUADRATIC_DRAG,), (drag,))
+    by = Cause(change, np.array([-5.0, 0, 0, 0, 0, 0]))
+    found = Finding(by, (), {}, 0.9, {"X_uu": Value(-5.0, "N s2/m2", -6.0, -4.0)}, 30.0)
+    whole = all_accepted((found,), (drag, weak_one))
+    told = whole[0].parameters
+    assert told["X_uu"] == Value(7.0, "N s2/m2", 6.0, 8.0)
+    assert told["Z_ww"] == Value(0.0, "N s2/m2", 0.0, 0.0)
+    shape = mission.file.vehicle.configurations[mission.configuration]
+    accepted = accepted_of(whole, nominal, shape)
+    values = {name: accepted.values[name].value for name in ("X_uu", "Y_vv", "N_rr", "T2_gain")}
+    assert values == pytest.approx({"X_uu": 7.0, "Y_vv": 8.0, "N_rr": 3.0, "T2_gain": 0.7})
+    assert not {"Z_ww", "K_pp", "M_qq"} & set(accepted.values)
+    assert [one.label for one in accepted.effects] == ["quadratic_drag", "weak_thruster of thruster 2"]
+    assert all_accepted((), ()) == ()
+
+
+def told(case, **more):
+    return diagnose(
+        dive_of(case),
+        case.file,
+        case.configuration,
+        effects=(QUADRATIC_DRAG, DEAD_ZONE, DVL_MISALIGNMENT),
+        progress=lambda *_report: None,
+        **more,
+    )
+
+
+@pytest.mark.slow
+def test_a_drag_that_was_accepted_is_no_gap_on_the_same_dive_and_its_loss_is_a_change_of_it():
+    with_drag = draw_case(300051, names=["quadratic_drag"], size=0.7, seconds=110.0)
+    without = draw_case(300051, names=[], seconds=110.0)
+    first = told(with_drag)
+    assert [one.name for one in first.findings] == ["quadratic_drag"]
+    effects = first.accepted.effects
+    again = told(with_drag, effects_accepted=effects)
+    assert (again.verdict, again.findings) == ("no_gap", ())
+    after = [drift.total for drift in first.gap.after if drift.horizon_s == 5.0]
+    assert again.gap.before == pytest.approx(after[0], abs=0.1)
+    assert any("holds what was accepted: quadratic drag" in note for note in again.notes)
+    lost = told(without, effects_accepted=effects)
+    (one,) = lost.findings
+    assert effect_words(one.cause.effect) == "a change of quadratic drag"
+    gone = {name: value for name, value in one.parameters.items() if abs(value.value) > 1e-9}
+    for name, value in gone.items():
+        had = first.findings[0].parameters[name]
+        assert value.value == pytest.approx(-had.value, abs=2 * (had.high95 - had.low95))
+    assert set(gone) >= {
+        max(first.findings[0].parameters, key=lambda n: first.findings[0].parameters[n].value)
+    }
+
+
+def test_a_cause_that_another_dive_names_otherwise_is_left_as_it_is():
+    drag = Cause(QUADRATIC_DRAG, DRAG)
+    other = Finding(Cause(DEAD_ZONE, np.array([0.5])), (), {}, 0.9, {}, 12.0)
+    assert all_accepted((other,), (drag,))[1] is other
+
+
+SHIFTED_LIBRARY = (THRUST_GAIN, DVL_SCALE, ENTRAINED_WATER, ADDED_PAYLOAD, QUADRATIC_DRAG)
+RELATIVE_STD = 0.01
+
+
+def quiet(*_report):
+    pass
+
+
+@pytest.fixture(scope="module")
+def measured_shift():
+    mission = draw_one(100_302, seconds=150.0)
+    nominal = nominal_of(mission.dive, mission.file, mission.configuration)
+    return explain(nominal, (QUADRATIC_DRAG,), quiet)
+
+
+def accepted(measured_shift, mass=1.0, damping=1.0, more_kg=0.0):
+    """What was accepted, where the dive's own values are so many times that; the dive weighs `more_kg` more."""
+    course, out = measured_shift.now.course, {}
+    for dof in range(6):
+        before_kg = course.mass[dof] / mass - (more_kg if dof < 3 else 0.0)
+        out[MASSES[dof].name] = Prior(before_kg, RELATIVE_STD * before_kg)
+        if course.damping[dof] > 0:
+            out[DAMPINGS[dof].name] = Prior(
+                course.damping[dof] / damping, RELATIVE_STD * course.damping[dof] / damping
+            )
+    return out
+
+
+def shift_words(measured_shift, earlier):
+    nothing = np.zeros_like(measured_shift.now.course.nu[::EACH])
+    missing = Missing(measured_shift.now.course.time_s[::EACH], nothing, nothing, nothing)
+    return changes_of(shift_of(measured_shift, earlier, SHIFTED_LIBRARY), measured_shift, missing)
+
+
+def test_where_nothing_changed_there_is_no_cause(measured_shift):
+    causes, tried = shift_words(measured_shift, accepted(measured_shift))
+    assert causes == ()
+    assert {one.name for one in tried} == {"thrust_gain", "dvl_scale", "entrained_water", "added_payload"}
+    assert not any(one.accepted for one in tried)
+
+
+def test_masses_and_dampings_that_all_rose_alike_are_a_thrust_that_fell(measured_shift):
+    causes, _ = shift_words(measured_shift, accepted(measured_shift, mass=1.25, damping=1.25))
+    assert causes[0].name == "thrust_gain"
+    gain = causes[0].parameters["gain"]
+    assert gain.value == pytest.approx(0.8, abs=0.02)
+    assert gain.low95 < gain.value < gain.high95
+    assert causes[0].feedforward is not None
+
+
+def test_so_many_kilograms_more_in_all_directions_are_water_that_is_carried_along(measured_shift):
+    more_kg = 0.2 * float(measured_shift.now.course.mass[0])
+    causes, _ = shift_words(measured_shift, accepted(measured_shift, more_kg=more_kg))
+    assert "entrained_water" in {causes[0].name, *causes[0].also}
+    if causes[0].name == "entrained_water":
+        assert causes[0].parameters["mass"].value == pytest.approx(more_kg, rel=0.1)
+
+
+def test_only_what_was_accepted_is_compared(measured_shift):
+    earlier = {
+        name: prior
+        for name, prior in accepted(measured_shift, mass=1.25, damping=1.25).items()
+        if name == "M_u"
+    }
+    shift = shift_of(measured_shift, earlier, SHIFTED_LIBRARY)
+    assert shift.size.shape == (1,)
+    assert shift.size[0] == pytest.approx(-0.2, abs=1e-6)
+
+
+SURGE, YAW, OF_MASS, OF_DAMPING = 0, 5, 0, 6
+FITS = Multiplier(0.0, 0.0, np.zeros(18))
+
+
+@pytest.fixture
+def fit(monkeypatch):
+    """A switch: what the tests of the fit say, by degree of freedom."""
+
+    def says(**doubts):
+        found = {SURGE: Doubts(doubts.get("drag", FITS), doubts.get("late", FITS)), YAW: Doubts(FITS, FITS)}
+        monkeypatch.setattr(diagnose_accepted, "doubts_of", lambda _joint, _theta: found)
+
+    return says
+
+
+def changing(score, size, row, by):
+    """A force of this size that changes one logarithm by so much."""
+    leaning = np.zeros(18)
+    leaning[row] = by / size
+    return Multiplier(score, size, leaning)
+
+
+def drag(**coefficients):
+    values = [coefficients.get(name, 0.0) for name in ("X_uu", "Y_vv", "Z_ww", "K_pp", "M_qq", "N_rr")]
+    told = {name: Value(size, "N s2/m2", 0.9 * size, 1.1 * size) for name, size in coefficients.items()}
+    return Finding(Cause(hydrodynamics.QUADRATIC_DRAG, np.array(values)), (), {}, 0.98, told, 50.0)
+
+
+ASTERN = Finding(
+    Cause(actuators.REVERSE_THRUST_LOSS, np.array([0.7])), (), {}, 0.98, {"gain": Value(0.7, "1", 0.6, 0.8)}, 50.0
+)  # fmt: skip
+
+
+def test_a_fit_that_nothing_speaks_against_has_no_doubts(nominal, shape, fit):
+    fit()
+    assert accepted_of((ASTERN,), nominal, shape).doubts == ()
+
+
+def test_thrust_that_acts_late_beside_the_causes_is_a_doubt_of_its_axis_and_widens_it(nominal, shape, fit):
+    fit()
+    before = accepted_of((ASTERN,), nominal, shape).values
+    fit(late=changing(8.0, 0.02, OF_MASS, 0.1))
+    accepted = accepted_of((ASTERN,), nominal, shape)
+    (doubt,) = accepted.doubts
+    assert {"M_u", "D_u"} <= set(doubt.about)
+    assert doubt.outcome is Outcome.DISAGREES
+    assert "later, by about 20 ms" in doubt.sentence
+    value, low = accepted.values["M_u"].value, accepted.values["M_u"].low95
+    assert value == before["M_u"].value
+    own = np.log(before["M_u"].value / before["M_u"].low95)
+    assert np.log(value / low) == pytest.approx(np.hypot(own, 1.96 * 0.1), rel=1e-3)
+    assert accepted.values["M_v"] == before["M_v"]
+
+
+def test_a_drag_that_lacks_is_the_doubt_that_an_identification_has_of_it(nominal, shape, fit):
+    fit(drag=changing(9.0, 3.0, OF_DAMPING, -0.3))
+    (doubt,) = accepted_of((ASTERN,), nominal, shape).doubts
+    assert (doubt.about, doubt.outcome) == (("M_u", "D_u"), Outcome.DISAGREES)
+    assert "grows as the speed squared is missing" in doubt.sentence
+
+
+def test_linear_damping_that_quadratic_drag_may_replace_begins_at_none(nominal, shape, fit):
+    fit(drag=changing(9.0, 3.0, OF_DAMPING, -0.9))
+    accepted = accepted_of((drag(X_uu=40.0),), nominal, shape)
+    (doubt,) = accepted.doubts
+    assert (doubt.about, doubt.outcome) == (("D_u",), Outcome.CONVERGED)
+    assert "more quadratic drag than was accepted and less linear damping" in doubt.sentence
+    told = accepted.values["D_u"]
+    assert told.low95 == 0.0
+    assert told.high95 > told.value * (1.0 + 1.96 * 0.9)
+    assert accepted.values["D_v"].low95 > 0.0
+
+
+def test_an_axis_whose_thrust_follows_what_was_not_recorded_is_not_called_late(nominal, shape, fit):
+    fit(late=changing(8.0, 0.02, OF_MASS, 0.1))
+    assert accepted_of((ASTERN,), replace(nominal, doubted=(SURGE,)), shape).doubts == ()

@@ -1,16 +1,32 @@
-"""The regression of a dive: exact where the filters are linear."""
+"""The regression of a dive: exact where the filters are linear, whole or by blocks."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bench.missions.mission import draw_one
-from identify.diagnose.evidence import equations_of
-from identify.diagnose.innovations import mean_before, predicted, value_before
-from identify.diagnose.nominal import nominal_of
+from identify.diagnose import search
+from identify.diagnose.candidates import Cause
+from identify.diagnose.evidence import (
+    Block,
+    Blocks,
+    equations_of,
+    inverse,
+    pieces_of,
+    products_of,
+    projected_out,
+)
+from identify.diagnose.innovations import LEAST_ROWS, autoregression_of, mean_before, predicted, value_before
+from identify.diagnose.nominal import nominal_of, refitted, thinned
 from identify.diagnose.regression import MASS_OFF, piece_s, regression_of
+from identify.diagnose.weighing import weighing_of
+from identify.dive import Dive, Signal
+from identify.effects.actuators import DEAD_ZONE
 from identify.effects.effect import Act
+from identify.effects.environment import STEADY_CURRENT
+from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.estimators.motion import Motion
 
 
@@ -190,3 +206,256 @@ class TestEvidence:
 @pytest.mark.parametrize(("lasting_s", "each_s"), [(600.0, 20.0), (200.0, 20.0), (90.0, 9.0), (29.0, 6.0)])
 def test_a_short_dive_has_two_pieces_for_each_fold_as_long_as_a_drift_fits_into_them(lasting_s, each_s):
     assert piece_s(lasting_s) == pytest.approx(each_s)
+
+
+PIECE = np.concatenate([np.repeat(np.arange(4), 25), np.repeat(np.arange(4), 15)])
+
+
+@pytest.fixture
+def blocks():
+    rng = np.random.default_rng(100_001)
+    first = Block(np.array([0, 2]), rng.normal(size=(100, 2)))
+    return Blocks((first, Block(np.array([1, 2, 4]), rng.normal(size=(60, 3)))), 5)
+
+
+def test_a_column_is_zero_where_no_block_has_it(blocks):
+    dense = blocks.dense()
+    np.testing.assert_array_equal(dense[:100, 2], blocks.parts[0].values[:, 1])
+    np.testing.assert_array_equal(dense[100:, 4], blocks.parts[1].values[:, 2])
+    assert not dense[:100, 1].any()
+    assert not dense[:, 3].any()
+
+
+def test_products_within_pieces_are_those_of_all_rows(blocks):
+    pieces = pieces_of(PIECE)
+    np.testing.assert_allclose(blocks.products(PIECE), products_of(blocks.dense(), pieces), atol=1e-12)
+    others = np.random.default_rng(100_002).normal(size=(160, 3))
+    together = products_of(blocks.dense(), pieces, others)
+    np.testing.assert_allclose(blocks.products_with(others, PIECE), together, atol=1e-12)
+
+
+def test_some_columns_and_products_over_all_rows_are_those_of_all_rows(blocks):
+    np.testing.assert_array_equal(blocks.some([4, 2]), blocks.dense()[:, [4, 2]])
+    others = np.random.default_rng(100_004).normal(size=(160, 2))
+    np.testing.assert_allclose(blocks.crossed(others), blocks.dense().T @ others, atol=1e-12)
+
+
+def test_columns_put_after_others_come_last_and_leave_these_as_they_are(blocks):
+    before = np.zeros((160, 2))
+    before[:100, 1] = 3.0
+    both = blocks.blocks_of(before).beside(blocks)
+    np.testing.assert_array_equal(both.dense(), np.hstack([before, blocks.dense()]))
+    assert 1 not in both.parts[1].of
+
+
+def test_sums_of_columns_and_their_squares_are_those_of_all_rows(blocks):
+    dense, by = blocks.dense(), np.zeros((5, 2))
+    by[0, 0], by[2, 0], by[4, 1] = 2.0, -1.0, 3.0
+    np.testing.assert_allclose(blocks.times(by), dense @ by, atol=1e-12)
+    np.testing.assert_allclose(blocks.combined(by).dense(), dense @ by, atol=1e-12)
+    np.testing.assert_allclose(blocks.square(), dense.T @ dense, atol=1e-12)
+    # The second block alone has the fifth column, and so its multiple.
+    assert 1 not in blocks.combined(by).parts[0].of
+
+
+def test_columns_projected_out_one_after_another_or_together_leave_the_same():
+    """Frisch and Waugh (1933), within each piece."""
+    rng = np.random.default_rng(100_005)
+    rows, piece = rng.normal(size=(160, 7)), np.repeat(np.arange(8), 20)
+    products = products_of(rows, pieces_of(piece))
+    together = equations_of(rows[:, 6], rows[:, :4], np.zeros(4), rows[:, 4:6], piece)
+    first = projected(products, 2)
+    second = projected(first, 2)
+    np.testing.assert_allclose(second[:, :2, :2], together.held_square, atol=1e-5)
+    np.testing.assert_allclose(second[:, :2, 2], together.held_right, atol=1e-5)
+
+
+def projected(products: np.ndarray, k: int) -> np.ndarray:
+    known, cross = products[:, :k, :k], products[:, :k, k:]
+    by = cross, inverse(known.sum(axis=0)) @ cross.sum(axis=0)
+    return projected_out(products[:, k:, k:], known, by, by)
+
+
+def test_products_are_summed_over_all_stretches_of_a_piece():
+    columns = np.random.default_rng(100_003).normal(size=(160, 2))
+    by_piece = [columns[k == PIECE].T @ columns[k == PIECE] for k in range(4)]
+    np.testing.assert_allclose(products_of(columns, pieces_of(PIECE)), by_piece, atol=1e-12)
+
+
+def remembering(share, count, rng):
+    fresh, out = rng.standard_normal(count), np.zeros(count)
+    for i in range(count):
+        out[i] = fresh[i] + (share * out[i - 1] if i else 0.0)
+    return fresh, out
+
+
+def test_what_is_left_of_a_channel_that_remembers_is_what_was_new_each_time():
+    fresh, values = remembering(0.6, 20_000, np.random.default_rng(100_001))
+    memory = autoregression_of(np.arange(20_000), values)
+    left = values[:, None].copy()
+    memory.prewhitened(left)
+    assert memory.by_lag[0] == pytest.approx(0.6, abs=0.03)
+    np.testing.assert_allclose(left[20:, 0], fresh[20:], atol=0.2)
+
+
+def test_a_column_is_freed_by_the_same_rule_as_the_innovations():
+    _, values = remembering(0.6, 5_000, np.random.default_rng(100_002))
+    memory = autoregression_of(np.arange(5_000), values)
+    both = np.column_stack([values, 3.0 * values])
+    memory.prewhitened(both)
+    np.testing.assert_allclose(both[:, 1], 3.0 * both[:, 0])
+
+
+def test_a_channel_leaves_the_rows_of_another_alone():
+    _, values = remembering(0.6, 5_000, np.random.default_rng(100_003))
+    memory = autoregression_of(np.arange(0, 5_000, 2), values)
+    left = values[:, None].copy()
+    memory.prewhitened(left)
+    np.testing.assert_array_equal(left[1::2, 0], values[1::2])
+    assert np.abs(left[::2, 0] - values[::2]).max() > 0.5
+
+
+def test_white_innovations_keep_all_but_chance_and_a_few_rows_all():
+    white = np.random.default_rng(100_004).standard_normal(20_000)
+    assert np.abs(autoregression_of(np.arange(20_000), white).by_lag).max() < 0.03
+    assert autoregression_of(np.arange(LEAST_ROWS - 1), white).by_lag.size == 0
+
+
+def test_many_columns_are_freed_as_few_are():
+    _, values = remembering(0.6, 5_000, np.random.default_rng(100_005))
+    memory = autoregression_of(np.arange(0, 5_000, 2), values)
+    many = np.random.default_rng(100_006).standard_normal((5_000, 9))
+    few = np.column_stack([prewhitened(memory, many[:, [k]]) for k in range(many.shape[1])])
+    np.testing.assert_allclose(prewhitened(memory, many), few, atol=1e-12)
+
+
+def prewhitened(memory, values):
+    out = values.copy()
+    memory.prewhitened(out)
+    return out
+
+
+def dive_with(**signals):
+    return Dive("made", Path("made.tlog"), "0" * 64, **signals)
+
+
+def test_a_fast_gyro_keeps_every_so_many_readings_as_they_were():
+    time_s = np.arange(0.0, 10.0, 0.01)
+    gyro = Signal(time_s, np.column_stack([np.sin(20 * time_s)] * 3))
+    left = thinned(dive_with(gyro=gyro)).gyro
+    assert 200 < len(left) < 300
+    np.testing.assert_array_equal(left.value[:, 0], np.sin(20 * left.time_s))
+
+
+def test_means_over_intervals_become_means_over_longer_ones_and_turn_as_far():
+    step_s = 0.005
+    time_s = step_s * (np.arange(600) + 0.5)
+    fog = Signal(time_s, np.cos(time_s)[:, None])
+    left = thinned(dive_with(fog=fog)).fog
+    k = round(len(fog) / len(left))
+    assert k > 1
+    np.testing.assert_allclose(left.time_s[0], time_s[:k].mean())
+    np.testing.assert_allclose(left.value.sum() * k * step_s, fog.value.sum() * step_s)
+
+
+def test_no_mean_is_made_over_a_gap():
+    time_s = np.concatenate([np.arange(0.0, 5.0, 0.01), np.arange(8.01, 12.0, 0.01)])
+    left = thinned(dive_with(fog=Signal(time_s, np.ones((len(time_s), 1))))).fog
+    assert not np.any((left.time_s > 5.0) & (left.time_s < 8.0))
+
+
+def test_slow_readings_stay_as_they_are():
+    slow = Signal(np.arange(0.0, 10.0, 0.2), np.zeros((50, 1)))
+    left = thinned(dive_with(depth=slow, fog=slow))
+    assert left.depth is not None
+    assert len(left.depth) == 50
+    assert left.fog is slow
+
+
+LIBRARY = (COUPLED_DAMPING, STEADY_CURRENT, DEAD_ZONE, QUADRATIC_DRAG)
+DRAG = Cause(QUADRATIC_DRAG, np.array([20.0, 0.0, 0.0, 0.0, 0.0, 3.0]))
+ZONE = Cause(DEAD_ZONE, np.array([0.3]))
+
+
+@pytest.fixture(scope="module")
+def quick_nominal():
+    mission = draw_one(100_300, seconds=120.0)
+    return nominal_of(mission.dive, mission.file, mission.configuration)
+
+
+@pytest.mark.parametrize("cause", [DRAG, ZONE])
+@pytest.mark.parametrize("candidates_first", [False, True])
+def test_what_a_cause_adds_is_what_the_filters_make_of_its_act(quick_nominal, cause, candidates_first):
+    weighing = weighing_of(quick_nominal, LIBRARY)
+    columns, course = weighing._columns, quick_nominal.course
+    if candidates_first:
+        assert columns.candidates.width > 0
+    acts = [cause.act(course), *(cause.slope(course, p) for p in np.flatnonzero(cause.present))]
+    plain = weighing.rows.columns(acts, course).T
+    np.testing.assert_allclose(columns.of(cause), plain, rtol=1e-8, atol=1e-9 * np.abs(plain).max())
+
+
+def test_a_fit_leaves_and_feels_what_a_projection_of_all_rows_does(quick_nominal):
+    weighing = weighing_of(quick_nominal, LIBRARY)
+    fit = weighing.fitted([DRAG, ZONE])
+    rows = weighing.rows
+    quick_nominal = rows.nuisance.dense()
+    square = quick_nominal.T @ quick_nominal + np.diag(rows.nominal_precision)
+    table = np.column_stack([rows.value, fit.value])
+    sizes = inverse(square) @ (quick_nominal.T @ table)
+    table -= quick_nominal @ sizes
+    # What the nominal parameters go away from where they are known to be.
+    moved = 0.5 * float(rows.nominal_precision @ (sizes[:, 0] ** 2 - sizes[:, 1] ** 2))
+    assert fit.residual_squares == pytest.approx(float(fit.value @ table[:, 1]), rel=1e-9)
+    moving = table[rows.dof >= 0]
+    assert fit.motion_nats == pytest.approx(
+        0.5 * float((moving[:, 0] ** 2 - moving[:, 1] ** 2).sum()) + moved, rel=1e-6
+    )
+
+
+def test_a_fit_that_is_asked_for_again_is_the_same(quick_nominal):
+    weighing = weighing_of(quick_nominal, LIBRARY)
+    once, again = weighing.fitted([ZONE, DRAG]), weighing.fitted([ZONE, DRAG])
+    assert (once.gain, once.std, once.motion_nats) == (again.gain, again.std, again.motion_nats)
+    np.testing.assert_array_equal(once.value, again.value)
+    np.testing.assert_array_equal(once.slopes, again.slopes)
+
+
+def test_candidates_shed_what_they_lean_on_the_nominal_columns_by():
+    rng = np.random.default_rng(100_004)
+    nominal, others = rng.normal(size=(300, 3)), rng.normal(size=(300, 2))
+    others += nominal[:, :2]
+    value, piece = rng.normal(size=300), np.repeat(np.arange(6), 50)
+    told = equations_of(value, nominal, np.zeros(3), others, piece)
+    left = np.linalg.lstsq(nominal, np.column_stack([others, value]), rcond=None)[0]
+    free = np.column_stack([others, value]) - nominal @ left
+    for k in range(6):
+        own = free[piece == k]
+        np.testing.assert_allclose(told.held_square[k], own[:, :2].T @ own[:, :2], rtol=1e-5, atol=1e-3)
+        np.testing.assert_allclose(told.held_right[k], own[:, :2].T @ own[:, 2], rtol=1e-5, atol=1e-3)
+
+
+def test_all_others_are_weighed_once_for_each_change_of_causes_and_once_more(quick_nominal, monkeypatch):
+    """However often the values of those found have to be fitted anew."""
+    size = (
+        0.3
+        * quick_nominal.course.damping[0]
+        / np.abs(quick_nominal.course.nu[:, 0]).max()
+        * np.eye(6)[0]
+        * 5.0
+    )
+    opposed = refitted(quick_nominal, [QUADRATIC_DRAG.act(quick_nominal.course, -size)])
+    spoilt = replace(opposed, acts=(), course=quick_nominal.course)
+    seen = []
+    plain = search.improved
+
+    def improved(weighing, fit, refused):
+        better = plain(weighing, fit, refused)
+        seen.append([cause.effect.label for cause in better.causes])
+        return better
+
+    monkeypatch.setattr(search, "improved", improved)
+    found = search.explain(spoilt, LIBRARY, lambda *_report: None)
+    assert found.causes
+    assert len(seen) == 1 + sum(a != b for a, b in zip([[], *seen], seen, strict=False))
+    assert seen[-1] == [cause.effect.label for cause in found.causes]

@@ -1,4 +1,4 @@
-"""What thrusters do: one pushing, all pushing, ahead and astern."""
+"""Thrusters and shafts: one pushing, all pushing, ahead and astern."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -6,10 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bridge.vehicle.config import Configuration, Thruster
+from bridge.vehicle.config import Configuration, ThrustCurve, Thruster
+from bridge.vehicle.thrusters import shaft_speed
 from identify.effects import actuators, supply, wake
+from identify.effects.actuators import SATURATION
 from identify.effects.course import Course
 from identify.effects.effect import Effect
+from identify.effects.shaft import seen_by_shaft, thrust_by_shaft
 
 Made = Callable[..., Course]
 AHEAD, ASIDE = 0.82904, 0.55919
@@ -216,3 +219,24 @@ def test_a_thruster_that_sits_elsewhere_turns_the_body_and_pushes_no_harder(
     assert pushed(level, at, 0.02) == pytest.approx([0, 0, 0, 0, 0, -0.02 * 5])
     assert pushed(upright, at, 0.02, 0.03) == pytest.approx([0, 0, 0, 0.3, -0.2, 0])
     assert upright.told(np.array([0.02, 0.03])) == {"thruster": (2.0, "1")}
+
+
+CURVE = ThrustCurve()
+
+
+def test_thrust_comes_back_from_its_shaft_speed() -> None:
+    thrust = np.array([[-30.0, -0.1, 0.0, 0.1, 45.0]])
+    assert thrust_by_shaft(CURVE, 60 * shaft_speed(CURVE, thrust)) == pytest.approx(thrust)
+
+
+def test_shafts_show_what_a_saturation_takes_and_nothing_where_they_are_not_recorded(
+    course: Callable[..., Course],
+) -> None:
+    asked = course(asked_n=[30.0, -30.0, 5.0, 0, 0, 0, 0, 0])
+    act = SATURATION.act(asked, np.array([12.0]))
+    assert act.shaft_n is not None
+    rpm = 60 * shaft_speed(CURVE, asked.thrust_n + act.shaft_n)
+    rpm[:, 7] = np.nan
+    seen = seen_by_shaft(replace(asked, rpm=rpm), CURVE)
+    assert seen[:, :7] == pytest.approx(act.shaft_n[:, :7])
+    assert np.isnan(seen[:, 7]).all()

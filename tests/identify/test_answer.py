@@ -1,4 +1,4 @@
-"""From a fit to an answer: bounds named, outcomes in their order, what a user reads."""
+"""From a fit to an answer: outcomes, bounds, and directions that a dive can't resolve."""
 
 from dataclasses import replace
 
@@ -6,11 +6,14 @@ import closed_loop
 import fitted
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from identify.answer import answered
 from identify.dive import Signal
 from identify.estimators.table import estimator
-from identify.identification import Doubt, Outcome, outcome_of
+from identify.identifiability import null_directions, partners_of
+from identify.identification import Doubt, Information, Outcome, outcome_of
 
 SURGE = {"M_u": 100.0, "D_u": 50.0}
 
@@ -117,3 +120,127 @@ def test_masses_by_an_autopilots_own_velocity_are_warned_of_and_those_by_a_dvl_a
     assert [doubt.about for doubt in by_filter.doubts] == [("M_u", "M_v", "M_w")]
     assert by_filter.outcome is Outcome.CONVERGED
     assert answered(made, fitted.dive(), fitted.vehicle_file()).doubts == ()
+
+
+SURGE_AXIS = ("M_u", "D_u", "surge_trim")
+STRONG = 1e4
+
+
+def knowing(of, *directions):
+    """Information that knows everything but these directions."""
+    null = np.linalg.qr(np.array(directions, dtype=float).T)[0] if directions else np.zeros((len(of), 0))
+    return Information(tuple(of), STRONG * (np.eye(len(of)) - null @ null.T))
+
+
+def test_a_dive_that_tells_all_has_no_null_direction():
+    assert null_directions(knowing(SURGE_AXIS)) == ()
+
+
+def test_one_speed_alone_can_not_tell_damping_from_trim():
+    (found,) = null_directions(knowing(SURGE_AXIS, [0, 1, -1]))
+    assert set(found.weights) == {"D_u", "surge_trim"}
+    assert abs(found.weights["D_u"]) == pytest.approx(np.sqrt(0.5))
+    assert found.sentence == (
+        "Surge damping and surge trim force can't be told apart: hold surge at a second speed, best one in the other "
+        "direction."
+    )
+
+
+def test_a_steady_speed_says_nothing_of_the_mass():
+    (found,) = null_directions(knowing(SURGE_AXIS, [1, 0, 0]))
+    assert "too little of surge mass (M_u)" in found.sentence
+    assert found.relative_std > 1e3
+
+
+@pytest.mark.parametrize(("sign", "words"), [(1, "only their ratio is known"), (-1, "steady speeds")])
+def test_mass_and_damping_that_grow_together_or_apart_call_for_other_dives(sign, words):
+    (found,) = null_directions(knowing(SURGE_AXIS, [1, sign, 0]))
+    assert found.sentence.startswith("Surge mass and surge damping can't be told apart")
+    assert words in found.sentence
+
+
+def test_two_sets_of_one_dive_are_told_one_by_one():
+    of = (*SURGE_AXIS, "M_v", "D_v", "sway_trim")
+    found = null_directions(knowing(of, [0, 1, -1, 0, 0, 0], [0, 0, 0, 1, 0, 0]))
+    assert [set(one.weights) for one in found] == [{"D_u", "surge_trim"}, {"M_v"}]
+
+
+def test_masses_tied_by_their_coriolis_force_call_for_one_axis_at_a_time():
+    (found,) = null_directions(knowing(("M_u", "M_v", "D_u"), [1, 1, 0]))
+    assert "drive surge and sway one at a time" in found.sentence
+
+
+def test_a_trim_that_nothing_tells_is_no_users_business():
+    assert null_directions(knowing(SURGE_AXIS, [0, 0, 1])) == ()
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(0.02, 3.1), st.floats(1e-3, 1.0))
+def test_sets_do_not_depend_on_how_the_null_space_is_turned(angle, weak):
+    of = (*SURGE_AXIS, "M_v", "D_v", "sway_trim")
+    one = np.array([0, 1, -1, 0, 0, 0]) / np.sqrt(2)
+    two = np.array([0, 0, 0, 1, -1, 0]) / np.sqrt(2)
+    turned = [np.cos(angle) * one + np.sin(angle) * two, np.cos(angle) * two - np.sin(angle) * one]
+    told = knowing(of, *turned)
+    told = Information(of, told.matrix + weak * np.outer(turned[0], turned[0]))
+    members = {name for found in null_directions(told) for name in found.weights}
+    assert members == {"D_u", "surge_trim", "M_v", "D_v"}
+
+
+def test_the_strongest_partner_is_the_one_of_the_largest_correlation():
+    relative = np.array([[1.0, 0.5, -0.8], [0.5, 1.0, 0.0], [-0.8, 0.0, 1.0]])
+    found = partners_of(("M_u", "D_u", "M_v"), relative * np.outer([3, 2, 1], [3, 2, 1]))
+    assert (found["M_u"].name, found["M_u"].correlation) == ("M_v", pytest.approx(-0.8))
+    assert found["D_u"].name == "M_u"
+
+
+def test_without_information_the_covariance_tells_the_null_direction():
+    relative = 1e-4 * np.eye(2) + 2.0 * np.ones((2, 2))
+    found = answered(
+        fitted.fit({"M_u": 100.0, "D_u": 50.0}, relative), fitted.dive(), fitted.vehicle_file(0.0)
+    )
+    (direction,) = found.null_directions
+    assert set(direction.weights) == {"M_u", "D_u"}
+    assert direction.relative_std == pytest.approx(np.sqrt(4.0 + 1e-4), rel=1e-3)
+
+
+def told_of(relative, of=("M_u", "D_u"), **keys):
+    values = dict(zip(of, (100.0, 50.0), strict=True))
+    return answered(fitted.fit(values, relative, **keys), fitted.dive(), fitted.vehicle_file(0.0))
+
+
+def test_what_is_identifiable_is_not_said_to_be_untellable():
+    found = told_of(1e-4 * np.eye(2), information=knowing(("M_u", "D_u"), [1, 1]))
+    assert found.null_directions == ()
+
+
+def test_beside_an_identifiable_one_the_other_alone_is_named():
+    found = told_of(np.diag([1e-4, 4.0]), information=knowing(("M_u", "D_u"), [1, 2]))
+    (direction,) = found.null_directions
+    assert direction.sentence.startswith("The dive says too little of surge damping (D_u)")
+
+
+@pytest.mark.parametrize(("std", "unknown"), [(0.34, False), (2.0, True)])
+def test_only_what_is_unknown_is_called_known_by_its_ratio_alone(std, unknown):
+    along = np.array([1.0, 1.0]) / np.sqrt(2)
+    told = knowing(("M_u", "D_u"), along)
+    (found,) = null_directions(Information(told.of, told.matrix + std**-2 * np.outer(along, along)))
+    assert ("only their ratio is known" in found.sentence) is unknown
+
+
+def test_nobody_is_told_to_push_where_no_thruster_pushes():
+    of = ("I_q", "D_q")
+    found = told_of(np.diag([4.0, 4.0]), of, information=knowing(of, [1, 1]), rest_on_righting=of)
+    (direction,) = found.null_directions
+    assert "no thruster pushed pitch" in direction.sentence
+    assert "harder" not in direction.sentence
+
+
+def test_thrust_scale_and_all_masses_and_dampings_are_told_as_one():
+    found = answered(
+        fitted.fit({"M_u": 100.0, "D_u": 50.0}, 1e-4 * np.eye(2)), fitted.dive(), fitted.vehicle_file(0.1)
+    )
+    (direction,) = found.null_directions
+    assert set(direction.weights) == {"thrust_scale", "M_u", "D_u"}
+    assert "weigh the vehicle, or hang 0.5 kg on it" in direction.sentence
+    assert found.to_json()["null_directions"][0]["relative_std"] is None

@@ -1,14 +1,26 @@
-"""Two methods on one dive: disagreement is measured by the less sure of them, and explained by what each doubts."""
+"""Two methods on one dive: their shared work, how far they differ, and the words on it."""
 
 from dataclasses import replace
+from pathlib import Path
+from threading import Barrier, Thread
+from types import SimpleNamespace
 
+import closed_loop
 import fitted
 import numpy as np
 import pytest
 
+from bridge.errors import FitError
+from bridge.vehicle.config import load_vehicle
 from identify.comparison import LEAST_DIFFERENCE, compare, doubted
+from identify.dive import Dive
+from identify.estimators import information
+from identify.estimators.axes import build_axes
+from identify.estimators.likelihood_fit import rough_fit
 from identify.identification import Doubt, Outcome, Partner, disturbance, noise, time_constant, trim
-from identify.report.compared import comparison_section
+from identify.report.compared import comparison_section, told_beside
+from identify.run import ANSWERED, compiles_first, identify, usual_methods
+from identify.side_by_side import shared
 
 SURGE = {"M_u": 100.0, "D_u": 50.0}
 
@@ -184,3 +196,209 @@ def test_a_coefficient_that_a_method_cannot_tell_apart_from_it_leans_on_the_one_
     ))  # fmt: skip
     (doubt,) = doubted(compare(close, by("pinn", 110.0))).doubts
     assert (doubt.about, doubt.also) == (("M_u",), ("D_u",))
+
+
+SHARED = Doubt(("M_u",), "The DVL was late", "dive again.")
+OWN = Doubt(("D_u",), "The loss still fell", "dive longer.", Outcome.DISAGREES)
+
+
+def answer_by(method, values=SURGE, std=0.01, **keys):
+    return fitted.fit(values, std**2 * np.eye(len(values)), method=method, **keys)
+
+
+def test_of_two_that_converged_with_the_same_values_nothing_more_is_said():
+    assert (
+        told_beside(compare(answer_by("likelihood", doubts=(SHARED,)), answer_by("pinn", doubts=(SHARED,))))
+        == ()
+    )
+
+
+def test_a_second_that_did_not_converge_says_so_and_what_it_alone_doubts():
+    second = answer_by("pinn", outcome=Outcome.DISAGREES, doubts=(SHARED, OWN))
+    assert told_beside(compare(answer_by("likelihood", doubts=(SHARED,)), second)) == (
+        "Pinn ended with 'data and model disagree'.",
+        "Pinn: The loss still fell: dive longer.",
+    )
+
+
+def drag(score, axis="surge"):
+    return Doubt(("M_u", "D_u"), f"In {axis} a drag is missing ({score} standard errors)", "dive slower.")
+
+
+def test_a_doubt_of_both_that_differs_by_a_figure_is_not_said_again_and_another_of_the_same_coefficients_is():
+    late = Doubt(("M_u", "D_u"), "In surge thrust is late by 20 ms", "mend the lag.")
+    assert (
+        told_beside(compare(answer_by("likelihood", doubts=(drag(9),)), answer_by("pinn", doubts=(drag(8),))))
+        == ()
+    )
+    assert told_beside(
+        compare(answer_by("likelihood", doubts=(late,)), answer_by("pinn", doubts=(drag(8),)))
+    ) == ("Pinn: In surge a drag is missing (8 standard errors): dive slower.",)
+
+
+def test_what_one_alone_gives_no_value_of_stands_with_its_reason():
+    found = compare(answer_by("likelihood", {"M_u": 100.0, "M_v": 110.0}), answer_by("pinn"))
+    assert told_beside(found) == (
+        f"Likelihood gives no D_u: {fitted.NOT_DIVED}",
+        f"Pinn gives no M_v: {fitted.NOT_DIVED}",
+    )
+
+
+def test_a_second_that_gives_nothing_says_why_once_and_a_first_has_said_it_already():
+    ended = {"outcome": Outcome.NOT_IDENTIFIABLE}
+    found = compare(answer_by("likelihood"), answer_by("pinn", {}, **ended))
+    assert told_beside(found) == (
+        "Pinn ended with 'not identifiable'.",
+        f"Pinn gives nothing: {fitted.NOT_DIVED}",
+    )
+    assert told_beside(compare(answer_by("likelihood", {}, **ended), answer_by("pinn"))) == ()
+
+
+def test_the_page_says_it_whether_or_not_the_methods_disagree():
+    for mass in (100.0, 130.0):
+        found = compare(answer_by("likelihood"), answer_by("pinn", {"M_u": mass}, outcome=Outcome.AT_BOUND))
+        section = comparison_section(found)
+        assert bool(section.warning) is (mass > 100.0)
+        assert "Pinn ended with 'stopped at a bound'." in section.text
+        assert f"Pinn gives no D_u: {fitted.NOT_DIVED}" in section.text
+
+
+class Made:
+    pass
+
+
+def counted():
+    """Work that is shared, and what it was asked with."""
+    asked = []
+
+    def work(*arguments):
+        asked.append(arguments)
+        return Made()
+
+    return shared(work), asked
+
+
+def test_two_who_ask_at_the_same_time_get_one_result_of_one_piece_of_work():
+    of, asked = counted()
+    both, thing, got = Barrier(2), Made(), []
+
+    def ask():
+        held = of(thing, "survey")
+        both.wait(10)
+        got.append(held.value)
+
+    threads = [Thread(target=ask) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(10)
+    assert got[0] is got[1]
+    assert len(asked) == 1
+
+
+def test_nothing_is_kept_once_nobody_holds_it():
+    of, asked = counted()
+    thing = Made()
+    first = of(thing, "survey").value
+    assert of(thing, "survey").value is not first
+    assert len(asked) == 2
+
+
+def test_text_and_tuples_are_the_same_where_they_are_equal_and_all_else_where_it_is_the_same_object():
+    of, _ = counted()
+    thing, like = Made(), Made()
+    held = of(thing, "survey", (1, 2))
+    assert of(thing, "".join(("sur", "vey")), (1, *[2])) is held
+    assert of(thing, "hovering", (1, 2)) is not held
+    assert of(like, "survey", (1, 2)) is not held
+
+
+def test_what_the_work_raises_everybody_hears():
+    def fails():
+        raise ValueError("no axes")
+
+    held = shared(fails)()
+    for _ in range(2):
+        with pytest.raises(ValueError, match="no axes"):
+            _ = held.value
+
+
+def test_axes_that_are_doubted_are_begun_apart_from_those_that_are_not():
+    file = closed_loop.vehicle_file()
+    built = build_axes(closed_loop.dive(np.random.default_rng(3), seconds=30.0), file, "only")
+    shape = file.vehicle.configurations["only"]
+    plain, doubted = rough_fit(built, shape, ()), rough_fit(built, shape, (0,))
+    assert rough_fit(built, shape, ()) is plain
+    assert plain.value.joint.apart == ()
+    assert doubted.value.joint.apart == (0,)
+
+
+FILE = load_vehicle(str(Path(__file__).resolve().parents[1] / "data" / "vehicles" / "hovering.yaml"))
+DIVE = Dive("dive-7", Path("dive.tlog"), "1" * 64)
+
+
+def method(mass, ends="done"):
+    """An estimator that finds this mass in surge, and reports half way and at its end."""
+
+    def estimate(*given):
+        progress = given[-1]
+        progress(0.5, "climbing")
+        progress(1.0, ends)
+        return fitted.fit({"M_u": mass, "D_u": 50.0}, 1e-4 * np.eye(2), method="made")
+
+    return estimate
+
+
+def refuses(dive, *_):
+    raise FitError("no thruster pushed", of=dive.name)
+
+
+def test_the_first_method_answers_and_a_second_that_disagrees_casts_a_doubt():
+    found = identify(DIVE, FILE, "hovering", {"a": method(100.0), "b": method(150.0)})
+    assert found.answer["M_u"].value == 100.0
+    assert found.answer.outcome is Outcome.DISAGREES
+    assert [doubt.about for doubt in found.answer.doubts] == [("M_u",)]
+    (comparison,) = found.comparisons
+    assert comparison.second["M_u"].value == 150.0
+
+
+def test_a_single_method_is_compared_with_none():
+    found = identify(DIVE, FILE, "hovering", {"a": method(100.0)})
+    assert (found.comparisons, found.answer.outcome) == ((), Outcome.CONVERGED)
+
+
+def test_every_method_reports_its_steps_and_at_last_its_values():
+    steps = []
+    identify(DIVE, FILE, "hovering", {"a": method(100.0, "the loss fell no more")}, steps.append)
+    assert [(step.method, step.share, step.answered) for step in steps] == [
+        ("a", 0.5, False), ("a", 0.99, False), ("a", 1.0, True),
+    ]  # fmt: skip
+    assert steps[-1].words == ANSWERED
+    assert steps[-1].values["M_u"][0] == 100.0
+
+
+def test_how_a_method_ended_is_a_note_unless_it_is_only_done():
+    ended = identify(DIVE, FILE, "hovering", {"a": method(100.0, "the loss fell no more")}).answer
+    done = identify(DIVE, FILE, "hovering", {"a": method(100.0)}).answer
+    assert "The loss fell no more." in ended.notes
+    assert len(ended.notes) == len(done.notes) + 1
+
+
+def test_a_dive_that_tells_nothing_gives_an_answer_with_the_reason_once():
+    answer = identify(DIVE, FILE, "hovering", {"a": refuses}).answer
+    assert answer.outcome is Outcome.NOT_IDENTIFIABLE
+    assert answer.values() == {}
+    assert answer["M_u"].reason == "no thruster pushed"
+
+
+def test_the_methods_suit_the_damping_of_the_hull():
+    assert usual_methods(FILE, ["hovering"]) == ("likelihood", "pinn")
+
+
+def test_the_first_run_compiles_and_later_ones_find_what_it_kept(tmp_path, monkeypatch):
+    kernel = SimpleNamespace(__module__="identify.estimators.information")
+    kept = SimpleNamespace(stats=SimpleNamespace(cache_path=str(tmp_path)), py_func=kernel)
+    monkeypatch.setattr(information, "gradient_and_information", kept)
+    assert compiles_first()
+    (tmp_path / "information.gradient_and_information-50.py311.nbi").write_bytes(b"")
+    assert not compiles_first()

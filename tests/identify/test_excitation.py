@@ -1,4 +1,4 @@
-"""What a dive could identify is told before anyone fits anything, and told as the fit will tell it."""
+"""What a dive can identify, and how long it counts as, before any fit."""
 
 import math
 from dataclasses import replace
@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 from soak import rows_rest_in_soak
 
+from bridge.errors import FitError
 from bridge.vehicle.coefficients import COEFFICIENTS
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import dive_of, draw_case
 from identify.dive import Dive, Signal
-from identify.estimators.table import estimator
+from identify.estimators.refusals import common_s, lasting, long_enough, too_short
+from identify.estimators.table import METHODS, estimator
 from identify.glance.excitation import excitation, spans
 from identify.identification import Z95
 
@@ -192,3 +194,60 @@ def test_spans_take_thrust_from_the_thrusters_where_no_wrench_is_recorded(dive):
     with_pwm = replace(dive, tau_cmd=None, pwm=Signal(time_s, pwm))
     assert math.isnan(spans(with_pwm)[0].thrust)
     assert spans(with_pwm, FILE, "only")[0].thrust > 5.0
+
+
+VOLTAGE = Signal(np.array([0.0, 417.0]), np.full((2, 1), 16.0))
+
+
+def moving_dive(seconds=30.0):
+    return replace(closed_loop.dive(np.random.default_rng(7), seconds=seconds), voltage=VOLTAGE)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_battery_that_goes_on_makes_a_short_dive_no_longer(method):
+    with pytest.raises(
+        FitError, match=r"are both in it for 15 s of 417 s, but identification needs at least 20 s"
+    ):
+        estimator(method)(moving_dive(15.0), closed_loop.vehicle_file(), "only", lambda *_: None)
+
+
+def test_commands_and_velocity_that_hardly_meet_are_a_short_dive():
+    whole = moving_dive(60.0)
+    parted = replace(
+        whole,
+        velocity=whole.velocity.between(0.0, 35.0),
+        gyro=None,
+        tau_cmd=whole.tau_cmd.between(25.0, 60.0),
+    )
+    assert common_s(parted, 0) == pytest.approx(9.9)
+    with pytest.raises(FitError, match="are both in it for 10 s"):
+        lasting(parted)
+
+
+def test_twenty_seconds_to_the_nearest_are_enough():
+    bare = replace(moving_dive(20.0), voltage=None)
+    assert 19.5 < bare.duration_s < 20.0
+    long_enough(bare)
+    lasting(bare)
+    assert too_short(moving_dive(20.0), 0) == ""
+
+
+def test_an_axis_that_was_read_for_a_shorter_time_than_the_others_is_left_out_alone():
+    whole = moving_dive(60.0)
+    time_s = whole.velocity.time_s
+    spoilt = np.where((time_s < 15.0)[:, None], whole.velocity.value, np.nan)
+    gyro = Signal(time_s, np.random.default_rng(8).normal(size=(len(time_s), 3)))
+    parted = replace(whole, velocity=Signal(time_s, spoilt), gyro=gyro)
+    lasting(parted)
+    assert too_short(parted, 0) == (
+        "thruster commands and the velocity in surge were both recorded for 15 s, but at least 20 s are needed"
+    )
+    assert too_short(parted, 5) == ""
+    found = estimator("likelihood")(parted, closed_loop.vehicle_file(), "only", lambda *_: None)
+    assert found["M_u"].reason == too_short(parted, 0)
+
+
+def test_what_holds_no_command_or_no_reading_is_for_others_to_refuse():
+    without = replace(moving_dive(60.0), tau_cmd=None, pwm=None)
+    lasting(without)
+    assert np.isnan(common_s(without, 0))

@@ -1,4 +1,4 @@
-"""An attitude whose roll or pitch the gyro contradicts, by sign, axis or stamp, is doubted; honest dives are not."""
+"""Attitude and gyro that contradict each other are doubted; a vehicle that turns over is read right."""
 
 from dataclasses import replace
 from functools import cache
@@ -7,14 +7,22 @@ from pathlib import Path
 import fitted
 import numpy as np
 import pytest
-from soak import rest_in_soak
+import tumbling
+from soak import rest_in_soak, rows_rest_in_soak
 from turned_dives import turned
 
 from bench.missions.mission import draw_one
+from bridge.vehicle.coefficients import DOFS
 from identify.answer import answered
+from identify.checks.heading import LARGEST_OFF as HEADING_LARGEST_OFF
+from identify.checks.heading import turning, turning_doubts
 from identify.checks.levelling import LARGEST_OFF, LARGEST_SHARE, levelling, levelling_doubts
+from identify.diagnose.diagnose import diagnose
 from identify.dive import Signal
-from identify.identification import Outcome
+from identify.estimators.axes import build_axes
+from identify.estimators.likelihood import estimate
+from identify.estimators.places import tumbles, turned_by
+from identify.identification import Outcome, noise
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import quaternions_from_euler
 
@@ -231,3 +239,232 @@ def test_the_answer_of_any_method_ends_in_the_doubt():
     found = answered(fit, mirrored(level(), 1, 2), fitted.vehicle_file())
     assert found.outcome is Outcome.DISAGREES
     assert any("roll turns by -1 times" in told for told in found.sentences)
+
+
+TURNS_S = np.arange(0.0, 200.0, 0.05)
+
+
+def of_roll_pitch_and_heading(roll, pitch, yaw, fog=1.0, imu=1.0):
+    """A dive with rates of turn as exact means over their intervals would be, each times a scale."""
+    dive = turned(TURNS_S, roll, pitch, yaw)
+    rates = dive.gyro.value
+    return replace(
+        dive,
+        gyro=Signal(TURNS_S, rates * [1.0, 1.0, imu]),
+        fog=Signal(TURNS_S, fog * rates[:, 2:]),
+    )
+
+
+def turns(**scales):
+    """Many times round, and back and forth, rolled and pitched by a quarter of a radian meanwhile."""
+    heading = 9.0 * np.sin(0.07 * TURNS_S) + 0.4 * np.sin(1.1 * TURNS_S)
+    return of_roll_pitch_and_heading(
+        0.25 * np.sin(0.9 * TURNS_S), 0.25 * np.cos(0.5 * TURNS_S), heading, **scales
+    )
+
+
+def with_rates(dive, scale=1.0, bias_rad_s=0.0):
+    """The dive with another rate of turn in yaw of all its gyros."""
+    gyro = dive.gyro.value.copy()
+    gyro[:, 2] = scale * gyro[:, 2] + bias_rad_s
+    fog = None if dive.fog is None else Signal(dive.fog.time_s, scale * dive.fog.value + bias_rad_s)
+    return replace(dive, gyro=Signal(dive.gyro.time_s, gyro), fog=fog)
+
+
+def doubt_of_turns(doubts):
+    (doubt,) = doubts
+    assert doubt.about == ("I_r", "D_r", "M_u", "M_v", "M_w")
+    assert doubt.outcome is Outcome.DISAGREES
+    return doubt.sentence
+
+
+@pytest.mark.parametrize("scale", [0.5, 1.2, -1.0, 57.3])
+def test_heading_tells_the_scale_of_a_gyro_through_roll_and_pitch(scale):
+    dive = turns(fog=scale)
+    found = turning(dive, dive.fog)
+    assert found.least == pytest.approx(1.0 / scale, rel=1e-3)
+    assert found.most == pytest.approx(1.0 / scale, rel=1e-3)
+
+
+def test_a_spoilt_fog_is_named_where_the_other_gyro_agrees_with_heading():
+    told = doubt_of_turns(turning_doubts(turns(fog=0.5)))
+    assert told.startswith(
+        "Heading turns by 2 times what the fibre-optic gyro says, and the IMU's gyro agrees with heading: the scale, "
+        "unit or sign of the fibre-optic gyro is not as taken, and I_r and D_r are as far off, and by less M_u"
+    )
+
+
+def test_a_scale_a_little_off_is_told_to_the_hundredth():
+    told = doubt_of_turns(turning_doubts(turns(fog=0.94, imu=0.94)))
+    assert told.startswith("Heading turns by 1.06 times what the fibre-optic gyro says, and the IMU's")
+
+
+def test_gyros_that_agree_with_each_other_leave_open_which_is_wrong():
+    told = doubt_of_turns(turning_doubts(turns(fog=0.5, imu=0.5)))
+    assert "and the IMU's gyro contradicts heading too: the scale, unit or sign of one of them" in told
+    assert "check the gyro's unit and the compass" in told
+
+
+def test_the_only_gyro_is_named():
+    told = doubt_of_turns(turning_doubts(replace(turns(imu=1.25), fog=None)))
+    assert told.startswith(
+        "Heading turns by 0.8 times what the IMU's gyro says: the scale, unit or sign of one of"
+    )
+
+
+@pytest.mark.parametrize(
+    ("off", "doubted"), [(0.8 * HEADING_LARGEST_OFF, False), (1.3 * HEADING_LARGEST_OFF, True)]
+)
+def test_a_scale_that_a_healthy_gyro_has_is_none_to_doubt(off, doubted):
+    assert bool(turning_doubts(turns(fog=1.0 / (1.0 + off)))) is doubted
+
+
+@pytest.mark.parametrize("seed", [100_301, 100_302, 100_303])
+@pytest.mark.parametrize("kind", ["lawnmower", "spin", "together", "rocking", "depth steps"])
+def test_an_honest_dive_is_not_doubted(seed, kind):
+    assert turning_doubts(mission(seed, kind)) == ()
+
+
+@pytest.mark.parametrize("scale", [0.5, 1.2])
+@pytest.mark.parametrize("seed", [100_301, 100_304])
+def test_a_dive_whose_gyros_read_another_scale_is_doubted(seed, scale):
+    assert "Heading turns by" in doubt_of_turns(turning_doubts(with_rates(mission(seed, "together"), scale)))
+
+
+def test_a_gyros_bias_is_not_taken_for_a_scale():
+    for dive in (turns(), mission(100_301, "together")):
+        assert turning_doubts(with_rates(dive, bias_rad_s=0.05)) == ()
+    level = np.zeros(len(TURNS_S))
+    round_and_round = of_roll_pitch_and_heading(level, level, 0.2 * TURNS_S + 3.0 * np.sin(0.1 * TURNS_S))
+    biased = with_rates(round_and_round, bias_rad_s=-0.1)
+    assert turning(biased, biased.fog).least == pytest.approx(1.0, abs=1e-3)
+
+
+def test_a_late_gyro_is_not_taken_for_a_scale():
+    dive = mission(100_301, "together")
+    late = Signal(dive.gyro.time_s + 0.1, dive.gyro.value)
+    assert turning_doubts(replace(dive, gyro=late, fog=None)) == ()
+
+
+def test_quick_turning_to_and_fro_makes_no_doubt():
+    level = np.zeros(len(TURNS_S))
+    quick = of_roll_pitch_and_heading(level, level, np.sin(2.0 * TURNS_S) + 2.0 * np.sin(0.1 * TURNS_S))
+    assert turning_doubts(quick) == ()
+    noisy = quick.attitude.value + 0.02 * np.random.default_rng(100_305).standard_normal((len(TURNS_S), 4))
+    assert turning_doubts(replace(quick, attitude=Signal(TURNS_S, noisy))) == ()
+
+
+def test_a_heading_that_is_kept_tells_nothing():
+    level = np.zeros(len(TURNS_S))
+    kept = of_roll_pitch_and_heading(level, level, 0.05 * np.sin(0.3 * TURNS_S), fog=0.5)
+    assert turning(kept, kept.fog) is None
+    assert turning_doubts(kept) == ()
+
+
+def test_steady_turning_can_not_be_told_from_a_bias():
+    level = np.zeros(len(TURNS_S))
+    steady = of_roll_pitch_and_heading(level, level, 0.3 * TURNS_S, fog=0.5)
+    assert turning(steady, steady.fog) is None
+
+
+def test_without_attitude_or_gyro_or_for_a_short_dive_no_scale_is_doubted():
+    dive = turns(fog=0.5)
+    assert turning_doubts(replace(dive, attitude=None)) == ()
+    assert turning_doubts(replace(dive, gyro=None, fog=None)) == ()
+    assert turning_doubts(dive.between(0.0, 45.0)) == ()
+
+
+def test_a_hole_in_the_readings_is_left_out():
+    dive = turns(fog=0.5)
+    kept = (TURNS_S < 63.0) | (TURNS_S > 87.0)
+    value = dive.attitude.value.copy()
+    value[3] = np.nan
+    holed = replace(dive, fog=Signal(TURNS_S[kept], dive.fog.value[kept]), attitude=Signal(TURNS_S, value))
+    assert turning(holed, holed.fog).least == pytest.approx(2.0, rel=1e-3)
+
+
+def test_the_answer_of_any_method_ends_in_the_doubt_of_the_gyro():
+    found = answered(
+        fitted.fit({"I_r": 32.0, "D_r": 30.0}, 1e-4 * np.eye(2)), turns(fog=0.5), fitted.vehicle_file()
+    )
+    assert found.outcome is Outcome.DISAGREES
+    assert any("Heading turns by 2 times" in told for told in found.sentences)
+
+
+def fit(dive):
+    return answered(estimate(dive, tumbling.FILE, "only", lambda *_: None), dive, tumbling.FILE)
+
+
+@pytest.mark.parametrize(
+    ("gyro", "pitching"),
+    rows_rest_in_soak([(True, 4.0), (False, 4.0), (True, 0.4), (False, 0.4)], keep=2),
+    ids=lambda told: {0.4: "in roll", 4.0: "in roll and pitch"}.get(
+        told, "gyro" if told else "attitude alone"
+    ),
+)
+def test_a_vehicle_that_turns_over_many_times_has_its_inertias_and_dampings_and_quiet_sensors(gyro, pitching):
+    dive = tumbling.dive(over=4.0, pitching=pitching, gyro=gyro)
+    assert tumbles(dive)
+    found = fit(dive)
+    assert found.outcome is Outcome.CONVERGED
+    truth = (*tumbling.MASS, *tumbling.DAMPING)
+    for one, true in zip(found.parameters, truth, strict=False):
+        assert one.identifiable
+        assert one.value == pytest.approx(true, rel=0.02)
+    for dof in ("roll", "pitch", "yaw"):
+        assert found.nuisance[noise(DOFS.index(dof), "attitude", True)] == pytest.approx(
+            tumbling.TILT_NOISE, rel=0.3
+        )
+        if gyro:
+            assert found.nuisance[noise(DOFS.index(dof), "gyro", False)] == pytest.approx(
+                tumbling.RATE_NOISE, rel=0.2
+            )
+
+
+def test_what_a_body_turned_by_runs_on_through_wraps_and_folds():
+    rate, time_s = 0.7, np.arange(0.0, 60.0, 0.05)
+    level = np.zeros_like(time_s)
+    for axis, angles in enumerate(((rate * time_s, level, level), (level, rate * time_s, level))):
+        found = turned_by(Signal(time_s, quaternions_from_euler(*angles)))
+        np.testing.assert_allclose(found.value[:, axis], rate * time_s, atol=1e-9)
+        np.testing.assert_allclose(np.delete(found.value, axis, axis=1), 0.0, atol=1e-9)
+
+
+def test_the_righting_moment_of_a_vehicle_that_turns_over_is_the_recorded_attitudes_alone():
+    time_s = np.arange(0.0, 40.0, 0.05)
+    roll, level = 0.6 * time_s, np.zeros_like(time_s)
+    dive = replace(
+        tumbling.dive(over=4.0, seconds=40.0),
+        attitude=Signal(time_s, quaternions_from_euler(roll, level, level)),
+    )
+    built = build_axes(dive, tumbling.FILE, "only")
+    shape = tumbling.SHAPE
+    arm = shape.centre_of_gravity_below_buoyancy_m * shape.dry_mass_kg * 9.80665
+    now = np.interp(built.motion.time_s, time_s, roll)
+    np.testing.assert_allclose(built.restoring[3], arm * np.sin(now), atol=1e-3)
+    assert {axis.dof: axis.stiffness for axis in built.axes}[3] == 0.0
+
+
+def test_heave_by_depth_alone_is_not_judged_where_the_vehicle_turns_over():
+    dive = tumbling.dive(over=4.0, seconds=60.0, velocity=False)
+    depth = 3.0 + np.sin(dive.attitude.time_s)[:, None]
+    built = build_axes(replace(dive, depth=Signal(dive.attitude.time_s, depth)), tumbling.FILE, "only")
+    assert {axis.dof for axis in built.axes} == {3, 4, 5}
+    assert "turns over" in built.missing[2]
+    assert "record the DVL" in built.missing[2]
+
+
+def test_a_few_readings_of_a_vehicle_on_its_side_are_no_tumbling():
+    dive = tumbling.dive(over=0.1, seconds=30.0)
+    assert not tumbles(dive)
+    wild = dive.attitude.value.copy()
+    wild[100:104] = quaternions_from_euler(np.full(4, 2.0), np.zeros(4), np.zeros(4))
+    assert not tumbles(replace(dive, attitude=Signal(dive.attitude.time_s, wild)))
+    wild[100:110] = wild[100]
+    assert tumbles(replace(dive, attitude=Signal(dive.attitude.time_s, wild)))
+
+
+def test_turning_over_is_no_gap():
+    found = diagnose(tumbling.dive(over=4.0, pitching=4.0), tumbling.FILE, "only", progress=lambda *_: None)
+    assert found.verdict == "no_gap"
+    assert not found.findings

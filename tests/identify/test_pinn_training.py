@@ -1,12 +1,17 @@
-"""Training ends with a reason: settled, flat, or at its bound; a step that leads up is shortened."""
+"""The network's equations and training: blocks, slopes, levels, and an end with a reason."""
 
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 
+import network_tasks
+import numpy as np
 import pytest
 import torch
+from soak import rows_rest_in_soak
 
-from identify.estimators.pinn.raw import Noise, Prior
+from bridge.vehicle.config import Configuration, Thruster
+from identify.estimators.pinn.blocks import factorise, selected_inverse, solve
+from identify.estimators.pinn.raw import Moments, Noise, Prior, of_logarithm, raw_of, slope
 from identify.estimators.pinn.training import MOST_PASSES, Point, Trainer
 
 ONE = torch.ones(1, dtype=torch.float64)
@@ -112,3 +117,237 @@ def test_a_loss_that_only_rises_is_never_called_settled():
     found = bowl.train(start)
     assert bowl.loss(found.point) > bowl.loss(start)
     assert not found.settled
+
+
+NODES = [*range(1, 18), 33]
+
+
+def tridiagonal(nodes, width=3):
+    """A positive definite matrix: its blocks on and above the diagonal, and all of it."""
+    draw = torch.Generator().manual_seed(nodes)
+    first = torch.randn(nodes, width, width, generator=draw, dtype=torch.float64)
+    second = torch.randn(nodes, width, width, generator=draw, dtype=torch.float64)
+    rows = torch.zeros(nodes * width, nodes * width, dtype=torch.float64)
+    for k in range(nodes):
+        here = slice(k * width, (k + 1) * width)
+        rows[here, here] = first[k]
+        if k + 1 < nodes:
+            rows[here, (k + 1) * width : (k + 2) * width] = second[k]
+    dense = rows.mT @ rows + torch.eye(nodes * width, dtype=torch.float64)
+    blocks = dense.reshape(nodes, width, nodes, width).transpose(1, 2)
+    each = torch.arange(nodes)
+    return blocks[each, each], blocks[each[:-1], each[1:]], dense
+
+
+@pytest.mark.parametrize("nodes", NODES)
+def test_the_solution_is_that_of_the_dense_matrix(nodes):
+    diagonal, above, dense = tridiagonal(nodes)
+    right = torch.arange(nodes * 3 * 2, dtype=torch.float64).sin().reshape(nodes, 3, 2)
+    found = solve(factorise(diagonal, above), right)
+    torch.testing.assert_close(found.flatten(0, 1), torch.linalg.solve(dense, right.flatten(0, 1)))
+
+
+@pytest.mark.parametrize("nodes", NODES)
+def test_the_log_determinant_is_that_of_the_dense_matrix(nodes):
+    diagonal, above, dense = tridiagonal(nodes)
+    torch.testing.assert_close(factorise(diagonal, above).log_det, torch.linalg.slogdet(dense).logabsdet)
+
+
+@pytest.mark.parametrize("nodes", NODES)
+def test_the_selected_inverse_holds_the_blocks_of_the_dense_one(nodes):
+    diagonal, above, dense = tridiagonal(nodes)
+    inverse = torch.linalg.inv(dense).reshape(nodes, 3, nodes, 3).transpose(1, 2)
+    each = torch.arange(nodes)
+    on, beside = selected_inverse(factorise(diagonal, above))
+    torch.testing.assert_close(on, inverse[each, each])
+    torch.testing.assert_close(beside, inverse[each[:-1], each[1:]])
+
+
+@pytest.mark.parametrize("nodes", NODES)
+def test_many_nodes_by_stretches_come_to_the_same(nodes, monkeypatch):
+    diagonal, above, dense = tridiagonal(nodes)
+    monkeypatch.setattr("identify.estimators.pinn.blocks.AT_A_TIME", 3)
+    inverse = torch.linalg.inv(dense).reshape(nodes, 3, nodes, 3).transpose(1, 2)
+    each = torch.arange(nodes)
+    factor = factorise(diagonal, above)
+    on, beside = selected_inverse(factor)
+    torch.testing.assert_close(factor.log_det, torch.linalg.slogdet(dense).logabsdet)
+    torch.testing.assert_close(on, inverse[each, each])
+    torch.testing.assert_close(beside, inverse[each[:-1], each[1:]])
+
+
+def test_what_is_given_is_left_as_it_was():
+    diagonal, above, _ = tridiagonal(9)
+    kept, right = diagonal.clone(), torch.ones(9, 3, 1, dtype=torch.float64)
+    solve(factorise(diagonal, above), right)
+    assert torch.equal(diagonal, kept)
+    assert torch.equal(right, torch.ones_like(right))
+
+
+def test_a_matrix_that_is_not_positive_definite_is_refused():
+    diagonal, above, _ = tridiagonal(5)
+    with pytest.raises(torch.linalg.LinAlgError):
+        factorise(-diagonal, above)
+
+
+MOVE = 1e-3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("seed", "kind", "fog_gap_s", "each"),
+    rows_rest_in_soak(
+        [
+            (100_002, "rocking", (8.0, 10.0), 6),
+            (100_002, "rocking", (8.0, 10.0), 1),
+            (100_009, "spin", None, 1),
+        ]
+    ),
+    ids=["every sixth, a FOG with a gap", "all, a FOG with a gap", "all, gyros alone"],
+)
+def test_the_slope_in_coefficients_and_noise_levels_is_that_of_central_differences(
+    seed, kind, fog_gap_s, each
+):
+    """But for what the curvature of the weights changes with the weights: far below one standard error."""
+    task = network_tasks.drawn(seed, kind, 16.0, fog_gap_s)
+    trainer, start = task.trainer, task.start
+    point = network_tasks.settled(trainer, start.raw, start.noise, start.equations.state)
+    middle = point.where()
+    one_error = trainer.curvature_at(point).diagonal().clamp_min(0).sqrt()
+    assert len(task.layout.dofs) == 6
+    for place in range(0, len(middle), each):
+        row = torch.zeros_like(middle)
+        row[place] = MOVE
+        above, below = (network_tasks.at_row(trainer, point, middle + sign * row) for sign in (1, -1))
+        said = (trainer.loss(above) - trainer.loss(below)) / (4 * MOVE)
+        allowed = 1e-3 * abs(said) + 5e-3 * float(one_error[place]) + 1e-4
+        assert float(point.slope[place]) == pytest.approx(said, abs=allowed), place
+
+
+def test_the_best_state_is_where_the_loss_no_longer_falls():
+    task = network_tasks.drawn(100_031, "together", 24.0)
+    trainer, start = task.trainer, task.start
+    point = network_tasks.settled(trainer, start.raw, start.noise, start.equations.state)
+    again = trainer.at(point.raw, point.noise, point.equations.state)
+    torch.testing.assert_close(again.equations.state, point.equations.state, rtol=0, atol=1e-8)
+
+
+@pytest.mark.soak
+def test_the_score_of_the_wrong_coefficients_points_back():
+    """The slope in each raw parameter is downhill from 30 % above, and from 30 % below."""
+    task = network_tasks.drawn(100_009, "spin", 30.0)
+    trainer, map_ = task.trainer, task.trainer.map_
+    trained = trainer.train(task.start)
+    best, noise = map_.values(trained.point.raw), trained.point.noise
+    for dof in task.layout.dofs:
+        for factor in (1.3, 0.7):
+            values = best.clone()
+            values[dof] *= factor
+            there = network_tasks.settled(trainer, map_.raw(values), noise, trained.point.equations.state)
+            assert float(there.slope[dof]) * (factor - 1) > 0, (dof, factor)
+
+
+SHAPE = Configuration(
+    dry_mass_kg=40.0,
+    inertia_kgm2=(3.0, 9.0, 10.0),
+    thrusters=(Thruster((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),),
+)
+MAP = raw_of(SHAPE, (0, 5), torch.device("cpu"))
+RAW = torch.tensor([-2.0, 0.3, 1.0, 4.0, 0.1, -0.5, 2.0, 0.7, -3.0, 3.0], dtype=torch.float64)
+
+
+def row(*values):
+    return torch.tensor(values, dtype=torch.float64)
+
+
+def test_masses_and_dampings_are_positive_whatever_is_trained_and_trims_are_free():
+    values = MAP.values(torch.full((10,), -30.0, dtype=torch.float64))
+    assert (values[:8] > 0).all()
+    assert (values[8:] < 0).all()
+
+
+def test_raw_parameters_and_values_are_each_others_inverse():
+    torch.testing.assert_close(MAP.raw(MAP.values(RAW)), RAW)
+
+
+def test_the_slopes_of_values_logarithms_and_priors_are_those_of_automatic_differentiation():
+    def jacobian(function):
+        return torch.func.jacrev(function)(RAW)
+
+    torch.testing.assert_close(torch.diag(MAP.slope(RAW)), jacobian(MAP.values))
+
+    def logarithm(raw):
+        values = MAP.values(raw)
+        return torch.cat([values[:8].log(), values[8:]])
+
+    torch.testing.assert_close(torch.diag(MAP.to_logarithm(RAW)), jacobian(logarithm))
+    _, tilt = MAP.prior(RAW)
+    torch.testing.assert_close(torch.diag(tilt), jacobian(lambda raw: MAP.prior(raw)[0]))
+
+
+def test_the_priors_pull_on_nothing_at_their_middle():
+    residual, _ = MAP.prior(MAP.raw(MAP.middle))
+    torch.testing.assert_close(residual, torch.zeros_like(residual))
+
+
+def test_a_mass_that_no_axis_weighs_is_held_closer_than_one_that_is_fitted():
+    assert (MAP.spread[[1, 2, 3, 4]] < 0.5).all()
+    assert (MAP.spread[[0, 5]] > 1.0).all()
+
+
+def test_coefficients_come_in_the_order_of_masses_dampings_and_trims():
+    given, values = MAP.coefficients(RAW), MAP.values(RAW)
+    torch.testing.assert_close(torch.cat([given.mass, given.damping, given.trim]), values)
+    assert (len(given.mass), len(given.damping), len(given.trim)) == (6, 2, 2)
+
+
+NOISE = Noise(row(0.004, 0.001), row(3.0), row(1.6))
+
+
+def test_noise_levels_and_their_logarithms_are_each_others_inverse():
+    again = of_logarithm(NOISE.logarithm(), 1)
+    torch.testing.assert_close(again.sensor, NOISE.sensor)
+    torch.testing.assert_close(again.disturbance, NOISE.disturbance)
+    torch.testing.assert_close(again.time_constant_s, NOISE.time_constant_s)
+
+
+def test_a_noise_level_one_spread_above_its_middle_is_one_standard_deviation_off():
+    prior = Prior(NOISE, row(1.0, 0.001))
+    above = of_logarithm(NOISE.logarithm() + prior.spread(), 1)
+    torch.testing.assert_close(prior.residual(above), torch.ones(4, dtype=torch.float64))
+
+
+def path(disturbance_n, time_s, steps):
+    """Moments of a disturbance that is known exactly at every node, and its nodes."""
+    rng = np.random.default_rng(2)
+    kept = np.exp(-0.1 / time_s)
+    d = [disturbance_n * rng.normal()]
+    for _ in range(steps):
+        d.append(kept * d[-1] + disturbance_n * np.sqrt(1 - kept**2) * rng.normal())
+    d = torch.tensor(d, dtype=torch.float64)[:, None]
+    zero = torch.zeros(1, dtype=torch.float64)
+    return Moments(row(0.0, 0.0), zero, d[:-1] ** 2, d[:-1] * d[1:], d[1:] ** 2, d[0] ** 2), d[:, 0]
+
+
+def test_the_slope_in_the_levels_of_a_known_disturbance_is_that_of_its_likelihood():
+    moments, d = path(3.0, 1.6, 200)
+    step_s = torch.full((200,), 0.1, dtype=torch.float64)
+
+    def half_loss(logarithms):
+        level, kept = logarithms[0].exp(), torch.exp(-step_s / logarithms[1].exp())
+        off, spread = d[1:] - kept * d[:-1], level**2 * (1 - kept**2)
+        first = d[0] ** 2 / level**2 + 2 * logarithms[0]
+        return 0.5 * ((off**2 / spread + spread.log()).sum() + first)
+
+    at = row(np.log(2.0), np.log(1.1))
+    found = slope(moments, step_s, Noise(NOISE.sensor, row(2.0), row(1.1)))
+    torch.testing.assert_close(found[2:], torch.func.grad(half_loss)(at), rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize(("level", "sign"), [(1.0, -1), (9.0, 1)])
+def test_a_level_that_is_too_low_is_drawn_up_and_one_too_high_down(level, sign):
+    moments, _ = path(3.0, 1.6, 400)
+    found = slope(
+        moments, torch.full((400,), 0.1, dtype=torch.float64), Noise(NOISE.sensor, row(level), row(1.6))
+    )
+    assert sign * float(found[2]) > 0

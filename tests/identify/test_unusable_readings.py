@@ -1,19 +1,34 @@
-"""Commands that are no number and readings that can't be: held, cut out or left out, and told."""
+"""Readings that stand still, repeat, are no number or are mostly noise: left out or doubted."""
 
 from dataclasses import replace
+from functools import cache
+from pathlib import Path
 
 import closed_loop
 import numpy as np
 import pytest
+from test_judged import FILE as TURNING
+from test_judged import YAW, one_axis
 
+from bench.missions.mission import draw_one
 from bridge.errors import FitError
 from bridge.vehicle.config import CONFIGS
 from bridge.vehicle.thrusters import thrust_curve
-from identify.checks.impossible import without_impossible
-from identify.dive import Signal
+from identify.answer import answered
+from identify.challenge.recording import tlog_of
+from identify.checks.controller import frozen_doubts
+from identify.checks.fit import LOUD, loud, loud_doubts, loud_note
+from identify.checks.frozen import without_frozen
+from identify.checks.impossible import without_impossible, without_repeated
+from identify.diagnose.diagnose import diagnose
+from identify.dive import Dive, Signal
+from identify.estimators.axes import build_axes
 from identify.estimators.likelihood import estimate
+from identify.estimators.likelihood_fit import fit_axes
 from identify.forces import wrench
+from identify.identification import Outcome
 from identify.ingest.commands import HELD_S, held_commands, with_known_commands
+from identify.ingest.open import read_dive
 
 FILE = closed_loop.vehicle_file()
 
@@ -157,3 +172,365 @@ def test_a_mode_or_configuration_that_is_no_whole_number_is_left_out_and_told(na
     )
     never = replace(dive, **{name: Signal(np.zeros(1), np.full((1, 1), np.nan))})
     assert name not in without_impossible(never).signals()
+
+
+SHARED = Path(__file__).resolve().parents[2].parent / "shared"
+
+
+@cache
+def dive(**keys):
+    return closed_loop.dive(np.random.default_rng(100_001), seconds=200.0, **keys)
+
+
+def stuck(signal, *stretches):
+    """The signal at its first value in each stretch, from and to in s."""
+    value = signal.value.copy()
+    for start_s, end_s in stretches:
+        held = (signal.time_s >= start_s) & (signal.time_s < end_s)
+        value[held] = value[held][0]
+    return Signal(signal.time_s, value)
+
+
+def with_stuck_velocity(*stretches):
+    return replace(dive(), velocity=stuck(dive().velocity, *stretches))
+
+
+def test_a_velocity_that_stands_still_is_left_out_but_for_its_first_reading_and_told():
+    found = without_frozen(with_stuck_velocity((50.0, 110.0)))
+    assert found.frozen == {"velocity": (pytest.approx((50.0, 109.9)),)}
+    assert len(found.velocity) == 2000 - 599
+    (note,) = found.notes
+    assert note.startswith(
+        "The velocity repeats one value for 60 s (29.9 % of its readings) while the vehicle goes on"
+    )
+
+
+def test_mass_is_right_again_once_the_stuck_velocity_is_out():
+    recorded = with_stuck_velocity((50.0, 110.0), (130.0, 160.0))
+    assert abs(estimate(recorded, FILE, "only", quiet)["M_u"].value / closed_loop.MASS - 1) > 0.3
+    mass = estimate(without_frozen(recorded), FILE, "only", quiet)["M_u"]
+    assert mass.low95 < closed_loop.MASS < mass.high95
+
+
+def test_a_controller_that_went_on_with_another_velocity_is_warned_of():
+    found = without_frozen(with_stuck_velocity((50.0, 110.0)))
+    (doubt,) = frozen_doubts(found)
+    assert doubt.about == ("M_u", "D_u")
+    assert doubt.sentence.startswith("For 60 s (30.0 % of the dive) the recorded velocity stood still")
+    assert "the logged velocity can't be the one that the controller used" in doubt.sentence
+    whole = answered(estimate(found, FILE, "only", quiet), found, FILE)
+    assert doubt in whole.doubts
+
+
+def test_a_controller_that_had_nothing_but_the_stuck_velocity_is_not():
+    recorded = with_stuck_velocity((50.0, 110.0))
+    found = without_frozen(replace(recorded, nu_fb=stuck(recorded.nu_fb, (50.0, 110.0))))
+    assert found.frozen["velocity"]
+    assert frozen_doubts(found) == ()
+
+
+def test_a_stuck_velocity_carried_to_the_origin_by_the_gyro_is_no_other_velocity():
+    recorded = with_stuck_velocity((50.0, 110.0))
+    used = stuck(recorded.nu_fb, (50.0, 110.0)).value
+    used[:, 5] = 0.2 * np.sin(recorded.nu_fb.time_s)
+    used[:, 0] += 0.4 * used[:, 5]
+    found = without_frozen(replace(recorded, nu_fb=Signal(recorded.nu_fb.time_s, used)))
+    assert frozen_doubts(found) == ()
+
+
+def test_a_short_stretch_in_steady_speed_is_told_by_the_noise_that_is_missing():
+    recorded = replace(with_stuck_velocity((60.0, 63.0)), nu_fb=None)
+    held = replace(recorded, tau_cmd=Signal(recorded.tau_cmd.time_s, np.full((2000, 6), 20.0)))
+    assert without_frozen(held).frozen == {"velocity": (pytest.approx((60.0, 62.9)),)}
+
+
+def test_a_dropout_shorter_than_two_seconds_is_left_alone():
+    recorded = with_stuck_velocity((60.0, 61.9))
+    assert without_frozen(recorded) is recorded
+
+
+@pytest.mark.parametrize("times", [2, 5, 10])
+def test_readings_that_are_passed_on_faster_than_they_are_read_stay(times):
+    slow = dive().velocity
+    time_s = np.arange(len(slow) * times) * 0.1 / times
+    often = Signal(time_s, np.repeat(slow.value, times, axis=0))
+    recorded = replace(dive(), velocity=often)
+    assert without_frozen(recorded) is recorded
+
+
+@pytest.mark.parametrize("step", [1e-3, 1e-2])
+def test_a_vehicle_without_noise_keeps_its_readings_at_rest_and_at_steady_speed(step):
+    """Nothing disturbs it, and its sensor reads in steps: at rest and at full speed one value holds for seconds."""
+    still = dive(noise=0.0, disturbance=0.0)
+    value = step * np.round(still.velocity.value / step)
+    fed = still.nu_fb.value.copy()
+    fed[:, 0] = value[:, 0]
+    recorded = replace(
+        still, velocity=Signal(still.velocity.time_s, value), nu_fb=Signal(still.nu_fb.time_s, fed)
+    )
+    runs = np.diff(np.flatnonzero(np.diff(value[:, 0], prepend=1.0, append=1.0)))
+    assert runs.max() > 20
+    assert without_frozen(recorded) is recorded
+
+
+def test_a_vehicle_that_lies_still_without_thrust_keeps_what_repeats():
+    recorded = with_stuck_velocity((50.0, 110.0))
+    idle = recorded.tau_cmd.value.copy()
+    idle[500:1100] = 0.0
+    resting = replace(recorded, tau_cmd=Signal(recorded.tau_cmd.time_s, idle), nu_fb=None)
+    assert without_frozen(resting) is resting
+
+
+@pytest.mark.parametrize(("name", "said"), [("gyro", "gyro"), ("attitude", "attitude"), ("depth", "depth")])
+def test_every_sensor_that_stands_still_is_named(name, said):
+    mission = draw_one(100_002, seconds=60.0, kind="rocking")
+    signal = getattr(mission.dive, name)
+    found = without_frozen(replace(mission.dive, **{name: stuck(signal, (20.0, 40.0))}))
+    assert list(found.frozen) == [name]
+    assert said in found.notes[0]
+    assert len(getattr(found, name)) < 0.7 * len(signal)
+    assert without_frozen(mission.dive) is mission.dive
+
+
+def test_a_dive_in_which_all_stands_still_is_refused_in_a_sentence():
+    found = without_frozen(with_stuck_velocity((0.0, 200.0)))
+    assert found.velocity is None
+    with pytest.raises(
+        FitError, match="every velocity and rate of turn in it repeats one value while the thrusters"
+    ):
+        estimate(found, FILE, "only", quiet)
+
+
+def test_an_axis_whose_sensor_stood_still_throughout_says_so():
+    mission = draw_one(100_002, seconds=40.0, kind="rocking")
+    all_along = stuck(mission.dive.velocity, (0.0, 100.0))
+    found = estimate(
+        without_frozen(replace(mission.dive, velocity=all_along)), mission.file, mission.configuration, quiet
+    )
+    assert (
+        found["M_u"].reason
+        == "the recorded velocity in surge stands still at one value while the vehicle goes on; check the DVL, and "
+        "what passes its readings on"
+    )
+
+
+def test_reading_a_recording_leaves_out_what_stands_still_and_the_file_as_it_is(tmp_path):
+    mission = draw_one(100_002, seconds=60.0, kind="rocking")
+    log = tmp_path / "dive.tlog"
+    log.write_bytes(tlog_of(replace(mission.dive, velocity=stuck(mission.dive.velocity, (20.0, 40.0)))))
+    before = log.read_bytes()
+    found = read_dive(log)
+    ((start_s, end_s),) = found.frozen["velocity"]
+    assert end_s - start_s == pytest.approx(20.0, abs=0.5)
+    assert any("The velocity repeats one value for 20 s" in note for note in found.notes)
+    assert log.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    "name", ["sealed/open_1/dive.tlog.gz", "data/ardusub_sitl/still.tlog.gz", "data/ardusub_dives/small.tlog"]
+)
+def test_recordings_made_elsewhere_lose_nothing(name):
+    if not (SHARED / name).exists():
+        pytest.skip(f"needs ../shared/{name} beside the checkout")
+    assert read_dive(SHARED / name).frozen == {}
+
+
+def test_a_velocity_that_stood_still_for_most_of_a_dive_leaves_the_mass_to_the_rest():
+    found = without_frozen(with_stuck_velocity((20.0, 80.0), (120.0, 190.0)))
+    mass = answered(estimate(found, FILE, "only", quiet), found, FILE)["M_u"]
+    assert mass.low95 < closed_loop.MASS < mass.high95
+    assert mass.identifiable
+
+
+def test_one_axis_that_stands_still_alone_is_left_out_there_and_told():
+    whole = draw_one(100_002, seconds=60.0, kind="rocking").dive
+    read = whole.velocity
+    alone = stuck(Signal(read.time_s, read.value[:, :1]), (20.0, 40.0))
+    value = np.column_stack([alone.value, read.value[:, 1:]])
+    found = without_frozen(replace(whole, velocity=Signal(read.time_s, value)))
+    assert list(found.frozen) == ["velocity in surge"]
+    (note,) = found.notes
+    assert note.startswith("The velocity in surge repeats one value for 20 s")
+    held = (read.time_s > 20.2) & (read.time_s < 39.8)
+    assert np.isnan(found.velocity.value[held, 0]).all()
+    assert np.array_equal(found.velocity.value[:, 1:], read.value[:, 1:], equal_nan=True)
+
+
+def test_a_controller_whose_velocity_went_on_in_the_frozen_axis_is_warned_of_that_axis_alone():
+    recorded = replace(dive(), velocity=with_moving_sway(with_stuck_velocity((50.0, 110.0)).velocity))
+    found = without_frozen(recorded)
+    assert list(found.frozen) == ["velocity in surge"]
+    (doubt,) = frozen_doubts(found)
+    assert doubt.about == ("M_u", "D_u")
+
+
+def with_moving_sway(velocity):
+    value = velocity.value.copy()
+    value[:, 1] = 0.004 * np.random.default_rng(1).standard_normal(len(value))
+    return Signal(velocity.time_s, value)
+
+
+@pytest.mark.parametrize("step", [0.01, 0.05])
+def test_an_axis_that_rests_within_one_step_of_its_sensor_stays(step):
+    value = with_moving_sway(dive().velocity).value
+    value[:1000, 1] += 0.4 * np.sin(dive().velocity.time_s[:1000])
+    value[:, 1] = step * np.round(value[:, 1] / step)
+    recorded = replace(dive(), velocity=Signal(dive().velocity.time_s, value))
+    assert without_frozen(recorded) is recorded
+
+
+SEALED = Path(__file__).resolve().parents[2].parent / "shared" / "sealed"
+COLUMNS = "time: {column: t, unit: s}\nvelocity: {columns: [u, v, w], unit: m/s}\n"
+RNG = np.random.default_rng(100_351)
+
+
+@cache
+def mission():
+    return draw_one(100_351, seconds=60.0).dive
+
+
+def dive_of(value, rate_hz=20.0):
+    return Dive("d", Path("d.tlog"), "0" * 64, velocity=Signal(np.arange(len(value)) / rate_hz, value))
+
+
+def measured(count):
+    return 0.3 * RNG.standard_normal((count, 3))
+
+
+@pytest.mark.parametrize("times", [2, 3, 4])
+def test_only_the_first_of_velocities_that_come_equally_often_is_kept(times):
+    once = measured(100)
+    found = without_repeated(dive_of(np.repeat(once, times, axis=0)))
+    assert np.array_equal(found.velocity.value, once)
+    assert np.array_equal(found.velocity.time_s, np.arange(0, 100 * times, times) / 20.0)
+    assert found.notes == (
+        f"Each velocity comes {times} times over: they are passed on at 20 Hz and measured at a part of that, so only "
+        "the first of each is taken for a reading.",
+    )
+
+
+def test_a_rate_that_does_not_divide_the_other_is_told_too():
+    once = measured(100)
+    found = without_repeated(dive_of(once[(np.arange(250) * 0.4 + 1e-9).astype(int)]))
+    assert np.array_equal(found.velocity.value, once)
+    assert found.notes[0].startswith("Each velocity comes 2.5 times over: ")
+
+
+def test_lost_readings_stay_and_part_no_copies():
+    once = measured(100)
+    value = np.repeat(once, 2, axis=0)
+    value[[7, 50]] = np.nan
+    found = without_repeated(dive_of(value)).velocity.value
+    assert np.isnan(found).all(axis=1).sum() == 2
+    assert np.array_equal(found[np.isfinite(found).all(axis=1)], once)
+
+
+def test_a_sensor_without_noise_that_rests_and_goes_stays_as_it_is():
+    time_s = np.arange(0.0, 60.0, 0.1)
+    surge = np.maximum(np.sin(0.3 * time_s), 0.0)
+    dive = dive_of(np.column_stack([surge, 0 * surge, 0 * surge]), 10.0)
+    assert without_repeated(dive) is dive
+    resting = dive_of(np.zeros((600, 3)))
+    assert without_repeated(resting) is resting
+
+
+def test_coarse_steps_stay_as_they_are():
+    coarse = dive_of(np.round(0.4 * RNG.standard_normal((600, 3))))
+    assert without_repeated(coarse) is coarse
+
+
+def test_an_honest_dive_stays_as_it_is():
+    assert without_repeated(mission()) is mission()
+    without = replace(mission(), velocity=None)
+    assert without_repeated(without) is without
+
+
+@pytest.mark.skipif(
+    not (SEALED / "open_1").exists(), reason="the dives made elsewhere are not beside this checkout (shared)"
+)
+@pytest.mark.parametrize("name", ["open_1", "open_2"])
+def test_a_dive_made_elsewhere_stays_as_it_is(name):
+    assert not any("times over" in note for note in read_dive(SEALED / name / "dive.tlog.gz").notes)
+
+
+def test_a_recording_of_a_dvl_that_repeats_is_read_once_each(tmp_path):
+    """A table, the shortest way into a dive."""
+    rows = [
+        "t,u,v,w",
+        *(f"{0.1 * i:.1f},{v[0]},{v[1]},{v[2]}" for i, v in enumerate(measured(60).repeat(2, 0))),
+    ]
+    table, columns = tmp_path / "dvl.csv", tmp_path / "columns.yaml"
+    table.write_text("\n".join(rows), encoding="utf-8")
+    columns.write_text(COLUMNS, encoding="utf-8")
+    found = read_dive(table, columns)
+    assert len(found.velocity) == 60
+    assert any("comes 2 times over" in note for note in found.notes)
+
+
+SHAPE = FILE.vehicle.configurations["only"]
+
+
+@pytest.fixture(scope="module")
+def surge():
+    """The fit of surge, where its noise stands in theta, and the standard deviation of the velocity."""
+    dive = closed_loop.dive(np.random.default_rng(5), seconds=60.0)
+    found = fit_axes(build_axes(dive, FILE, "only"), SHAPE, lambda *_: None)
+    return found, found.joint.problems[0].noise_place, float(np.std(dive.velocity.value[:, 0]))
+
+
+def noisy(surge, noise, pushed=(0,)):
+    found, place, _ = surge
+    theta = found.theta.copy()
+    theta[place] = np.log(noise)
+    return loud(found.joint, theta, pushed)
+
+
+def test_an_honest_dive_is_not_loud(surge):
+    found, *_ = surge
+    assert loud(found.joint, found.theta, (0,)) == ()
+
+
+def test_noise_above_a_fifth_of_the_signal_that_the_readings_do_not_show_makes_data_and_model_disagree(surge):
+    *_, signal = surge
+    assert noisy(surge, 0.99 * LOUD * signal) == ()
+    (one,) = noisy(surge, 1.01 * LOUD * signal)
+    assert one.inflated
+    assert one.noise == pytest.approx(1000 * 1.01 * LOUD * signal)
+    assert one.signal == pytest.approx(1000 * signal, rel=0.05)
+    (doubt,) = loud_doubts([one])
+    assert doubt.about == ("M_u", "D_u")
+    assert doubt.outcome is Outcome.DISAGREES
+    for part in ("In surge", "the DVL", f"{one.noise:.3g} mm/s", f"{one.signal:.3g} mm/s", "check"):
+        assert part in doubt.sentence
+    assert loud_note([one]) == ()
+
+
+def test_where_no_thruster_pushed_inflated_noise_is_a_warning_alone(surge):
+    *_, signal = surge
+    (doubt,) = loud_doubts(noisy(surge, 0.5 * signal, pushed=()))
+    assert doubt.outcome is Outcome.CONVERGED
+
+
+def test_an_axis_that_hardly_moves_is_told_in_a_note_if_it_was_pushed():
+    dive = closed_loop.dive(np.random.default_rng(5), seconds=60.0, noise=0.2)
+    found = fit_axes(build_axes(dive, FILE, "only"), SHAPE, lambda *_: None)
+    heard = loud(found.joint, found.theta, (0,))
+    assert [one.inflated for one in heard] == [False]
+    assert loud_doubts(heard) == ()
+    (note,) = loud_note(heard)
+    assert "in surge (the DVL" in note
+    assert loud(found.joint, found.theta, ()) == ()
+
+
+def test_a_gyro_whose_sign_flips_now_and_then_is_doubted_by_name():
+    dive = one_axis(YAW, rate=True)
+    value = dive.gyro.value.copy()
+    value[::10] *= -1.0
+    flips = replace(dive, gyro=Signal(dive.gyro.time_s, value))
+    found = estimate(flips, TURNING, "only", lambda *_: None)
+    told = [doubt for doubt in found.doubts if "of what the gyro reads for noise" in doubt.sentence]
+    assert [doubt.about for doubt in told] == [("I_r", "D_r")]
+    assert found.outcome is Outcome.DISAGREES
+    noted = diagnose(flips, TURNING, "only", progress=lambda *_: None).notes
+    assert told[0].sentence[:20] in " ".join(noted)
+    assert not any("for noise" in one for one in estimate(dive, TURNING, "only", lambda *_: None).sentences)

@@ -1,22 +1,38 @@
-"""Which manoeuvres are proposed: within the limits, and where they tell most."""
+"""What a motion tells of mass and damping, what is known before, and the manoeuvres that are proposed."""
 
+import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from soak import rest_in_soak, rows_rest_in_soak
 
-from bridge.errors import FitError
-from bridge.simulator.missions import load_mission
+from bridge.errors import ConfigError, FitError
+from bridge.navigation import Navigation
+from bridge.simulator.direct import QUIET, simulate_truth
+from bridge.simulator.missions import Leg, Mission, load_mission, rest, survey
 from bridge.simulator.truth import load_truth
-from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.autopilot import HOLD_AFTER_S, Autopilot
+from bridge.vehicle.config import Prior, VehicleFile, load_vehicle
+from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.references import Reference
 from identify.estimators.misfit import STAMPED_S
-from identify.planning.knowledge import NAMES, Knowledge, before_any_dive
+from identify.planning.information import of_axis, of_motion
+from identify.planning.knowledge import (
+    DAMPING_RATIO,
+    MASS_RATIO,
+    NAMES,
+    AxisNoise,
+    Knowledge,
+    after,
+    before_any_dive,
+)
 from identify.planning.limits import Limits, Tank
 from identify.planning.manoeuvres import HEAVE, SURGE, SWAY, YAW, Drive, coast_down, laps, square, sweep
 from identify.planning.propose import drivable, mission_legs, propose, relative_std, stamped
-from identify.planning.writing import instruction, mission_text, needs, pulses
+from identify.planning.writing import DOUBT, instruction, mission_text, needs, notes, pulses
 
 FILE = load_vehicle("ruvifist:hovering")
 TRUTH = load_truth(FILE, "hovering")
@@ -207,3 +223,319 @@ def test_time_goes_to_every_axis_of_which_nothing_is_known() -> None:
     found = propose(FILE, "hovering", KNOWN, Limits(), 120.0, [SURGE, YAW])
     assert {dof for part in found.parts for dof in part.manoeuvre.dofs} == {SURGE, YAW}
     assert np.all(np.isfinite(found.after[[NAMES.index(n) for n in ("M_u", "D_u", "I_r", "D_r")]]))
+
+
+STEP_S = 0.05
+MASS, DAMPING = 64.0, 42.0
+"""Vehicle A: 64 kg in all, 21 N of drag at 0.5 m/s."""
+
+
+def square_wave(force_n: float, period_s: float, seconds: float) -> np.ndarray:
+    """Velocity under a square wave of force between two rests of 8 s."""
+    time_s = np.arange(0.0, seconds + 16.0, STEP_S)
+    since_s = time_s - 8.0
+    force = force_n * np.sign(np.cos(2 * np.pi * (since_s + 0.25 * STEP_S) / period_s))
+    force[(since_s < 0) | (since_s >= seconds)] = 0.0
+    keep = np.exp(-DAMPING / MASS * STEP_S)
+    velocity = np.zeros(len(time_s))
+    for i in range(1, len(time_s)):
+        velocity[i] = keep * velocity[i - 1] + (1 - keep) * force[i - 1] / DAMPING
+    return velocity
+
+
+def exact_information(velocity: np.ndarray, noise: AxisNoise, every: int) -> np.ndarray:
+    """dm' S^-1 dm of readings every so many steps, the trim force projected out; S by brute force."""
+    n = len(velocity)
+    keep, gain = np.exp(-DAMPING / MASS * STEP_S), (1 - np.exp(-DAMPING / MASS * STEP_S)) / DAMPING
+    answer = gain * np.array([[keep ** (i - 1 - j) if j < i else 0.0 for j in range(n)] for i in range(n)])
+    lag = np.abs(np.arange(n)[:, None] - np.arange(n)) * STEP_S
+    force = noise.disturbance**2 * np.exp(-lag / noise.time_constant_s)
+    acceleration = np.gradient(velocity, STEP_S)
+    shapes = np.column_stack(
+        [answer @ (-MASS * acceleration), answer @ (-DAMPING * velocity), answer @ np.ones(n)]
+    )
+    read = slice(0, None, every)
+    covariance = (answer @ force @ answer.T)[read, read]
+    covariance += noise.velocity / (STEP_S * every) * np.eye(len(covariance))
+    whole = shapes[read].T @ np.linalg.solve(covariance, shapes[read])
+    return np.asarray(whole[:2, :2] - np.outer(whole[:2, 2], whole[2, :2]) / whole[2, 2])
+
+
+@pytest.mark.parametrize("period_s", [4.0, 8.0, 16.0])
+def test_it_is_the_exact_gaussian_information_within_a_few_percent(period_s: float) -> None:
+    noise = AxisNoise(1.0, 1.5, 0.004**2 / 10)
+    velocity = square_wave(20.0, period_s, 32.0)
+    exact = exact_information(velocity, noise, 2)
+    found = of_axis(STEP_S, velocity, MASS, DAMPING, noise)
+    # The trim force and the ends of the record, which the spectrum leaves out, cost the slow wave most.
+    assert np.sqrt(found) == pytest.approx(np.sqrt(np.diag(exact)), rel=0.08)
+    assert abs(exact[0, 1]) < 0.1 * np.sqrt(exact[0, 0] * exact[1, 1])
+
+
+def test_surge_mass_of_vehicle_a_is_known_to_0_28_percent_by_a_square_wave_and_to_2_85_by_the_lap() -> None:
+    """60 s at 1 N; the disturbance's time constant (4.5 s) and the DVL (4 mm/s at 8 Hz) are chosen here."""
+    file = load_vehicle("ruvifist:survey")
+    shape = replace(file.vehicle.configurations["survey"], dry_mass_kg=45.0)
+    file = replace(file, vehicle=replace(file.vehicle, configurations={"survey": shape}))
+    knowledge = before_any_dive(file, "survey")
+    knowledge = replace(knowledge, values={**knowledge.values, "M_u": MASS, "D_u": DAMPING})
+    tank, noise = Tank(file, "survey", knowledge), AxisNoise(1.0, 4.5, 0.004**2 / 8)
+
+    def known_to(legs: list[Leg]) -> float:
+        mass, _ = of_axis(STEP_S, tank.dive(legs).nu[:, 0], MASS, DAMPING, noise)
+        return float(100 / np.sqrt(mass))
+
+    wave = square(4.0, Drive(SURGE, "push_surge_n", 24.0)).at(1.0, 15)
+    lap = [leg for leg in survey().legs if leg.name.startswith("lap 0.5 m/s, ")][:8]
+    assert wave.duration_s == 60.0
+    assert sum(leg.duration_s for leg in lap) == pytest.approx(61.0)
+    assert known_to(wave.legs()) == pytest.approx(0.28, rel=0.1)
+    assert known_to(lap) == pytest.approx(2.85, rel=0.12)
+
+
+def test_a_vehicle_at_rest_tells_nothing() -> None:
+    knowledge = before_any_dive(load_vehicle("ruvifist:survey"), "survey")
+    assert not of_motion(STEP_S, np.zeros((400, 6)), knowledge, (0, 1, 2, 5)).any()
+
+
+def test_each_axis_tells_of_its_own_mass_and_damping_alone() -> None:
+    knowledge = before_any_dive(load_vehicle("ruvifist:survey"), "survey")
+    nu = np.zeros((960, 6))
+    nu[:, 1] = square_wave(20.0, 8.0, 32.0)
+    found = of_motion(STEP_S, nu, knowledge, (0, 1))
+    assert [NAMES[i] for i in np.flatnonzero(np.diag(found))] == ["M_v", "D_v"]
+
+
+def test_reading_the_place_as_well_can_only_help() -> None:
+    velocity, blind = square_wave(20.0, 8.0, 32.0), AxisNoise(0.3, 1.5, 0.02**2 / 5)
+    without = of_axis(STEP_S, velocity, MASS, DAMPING, blind)
+    seeing = of_axis(STEP_S, velocity, MASS, DAMPING, replace(blind, position=0.001**2 / 10))
+    assert seeing[0] > without[0]
+    assert seeing[1] > without[1]
+
+
+def with_shape(**changes: Any) -> VehicleFile:
+    shape = replace(FILE.vehicle.configurations["hovering"], **changes)
+    return replace(FILE, vehicle=replace(FILE.vehicle, configurations={"hovering": shape}))
+
+
+def identified(**changes: Any) -> dict[str, Any]:
+    """The JSON of an identification that found surge, its mass and damping entangled."""
+    parameters = [{"name": name, "value": None} for name in NAMES]
+    parameters[NAMES.index("M_u")]["value"] = 110.0
+    parameters[NAMES.index("D_u")]["value"] = 55.0
+    return {
+        "configuration": "hovering",
+        "vehicle": {"name": "ruvifist"},
+        "outcome": "converged",
+        "parameters": parameters,
+        "covariance": {"of": ["M_u", "D_u"], "matrix": [[1.21, -0.3], [-0.3, 0.5]]},
+        "nuisance": {"surge_disturbance_std_n": 0.8, "surge_disturbance_time_constant_s": 4.0,
+                     "surge_dvl_noise_std_m_s": 0.006},
+        **changes,
+    }  # fmt: skip
+
+
+def test_a_file_without_a_model_is_met_with_generic_ratios_and_says_so() -> None:
+    known = before_any_dive(FILE, "hovering")
+    assert known.values["M_u"] == pytest.approx(72.0 * MASS_RATIO)
+    assert known.values["D_r"] == pytest.approx(10.5 * DAMPING_RATIO)
+    assert any("M_u" in sentence and "far off" in sentence for sentence in known.sentences)
+    assert np.all(np.isinf(relative_std(known.precision)))
+
+
+def test_the_files_model_goes_before_a_guess() -> None:
+    known = before_any_dive(with_shape(model={"M_u": 120.0, "D_v": 0.0}), "hovering")
+    assert known.values["M_u"] == 120.0
+    assert known.values["D_v"] == pytest.approx(72.0 * DAMPING_RATIO)
+
+
+def test_what_neither_a_prior_nor_a_dive_tells_is_a_guess() -> None:
+    known = before_any_dive(with_shape(model={"M_v": 120.0}, priors={"M_u": Prior(111.0, 2.22)}), "hovering")
+    assert known.guessed == set(NAMES) - {"M_u"}
+    assert after(identified(), FILE, "hovering", "a.json").guessed == set(NAMES) - {"M_u", "D_u"}
+    vague = identified(covariance={"of": ["M_u", "D_u"], "matrix": [[11.0**2, 0.0], [0.0, 0.5]]})
+    assert after(vague, FILE, "hovering", "a.json").guessed == set(NAMES) - {"D_u"}
+
+
+def test_a_prior_counts_as_known() -> None:
+    known = before_any_dive(with_shape(model={"M_u": 120.0}, priors={"M_u": Prior(111.0, 2.22)}), "hovering")
+    assert known.values["M_u"] == 111.0
+    assert relative_std(known.precision)[NAMES.index("M_u")] == pytest.approx(0.02)
+
+
+def test_a_vehicle_without_sensors_is_told_what_is_taken_for_granted() -> None:
+    known = before_any_dive(load_vehicle("bluerov2_heavy"), "heavy")
+    assert any("no DVL and no IMU" in sentence for sentence in known.sentences)
+
+
+def test_an_identification_brings_its_values_its_widths_and_its_noise() -> None:
+    known = after(identified(), FILE, "hovering", "hovering.json")
+    widths = dict(zip(NAMES, relative_std(known.precision), strict=True))
+    assert known.values["M_u"] == 110.0
+    assert widths["M_u"] == pytest.approx(1.1 / 110.0)
+    assert widths["D_u"] == pytest.approx(np.sqrt(0.5) / 55.0)
+    assert np.isinf(widths["M_v"])
+    noise = known.noise[0]
+    assert (noise.disturbance, noise.time_constant_s) == (0.8, 4.0)
+    assert noise.velocity == pytest.approx(0.006**2 / 10.0)
+    assert known.noise[1] == before_any_dive(FILE, "hovering").noise[1]
+
+
+def test_a_value_that_is_hardly_known_is_not_planned_with_but_its_width_counts() -> None:
+    vague = identified(covariance={"of": ["M_u"], "matrix": [[(0.8 * 110.0) ** 2]]})
+    known = after(vague, FILE, "hovering", "hovering.json")
+    assert known.values["M_u"] == pytest.approx(72.0 * MASS_RATIO)
+    assert relative_std(known.precision)[0] == pytest.approx(0.8)
+    assert any("M_u" in sentence for sentence in known.sentences)
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"configuration": "survey"}, "configuration 'survey'"),
+        ({"vehicle": {"name": "other"}}, "vehicle 'other'"),
+        ({"covariance": {"of": ["M_u"], "matrix": [[1.0, 2.0]]}}, "not an identification"),
+        ({"parameters": 3}, "not an identification"),
+        ({"covariance": {"of": ["M_u"], "matrix": [[None]]}}, "no finite number"),
+        ({"covariance": {"of": ["M_u"], "matrix": [[-1.0]]}}, "not above 0"),
+        ({"covariance": {"of": ["M_u", "D_u"], "matrix": [[0.0, 0.0], [0.0, 0.0]]}}, "not above 0"),
+        ({"covariance": {"of": ["M_u", "M_u"], "matrix": [[1.0, 0.5], [0.5, 1.0]]}}, "twice"),
+        ({"covariance": {"of": ["M_u", "D_u"], "matrix": [[1.0, 0.5], [0.4, 1.0]]}}, "not symmetric"),
+        ({"covariance": {"of": ["M_u", "D_u"], "matrix": [[1.0, 2.0], [2.0, 1.0]]}}, "semi-definite"),
+        (
+            {"parameters": [{"name": "M_u", "value": 1e300}, {"name": "D_u", "value": 55.0}]},
+            "M_u is 1e\\+300",
+        ),
+        ({"nuisance": {"surge_disturbance_std_n": float("inf")}}, "surge_disturbance_std_n is no finite"),
+    ],
+)
+def test_what_is_no_identification_of_this_configuration_is_refused(
+    changes: dict[str, Any], says: str
+) -> None:
+    with pytest.raises(ConfigError, match=says):
+        after(identified(**changes), FILE, "hovering", "odd.json")
+
+
+def test_the_doubts_of_the_dive_stand_beside_what_a_plan_after_it_promises() -> None:
+    doubt = {
+        "about": ["M_w"],
+        "sentence": "In heave 68 % follows from nothing recorded.",
+        "outcome": "converged",
+    }
+    known = after(identified(doubts=[doubt]), FILE, "hovering", "a.json")
+    assert known.doubted == {"M_w": (doubt["sentence"],)}
+    assert known.doubts == (doubt["sentence"],)
+    assert notes(known)[0] == f"{DOUBT} {doubt['sentence']}"
+    assert after(identified(), FILE, "hovering", "a.json").doubted == {}
+
+
+def test_a_coefficient_that_leans_on_a_doubted_one_is_doubted_too() -> None:
+    sentence = "M_w is taken from the other axes alone, and the true D_w may lie below its value."
+    doubt = {"about": ["M_w"], "sentence": sentence, "outcome": "converged", "also": ["D_w"]}
+    known = after(identified(doubts=[doubt]), FILE, "hovering", "a.json")
+    assert known.doubted == {"M_w": (sentence,), "D_w": (sentence,)}
+
+
+def test_what_a_dive_had_no_readings_for_is_doubted_and_what_it_said_too_little_of_is_not() -> None:
+    parameters = identified()["parameters"]
+    reasons = {"M_w": "no velocity in heave was recorded", "D_w": "no velocity in heave was recorded",
+               "D_u": "the dive says too little of surge"}  # fmt: skip
+    told = [{**one, "reason": reasons[one["name"]]} if one["name"] in reasons else one for one in parameters]
+    known = after(identified(parameters=told), FILE, "hovering", "a.json")
+    sentence = "Of M_w and D_w it told nothing: no velocity in heave was recorded."
+    assert known.doubted == {"M_w": (sentence,), "D_w": (sentence,)}
+
+
+STILL = (0.0,) * 6
+PUSHED = Reference(
+    (0.0, 0.2, 0, 0, 0, 0), (0.0, 0.1, 0, 0, 0, 0), 0.0, 0.6, (24.0, None, None, None, None, 0.0)
+)
+MOVING = Navigation(
+    velocity=(0.3, 0.0, 0.0),
+    velocity_time_s=0.0,
+    rate=(0.0, 0.0, 0.1),
+    rate_time_s=0.0,
+    attitude=(1.0, 0.0, 0.0, 0.0),
+    attitude_time_s=0.0,
+    heading_rad=0.2,
+    depth_m=0.6,
+    depth_time_s=0.0,
+)
+
+
+def pilot(mode: Mode) -> Autopilot:
+    model = {"M_u": 111.6, "D_u": 56.2, "M_v": 112.4, "D_v": 53.1, "I_r": 16.0, "D_r": 26.1}
+    return Autopilot(FILE.vehicle, "hovering", lambda _: model, FILE.path.parent, mode)
+
+
+@pytest.mark.parametrize("mode", list(Mode))
+def test_the_thrusters_give_a_push_itself_in_every_mode(mode: Mode) -> None:
+    told = pilot(mode).step(0.0, MOVING, PUSHED)
+    assert told.tau_cmd[0] == pytest.approx(24.0)
+    assert told.tau_cmd[5] == pytest.approx(0.0, abs=1e-9)
+    assert told.tau_pid[0] == told.tau_pid[5] == 0.0
+
+
+def test_the_axes_that_are_not_pushed_keep_their_controller() -> None:
+    alone = pilot(Mode.OFF).step(0.0, MOVING, replace(PUSHED, push=(None,) * 6))
+    pushed = pilot(Mode.OFF).step(0.0, MOVING, PUSHED)
+    assert pushed.tau_pid[1] == alone.tau_pid[1] != 0.0
+
+
+def test_a_push_begins_the_loop_anew_afterwards() -> None:
+    fresh, used = pilot(Mode.OFF), pilot(Mode.OFF)
+    hold = replace(PUSHED, push=(None,) * 6)
+    for tick in range(10):
+        used.step(0.05 * tick, MOVING, hold)
+    used.step(0.5, replace(MOVING, velocity_time_s=0.5, rate_time_s=0.5, attitude_time_s=0.5), PUSHED)
+    late = replace(MOVING, velocity_time_s=0.55, rate_time_s=0.55, attitude_time_s=0.55)
+    fresh.step(0.5, late, PUSHED)
+    assert used.step(0.55, late, hold).tau_pid[0] == fresh.step(0.55, late, hold).tau_pid[0]
+
+
+def test_a_vehicle_that_lost_its_velocity_is_pushed_no_more() -> None:
+    autopilot = pilot(Mode.OFF)
+    autopilot.step(0.0, MOVING, PUSHED)
+    told = autopilot.step(HOLD_AFTER_S + 0.1, MOVING, PUSHED)
+    assert told.tau_cmd[0] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_pushed_body_ends_at_force_over_damping_and_then_coasts() -> None:
+    truth = load_truth(FILE, "hovering").calm()
+    legs = (
+        Leg("ahead", "steady", 20.0, push_surge_n=20.0),
+        Leg("coast", "deceleration", 4.0, push_surge_n=0.0),
+    )
+    run = simulate_truth(FILE, "hovering", Mission("push", legs), seed=1, noise=QUIET, truth=truth)
+    steady = 20.0 / truth.damping[0]
+    assert run.nu[399, 0] == pytest.approx(steady, rel=1e-3)
+    # The thrusters' lag is dead time in all but name: thrust dies out with it.
+    coasted = steady * math.exp(
+        -(4.0 - 0.05 - FILE.vehicle.thrust_curve.lag_s) * truth.damping[0] / truth.mass[0]
+    )
+    assert run.nu[-1, 0] == pytest.approx(coasted, rel=2e-3)
+    assert np.all(run.column("tau_pid")[:, 0] == 0.0)
+
+
+def test_a_leg_of_a_file_may_push_and_alternate(tmp_path: Path) -> None:
+    path = tmp_path / "square.yaml"
+    path.write_text(
+        "name: square\nlegs:\n  - {duration_s: 5, phase: rest}\n"
+        "  - {duration_s: 2, push_surge_n: 24, push_sway_n: 0, alternate: 3}\n"
+    )
+    mission = load_mission(path)
+    assert [leg.push_surge_n for leg in mission.legs] == [None, 24.0, -24.0, 24.0]
+    assert mission.reference(6.0).push == (24.0, 0.0, None, None, None, None)
+    assert mission.reference(4.0).push == (None,) * 6
+
+
+def test_an_axis_is_not_pushed_and_led_at_once(tmp_path: Path) -> None:
+    path = tmp_path / "both.yaml"
+    path.write_text("name: both\nlegs:\n  - {name: odd, duration_s: 5, push_surge_n: 3, surge_m_s: 0.3}\n")
+    with pytest.raises(ConfigError, match="pushed or has a velocity to keep, not both"):
+        load_mission(path)
+
+
+def test_a_mission_without_pushes_has_none() -> None:
+    assert Mission("rest", tuple(rest("still", 2.0))).reference(1.0).push == (None,) * 6

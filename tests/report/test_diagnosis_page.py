@@ -1,13 +1,32 @@
-"""The page of a diagnosis: every answer has its place, its unit and its words, and a picture that can be read."""
+"""The page of a diagnosis: verdict, causes, candidates, place of the gap, pictures."""
 
+import math
 import re
+from dataclasses import replace
 
+import numpy as np
 import pytest
-from made_diagnoses import NAN, Text, diagnosis, effect, gap, page_of, read
+from made_diagnoses import LIBRARY, NAN, UNKNOWN, Text, diagnosis, effect, found, gap, page_of, places, read
 
 from identify.diagnose import wording, wording_verdict
-from identify.diagnose.result import Gap, Next, Shrink, Tried
+from identify.diagnose.candidates import Cause
+from identify.diagnose.mounting import mounted_otherwise
+from identify.diagnose.result import (
+    AxisShrink,
+    Disturbance,
+    Finding,
+    Gain,
+    Gap,
+    Next,
+    Share,
+    Shrink,
+    Slice,
+    Tried,
+    Value,
+)
+from identify.effects.sensors import WRONG_FEEDBACK_LOG
 from identify.report.diagnosis import diagnosis_page, diagnosis_report
+from identify.report.picture import WIDE_IN
 
 pytestmark = pytest.mark.usefixtures("sketched")
 
@@ -99,3 +118,391 @@ def test_a_diagnosis_of_nothing_at_all_is_still_a_page():
     page = read(bare)
     assert "No degree of freedom could be compared with the model." in page
     assert "nan" not in page
+
+
+NOTHING = Shrink(1.02, 1.01, NAN, NAN, NAN)
+
+
+def test_the_verdict_says_cause_place_speed_and_what_the_drift_falls_to():
+    said = wording_verdict.verdict_sentence(diagnosis(check=None, heldout=None))
+    assert said == (
+        "Quadratic drag explains the gap: 71 % of it is in surge, steady, mostly above 0.30 m/s; "
+        "with it the model's 5 s drift falls from 3.4 to 0.85 floors."
+    )
+
+
+@pytest.mark.parametrize(
+    ("other", "ending"),
+    [
+        ({}, "falls from 3.1 to 1.3 floors on the check dive."),
+        ({"check": None}, "falls from 3.4 to 1.2 floors on pieces held out."),
+        ({"check": Shrink(3.0, 3.5, -0.25, NAN, NAN)}, "goes from 3.0 to 3.5 floors on the check dive."),
+    ],
+)
+def test_the_verdict_speaks_of_the_best_evidence_there_is(other: dict[str, object], ending: str):
+    assert wording_verdict.verdict_sentence(diagnosis(**other)).endswith(ending)
+
+
+def test_a_check_dive_that_does_not_bear_the_cause_out_is_told_in_the_headline():
+    told = diagnosis(heldout=Shrink(3.0, 1.0, 0.98, 0.95, 1.0), check=Shrink(3.0, 2.8, 0.11, 0.0, 0.2))
+    but = "but the check dive does not bear that out (98 % of what can be closed was foretold to close there, and "
+    assert but in wording_verdict.verdict_sentence(told)
+    assert but in wording_verdict.verdict_sentence(replace(told, verdict="unknown"))
+
+
+def test_two_causes_are_named_as_two():
+    said = wording_verdict.verdict_sentence(
+        diagnosis(findings=(found("quadratic_drag"), found("weak_thruster", 3)))
+    )
+    assert said.startswith("Quadratic drag and weak thruster 3 explain the gap: ")
+
+
+def test_causes_that_can_not_be_told_apart_are_named_together():
+    lag = found("thruster_lag", also=("command_delay",), likeness={"command_delay": 0.97})
+    said = diagnosis(verdict="ambiguous", findings=(lag,))
+    assert wording_verdict.verdict_sentence(said).startswith(
+        "Thruster lag or command delay explains the gap, but this dive can't tell thruster lag from command delay: "
+    )
+    (line,) = wording.cause_lines(said)
+    told = (
+        "This dive can't tell it from command delay (likeness 0.97); what would: shaft speeds, and fast steps in a "
+        "log of 50 Hz."
+    )
+    assert line.endswith(told)
+    assert f"{told}\nLikeness: at 1 no method could tell" in read(said)
+
+
+def test_a_dive_without_a_gap_is_told_so_and_names_no_cause():
+    quiet = diagnosis(verdict="no_gap", gap=gap(1.02, 1.02), findings=(), heldout=NOTHING, check=None)
+    assert wording_verdict.verdict_sentence(quiet) == (
+        "No gap: the model's 5 s drift is 1.0 floors, where noise alone would give 1 (0.8 to 1.2 by chance), and no "
+        "candidate explains any of it."
+    )
+    assert wording.cause_lines(quiet) == ()
+    assert wording_verdict.shrink_lines(quiet) == (
+        "On pieces held out: the 5 s drift goes from 1.0 floors to 1.0 floors; there is too little gap to shrink.",
+    )
+    assert "No candidate of the library explains anything that noise would not." in read(quiet)
+
+
+def test_a_drift_beyond_chance_that_nothing_explains_is_never_called_no_gap():
+    drifting = diagnosis(verdict="no_gap", gap=gap(3.0, 3.0), findings=(), heldout=NOTHING, check=None)
+    assert wording_verdict.verdict_sentence(drifting) == (
+        "Nothing that lasts: the model's 5 s drift is 3.0 floors, where noise alone would give 1 (0.8 to 1.2 by "
+        "chance), but neither a candidate nor any force that returns explains it."
+    )
+    page = read(drifting)
+    assert "There is no gap" not in page
+    assert "fly the same again to see whether it lasts" in page
+
+
+def test_what_no_candidate_explains_is_described():
+    said = diagnosis(verdict="unknown", character=UNKNOWN)
+    assert wording_verdict.verdict_sentence(said) == (
+        "Something is there that no candidate explains: 71 % of it is in surge, steady, mostly above 0.30 m/s; it is "
+        "fixed to the world, even in speed, intermittent, and goes with heading and yaw rate. Quadratic drag explains "
+        "part of the gap."
+    )
+    page = read(said)
+    assert "What no candidate explains: It acts in yaw. It is fixed to the world." in page
+    assert "It goes with heading and yaw rate." in page
+
+
+def test_a_cause_less_probable_than_not_is_told_as_possible():
+    bias = found("thrust_bias", probability=0.42)
+    beside = wording_verdict.verdict_sentence(diagnosis(findings=(found("quadratic_drag"), bias)))
+    assert beside.startswith(
+        "Quadratic drag explains the gap; thrust bias (42 % probable) may explain some of it, too: 71 % of it "
+    )
+    alone = wording_verdict.verdict_sentence(diagnosis(findings=(bias,)))
+    assert alone.startswith("Thrust bias (42 % probable) may explain the gap: ")
+    unknown = wording_verdict.verdict_sentence(diagnosis(verdict="unknown", findings=(bias,)))
+    assert unknown.endswith("Thrust bias (42 % probable) may explain part of the gap.")
+
+
+def test_what_is_recorded_and_not_the_motion_is_never_said_to_make_the_drift_fall():
+    heard = Finding(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, 0.9, {}, 0.0)
+    said = wording_verdict.verdict_sentence(
+        diagnosis(findings=(heard,), heldout=Shrink(0.99, 0.99, NAN, NAN, NAN), check=None)
+    )
+    assert said.endswith(
+        "it shows in what is recorded, not in the motion: with it or without, the model's 5 s drift is 0.99 floors on "
+        "pieces held out, where noise alone would give 1 (0.8 to 1.2 by chance)."
+    )
+
+
+def test_a_cause_that_makes_no_drift_is_said_to_open_no_gap():
+    lag = replace(found("thruster_lag"), probability=0.89)
+    small = replace(gap(), before=1.02)
+    said = wording_verdict.verdict_sentence(
+        diagnosis(findings=(lag,), gap=small, heldout=Shrink(0.96, 0.96, NAN, NAN, NAN), check=None)
+    )
+    assert said.startswith("Thruster lag shows, but opens no gap: ")
+    assert "% of what shows is in " in said
+    chance = wording_verdict.verdict_sentence(
+        diagnosis(findings=(lag,), gap=small, heldout=Shrink(0.98, 0.91, NAN, NAN, NAN), check=None)
+    )
+    assert chance.startswith("Thruster lag shows, but opens no gap: ")
+    assert chance.endswith(
+        "; without it the model's 5 s drift is 0.98 floors, with it 0.91 floors on pieces held out, where noise alone "
+        "would give 1 (0.8 to 1.2 by chance)."
+    )
+    closes = diagnosis(findings=(lag,), gap=small, heldout=Shrink(1.15, 1.0, 0.9, NAN, NAN), check=None)
+    assert wording_verdict.verdict_sentence(closes).startswith("Thruster lag explains the gap: ")
+    wide = wording_verdict.verdict_sentence(
+        diagnosis(findings=(lag,), heldout=Shrink(0.96, 0.96, NAN, NAN, NAN), check=None)
+    )
+    assert wide.startswith("Thruster lag explains the gap: ")
+
+
+def test_what_nothing_can_be_relied_on_for_comes_before_the_cause():
+    first = mounted_otherwise((0,), ())
+    said = wording_verdict.verdict_sentence(diagnosis(first=first, provisos=("Heave was not judged.",)))
+    assert said.startswith(
+        "The recorded motion does not go the way the thrust pushes, and no cause can be relied on until that is "
+        "mended. In surge the recorded velocity runs against the thrust: "
+    )
+    assert said.index("Quadratic drag explains") > said.index("check both")
+    assert said.endswith(" Heave was not judged.")
+    assert mounted_otherwise((), ()) == ()
+
+
+def test_what_is_borne_out_in_part_is_named_and_the_rest_told_beside_it_with_its_share():
+    rest = replace(gap(), unexplained_where=(Share("yaw", "turning", 1.0),), unexplained=0.38)
+    said = wording_verdict.verdict_sentence(diagnosis(verdict="partly", gap=rest, character=UNKNOWN))
+    assert said.startswith("Quadratic drag explains part of the gap: 71 % of it is in surge, steady")
+    assert "falls from 3.1 to 1.3 floors on the check dive. Something is left that no candidate" in said
+    assert "explains, 38 % of what can be closed on pieces held out: 100 % of that is in yaw, turning" in said
+    assert "38 %" not in wording_verdict.verdict_sentence(
+        diagnosis(verdict="partly", gap=replace(rest, unexplained=NAN), character=UNKNOWN)
+    )
+
+
+def test_a_disturbance_that_takes_a_third_is_told_in_newtons_in_per_cent_and_with_what_it_may_be():
+    taken = (Disturbance("surge", 3.1, 0.62, True), Disturbance("sway", 0.2, 1.0, False))
+    said = wording_verdict.verdict_sentence(
+        diagnosis(verdict="unknown", findings=(), gap=replace(gap(), disturbance=taken))
+    )
+    assert "in surge it takes 3.1 N, 62 % of the variance of the thrusters' force." in said
+    assert "a tether, or thrust that the vehicle file or the recording has wrong" in said
+    assert "sway" not in said
+    (line,) = wording.disturbance_line(taken)
+    assert "in surge 3.1 N (62 %) and in sway 0.20 N (over 99 %, only held)" in line
+    assert "More than a third is much" in line
+    assert wording.disturbance_line(()) == ()
+
+
+SURGE = AxisShrink("surge", 0.034, 0.016, 0.009, 0.72, 0.61, 0.28, 0.33)
+YAW = AxisShrink("yaw", 0.02, 0.018, 0.017, 0.5, 0.4, 0.3, 0.9)
+
+
+def test_the_verdict_and_its_lines_tell_the_drift_in_absolute_terms_by_degree_of_freedom():
+    told = diagnosis(check=Shrink(3.1, 1.3, 0.857, 0.79, 0.92, by_axis=(SURGE, YAW)), heldout=None)
+    assert wording_verdict.verdict_sentence(told).endswith(
+        "with it the model's 5 s drift falls from 34 mm/s to 16 mm/s in surge and from 1.1 °/s to 1.0 °/s in yaw (all "
+        "together from 3.1 to 1.3 floors) on the check dive."
+    )
+    _, surge, yaw, pooled = wording_verdict.shrink_lines(told)
+    assert surge == (
+        "On the check dive, surge: the 5 s drift goes from 34 mm/s to 16 mm/s (noise alone 9.0 mm/s), 72 % of what can "
+        "be closed; NRMSE 0.61 to 0.28 (R² 0.628 to 0.922), plain least squares 0.33."
+    )
+    assert yaw.startswith("On the check dive, yaw: the 5 s drift goes from 1.1 °/s to 1.0 °/s")
+    assert pooled.startswith("On the check dive, all together: the 5 s drift goes from 3.1 floors to 1.3")
+
+
+def test_a_drift_that_grows_in_a_degree_of_freedom_does_not_fall():
+    worse = replace(YAW, after=0.03)
+    assert wording.changes(Shrink(2.0, 2.0, 0.0, NAN, NAN, by_axis=(worse, SURGE))).startswith("goes ")
+    same = replace(YAW, value=NAN)
+    assert wording.changes(Shrink(2.0, 2.0, 0.0, NAN, NAN, by_axis=(same,))) == ""
+
+
+def test_a_cause_that_no_nats_speak_for_is_said_to_rest_on_another_test():
+    heard = Finding(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, 0.9, {}, 0.0)
+    assert "rests on another test" in read(diagnosis(findings=(heard,)))
+    assert "rests on another test" not in read(diagnosis())
+
+
+def test_parameters_have_units_and_intervals_that_a_crew_reads():
+    assert (
+        wording.value_words("X_uu", Value(12.34, "N s2/m2", 10.1, 14.5))
+        == "X_uu 12.3 N s²/m² (95 %: 10.1 to 14.5)"
+    )
+    assert wording.value_words("yaw", Value(0.0349, "rad", NAN, NAN)) == "yaw 0.03490 rad, 2.0°"
+    assert wording.value_words("rate", Value(2e-4, "1/s", NAN, NAN)).endswith("1/s, 1.2 % a minute")
+    assert (
+        wording.value_words("low_end_loss", Value(0.2, "1", 0.1, 0.3))
+        == "low end loss 0.20 (95 %: 0.10 to 0.30)"
+    )
+
+
+def test_no_cause_is_ever_told_as_certain():
+    assert wording.percent_sure(1.0) == "over 99 %"
+    assert wording.percent_sure(0.0) == "under 1 %"
+    assert wording.percent_sure(0.87) == "87 %"
+
+
+@pytest.mark.usefixtures("rendered")
+def test_every_candidate_stands_once_in_its_best_form_and_the_accepted_one_is_marked():
+    page = Text(diagnosis_page(diagnosis()))
+    names = [line for line in page.lines if line.startswith(("munk moment", "quadratic drag"))]
+    assert sum(line.startswith("munk moment (") for line in names) == 1
+    assert [line for line in page.lines if line.endswith(": accepted")] == ["quadratic drag: accepted"]
+    assert page.lines[page.lines.index("quadratic drag: accepted") + 1] == "61 nats"
+    (figure,) = [
+        f for part in diagnosis_report(diagnosis()).sections for f in part.figures if f.name == "candidates"
+    ]
+    widths = [bar.get_width() for bar in figure.draw(WIDE_IN).axes[0].patches]
+    assert widths[:2] == pytest.approx([1.0, math.log1p(4.8) / math.log1p(61.2)])
+    named = {(one.name, one.number): one.label for one in LIBRARY}
+    told = {key for key in named if any(5.0 - 0.2 * k > 2.0 for k in places(key))} | {("quadratic_drag", 0)}
+    shown = sum("nats" in line and line[0].isdigit() and "others" not in line for line in page.lines)
+    assert shown == len(told)
+    (caption,) = [line for line in page.lines if line.startswith("What each candidate saves")]
+    assert caption.endswith(f" {len(named) - len(told)} others: none gains more than 2 nats.")
+    assert any("2.7 times as likely" in line for line in page.lines)
+
+
+@pytest.mark.usefixtures("rendered")
+def test_a_candidate_that_is_less_probable_than_not_is_possible_and_not_accepted():
+    drag = replace(found("quadratic_drag"), probability=0.42)
+    page = Text(diagnosis_page(diagnosis(findings=(drag,))))
+    assert page.lines[page.lines.index("quadratic drag (possible: 42 % probable)") + 1] == "61 nats"
+    assert not [line for line in page.lines if line.endswith(": accepted")]
+    half = replace(drag, probability=0.5)
+    assert "quadratic drag: accepted" in Text(diagnosis_page(diagnosis(findings=(half,)))).lines
+
+
+@pytest.mark.usefixtures("rendered")
+def test_a_candidate_that_would_save_enough_and_was_not_accepted_says_why():
+    why = Tried(
+        replace(effect("waves"), variant="2.25 and 2.33 s"),
+        20.0,
+        False,
+        "too little here: 30 nats are asked for",
+    )
+    page = read(diagnosis(tried=(*diagnosis().tried, why)))
+    assert "waves (2.25 and 2.33 s) (too little here: 30 nats are asked for)\n20 nats" in page
+
+
+def test_one_thruster_is_named_once_with_its_number():
+    assert wording.candidate_words(effect("weak_thruster", 8)) == "weak thruster 8"
+    turned = effect("thruster_misalignment", 2)
+    assert wording.candidate_words(turned).startswith("thruster misalignment (thruster 2)")
+    assert wording.effect_words(effect("weak_thruster", 8)) == "weak thruster 8"
+
+
+def test_the_feed_forward_s_gain_is_told_in_millimetres_a_second_and_where_there_is_none_why():
+    gained = diagnosis(
+        findings=(found("quadratic_drag", feedforward=Gain(0.0234, 0.0051)), found("dvl_bias"))
+    )
+    page = read(gained)
+    assert "quadratic drag\n23 mm/s\n5.1 mm/s\nquadratic drag" in page
+    assert "DVL bias\n—\n—\nnothing: the feed-forward can't" in page
+    assert wording.gain_lines(gained) == (
+        "Quadratic drag: the feed-forward alone would track to 5.1 mm/s instead of 23 mm/s (typical velocity error).",
+    )
+
+
+def test_what_to_dive_next_says_what_it_splits():
+    said = diagnosis(next=Next(("a coast-down",), ("shaft speeds",), ("thruster_lag", "command_delay")))
+    assert wording.next_lines(said) == (
+        "Dive next: a coast-down. It splits thruster lag and command delay.",
+        "Record as well: shaft speeds.",
+    )
+    assert "Record as well: shaft speeds." in read(said)
+
+
+def test_no_speed_is_named_below_which_a_vehicle_counts_as_at_rest():
+    def above(low: float) -> str:
+        slices = (Slice("surge", "speed", 0.0, low, 0.01), Slice("surge", "speed", low, 0.6, 0.82))
+        return wording_verdict.where_sentence(replace(gap(), slices=slices))
+
+    assert above(0.057).endswith("in surge, steady, mostly above 0.06 m/s")
+    assert above(0.0041).endswith("in surge, steady")
+
+
+def test_of_what_no_candidate_explains_it_is_told_where_that_lies_and_not_where_the_whole_gap_does():
+    left = replace(gap(), unexplained_where=(Share("yaw", "turning", 1.0),))
+    said = wording_verdict.verdict_sentence(diagnosis(verdict="unknown", character=UNKNOWN, gap=left))
+    assert said.startswith("Something is there that no candidate explains: 100 % of it is in yaw, turning; ")
+
+
+def test_a_gap_that_is_spread_is_told_by_its_degree_of_freedom():
+    spread = tuple(
+        Share(dof, phase, share)
+        for dof, phase, share in (
+            ("surge", "steady", 0.35),
+            ("surge", "turning", 0.25),
+            ("sway", "steady", 0.4 - 1e-9),
+        )
+    )
+    where = wording_verdict.where_sentence(replace(gap(), where=spread, slices=()))
+    assert where == "60 % of it is in surge, most of that steady"
+
+
+def test_a_degree_of_freedom_that_drifts_most_without_the_most_force_is_named():
+    assert wording_verdict.where_note(gap()) == ""
+    sway = replace(gap(), where=(Share("sway", "steady", 0.8), Share("surge", "steady", 0.2)))
+    drifted = (Share("surge", "turning", 0.6), Share("sway", "steady", 0.3), Share("surge", "rest", 0.1))
+    sway = replace(sway, drifted=drifted)
+    assert wording_verdict.where_note(sway).startswith(
+        "By drift it is another: 70 % of what the squared 5 s drift is beyond noise, in floors, is in surge."
+    )
+    assert wording_verdict.verdict_sentence(diagnosis(gap=sway, check=None)).startswith(
+        "Quadratic drag explains the gap: by drift 60 % of it is in surge, turning (by force 80 % of it is in sway, "
+        "steady); with it the model's"
+    )
+    assert "by drift" not in wording_verdict.verdict_sentence(
+        diagnosis(gap=replace(sway, drifted=sway.where))
+    )
+    assert "What is shared out is force, not drift" in read(diagnosis())
+    assert "By drift it is another" in read(diagnosis(gap=sway))
+    assert wording_verdict.where_note(replace(sway, before=1.1)) == ""
+
+
+def test_most_is_not_said_of_what_is_no_more_than_half():
+    shares = (
+        ("surge", "steady", 0.19),
+        ("surge", "turning", 0.15),
+        ("surge", "rest", 0.06),
+        ("yaw", "steady", 0.3),
+    )
+    rest = Share("sway", "steady", 0.3)
+    spread = (*(Share(dof, phase, share) for dof, phase, share in shares), rest)
+    where = wording_verdict.where_sentence(replace(gap(), where=spread, slices=()))
+    assert where == "40 % of it is in surge, the largest part of that steady"
+
+
+def test_speed_is_not_named_where_the_gap_does_not_go_with_it():
+    even = tuple(Slice("surge", "speed", 0.2 * k, 0.2 * (k + 1), 0.3) for k in range(3))
+    assert wording_verdict.where_sentence(replace(gap(), slices=even)).endswith("in surge, steady")
+
+
+def test_the_largest_parts_come_first_and_nothing_is_named_that_rounds_to_none():
+    assert wording_verdict.where_lines(diagnosis()) == (
+        "71 % surge, steady",
+        "15 % sway, turning",
+        "12 % surge, accelerating",
+    )
+    tiny = replace(gap(), where=(Share("surge", "rest", 0.998), Share("yaw", "rest", 0.002)))
+    assert wording_verdict.where_lines(diagnosis(gap=tiny)) == ("100 % surge, at rest",)
+
+
+def test_a_depth_that_stays_the_same_is_not_sliced():
+    still = replace(
+        gap(), slices=tuple(Slice("surge", "depth", 0.6 + 1e-4 * k, 0.6001 + 1e-4 * k, 0.3) for k in range(3))
+    )
+    assert "0.60 to 0.60" not in read(diagnosis(gap=still))
+
+
+@pytest.mark.usefixtures("rendered")
+def test_slices_are_in_the_units_of_what_they_slice_by():
+    page = read(diagnosis())
+    for told in ("0.30 to 0.60 m/s", "0° to 180°", "2.0 to 5.0 m", "5.0 to 7.5 m"):
+        assert told in page
+
+
+def test_a_slice_that_is_the_whole_says_nothing_and_is_not_shown():
+    assert "voltage\n" not in read(diagnosis())

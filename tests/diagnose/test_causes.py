@@ -1,0 +1,527 @@
+"""Which causes are named: their forms and bounds, the choice among them, and how probable each is."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from bench.missions.mission import draw_one
+from bridge.vehicle.config import load_vehicle
+from identify.challenge.case import Case, dive_of, draw_case
+from identify.challenge.nearest import course_of
+from identify.challenge.site import Site
+from identify.diagnose import confidence as module
+from identify.diagnose import search
+from identify.diagnose.accepted import likely_accepted
+from identify.diagnose.candidates import OTHER_SIZES, Cause, other_forms, other_variants
+from identify.diagnose.confidence import ambiguity_of, chi_squared, covariance_of, without_doubtful
+from identify.diagnose.diagnose import diagnose
+from identify.diagnose.findings import parameters_of, strongest_first, trials_of
+from identify.diagnose.nominal import nominal_of
+from identify.diagnose.recording import ENOUGH_S, fitted_nominal, short_dive_note
+from identify.diagnose.result import Finding
+from identify.diagnose.search import LEAST_GAIN, SIMPLER_SHARE, explain, explained_by, remainder_nats
+from identify.diagnose.verdict import MOST_PROBABLE, probability
+from identify.diagnose.weighing import Fitted
+from identify.dive import Dive, Signal
+from identify.effects.actuators import DEAD_ZONE, SATURATION
+from identify.effects.effect import Effect
+from identify.effects.environment import STEADY_CURRENT, waves
+from identify.effects.hydrodynamics import COUPLED_DAMPING, MUNK_MOMENT, MUNK_MOMENT_IN_YAW, QUADRATIC_DRAG
+from identify.effects.library import library
+from identify.effects.rigid_body import CG_OFFSET, CG_OFFSET_IN_SPACE, NET_BUOYANCY, THRUST_BIAS
+from identify.effects.sensors import DVL_BIAS
+
+
+def fit_of(gain: float, *effects: Effect) -> Fitted:
+    causes = tuple(Cause(effect, effect.start()) for effect in effects)
+    return Fitted(causes, (), np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)), 0.0, gain, 1.0, gain)
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """Fits by the labels of their causes, whoever asks; no more of a weighing."""
+
+    gains: Mapping[tuple[str, ...], float]
+    library: tuple[Effect, ...]
+
+    def fitted(self, causes: Sequence[Cause]) -> Fitted:
+        labels = tuple(sorted(cause.effect.label for cause in causes))
+        return replace(fit_of(self.gains[labels], *(cause.effect for cause in causes)), causes=tuple(causes))
+
+    def candidates_beside(self, _fit: Fitted) -> None:
+        return None
+
+    def candidates_beyond_forms(self, _fit: Fitted) -> None:
+        return None
+
+
+@pytest.mark.parametrize(("share", "taken"), [(0.9, NET_BUOYANCY), (1.1, THRUST_BIAS)])
+def test_a_weight_is_taken_for_a_push_in_any_direction_up_to_half_a_per_cent(
+    share: float, taken: Effect
+) -> None:
+    best, less = 2000.0, share * SIMPLER_SHARE * 2000.0
+    fits = [fit_of(best, THRUST_BIAS), fit_of(best - less, NET_BUOYANCY)]
+    for some in (fits, fits[::-1]):
+        found = search._simplest(some, fit_of(0.0))
+        assert found is not None
+        assert found.causes[-1].effect is taken
+
+
+def test_of_causes_of_several_numbers_the_best_is_taken() -> None:
+    found = search._simplest([fit_of(2000.0, THRUST_BIAS), fit_of(1999.0, STEADY_CURRENT)], fit_of(0.0))
+    assert found is not None
+    assert found.causes[-1].effect is THRUST_BIAS
+    assert search._simplest([], fit_of(0.0)) is None
+
+
+def test_what_was_taken_for_being_simpler_is_not_swapped_back() -> None:
+    weight, push = fit_of(1995.0, NET_BUOYANCY), fit_of(2000.0, THRUST_BIAS)
+    assert search._replaces(weight, push, push.causes[0], fit_of(0.0))
+    assert not search._replaces(push, weight, weight.causes[0], fit_of(0.0))
+    far = fit_of(2020.0, THRUST_BIAS)
+    assert search._replaces(far, weight, weight.causes[0], fit_of(0.0))
+
+
+def test_a_cause_is_judged_beside_the_best_variants_of_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    gains = {
+        (): 0.0,
+        (QUADRATIC_DRAG.label, MUNK_MOMENT_IN_YAW.label): 60.0,
+        (MUNK_MOMENT_IN_YAW.label,): 10.0,
+        (MUNK_MOMENT.label,): 50.0,
+    }
+    weighing = Weighed(
+        {tuple(sorted(labels)): gain for labels, gain in gains.items()}, (MUNK_MOMENT, MUNK_MOMENT_IN_YAW)
+    )
+    tried = [(1.0, 1.0, Cause(effect, effect.start())) for effect in (QUADRATIC_DRAG, MUNK_MOMENT)]
+    monkeypatch.setattr(search, "ranked_candidates", lambda *_: tried)
+    fit = fit_of(60.0, QUADRATIC_DRAG, MUNK_MOMENT_IN_YAW)
+    others = search._others_at_their_best(weighing, fit, 0)  # type: ignore[arg-type]
+    assert [cause.effect for cause in others.causes] == [MUNK_MOMENT]
+
+
+def test_a_drag_that_lacked_a_number_gets_it_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside an unknown current the drag of surge does not show; beside the current it does."""
+    alone, whole = (
+        Cause(QUADRATIC_DRAG, np.array(values))
+        for values in ([0.0, 12.0, 0, 0, 0, 1.0], [18.0, 22.0, 0, 0, 0, 1.3])
+    )
+    weighing = Weighed({(): 0.0, (QUADRATIC_DRAG.label,): 50.0}, (QUADRATIC_DRAG,))
+    fit = replace(fit_of(30.0, QUADRATIC_DRAG), causes=(alone,))
+    for tried, expected in (((whole, alone), whole), ((alone,), alone)):
+        ranked = [(1.0, 1.0, cause) for cause in tried]
+        monkeypatch.setattr(search, "ranked_candidates", lambda *_, ranked=ranked: ranked)
+        monkeypatch.setattr(search, "_shows_in_motion", lambda *_: True)
+        found = search.swapped(weighing, fit)  # type: ignore[arg-type]
+        assert found.causes == (expected,)
+
+
+@pytest.fixture(scope="module")
+def course():
+    mission = draw_one(100_300, seconds=60.0)
+    return nominal_of(mission.dive, mission.file, mission.configuration).course
+
+
+@pytest.mark.parametrize("effect", [SATURATION, DEAD_ZONE], ids=lambda effect: effect.name)
+@pytest.mark.parametrize("share", [0.2, 1.0])
+def test_other_sizes_of_a_limit_are_shares_of_itself_and_no_number_gets_lost(course, effect, share):
+    values = share * effect.start()
+    acts = list(other_forms(course, Cause(effect, values)))
+    for size, act in zip(OTHER_SIZES, acts, strict=False):
+        np.testing.assert_array_equal(act.wrench, effect.act(course, size * values).wrench)
+    assert all(np.isfinite(act.wrench).all() for act in acts)
+
+
+def test_a_limit_that_is_at_infinity_is_absent_in_every_form(course):
+    for act in other_forms(course, Cause(SATURATION, SATURATION.none())):
+        assert np.isfinite(act.wrench).all()
+        assert not act.wrench.any()
+
+
+def test_drag_that_grows_is_no_form_of_a_quadratic_one_and_growth_one_of_any_other_cause(course):
+    growing = (course.since_s / course.since_s[-1] - 0.5)[:, None]
+    for effect, grows in ((QUADRATIC_DRAG, False), (COUPLED_DAMPING, True)):
+        cause = Cause(effect, effect.start())
+        own = growing * cause.act(course).wrench
+        forms = [act.wrench for act in other_forms(course, cause)]
+        assert any(np.allclose(form, own) for form in forms) == grows
+
+
+def test_a_centre_of_mass_has_a_form_of_the_acceleration_that_vertical_thrust_makes(course):
+    cause = Cause(CG_OFFSET_IN_SPACE, np.array([0.05, 0.0]))
+    heave = course.wrench_of(course.thrust_n)[:, 2] / course.mass[2]
+    # M = x m w_dot (Fossen 2011, eq. 3.60).
+    expected = course.configuration.dry_mass_kg * 0.05 * heave
+    forms = [act.wrench for act in other_forms(course, cause)]
+    assert heave.any()
+    assert any(np.allclose(form[:, 4], expected) and not form[:, [0, 1, 2, 3]].any() for form in forms)
+
+
+HOVERING = load_vehicle("ruvifist:hovering").vehicle.configurations["hovering"]
+WEAK = next(effect for effect in library(HOVERING, 0.05) if effect.name == "weak_thruster")
+
+
+@pytest.mark.parametrize(("gain", "at_bound"), [(0.0, False), (0.4, False), (2.0, True)])
+def test_a_thruster_may_give_nothing_but_not_all_that_a_bound_lets_it(gain: float, at_bound: bool) -> None:
+    assert Cause(WEAK, np.array([gain])).at_bound is at_bound
+
+
+def test_a_drag_that_is_not_there_in_some_degrees_of_freedom_is_at_no_bound() -> None:
+    assert not Cause(QUADRATIC_DRAG, np.array([20.0, 0.0, 0.0, 0.0, 0.0, 1.0])).at_bound
+
+
+@pytest.fixture(scope="module")
+def case():
+    return draw_case(3_850_000_010, names=["quadratic_drag"], size=0.9, seconds=110.0)
+
+
+def test_a_cause_less_probable_than_not_leaves_the_model_that_is_accepted(case):
+    nominal, library = (
+        nominal_of(dive_of(case), case.file, case.configuration),
+        (QUADRATIC_DRAG, COUPLED_DAMPING),
+    )
+    shape = case.file.vehicle.configurations[case.configuration]
+    drag = Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start())
+    found = explained_by([drag], nominal, library)
+    sure = Finding(found.causes[0], (), {}, 0.9, {}, 30.0)
+    whole = likely_accepted([sure], found, nominal, library, (), shape)
+    none = likely_accepted([replace(sure, probability=0.42)], found, nominal, library, (), shape)
+    assert [one.name for one in whole.effects] == ["quadratic_drag"]
+    assert none.effects == ()
+    assert none.sentences[0] == (
+        "Quadratic drag was not accepted: it is 42 % probable, likelier absent than present."
+    )
+    # Without its quadratic part, all of the drag is linear again.
+    plain = explained_by([], nominal, library).now
+    assert none.values["D_u"].value == pytest.approx(float(plain.course.damping[0]))
+    assert none.values["D_u"].value > 1.02 * whole.values["D_u"].value
+
+
+def test_an_accepted_cause_comes_before_a_possible_one_whatever_nats_each_saves():
+    def one(probability: float, gain_nats: float) -> Finding:
+        return Finding(Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start()), (), {}, probability, {}, gain_nats)
+
+    heard, possible, strong, stronger = one(0.9, 0.0), one(0.499, 80.0), one(0.972, 40.0), one(0.968, 60.0)
+    half = one(0.5, 1.0)
+    given = (possible, half, heard, strong, stronger)
+    assert strongest_first(given) == (stronger, strong, heard, half, possible)
+
+
+def test_a_dive_just_too_short_is_not_told_to_last_as_long_as_it_should():
+    dive = Dive("d", Path("d"), "", velocity=Signal(np.array([0.0, ENOUGH_S - 0.1]), np.zeros((2, 3))))
+    (note,) = short_dive_note(dive)
+    assert note.startswith(f"The dive lasts {ENOUGH_S - 1:.0f} s: ")
+    assert note.endswith(f"dive {ENOUGH_S:.0f} s or more.")
+
+
+def test_a_short_dive_is_told_to_be_one(case):
+    said = diagnose(
+        dive_of(case),
+        case.file,
+        case.configuration,
+        effects=(QUADRATIC_DRAG,),
+        progress=lambda *_report: None,
+    )
+    assert any("lasts 109 s: with so little of it to hold out" in note for note in said.notes)
+
+
+LIBRARY = (NET_BUOYANCY, THRUST_BIAS, QUADRATIC_DRAG)
+
+
+@pytest.fixture(scope="module")
+def heavy():
+    case = draw_case(300_921, names=["net_buoyancy"], size=0.8, seconds=120.0, rpm=False)
+    nominal = nominal_of(dive_of(case), case.file, next(iter(case.file.vehicle.configurations)))
+    return explain(nominal, LIBRARY, lambda *_report: None)
+
+
+def test_weight_and_a_steady_push_down_are_one_to_a_vehicle_that_stays_level(heavy):
+    (cause,) = heavy.causes
+    alike = ambiguity_of(heavy, 0)
+    # A weight says less than a push in any direction.
+    assert (cause.effect.name, alike.names) == ("net_buoyancy", ("thrust_bias",))
+    assert all(one > 0.99 for one in alike.likeness.values())
+    assert alike.margin_nats > 20
+
+
+def test_a_cause_is_as_probable_as_its_margin_and_never_certain():
+    margins = np.array([-5.0, 0.0, 3.0, 6.0, 20.0, 1e6])
+    told = np.array([probability(one) for one in margins])
+    assert np.all(np.diff(told) >= 0)
+    assert told[0] == 0.0
+    assert told[-1] == pytest.approx(MOST_PROBABLE, abs=1e-4)
+
+
+def test_a_drag_of_another_power_is_made_up_for_by_the_forms_of_a_quadratic_one(heavy):
+    course = heavy.now.course
+    cause = Cause(QUADRATIC_DRAG, np.array([10.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    surge = course.nu[:, 0]
+    true = -np.sign(surge) * np.abs(surge) ** 1.8
+    own = cause.act(course).wrench[:, 0]
+    others = [act.wrench[:, 0] for act in other_forms(course, cause)]
+    whole = np.column_stack([own, *others])
+    left = true - whole @ np.linalg.lstsq(whole, true, rcond=None)[0]
+    alone = true - own * (own @ true) / (own @ own)
+    assert np.linalg.norm(left) < 0.2 * np.linalg.norm(alone)
+
+
+def test_what_does_as_well_but_is_not_alike_is_no_other_name_for_a_cause(heavy, monkeypatch):
+    monkeypatch.setattr("identify.diagnose.confidence.LEAST_LIKENESS", 1.1)
+    alike = ambiguity_of(heavy, 0)
+    assert (alike.names, alike.likeness) == ((), {})
+    assert alike.margin_nats > 20
+
+
+def test_every_effect_of_the_library_is_told_with_what_it_saves_beside_the_accepted_one(heavy):
+    (cause,) = heavy.causes
+    mine = Finding(cause, (), {}, 0.9, {}, heavy.fit.gain)
+    tried = trials_of(heavy, (mine,))
+    assert {one.name for one in tried} == {effect.name for effect in LIBRARY}
+    assert [one.label for one in tried if one.accepted] == [cause.effect.label]
+    twin = next(one for one in tried if one.name in {"net_buoyancy", "thrust_bias"} and not one.accepted)
+    assert twin.gain_nats < 2.0
+    assert all(one.why == "" for one in tried if one.gain_nats <= LEAST_GAIN)
+
+
+def test_a_small_weight_shows_as_early_as_a_push_that_is_as_large():
+    small = 0.09
+    assert Cause(NET_BUOYANCY, np.array([small])).shows
+    assert Cause(THRUST_BIAS, np.array([0.0, 0.0, small, 0.0])).shows
+
+
+def test_where_all_but_the_form_is_alike_a_few_nats_of_thousands_tell_nothing_apart():
+    case = draw_case(3_860_000_011, names=[], seconds=110.0)
+    shape = case.file.vehicle.configurations[case.configuration]
+    vehicle = replace(
+        case.file.vehicle,
+        configurations={case.configuration: replace(shape, net_buoyancy_n=shape.net_buoyancy_n + 6.0)},
+    )
+    found = explain(
+        nominal_of(dive_of(case), replace(case.file, vehicle=vehicle), case.configuration),
+        LIBRARY,
+        lambda *_: None,
+    )
+    alike = ambiguity_of(found, 0)
+    assert {found.causes[0].effect.name, *alike.names} == {"net_buoyancy", "thrust_bias"}
+    assert alike.margin_nats > 1000
+
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Fit:
+    motion_nats: float
+    causes: tuple[str, ...] = ("another",)
+
+
+@dataclass(frozen=True)
+class Now:
+    filtered: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class WeighedPair:
+    now: Now
+
+
+@dataclass(frozen=True)
+class Apart:
+    """A remainder in axes where a further cause does not act."""
+
+    fit: Fit
+    weighing: WeighedPair = WeighedPair(Now(()))
+
+    def overlap(self, _cause: Cause) -> float:
+        return 0.0
+
+    def saved_overlap(self, _cause: Cause) -> float:
+        return 0.0
+
+
+def turned_by_waves(seed: int) -> Case:
+    """Waves that also turn the hull, as they do a long one: by the slope of the water, so in step with their push."""
+    case = draw_case(seed, kind="one", names=("waves",))
+    _, simulated = case.simulated(0)
+    (plant,) = case.planted
+    w, x, y, z = simulated.ticks.state[:, 3:7].T
+    heading = np.unwrap(np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z)))
+    assert simulated.dive.pwm is not None
+    at_s = simulated.dive.pwm.time_s
+
+    def apply(site: Site, rng: np.random.Generator) -> None:
+        plant.apply(site, rng)
+        ahead = np.interp(site.time_s, at_s, heading)
+        north, east = site.moving_water()[:, 9:11].T
+        heavy = site.rigid[2, 2] + site.added[2, 2]
+        site.push[:, 4] += 0.06 * heavy * (north * np.cos(ahead) + east * np.sin(ahead))
+        site.push[:, 3] += 0.02 * heavy * (east * np.cos(ahead) - north * np.sin(ahead))
+
+    return replace(case, planted=(replace(plant, apply=apply),))
+
+
+def test_the_moments_of_moving_water_are_among_its_forms() -> None:
+    case = draw_case(391_001, kind="none", seconds=40.0)
+    sea = waves(4.0)
+    forms = other_forms(course_of(*case.simulated(0)), Cause(sea, sea.start()))
+    wrenches = [form.wrench for form in forms if form.wrench is not None]
+    assert any(one[:, 3:].any() and not one[:, :3].any() for one in wrenches)
+
+
+def test_a_further_cause_has_to_save_more_than_a_shadow_of_a_far_better_told_one() -> None:
+    offset = Cause(CG_OFFSET, CG_OFFSET.start())
+    assert remainder_nats(Apart(Fit(20_000.0)), offset) == 20.0  # type: ignore[arg-type]
+    assert remainder_nats(Apart(Fit(20_000.0, ())), offset) == 0.0  # type: ignore[arg-type]
+
+
+def test_behind_an_autopilots_filter_it_has_to_save_seven_times_as_much() -> None:
+    offset, filtered = Cause(CG_OFFSET, CG_OFFSET.start()), WeighedPair(Now((0, 1, 2)))
+    assert remainder_nats(Apart(Fit(20_000.0), filtered), offset) == pytest.approx(140.0)  # type: ignore[arg-type]
+
+
+def test_the_variants_of_a_cause_with_the_same_parameters_are_its_forms_but_not_other_periods_of_a_sea() -> (
+    None
+):
+    course = course_of(*draw_case(391_001, kind="none", seconds=40.0).simulated(0))
+    offset = Cause(CG_OFFSET, CG_OFFSET.start())
+    (first, *others) = other_variants(course, offset, (CG_OFFSET, CG_OFFSET_IN_SPACE))
+    in_space = CG_OFFSET_IN_SPACE.act(course, offset.values).wrench
+    assert first.wrench is not None
+    np.testing.assert_array_equal(first.wrench, in_space)
+    assert any(one.wrench is not None and one.wrench[:, 4].any() for one in others)
+    sea = waves(4.0)
+    assert not [*other_variants(course, Cause(sea, sea.start()), (sea, waves(5.0)))]
+
+
+def test_what_goes_with_the_rate_of_pitch_is_not_taken_beside_waves_that_turn_the_hull() -> None:
+    case = turned_by_waves(393_303)
+    shape = case.file.vehicle.configurations[case.configuration]
+    able = [
+        one
+        for one in library(shape, case.file.vehicle.thrust_curve.lag_s)
+        if one.name in ("waves", "dvl_lever_arm")
+    ]
+    nominal = fitted_nominal(dive_of(case), case.file, case.configuration)
+    found = explain(nominal, able, lambda *_report: None)
+    assert [cause.effect.name for cause in found.causes] == ["waves"]
+
+
+HEAVY_LIBRARY = (NET_BUOYANCY, QUADRATIC_DRAG)
+
+covariance_beside = module._covariance
+
+
+@pytest.fixture(scope="module")
+def heavy_vehicle():
+    """A dive of a heavy vehicle: the filters without a cause, and the cause."""
+    case = draw_case(300_921, names=["net_buoyancy"], size=0.8, seconds=120.0, rpm=False)
+    nominal = nominal_of(dive_of(case), case.file, next(iter(case.file.vehicle.configurations)))
+    return nominal, explain(nominal, HEAVY_LIBRARY, lambda *_report: None)
+
+
+def test_a_cause_that_the_dive_tells_from_none_stays(heavy_vehicle):
+    nominal, found = heavy_vehicle
+    assert [cause.effect for cause in found.causes] == [NET_BUOYANCY]
+    left, covariance = without_doubtful(found, nominal, HEAVY_LIBRARY)
+    assert left is found
+    assert covariance == pytest.approx(covariance_of(found.weighing, found.fit))
+
+
+def test_a_cause_whose_interval_holds_its_absence_is_dropped_and_the_filters_are_as_without_it(
+    heavy_vehicle, monkeypatch
+):
+    nominal, found = heavy_vehicle
+    (size,) = found.causes[0].values
+    monkeypatch.setattr(module, "is_certain", lambda _: False)
+    wide = (size / covariance_of(found.weighing, found.fit)[0, 0] ** 0.5) ** 2
+    for factor, stays in ((wide / 4.0, True), (wide / 3.5, False)):
+        monkeypatch.setattr(module, "_covariance", lambda *of, by=factor: by * covariance_beside(*of))
+        left, covariance = without_doubtful(found, nominal, HEAVY_LIBRARY)
+        assert (bool(left.causes), len(covariance)) == (stays, int(stays))
+    assert left.now.theta == pytest.approx(nominal.theta, rel=0.02, abs=0.05)
+
+
+def test_a_lone_cause_that_is_certain_stays_however_wide_its_interval(heavy_vehicle, monkeypatch):
+    nominal, found = heavy_vehicle
+    assert found.fit.gain > 200.0
+    monkeypatch.setattr(module, "_covariance", lambda *of: 1e9 * covariance_beside(*of))
+    left, _ = without_doubtful(found, nominal, HEAVY_LIBRARY)
+    assert left is found
+
+
+def test_of_causes_that_may_both_be_absent_the_one_that_saves_less_goes_first(heavy_vehicle, monkeypatch):
+    """However wide the interval of the one that casts the shadow."""
+    nominal, found = heavy_vehicle
+    fit = found.weighing.fitted((*found.causes, Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start())))
+    tried = []
+
+    def refitted(causes, *_):
+        tried.append([cause.effect for cause in causes])
+        return replace(found, fit=found.weighing.fitted(()))
+
+    monkeypatch.setattr(module, "explained_by", refitted)
+    monkeypatch.setattr(module, "_covariance", lambda *_: np.eye(7))
+    monkeypatch.setattr(
+        module, "_confidence", lambda of, _, k: 0.1 if of.causes[k].effect is NET_BUOYANCY else 0.5
+    )
+    without_doubtful(replace(found, fit=fit), nominal, HEAVY_LIBRARY)
+    assert tried == [[NET_BUOYANCY]]
+
+
+def test_a_moment_stays_though_its_gain_is_over_masses_that_hardly_differ(heavy_vehicle, monkeypatch):
+    """The interval of a gain over a difference of masses can hold anything; that the moment is there is another
+    question."""
+    nominal, found = heavy_vehicle
+
+    def of_masses(weighing, _causes):
+        size = float(np.sqrt((found.fit.slopes**2).sum()))
+        nominal = weighing.rows.nuisance
+        dense = np.hstack([nominal.dense()[:, 1:], found.fit.slopes + 1e-3 * size])
+        return nominal.blocks_of(dense)
+
+    monkeypatch.setattr(module, "coupled_nominal", of_masses)
+    left, covariance = without_doubtful(found, nominal, HEAVY_LIBRARY)
+    assert left is found
+    (size,) = found.causes[0].values
+    assert size < 2.0 * covariance[0, 0] ** 0.5
+
+
+def test_a_sea_stays_though_parts_of_the_dive_disagree_on_its_lines(monkeypatch):
+    case = draw_case(300_911, names=["waves"], size=0.7, seconds=200.0)
+    nominal = nominal_of(dive_of(case), case.file, next(iter(case.file.vehicle.configurations)))
+    found = explain(nominal, (waves(5.0),), lambda *_report: None)
+    assert [cause.effect.name for cause in found.causes] == ["waves"]
+    monkeypatch.setattr(module, "_covariance", lambda *of: 1e9 * covariance_beside(*of))
+    assert without_doubtful(found, nominal, (waves(5.0),))[0] is found
+
+
+@pytest.mark.parametrize("freedom", [1, 2, 3, 6, 7, 24])
+def test_the_confidence_of_a_distance_is_that_of_chi_squared(freedom):
+    from scipy.special import chdtr
+
+    for at in (-1.0, 0.0, 1e-3, 0.5, 3.84, 12.0, 80.0):
+        assert chi_squared(freedom, at) == pytest.approx(float(chdtr(freedom, max(at, 0.0))), abs=1e-12)
+
+
+def fitted(effect, values, std):
+    nothing = np.zeros(0)
+    at = tuple((0, p) for p in range(len(std)))
+    cause = Cause(effect, np.array(values, dtype=float))
+    return Fitted((cause,), at, nothing, nothing, np.diag(np.square(std)), 0.0, 100.0, 1.0, 100.0)
+
+
+def test_a_damping_in_roll_that_may_be_nothing_or_enormous_is_not_told():
+    told = parameters_of(fitted(QUADRATIC_DRAG, [75, 140, 480, 3040, 78, 42], [4, 13, 110, 1600, 8, 1.1]), 0)
+    assert set(told) == {"X_uu", "Y_vv", "Z_ww", "M_qq", "N_rr"}
+
+
+def test_a_part_that_is_surely_small_is_told_though_it_may_be_nothing():
+    assert set(parameters_of(fitted(DVL_BIAS, [0.05, 0.001, 0.0], [0.001] * 3), 0)) == {"x", "y", "z"}
+
+
+def test_a_cause_of_which_all_is_vague_keeps_its_values():
+    told = parameters_of(fitted(QUADRATIC_DRAG, [75, 0, 0, 3040, 0, 0], [60, 70, 70, 1600, 20, 20]), 0)
+    assert len(told) == 6

@@ -1,0 +1,414 @@
+"""What is left beside the causes: slow forces, bursts, periods."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from soak import rows_rest_in_soak
+
+from bench.missions.mission import draw_one
+from identify.challenge.case import Case, dive_of, draw_case
+from identify.challenge.site import Planted, Site
+from identify.diagnose import slow, unexplained
+from identify.diagnose.candidates import Cause, companions, other_forms, possible_forms
+from identify.diagnose.gap import character_of
+from identify.diagnose.nominal import Nominal, nominal_of, refitted
+from identify.diagnose.recording import fitted_nominal
+from identify.diagnose.result import Next
+from identify.diagnose.rhythms import bursts, mixture_gain, scores
+from identify.diagnose.seas import CURRENTS_S, WAVES_S, period_interval, seas_of
+from identify.diagnose.slow import slow_axes, slow_forces
+from identify.diagnose.unexplained import UNKNOWN_NATS, GenericForce, Unexplained, unexplained_of
+from identify.diagnose.verdict import next_for_unexplained, unexplained_forces
+from identify.diagnose.weighing import weighing_of
+from identify.effects.course import lagged
+from identify.effects.effect import Act
+from identify.effects.environment import STEADY_CURRENT, TETHER, waves
+from identify.effects.library import library
+from identify.effects.sensors import DVL_LEVER_ARM
+from identify.effects.supply import LOAD_SAG
+from identify.estimators.likelihood_axis import TIME_CONSTANT
+
+
+@pytest.fixture(scope="module")
+def nominal():
+    mission = draw_one(100_300, seconds=120.0)
+    return nominal_of(mission.dive, mission.file, mission.configuration)
+
+
+def left_by(wrench, columns):
+    """Share of a wrench's square that columns leave of it."""
+    base = np.column_stack(columns)
+    size, *_ = np.linalg.lstsq(base, wrench, rcond=None)
+    return np.sum((wrench - base @ size) ** 2) / np.sum(wrench**2)
+
+
+def waters_of(acts):
+    return [act.water[:, 0] for act in acts if act.water is not None]
+
+
+def columns_of(acts, dof):
+    return [act.wrench[:, dof] for act in acts]
+
+
+def test_a_force_that_is_little_beside_the_thrust_is_not_left(nominal, monkeypatch):
+    wrench, speed = np.zeros_like(nominal.course.nu), nominal.course.nu[:, 2]
+    thrust = nominal.course.wrench_of(nominal.course.thrust_n)[:, 2]
+    wrench[:, 2] = 0.2 * np.std(thrust) / np.std(speed**2) * speed**2
+    weighing = weighing_of(replace(refitted(nominal, [Act(wrench=wrench)]), acts=()), ())
+    fit = weighing.fitted(())
+    assert 2 in {shape.dof for shape in unexplained_of(weighing, fit).shapes}
+    monkeypatch.setattr(unexplained, "LEAST_FORCE", 0.5)
+    assert 2 not in {shape.dof for shape in unexplained_of(weighing, fit).shapes if shape.timing is None}
+
+
+def test_a_slow_rest_of_a_quick_cause_is_kin_of_it(nominal):
+    course = nominal.course
+    (lag,) = (one for one in library(course.configuration, course.lag_s) if one.name == "thruster_lag")
+    cause = Cause(lag, np.array([course.lag_s + 0.1]))
+    slow = lagged(cause.act(course).wrench, course.step_s, 0.9)[:, 0]
+    known = columns_of([cause.slope(course, 0), *other_forms(course, cause)], 0)
+    with_kin = left_by(slow, [*known, *columns_of(companions(course, cause), 0)])
+    assert with_kin < 0.1 * left_by(slow, known)
+
+
+@pytest.mark.parametrize(
+    "cause",
+    [
+        Cause(waves(4.0), np.array([1.0, 0.5, -0.3, 0.8, 0.0, 0.0])),
+        Cause(STEADY_CURRENT, np.array([0.1, 0.05])),
+    ],
+    ids=["waves", "current"],
+)
+def test_water_that_moves_turns_the_hull_too(nominal, cause):
+    course = nominal.course
+    act = cause.act(course)
+    push = act.wrench if act.water is None else course.pushed_by(act.water)
+    munk = course.nu[:, 0] * push[:, 1]
+    forms = [form for form in possible_forms(course, cause) if form.wrench is not None]
+    turning = columns_of(forms, 5)
+    assert left_by(munk, turning) < 1e-9
+    assert left_by(np.gradient(munk), turning) > 0.01
+
+
+def test_a_current_that_turns_as_it_comes_and_goes_is_kin_of_a_steady_one(nominal):
+    course = nominal.course
+    cause = Cause(STEADY_CURRENT, np.array([0.05, 0.02]))
+    middle = 2.0 * course.since_s / course.since_s[-1] - 1.0
+    turned = (middle[:, None] ** 2 * STEADY_CURRENT.act(course, np.array([0.0, 0.01])).water)[:, 0]
+    known = waters_of([cause.slope(course, 0), cause.slope(course, 1), *other_forms(course, cause)])
+    with_kin = left_by(turned, [*known, *waters_of(companions(course, cause))])
+    assert with_kin < 0.05 * left_by(turned, known)
+
+
+def test_a_supply_that_gives_way_by_another_law_is_kin_of_load_sag(nominal):
+    course = nominal.course
+    load = (np.abs(course.thrust_n) ** 1.4).sum(axis=1, keepdims=True)
+    wrench = course.wrench_of(lagged(load, course.step_s, 0.3) * course.thrust_n)[:, 0]
+    assert left_by(wrench, columns_of(companions(course, Cause(LOAD_SAG, np.array([0.05]))), 0)) < 1e-9
+
+
+def test_forces_that_chance_or_the_causes_would_leave_are_not_unexplained():
+    shapes = tuple(GenericForce(dof, "heading", None, np.zeros(3)) for dof in (0, 5, 4))
+    left = Unexplained(shapes, (30.0, 12.0, 90.0), (1.0, 1.0, 1.0), explained=750.0)
+    assert unexplained_forces(left) == shapes[:1]
+
+
+@pytest.mark.parametrize(
+    ("variable", "said"),
+    [("heading", "opposite headings"), ("depth", "two depths"), ("altitude", "heights above the bottom"),
+     ("voltage", "empty battery"), ("time", "empty battery"), ("thrust", "thrusters at a time"),
+     ("thrust_sign", "thrusters at a time"), ("position", "out and back")],
+)  # fmt: skip
+def test_what_is_left_says_what_to_dive_next(nominal, variable, said):
+    more = next_for_unexplained(
+        [GenericForce(0, variable, None, nominal.course.depth_m)], nominal.course, None
+    )
+    assert said in more.manoeuvres[0]
+    assert more.splits == ()
+
+
+def test_a_force_that_goes_with_a_motion_asks_for_that_motion(nominal):
+    nu, rate = nominal.course.nu, nominal.course.nu_dot
+    asked = {
+        next_for_unexplained([one], nominal.course, None).manoeuvres
+        for one in (
+            GenericForce(5, "speed", "odd", nu[:, 1] * np.abs(nu[:, 1])),
+            GenericForce(0, "yaw_rate", "even", nu[:, 5] ** 2),
+            GenericForce(0, "acceleration", "odd", rate[:, 0]),
+        )
+    }
+    assert asked == {
+        ("steady runs to port and to starboard at three speeds",),
+        ("steady turns both ways at three rates",),
+        ("starts and stops ahead and astern, quick and slow",),
+    }
+
+
+def test_two_of_the_strongest_are_asked_for_beside_what_tells_the_causes_apart(nominal):
+    left = [
+        GenericForce(0, one, None, nominal.course.depth_m) for one in ("voltage", "time", "heading", "depth")
+    ]
+    more = next_for_unexplained(
+        left, nominal.course, Next(("coast-down",), ("voltage log",), ("fouling", "battery_sag"))
+    )
+    assert more.manoeuvres == (
+        "the same leg with a fresh and with an empty battery",
+        "the same leg on opposite headings",
+        "coast-down",
+    )
+    assert (more.sensors, more.splits) == (("voltage log",), ("fouling", "battery_sag"))
+
+
+def test_a_steady_push_that_no_candidate_is_about_is_left(nominal):
+    wrench = np.zeros_like(nominal.course.nu)
+    wrench[:, 1] = 5.0
+    weighing = weighing_of(replace(refitted(nominal, [Act(wrench=wrench)]), acts=()), ())
+    left = unexplained_of(weighing, weighing.fitted(()))
+    assert (left.shapes[0].dof, left.shapes[0].timing) == (1, "steady")
+    assert unexplained_forces(left)[:1] == left.shapes[:1]
+
+
+def test_a_gyro_that_is_off_is_left_though_nothing_pushes(nominal):
+    off = tuple(replace(one, off=one.off - 0.05) for one in nominal.witnesses if one.kind == "heading")
+
+    def turns_unseen(now):
+        weighing = weighing_of(now, ())
+        left = unexplained_of(weighing, weighing.fitted(()))
+        return [size for one, size in zip(left.shapes, left.forces, strict=True) if one.timing == "steady"]
+
+    assert turns_unseen(replace(nominal, witnesses=off)) == [0.0]
+    assert turns_unseen(nominal) == []
+
+
+def test_a_reading_that_is_wrong_by_geometry_has_no_bent_forms(nominal):
+    course = nominal.course
+    cause = Cause(DVL_LEVER_ARM, np.array([0.1, 0.2, 0.0]))
+    ahead = cause.act(course).velocity[:, 0]
+    others = [act.velocity[:, 0] for some in (possible_forms, companions) for act in some(course, cause)]
+    turning = course.nu[:, 5] * np.abs(course.nu[:, 5])
+    assert left_by(turning, [ahead, *others]) > 0.05
+    assert left_by(course.since_s * ahead, [ahead, *others]) < 1e-9
+
+
+def test_lines_beside_the_strongest_of_a_sea_are_kin_of_it(nominal):
+    course = nominal.course
+    whole_s = course.since_s[-1]
+    cause = Cause(waves(6.0), np.array([1.0, 0.5, -0.3, 0.8, 0.2, 0.1]))
+    beside = Cause(waves(1.0 / (1.0 / 6.0 + 2.0 / whole_s)), np.array([0.3, 0.9, 0.1, 0.0, 0.0, 0.0]))
+    other = beside.act(course).wrench[:, 0]
+    slopes = [cause.slope(course, p) for p in range(6)]
+    assert left_by(other, columns_of([*slopes, *companions(course, cause)], 0)) < 0.05
+    assert left_by(other, columns_of([*slopes, *other_forms(course, cause)], 0)) > 0.5
+
+
+def test_a_tether_pulls_down_as_well(nominal):
+    course = nominal.course
+    cause = Cause(TETHER, np.array([0.3, 1.0, -0.5]))
+    pull = np.linalg.norm(cause.act(course).wrench[:, :3], axis=1)
+    down = pull**2 * course.world[2][:, 2]
+    assert left_by(down, columns_of(companions(course, cause), 2)) < 1e-9
+
+
+@pytest.mark.parametrize(("off_m_s2", "told"), [(0.012, 0), (0.3, 1)])
+def test_an_accelerometer_is_off_beyond_its_zero_or_not_at_all(off_m_s2, told):
+    case = draw_case(300_914, names=(), seconds=240.0)
+    dive = dive_of(case)
+    read = dive.specific_force
+    off = replace(read, value=read.value + np.array([off_m_s2, 0.0, 0.0]))
+    nominal = nominal_of(replace(dive, specific_force=off), case.file, case.configuration)
+    left = unexplained_forces(unexplained_of(weighing := weighing_of(nominal, ()), weighing.fitted(())))
+    assert [(shape.dof, shape.timing) for shape in left] == [(0, "steady")] * told
+
+
+@pytest.fixture(scope="module")
+def coming_nominal():
+    mission = draw_one(100_300, seconds=240.0)
+    return nominal_of(mission.dive, mission.file, mission.configuration)
+
+
+@pytest.fixture(scope="module")
+def weighing(coming_nominal):
+    return weighing_of(coming_nominal, ())
+
+
+def left_of(name, seed):
+    """What is left of a short dive that hides one effect which no library has."""
+    case = draw_case(seed, names=(name,), size=0.8, seconds=240.0)
+    weighing = weighing_of(nominal_of(dive_of(case), case.file, case.configuration), ())
+    return unexplained_of(weighing, weighing.fitted(()))
+
+
+def test_a_filter_run_backwards_weighs_any_force_as_it_does_forwards(weighing):
+    rng = np.random.default_rng(1)
+    for own in weighing.rows.axes:
+        force, left = rng.standard_normal(len(own.problem.axis.time_s)), rng.standard_normal(len(own.std))
+        forwards = own.prewhitened(own.by_force(force[:, None]))[:, 0] @ left
+        assert scores(own, left) @ force == pytest.approx(forwards, rel=1e-9)
+
+
+def test_a_dive_that_obeys_its_model_leaves_nothing_that_comes_and_goes(weighing):
+    assert not unexplained_forces(unexplained_of(weighing, weighing.fitted(())))
+
+
+@pytest.mark.parametrize(
+    ("name", "dof", "variable", "timing"),
+    rows_rest_in_soak([
+        ("knocks", 5, "time", "intermittent"), ("own_wake", 0, "speed", "transient"),
+        ("vortex_shedding", 1, "speed", "periodic"), ("ballast_pump", 2, "time", "periodic"),
+    ], keep=2),
+)  # fmt: skip
+def test_a_force_that_comes_and_goes_is_unexplained(name, dof, variable, timing):
+    left = left_of(name, 330_901)
+    assert (dof, variable, timing) in {
+        (one.dof, one.variable, one.timing) for one in unexplained_forces(left)
+    }
+
+
+def test_what_comes_by_a_clock_of_its_own_asks_for_a_dive_on_one_spot(coming_nominal):
+    one = GenericForce(0, "time", None, coming_nominal.course.depth_m, "intermittent")
+    assert character_of(Unexplained((one,), (20.0,), (1.0,))).timing == "intermittent"
+    assert "on one spot" in next_for_unexplained([one], coming_nominal.course, None).manoeuvres[0]
+
+
+def test_a_loud_stretch_now_and_then_is_foretold_and_one_noise_is_not():
+    rng = np.random.default_rng(2)
+    noise, piece = rng.standard_normal(400) ** 2, np.arange(400) // 20
+    assert mixture_gain(noise, 1, piece) < 3.0
+    noise[::17] *= 16.0
+    assert mixture_gain(noise, 1, piece) > 20.0
+
+
+def test_a_wild_reading_is_no_blow(weighing):
+    own, rows = (
+        weighing.rows.axes[0],
+        np.random.default_rng(3).standard_normal(len(weighing.rows.axes[0].std)),
+    )
+    time_s = weighing.now.course.time_s
+    wild = rows.copy()
+    wild[::150] += 30.0
+    gains = [max(one.gain for one in bursts({0: (own, values)}, time_s)) for values in (rows, wild)]
+    assert gains[1] < gains[0] + 5.0
+
+
+Array = NDArray[np.float64]
+PERIOD_S = 90.0
+
+
+def pushed(time_s: Array, vehicle_nm: float) -> Array:
+    """Slow, with no period and no end: two turns that never come back in step."""
+    return vehicle_nm * (np.sin(2 * np.pi * time_s / PERIOD_S) + np.sin(2.7 * np.pi * time_s / PERIOD_S))
+
+
+def fitted(case: Case) -> Nominal:
+    return fitted_nominal(dive_of(case), case.file, case.configuration)
+
+
+def time_s(now: Nominal, dof: int) -> float:
+    """The correlation time that was fitted to an axis's disturbance."""
+    problems = zip(now.joint.problems, now.joint.places, strict=True)
+    (place,) = [place for problem, place in problems if problem.axis.dof == dof]
+    return float(np.exp(now.theta[place][TIME_CONSTANT]))
+
+
+@pytest.fixture(scope="module")
+def quiet() -> Case:
+    return draw_case(391_518, kind="none", seconds=300.0)
+
+
+def test_the_disturbance_of_a_sea_is_not_slow(quiet: Case) -> None:
+    assert all(one.gain < UNKNOWN_NATS for one in slow_forces(fitted(quiet)))
+
+
+def test_a_smoother_sea_that_forgets_as_soon_is_not_slow() -> None:
+    now = fitted(draw_case(430_060, kind="none"))
+    yaw, others = time_s(now, 5), [time_s(now, dof) for dof in (0, 1, 2)]
+    assert yaw > 2 * max(others)
+    assert 5 not in slow_axes(now)
+
+
+def with_times(now: Nominal, times_s: dict[int, float]) -> Nominal:
+    """The same filters with other correlation times by degree of freedom."""
+    theta = now.theta.copy()
+    for problem, place in zip(now.joint.problems, now.joint.places, strict=True):
+        theta[place.start + TIME_CONSTANT] = np.log(times_s[problem.axis.dof])
+    return replace(now, theta=theta)
+
+
+def test_a_memory_that_is_held_behind_a_filter_tells_nothing_of_the_sea(
+    quiet: Case, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(slow, "_forgets", lambda *_: False)
+    now = fitted(quiet)
+    filtered = with_times(now, {dof: 1.5 if dof < 3 else 5.5 for dof in range(6)})
+    assert set(slow_axes(filtered)) == {3, 4, 5} & {p.axis.dof for p in now.joint.problems}
+    assert slow_axes(replace(filtered, filtered=(0, 1, 2))) == {}
+
+
+def test_a_dive_that_is_short_beside_the_sea_shows_no_slow_force(quiet: Case) -> None:
+    now = fitted(quiet)
+    lasting_s = float(now.course.since_s[-1])
+    rising = np.linspace(-1.0, 1.0, len(now.course.time_s))
+    assert not slow._forgets(rising, 0.01 * lasting_s, now)
+    assert slow._forgets(rising, 0.13 * lasting_s, now)
+
+
+def test_a_slow_push_that_the_disturbance_took_up_is_told_with_its_axis_and_course(quiet: Case) -> None:
+    size = 2.0 * float(quiet.vehicle.disturbance[5])
+
+    def apply(site: Site, _: np.random.Generator) -> None:
+        site.push[:, 5] += pushed(site.time_s, size)
+
+    now = fitted(replace(quiet, planted=(Planted("push", {}, apply, 1.0, novel=True),)))
+    assert [*slow_axes(now)] == [5]
+    (found,) = slow_forces(now)
+    true = pushed(now.course.time_s, size)
+    assert found.gain > 2 * UNKNOWN_NATS
+    assert np.corrcoef(found.force, true)[0, 1] > 0.8
+    assert np.std(found.force) == pytest.approx(np.std(true), rel=0.3)
+    left = unexplained_of(weighing_of(now, ()), weighing_of(now, ()).fitted(()))
+    told = [(shape.dof, shape.timing) for shape in left.shapes]
+    assert (5, "drifting") in told
+
+
+def seas_with(names, seed):
+    case = draw_case(seed, names=names, size=0.7, seconds=200.0)
+    nominal = nominal_of(dive_of(case), case.file, next(iter(case.file.vehicle.configurations)))
+    return case, seas_of(nominal)
+
+
+def periods(effect):
+    return [float(one) for one in effect.variant.removesuffix(" s").replace(" and ", ", ").split(", ")]
+
+
+@pytest.mark.parametrize(
+    ("name", "seed", "near"), [("waves", 300_911, 0.15), ("varying_current", 300_912, 0.3)]
+)
+def test_a_sea_that_comes_and_goes_is_among_the_candidates_with_its_period(name, seed, near):
+    case, seas = seas_with([name], seed)
+    true_s = case.truth()["effects"][0]["parameters"]["period"]
+    found = [effect for effect in seas if effect.name == name]
+    assert found
+    for effect in found:
+        assert all(one == pytest.approx(true_s, rel=near) for one in periods(effect))
+
+
+def test_every_line_lies_in_its_band_and_has_its_own_parameters():
+    _, seas = seas_with([], 300_913)
+    for effect in seas:
+        low, high = WAVES_S if effect.name == "waves" else CURRENTS_S
+        assert all(0.95 * low <= one <= 1.05 * high for one in periods(effect))
+        assert len(effect.parameters) == len(periods(effect)) * (6 if effect.name == "waves" else 4)
+        assert np.all(effect.none() == 0.0)
+
+
+def test_a_period_is_known_to_half_a_turn_in_the_dive():
+    low, high = period_interval(90.0, 600.0)
+    assert (1 / low - 1 / 90.0) * 600.0 == pytest.approx(0.5)
+    assert (1 / 90.0 - 1 / high) * 600.0 == pytest.approx(0.5)
+
+
+def test_a_period_as_long_as_the_dive_has_ends():
+    low, high = period_interval(200.0, 120.0)
+    assert 0 < low < 200.0 < high < np.inf

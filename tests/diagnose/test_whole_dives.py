@@ -1,0 +1,188 @@
+"""Dives of the simulator, of real firmware and of others: what hides in them is named, and nothing else."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+from soak import rest_in_soak
+
+from bench.field.draw import draw
+from bridge.framing import Framer
+from bridge.simulator.dive import simulate_dive
+from bridge.simulator.missions import validation
+from bridge.tlog import TlogWriter
+from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.thrusters import shaft_speed
+from identify.challenge.case import dive_of, draw_case
+from identify.diagnose.candidates import Cause
+from identify.diagnose.diagnose import diagnose
+from identify.diagnose.findings import parameters_of
+from identify.diagnose.nominal import nominal_of
+from identify.diagnose.recording import fitted_nominal
+from identify.diagnose.search import LEAST_GAIN, LEAST_MOTION_NATS, explain
+from identify.diagnose.weighing import weighing_of
+from identify.dive import Signal
+from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE_SHIFTED, SATURATION, thruster_lag
+from identify.effects.hydrodynamics import QUADRATIC_DRAG
+from identify.effects.shaft import thrust_by_shaft
+from identify.identification import Z95
+from identify.ingest.open import read_dive
+
+ROOT = Path(__file__).resolve().parents[2]
+SHARED = ROOT.parent / "shared"
+SEALED = SHARED / "sealed"
+SCHEMA = Path(__file__).resolve().parents[1] / "data" / "answers.schema.json"
+WHOLE_S = 1000.0
+short_or_whole = pytest.mark.parametrize("seconds", rest_in_soak([200.0, WHOLE_S]))
+ANSWERS = ROOT / "tests" / "data" / "sealed_answers"
+
+
+def told(name, seconds, lag_s=0.03):
+    if not SEALED.is_dir():
+        pytest.skip("no shared data beside the checkout")
+    file = load_vehicle(str(ROOT / "tests/data/vehicles/hovering.yaml"))
+    curve = replace(file.vehicle.thrust_curve, lag_s=lag_s)
+    file = replace(file, vehicle=replace(file.vehicle, thrust_curve=curve))
+    dives = (read_dive(SEALED / name / f"{which}.tlog.gz") for which in ("dive", "check"))
+    dive, check = (one.between(one.span_s[0], one.span_s[0] + seconds) for one in dives)
+    return diagnose(dive, file, "hovering", check=check, progress=lambda *_report: None)
+
+
+@short_or_whole
+def test_a_dive_that_hides_nothing_has_no_gap(seconds):
+    found = told("open_1", seconds)
+    assert found.verdict == "no_gap"
+    assert found.findings == ()
+    assert found.gap.before == pytest.approx(1.0, abs=0.15)
+    assert found.check.after == pytest.approx(1.0, abs=0.15)
+
+
+@short_or_whole
+def test_a_drag_that_is_hidden_is_named_with_its_size_and_nothing_else_is(seconds):
+    found = told("open_2", seconds)
+    assert [one.name for one in found.findings] == ["quadratic_drag"]
+    truth = {"X_uu": 30.37, "Y_vv": 28.65, "N_rr": 10.43}
+    for name, value in truth.items():
+        one = found.findings[0].parameters[name]
+        std = (one.high95 - one.low95) / 3.92
+        assert abs(one.value - value) < 3.3 * std, name
+    assert found.check.after < found.check.before
+    assert found.heldout.after < found.heldout.before
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("lag_s", [0.05, 0.01])
+def test_a_lag_of_the_vehicle_file_that_is_20_ms_off_is_named_with_the_true_one(lag_s):
+    found = told("open_1", WHOLE_S, lag_s)
+    assert (found.verdict, [one.name for one in found.findings]) == ("explained", ["thruster_lag"])
+    true = found.findings[0].parameters["time_constant"]
+    assert true.low95 < 0.03 < true.high95
+
+
+@pytest.mark.parametrize("letter", "abcdefg")
+def test_the_answers_to_the_sealed_dives_keep_to_the_schema(letter):
+    answer = json.loads((ANSWERS / f"{letter}.json").read_text(encoding="utf-8"))
+    jsonschema.validate(answer, json.loads(SCHEMA.read_text(encoding="utf-8")))
+    assert sum(one["share"] for one in answer["gap"]["where"]) == pytest.approx(1.0)
+
+
+DIVE = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "ardusub_sitl" / "still.tlog.gz"
+TRUE = {"X_uu": 48.285, "Y_vv": 62.08, "Z_ww": 68.98}
+
+
+def test_the_firmwares_own_submarine_has_quadratic_drag_and_nothing_else():
+    if not DIVE.exists():
+        pytest.skip("needs ../shared/data beside the checkout")
+    file = load_vehicle("ardusub_vectored")
+    found = diagnose(read_dive(DIVE, None, file), file, "vectored", progress=lambda *_: None)
+    assert [one.name for one in found.findings] == ["quadratic_drag"]
+    assert found.verdict == "explained"
+    parameters = found.findings[0].parameters
+    # Velocities come from the firmware's own filter: that widens nothing and shifts some.
+    for name, value in TRUE.items():
+        assert parameters[name].value == pytest.approx(value, rel=0.2)
+
+
+FILE = load_vehicle("ruvifist")
+BEFORE_THE_SHAFT = (
+    thruster_lag(FILE.vehicle.thrust_curve.lag_s), COMMAND_DELAY, DEAD_ZONE_SHIFTED, SATURATION,
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def dive(tmp_path_factory):
+    path = tmp_path_factory.mktemp("honest") / "telemetry.tlog"
+    framer = Framer()
+    with TlogWriter(path) as writer:
+
+        def sink(unix_s, data):
+            for frame in framer.feed(data):
+                writer.write(int(unix_s * 1e6), frame.raw)
+
+        simulate_dive(FILE, "survey", validation(sways=False), seed=4, sink=sink)
+    return read_dive(path, None, FILE)
+
+
+def test_shaft_speeds_half_of_which_are_told_late_make_no_cause(dive):
+    assert dive.rpm is not None
+    found = diagnose(dive, FILE, "survey", effects=BEFORE_THE_SHAFT, progress=lambda *_report: None)
+    assert (found.verdict, found.findings) == ("no_gap", ())
+
+
+DELAY_S = 0.27
+
+
+def test_a_long_delay_is_found_with_its_size_and_only_where_it_is_there(tmp_path: Path) -> None:
+    case = draw(560_000, 23, "command_delay", size=DELAY_S / 0.15, seconds=120.0)
+    for name, data in case.files().items():
+        (tmp_path / name).write_bytes(data)
+    file = load_vehicle(str(tmp_path / "vehicle.yaml"))
+    (kind,) = file.vehicle.configurations
+    library = (COMMAND_DELAY, thruster_lag(file.vehicle.thrust_curve.lag_s), QUADRATIC_DRAG)
+    nominal = fitted_nominal(read_dive(tmp_path / "dive.tlog.gz", None, file), file, kind)
+    assert nominal.late_thrust_s == (pytest.approx(DELAY_S, abs=0.02), 0.0)
+    found = {cause.effect: cause.values for cause in explain(nominal, library, lambda *_: None).causes}
+    assert set(found) == {COMMAND_DELAY, QUADRATIC_DRAG}
+    assert found[COMMAND_DELAY][0] == pytest.approx(DELAY_S, abs=0.02)
+    misled = replace(nominal, late_thrust_s=(0.9, 0.0))
+    begun = explain(misled, (COMMAND_DELAY,), lambda *_: None)
+    assert all(cause.values[0] < 0.5 for cause in begun.causes)
+
+
+MOST_TOLD = 0.9
+LIBRARY = (SATURATION,)
+
+
+@pytest.fixture(scope="module")
+def shafts_say():
+    """The nominal fit of a vehicle that hides nothing, whose speed controllers tell no fast turning; and the thrust of
+    what they tell at most, N."""
+    case = draw_case(300_904, names=[], seconds=100.0, rpm=True)
+    dive, curve = dive_of(case), case.file.vehicle.thrust_curve
+    thrust_n = thrust_by_shaft(curve, dive.rpm.value)
+    most_n = MOST_TOLD * np.abs(thrust_n).max()
+    speeds = 60.0 * shaft_speed(curve, np.clip(thrust_n, -most_n, most_n))
+    deaf = replace(dive, rpm=Signal(dive.rpm.time_s, speeds))
+    return nominal_of(deaf, case.file, case.configuration), most_n
+
+
+def test_controllers_that_tell_no_fast_turning_limit_no_thrust(shafts_say):
+    nominal, most_n = shafts_say
+    alone = weighing_of(nominal, LIBRARY).fitted([Cause(SATURATION, np.array([most_n]))])
+    assert alone.gain > 10 * LEAST_GAIN
+    assert alone.motion_nats < LEAST_MOTION_NATS
+    assert explain(nominal, LIBRARY, lambda *_report: None).causes == ()
+
+
+def test_an_interval_ends_where_a_parameter_does(shafts_say):
+    nominal, most_n = shafts_say
+    lag = thruster_lag(nominal.course.lag_s)
+    fit = weighing_of(nominal, LIBRARY).fitted([Cause(SATURATION, np.array([most_n]))])
+    wide = replace(fit, causes=(Cause(lag, np.array([0.08])),), covariance=np.array([[1.0]]))
+    shafts_say = parameters_of(wide, 0)["time_constant"]
+    assert (shafts_say.value, shafts_say.low95, shafts_say.high95) == (0.08, 0.0, pytest.approx(0.08 + Z95))
+    close = replace(wide, causes=(Cause(lag, np.array([4.9])),))
+    assert parameters_of(close, 0)["time_constant"].high95 == 5.0

@@ -1,0 +1,503 @@
+"""What a dive, a command or a result names is a bounded file that is read and never run."""
+
+import ast
+import asyncio
+import copy
+import gzip
+import json
+import os
+import random
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fuzz_files import IDENTIFIED
+from fuzz_files import identification as fuzz_files_identification
+
+from bridge import parameter_store
+from bridge.clock import SimulatedClock
+from bridge.errors import ConfigError, LogError, ParamError, ParamRejected, SeatrialError
+from bridge.file_size import MOST_SMALL_BYTES, read_small
+from bridge.ftp.files import Segments
+from bridge.new_file import clear_way, open_new
+from bridge.ring.segments import Segment, segments_in
+from bridge.schema import load_yaml
+from bridge.tlog import FEW_BYTES, MOST_BYTES, MOST_FOLDS, UNFOLD_BYTES, load_bytes
+from bridge.vehicle.config import CONFIGS, load_vehicle
+from gcs_plugin.dive_order import GLANCE
+from gcs_plugin.fetch.mirror import Mirror
+from gcs_plugin.fetch.whole import write_records
+from gcs_plugin.folder import About, DiveFolder
+from gcs_plugin.holder import held
+from gcs_plugin.mavproxy.work import Work
+from gcs_plugin.params.files import LARGEST_FILE_BYTES, read_parameters
+from gcs_plugin.params.sidecar import read_sidecar
+from identify.batch.jobs import IDENTIFY, job_for
+from identify.batch.recordings import Recording
+from identify.batch.run import Cache
+from identify.challenge.seal import read_key
+from identify.ingest.open import read_dive
+from identify.report.page import Report, write_report
+from tui.accepted import priors_of
+from tui.app import themes
+from tui.app.jobs import Kept
+from tui.app.keys import load_keymap
+from tui.app.screens.identify_lines import found, places
+from tui.commands.challenge import _answer
+from tui.commands.plan import check_plan, identification
+from tui.dive_list import row_of
+from tui.exit_codes import UsageError
+from tui.job import work
+from tui.parameter_files import Leave, read_identification, targets_of_identification
+from tui.recordings import vehicle_named
+
+ROOT = Path(__file__).resolve().parents[2]
+PRODUCT = ("bridge", "gcs_plugin", "identify", "tui", "blueos")
+
+
+def about(folder: Path, named: str) -> About:
+    DiveFolder(folder).describe(About(named, "", "hovering"))
+    return DiveFolder(folder).about()
+
+
+@pytest.mark.parametrize(
+    "named", ["../../etc/passwd", "/etc/passwd", "/dev/zero", "fifo.yaml", "fifo", "folder.yaml", ""]
+)
+def test_nothing_but_a_vehicle_file_is_opened_on_a_dives_word(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, named: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder.yaml").mkdir()
+    for name in ("fifo", "fifo.yaml"):
+        os.mkfifo(tmp_path / name)
+    said = about(tmp_path, named)
+    assert said.vehicle_path is None
+    assert vehicle_named(said, "ruvifist") == "ruvifist"
+    if named:
+        with pytest.raises(
+            ConfigError, match="the dive's vehicle file is not there; give one with --vehicle"
+        ):
+            vehicle_named(said)
+
+
+def test_the_list_of_dives_opens_none_either(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "fifo.yaml")
+    about(tmp_path, str(tmp_path / "fifo.yaml"))
+    (tmp_path / "telemetry.tlog").write_bytes(b"")
+    assert row_of(tmp_path).name == tmp_path.name
+
+
+def test_a_vehicle_file_is_opened_where_the_dive_says_and_else_where_ours_lie(tmp_path: Path) -> None:
+    own = tmp_path / "own.yaml"
+    own.write_bytes((CONFIGS / "vehicles" / "ruvifist.yaml").read_bytes())
+    assert vehicle_named(about(tmp_path, str(own))) == f"{own}:hovering"
+    ours = CONFIGS / "vehicles" / "ruvifist.yaml"
+    assert vehicle_named(about(tmp_path, "/gone/ruvifist.yaml")) == f"{ours}:hovering"
+    assert vehicle_named(about(tmp_path, "/gone/../../ruvifist.yaml")) == f"{ours}:hovering"
+
+
+FORBIDDEN = {
+    "eval", "exec", "pickle.load", "pickle.loads", "marshal.loads", "shelve.open", "np.load", "numpy.load",
+    "torch.load", "yaml.full_load", "yaml.unsafe_load", "os.system", "os.popen",
+}  # fmt: skip
+
+
+def calls(tree: ast.AST) -> Iterator[tuple[str, ast.Call]]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call):
+            yield ast.unparse(node.func), node
+
+
+def test_nothing_that_runs_what_it_reads_is_called_anywhere() -> None:
+    found, files = [], [file for room in PRODUCT for file in (ROOT / room).rglob("*.py")]
+    assert len(files) > 200
+    for file in files:
+        place = str(file.relative_to(ROOT))
+        for name, call in calls(ast.parse(file.read_text(encoding="utf-8"))):
+            loader = name == "yaml.load" and place != "bridge/plain.py"
+            shell = any(word.arg == "shell" for word in call.keywords)
+            if name in FORBIDDEN or loader or shell:
+                found.append(f"{place}:{call.lineno} {name}")
+    assert found == []
+
+
+def test_a_file_that_unfolds_beyond_all_measure_is_cut_before_it_fills_the_memory(tmp_path: Path) -> None:
+    path = tmp_path / "dive.tlog.gz"
+    for good, most in ((b"", FEW_BYTES), (random.Random(0).randbytes(300_000), 2 * MOST_FOLDS * 300_000)):
+        path.write_bytes(gzip.compress(good) + gzip.compress(bytes(1 << 26)))
+        data, whole = load_bytes(path)
+        assert data.startswith(good)
+        assert FEW_BYTES < len(data) < most + UNFOLD_BYTES * 1040
+        assert not whole
+
+
+def test_nothing_is_written_through_a_link_that_a_dive_holds(tmp_path: Path) -> None:
+    ours, folder = tmp_path / "ours.txt", tmp_path / "dive"
+    folder.mkdir()
+    for name in ("dive.part", "telemetry.whole.tlog.part", ".glance.part"):
+        ours.write_text("ours", encoding="utf-8")
+        (folder / name).symlink_to(ours)
+        with open_new(folder / name) as made:
+            made.write(b"theirs")
+        assert (folder / name).read_bytes() == b"theirs"
+        assert ours.read_text(encoding="utf-8") == "ours"
+        (folder / name).unlink()
+    for name in (f"dive.yaml.{os.getpid()}.part", "telemetry.whole.tlog.part"):
+        (folder / name).symlink_to(ours)
+    DiveFolder(folder).describe(About("ruvifist", "", "hovering"))
+    write_records(folder / "telemetry.whole.tlog", [(1, b"theirs")])
+    assert ours.read_text(encoding="utf-8") == "ours"
+    assert DiveFolder(folder).about().configuration == "hovering"
+
+
+@pytest.fixture(params=["a pipe", "a device", "a link to a device"])
+def endless(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """What gives bytes without an end, or none at all; who opens it to read fails instead of hanging."""
+    path = tmp_path / "telemetry.tlog"
+    if request.param == "a pipe":
+        os.mkfifo(path)
+    elif request.param == "a device":
+        path = Path("/dev/zero")
+    else:
+        path.symlink_to("/dev/zero")
+    monkeypatch.setattr(Path, "read_bytes", lambda _: pytest.fail("opened"))
+    monkeypatch.setattr(Path, "read_text", lambda *_, **__: pytest.fail("opened"))
+    return path
+
+
+def test_a_recording_that_has_no_end_is_refused_before_it_is_opened(endless: Path) -> None:
+    with pytest.raises(LogError) as refused:
+        load_bytes(endless)
+    assert str(refused.value) == f"{endless}: is no file; take it away"
+
+
+def test_a_parameter_file_that_has_no_end_is_refused_before_it_is_opened(endless: Path) -> None:
+    with pytest.raises(ParamRejected) as refused:
+        read_parameters(endless)
+    assert str(refused.value) == f"{endless}: is no file; give a .param file"
+
+
+def test_a_dive_whose_recording_is_a_pipe_is_refused_in_one_sentence(tmp_path: Path) -> None:
+    pipe = tmp_path / "telemetry.tlog"
+    os.mkfifo(pipe)
+    with pytest.raises(LogError) as refused:
+        read_dive(tmp_path)
+    assert str(refused.value) == f"{pipe}: is no file; take it away"
+
+
+def test_pipes_beside_a_recording_are_no_results_of_ours_and_hold_nothing_up(tmp_path: Path) -> None:
+    (tmp_path / "telemetry.tlog").write_bytes(b"")
+    for name in ("identified.json", GLANCE, "x.param.json"):
+        os.mkfifo(tmp_path / name)
+    assert row_of(tmp_path).learnt == ()
+    with pytest.raises(ParamRejected, match=r"x\.param\.json: not a sidecar .*a pipe or a device"):
+        read_sidecar(tmp_path / "x.param")
+    os.mkfifo(tmp_path / "dive.yaml")
+    with pytest.raises(ConfigError) as refused:
+        DiveFolder(tmp_path).about()
+    assert str(refused.value) == f"{tmp_path / 'dive.yaml'}: is no file; take it away"
+
+
+def test_a_result_larger_than_any_of_ours_is_not_read(tmp_path: Path) -> None:
+    path = grown(tmp_path / "identified.json", MOST_SMALL_BYTES + 1)
+    with pytest.raises(OSError, match="more than the 64 MB"):
+        read_small(path)
+    assert read_small(grown(path, 3)) == 3 * "\0"
+
+
+def test_what_is_fetched_is_written_through_no_link(tmp_path: Path) -> None:
+    ours, folder = tmp_path / "ours.txt", tmp_path / "ring"
+    folder.mkdir()
+    ours.write_text("ours", encoding="utf-8")
+    (folder / "a.tlog.part").symlink_to(ours)
+    with pytest.raises(LogError, match="is no file; take it away"):
+        Mirror(folder).append("a.tlog", b"theirs")
+    assert ours.read_text(encoding="utf-8") == "ours"
+
+
+def grown(path: Path, size: int) -> Path:
+    """A file that says it is so long, and takes no room on the disk."""
+    with path.open("wb") as file:
+        file.truncate(size)
+    return path
+
+
+@pytest.mark.parametrize("name", ["telemetry.tlog", "telemetry.tlog.gz", "telemetry.bin", "telemetry.csv"])
+def test_a_recording_larger_than_any_dive_is_refused_before_it_is_opened(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    path = grown(tmp_path / name, MOST_BYTES + 1)
+    monkeypatch.setattr(Path, "read_bytes", lambda _: pytest.fail("opened"))
+    with pytest.raises(LogError) as refused:
+        load_bytes(path)
+    assert str(refused.value) == (
+        f"{path}: 2.1 GB is more than the 2.1 GB that are read of a file, which hold a dive of a day; give a part of it"
+    )
+
+
+def test_a_recording_as_large_as_the_largest_dive_is_opened(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Path, "read_bytes", lambda _: b"as it is")
+    assert load_bytes(grown(tmp_path / "telemetry.tlog", MOST_BYTES)) == (b"as it is", True)
+
+
+def test_a_parameter_file_of_more_than_some_megabytes_is_refused_before_it_is_opened(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = grown(tmp_path / "large.param", LARGEST_FILE_BYTES + 1)
+    monkeypatch.setattr(Path, "read_text", lambda *_, **__: pytest.fail("opened"))
+    with pytest.raises(ParamRejected, match="4000001 bytes is too long for a parameter file; give another"):
+        read_parameters(path)
+
+
+ODD = "no file, but a pipe or a device"
+LARGE = "more than the 64 MB that any of ours has"
+
+
+def pipe(path: Path) -> None:
+    os.mkfifo(path)
+
+
+def device(path: Path) -> None:
+    path.symlink_to("/dev/zero")
+
+
+def large(path: Path) -> None:
+    """Takes no room on the disk."""
+    with path.open("wb") as file:
+        file.truncate(MOST_SMALL_BYTES + 1)
+
+
+@pytest.fixture
+def shut(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
+    """From its call on no file may be opened: who does so fails instead of hanging."""
+
+    def shut_() -> None:
+        monkeypatch.setattr(Path, "open", lambda *_, **__: pytest.fail("opened"))
+
+    return shut_
+
+
+JSON: dict[str, tuple[Callable[[Path], Any], type[SeatrialError]]] = {
+    "an identification": (read_identification, UsageError),
+    "what a plan starts from": (lambda path: identification(str(path)), UsageError),
+    "what a vehicle keeps": (parameter_store.load, ParamError),
+    "an answer to a case": (_answer, LogError),
+}
+
+
+@pytest.mark.parametrize("name", JSON)
+@pytest.mark.parametrize(("put", "why"), [(pipe, ODD), (device, ODD), (large, LARGE)])
+def test_json_that_has_no_end_is_refused_in_one_sentence_before_it_is_opened(
+    tmp_path: Path, shut: Callable[[], None], put: Callable[[Path], None], why: str, name: str
+) -> None:
+    read, refusal = JSON[name]
+    path = tmp_path / "a.json"
+    put(path)
+    shut()
+    with pytest.raises(refusal, match=re.escape(why)) as refused:
+        read(path)
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("put", [pipe, device])
+@pytest.mark.parametrize(
+    "read", [load_yaml, lambda path: load_vehicle(str(path)), lambda path: load_keymap(path, ())]
+)
+def test_yaml_that_has_no_end_is_refused_before_it_is_opened(
+    tmp_path: Path, shut: Callable[[], None], put: Callable[[Path], None], read: Callable[[Path], Any]
+) -> None:
+    path = tmp_path / "a.yaml"
+    put(path)
+    shut()
+    with pytest.raises(ConfigError) as refused:
+        read(path)
+    assert str(refused.value) == f"{path}: is {ODD}; give a YAML file"
+
+
+@pytest.mark.parametrize("put", [pipe, device, large])
+def test_a_plan_is_put_in_place_of_none_but_a_plan(tmp_path: Path, put: Callable[[Path], None]) -> None:
+    put(tmp_path / "plan.yaml")
+    with pytest.raises(UsageError, match="exists and is no plan, so it stays; name another file"):
+        check_plan(str(tmp_path / "plan.yaml"))
+
+
+@pytest.mark.parametrize("put", [pipe, device, large])
+def test_what_lies_where_the_program_keeps_its_state_holds_nothing_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, shut: Callable[[], None], put: Callable[[Path], None]
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    (tmp_path / "seatrial").mkdir()
+    for name in ("tui.json", "recording.json"):
+        put(tmp_path / "seatrial" / name)
+    shut()
+    assert themes.load_theme() == themes.ORDER[0]
+    assert held(0.0) is None
+
+
+@pytest.mark.parametrize("put", [pipe, device])
+def test_a_batch_keeps_nothing_in_what_is_no_file(tmp_path: Path, put: Callable[[Path], None]) -> None:
+    put(tmp_path / "kept")
+    with pytest.raises(LogError, match=f"the results can't be kept there \\({ODD}\\)"):
+        Cache(tmp_path / "kept")
+
+
+@pytest.mark.parametrize(("put", "why"), [(pipe, ODD), (device, ODD), (large, LARGE)])
+def test_a_column_map_without_an_end_is_not_read_for_its_hash(
+    tmp_path: Path, put: Callable[[Path], None], why: str
+) -> None:
+    path = tmp_path / "columns.yaml"
+    put(path)
+    dive = Recording("dive", tmp_path, (), "ab", 1)
+    with pytest.raises(OSError, match=why):
+        job_for(IDENTIFY, dive, load_vehicle("ruvifist"), "likelihood", path)
+
+
+@pytest.mark.parametrize("put", [pipe, device, large])
+def test_a_key_of_answers_without_an_end_is_no_key(
+    tmp_path: Path, shut: Callable[[], None], put: Callable[[Path], None]
+) -> None:
+    put(tmp_path / "key")
+    shut()
+    with pytest.raises(LogError, match="holds no key"):
+        read_key(tmp_path / "key")
+
+
+THINGS = ["a pipe", "a link", "a link to nothing", "a link to a device"]
+
+
+@pytest.fixture
+def ours(tmp_path: Path) -> Path:
+    path = tmp_path / "ours.txt"
+    path.write_text("ours", encoding="utf-8")
+    return path
+
+
+@pytest.fixture(params=THINGS)
+def put(request: pytest.FixtureRequest, ours: Path) -> Callable[[Path], Path]:
+    """Puts something at a place that is no file of its own."""
+
+    def at(place: Path) -> Path:
+        if request.param == "a pipe":
+            os.mkfifo(place)
+        else:
+            targets = {"a link": ours, "a link to nothing": ours.with_name("nothing")}
+            place.symlink_to(targets.get(request.param, "/dev/null"))
+        return place
+
+    return at
+
+
+def test_a_result_goes_to_its_own_place_in_the_app(
+    tmp_path: Path, ours: Path, put: Callable[[Path], Path]
+) -> None:
+    place = put(tmp_path / "identified.json")
+    done = asyncio.run(work(["dives", str(tmp_path), "--json", str(place)], lambda _: None))
+    assert done.code == 0
+    assert json.loads(place.read_text(encoding="utf-8")) == []
+    assert not place.is_symlink()
+    assert ours.read_text(encoding="utf-8") == "ours"
+    assert not ours.with_name("nothing").exists()
+
+
+def test_so_it_does_in_mavproxy(
+    tmp_path: Path, put: Callable[[Path], Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun: list[list[str]] = []
+    monkeypatch.setattr("gcs_plugin.mavproxy.work.Job", lambda _title, words, *_: begun.append(words))
+    place, named = put(tmp_path / "identified.json"), put(tmp_path / "named.param")
+    Work(SimulatedClock(), lambda _: None).begin("identify", tmp_path, ["--param", str(named)], "ruvifist")
+    assert str(place) in begun[0]
+    assert not os.path.lexists(place)
+    assert os.path.lexists(named)  # where the user says is his own
+
+
+def test_files_and_folders_stay(tmp_path: Path, ours: Path) -> None:
+    (tmp_path / "folder").mkdir()
+    for name in ("folder", ours.name, "nothing"):
+        clear_way(tmp_path / name)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["folder", ours.name]
+
+
+def test_a_page_is_written_through_no_link(tmp_path: Path, ours: Path, put: Callable[[Path], Path]) -> None:
+    put(tmp_path / f"page.html.{os.getpid()}.part")
+    put(tmp_path / "page.html")
+    page = write_report(tmp_path / "page.html", Report("title", "", "all is well"))
+    assert "all is well" in page.read_text(encoding="utf-8")
+    assert ours.read_text(encoding="utf-8") == "ours"
+
+
+def test_pipes_under_the_names_of_results_hold_no_screen_up(tmp_path: Path) -> None:
+    (tmp_path / "telemetry.tlog").write_bytes(b"")
+    for path in (tmp_path / "diagnosis.json", places(tmp_path)["--json"]):
+        os.mkfifo(path)
+    assert Kept(lambda data: data).read(tmp_path / "diagnosis.json") is None
+    assert found(tmp_path, tmp_path / "receipts") is None
+
+
+def test_a_ring_hands_out_files_alone(tmp_path: Path, put: Callable[[Path], Path]) -> None:
+    name = Segment(1, 2, 3, 4).name
+    put(tmp_path / name)
+    assert segments_in(tmp_path) == []
+    assert Segments(tmp_path).sizes() == []
+    with pytest.raises(FileNotFoundError):
+        Segments(tmp_path).read(name, 0, 9)
+
+
+ANY = Leave(any_vehicle=True, doubts=True)
+
+
+def put_answer(folder: Path, place: tuple[str | int, ...], value: Any) -> Path:
+    data = copy.deepcopy(json.loads(IDENTIFIED))
+    holder = data
+    for key in place[:-1]:
+        holder = holder[key]
+    holder[place[-1]] = value
+    path = folder / "i.json"
+    path.write_text(json.dumps(data), encoding="utf-8")
+    return path
+
+
+def test_the_one_that_all_are_made_of_is_taken(tmp_path: Path) -> None:
+    (tmp_path / "i.json").write_bytes(IDENTIFIED)
+    (_, (configuration, priors)), targets = fuzz_files_identification(tmp_path)
+    assert configuration == "hovering"
+    assert list(priors) == ["M_u"]
+    assert list(targets.values.values()) == [150.5]
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        (("parameters", 0), 3),
+        (("parameters", 0, "name"), ["M_u"]),
+        (("parameters", 0, "high95"), "1e400"),
+        (("parameters", 0, "low95"), [1]),
+        (("thrust_scale",), 2.0),
+        (("thrust_scale", "shift"), {}),
+        (("prior_dives",), 1.5),
+        (("doubts", 0), "M_u"),
+        (("vehicle",), []),
+    ],
+)
+def test_one_with_something_else_in_a_place_is_refused(
+    tmp_path: Path, place: tuple[str | int, ...], value: Any
+) -> None:
+    path = put_answer(tmp_path, place, value)
+    sentence = f"{path}: is not an identification; give the file that `seatrial identify --json` wrote"
+    with pytest.raises(UsageError) as refused:
+        targets_of_identification(path, "ruvifist:hovering", ANY)
+    assert str(refused.value) == sentence
+    with pytest.raises(UsageError) as refused:
+        priors_of(path, None, ANY)
+    assert str(refused.value) == sentence
+
+
+@pytest.mark.parametrize("value", [float("inf"), float("nan")])
+def test_one_with_what_is_no_number_of_json_is_refused(tmp_path: Path, value: float) -> None:
+    path = put_answer(tmp_path, ("parameters", 0, "low95"), value)
+    with pytest.raises(UsageError, match=r"is no JSON; give the file that --json wrote"):
+        targets_of_identification(path, "ruvifist:hovering", ANY)

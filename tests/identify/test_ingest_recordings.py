@@ -1,0 +1,419 @@
+"""Recordings of the bridge, of ArduSub and of DataFlash logs: every signal arrives in SI units, on one clock."""
+
+import gzip
+import struct
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from built_recordings import (
+    BOOT_UNIX_S,
+    NAN,
+    Stamped,
+    array,
+    attitude,
+    contract_dive,
+    heartbeat,
+    imu,
+    odometry,
+    outputs,
+    recording,
+    servos,
+    write,
+)
+from pymavlink.DFReader import DFReader_binary
+from pymavlink.dialects.v20 import ardupilotmega as mav
+
+from bridge.errors import LogError
+from identify.dive import Dive, Signal
+from identify.ingest.identity import OPENING_BYTES
+from identify.ingest.open import read_dive
+
+SHARED = Path(__file__).resolve().parents[2].parent / "shared"
+
+
+def test_every_signal_of_the_contract_arrives_in_si_units(tmp_path: Path) -> None:
+    dive = read_dive(write(tmp_path / "a.tlog", recording(contract_dive())))
+    assert dive.velocity is not None
+    assert dive.velocity.time_s == pytest.approx(5.0 + np.arange(100) / 10)
+    assert dive.velocity.value[50] == pytest.approx([1.0, 0.2, -0.1])
+    expected = {
+        "gyro": [0.1, 0.2, 0.3], "fog": [0.35], "specific_force": [0, 0, -9.81], "attitude": [1, 0, 0, 0],
+        "pressure": [110050.0], "pwm": [1500, 1600], "rpm": [0, -700], "voltage": [16.3],
+        "tau_cmd": [1, 2, 3, 4, 5, 6], "nu_ref": list(range(14)), "veh_cfg": [1], "armed": [1],
+    }  # fmt: skip
+    for name, value in expected.items():
+        assert dive.signals()[name].value[0] == pytest.approx(value), name
+    assert dive.configuration_index() == 1
+    assert dive.unix_at_boot_s == pytest.approx(BOOT_UNIX_S)
+    assert not dive.velocity_is_filtered
+
+
+def test_the_configuration_is_that_of_most_of_the_dive_and_none_if_no_number_was_told() -> None:
+    time_s = np.arange(4.0)
+    told = Signal(time_s, np.array([[np.nan], [2.0], [1.0], [1.0]]))
+    dive = Dive("a", Path("a.tlog"), "0" * 64, veh_cfg=told)
+    assert dive.configuration_index() == 1
+    silent = Signal(time_s, np.full((4, 1), np.nan))
+    assert replace(dive, veh_cfg=silent).configuration_index() is None
+
+
+def test_a_dvl_without_bottom_lock_stays_unknown(tmp_path: Path) -> None:
+    dive = read_dive(write(tmp_path / "a.tlog", recording(contract_dive())))
+    assert dive.velocity is not None
+    assert np.isnan(dive.velocity.value[3]).all()
+    assert np.isfinite(dive.velocity.value[4]).all()
+
+
+def test_fog_and_imu_are_told_apart_and_fields_that_are_not_new_are_left_out(tmp_path: Path) -> None:
+    stale = (5.55, 1, 1, imu(5.55, 0, 0b000111, (9.0, 9.0, 9.0)))
+    said = sorted([*contract_dive(), stale], key=lambda m: m[0])
+    dive = read_dive(write(tmp_path / "a.tlog", recording(said)))
+    assert dive.gyro is not None
+    assert dive.specific_force is not None
+    assert 9.0 not in dive.gyro.value
+    assert 5.55 in dive.specific_force.time_s
+
+
+def test_an_array_of_another_contract_version_is_not_read(tmp_path: Path) -> None:
+    said = [m for m in contract_dive() if getattr(m[3], "msgname", "") != "DEBUG_FLOAT_ARRAY"]
+    said += [(5.0, 1, 1, array(5.0, "TAU_CMD", (1.0,), version=2))]
+    assert read_dive(write(tmp_path / "a.tlog", recording(said))).tau_cmd is None
+
+
+def test_a_recording_is_known_by_its_unfolded_bytes_and_a_cut_one_by_its_beginning(tmp_path: Path) -> None:
+    data = recording(contract_dive()) * (1 + OPENING_BYTES // len(recording(contract_dive())))
+    dive = read_dive(write(tmp_path / "a.tlog", data))
+    folded = read_dive(write(tmp_path / "b.tlog.gz", gzip.compress(data)))
+    cut = read_dive(write(tmp_path / "c.tlog", data[:OPENING_BYTES]))
+    assert (folded.sha256, folded.opening) == (dive.sha256, dive.opening)
+    assert cut.sha256 != dive.sha256
+    assert cut.opening == dive.opening != ""
+    assert read_dive(write(tmp_path / "d.tlog", data[: OPENING_BYTES - 1])).opening == ""
+
+
+def test_a_dive_folder_joins_its_recordings(tmp_path: Path) -> None:
+    data = recording(contract_dive())
+    first = recording(contract_dive(4))
+    folder = tmp_path / "2026-11-20T0912Z-hovering"
+    folder.mkdir()
+    write(folder / "telemetry.tlog", first)
+    write(folder / "telemetry.2.tlog", data[len(first) :])
+    dive = read_dive(folder)
+    assert dive.velocity is not None
+    assert len(dive.velocity) == 100
+    assert dive.name == "2026-11-20T0912Z-hovering"
+
+
+def test_mavlink_1_frames_are_read(tmp_path: Path) -> None:
+    old = mav.MAVLink(None, srcSystem=1, srcComponent=1)
+    records = b""
+    for k in range(30):
+        for message in (attitude(k / 10, 0.5), servos(k * 100_000, [1500, 1700])):
+            records += struct.pack(">Q", round((BOOT_UNIX_S + k / 10) * 1e6)) + message.pack(
+                old, force_mavlink1=True
+            )
+    dive = read_dive(write(tmp_path / "a.tlog", records))
+    assert dive.pwm is not None
+    assert dive.pwm.value[7] == pytest.approx([1500, 1700])
+    assert dive.attitude is not None
+    assert dive.attitude.value[0] == pytest.approx([np.cos(0.25), 0, 0, np.sin(0.25)])
+
+
+def shared(*parts: str) -> Path:
+    path = SHARED.joinpath(*parts)
+    if not path.exists():
+        pytest.skip(f"{path} is not here")
+    return path
+
+
+def test_a_dive_made_elsewhere_is_read_whole() -> None:
+    dive = read_dive(shared("sealed", "open_1", "dive.tlog.gz"))
+    assert dive.counts["records"] == 102337
+    assert set(dive.signals()) >= {
+        "velocity",
+        "gyro",
+        "fog",
+        "pwm",
+        "tau_cmd",
+        "nu_fb",
+        "nu_ref",
+        "veh_cfg",
+        "rpm",
+    }
+    assert dive.velocity is not None
+    assert dive.velocity.rate_hz == pytest.approx(10.0)
+    assert dive.fog is not None
+    assert dive.gyro is not None
+    assert np.abs(dive.fog.value[:, 0] - dive.gyro.value[:, 2]).mean() < 0.01
+    assert dive.specific_force is not None
+    assert dive.specific_force.value[:, 2].mean() == pytest.approx(-9.81, abs=0.02)
+
+
+@pytest.mark.parametrize("name", ["2023-04-18.tlog", "small.tlog"])
+def test_real_dives_with_slow_commands_are_read_and_judged(name: str) -> None:
+    dive = read_dive(shared("data", "ardusub_dives", name))
+    assert dive.pwm is not None
+    assert dive.pwm.rate_hz == pytest.approx(2.0, abs=0.1)
+    assert any("too slow" in note for note in dive.notes)
+    assert dive.specific_force is not None
+    assert np.linalg.norm(dive.specific_force.value, axis=1).mean() == pytest.approx(9.8, abs=0.3)
+
+
+def ned_velocity(boot_s: float, velocity: tuple[float, float, float]) -> Any:
+    return mav.MAVLink_local_position_ned_message(int(boot_s * 1e3), 0, 0, 0, *velocity)
+
+
+def ardusub_dive(boot_s: float = 0.0) -> list[Stamped]:
+    """Ten seconds of an ArduSub that moves north at 1 m/s while it heads east."""
+    said: list[Stamped] = []
+    for k in range(100):
+        t = boot_s + k / 10
+        own = [
+            attitude(t, np.pi / 2),
+            ned_velocity(t, (1.0, 0.0, 0.2)),
+            servos(round(t * 1e6), [1500, 1600, 0, 1400]),
+            servos(round(t * 1e6), [1111] * 4, port=1),
+            mav.MAVLink_scaled_imu2_message(int(t * 1e3), 0, 0, -1000, 0, 0, 250, 0, 0, 0),
+            mav.MAVLink_global_position_int_message(int(t * 1e3), 0, 0, 0, -2500, 0, 0, 0, 0),
+        ]
+        said += [(t, 1, 1, message) for message in own]
+        if k % 10 == 0:
+            said.append((t, 1, 1, heartbeat(autopilot=3, armed=k >= 50)))
+            said.append((t, 255, 190, heartbeat(mav.MAV_TYPE_GCS, 8, False)))
+    return said
+
+
+def test_ardusub_velocity_is_turned_from_north_east_down_into_body_axes(tmp_path: Path) -> None:
+    dive = read_dive(write(tmp_path / "a.tlog", recording(ardusub_dive())))
+    assert dive.velocity is not None
+    assert dive.velocity.value[40] == pytest.approx([0.0, -1.0, 0.2], abs=1e-6)
+    assert dive.velocity_is_filtered
+    assert dive.depth is not None
+    assert dive.depth.value[0] == pytest.approx([2.5])
+    assert dive.gyro is not None
+    # The rates of ATTITUDE, by which the autopilot steers, and not those of an IMU told as often.
+    assert dive.gyro.value[0] == pytest.approx([0, 0, 0.1])
+    assert dive.armed is not None
+    assert dive.armed.value[:, 0].tolist() == [0.0] * 5 + [1.0] * 5
+
+
+def test_servo_outputs_end_at_the_first_that_is_never_driven(tmp_path: Path) -> None:
+    dive = read_dive(write(tmp_path / "a.tlog", recording(ardusub_dive())))
+    assert dive.pwm is not None
+    assert dive.pwm.value[0] == pytest.approx([1500, 1600])
+
+
+def of_outputs(path: Path, pwm: list[float]) -> Any:
+    said = [(k / 10, 1, 1, outputs(k / 10, pwm)) for k in range(100)]
+    return read_dive(write(path, recording([*said, (10.0, 1, 1, imu(10.0, 0, 56, (0.1, 0.2, 0.3)))]))).pwm
+
+
+def test_an_output_that_is_never_a_number_counts_as_driven(tmp_path: Path) -> None:
+    value = of_outputs(tmp_path / "a.tlog", [NAN, 1500.0, 1600.0]).value
+    assert value.shape == (100, 3)
+    assert np.isnan(value[:, 0]).all()
+    assert value[0, 1:] == pytest.approx([1500.0, 1600.0])
+
+
+def test_unused_outputs_may_all_be_no_number(tmp_path: Path) -> None:
+    assert of_outputs(tmp_path / "a.tlog", [1500.0, 1600.0, *[NAN] * 30]).value.shape == (100, 2)
+
+
+def test_the_32_bit_microseconds_of_servo_outputs_are_unwrapped(tmp_path: Path) -> None:
+    boot_s = 2 * 4294.967296 - 5.0
+    dive = read_dive(write(tmp_path / "a.tlog", recording(ardusub_dive(boot_s))))
+    assert dive.pwm is not None
+    assert dive.pwm.time_s == pytest.approx(boot_s + np.arange(100) / 10, abs=1e-4)
+
+
+def test_position_deltas_of_a_dvl_driver_come_before_the_filtered_velocity(tmp_path: Path) -> None:
+    said = ardusub_dive()
+    for k in range(100):
+        t = k / 10
+        delta = mav.MAVLink_vision_position_delta_message(
+            int(t * 1e6), 100_000, [0] * 3, [0.05, 0.0, 0.01], 100
+        )
+        said.append((t, 255, 0, delta))
+    said.sort(key=lambda m: m[0])
+    dive = read_dive(write(tmp_path / "a.tlog", recording(said)))
+    assert dive.velocity is not None
+    assert dive.velocity.value[10] == pytest.approx([0.5, 0.0, 0.1], abs=1e-6)
+    assert dive.velocity.time_s[10] == pytest.approx(0.95, abs=1e-3)
+    assert not dive.velocity_is_filtered
+
+
+def test_a_bridge_beside_an_autopilot_is_put_on_one_clock(tmp_path: Path) -> None:
+    """The bridge booted 60 s after the autopilot; both say what happens at the same instant."""
+    said: list[Stamped] = []
+    for k in range(100):
+        t = 5.0 + k / 10
+        said.append((t, 1, 191, odometry(t, (t, 0.0, 0.0))))
+        said += [(t, 1, 191, imu(t, 0, 0b111111, (0.0, 0.0, 0.1)))]
+        said.append((t, 1, 1, servos(round((t + 60) * 1e6), [1500, 1600])))
+        said.append((t, 1, 1, mav.MAVLink_scaled_pressure2_message(int((t + 60) * 1e3), 1100.0, 0, 2000)))
+    dive = read_dive(write(tmp_path / "a.tlog", recording(said)))
+    assert dive.pwm is not None
+    assert dive.velocity is not None
+    assert dive.pwm.time_s == pytest.approx(dive.velocity.time_s, abs=1e-3)
+
+
+MAGIC = b"\xa3\x95"
+ATT, RCOU, IMU, ARM = 1, 2, 3, 4
+
+
+def form(kind: int, name: str, letters: str, columns: str, size: int) -> bytes:
+    return (
+        MAGIC
+        + b"\x80"
+        + struct.pack("<BB4s16s64s", kind, size + 3, name.encode(), letters.encode(), columns.encode())
+    )
+
+
+def log(samples: int = 40) -> bytes:
+    """A tenth of a second a step: heading 90 degrees, roll rising by 0.05 degrees a step."""
+    data = form(0x80, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns", 86)
+    data += form(ATT, "ATT", "QccC", "TimeUS,Roll,Pitch,Yaw", 14)
+    data += form(RCOU, "RCOU", "QHHH", "TimeUS,C1,C2,C3", 14)
+    data += form(IMU, "IMU", "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ", 33)
+    data += form(ARM, "ARM", "QB", "TimeUS,ArmState", 9)
+    for k in range(samples):
+        us = 2_000_000 + 100_000 * k
+        data += MAGIC + bytes([ATT]) + struct.pack("<QhhH", us, 5 * k, 0, 9000)
+        data += MAGIC + bytes([RCOU]) + struct.pack("<QHHH", us, 1500 + k, 1400, 0)
+        for instance in (0, 1):
+            data += MAGIC + bytes([IMU]) + struct.pack("<QB6f", us, instance, instance, 0, 0.25, 0, 0, -9.8)
+        if k == 20:
+            data += MAGIC + bytes([ARM]) + struct.pack("<QB", us, 1)
+    return data
+
+
+def test_units_instances_and_unused_outputs_come_out_right(tmp_path: Path) -> None:
+    path = tmp_path / "dive.BIN"
+    path.write_bytes(log())
+    dive = read_dive(path)
+    assert dive.attitude is not None
+    half_roll = np.deg2rad(0.05 * 10) / 2
+    c, s = np.cos(np.pi / 4), np.sin(np.pi / 4)
+    expected = [c * np.cos(half_roll), c * np.sin(half_roll), s * np.sin(half_roll), s * np.cos(half_roll)]
+    assert dive.attitude.value[10] == pytest.approx(expected, abs=1e-9)
+    assert dive.attitude.time_s[10] == pytest.approx(3.0)
+    assert dive.pwm is not None
+    assert dive.pwm.value[3] == pytest.approx([1503, 1400])
+    assert dive.gyro is not None
+    assert dive.gyro.value.tolist() == [[0.0, 0.0, 0.25]] * 40
+    assert dive.armed is not None
+    assert dive.armed.held_at(np.array([2.5, 4.5]))[:, 0].tolist() == [0.0, 1.0]
+
+
+def test_a_damaged_stretch_is_skipped_and_counted(tmp_path: Path) -> None:
+    data = bytearray(log())
+    data[1500:1540] = bytes(40)
+    path = tmp_path / "dive.BIN"
+    path.write_bytes(bytes(data))
+    dive = read_dive(path)
+    assert dive.attitude is not None
+    assert 37 <= len(dive.attitude) <= 39
+    assert any("damaged" in note for note in dive.notes)
+
+
+def test_a_log_cut_anywhere_still_opens(tmp_path: Path) -> None:
+    whole = log()
+    path = tmp_path / "dive.bin"
+    for end in range(700, len(whole), 97):
+        path.write_bytes(whole[:end])
+        assert read_dive(path).pwm is not None
+
+
+def test_a_log_of_formats_alone_says_that_it_holds_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "dive.BIN"
+    path.write_bytes(log(0))
+    with pytest.raises(LogError, match="holds no"):
+        read_dive(path)
+
+
+def test_a_real_log_agrees_with_pymavlink(capfd: pytest.CaptureFixture[str]) -> None:
+    path = SHARED / "data" / "ardusub_dives" / "small.BIN"
+    if not path.exists():
+        pytest.skip(f"{path} is not here")
+    dive = read_dive(path)
+    reader = DFReader_binary(str(path))
+    theirs: dict[str, list[tuple[float, ...]]] = {"RCOU": [], "XKF1": [], "CTUN": []}
+    while (message := reader.recv_match(type=list(theirs))) is not None:
+        fields = {"RCOU": ("C1", "C6"), "XKF1": ("VN", "VE", "VD"), "CTUN": ("Alt",)}[message.get_type()]
+        theirs[message.get_type()].append((message.TimeUS * 1e-6, *(getattr(message, f) for f in fields)))
+    reader.filehandle.close()
+    capfd.readouterr()
+    assert dive.pwm is not None
+    assert dive.depth is not None
+    assert dive.velocity is not None
+    outputs, depth, north = (np.array(theirs[name]) for name in ("RCOU", "CTUN", "XKF1"))
+    assert np.column_stack((dive.pwm.time_s, dive.pwm.value[:, [0, 5]])) == pytest.approx(outputs)
+    assert dive.depth.value[:, 0] == pytest.approx(-depth[:, 1])
+    # Turning to body axes keeps the length.
+    ours = dict(zip(dive.velocity.time_s, np.linalg.norm(dive.velocity.value, axis=1), strict=True))
+    for row in north:
+        if row[0] in ours:
+            assert ours[row[0]] == pytest.approx(np.linalg.norm(row[1:]), rel=1e-6)
+    assert len(ours) > 200
+
+
+def test_a_restart_leaves_the_longest_run(tmp_path: Path) -> None:
+    later = [(t + 100.0, s, c, m) for t, s, c, m in contract_dive(10)]
+    dive = read_dive(write(tmp_path / "a.tlog", recording([*contract_dive(6), *later])))
+    assert dive.velocity is not None
+    assert len(dive.velocity) == 100
+    assert dive.armed is not None
+    assert dive.armed.time_s[0] == pytest.approx(5.0, abs=0.05)
+    assert any("restarted 1 time" in note for note in dive.notes)
+
+
+def run_of(arrived_s: float, seconds: int, pwm: float, armed: bool = True) -> list[Stamped]:
+    """A vehicle that starts when its first message arrives, and drives one thruster all the time."""
+    said: list[Stamped] = []
+    for k in range(10 * seconds):
+        t = k / 10
+        said.append((arrived_s + t, 1, 1, odometry(t, (0.1, 0.0, 0.0))))
+        said.append((arrived_s + t, 1, 1, outputs(t, [1500.0, pwm])))
+        if k % 10 == 0:
+            said.append((arrived_s + t, 1, 1, heartbeat(armed=armed)))
+    return said
+
+
+@pytest.mark.parametrize("afloat", [(1500.0, True), (1600.0, False), (0.0, True), (NAN, False)])
+def test_a_dive_is_used_rather_than_the_longer_time_afloat_after_a_restart(
+    tmp_path: Path, afloat: tuple[float, bool]
+) -> None:
+    dive = read_dive(
+        write(tmp_path / "a.tlog", recording([*run_of(0.0, 12, 1600.0), *run_of(60.0, 40, *afloat)]))
+    )
+    assert dive.velocity is not None
+    assert len(dive.velocity) == 120
+    assert (
+        "The vehicle restarted 1 time during the recording; of 2 runs the one that began at 14:13 UTC, 12 s, is used "
+        "(its thrusters moved it the most, for 12 s); the other lasts 40 s."
+    ) in dive.notes
+
+
+def test_where_no_run_was_driven_the_longest_is_used(tmp_path: Path) -> None:
+    idle = [*run_of(0.0, 12, 1500.0), *run_of(60.0, 20, 1500.0), *run_of(120.0, 5, 1500.0)]
+    dive = read_dive(write(tmp_path / "a.tlog", recording(idle)))
+    assert dive.velocity is not None
+    assert len(dive.velocity) == 200
+    assert any("(it is the longest); the others last 12 s, 5 s." in note for note in dive.notes)
+
+
+def test_an_output_that_stands_off_1500_while_disarmed_is_at_its_neutral_there(tmp_path: Path) -> None:
+    afloat = run_of(60.0, 10, 1100.0, armed=False)
+    later = [
+        (60.0 + k / 10, 1, 1, message)
+        for k in range(100, 400)
+        for message in (
+            odometry(k / 10, (0.0, 0.0, 0.0)), outputs(k / 10, [1500.0, 1100.0]), heartbeat(armed=True)
+        )
+    ]  # fmt: skip
+    dive = read_dive(write(tmp_path / "a.tlog", recording([*run_of(0.0, 12, 1600.0), *afloat, *later])))
+    assert dive.velocity is not None
+    assert len(dive.velocity) == 120
