@@ -78,7 +78,8 @@ class Glance:
 class DiveRow:
     """A dive in a list; `notes` and `events` are the crew's own words, each event with its time.
 
-    `conditions` describes the dive's conditions in a line. `damaged` says why its `dive.yaml` can't be read,
+    `learnt` describes the results next to it, `worked_on` names their kinds ("identified", "diagnosed"); `conditions`
+    describes the dive's conditions in a line. `damaged` says why its `dive.yaml` can't be read,
     `underway` that it is being recorded and holds nothing yet.
     """
 
@@ -89,6 +90,7 @@ class DiveRow:
     notes: str
     events: tuple[str, ...]
     learnt: tuple[str, ...]
+    worked_on: tuple[str, ...] = ()
     conditions: str = ""
     damaged: str = ""
     underway: str = ""
@@ -129,6 +131,7 @@ def row_of(
     underway = ""
     if glance.error and not size and any(is_written(file) for file in recordings(folder)):
         glance, underway = replace(glance, error=""), NOTHING_YET
+    results = list(_results(folder))
     events = tuple(f"{event.utc} {event.text}" for event in about.events)
     return DiveRow(
         folder,
@@ -137,7 +140,8 @@ def row_of(
         glance,
         about.notes,
         events,
-        tuple(_learnt(folder)),
+        tuple(sentence for _, sentence in results),
+        tuple(dict.fromkeys(kind for kind, _ in results if kind)),
         about.conditions.words,
         damaged,
         underway,
@@ -326,24 +330,24 @@ def _keep(folder: Path, key: dict[str, Any], glance: Glance) -> None:
         out.write(text.encode())
 
 
-def _learnt(folder: Path) -> Iterator[str]:
-    """Describe the result files next to a recording."""
+def _results(folder: Path) -> Iterator[tuple[str, str]]:
+    """The result files next to a recording: "identified", "diagnosed" or "" for each, and a description."""
     for path in sorted(folder.iterdir()):
         if path.suffix == ".param":
-            yield f"parameters {path.name}"
+            yield "", f"parameters {path.name}"
         elif path.suffix == ".html":
-            yield f"page {path.name}"
+            yield "", f"page {path.name}"
         elif path.suffix == ".json" and path.name != GLANCE:
             yield from _of_result(path)
 
 
-def _of_result(path: Path) -> Iterator[str]:
+def _of_result(path: Path) -> Iterator[tuple[str, str]]:
     try:
         data = from_json(read_small(path))
     except (OSError, ValueError):
         return
     for result in data if isinstance(data, list) else [data]:
         if isinstance(result, dict) and "outcome" in result and "parameters" in result:
-            yield f"identified by {result.get('method', '?')}: {result['outcome']}"
+            yield "identified", f"identified by {result.get('method', '?')}: {result['outcome']}"
         elif isinstance(result, dict) and isinstance(result.get("verdict"), str):
-            yield f"diagnosed: {result['verdict']}"
+            yield "diagnosed", f"diagnosed: {result['verdict']}"

@@ -18,6 +18,9 @@ WRITING = "writing"
 UNKEPT = "unkept"
 """`Report.of` for a result that could not be written to its file; `words` say why, `result` holds it."""
 
+APPLIED = "applied"
+"""`Written.outcome` of a parameter that was read back equal."""
+
 ERROR = "error"
 """`Report.of` for an error that ends the verb, or for a file that it could not write; `words` is its sentence, `stage`
 the name of its class."""
@@ -25,11 +28,16 @@ the name of its class."""
 
 @dataclass(frozen=True)
 class Written:
-    """A parameter that was just written: whether it was read back equal, and what became of it, in words."""
+    """A parameter that was just written: the name of its `Outcome` in small letters, and its sentence."""
 
     name: str
-    equal: bool
+    outcome: str
     words: str
+
+    @property
+    def equal(self) -> bool:
+        """Whether it was read back equal."""
+        return self.outcome == APPLIED
 
 
 @dataclass(frozen=True)
@@ -66,7 +74,7 @@ def line(report: Report) -> str:
             "answered": report.answered,
         }
     if report.written is not None:
-        data["written"] = [report.written.name, report.written.equal, report.written.words]
+        data["written"] = [report.written.name, report.written.outcome, report.written.words]
     if report.result is not None:
         data["result"] = report.result
     return json.dumps(data, allow_nan=False) + "\n"
@@ -76,7 +84,7 @@ def read(text: str) -> Report | None:
     """Return the report of a line; None for any other line, such as a note or an error."""
     try:
         data = json.loads(text)
-        name, equal, words = data.get("written") or ("", False, "")
+        name, outcome, words = data.get("written") or ("", "", "")
         return Report(
             str(data["of"]),
             float(data["share"]),
@@ -87,7 +95,7 @@ def read(text: str) -> Report | None:
                 for name, (value, half) in data.get("values", {}).items()
             },
             bool(data.get("answered", False)),
-            Written(str(name), bool(equal), str(words)) if name else None,
+            Written(str(name), str(outcome), str(words)) if name else None,
             data.get("result"),
         )
     except (ValueError, TypeError, KeyError, AttributeError):

@@ -1,6 +1,7 @@
 """Links that a verb opens: signed if `--sign-key` names a key, and their sockets listed for the crew."""
 
 import argparse
+import ipaddress
 import os
 import re
 from collections.abc import Callable, Iterable
@@ -17,10 +18,18 @@ PROTOCOL = {"udpin": "UDP", "tcpin": "TCP", "udpout": "UDP", "tcp": "TCP"}
 EVERY_ADDRESS = ("0.0.0.0", "::")
 
 
+def is_loopback(host: str) -> bool:
+    """Whether only this computer reaches the address."""
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
 def whence(host: str) -> str:
     """The networks that reach an address of this computer."""
-    from tui.web.visitors import is_loopback
-
     if is_loopback(host):
         return "this computer alone"
     return "every network of this computer" if host in EVERY_ADDRESS else f"the network of {host}"

@@ -53,7 +53,7 @@ class Watcher:
 
     `system` is the vehicle to watch; by default the vehicle of the file, otherwise the first that sends heartbeats,
     unless it only passes by. `unix_at_zero_s` is Unix time minus the time of `feed`; without it, texts are dated by
-    the vehicle's clock.
+    the vehicle's clock. `peers` are all senders heard.
     """
 
     def __init__(
@@ -63,8 +63,8 @@ class Watcher:
         self._vehicle = None if vehicle is None else vehicle.vehicle
         self._asked_for = system
         self._ground_unix_s = unix_at_zero_s
-        self._peers = Peers()
-        self._links = LinkRows(self._peers)
+        self.peers = Peers()
+        self._links = LinkRows(self.peers)
         self._begin(system)
 
     def _begin(self, system: int | None) -> None:
@@ -85,7 +85,7 @@ class Watcher:
     def feed(self, frame: Frame, arrived_s: float, link: str) -> None:
         """Take a frame; `arrived_s` never runs back."""
         self._links.tick(arrived_s)
-        peer = self._peers.on_frame(frame, link, arrived_s)
+        peer = self.peers.on_frame(frame, link, arrived_s)
         if not frame.known:
             return
         number = frame.message_id
@@ -133,7 +133,7 @@ class Watcher:
             active_set_age_s=now_s - self._active_set.told_s,
             configuration=configuration,
             said=tuple(self._said),
-            twins="" if self.system is None else self._peers.fault(self.system),
+            twins="" if self.system is None else self.peers.fault(self.system),
         )
 
     # The senders.

@@ -39,7 +39,11 @@ def test_what_a_program_is_told_it_reads_back() -> None:
         Report("pinn", 0.25, "pass 2", values={"M_u": (110.5, 3.1), "D_r": (-0.02, 1e-5)}),
         Report("pinn", 1.0, "answered", answered=True),
         Report(
-            "writing", 0.5, "M_U", stage="STAGE", written=Written("FF1_M_U", True, "111.52 read back equal")
+            "writing",
+            0.5,
+            "M_U",
+            stage="STAGE",
+            written=Written("FF1_M_U", "applied", "111.52 read back equal"),
         ),
         Report("unkept", 1.0, "the disk is full", result={"a": [1, None]}),
     ):

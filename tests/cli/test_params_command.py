@@ -158,8 +158,8 @@ def test_a_program_that_reads_along_hears_of_each_line_once_it_is_read_back(
     heard = [progress.read(line) for line in capsys.readouterr().err.splitlines()]
     writing = [report for report in heard if report is not None and report.of == progress.WRITING]
     lines = [report.written for report in writing if report.written is not None]
-    assert lines[0] == progress.Written("FF1_M_U", True, "111.5 read back equal")
+    assert lines[0] == progress.Written("FF1_M_U", "applied", "111.5 read back equal")
     assert lines[1].name == "FF1_D_U"
     assert not lines[1].equal
-    assert lines[2] == progress.Written("FF1_M_U", True, "0 read back equal")
+    assert lines[2] == progress.Written("FF1_M_U", "applied", "0 read back equal")
     assert {"STAGE", "UNDO"} <= {report.stage for report in writing}

@@ -44,7 +44,7 @@ from tui.accepted import priors_of
 from tui.app import themes
 from tui.app.jobs import Kept
 from tui.app.keys import load_keymap
-from tui.app.screens.identify_lines import found, places
+from tui.app.screens.identify_lines import load_identified, places
 from tui.commands.challenge import _answer
 from tui.commands.plan import check_plan, identification
 from tui.dive_list import row_of
@@ -435,7 +435,7 @@ def test_pipes_under_the_names_of_results_hold_no_screen_up(tmp_path: Path) -> N
     for path in (tmp_path / "diagnosis.json", places(tmp_path)["--json"]):
         os.mkfifo(path)
     assert Kept(lambda data: data).read(tmp_path / "diagnosis.json") is None
-    assert found(tmp_path, tmp_path / "receipts") is None
+    assert load_identified(tmp_path, tmp_path / "receipts") is None
 
 
 def test_a_ring_hands_out_files_alone(tmp_path: Path, put: Callable[[Path], Path]) -> None:

@@ -45,6 +45,7 @@ def dive(name, hours_earlier=0.0, **what):
         "conditions": "",
         "events": [],
         "learnt": [],
+        "worked_on": [],
     } | what
 
 
@@ -61,6 +62,7 @@ HOVERING = dive(
     events=["2026-11-21T03:58:12Z tether caught on the ladder"],
     excitation=excitation(M_w=0.12, I_p=0.5, I_q=math.inf, D_q=0.31),
     learnt=["page identified.html", "identified by likelihood: converged", "parameters identified.param"],
+    worked_on=["identified"],
 )
 DAMAGED = dive(
     "survey",

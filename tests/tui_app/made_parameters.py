@@ -93,7 +93,9 @@ def receipt(outcome="applied", sentence="7 parameters written and read back, set
 def told_lines(count, share):
     of = WRITING
     names = [one["name"] for one in rows() if one["verdict"] == "changed"][:count]
-    lines = [Report(of, share, name, written=Written(name, True, "111.52 read back equal")) for name in names]
+    lines = [
+        Report(of, share, name, written=Written(name, "applied", "111.52 read back equal")) for name in names
+    ]
     return (*lines, Report(of, share, "staging"))
 
 

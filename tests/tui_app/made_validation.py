@@ -70,7 +70,14 @@ def run(label, dive, scale, lag_s, raising):
         }
         for axis in TOP
     ]
-    return {"run": label, "dive": dive, "axes": axes, "raising": raising, "curves": curves(lag_s)}
+    return {
+        "run": label,
+        "mode": label.rpartition(" ")[2],
+        "dive": dive,
+        "axes": axes,
+        "raising": raising,
+        "curves": curves(lag_s),
+    }
 
 
 def raising(go=True, flown="shadow"):

@@ -68,7 +68,7 @@ def test_a_job_is_told_while_it_runs_and_as_it_ended():
 
     ran(steps)
     state = jobs.state("identify")
-    assert (state.began_s, state.ended_s, state.told, state.cancelled) == (10.0, 14.0, (HALF,), False)
+    assert (state.began_s, state.ended_s, state.reports, state.cancelled) == (10.0, 14.0, (HALF,), False)
     assert state.done.result == {"outcome": "converged"}
     assert not jobs.runs("identify")
     assert work.words == [("identify", "dive")]

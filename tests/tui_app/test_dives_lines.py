@@ -63,8 +63,9 @@ def test_a_row_has_length_loss_letters_and_what_was_made_of_it():
     ],
 )
 def test_what_was_made_of_a_dive_never_vanishes_for_its_name(cells, name, ending):
-    learnt = ["identified by pinn: converged", "diagnosed: explained"]
-    (row,) = said(table(listed([dive(name, learnt=learnt)]), 0, None, None, cells, 2))[1:]
+    (row,) = said(
+        table(listed([dive(name, worked_on=["identified", "diagnosed"])]), 0, None, None, cells, 2)
+    )[1:]
     assert row.endswith(ending)
     assert len(row) == cells
 

@@ -18,7 +18,7 @@ from tui.app.screens.identify_lines import (
     converging,
     curves,
     ended,
-    found,
+    load_identified,
     passes_of,
     places,
     progress,
@@ -146,22 +146,22 @@ def test_no_row_is_left_empty_where_the_lines_on_top_take_some(rows):
 
 def test_what_lies_beside_a_dive_is_read(dive):
     folder = dive()
-    read = found(folder, folder)
-    assert (read.outcome, read.told, read.param) == ("converged", 11, folder / "identified.param")
-    assert read.beside[0] == "pinn: converged"
-    assert found(folder / "other", folder) is None
+    read = load_identified(folder, folder)
+    assert (read.outcome, read.count, read.param) == ("converged", 11, folder / "identified.param")
+    assert (read.comparison.method, read.comparison.outcome) == ("pinn", "converged")
+    assert load_identified(folder / "other", folder) is None
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"dive": 1}'])
 def test_a_file_that_is_no_identification_is_none(text, tmp_path):
     (tmp_path / "identified.json").write_text(text, encoding="utf-8")
-    assert found(tmp_path, tmp_path) is None
+    assert load_identified(tmp_path, tmp_path) is None
 
 
 def test_parameters_of_an_earlier_identification_are_not_offered(dive):
     folder = dive()
     os.utime(folder / "identified.param", (1.0, 1.0))
-    assert found(folder, folder).param is None
+    assert load_identified(folder, folder).param is None
 
 
 def test_the_result_of_a_recording_that_is_no_folder_lies_under_its_name(tmp_path):
@@ -170,7 +170,7 @@ def test_the_result_of_a_recording_that_is_no_folder_lies_under_its_name(tmp_pat
 
 def test_the_result_begins_with_its_outcome_and_has_each_value_with_interval_and_unit(dive):
     folder = dive()
-    lines = said(result(found(folder, folder), 80))
+    lines = said(result(load_identified(folder, folder), 80))
     assert lines[1] == "Converged: 11 of 12 coefficients identified by likelihood; pinn beside it:"
     assert "Likelihood and pinn agree in all 11 parameters that both identify." in lines
     row = next(line for line in lines if line.startswith("M_u"))
@@ -187,7 +187,7 @@ def test_what_was_last_accepted_stands_beside_it_and_news_is_warned_of(dive, mon
     }
     monkeypatch.setattr(identify_lines, "last_accepted", lambda _: accepted)
     folder = dive()
-    lines = result(found(folder, folder), 80)
+    lines = result(load_identified(folder, folder), 80)
     rows = {line[0][0].strip(): line for line in lines if line}
     assert rows["M_u"][-2:] == (("     110.0", "plain"), ("    +1.5 %", "plain"))
     assert rows["D_u"][-2:] == (("     80.00", "plain"), ("   -29.5 %", "warn"))
@@ -196,11 +196,11 @@ def test_what_was_last_accepted_stands_beside_it_and_news_is_warned_of(dive, mon
 def test_doubts_are_told_in_full_before_the_values(dive):
     doubted = {"sentence": DOUBT, "about": ["D_u"], "outcome": "converged", "culprit": "recording"}
     folder = dive(doubts=[doubted])
-    lines = said(result(found(folder, folder), 80))
+    lines = said(result(load_identified(folder, folder), 80))
     at = next(n for n, line in enumerate(lines) if line.startswith("▲"))
     assert " ".join(line.strip() for line in lines[at : at + 2]) == f"▲ {DOUBT}"
     assert at < next(n for n, line in enumerate(lines) if line.startswith("M_u"))
-    assert "warn" in roles(result(found(folder, folder), 80)[1:2])
+    assert "warn" in roles(result(load_identified(folder, folder), 80)[1:2])
 
 
 def test_one_that_told_nothing_has_no_table(dive):
@@ -208,7 +208,7 @@ def test_one_that_told_nothing_has_no_table(dive):
 
     nothing = parameters(tuple(BY_NAME))
     folder = dive(parameters=nothing, outcome="not identifiable", comparison=None)
-    lines = said(result(found(folder, folder), 80))
+    lines = said(result(load_identified(folder, folder), 80))
     assert lines[1] == "Not identifiable: 0 of 12 coefficients identified by likelihood."
     assert not any(line.startswith("M_u") for line in lines)
     assert any(line.startswith("1: M_qdot") for line in lines)
@@ -241,4 +241,4 @@ def test_the_command_line_leaves_its_results_beside_the_dive(tmp_path):
 
 def test_what_was_written_is_what_is_read(tmp_path):
     (tmp_path / "identified.json").write_text(json.dumps(identified()), encoding="utf-8")
-    assert found(tmp_path, tmp_path).param is None
+    assert load_identified(tmp_path, tmp_path).param is None

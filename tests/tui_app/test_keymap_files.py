@@ -5,7 +5,7 @@ import yaml
 
 from bridge.errors import ConfigError
 from bridge.vehicle.config import CONFIGS
-from tui.app.keys import load_keymap, own_file
+from tui.app.keys import load_keymap, user_file
 from tui.app.screens.table import PLACES
 
 
@@ -92,8 +92,8 @@ def test_a_file_that_is_no_keymap_is_refused(keymap_of):
 def test_the_users_own_file_is_taken_where_none_is_named(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     assert load_keymap(None, PLACES) == {}
-    own_file().parent.mkdir()
-    own_file().write_text('theme.next: "f5"', encoding="utf-8")
+    user_file().parent.mkdir()
+    user_file().write_text('theme.next: "f5"', encoding="utf-8")
     assert load_keymap(None, PLACES) == {"theme.next": "f5"}
 
 

@@ -50,7 +50,7 @@ def test_beside_one_that_hangs_another_is_begun_and_what_holds_it_up_is_said():
     def fail():
         raise LinkError("the recorder hangs and keeps the link: end it with `kill -9 4711`")
 
-    hangs = replace(view(), recording=replace(view().recording, hung_process=4711, told_unix_s=0.0))
+    hangs = replace(view(), recording=replace(view().recording, hung_process=4711, reported_unix_s=0.0))
     for key in ("ctrl+g", "ctrl+x"):
         assert said_after_the_key(hangs, fail, key) == [
             "nothing is recorded: the recorder hangs and keeps the link: end it with `kill -9 4711`"

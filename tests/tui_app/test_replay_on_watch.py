@@ -15,9 +15,9 @@ from soak import rest_in_soak
 from bridge.framing import Encoder
 from bridge.tlog import TlogWriter
 from tui.app.drawing import width
-from tui.app.screens.watch import WatchScreen
+from tui.app.screens.watch import WatchScreen, replay_line
 from tui.app.themes import ORDER
-from tui.app.view import BEFORE_S, SPEEDS, Replay, bar
+from tui.app.view import BEFORE_S, SPEEDS, Replay
 
 SIZES = ((80, 24), (160, 50))
 NARROW = SIZES[0]
@@ -130,16 +130,16 @@ def test_it_stands_still_at_its_end_with_the_last_frame_and_begins_anew(replay, 
 
 
 def test_the_line_says_what_is_replayed_and_where_in_it_one_is():
-    text = bar(replayed(), 80)[0][0]
+    text = replay_line(replayed(), 80)[0][0]
     assert text.startswith(" REPLAY 2026-11-21T0352Z-hovering ")
     assert text.endswith("00:03:12 of 00:13:27  4x     ")
-    assert "only the lines above are live" in bar(replayed(), 120)[0][0]
-    assert bar(replayed(paused=True), 80)[0][0].endswith("PAUSED ")
+    assert "only the lines above are live" in replay_line(replayed(), 120)[0][0]
+    assert replay_line(replayed(paused=True), 80)[0][0].endswith("PAUSED ")
 
 
 @pytest.mark.parametrize("cells", [40, 80, 160])
 def test_the_line_is_as_wide_as_the_screen_and_inverse_throughout(cells):
-    line = bar(replayed(name="x" * 100), cells)
+    line = replay_line(replayed(name="x" * 100), cells)
     assert width(line) == cells
     assert {role for _, role in line} == {"lost"}
 

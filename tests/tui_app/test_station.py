@@ -9,7 +9,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mav
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkLost
 from bridge.framing import Encoder, Framer, decode
-from gcs_plugin.peers import GROUND_STATION, KnownVehicle, ground_heartbeat
+from gcs_plugin.peers import GROUND_STATION, KnownVehicle, Peers, ground_heartbeat
 from gcs_plugin.watch.watcher import Watcher
 from tui.app.station import LinkSource, Station
 from tui.app.view import Recording
@@ -45,9 +45,11 @@ class FakeWatcher:
     def __init__(self):
         self.fed = []
         self.twins = ""
+        self.peers = Peers()
 
     def feed(self, frame, arrived_s, link):
         self.fed.append((frame.message_id, arrived_s, link))
+        self.peers.on_frame(frame, link, arrived_s)
 
     def picture(self, now_s):
         from dataclasses import replace
@@ -270,16 +272,17 @@ def test_a_source_gives_frames_with_their_time_and_link_and_comes_back_when_it_w
     source.close()
 
 
-def test_a_source_sends_and_loses_what_is_sent_while_its_link_is_away():
+@pytest.mark.parametrize("silent", [False, True])
+def test_a_source_sends_and_loses_what_is_sent_while_its_link_is_away_and_a_silent_one_sends_nothing(silent):
     clock = SimulatedClock()
     link = FakeLink([b"", b"", b""])
-    source = LinkSource(lambda: link, "fake:1", clock)
+    source = LinkSource(lambda: link, "fake:1", clock, silent=silent)
     for _ in range(100):
         clock.advance_to(clock.now_s + 0.05)
         source.send(b"x")
         if link.written:
             break
-    assert b"x" in link.written
+    assert (b"x" in link.written) is not silent
     source.close()
 
 

@@ -97,7 +97,7 @@ def test_frames_that_are_not_written_are_told_inverse_with_the_reason():
 
 def test_a_recorder_that_has_told_nothing_for_a_few_seconds_is_not_called_recording():
     def seen(age_s):
-        told = Recording(UNIX_S - 446, 1e6, 0, told_unix_s=UNIX_S - age_s)
+        told = Recording(UNIX_S - 446, 1e6, 0, reported_unix_s=UNIX_S - age_s)
         return header(replace(view(), recording=told), TABS, 80)
 
     assert "REC 00:07:26  278 h left" in joined(seen(4.9)[0])
@@ -108,7 +108,7 @@ def test_a_recorder_that_has_told_nothing_for_a_few_seconds_is_not_called_record
         "the recorder has told nothing of itself for 6 s: it may have stopped writing"
     )
     assert lines[2][0][1] == "lost"
-    hangs = Recording(UNIX_S - 446, 1e6, 0, told_unix_s=UNIX_S - 75.0, hung_process=4711)
+    hangs = Recording(UNIX_S - 446, 1e6, 0, reported_unix_s=UNIX_S - 75.0, hung_process=4711)
     lines = header(replace(view(), recording=hangs), TABS, 80)
     assert (" NOT RECORDING? silent 75 s ", "lost") in lines[0]
     assert " ".join(" ".join(map(joined, lines[2:])).split()) == (
@@ -192,7 +192,7 @@ def test_an_off_that_another_vehicle_has_not_acknowledged_hides_not_what_this_on
 def test_an_off_that_is_not_done_says_so_at_every_width(sent, armed, armed_age_s, lost, silent_s, cells):
     link = replace(picture().links[0], age_s=8.0, lost=True) if lost else picture().links[0]
     seen = with_picture(armed=armed, armed_age_s=armed_age_s, links=(link,), ff_mode=3, ff_mode_age_s=8.0)
-    told = Recording(UNIX_S - 446, 1e6, 0, told_unix_s=UNIX_S - silent_s)
+    told = Recording(UNIX_S - 446, 1e6, 0, reported_unix_s=UNIX_S - silent_s)
     forcing = Forcing("vehicle 1: sent 14 times, not heard for 8 s: not confirmed", sent, False, (1,))
     words = joined(first(replace(seen, recording=told, forcing=forcing), cells))
     unsent = "OFF not sent" in words
@@ -202,7 +202,7 @@ def test_an_off_that_is_not_done_says_so_at_every_width(sent, armed, armed_age_s
 
 
 def test_what_a_recorder_that_hangs_was_handed_is_told_as_not_sent():
-    told = Recording(UNIX_S - 446, 1e6, 0, told_unix_s=UNIX_S - 8.0)
+    told = Recording(UNIX_S - 446, 1e6, 0, reported_unix_s=UNIX_S - 8.0)
     forcing = Forcing("vehicle 1: sent 9 times, not heard for 8 s: not confirmed", 9, False, (1,))
     shown = replace(with_picture(ff_mode=3, ff_mode_age_s=8.0), recording=told, forcing=forcing)
     assert "FF was both; OFF not sent" in joined(first(shown))

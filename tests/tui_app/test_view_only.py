@@ -12,7 +12,6 @@ from textual.command import CommandPalette
 from tui.app.jobs import Jobs
 from tui.app.keys import Action, Gate, looking_work, name_of
 from tui.app.screens.table import PLACES, SCREENS
-from tui.app.station import Listening
 
 ACTIONS = {action.id: action for place in PLACES for action in place}
 NARROW = (80, 24)
@@ -182,22 +181,3 @@ def test_a_job_that_is_started_all_the_same_runs_nothing():
     done = asyncio.run(work())
     assert done.code == 1
     assert done.said == ("VIEW ONLY: seatrial params is not run from here",)
-
-
-def test_what_is_sent_all_the_same_goes_nowhere():
-    class Source:
-        trouble = "lost"
-        sent = ()
-
-        def frames(self):
-            return ["frame"]
-
-        def close(self):
-            self.sent = None
-
-    source = Source()
-    listening = Listening(source)
-    listening.send(b"x")
-    assert (listening.frames(), listening.trouble, source.sent) == (["frame"], "lost", ())
-    listening.close()
-    assert source.sent is None

@@ -9,8 +9,8 @@ from aiohttp import ClientSession, WSServerHandshakeError
 from bridge.errors import LinkError
 from tui import cli
 from tui.commands import tui
-from tui.web.server import PageServer
-from tui.web.visitors import in_url, is_loopback, refusal, warning
+from tui.secured import is_loopback
+from tui.web.server import PageServer, in_url, refusal, warning
 
 
 @pytest.mark.parametrize(

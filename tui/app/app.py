@@ -80,7 +80,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self._keys = keymap or {}
         self._off_may_record = self._dies = False
         self._unwritten_of: float | None = None
-        self._told_of: set[tuple[str, float]] = set()
+        self._warned_of: set[tuple[str, float]] = set()
         for name in themes.ORDER:
             self.register_theme(themes.theme(name))
         self.theme = theme
@@ -193,10 +193,10 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             self.notify("parameters are being written; leave once that has ended", severity="warning")
             return
         at_work = self._at_work()
-        if at_work <= self._told_of:
+        if at_work <= self._warned_of:
             self.exit()
             return
-        self._told_of |= at_work
+        self._warned_of |= at_work
         verbs = " and ".join(sorted(verb for verb, _ in at_work))
         key = next(self._key_of(action) for action in EVERYWHERE if action.id == "app.quit")
         self.notify(f"{verbs} at work, and lost if you leave now; {key} again leaves", severity="warning")

@@ -59,6 +59,11 @@ class Desk:
             return self._meant[0]
         return newest
 
+    @property
+    def no_dive(self) -> str:
+        """Sentence for a screen that has no dive to show."""
+        return f"{self.out}: holds no dive yet; a recording makes one"
+
     def mean(self, dive: Path | None) -> None:
         """Set the dive that the crew most likely means; it holds until a newer dive appears."""
         self._meant = None if dive is None else (dive, self._newest())

@@ -10,10 +10,8 @@ from gcs_plugin.ff_words import sent_text
 from gcs_plugin.holder import how_to_end
 from gcs_plugin.watch.picture import Armed, LinkRow, Picture
 from tui.app.drawing import Line, Lines, Role, Span, ago, apart, cut, left, stopwatch, utc, width
-from tui.app.view import Forcing, View
+from tui.app.view import GONE_S, STALE_S, Forcing, View
 
-STALE_S, GONE_S = 3.0, 10.0
-"""HEARTBEAT and FF_MODE arrive once a second: stale after 3 periods, gone after 10."""
 SHORT_DISK_S: Final = 600.0
 ENGINE_SILENT_S: Final = 3.0
 RECORDER_SILENT_S: Final = 5.0
@@ -160,9 +158,9 @@ def _recording(view: View) -> Piece:
 
 def recorder_silent_s(view: View) -> float:
     """Time since the recorder last reported, s; 0 if no recording runs."""
-    if view.recording is None or not math.isfinite(view.recording.told_unix_s):
+    if view.recording is None or not math.isfinite(view.recording.reported_unix_s):
         return 0.0
-    return abs(view.unix_s - view.recording.told_unix_s)
+    return abs(view.unix_s - view.recording.reported_unix_s)
 
 
 def _feedforward(view: View) -> Piece:
@@ -191,9 +189,9 @@ def _forced(forcing: Forcing, view: View) -> Piece:
     if forcing.done:
         return Piece(10, "strong", (f"FF OFF, {forcing.words}", "FF OFF, acknowledged", "FF OFF, done"))
     mode, age_s = picture.ff_mode, picture.ff_mode_age_s
-    is_now = "FF --" if mode is None or age_s > GONE_S else f"FF {_mode_word(mode)}"
-    if is_now != "FF --" and age_s > STALE_S:
-        is_now = is_now.replace("FF", "FF was")
+    is_now = "FF --"
+    if mode is not None and age_s <= GONE_S:
+        is_now = f"FF {'was ' if age_s > STALE_S else ''}{_mode_word(mode)}"
     shown = picture.links[0].system if picture.links else None
     other_systems = [system for system in forcing.waits_for if system != shown]
     addressees = f" of {' and '.join(map(str, other_systems))}" if other_systems else ""

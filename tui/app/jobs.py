@@ -25,14 +25,14 @@ Work = Callable[[Sequence[str], Callable[[Report], None]], Awaitable[Done]]
 
 @dataclass(frozen=True)
 class JobState:
-    """A running or finished verb. `words` is its command line; `told` holds its progress reports, the oldest first.
+    """A running or finished verb. `words` is its command line; `reports` holds its progress, the oldest first.
 
     `done` is None while it runs. `cancelled` is set as soon as it is ordered to end; times are by the jobs' clock.
     """
 
     words: tuple[str, ...]
     began_s: float
-    told: tuple[Report, ...] = ()
+    reports: tuple[Report, ...] = ()
     done: Done | None = None
     ended_s: float | None = None
     cancelled: bool = False
@@ -44,12 +44,12 @@ class JobState:
     @property
     def draws(self) -> bool:
         """Whether it has reached its page: all other results are written by then."""
-        return any(report.of == PAGE for report in self.told)
+        return any(report.of == PAGE for report in self.reports)
 
     @property
     def unkept(self) -> Any:
         """Its result if that could not be written to its file; None if it was written or does not exist yet."""
-        return next((report.result for report in self.told if report.of == UNKEPT), None)
+        return next((report.result for report in self.reports if report.of == UNKEPT), None)
 
     @property
     def answered(self) -> bool:
@@ -103,8 +103,8 @@ class Jobs:
         return True
 
     async def _work_of(self, verb: str, words: tuple[str, ...]) -> Done:
-        def hear(told: Report) -> None:
-            self._change(verb, told=(*self._states[verb].told, told))
+        def hear(report: Report) -> None:
+            self._change(verb, reports=(*self._states[verb].reports, report))
 
         try:
             return await self._work(words, hear)
@@ -193,7 +193,7 @@ def job_lines(verb: str, state: JobState | None, now_s: float, cells: int) -> Li
     if state is None:
         return ()
     if state.done is None:
-        report = state.told[-1] if state.told else None
+        report = state.reports[-1] if state.reports else None
         share, words = (report.share, report.words) if report else (0.0, "begins")
         left = f" {100 * share:3.0f} %  "
         lasted = f"  {now_s - state.began_s:.0f} s"

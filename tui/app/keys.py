@@ -133,7 +133,7 @@ Places = Sequence[Sequence[Action]]
 """Groups of actions that may be live at the same time, each including those that are live everywhere."""
 
 
-def own_file() -> Path:
+def user_file() -> Path:
     """Path of the user's own keymap, which may not exist; the folder follows the XDG base directory specification."""
     home = os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config"
     return Path(home) / "seatrial" / "keymap.yaml"
@@ -145,7 +145,7 @@ def load_keymap(file: Path | None, places: Places) -> Keymap:
     Raises ConfigError for an unknown action, an unknown key, or a key that two actions share.
     """
     if file is None:
-        file = own_file()
+        file = user_file()
         if not file.exists():
             return {}
     given = load_yaml(file)

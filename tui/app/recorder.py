@@ -1,5 +1,6 @@
 """The recording next to the app: found if it runs, else started detached, so that it outlives the app."""
 
+import os
 import subprocess
 import sys
 import threading
@@ -13,6 +14,7 @@ from bridge.clock import Clock
 from bridge.errors import LinkError
 from gcs_plugin import orders
 from gcs_plugin.holder import Holding, held, how_to_end, hung, state_file
+from tui import progress
 from tui.app.view import Recording
 
 PATIENCE_S: Final = 15.0
@@ -121,6 +123,7 @@ def begin(
             stdout=words,
             stderr=words,
             start_new_session=True,
+            env=os.environ | {progress.VARIABLE: progress.FORM},
         )
     # A killed process would otherwise remain as a zombie, and look alive, until this process ends.
     threading.Thread(target=process.wait, name="end of the recording", daemon=True).start()
@@ -137,4 +140,5 @@ def begin(
 
 def _last_line(log: Path) -> str:
     lines = log.read_text(encoding="utf-8", errors="replace").strip().splitlines()
-    return lines[-1].removeprefix("seatrial: ") if lines else f"it said nothing; see {log}"
+    report = progress.read(lines[-1]) if lines else None
+    return report.words if report else lines[-1] if lines else f"it said nothing; see {log}"

@@ -6,45 +6,30 @@ ages. A lost link is opened again.
 
 import threading
 from collections.abc import Callable
-from typing import Any, Final, Protocol
+from typing import Final
 
 from bridge.clock import Clock
 from bridge.framing import Encoder, Frame, Framer
 from bridge.link.base import Link
 from bridge.link.reconnecting import Aside, Reconnecting
+from gcs_plugin.ff_switch import Switch
 from gcs_plugin.off_orders import OffMarks
-from gcs_plugin.peers import GROUND_STATION, KnownVehicle, Peers
-from gcs_plugin.watch.picture import Picture
+from gcs_plugin.peers import GROUND_STATION, KnownVehicle
+from gcs_plugin.watch.watcher import Watcher
 from tui.app.view import Forcing, Recording, View
 
 WAIT_S: Final = 0.05
 IDLE_FLUSH_S: Final = 0.5
-
-
-class Source(Protocol):
-    """Source of frames, and sender of messages to the vehicle."""
-
-    @property
-    def trouble(self) -> str:
-        """Why no frames arrive, "" while the link works."""
-        ...
-
-    def frames(self) -> list[tuple[float, str, Frame]]:
-        """Frames received since the last call, with arrival time and link; waits briefly for the first."""
-        ...
-
-    def send(self, data: bytes) -> None:
-        """Send all of `data`, or drop it while the link is down."""
-        ...
-
-    def close(self) -> None: ...
+LOOK_FOR_RECORDING_S: Final = 1.0
+SHOW_DONE_S: Final = 10.0
+STOP_S: Final = 2.0
 
 
 class LinkSource:
     """One link, opened by `factory` in another thread, and opened again whenever it is lost.
 
     It keeps the name `name`: a replacement link uses it too, so that no lost link remains in the picture. `refused`
-    says what to do if a signed link accepts no frames.
+    says what to do if a signed link accepts no frames. With `silent`, nothing is ever sent.
     """
 
     def __init__(
@@ -53,90 +38,39 @@ class LinkSource:
         name: str,
         clock: Clock,
         refused: Callable[[], str] = lambda: "",
+        *,
+        silent: bool = False,
     ) -> None:
-        self._clock, self._name, self._refused = clock, name, refused
+        self._clock, self._name, self._refused, self._silent = clock, name, refused, silent
         self._link = Reconnecting(Aside(factory, name), clock, name)
         self._framer = Framer()
         self._data_s = clock.boot_s()
 
     @property
     def trouble(self) -> str:
+        """Why no frames arrive, "" while the link works."""
         return self._link.fault or self._refused()
 
     def frames(self) -> list[tuple[float, str, Frame]]:
+        """Frames received since the last call, with arrival time and link; waits briefly for the first."""
         data = self._link.read(WAIT_S)
         now_s = self._clock.boot_s()
         if data:
             self._data_s = now_s
-            new_frames = self._framer.feed(data)
+            frames = self._framer.feed(data)
         elif now_s - self._data_s > IDLE_FLUSH_S:
-            new_frames = self._framer.flush()
+            frames = self._framer.flush()
         else:
             return []
-        return [(now_s, self._name, frame) for frame in new_frames]
+        return [(now_s, self._name, frame) for frame in frames]
 
     def send(self, data: bytes) -> None:
-        self._link.write(data)
+        """Send all of `data`, or drop it while the link is down."""
+        if not self._silent:
+            self._link.write(data)
 
     def close(self) -> None:
         self._link.close()
-
-
-class Listening:
-    """Wraps another source and never sends anything."""
-
-    def __init__(self, source: Source) -> None:
-        self._source = source
-
-    @property
-    def trouble(self) -> str:
-        return self._source.trouble
-
-    def frames(self) -> list[tuple[float, str, Frame]]:
-        return self._source.frames()
-
-    def send(self, data: bytes) -> None:
-        del data
-
-    def close(self) -> None:
-        self._source.close()
-
-
-LOOK_FOR_RECORDING_S: Final = 1.0
-TELL_DONE_S: Final = 10.0
-STOP_S: Final = 2.0
-
-
-class Watcher(Protocol):
-    """Makes pictures from frames; see `gcs_plugin.watch`."""
-
-    def feed(self, frame: Frame, arrived_s: float, link: str) -> None: ...
-
-    def picture(self, now_s: float) -> Picture: ...
-
-
-class OffSwitch(Protocol):
-    """Keeps sending that the feed-forward be off until the vehicle confirms; see `gcs_plugin.ff_switch`."""
-
-    twins: str
-
-    @property
-    def done(self) -> bool: ...
-
-    @property
-    def sent(self) -> int: ...
-
-    @property
-    def waits_for(self) -> tuple[int, ...]: ...
-
-    @property
-    def words(self) -> str: ...
-
-    def tick(self, now_s: float) -> list[Any]: ...
-
-    def again(self) -> None: ...
-
-    def on_frame(self, frame: Frame, now_s: float) -> None: ...
 
 
 class Station:
@@ -146,11 +80,11 @@ class Station:
 
     def __init__(
         self,
-        source: Source,
+        source: LinkSource,
         watcher: Watcher,
         clock: Clock,
         recording: Callable[[float], Recording | None],
-        make_switch: Callable[[tuple[KnownVehicle, ...]], OffSwitch],
+        make_switch: Callable[[tuple[KnownVehicle, ...]], Switch],
         period_s: float = 0.25,
     ) -> None:
         self._source, self._watcher, self._clock = source, watcher, clock
@@ -160,8 +94,8 @@ class Station:
         self._thrown = threading.Event()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="station", daemon=True)
-        self._peers, self._marks = Peers(), OffMarks()
-        self._switch: OffSwitch | None = None
+        self._marks = OffMarks()
+        self._switch: Switch | None = None
         self._done_s: float | None = None
         self._due_s = self._look_s = clock.boot_s()
         self._recording: Recording | None = None
@@ -203,7 +137,6 @@ class Station:
         now_s = self._clock.boot_s()
         for arrived_s, link, frame in frames:
             self._watcher.feed(frame, arrived_s, link)
-            self._peers.on_frame(frame, link, arrived_s)
             if self._switch is not None:
                 self._switch.on_frame(frame, arrived_s)
         self._force(now_s)
@@ -219,7 +152,7 @@ class Station:
         if self._thrown.is_set():
             self._thrown.clear()
             if self._switch is None or self._switch.done:
-                self._switch, self._done_s = self._make_switch(self._peers.known(now_s)), None
+                self._switch, self._done_s = self._make_switch(self._watcher.peers.known(now_s)), None
             else:
                 self._switch.again()
         switch = self._switch
@@ -235,7 +168,7 @@ class Station:
             self._done_s = None
         elif self._done_s is None:
             self._done_s = now_s
-        elif now_s > self._done_s + TELL_DONE_S:
+        elif now_s > self._done_s + SHOW_DONE_S:
             self._switch = self._forcing = None
 
     def _run(self) -> None:

@@ -7,13 +7,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, Protocol
 
-from bridge.framing import Frame
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.folder import load_folder
 from gcs_plugin.reel import Reel
 from gcs_plugin.watch.picture import Freshness, Picture
-from gcs_plugin.watch.watcher import Watcher as RealWatcher
-from tui.app.drawing import Line, cut, stopwatch
+from gcs_plugin.watch.watcher import Watcher
 
 
 @dataclass(frozen=True)
@@ -21,9 +19,9 @@ class Recording:
     """The running recording; `disk_left_s` is inf while no data arrives.
 
     `trouble` says what to do if a signed link accepts no frames. `waiting` frames could not be written yet, for the
-    reason `unwritten`; "" if all received frames are in a file. `told_unix_s` is the time of its last report, inf for
-    just now; `hung_process` is its process id if that is too long ago, otherwise 0. For `set_by_s` and `taken_away`
-    see `Holding`.
+    reason `unwritten`; "" if all received frames are in a file. `reported_unix_s` is the time of its last report, inf
+    for just now; `hung_process` is its process id if that is too long ago, otherwise 0. For `set_by_s` and
+    `taken_away` see `Holding`.
     """
 
     began_unix_s: float
@@ -32,7 +30,7 @@ class Recording:
     trouble: str = ""
     unwritten: str = ""
     waiting: int = 0
-    told_unix_s: float = math.inf
+    reported_unix_s: float = math.inf
     hung_process: int = 0
     set_by_s: float = 0.0
     taken_away: str = ""
@@ -102,6 +100,7 @@ class Views(Protocol):
 
 
 STALE_S, GONE_S = 3.0, 10.0
+"""HEARTBEAT and FF_MODE arrive once a second: stale after 3 periods, gone after 10."""
 
 
 def aged(picture: Picture, behind_s: float) -> Picture:
@@ -142,14 +141,6 @@ def aged(picture: Picture, behind_s: float) -> Picture:
 SPEEDS: Final = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 BEFORE_S: Final = 65.0
 """Seconds read before the position shown, for the charts of the last minute."""
-
-
-class Watcher(Protocol):
-    """Makes pictures from frames; see `gcs_plugin.watch`."""
-
-    def feed(self, frame: Frame, arrived_s: float, link: str) -> None: ...
-
-    def picture(self, now_s: float) -> Picture: ...
 
 
 class Replay:
@@ -218,18 +209,6 @@ def open_replay(dive: Path, vehicle: str) -> Replay:
     reel = Reel(load_folder(dive).telemetry())
 
     def watcher(began_unix_s: float) -> Watcher:
-        return RealWatcher(file, unix_at_zero_s=began_unix_s)
+        return Watcher(file, unix_at_zero_s=began_unix_s)
 
     return Replay(dive.name, reel, watcher, time.monotonic)
-
-
-def bar(replayed: Replayed, cells: int) -> Line:
-    """The line that marks the lines below it as a replay and not the live vehicle."""
-    clock = f"{stopwatch(replayed.at_s)} of {stopwatch(replayed.length_s)}"
-    speed = "  PAUSED" if replayed.paused else f"  {replayed.speed:g}x"
-    left, right = f" REPLAY {replayed.name}", f"{clock}{speed:<8} "
-    live = "  only the lines above are live"
-    if len(left) + len(live) + len(right) + 2 <= cells:
-        left += live
-    left = cut(left, max(cells - len(right) - 2, 0))
-    return ((f"{left}{right:>{max(cells - len(left), 0)}}", "lost"),)

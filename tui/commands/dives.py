@@ -166,4 +166,5 @@ def to_json(row: "DiveRow") -> dict[str, Any]:
         "conditions": row.conditions,
         "events": list(row.events),
         "learnt": list(row.learnt),
+        "worked_on": list(row.worked_on),
     }

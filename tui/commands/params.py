@@ -139,10 +139,10 @@ class Watch:
         from tui import progress
 
         if self._tell is not None and progress.asked(os.environ):
-            equal = result.outcome is Outcome.APPLIED
-            words = result.sentence if result.seen is None else f"{value_text(result.seen)} read back equal"
-            words = words if equal else result.sentence
-            self._tell(self._share, name, written=progress.Written(name, equal, words))
+            words = result.sentence
+            if result.outcome is Outcome.APPLIED and result.seen is not None:
+                words = f"{value_text(result.seen)} read back equal"
+            self._tell(self._share, name, written=progress.Written(name, result.outcome.name.lower(), words))
 
     @contextmanager
     def bar(self, sentence: str) -> Iterator[None]:

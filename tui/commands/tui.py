@@ -83,8 +83,7 @@ def _serve(arguments: argparse.Namespace) -> int:
     from tui.app.keys import load_keymap
     from tui.app.screens.table import PLACES
     from tui.secured import listening
-    from tui.web.server import PageServer
-    from tui.web.visitors import in_url, warning
+    from tui.web.server import PageServer, in_url, warning
 
     if arguments.unrecorded or arguments.view_only:
         raise exit_codes.UsageError(
@@ -157,7 +156,7 @@ def _show(arguments: argparse.Namespace) -> int:
     from tui.app.keys import load_keymap, looking_work
     from tui.app.recorder import end, next_dive, recorded, recording
     from tui.app.screens.table import PLACES
-    from tui.app.station import LinkSource, Listening, Station
+    from tui.app.station import LinkSource, Station
     from tui.app.terminal import AnsweringDriver
     from tui.links import known_now
 
@@ -172,9 +171,9 @@ def _show(arguments: argparse.Namespace) -> int:
     # Its messages appear on the screen instead: see `refused`.
     opener = secured.Opener(arguments.sign_key, clock, lambda _: None, lambda _: None, secured.later)
     name, factory = _open(arguments, opener.open)
-    source = LinkSource(factory, name, clock, lambda: opener.trouble(name))
+    source = LinkSource(factory, name, clock, lambda: opener.trouble(name), silent=arguments.view_only)
     station = Station(
-        Listening(source) if arguments.view_only else source,
+        source,
         Watcher(vehicle),
         clock,
         recording,

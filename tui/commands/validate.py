@@ -242,6 +242,7 @@ def _plain(
 
     return {
         "run": label,
+        "mode": _mode(dive),
         "dive": found.dive,
         "axes": [asdict(axis) for axis in found.axes],
         "raising": judged.to_json() if judged is not None else None,

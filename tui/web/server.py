@@ -1,18 +1,24 @@
-"""The page's server: textual-serve's, with our page, announced sockets, and protection from foreign pages."""
+"""The app in a browser: textual-serve's page, with ours, announced sockets, and protection from foreign pages.
+
+A page on the internet may open a web socket to this computer from a visitor's browser, and may give its own name this
+computer's address (DNS rebinding). The first shows in `Origin`, the second in a `Host` name that can be registered.
+"""
 
 import asyncio
 import contextlib
+import ipaddress
 import shlex
 import signal
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
+from urllib.parse import urlsplit
 
 from aiohttp import web
 from textual_serve.server import Server
 
 from bridge.errors import LinkError
-from tui.web.visitors import refusal
+from tui.secured import is_loopback
 
 PAGE: Final = Path(__file__).with_name("page")
 MOST_VISITORS: Final = 4
@@ -23,6 +29,8 @@ POLICY: Final = (
     "connect-src 'self' ws: wss:; frame-ancestors 'self'"
 )
 """Nothing is loaded from the internet, and no other site may frame the page."""
+LOCAL_NAMES: Final = ("localhost", "local", "internal", "lan")
+"""Names with these endings are given by this computer, mDNS or a router; no registrar sells them."""
 
 
 class PageServer(Server):
@@ -81,3 +89,50 @@ class PageServer(Server):
 
 async def _guard(_: web.Request, response: web.StreamResponse) -> None:
     response.headers["Content-Security-Policy"] = POLICY
+
+
+def refusal(host: str, origin: str | None, served: str) -> str:
+    """Reason to refuse a request with these headers, "" to accept it; `served` is the host given for the page."""
+    name = _name(host)
+    if not (_is_local(name) or name == served):
+        return (
+            f"this page does not answer to the name '{name}'; open it by its address, or by a name in .local"
+        )
+    if origin is not None and urlsplit(origin).netloc.lower() != host.lower():
+        return f"the page of {origin} may not connect here; open http://{host}/ itself"
+    return ""
+
+
+def warning(host: str, control: bool) -> str:
+    """The warning about an address before it is opened; "" for loopback."""
+    if is_loopback(host):
+        return ""
+    if control:
+        return (
+            f"anyone who reaches {host} can do from the page all that the crew can: nobody is asked for a password, "
+            "and nothing is encrypted"
+        )
+    return f"anyone who reaches {host} sees all of this: nobody is asked for a password, and nothing is encrypted"
+
+
+def in_url(address: str) -> str:
+    """An address as written in a URL; the wildcard addresses become loopback."""
+    if address in ("0.0.0.0", "::"):
+        return "127.0.0.1" if address == "0.0.0.0" else "[::1]"
+    return f"[{address}]" if ":" in address else address
+
+
+def _name(host: str) -> str:
+    """A `Host` header without its port."""
+    try:
+        return urlsplit(f"//{host}").hostname or ""
+    except ValueError:
+        return ""
+
+
+def _is_local(name: str) -> bool:
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return bool(name) and ("." not in name or name.rpartition(".")[2] in LOCAL_NAMES)
+    return True

@@ -81,22 +81,22 @@ class DiagnoseScreen(DiveScreen):
             self.desk.param = self.dive / PARAM
             await self.begin_on("parameters")
 
-    def beside(self, dive: Path) -> tuple[Path, ...]:
-        return tuple(filter(can_check, super().beside(dive)))
+    def comparable(self, dive: Path) -> tuple[Path, ...]:
+        return tuple(filter(can_check, super().comparable(dive)))
 
     def on_other_dive(self) -> None:
         self._other = 0
 
-    def found(self) -> Answer | None:
+    def result(self) -> Answer | None:
         return self._kept.read(self.dive / JSON, self.unkept) if self.dive is not None else None
 
     def verdict(self, cells: int) -> Lines:
-        diagnosis = self.found()
+        diagnosis = self.result()
         return diagnose_lines.verdict(diagnosis, cells) if diagnosis is not None else ()
 
     def section(self, name: str, cells: int, rows: int) -> Lines:
         del rows
-        diagnosis = self.found()
+        diagnosis = self.result()
         return MAKES[name](diagnosis, cells) if diagnosis is not None else ()
 
     def aim(self) -> tuple[str, str]:

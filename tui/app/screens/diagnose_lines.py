@@ -147,17 +147,17 @@ def _parsed_cause(effect: Mapping[str, Any], words: Mapping[str, Any]) -> Cause:
     )
 
 
-def _falls(gap: Mapping[str, Any], shrink: Mapping[str, Any], told: Mapping[str, Any]) -> list[Fall]:
+def _falls(gap: Mapping[str, Any], shrink: Mapping[str, Any], wording: Mapping[str, Any]) -> list[Fall]:
     """Shrinkage on the dive itself, on held-out pieces, and on the check dive."""
-    held, sides = shrink["heldout"], told.get("heldout") or {}
-    falls = [Fall("this dive", _number(gap["before"]), _number(told.get("after")), 1.0, math.nan)]
+    held, sides = shrink["heldout"], wording.get("heldout") or {}
+    falls = [Fall("this dive", _number(gap["before"]), _number(wording.get("after")), 1.0, math.nan)]
     if held is not None:
         ends = (_number(sides.get("before")), _number(sides.get("after")), 1.0)
         value, low95, high95 = (_number(held.get(key)) for key in ("value", "low95", "high95"))
         falls.append(Fall("pieces held out", *ends, value, low95, high95, _axes(sides)))
     check = shrink["check"]
     if check is not None:
-        name = told.get("check")
+        name = wording.get("check")
         name_of_data = f"check dive {name}" if name else "check dive"
         before, after, floor, value = (
             _number(check.get(key)) for key in ("before", "after", "floor", "value")
@@ -292,21 +292,21 @@ def which(answer: Answer, cells: int) -> Lines:
     return tuple(lines)
 
 
-def _cause(place: int, one: Cause, most: float, cells: int, role: Role) -> Lines:
-    probability = "over 99 %" if one.probability >= 0.995 else f"{100 * one.probability:.0f} %"
-    head: Line = ((f"{place} ", "quiet"), (cut(one.name, cells - 44), "strong"))
-    evidence = _evidence(one.gain_nats, most, role)
+def _cause(place: int, cause: Cause, most: float, cells: int, role: Role) -> Lines:
+    probability = "over 99 %" if cause.probability >= 0.995 else f"{100 * cause.probability:.0f} %"
+    head: Line = ((f"{place} ", "quiet"), (cut(cause.name, cells - 44), "strong"))
+    evidence = _evidence(cause.gain_nats, most, role)
     lines: list[Line] = [apart(head, (*evidence, (f"{probability:>10}", "strong")), cells)]
-    for value in one.values:
+    for value in cause.values:
         lines += wrapped(value, "accent", cells, "  ")
-    lines += wrapped(one.sentence, "plain", cells, "  ") if one.sentence else ()
-    lines += wrapped(one.alike, "warn", cells, "  ") if one.alike else ()
+    lines += wrapped(cause.sentence, "plain", cells, "  ") if cause.sentence else ()
+    lines += wrapped(cause.alike, "warn", cells, "  ") if cause.alike else ()
     return tuple(lines)
 
 
-def _tried(one: Tried, most: float, cells: int) -> Line:
-    name = f"{one.name}: {one.why}" if one.why else one.name
-    right: Line = (*_evidence(one.gain_nats, most, "faded"), (" " * 10, "plain"))
+def _tried(cause: Tried, most: float, cells: int) -> Line:
+    name = f"{cause.name}: {cause.why}" if cause.why else cause.name
+    right: Line = (*_evidence(cause.gain_nats, most, "faded"), (" " * 10, "plain"))
     return apart((("  " + cut(name, cells - 41), "plain"),), right, cells)
 
 
@@ -350,16 +350,16 @@ def _by_axis(fall: Fall) -> Lines:
     )
 
 
-def _axis(one: AxisFall) -> Line:
-    turning = one.dof not in DOFS[:3]
+def _axis(axis: AxisFall) -> Line:
+    turning = axis.dof not in DOFS[:3]
     scale, unit = (math.degrees(1.0), "°/s") if turning else (1e3, "mm/s")
-    before, after, floor = (significant(scale * value, 2) for value in (one.before, one.after, one.floor))
-    errors = f"{number(one.nrmse_before, 2)} to {number(one.nrmse_after, 2)}"
+    before, after, floor = (significant(scale * value, 2) for value in (axis.before, axis.after, axis.floor))
+    errors = f"{number(axis.nrmse_before, 2)} to {number(axis.nrmse_after, 2)}"
     return (
-        (f"{one.dof:<{NAME_CELLS}}{before:>9}", "plain"),
+        (f"{axis.dof:<{NAME_CELLS}}{before:>9}", "plain"),
         (f"{after:>9}", "accent"),
         (f"{floor:>9} {unit:<5}", "quiet"),
-        (f"{errors:>14}{number(one.nrmse_baseline, 2):>11}", "plain"),
+        (f"{errors:>14}{number(axis.nrmse_baseline, 2):>11}", "plain"),
     )
 
 

@@ -33,6 +33,8 @@ from tui.app.screens.frame import Drawn, StationScreen
 from tui.app.view import View, open_replay
 
 VERB: Final = "dives"
+WORK: Final = ("identify", "diagnose", "validate")
+"""Screens whose work is begun here."""
 
 
 class DiveTable(Drawn):
@@ -114,7 +116,7 @@ class DivesScreen(StationScreen):
         self.action_again()
 
     def on_screen_suspend(self) -> None:
-        if self._then.startswith("begin"):
+        if self._then in WORK:
             self.notify("nothing was begun: Dives was left before it was read", severity="warning")
         self._then = ""
 
@@ -122,7 +124,7 @@ class DivesScreen(StationScreen):
         """Identify the dive that the crew has just made, regardless of the mark, once the list is read."""
         self._at = self._over = self._goes_on = self.desk.dive = None
         self.action_again()
-        self._then = "begin('identify')"
+        self._then = "identify"
 
     def show(self, view: View) -> None:
         recorded = self.desk.recorded() if view.records else None
@@ -159,7 +161,7 @@ class DivesScreen(StationScreen):
 
     async def action_begin(self, screen: str) -> None:
         if self._at is None:
-            self._wait(f"begin('{screen}')")
+            self._wait(screen)
             return
         self.desk.dive = self._at
         await self.begin_on(screen)
@@ -246,11 +248,12 @@ class DivesScreen(StationScreen):
                 self._at = self._dives[0].folder
         if self._then and self._dives:
             self._tell_skipped()
-            self.call_later(self.run_action, self._then)
+            then = self._then
+            self.call_later(self.run_action, f"begin('{then}')" if then in WORK else then)
         self._then = ""
 
     def _wait(self, action: str) -> None:
-        """Run the action once the list is there. The first of several quick keys counts, not a note's text after it."""
+        """Run the action or begin the work once the list is there; the first of several quick keys counts."""
         if self.desk.jobs.runs(VERB):
             self._then = self._then or action
 
@@ -294,16 +297,15 @@ class DivesScreen(StationScreen):
             return hanging(self._trouble, "bad", cells)
         if self._list is None:
             return (((f"reading {self.desk.out}", "quiet"),),)
-        return hanging(f"{self.desk.out}: holds no dive yet; a recording makes one", "plain", cells)
+        return hanging(self.desk.no_dive, "plain", cells)
 
     def _reading(self) -> str:
         """Progress of reading the list, for its heading."""
         state = self.desk.jobs.state(VERB)
         if state is None or not state.runs:
             return f"{len(self._dives)} in {self.desk.out}" if self._dives else ""
-        reads = state.told[-1].words if state.told else "reading"
-        then = self._then.removeprefix("begin('").removesuffix("')")
-        return f"{reads}, then {then}" if then else reads
+        reads = state.reports[-1].words if state.reports else "reading"
+        return f"{reads}, then {self._then}" if self._then else reads
 
     def _details(self, cells: int, rows: int) -> Lines:
         del rows

@@ -61,6 +61,7 @@ class ListedDive:
     notes: str
     events: tuple[str, ...]
     learnt: tuple[str, ...]
+    worked_on: tuple[str, ...] = ()
     conditions: str = ""
     stray: str = ""
     restarts: str = ""
@@ -74,12 +75,6 @@ class ListedDive:
     def identifiable(self) -> bool:
         """Whether any coefficient could be identified."""
         return any(std <= FAIR for std in (self.relative_std or {}).values())
-
-    @property
-    def worked_on(self) -> str:
-        """Short form of the work done on it: `identified, diagnosed`."""
-        words = (sentence.split(" ", 1)[0].rstrip(":") for sentence in self.learnt)
-        return ", ".join(dict.fromkeys(word for word in words if word in ("identified", "diagnosed")))
 
 
 def listed(result: Any) -> tuple[ListedDive, ...]:
@@ -148,6 +143,7 @@ def _dive(data: Mapping[str, Any]) -> ListedDive:
         str(data["notes"]),
         tuple(map(str, data["events"])),
         tuple(map(str, data["learnt"])),
+        tuple(map(str, data["worked_on"])),
         str(data["conditions"]),
         str(data.get("stray", "")),
         str(data.get("restarts", "")),
@@ -238,9 +234,9 @@ def _row(dive: ListedDive, is_at: bool, is_chosen: bool, is_recorded: bool, cell
 
 def _made_of(dive: ListedDive, room: int) -> str:
     """The work done on the dive: in full if it fits next to the name, else in short unless the name gets too short."""
-    short = " ".join(f"{word[:SHORT]}." for word in dive.worked_on.split(", ") if word)
-    if len(dive.name) + 1 + len(dive.worked_on) <= room:
-        return dive.worked_on
+    words, short = ", ".join(dive.worked_on), " ".join(f"{word[:SHORT]}." for word in dive.worked_on)
+    if len(dive.name) + 1 + len(words) <= room:
+        return words
     return short if room - len(short) > LEAST_NAME else ""
 
 

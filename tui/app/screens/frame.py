@@ -262,7 +262,7 @@ class StationScreen(Screen[None]):
             for key, active in super().active_bindings.items()
             if may(active.node, active.binding.action)
         ]
-        return dict(sorted(live, key=lambda one: place.get(one[1].binding.id or "", len(place))))
+        return dict(sorted(live, key=lambda live: place.get(live[1].binding.id or "", len(place))))
 
     def compose(self) -> ComposeResult:
         yield TopLine(self._tabs)

@@ -14,10 +14,10 @@ from tui.app.jobs import JobState
 from tui.app.keys import Action, bindings
 from tui.app.screens.frame import Drawn, StationScreen
 from tui.app.screens.identify_lines import (
-    Found,
+    Identified,
     curves,
     ended,
-    found,
+    load_identified,
     passes_of,
     places,
     progress,
@@ -53,7 +53,7 @@ class IdentifyScreen(StationScreen):
     def __init__(self, title: str, tabs: Sequence[Tab]) -> None:
         super().__init__(title, tabs)
         self._dive: Path | None = None
-        self._found: Found | None = None
+        self._shown: Identified | None = None
         self._seen: JobState | None = None
         self._refused = ""
         self._curves = False
@@ -100,7 +100,7 @@ class IdentifyScreen(StationScreen):
         self._look()
         self._curves, self._refused = False, ""
         if self._dive is None:
-            self._refused = f"{self.desk.out}: holds no dive yet; a recording makes one"
+            self._refused = self.desk.no_dive
         elif not (vehicle := self.desk.vehicle_of(self._dive)):
             self._refused = (
                 f"{self._dive}: names no vehicle file that is there; start the app with --vehicle NAME"
@@ -126,8 +126,8 @@ class IdentifyScreen(StationScreen):
             return
         # The run may have answered since the last view, so an earlier result may be outdated.
         self._look()
-        if self._found is not None and self._found.param is not None:
-            self.desk.param = self._found.param
+        if self._shown is not None and self._shown.param is not None:
+            self.desk.param = self._shown.param
             await self.begin_on("parameters")
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
@@ -137,7 +137,7 @@ class IdentifyScreen(StationScreen):
         if action == "cancel":
             return runs
         if action == "curves":
-            return self._answered and bool(passes_of(self._told()))
+            return self._answered and bool(passes_of(self._reports()))
         if action == "parameters":
             return not self._answered or self._has_values
         return super().check_action(action, parameters)
@@ -150,10 +150,10 @@ class IdentifyScreen(StationScreen):
         """Load the chosen dive and its identification."""
         self._dive = self.desk.chosen()
         if self._dive is None:
-            self._found = None
+            self._shown = None
         else:
             unkept = self.desk.jobs.unkept(VERB, self._dive)
-            self._found = found(self._dive, self.desk.receipts, unkept)
+            self._shown = load_identified(self._dive, self.desk.receipts, unkept)
 
     def _state(self) -> JobState | None:
         """The running identification, or the last one if it was of the chosen dive."""
@@ -164,7 +164,7 @@ class IdentifyScreen(StationScreen):
 
     @property
     def _has_values(self) -> bool:
-        return self._found is not None and self._found.param is not None
+        return self._shown is not None and self._shown.param is not None
 
     @property
     def _answered(self) -> bool:
@@ -172,9 +172,9 @@ class IdentifyScreen(StationScreen):
         state = self.desk.jobs.state(VERB)
         return state is None or state.answered
 
-    def _told(self) -> tuple[Report, ...]:
+    def _reports(self) -> tuple[Report, ...]:
         state = self._state()
-        return () if state is None else state.told
+        return () if state is None else state.reports
 
     def _draw(self) -> None:
         self._arrange()
@@ -186,7 +186,7 @@ class IdentifyScreen(StationScreen):
         runs, answered = self.desk.jobs.runs(VERB), self._answered
         self.set_class(not answered or self._curves, "-curves")
         self.set_class(runs and answered and not self._curves, "-writes")
-        offered = (runs, answered, self._curves, self._found)
+        offered = (runs, answered, self._curves, self._shown)
         if offered != self._offered:
             self._offered = offered
             self.refresh_bindings()
@@ -197,7 +197,7 @@ class IdentifyScreen(StationScreen):
         return () if state is None else progress(state, self.desk.jobs.now_s(), cells, self._then)
 
     def _charts(self, cells: int, rows: int) -> Lines:
-        return curves(self._told(), cells, rows)
+        return curves(self._reports(), cells, rows)
 
     def _result(self, cells: int, rows: int) -> Lines:
         del rows
@@ -205,12 +205,10 @@ class IdentifyScreen(StationScreen):
         lines = hanging(self._refused, "bad", cells) if self._refused else ()
         if state is not None:
             lines = (*lines, *ended(state, cells))
-        if self._found is not None:
-            return (*lines, *result(self._found, cells))
+        if self._shown is not None:
+            return (*lines, *result(self._shown, cells))
         if self._dive is None:
-            return lines or hanging(
-                f"{self.desk.out}: holds no dive yet; a recording makes one", "plain", cells
-            )
+            return lines or hanging(self.desk.no_dive, "plain", cells)
         head = heading(self._dive.name, "", cells)
         key = self.key_of("identify.begin")
         words = "not identified yet"

@@ -16,6 +16,7 @@ from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import last_accepted
 from gcs_plugin.params.plan import coefficient_of
 from gcs_plugin.watch.picture import Array
+from identify.words import capital
 from tui import exit_codes
 from tui.app.curves import ACROSS, AXIS_CELLS, BLANK, Dots, braille, curve_row, dots
 from tui.app.drawing import (
@@ -67,8 +68,17 @@ class Value:
 
 
 @dataclass(frozen=True)
-class Found:
-    """The result of one dive; `beside` holds the second method's results, `param` the file to upload, None for none."""
+class Comparison:
+    """The second method: its outcome, and where it agrees with the first."""
+
+    method: str
+    outcome: str
+    sentences: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Identified:
+    """The identification of a dive; `comparison` is None without a second method, `param` without a file to upload."""
 
     dive: str
     configuration: str
@@ -77,7 +87,7 @@ class Found:
     values: tuple[Value, ...]
     doubts: tuple[str, ...]
     notes: tuple[str, ...]
-    beside: tuple[str, ...]
+    comparison: Comparison | None
     param: Path | None
     written_unix_s: float
 
@@ -87,7 +97,7 @@ class Found:
         return tuple(value for value in self.values if value.name in OF_HULL)
 
     @property
-    def told(self) -> int:
+    def count(self) -> int:
         """Number of coefficients that have a value."""
         return sum(math.isfinite(value.value) for value in self.coefficients)
 
@@ -100,27 +110,23 @@ def places(dive: Path) -> dict[str, Path]:
     }
 
 
-def found(dive: Path, receipts: Path, unkept: Any = None) -> Found | None:
+def load_identified(dive: Path, receipts: Path, unkept: Any = None) -> Identified | None:
     """Load the identification of a dive; None if it is missing or not an identification.
 
     `unkept` is a new result that could not be written there. It has no parameters to upload: any file there belongs
-    to an earlier result, or lacks a matching result.
+    to an earlier result, or lacks a matching result. A parameter file older than the result is not its own either, for
+    an identification without values writes none.
     """
     at = places(dive)
+    result, param = at["--json"], at["--param"]
     try:
         if unkept is not None:
-            return _found(unkept, accepted_before(at["--param"], receipts), None, math.nan)
-        data = from_json(read_small(at["--json"]))
-        written = at["--json"].stat()
-        param = _no_older(at["--param"], written.st_mtime_ns)
-        return _found(data, accepted_before(at["--param"], receipts), param, written.st_mtime)
+            return _parsed(unkept, accepted_before(param, receipts), None, math.nan)
+        data, written = from_json(read_small(result)), result.stat()
+        newer = param.exists() and param.stat().st_mtime_ns >= written.st_mtime_ns
+        return _parsed(data, accepted_before(param, receipts), param if newer else None, written.st_mtime)
     except (OSError, ValueError, KeyError, TypeError):
         return None
-
-
-def _no_older(param: Path, than_ns: int) -> Path | None:
-    """The parameter file unless it is older: an identification without values writes none and leaves an old one."""
-    return param if param.exists() and param.stat().st_mtime_ns >= than_ns else None
 
 
 def accepted_before(param: Path, receipts: Path) -> dict[str, float]:
@@ -138,15 +144,15 @@ def accepted_before(param: Path, receipts: Path) -> dict[str, float]:
     }
 
 
-def _found(
+def _parsed(
     data: Mapping[str, Any], accepted: Mapping[str, float], param: Path | None, written_unix_s: float
-) -> Found:
+) -> Identified:
     doubts = tuple(dict.fromkeys(str(doubt["sentence"]) for doubt in data["doubts"]))
     scale = data["thrust_scale"]
     sentences = [entry["sentence"] for entry in (*data["null_directions"], *([scale] if scale else []))]
     notes = dict.fromkeys((*sentences, *data["notes"]))
     second = data.get("comparison")
-    return Found(
+    return Identified(
         str(data["dive"]["name"]),
         str(data["configuration"]),
         str(data["method"]),
@@ -154,7 +160,9 @@ def _found(
         tuple(_value(entry, accepted) for entry in data["parameters"]),
         doubts,
         tuple(str(note) for note in notes if note not in doubts),
-        (f"{second['method']}: {second['outcome']}", *map(str, second["sentences"])) if second else (),
+        Comparison(str(second["method"]), str(second["outcome"]), tuple(map(str, second["sentences"])))
+        if second
+        else None,
         param,
         written_unix_s,
     )
@@ -185,9 +193,9 @@ class Passes:
     half: Array
 
 
-def passes_of(told: Sequence[Report]) -> tuple[Passes, ...]:
+def passes_of(reports: Sequence[Report]) -> tuple[Passes, ...]:
     """Collect the passes of each parameter from the reports; NaN for a pass that omits it."""
-    steps = [values for report in told if not report.answered and (values := report.values)]
+    steps = [values for report in reports if not report.answered and (values := report.values)]
     names = dict.fromkeys(name for values in steps for name in values)
     nothing = (np.nan, np.nan)
     return tuple(
@@ -196,9 +204,9 @@ def passes_of(told: Sequence[Report]) -> tuple[Passes, ...]:
     )
 
 
-def converging(passes: Passes, unit: str, cells: int, rows: int, beside: str = "") -> Lines:
+def converging(passes: Passes, unit: str, cells: int, rows: int, others: str = "") -> Lines:
     """The present value and interval, and curves of both: the value as a solid step curve, the interval's ends
-    dotted. `beside` is the value by other methods; while it is "", the number of passes takes its place.
+    dotted. `others` are the values by other methods; while they are "", the number of passes takes their place.
     """
     value, half = passes.value, passes.half
     head: Line = ((f"{passes.name:<6}", "plain"), (f"{significant(float(value[-1])):>8}", "strong"))
@@ -207,7 +215,7 @@ def converging(passes: Passes, unit: str, cells: int, rows: int, beside: str = "
     across = cells - AXIS_CELLS
     if rows < 2 or across < 1:
         return (_cut(head, cells),)
-    head = apart(head, ((beside or f"pass {len(value)}", "reference" if beside else "quiet"),), cells)
+    head = apart(head, ((others or f"pass {len(value)}", "reference" if others else "quiet"),), cells)
     bottom, top = _range(value, half)
     count = max(len(value), LEAST_PASSES)
     low, middle, high = (
@@ -266,7 +274,7 @@ def progress(state: JobState, now_s: float, cells: int, goes_on: bool = False) -
 
     `goes_on`: the screen Parameters opens as soon as the values exist.
     """
-    newest = {report.of: report for report in state.told}
+    newest = {report.of: report for report in state.reports}
     page = newest.pop(PAGE, None)
     newest.pop(UNKEPT, None)
     if page is not None and state.runs:
@@ -289,26 +297,26 @@ def _stage(state: JobState) -> str:
 
 
 def _dive(state: JobState) -> str:
-    return state.words[1].rstrip("/").rpartition("/")[2] if len(state.words) > 1 else ""
+    return Path(state.words[1]).name if len(state.words) > 1 else ""
 
 
-def _bar(method: str, told: Report, cells: int) -> Line:
-    full = round(min(max(told.share, 0.0), 1.0) * BAR_CELLS)
+def _bar(method: str, report: Report, cells: int) -> Line:
+    full = round(min(max(report.share, 0.0), 1.0) * BAR_CELLS)
     line: Line = (
         (f"{cut(method, NAME_CELLS):<{NAME_CELLS}}", "plain"),
         ("█" * full, "accent"),
         ("░" * (BAR_CELLS - full), "rule"),
-        (f" {100 * told.share:>3.0f} %  ", "strong"),
+        (f" {100 * report.share:>3.0f} %  ", "strong"),
     )
-    return (*line, (cut(told.words, max(cells - width(line), 0)), "quiet"))
+    return (*line, (cut(report.words, max(cells - width(line), 0)), "quiet"))
 
 
-def curves(told: Sequence[Report], cells: int, rows: int) -> Lines:
+def curves(reports: Sequence[Report], cells: int, rows: int) -> Lines:
     """A chart per reported parameter in a grid that fills the space, next to it the values of other methods."""
-    passes, answered = passes_of(told), answers(told)
+    passes, answered = passes_of(reports), answers(reports)
     if not passes:
         return _answers(answered, cells)
-    method_shown = next(item.of for item in told if item.values and not item.answered)
+    method_shown = next(item.of for item in reports if item.values and not item.answered)
     compared = {method: values for method, values in answered.items() if method != method_shown}
     columns = 4 if cells >= WIDE else 2
     below = -(-len(passes) // columns)
@@ -316,17 +324,17 @@ def curves(told: Sequence[Report], cells: int, rows: int) -> Lines:
     lines: list[Line] = []
     for row in range(below):
         charts = [
-            converging(item, _unit(item.name), each - 1, high + (row < left), _said(compared, item.name))
+            converging(item, _unit(item.name), each - 1, high + (row < left), _values(compared, item.name))
             for item in passes[row * columns : (row + 1) * columns]
         ]
         for y in range(max(map(len, charts))):
-            lines.append(_beside([chart[y] if y < len(chart) else () for chart in charts], each))
+            lines.append(_abreast([chart[y] if y < len(chart) else () for chart in charts], each))
     return tuple(lines)
 
 
-def answers(told: Sequence[Report]) -> dict[str, dict[str, tuple[float, float]]]:
+def answers(reports: Sequence[Report]) -> dict[str, dict[str, tuple[float, float]]]:
     """Answers by method: each value with half of its 95 % interval."""
-    return {report.of: dict(report.values) for report in told if report.answered and report.values}
+    return {report.of: dict(report.values) for report in reports if report.answered and report.values}
 
 
 def _answers(answered: Mapping[str, Mapping[str, tuple[float, float]]], cells: int) -> Lines:
@@ -343,17 +351,17 @@ def _answers(answered: Mapping[str, Mapping[str, tuple[float, float]]], cells: i
     )
 
 
-def _said(answered: Mapping[str, Mapping[str, tuple[float, float]]], name: str) -> str:
+def _values(answered: Mapping[str, Mapping[str, tuple[float, float]]], name: str) -> str:
     """Values of a parameter by the other methods."""
-    said = (f"vs {significant(values[name][0])}" for values in answered.values() if name in values)
-    return ", ".join(said)
+    values = (f"vs {significant(by_name[name][0])}" for by_name in answered.values() if name in by_name)
+    return ", ".join(values)
 
 
 def _unit(name: str) -> str:
     return OF_HULL[name].unit if name in OF_HULL else ""
 
 
-def _beside(parts: Sequence[Line], each: int) -> Line:
+def _abreast(parts: Sequence[Line], each: int) -> Line:
     return tuple(span for part in parts for span in (*part, (" " * (each - width(part)), "plain")))
 
 
@@ -370,58 +378,59 @@ def ended(state: JobState, cells: int) -> Lines:
         return hanging(
             f"{_dive(state)}: stopped by you after {took}; what lay there before stays", "warn", cells
         )
-    said = done.why
+    why = done.why
     if state.unkept is not None:
-        said += f"; {NOT_KEPT}"
-    return hanging(said or f"identify ended with exit code {done.code} and said nothing", "bad", cells)
+        why += f"; {NOT_KEPT}"
+    return hanging(why or f"identify ended with exit code {done.code} and said nothing", "bad", cells)
 
 
-def result(found: Found, cells: int) -> Lines:
+def result(shown: Identified, cells: int) -> Lines:
     """The outcome in a sentence, the doubts in full, parameters next to last accepted values, reasons and notes."""
-    good = found.outcome == "converged" and not found.doubts
+    good = shown.outcome == "converged" and not shown.doubts
     lines: list[Line] = [
-        heading(f"{found.dive} {found.configuration}", f"{day(found.written_unix_s)} UTC", cells)
+        heading(f"{shown.dive} {shown.configuration}", f"{day(shown.written_unix_s)} UTC", cells)
     ]
-    lines += hanging(_outcome(found), "strong" if good else "warn", cells)
-    for sentence in found.beside[1:]:
+    lines += hanging(_outcome(shown), "strong" if good else "warn", cells)
+    for sentence in shown.comparison.sentences if shown.comparison else ():
         lines += hanging(sentence, "plain", cells)
-    for doubt in found.doubts:
+    for doubt in shown.doubts:
         lines += hanging(f"▲ {doubt}", "warn", cells)
-    reasons = list(dict.fromkeys(value.reason for value in found.values if value.reason))
-    if found.told:
+    reasons = list(dict.fromkeys(value.reason for value in shown.values if value.reason))
+    if shown.count:
         lines.append(((cut(COLUMNS, cells), "quiet"),))
-        lines += [_row(value, reasons) for value in found.values]
+        lines += [_row(value, reasons) for value in shown.values]
     for n, reason in enumerate(reasons, start=1):
         lines += hanging(f"{n}: {reason}", "warn", cells)
-    for note in found.notes:
+    for note in shown.notes:
         lines += hanging(note, "quiet", cells)
     return tuple(lines)
 
 
-def _outcome(found: Found) -> str:
-    outcome = found.outcome[:1].upper() + found.outcome[1:]
-    second = f"; {found.beside[0].replace(':', ' beside it:')}" if found.beside else ""
-    return f"{outcome}: {found.told} of {len(found.coefficients)} coefficients identified by {found.method}{second}."
+def _outcome(shown: Identified) -> str:
+    second = shown.comparison
+    other = f"; {second.method} beside it: {second.outcome}" if second else ""
+    counts = f"{shown.count} of {len(shown.coefficients)}"
+    return f"{capital(shown.outcome)}: {counts} coefficients identified by {shown.method}{other}."
 
 
-def _row(one: Value, reasons: Sequence[str]) -> Line:
-    if not math.isfinite(one.value):
-        why = f"no, see {1 + reasons.index(one.reason)}" if one.reason else "no"
-        return ((f"{one.name:<8}", "plain"), (f"{'--':>9}  ", "quiet"), (why, "warn"))
-    interval = f"{significant(one.low95)} … {significant(one.high95)}"
+def _row(value: Value, reasons: Sequence[str]) -> Line:
+    if not math.isfinite(value.value):
+        why = f"no, see {1 + reasons.index(value.reason)}" if value.reason else "no"
+        return ((f"{value.name:<8}", "plain"), (f"{'--':>9}  ", "quiet"), (why, "warn"))
+    interval = f"{significant(value.low95)} … {significant(value.high95)}"
     line: Line = (
-        (f"{one.name:<8}", "plain"),
-        (f"{significant(one.value):>9}", "strong"),
+        (f"{value.name:<8}", "plain"),
+        (f"{significant(value.value):>9}", "strong"),
         (f"  {interval:<19}  ", "reference"),
-        (f"{one.unit:<12}", "quiet"),
+        (f"{value.unit:<12}", "quiet"),
     )
-    if not math.isfinite(one.accepted):
+    if not math.isfinite(value.accepted):
         return line
-    role: Role = "warn" if one.is_news else "plain"
+    role: Role = "warn" if value.is_news else "plain"
     return (
         *line,
-        (f"{significant(one.accepted):>10}", "plain"),
-        (f"{_signed(100 * one.change):>8} %", role),
+        (f"{significant(value.accepted):>10}", "plain"),
+        (f"{_signed(100 * value.change):>8} %", role),
     )
 
 

@@ -41,7 +41,7 @@ class DiveScreen(StationScreen):
         """The command line that works on the dive."""
         raise NotImplementedError
 
-    def found(self) -> Any:
+    def result(self) -> Any:
         """The result that the verb left next to the dive; a false value if there is none."""
         raise NotImplementedError
 
@@ -61,7 +61,7 @@ class DiveScreen(StationScreen):
         """A section's title, and a note with its keys."""
         return self.SECTIONS[name], ""
 
-    def beside(self, dive: Path) -> tuple[Path, ...]:
+    def comparable(self, dive: Path) -> tuple[Path, ...]:
         """Other dives that may be compared with a dive."""
         return check_dives(self.desk, dive)
 
@@ -137,7 +137,7 @@ class DiveScreen(StationScreen):
         """Update the chosen dive and the list of other dives."""
         dive = self.desk.chosen()
         before, self.dive = self.dive, dive
-        self.others = self.beside(dive) if dive is not None else ()
+        self.others = self.comparable(dive) if dive is not None else ()
         if dive != before:
             self.on_other_dive()
         self.refresh_bindings()
@@ -148,13 +148,13 @@ class DiveScreen(StationScreen):
         jobs = self.desk.jobs
         state = jobs.state(self.VERB)
         if self.dive is None:
-            return wrapped(f"{self.desk.out}: holds no dive yet; a recording makes one", "plain", cells)
+            return wrapped(self.desk.no_dive, "plain", cells)
         if state is not None and not state.runs and state.words[1] != str(self.dive):
             state = None
         job = job_lines(self.VERB, state, jobs.now_s(), cells)
         if state is not None and state.runs:
             return (*wrapped(f"{self.VERB} {Path(state.words[1]).name}", "strong", cells), *job)
-        has_result = bool(self.found())
+        has_result = bool(self.result())
         return (
             *(self.verdict(cells) if has_result else ()),
             *job,
@@ -181,4 +181,4 @@ class DiveScreen(StationScreen):
         return (heading(title, note, cells),)
 
     def _lines(self, name: str, cells: int, rows: int) -> Lines:
-        return self.section(name, cells, rows) if self.found() else ((("nothing yet", "quiet"),),)
+        return self.section(name, cells, rows) if self.result() else ((("nothing yet", "quiet"),),)

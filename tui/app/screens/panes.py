@@ -120,15 +120,15 @@ def thrusters(rows: tuple[ThrusterRow, ...], cells: int) -> Lines:
 
 
 def _narrow_thruster(row: ThrusterRow, cells: int) -> Line:
-    role, value = _told(row, row.pwm_us, "strong")
+    role, value = _reading(row, row.pwm_us, "strong")
     bar = signed_bar(row.pwm_us, (cells - 10) // 2)
     line: Line = ((f"{row.number:>2} ", "quiet"), *_coloured(bar, row), (f"{value:>5}", role))
     return (*line, (" " * (cells - width(line)), "plain"))
 
 
 def _wide_thruster(row: ThrusterRow, cells: int) -> Line:
-    role, pulse = _told(row, row.pwm_us, "strong")
-    _, speed = _told(row, row.rpm, "plain")
+    role, pulse = _reading(row, row.pwm_us, "strong")
+    _, speed = _reading(row, row.rpm, "plain")
     name = row.name if row.name != str(row.number) else ""
     head: Line = ((f"{row.number:>2} ", "quiet"), (f"{cut(name, 18):<18} " if name else "", "plain"))
     tail: Line = ((f"{pulse:>6}", role), (" µs", "quiet"), (f"{speed:>7}", role), (" rpm", "quiet"))
@@ -141,7 +141,7 @@ def _wide_thruster(row: ThrusterRow, cells: int) -> Line:
     )
 
 
-def _told(row: ThrusterRow, value: float, role: Role) -> tuple[Role, str]:
+def _reading(row: ThrusterRow, value: float, role: Role) -> tuple[Role, str]:
     if row.freshness is Freshness.GONE:
         return "stale", NOTHING
     return role if row.freshness is Freshness.FRESH else "stale", number(value, 0)
@@ -169,14 +169,17 @@ def signed_bar(pwm_us: float, half: int) -> str:
 
 def words(said: tuple[Said, ...], cells: int) -> Lines:
     """The vehicle's messages, the newest first, with the severity as a word."""
-    return tuple(_saying(message, cells) for message in reversed(said))
+    return tuple(_message(message, cells) for message in reversed(said))
 
 
-def _saying(one: Said, cells: int) -> Line:
-    role: Role = "bad" if one.severity <= ERROR else "warn" if one.severity == WARNING else "plain"
-    severity = SEVERITIES[min(max(one.severity, 0), len(SEVERITIES) - 1)]
-    head: Line = ((f"{utc(one.utc_s)} ", "quiet"), (f"{severity:<10}", "quiet" if role == "plain" else role))
-    return (*head, (cut(one.text, cells - width(head)), role))
+def _message(message: Said, cells: int) -> Line:
+    role: Role = "bad" if message.severity <= ERROR else "warn" if message.severity == WARNING else "plain"
+    severity = SEVERITIES[min(max(message.severity, 0), len(SEVERITIES) - 1)]
+    head: Line = (
+        (f"{utc(message.utc_s)} ", "quiet"),
+        (f"{severity:<10}", "quiet" if role == "plain" else role),
+    )
+    return (*head, (cut(message.text, cells - width(head)), role))
 
 
 def worst(said: tuple[Said, ...]) -> str:

@@ -249,7 +249,7 @@ class ParametersScreen(StationScreen):
     def _nothing(self) -> str:
         dive = self.desk.chosen()
         if dive is None:
-            return f"{self.desk.out}: holds no dive yet; a recording makes one"
+            return self.desk.no_dive
         yet = f"{dive.name}: nothing was identified from it yet, so there is nothing to compare"
         if self.view_only:
             return f"{yet}; this view only looks, and identifies nothing"

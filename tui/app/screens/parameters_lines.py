@@ -9,15 +9,21 @@ from tui import exit_codes
 from tui.app.drawing import NOTHING, Line, Lines, Role, Span, ago, bar, cut, heading, wrapped
 from tui.app.jobs import JobState
 from tui.app.screens.transfer import Comparison, Entry
-from tui.progress import WRITING, Written
+from tui.progress import APPLIED, WRITING, Written
 
 AT: Final = "▶"
 CHOSEN, LEFT, NOT_ASKED, DOUBT = "■", "□", " ", "▲"
 EQUAL: Final = "read back equal"
-FAILED: Final = "failed"
+EQUAL_SHORT: Final = "equal"
+FAILED: Final = {
+    "refused": "refused",
+    "unverified": "unverified",
+    "rolled_back": "rolled back",
+    "not_sent": "not sent",
+}
+"""Outcomes in a word for the end of a line; the sentence below the table says all."""
 SHORT: Final = {"not on the vehicle": "absent", "implausible": "unlikely"}
 """Short forms of verdicts for narrow lines; the sentence below the table has the full words."""
-SENTENCE: Final = 20  # cells from which a cut sentence says more than a single word
 DIGITS: Final = 5
 WIDE: Final = 90  # cells from which every column fits any value
 ALIKE, FAR = 1.0, 3.0
@@ -143,10 +149,8 @@ def _words(entry: Entry, became: Written | None, room: int) -> Span:
     """Text and role for the end of a line, in at most `room` cells."""
     if became:
         if became.equal:
-            equal = f"✓ {EQUAL}"
-            return equal if len(equal) <= room else f"✓ {EQUAL.split()[-1]}", "accent"
-        failed = f"{DOUBT} {became.words.removeprefix(entry.name).strip()}"
-        return failed if len(failed) <= room or room >= SENTENCE else f"{DOUBT} {FAILED}", "bad"
+            return f"✓ {EQUAL if len(EQUAL) + 2 <= room else EQUAL_SHORT}", "accent"
+        return f"{DOUBT} {FAILED.get(became.outcome, 'failed')}", "bad"
     if entry.changes:
         return (entry.reason or "", "warn")
     role: Role = "warn" if entry.staged else "quiet" if entry.verdict == "same" else "bad"
@@ -251,7 +255,7 @@ def reading(state: JobState | None, cells: int) -> Lines:
     """Progress of reading; empty while no reading runs."""
     if state is None or not state.runs:
         return ()
-    report = state.told[-1] if state.told else None
+    report = state.reports[-1] if state.reports else None
     return (progress(report.share if report else 0.0, report.words if report else "begins", cells),)
 
 
@@ -260,7 +264,7 @@ def writing(written: JobState | None, cells: int, retries: str) -> Lines:
     if written is None:
         return ()
     if written.done is None:
-        last = written.told[-1] if written.told else None
+        last = written.reports[-1] if written.reports else None
         share, words = (last.share, last.words) if last is not None else (0.0, "looking for the vehicle")
         step = _doing(last.stage) if last is not None and last.of == WRITING else READ_FIRST
         return (*wrapped(step, "strong", cells), progress(share, words, cells))
@@ -298,12 +302,12 @@ def became(written: JobState | None, shown: Comparison | None) -> dict[str, Writ
     """Result of each line that was written, as far as it is known."""
     if written is None:
         return {}
-    lines = (report.written for report in written.told)
+    lines = (report.written for report in written.reports)
     results = {line.name: line for line in lines if line is not None}
     done = written.done
     if done is not None and done.result is not None and shown is not None:
         for row in done.result["parameters"]:
             if row["name"] in (*shown.choosable, *shown.staged):
-                equal = row["outcome"] == "applied"
-                results[row["name"]] = Written(row["name"], equal, EQUAL if equal else row["sentence"])
+                words = EQUAL if row["outcome"] == APPLIED else row["sentence"]
+                results[row["name"]] = Written(row["name"], row["outcome"], words)
     return results

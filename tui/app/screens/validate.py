@@ -32,7 +32,7 @@ class ValidateScreen(DiveScreen):
         Action(
             "validate.beside",
             "c",
-            "beside",
+            "compare",
             "Compare",
             "beside one more of the newest other dives, up to 3",
             looks=True,
@@ -63,19 +63,19 @@ class ValidateScreen(DiveScreen):
         super().__init__(title, tabs)
         self._kept: Kept[tuple[Run, ...]] = Kept(runs)
         self._run = ""
-        self._axis = self._beside = 0
+        self._axis = self._count = 0
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        if action == "beside":
+        if action == "compare":
             return not self.at_work and bool(self.others)
         if action == "axis":
-            return len(validate_lines.axes(self.found())) > 1
+            return len(validate_lines.axes(self.result())) > 1
         if action == "run":
-            return len(self.found()) > 1
+            return len(self.result()) > 1
         return super().check_action(action, parameters)
 
-    def action_beside(self) -> None:
-        self._beside = (self._beside + 1) % (min(len(self.others), MOST_BESIDE) + 1)
+    def action_compare(self) -> None:
+        self._count = (self._count + 1) % (min(len(self.others), MOST_BESIDE) + 1)
         self.draw()
 
     def action_axis(self) -> None:
@@ -83,16 +83,16 @@ class ValidateScreen(DiveScreen):
         self.draw()
 
     def action_run(self) -> None:
-        results, at = self.found(), self._looked_at()
+        results, at = self.result(), self._looked_at()
         if at is not None:
             self._run = results[(results.index(at) + 1) % len(results)].dive
         self.draw()
 
     def on_other_dive(self) -> None:
         self._run = ""
-        self._beside = min(self._beside, len(self.others))
+        self._count = min(self._count, len(self.others))
 
-    def found(self) -> tuple[Run, ...]:
+    def result(self) -> tuple[Run, ...]:
         return (self._kept.read(self.dive / JSON, self.unkept) if self.dive is not None else None) or ()
 
     def verdict(self, cells: int) -> Lines:
@@ -100,7 +100,7 @@ class ValidateScreen(DiveScreen):
         return validate_lines.verdict(run, cells) if run is not None else ()
 
     def section(self, name: str, cells: int, rows: int) -> Lines:
-        results, run = self.found(), self._looked_at()
+        results, run = self.result(), self._looked_at()
         if run is None:
             return ()
         if name == "criteria":
@@ -129,10 +129,10 @@ class ValidateScreen(DiveScreen):
         return (self.VERB, *dives, "--vehicle", vehicle, *leaves)
 
     def _compared(self) -> tuple[Path, ...]:
-        return self.others[: self._beside]
+        return self.others[: self._count]
 
     def _looked_at(self) -> Run | None:
         """The dive on display: at first the chosen dive."""
-        results = self.found()
+        results = self.result()
         wanted = self._run or (self.dive.name if self.dive is not None else "")
         return next((run for run in results if run.dive == wanted), results[0] if results else None)

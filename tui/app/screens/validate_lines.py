@@ -72,8 +72,7 @@ def _run(data: Mapping[str, Any]) -> Run:
         )
         verdict = Verdict(bool(raising["go"]), str(raising["sentence"]), judged)
     return Run(
-        # Two dives of one mode are distinguished by their names; here their hours suffice.
-        _short(label, dive),
+        _short(label, str(data["mode"]), dive),
         dive,
         verdict,
         {entry["axis"]: str(entry["unit"]) for entry in data["axes"]},
@@ -82,10 +81,10 @@ def _run(data: Mapping[str, Any]) -> Run:
     )
 
 
-def _short(label: str, dive: str) -> str:
-    suffix = label.removeprefix(dive)
+def _short(label: str, mode: str, dive: str) -> str:
+    """The mode; of two dives in one mode, with the hour of each, since their names are long."""
     hour = dive.partition("T")[2][:5]
-    return f"{hour}{suffix}" if suffix != label and hour else label
+    return f"{hour} {mode}".strip() if label != mode and hour else label
 
 
 def _passed(value: Any) -> bool | None:
@@ -109,14 +108,14 @@ LEAST_SPANS: Final = {"m/s": 0.05, "deg/s": 1.0, "N": 1.0, "N m": 0.5}
 DIGITS: Final = {"m/s": 4, "deg/s": 2}
 EFFORT_DIGITS: Final = 2
 AROUND_S: Final = 3.0
-NONE_TOLD: Final = "No verdict: the dive tells no FF_MODE, or nothing of its reference moved."
+NO_VERDICT: Final = "No verdict: the dive tells no FF_MODE, or nothing of its reference moved."
 
 
 def verdict(run: Run, cells: int) -> Lines:
     """Go or no-go as a mark and a word, then the sentence."""
     judgement = run.verdict
     if judgement is None:
-        return wrapped(NONE_TOLD, "warn", cells)
+        return wrapped(NO_VERDICT, "warn", cells)
     mark: Span = (" ● GO ", "strong") if judgement.go else (" ▲ NO-GO ", "bad")
     head = apart((mark,), ((cut(run.dive, cells - 12), "quiet"),), cells)
     return (head, *wrapped(judgement.sentence, "strong", cells))
@@ -129,11 +128,13 @@ def criteria(run: Run, cells: int) -> Lines:
     return tuple(line for criterion in judged for line in _criterion(criterion, label_cells, cells))
 
 
-def _criterion(one: Judged, what: int, cells: int) -> Lines:
-    mark, role = MARKS[one.passed]
-    indent = len(mark) + what + 2
-    head: Line = ((mark, role), (f" {one.what:<{what}} ", "plain"))
-    first, *more = wrapped(one.words, "plain" if one.passed is not False else "strong", cells - indent)
+def _criterion(criterion: Judged, label_cells: int, cells: int) -> Lines:
+    mark, role = MARKS[criterion.passed]
+    indent = len(mark) + label_cells + 2
+    head: Line = ((mark, role), (f" {criterion.what:<{label_cells}} ", "plain"))
+    first, *more = wrapped(
+        criterion.words, "plain" if criterion.passed is not False else "strong", cells - indent
+    )
     return ((*head, *first), *(((" " * indent, "plain"), *line) for line in more))
 
 
@@ -199,27 +200,27 @@ def _moving(whole: Followed) -> Followed:
     return replace(whole, **{name: getattr(whole, name)[part] for name in ("time_s", *CURVES)})
 
 
-def _speed(found: Followed, cells: int, rows: int) -> Lines:
-    unit, factor = SHOWN_IN.get(found.unit, (found.unit, 1.0))
+def _speed(curve: Followed, cells: int, rows: int) -> Lines:
+    unit, factor = SHOWN_IN.get(curve.unit, (curve.unit, 1.0))
     measured, reference = (
-        Curve("measured", factor * found.measured),
-        Curve("reference", factor * found.reference),
+        Curve("measured", factor * curve.measured),
+        Curve("reference", factor * curve.reference),
     )
-    title = f"{found.axis} speed, {unit}"
-    return plot(title, found.time_s, measured, reference, LEAST_SPANS[unit], cells, rows)
+    title = f"{curve.axis} speed, {unit}"
+    return plot(title, curve.time_s, measured, reference, LEAST_SPANS[unit], cells, rows)
 
 
-def _difference(found: Followed, cells: int, rows: int) -> Lines:
-    unit, factor = SHOWN_IN.get(found.unit, (found.unit, 1.0))
-    error = Curve("measured less reference", factor * (found.measured - found.reference))
-    return plot(f"{found.axis} error, {unit}", found.time_s, error, None, LEAST_SPANS[unit], cells, rows)
+def _difference(curve: Followed, cells: int, rows: int) -> Lines:
+    unit, factor = SHOWN_IN.get(curve.unit, (curve.unit, 1.0))
+    error = Curve("measured less reference", factor * (curve.measured - curve.reference))
+    return plot(f"{curve.axis} error, {unit}", curve.time_s, error, None, LEAST_SPANS[unit], cells, rows)
 
 
-def _wrench(found: Followed, cells: int, rows: int) -> Lines:
-    unit = found.wrench_unit
-    title = f"{found.axis} {'force' if unit == 'N' else 'moment'}, {unit}"
-    fed, pid = Curve("feed-forward", found.tau_ff), Curve("PID", found.tau_pid)
-    return plot(title, found.time_s, fed, pid, LEAST_SPANS[unit], cells, rows)
+def _wrench(curve: Followed, cells: int, rows: int) -> Lines:
+    unit = curve.wrench_unit
+    title = f"{curve.axis} {'force' if unit == 'N' else 'moment'}, {unit}"
+    fed, pid = Curve("feed-forward", curve.tau_ff), Curve("PID", curve.tau_pid)
+    return plot(title, curve.time_s, fed, pid, LEAST_SPANS[unit], cells, rows)
 
 
 def axes(runs: Sequence[Run]) -> tuple[str, ...]:

@@ -8,14 +8,26 @@ from textual import events
 from textual.app import ComposeResult
 from textual.containers import Container, Horizontal, Vertical, VerticalScroll
 
-from tui.app.drawing import Lines, cut
+from tui.app.drawing import Line, Lines, cut, stopwatch
 from tui.app.header import Tab
 from tui.app.keys import Action, bindings
 from tui.app.screens import panes
 from tui.app.screens.frame import LineView, StationScreen, TopLine
 from tui.app.screens.panes import Heading, SensorTable, ThrusterBars, ThrusterHeading, Words
 from tui.app.screens.strip_chart import QUANTITIES, StripChart
-from tui.app.view import View, bar
+from tui.app.view import Replayed, View
+
+
+def replay_line(replayed: Replayed, cells: int) -> Line:
+    """The line that marks the lines below it as a replay and not the live vehicle."""
+    clock = f"{stopwatch(replayed.at_s)} of {stopwatch(replayed.length_s)}"
+    speed = "  PAUSED" if replayed.paused else f"  {replayed.speed:g}x"
+    left, right = f" REPLAY {replayed.name}", f"{clock}{speed:<8} "
+    live = "  only the lines above are live"
+    if len(left) + len(live) + len(right) + 2 <= cells:
+        left += live
+    left = cut(left, max(cells - len(right) - 2, 0))
+    return ((f"{left}{right:>{max(cells - len(left), 0)}}", "lost"),)
 
 
 class ReplayBar(LineView):
@@ -29,7 +41,7 @@ class ReplayBar(LineView):
         del rows
         if view.replay is None:
             return ()
-        return (bar(view.replay, cells), ((cut(f" {self._keys()}", cells), "quiet"),))
+        return (replay_line(view.replay, cells), ((cut(f" {self._keys()}", cells), "quiet"),))
 
 
 MOTION = {"u": "first", "v": "first", "w": "first", "p": "second", "q": "second", "r": "first"}
