@@ -28,9 +28,9 @@ from bridge.errors import LinkTimeout
 from bridge.link.open import open_link
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.feedforward import Mode
-from gcs_plugin.ff_switch import Switch
-from gcs_plugin.holder import held
+from gcs_plugin.feedforward import Switch
 from gcs_plugin.job import seatrial_command
+from gcs_plugin.recording.state import held
 from gcs_plugin.watch.watcher import Watcher
 from tui.app import recorder
 from tui.app.app import SeatrialApp

@@ -15,8 +15,8 @@ from bridge.simulator.missions import Mission
 from bridge.simulator.truth import Truth, load_truth
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.feedforward import Mode
-from gcs_plugin.folder import DiveFolder, about_vehicle, new_folder
-from gcs_plugin.recorder import Recorder
+from gcs_plugin.dives.folder import DiveFolder, about_vehicle, new_folder
+from gcs_plugin.recording.recorder import Recorder
 
 AFLOAT_M = 0.2
 

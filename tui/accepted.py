@@ -16,7 +16,7 @@ from bridge.simulator.truth import GAIN, PLANTED, Truth, load_truth
 from bridge.vehicle.accepted_effect import AcceptedEffect
 from bridge.vehicle.coefficients import BY_NAME, OF_HULL
 from bridge.vehicle.config import Prior, VehicleFile
-from gcs_plugin.params.sidecar import read_sidecar
+from gcs_plugin.params.files import read_sidecar
 from identify.export.effects import IN_COEFFICIENTS
 from identify.identification import Z95, Outcome
 from tui.exit_codes import UsageError

@@ -21,8 +21,8 @@ from bridge.plain import from_json
 from bridge.printable import printable
 from bridge.ring.made_since import AFTERWARDS
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from gcs_plugin.dive_order import GLANCE, began, is_date, order, recordings
-from gcs_plugin.folder import About, DiveFolder, list_folders
+from gcs_plugin.dives.folder import About, DiveFolder, list_folders
+from gcs_plugin.dives.order import GLANCE, began, is_date, order, recordings
 from gcs_plugin.locks import is_written
 from tui.recordings import stray_bytes, vehicle_named
 from tui.show import plain

@@ -13,7 +13,7 @@ from typing import Any, Self
 
 from bridge.errors import LogError, ParamUnwritten
 from bridge.vehicle.config import CONFIGS, load_vehicle
-from gcs_plugin.params.sidecar import sidecar_path
+from gcs_plugin.params.files import sidecar_path
 from tui import exit_codes, progress, show
 from tui.exit_codes import UsageError
 from tui.show import STANDARD_OUTPUT, replace_file

@@ -8,9 +8,9 @@ from bridge.clock import Clock
 from bridge.errors import LinkError, LinkLost
 from bridge.link.base import Link
 from bridge.link.reconnecting import Aside, Reconnecting, unheard
-from gcs_plugin.holder import FRESH_S, Holding, hangs, held, held_beside, how_to_end, hung
-from gcs_plugin.link_names import among
 from gcs_plugin.peers import KnownVehicle
+from gcs_plugin.recording.link import among
+from gcs_plugin.recording.state import FRESH_S, Holding, hangs, held, held_beside, how_to_end, hung
 from tui.exit_codes import UsageError
 
 LOOK_EVERY_S: Final = 0.1
@@ -36,7 +36,7 @@ class ByWay:
         self.name = ", ".join(links)
 
     def read(self, timeout_s: float) -> bytes:
-        from gcs_plugin.guests import PLACES, farewell
+        from gcs_plugin.recording.hub import PLACES, farewell
 
         try:
             data = self._hub.read(timeout_s)

@@ -13,11 +13,11 @@ from bridge.new_file import replacing
 from bridge.recorded_keys import LEFT_OUT, holds_key
 from bridge.ring.whole import WHOLE
 from bridge.tlog import load_recording, of_those_that_hold_frames, read_tlog
+from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.holes import Hole
 from gcs_plugin.fetch.one_clock import Step
 from gcs_plugin.fetch.remade import refuse_recorded, remade, renew
 from gcs_plugin.fetch.whole import Apart, Strangers, Whole, made_whole
-from gcs_plugin.folder import DiveFolder
 from gcs_plugin.locks import alone_at
 from identify.ingest.unheard import clock
 

@@ -19,9 +19,17 @@ from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.effect_coefficients import effect_coefficients
 from gcs_plugin.params import float32
 from gcs_plugin.params.comparison import Wanted, wanted_by
-from gcs_plugin.params.files import found_of, read_parameters, write_parameters
+from gcs_plugin.params.files import (
+    Interval,
+    Sidecar,
+    found_of,
+    intervals_of,
+    read_parameters,
+    read_sidecar,
+    write_parameters,
+    write_sidecar,
+)
 from gcs_plugin.params.plan import coefficient_of, parameters_from_identification
-from gcs_plugin.params.sidecar import Interval, Sidecar, intervals_of, read_sidecar, write_sidecar
 from identify.batch.rows import clauses, doubts_in
 from identify.identification import Identification, Outcome
 from tui.exit_codes import UsageError

@@ -11,12 +11,10 @@ from bridge.clock import Clock, EvenClock
 from bridge.errors import LogError
 from bridge.silences import way_to_mend
 from bridge.tlog import TlogWriter
-from gcs_plugin.asked_conditions import last_conditions
-from gcs_plugin.conditions import NOTHING_SAID
-from gcs_plugin.folder import About, DiveFolder, new_folder, utc_text
-from gcs_plugin.holder import HeardVehicle, Holding, held, release, write_holding
-from gcs_plugin.recorded import Count, Notice, Recorded
-from gcs_plugin.recorder import Recorder
+from gcs_plugin.dives.conditions import NOTHING_SAID
+from gcs_plugin.dives.folder import About, DiveFolder, last_conditions, new_folder, utc_text
+from gcs_plugin.recording.recorder import Count, Notice, Recorded, Recorder
+from gcs_plugin.recording.state import HeardVehicle, Holding, held, release, write_holding
 from gcs_plugin.watch import words
 from tui import show
 from tui.links import words_of

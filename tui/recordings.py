@@ -7,8 +7,8 @@ from typing import Final
 
 from bridge.errors import ConfigError, LogError
 from bridge.vehicle.config import CONFIGS, Configuration, VehicleFile
-from gcs_plugin.conditions import Conditions
-from gcs_plugin.folder import About, DiveFolder
+from gcs_plugin.dives.conditions import Conditions
+from gcs_plugin.dives.folder import About, DiveFolder
 from tui.exit_codes import UsageError
 
 TETHER: Final = "tether"

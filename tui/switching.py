@@ -8,8 +8,8 @@ from bridge.clock import Clock
 from bridge.errors import LinkError
 from bridge.framing import Encoder, Framer
 from bridge.link.base import Link
-from gcs_plugin.ff_switch import Switch
-from gcs_plugin.off_orders import OffMarks
+from gcs_plugin.feedforward import Switch
+from gcs_plugin.modes import OffMarks
 from gcs_plugin.peers import GROUND_STATION, Peers, ground_heartbeat
 from tui.exit_codes import UsageError
 from tui.recording import StatusTexts

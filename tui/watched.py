@@ -11,7 +11,7 @@ from gcs_plugin.watch.picture import Armed, Condition, Freshness, LinkRow, Pictu
 from tui import show
 
 if TYPE_CHECKING:
-    from gcs_plugin.holder import Holding
+    from gcs_plugin.recording.state import Holding
 
 GONE = "--"
 NO_READING = "none"

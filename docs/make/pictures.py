@@ -16,7 +16,7 @@ from pathlib import Path
 
 from bridge.tlog import read_tlog
 from bridge.vehicle.config import CONFIGS, load_vehicle
-from gcs_plugin.holder import held
+from gcs_plugin.recording.state import held
 from gcs_plugin.watch.watcher import Watcher
 from tui.app.app import SeatrialApp
 from tui.app.desk import Desk

@@ -3,9 +3,11 @@
 A speed x responds to a force F as x' = F - x / T. The time constant T of the real vehicle is unknown, so it is fitted
 together with the latency over all pulses at once; for each pair, the best gain and offset follow by least squares.
 Only axes without a righting moment are used: surge, sway and heave for the DVL, yaw for the gyros.
+
+Turn the frames of a wet check, live or recorded, into findings.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -13,12 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from bridge.vehicle.config import Configuration, Vehicle
-from bridge.vehicle.thrusters import Curve
+from bridge.framing import Frame
+from bridge.vehicle.config import Configuration, Vehicle, VehicleFile
+from bridge.vehicle.thrusters import Curve, thrust_curve
 from gcs_plugin.doctor import response
 from gcs_plugin.doctor.findings import Finding, ok, warn
-from gcs_plugin.doctor.wet import LABELS, Diagnosis
-from gcs_plugin.doctor.wet_record import Pulse, Series, WetRecord
+from gcs_plugin.doctor.wet import LABELS, Diagnosis, diagnose, findings
+from gcs_plugin.doctor.wet_record import Pulse, Series, WetRecord, record_of
 
 Array = NDArray[np.float64]
 
@@ -151,3 +154,14 @@ def latency_findings(found: Sequence[Latency]) -> list[Finding]:
         advice = f"{sentence}; add {latency.latency_s:.3f} to its latency_s in the vehicle file"
         sentences.append(warn(name, advice) if late else ok(name, sentence))
     return sentences
+
+
+def wet_findings(file: VehicleFile, configuration: str, frames: Iterable[Frame]) -> list[Finding]:
+    """Findings on thrusters, mountings and latencies. Raises LogError if the frames hold no wet check."""
+    vehicle = file.vehicle
+    shape = vehicle.configurations[vehicle.configuration_named(configuration)]
+    curve = thrust_curve(vehicle.thrust_curve, file.path.parent)
+    record = record_of(frames, len(shape.thrusters))
+    diagnosis = diagnose(vehicle, shape, curve, record)
+    late = latency_findings(latencies(vehicle, shape, curve, record, diagnosis))
+    return [*findings(diagnosis, vehicle), *late]

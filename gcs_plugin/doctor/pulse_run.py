@@ -16,8 +16,7 @@ from bridge.framing import Encoder, Frame, Framer, decode
 from bridge.link.base import Link
 from bridge.printable import printable
 from bridge.vehicle.thrusters import NEUTRAL_US
-from gcs_plugin.doctor.pulse_orders import MotorTest, Orders, orders_for
-from gcs_plugin.doctor.pulses import LEAST_GAP_S, PlannedPulse
+from gcs_plugin.doctor.pulses import LEAST_GAP_S, MotorTest, Orders, PlannedPulse, orders_for
 from gcs_plugin.peers import GROUND_STATION, Heartbeat, Peers, heartbeat_of
 
 POLL_S: Final = 0.02

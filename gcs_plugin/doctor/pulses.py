@@ -1,14 +1,20 @@
-"""Plan the pulses of a wet check: one short push per thruster, kept small, with time to settle between them."""
+"""The pulses of the wet check: which thruster is pulsed, how the vehicle is ordered to, and armed for it."""
 
+import math
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final, Protocol
 
 import numpy as np
+from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.errors import ConfigError
+from bridge.clock import Clock
+from bridge.errors import ConfigError, LinkError, LinkTimeout
+from bridge.framing import Encoder, Framer, decode
+from bridge.link.base import Link
 from bridge.vehicle.config import Configuration, Vehicle
-from bridge.vehicle.thrusters import Curve, allocation_matrix
+from bridge.vehicle.thrusters import NEUTRAL_US, Curve, allocation_matrix
 from gcs_plugin.doctor.response import nominal
+from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
 
 WHOLE_S: Final = 60.0
 REST_S: Final = 8.0
@@ -64,3 +70,146 @@ def _gentle_thrust_n(shape: Configuration, curve: Curve, index: int) -> float:
     gentle = float((limits / np.maximum(per_newton, 1e-9)).min())
     most = min(MOST_SHARE * shape.thruster_limit_n, curve.max_n)
     return min(max(gentle, LEAST_N), most)
+
+
+REPEAT_S: Final = 0.2
+ASK_EVERY_S: Final = 1.0
+SERVO_EVERY_US: Final = 50_000
+STICK_CENTRE: Final = 500  # of MANUAL_CONTROL's z
+
+
+@dataclass(frozen=True, slots=True)
+class MotorTest:
+    """An order: `thruster` counts from 0; the vehicle returns to neutral by itself after `timeout_s`."""
+
+    thruster: int
+    pwm_us: float
+    timeout_s: float
+
+    def message(self, system: int, component: int, first: int = 1) -> dialect.MAVLink_command_long_message:
+        """Encode the order as COMMAND_LONG: motors count from `first` there, in the order of the vehicle's file."""
+        return dialect.MAVLink_command_long_message(
+            system,
+            component,
+            dialect.MAV_CMD_DO_MOTOR_TEST,
+            0,
+            self.thruster + first,
+            dialect.MOTOR_TEST_THROTTLE_PWM,
+            self.pwm_us,
+            self.timeout_s,
+            1,
+            dialect.MOTOR_TEST_ORDER_BOARD,
+            0,
+        )
+
+
+class Orders(Protocol):
+    """Makes the messages of an order, and those that keep a vehicle in its motor test between orders."""
+
+    def order(self, test: MotorTest, now_s: float) -> list[Any]: ...
+
+    def meanwhile(self, now_s: float) -> list[Any]: ...
+
+
+class OneOrder:
+    """Sends a single message per order: the vehicle ends each test by itself."""
+
+    def __init__(self, target: tuple[int, int]) -> None:
+        self._target = target
+
+    def order(self, test: MotorTest, now_s: float) -> list[Any]:
+        del now_s
+        return [test.message(*self._target)]
+
+    def meanwhile(self, now_s: float) -> list[Any]:
+        del now_s
+        return []
+
+
+class ArduSubOrders:
+    """Repeats every order, and neutral between orders, because ArduSub ignores the timeout and counts motors from 0.
+
+    In ArduSub an order holds until the next, and without an order for 0.5 s it disarms itself (ArduSub/motors.cpp).
+    Its failsafes also expect a pilot and a ground station, and it sends its outputs only twice a second unless asked.
+    """
+
+    def __init__(self, target: tuple[int, int]) -> None:
+        self._target = target
+        self._test = MotorTest(0, NEUTRAL_US, 0.0)
+        self._end_s, self._due_s, self._ask_s = math.inf, -math.inf, -math.inf
+
+    def order(self, test: MotorTest, now_s: float) -> list[Any]:
+        self._test, self._end_s, self._due_s = test, now_s + test.timeout_s, now_s + REPEAT_S
+        return [test.message(*self._target, first=0)]
+
+    def meanwhile(self, now_s: float) -> list[Any]:
+        if now_s >= self._end_s:
+            self._test, self._end_s = MotorTest(self._test.thruster, NEUTRAL_US, 0.0), math.inf
+            self._due_s = now_s
+        if now_s < self._due_s:
+            return []
+        self._due_s = now_s + REPEAT_S
+        system, _ = self._target
+        sticks = dialect.MAVLink_manual_control_message(system, 0, 0, STICK_CENTRE, 0, 0)
+        return [self._test.message(*self._target, first=0), sticks, *self._asked(now_s)]
+
+    def _asked(self, now_s: float) -> list[Any]:
+        if now_s < self._ask_s:
+            return []
+        self._ask_s = now_s + ASK_EVERY_S
+        wanted, every_us = dialect.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW, SERVO_EVERY_US
+        interval = dialect.MAVLink_command_long_message(
+            *self._target, dialect.MAV_CMD_SET_MESSAGE_INTERVAL, 0, wanted, every_us, 0, 0, 0, 0, 0
+        )
+        return [ground_heartbeat(), interval]
+
+
+def orders_for(autopilot: int, target: tuple[int, int]) -> Orders:
+    """The kind of orders for component `target`, whose heartbeat has this MAV_AUTOPILOT."""
+    ardupilot = autopilot == dialect.MAV_AUTOPILOT_ARDUPILOTMEGA
+    return ArduSubOrders(target) if ardupilot else OneOrder(target)
+
+
+POLL_S: Final = 0.02
+WITHIN_S: Final = 5.0
+
+
+def arm(link: Link, clock: Clock, target: tuple[int, int]) -> None:
+    """Arm the vehicle `target` (system, component).
+
+    Raises LinkError if it refuses, LinkTimeout if it does not answer within WITHIN_S.
+    """
+    _order(link, clock, target, 1.0, "arm")
+
+
+def disarm(link: Link, clock: Clock, target: tuple[int, int]) -> None:
+    """Disarm the vehicle `target`. Raises as `arm` does."""
+    _order(link, clock, target, 0.0, "disarm")
+
+
+def _order(link: Link, clock: Clock, target: tuple[int, int], wanted: float, word: str) -> None:
+    encoder, framer = Encoder(*GROUND_STATION), Framer()
+    command = dialect.MAV_CMD_COMPONENT_ARM_DISARM
+    order = dialect.MAVLink_command_long_message(*target, command, 0, wanted, 0, 0, 0, 0, 0, 0)
+    start_s = ask_s = clock.boot_s()
+    while (now_s := clock.boot_s()) - start_s < WITHIN_S:
+        if now_s >= ask_s:
+            ask_s = now_s + ASK_EVERY_S
+            link.write(encoder.encode(order))
+        for frame in framer.feed(link.read(POLL_S)):
+            if (
+                frame.message_id != dialect.MAVLINK_MSG_ID_COMMAND_ACK
+                or (frame.system, frame.component) != target
+            ):
+                continue
+            answer = decode(frame)
+            if answer is None or answer.command != command:
+                continue
+            if answer.result == dialect.MAV_RESULT_ACCEPTED:
+                return
+            raise LinkError(
+                f"{link.name}: the vehicle refused to {word} (answer {answer.result}); see what it says"
+            )
+    raise LinkTimeout(
+        f"{link.name}: no answer to the order to {word} within {WITHIN_S:.0f} s; check the link"
+    )

@@ -12,7 +12,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.errors import LogError
 from bridge.framing import Frame, decode
 from bridge.ring.segments import Segment
-from gcs_plugin.fetch.listing import Listing
+from gcs_plugin.fetch.requests import Listing
 
 MARGIN_MS: Final = 10_000
 """Margin around the first and last boot time heard: `BOOT_ID` comes once a second, and any of these may be lost."""

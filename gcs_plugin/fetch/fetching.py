@@ -13,9 +13,8 @@ from typing import Final
 from bridge.ftp.packet import DATA_BYTES, Fault, Op, Packet
 from bridge.ring.segments import Segment
 from gcs_plugin.fetch.doubtful import Stretch
-from gcs_plugin.fetch.listing import MOST_SEGMENTS, Listed, Listing
 from gcs_plugin.fetch.mirror import Mirror
-from gcs_plugin.fetch.requests import MOST_AT_ONCE, Requests
+from gcs_plugin.fetch.requests import MOST_AT_ONCE, MOST_SEGMENTS, Listed, Listing, Requests
 
 MOST_TRIES: Final = 3
 """How often a segment may arrive with a wrong checksum."""

@@ -8,10 +8,10 @@ from typing import Final
 from bridge.errors import LogError
 from bridge.ring.made_since import lacked
 from bridge.ring.whole import WHOLE
+from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.whole import Whole, made_whole, write_records
-from gcs_plugin.folder import DiveFolder
-from gcs_plugin.holder import Holding, held, held_beside, hung
 from gcs_plugin.locks import LOOK_EVERY_S, holder_of, is_written
+from gcs_plugin.recording.state import Holding, held, held_beside, hung
 
 CLOSED_WITHIN_S: Final = 3.0
 """How long to wait after the end of a dive for its files to be synced to disk and closed."""

@@ -1,8 +1,9 @@
-"""MAVLink FTP requests under way over a bad link: each is sent again until answered, and each answer counts once.
+"""MAVLink FTP requests under way over a bad link, and the vehicle's list of its segments that they collect.
 
-Does no I/O: packets and times go in, packets come out. Every transmission has its own sequence number, and the answer
-is recognised by it. So the round trip is measured on the transmission that was truly answered (Karn), and a duplicate
-or late answer to a finished request is ignored.
+Each request is sent again until answered, and each answer counts once. Does no I/O: packets and times go in, packets
+come out. Every transmission has its own sequence number, and the answer is recognised by it. So the round trip is
+measured on the transmission that was truly answered (Karn), and a duplicate or late answer to a finished request is
+ignored.
 """
 
 from collections import deque
@@ -11,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from bridge.ftp.packet import Packet
+from bridge.ring.segments import Segment, segment_named
 
 MOST_A_S: Final = 800.0
 """Requests per second, of some 27 bytes each: the hub of a recording takes 32 kB a second from each of its clients."""
@@ -91,3 +93,48 @@ class Requests:
         before_s = took_s if self._round_trip_s is None else self._round_trip_s
         self._round_trip_s = before_s + 0.125 * (took_s - before_s)
         return key
+
+
+Listing = list[tuple[Segment, int]]
+"""Segments with their sizes in bytes."""
+
+MOST_SEGMENTS: Final = 100_000
+MOST_BYTES: Final = 0xFFFFFFFF
+"""MAVLink FTP states an offset in 32 bits, so the end of a longer file can't be requested."""
+_SIZE_DIGITS: Final = 10
+
+
+class Listed:
+    """The entries listed so far; `index` is the index of the next entry to request."""
+
+    def __init__(self) -> None:
+        self.index = 0
+        self._sizes: dict[Segment, int] = {}
+
+    @property
+    def is_too_long(self) -> bool:
+        """Whether the list is longer than any ring's, so that it may never end."""
+        return len(self._sizes) > MOST_SEGMENTS
+
+    def hear(self, packet: Packet) -> bool:
+        """Take an answer with the next entries. Return whether it brought a segment that was not listed yet."""
+        if packet.offset != self.index:
+            return False
+        before = len(self._sizes)
+        entries = [entry for entry in packet.data.split(b"\0") if entry]
+        self.index += len(entries)
+        for entry in entries:
+            name, _, size = entry[1:].decode("ascii", "replace").partition("\t")
+            segment = segment_named(name)
+            if (
+                segment is not None
+                and len(size) <= _SIZE_DIGITS
+                and size.isdecimal()
+                and int(size) <= MOST_BYTES
+            ):
+                self._sizes[segment] = int(size)
+        return len(self._sizes) > before
+
+    def listing(self) -> Listing:
+        """Return the segments, oldest first."""
+        return sorted(self._sizes.items())

@@ -21,13 +21,13 @@ from bridge.framing import Frame, Framer
 from bridge.messages.readings import decode as decode_reading
 from bridge.printable import printable
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from gcs_plugin.ff_words import word
 from gcs_plugin.fleet import Fleet
 from gcs_plugin.mavproxy import words as typed
 from gcs_plugin.mavproxy.parameters import Parameters
 from gcs_plugin.mavproxy.recordings import Recordings
 from gcs_plugin.mavproxy.switching import Switching
 from gcs_plugin.mavproxy.work import Work
+from gcs_plugin.modes import word
 
 PAUSE_S: Final = 0.5
 MOST_WAITING: Final = 10_000

@@ -17,13 +17,12 @@ from bridge.errors import LinkError, LogError
 from bridge.framing import Frame
 from bridge.tlog import TlogWriter
 from bridge.vehicle.config import VehicleFile
-from gcs_plugin.folder import About, DiveFolder, about_vehicle, new_folder
-from gcs_plugin.holder import Holding, held
+from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, new_folder
 from gcs_plugin.job import Job, as_wide, seatrial_command
-from gcs_plugin.link_names import among, same_link
 from gcs_plugin.mavproxy.words import newest_dive
-from gcs_plugin.recorded import Count, Notice
-from gcs_plugin.recorder import SYNC_EVERY_S, Recorder
+from gcs_plugin.recording.link import among, same_link
+from gcs_plugin.recording.recorder import SYNC_EVERY_S, Count, Notice, Recorder
+from gcs_plugin.recording.state import Holding, held
 
 TELL_RATE_AFTER_S: Final = 5.0
 

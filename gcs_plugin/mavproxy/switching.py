@@ -9,11 +9,10 @@ from bridge.errors import ParamRejected
 from bridge.framing import Frame
 from bridge.parameters import ACTIVE
 from bridge.vehicle.feedforward import Mode
-from gcs_plugin.ff_switch import Switch
-from gcs_plugin.ff_words import WORDS
+from gcs_plugin.feedforward import Switch
 from gcs_plugin.fleet import Fleet, News
 from gcs_plugin.mavproxy.parameters import ARMED
-from gcs_plugin.off_orders import OffMarks, OffOrders
+from gcs_plugin.modes import WORDS, OffMarks, OffOrders
 from gcs_plugin.params.transfer import Source
 
 MODES: Final = {word: mode for mode, word in WORDS.items()}

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
-from gcs_plugin.folder import list_folders
+from gcs_plugin.dives.folder import list_folders
 
 HELP: Final = {
     "status": ("status", "vehicles, links, recording, and what runs"),

@@ -9,7 +9,7 @@ from typing import Final
 from bridge.clock import Clock
 from bridge.errors import ConfigError
 from bridge.new_file import clear_way
-from gcs_plugin.folder import DiveFolder
+from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.job import Job, as_wide, seatrial_command
 
 LEAVES: Final = {

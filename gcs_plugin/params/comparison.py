@@ -11,7 +11,7 @@ from typing import Any, Final
 from bridge.errors import ParamRejected, ParamUnknown
 from bridge.parameters import ACTIVE, MODE
 from bridge.vehicle.effect_coefficients import EffectCoefficient
-from gcs_plugin.params.files import read_parameters, system_of
+from gcs_plugin.params.files import Interval, Sidecar, read_parameters, read_sidecar, sidecar_path, system_of
 from gcs_plugin.params.last_accepted import (
     AcceptedValue,
     belongs,
@@ -37,7 +37,6 @@ from gcs_plugin.params.plan import (
 from gcs_plugin.params.plausible import implausible
 from gcs_plugin.params.receipt import Newest, Receipt, new_preimage
 from gcs_plugin.params.session import Order
-from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, sidecar_path
 from gcs_plugin.params.transfer import Source
 from gcs_plugin.params.upload import Upload
 

@@ -17,10 +17,16 @@ from bridge.file_size import read_small
 from bridge.parameters import ACTIVE
 from bridge.plain import from_json
 from gcs_plugin.params import float32
-from gcs_plugin.params.files import read_parameters, write_parameters
+from gcs_plugin.params.files import (
+    Interval,
+    Sidecar,
+    read_parameters,
+    read_sidecar,
+    write_parameters,
+    write_sidecar,
+)
 from gcs_plugin.params.plan import coefficient_of
 from gcs_plugin.params.receipt import BEFORE, MOST_UPLOADS, RECEIPT, WANTED, Receipt, path_of, whole
-from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, write_sidecar
 from gcs_plugin.params.transfer import Outcome
 
 ACCEPTED: Final = "-accepted.param"

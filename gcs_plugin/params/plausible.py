@@ -12,10 +12,10 @@ from typing import Final
 from bridge.parameters import LEAST_DAMPING_PER_S, MODE
 from bridge.vehicle.coefficients import BY_NAME, DOFS, QUADRATICS, Coefficient
 from bridge.vehicle.feedforward import AXES, Mode
-from gcs_plugin.ff_words import word
+from gcs_plugin.modes import word
+from gcs_plugin.params.files import Interval
 from gcs_plugin.params.last_accepted import AcceptedValue
 from gcs_plugin.params.plan import TAKES_EFFECT, Plan, Row, coefficient_of, value_text
-from gcs_plugin.params.sidecar import Interval
 
 Z95: Final = 1.96
 SMALL_DAMPING_PER_S: Final = 0.1

@@ -24,9 +24,15 @@ from bridge.folder_sync import sync_folder
 from bridge.new_file import open_own
 from bridge.plain import from_json
 from gcs_plugin.locks import locked
-from gcs_plugin.params.files import replace_text, unwritten, write_parameters
+from gcs_plugin.params.files import (
+    Sidecar,
+    replace_text,
+    sidecar_path,
+    unwritten,
+    write_parameters,
+    write_sidecar,
+)
 from gcs_plugin.params.plan import Plan, Verdict, unit_of, value_text
-from gcs_plugin.params.sidecar import Sidecar, sidecar_path, write_sidecar
 from gcs_plugin.params.transfer import Outcome, Result, Source
 from gcs_plugin.params.upload import Ending
 

@@ -25,12 +25,12 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.clock import Clock
 from bridge.errors import LinkError, LinkTimeout, ParamRejected, ParamUnverified, SeatrialError
 from gcs_plugin.fleet import Fleet, News
-from gcs_plugin.off_orders import OffOrders
+from gcs_plugin.modes import OffOrders
 from gcs_plugin.params.deadline import Timing
+from gcs_plugin.params.files import Sidecar
 from gcs_plugin.params.listing import Listing, ReadIndex, ReadList
 from gcs_plugin.params.plan import Plan, obstacle
 from gcs_plugin.params.receipt import Newest, Receipt, Turn, begin, finish
-from gcs_plugin.params.sidecar import Sidecar
 from gcs_plugin.params.transfer import ReadValue, Result, SetValue, Source
 from gcs_plugin.params.upload import Ending, Stage, Upload
 

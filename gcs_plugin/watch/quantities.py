@@ -1,16 +1,16 @@
-"""Turn readings into quantities with references: depth from pressure, velocity at the body's origin, heading."""
+"""The values of a picture, from the channels of their signals, with their traces, and the thrusters."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final
 
-from bridge.vehicle.config import Vehicle, Water
+import numpy as np
+
+from bridge.vehicle.config import Configuration, Thruster, Vehicle, Water
 from gcs_plugin.watch.channels import Channel
-from gcs_plugin.watch.freshness import freshness
 from gcs_plugin.watch.hearing import Values
-from gcs_plugin.watch.picture import Trace
+from gcs_plugin.watch.picture import Array, ThrusterRow, Trace, freshness
 from gcs_plugin.watch.sensors import is_pressure
-from gcs_plugin.watch.traces import KEPT_S, Ring
 
 REFERENCE_HOLDS_S: Final = 1.0
 FOG_YIELDS_S: Final = 1.0
@@ -141,4 +141,95 @@ def _to_body(quaternion: Values, ned: Values) -> Values:
         (1 - 2 * (y * y + z * z)) * n + 2 * (x * y + w * z) * e + 2 * (x * z - w * y) * d,
         2 * (x * y - w * z) * n + (1 - 2 * (x * x + z * z)) * e + 2 * (y * z + w * x) * d,
         2 * (x * z + w * y) * n + 2 * (y * z - w * x) * e + (1 - 2 * (x * x + y * y)) * d,
+    )
+
+
+KEPT_S: Final = 60.0
+MOST_HZ: Final = 20.0
+STEP_S: Final = 1.0 / MOST_HZ
+PLACES: Final = 1 + round(KEPT_S * MOST_HZ)
+
+
+class Ring:
+    """Values with their times and references; of several values within a step, the newest is kept."""
+
+    __slots__ = ("_count", "_place", "_reference", "_step_ends_s", "_time_s", "_value", "last_s")
+
+    def __init__(self) -> None:
+        self.last_s = -math.inf
+        self._time_s = np.full(PLACES, np.nan)
+        self._value = np.full(PLACES, np.nan)
+        self._reference = np.full(PLACES, np.nan)
+        self._place, self._count = PLACES - 1, 0
+        self._step_ends_s = -math.inf
+
+    def put(self, time_s: float, value: float, reference: float = math.nan) -> None:
+        """Add a value that came at `time_s`; a time earlier than the previous value's counts as equal to it."""
+        time_s = max(time_s, self.last_s)
+        if time_s >= self._step_ends_s:
+            self._step_ends_s = time_s + STEP_S
+            self._place = (self._place + 1) % PLACES
+            self._count = min(self._count + 1, PLACES)
+        place = self._place
+        self._time_s[place], self._value[place], self._reference[place] = time_s, value, reference
+        self.last_s = time_s
+
+    def since(self, start_s: float) -> tuple[Array, Array, Array | None]:
+        """Times, values and references from `start_s` on; the references are None if none is known."""
+        first = (self._place + 1 - self._count) % PLACES
+        order = np.arange(first, first + self._count) % PLACES
+        time_s = self._time_s[order]
+        order = order[np.searchsorted(time_s, start_s) :]
+        reference = self._reference[order]
+        has_reference = np.isfinite(reference).any()
+        return self._time_s[order], self._value[order], reference if has_reference else None
+
+    def said_share(self, start_s: float) -> float:
+        """Share of the values from `start_s` on that are numbers; NaN if there are no values."""
+        _, value, _ = self.since(start_s)
+        return float(np.isfinite(value).mean()) if len(value) else math.nan
+
+
+MOSTLY: Final = 0.8
+"""Cosine of the angle up to which a thruster counts as pushing along an axis."""
+
+OFF_CENTRE: Final = 0.2
+"""Share of the farthest thruster's distance beyond which a thruster counts as off the centre line."""
+
+
+def name_of(thruster: Thruster, reach_m: float) -> str:
+    """`fore port`, `vertical aft starboard`, `lateral fore`; `reach_m` is the farthest thruster's distance."""
+    x, y, _ = thruster.position_m
+    _, sideways, down = (abs(c) for c in thruster.direction)
+    words = ["vertical"] if down > MOSTLY else ["lateral"] if sideways > MOSTLY else []
+    if abs(x) > OFF_CENTRE * reach_m:
+        words.append("fore" if x > 0 else "aft")
+    if abs(y) > OFF_CENTRE * reach_m:
+        words.append("starboard" if y > 0 else "port")
+    return " ".join(words) or "midships"
+
+
+def names_of(configuration: Configuration) -> tuple[str, ...]:
+    """The name of each thruster, in the file's order."""
+    reach_m = max((math.hypot(*t.position_m[:2]) for t in configuration.thrusters), default=0.0)
+    return tuple(name_of(thruster, reach_m) for thruster in configuration.thrusters)
+
+
+def thruster_rows(
+    pwm: Channel, rpm: Channel, names: tuple[str, ...], now_s: float, expected_hz: float
+) -> tuple[ThrusterRow, ...]:
+    """A row for each thruster of the vehicle file; without a file, for each output."""
+    count = len(names) or len(pwm.values)
+    age_s = pwm.age_s(now_s)
+    fresh = freshness(age_s, expected_hz)
+    return tuple(
+        ThrusterRow(
+            k + 1,
+            names[k] if names else "",
+            pwm.values[k] if k < len(pwm.values) else math.nan,
+            rpm.values[k] if k < len(rpm.values) else math.nan,
+            age_s,
+            fresh,
+        )
+        for k in range(count)
     )

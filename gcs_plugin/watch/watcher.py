@@ -5,23 +5,22 @@ vehicle file sends a heartbeat, it watches that one.
 """
 
 import math
+import re
 from collections import deque
 from typing import Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import ConfigError
-from bridge.framing import Frame
+from bridge.framing import Frame, decode
+from bridge.parameters import ACTIVE, COMMIT
 from bridge.vehicle.config import VehicleFile
-from gcs_plugin.peers import GONE_S, Heartbeat, Peer, Peers, Source
-from gcs_plugin.watch.active_set import ActiveSet
+from gcs_plugin.peers import GONE_S, GROUND_STATION, Heartbeat, Peer, Peers, Source
 from gcs_plugin.watch.channels import Channel
 from gcs_plugin.watch.hearing import FROM_ANYONE, TELLING, Values, heard
-from gcs_plugin.watch.links import LinkRows
 from gcs_plugin.watch.picture import Armed, LinkRow, Picture, Said
-from gcs_plugin.watch.quantities import Quantities
+from gcs_plugin.watch.quantities import Quantities, names_of, thruster_rows
 from gcs_plugin.watch.sensors import SENSORS, always, expected_hz, sensor_rows
-from gcs_plugin.watch.thrusters import names_of, thruster_rows
 from gcs_plugin.watch.words import StatusTexts
 
 TEXTS_KEPT: Final = 20
@@ -242,3 +241,99 @@ def _armed(beat: Heartbeat) -> Armed:
 
 def _whole(values: Values) -> int | None:
     return int(values[0]) if values and values[0].is_integer() else None
+
+
+_NEWS: Final = re.compile(r"FF set (\d+) active")
+_PARAM_VALUE: Final[int] = dialect.MAVLINK_MSG_ID_PARAM_VALUE
+
+
+class ActiveSet:
+    """Follows the frames and texts of a vehicle: FF_ACTIVE, FF_COMMIT (read in the same way), and its news in words.
+
+    `number` is the set's number, None if not yet known; `told_s` is the time of the last message that stated it.
+    """
+
+    def __init__(self) -> None:
+        self.number: int | None = None
+        self.told_s = -math.inf
+
+    def hear(self, frame: Frame, arrived_s: float) -> None:
+        """Take a frame of the vehicle."""
+        if frame.message_id != _PARAM_VALUE:
+            return
+        message = decode(frame)
+        if message is not None and message.param_id in (ACTIVE, COMMIT) and message.param_value.is_integer():
+            self.number, self.told_s = int(message.param_value), arrived_s
+
+    def read(self, text: str, arrived_s: float) -> None:
+        """Take a text of the vehicle."""
+        news = _NEWS.fullmatch(text)
+        if news is not None:
+            self.number, self.told_s = int(news.group(1)), arrived_s
+
+
+LOST_S: Final = 3.0
+OVER_S: Final = 10.0
+EVERY_S: Final = 1.0
+
+Counts = dict[tuple[str, Source], tuple[int, int]]
+"""Frames received and lost, by link and component."""
+
+
+class LinkRows:
+    """Rows of the components on all links. `peers` is fed by the caller, after `tick`."""
+
+    def __init__(self, peers: Peers) -> None:
+        self._peers = peers
+        self._counts: deque[tuple[float, Counts]] = deque()
+
+    def tick(self, time_s: float) -> None:
+        """Note the counts once a second; call it before each frame."""
+        if self._counts and time_s < self._counts[-1][0] + EVERY_S:
+            return
+        self._counts.append((time_s, self._now()))
+        while time_s - self._counts[0][0] > OVER_S:
+            self._counts.popleft()
+
+    def rows(self, now_s: float) -> list[LinkRow]:
+        """Rows of all senders of heartbeats except ground stations; of a link without any, of all its other senders."""
+        counts = self._now()
+        beating = {key for key in counts if self._beats(key) and not self._peer(key[1]).is_station}
+        with_beats = {link for link, _ in beating}
+        others = {
+            (link, source)
+            for link, source in counts
+            if link not in with_beats and source != GROUND_STATION and not self._beats((link, source))
+        }
+        return [self._row(key, counts[key], now_s) for key in counts if key in beating or key in others]
+
+    def _peer(self, source: Source) -> Peer:
+        peer = self._peers.get(source)
+        assert peer is not None
+        return peer
+
+    def _beats(self, key: tuple[str, Source]) -> bool:
+        """Whether the component sent a heartbeat on the link."""
+        return self._peer(key[1]).links[key[0]].beat_s > -math.inf
+
+    def _row(self, key: tuple[str, Source], now: tuple[int, int], now_s: float) -> LinkRow:
+        then_s, before = self._base(now_s)
+        # A sender that was dropped from the table and came back counts from zero again.
+        received, lost = (max(a - b, 0) for a, b in zip(now, before.get(key, (0, 0)), strict=True))
+        link, source = key
+        age_s = now_s - self._peer(source).links[link].beat_s
+        loss = lost / (received + lost) if received + lost else 0.0
+        rate_hz = received / (now_s - then_s) if now_s > then_s else 0.0
+        return LinkRow(link, *source, age_s, loss, rate_hz, age_s > LOST_S)
+
+    def _base(self, now_s: float) -> tuple[float, Counts]:
+        """The oldest counts of the last seconds; the newest of all if the links have been silent since."""
+        recent = (item for item in self._counts if now_s - item[0] <= OVER_S)
+        return next(recent, self._counts[-1] if self._counts else (now_s, {}))
+
+    def _now(self) -> Counts:
+        return {
+            (link, peer.source): (here.received, here.lost)
+            for peer in self._peers
+            for link, here in peer.links.items()
+        }

@@ -10,7 +10,7 @@ import pytest
 from bridge.parameters import ParameterServer, vehicle_table
 from bridge.vehicle.accepted_effect import AcceptedEffect
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.params.sidecar import read_sidecar, write_sidecar
+from gcs_plugin.params.files import read_sidecar, write_sidecar
 from identify.diagnose.candidates import Cause
 from identify.diagnose.result import NOTHING, Accepted, Finding, Value
 from identify.dive import Dive

@@ -18,12 +18,11 @@ from bridge.link.open import open_link
 from bridge.parameters import parameters_of
 from bridge.tlog import read_tlog
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.folder import About, new_folder
-from gcs_plugin.guests import FULL, PLACES
-from gcs_plugin.holder import Holding, held, state_file, write_holding
-from gcs_plugin.hub import Hub
-from gcs_plugin.link_names import same_link
-from gcs_plugin.recorder import Recorder
+from gcs_plugin.dives.folder import About, new_folder
+from gcs_plugin.recording.hub import FULL, PLACES, Hub
+from gcs_plugin.recording.link import same_link
+from gcs_plugin.recording.recorder import Recorder
+from gcs_plugin.recording.state import Holding, held, state_file, write_holding
 from gcs_plugin.simulated import afloat
 from identify.ingest.open import read_dive
 from tui import cli, exit_codes
@@ -316,7 +315,7 @@ def ends(monkeypatch):
         assert clock.boot_s() < seconds
 
     monkeypatch.setattr("tui.running.until_stopped", until_stopped)
-    monkeypatch.setattr("gcs_plugin.recorder.SYNC_EVERY_S", 0.01)
+    monkeypatch.setattr("gcs_plugin.recording.recorder.SYNC_EVERY_S", 0.01)
     yield end
     end.set()
 

@@ -11,9 +11,9 @@ from bridge.clock import SimulatedClock
 from bridge.framing import Encoder
 from bridge.link.memory import memory_pair
 from bridge.tlog import read_tlog
-from gcs_plugin.folder import About, DiveFolder
-from gcs_plugin.holder import held
-from gcs_plugin.recorder import Recorder
+from gcs_plugin.dives.folder import About, DiveFolder
+from gcs_plugin.recording.recorder import Recorder
+from gcs_plugin.recording.state import held
 from tui import cli, exit_codes
 from tui.links import known_now
 from tui.recording import RecordedDives, RecordingState

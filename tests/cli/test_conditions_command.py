@@ -8,8 +8,8 @@ import pytest
 
 from bridge.errors import FitError
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.conditions import NOTHING_SAID, Conditions
-from gcs_plugin.folder import DiveFolder, about_vehicle
+from gcs_plugin.dives.conditions import NOTHING_SAID, Conditions
+from gcs_plugin.dives.folder import DiveFolder, about_vehicle
 from identify.dive import Dive
 from tui import cli
 from tui.recordings import can_not_be, under_conditions

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from gcs_plugin.recorded import Count
+from gcs_plugin.recording.recorder import Count
 from tui.recording import RecordedDive
 
 FOLDER = Path("dives/2026-11-20T0912Z-lake")

@@ -13,7 +13,7 @@ from bridge.framing import Encoder
 from bridge.messages.readings import Reading, encode
 from bridge.tlog import TlogWriter
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.folder import About, DiveFolder, Event, new_folder
+from gcs_plugin.dives.folder import About, DiveFolder, Event, new_folder
 from identify.ingest.open import read_dive
 from tui import cli, dive_list, exit_codes
 from tui.dive_list import GLANCE, AxisSpan, Glance, letters, row_of, short_name

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from full_disk import fill
 
-from gcs_plugin.params.sidecar import Sidecar, write_sidecar
+from gcs_plugin.params.files import Sidecar, write_sidecar
 from tui import cli, exit_codes
 
 BUNDLED = Path(__file__).resolve().parents[2] / "configs" / "vehicles"

@@ -16,12 +16,12 @@ from bridge.signing.key import SigningKey, write_key
 from bridge.signing.link import SignedLink
 from bridge.signing.times import Times
 from bridge.tlog import read_tlog
+from gcs_plugin.dives.folder import new_folder
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.whole import write_records
-from gcs_plugin.folder import new_folder
-from gcs_plugin.holder import Holding, write_holding
-from gcs_plugin.hub import Hub
-from gcs_plugin.recorder import Recorder
+from gcs_plugin.recording.hub import Hub
+from gcs_plugin.recording.recorder import Recorder
+from gcs_plugin.recording.state import Holding, write_holding
 from tui import cli, exit_codes
 from tui.fetched import MIRROR
 

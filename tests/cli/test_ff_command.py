@@ -16,8 +16,8 @@ from bridge.framing import Encoder, Framer, decode
 from bridge.messages.readings import Reading, encode
 from bridge.parameters import ParameterServer, vehicle_table
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.holder import HeardVehicle, Holding, write_holding
-from gcs_plugin.off_orders import OffMarks
+from gcs_plugin.modes import OffMarks
+from gcs_plugin.recording.state import HeardVehicle, Holding, write_holding
 from tui import cli, exit_codes
 
 VEHICLE = str(Path(__file__).resolve().parents[1] / "data" / "vehicles" / "hovering.yaml")

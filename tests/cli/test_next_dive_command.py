@@ -17,9 +17,9 @@ from bridge.clock import SystemClock
 from bridge.framing import Encoder, Framer
 from bridge.link.open import open_link
 from bridge.tlog import read_tlog
-from gcs_plugin.conditions import Conditions
-from gcs_plugin.folder import DiveFolder
-from gcs_plugin.holder import held
+from gcs_plugin.dives.conditions import Conditions
+from gcs_plugin.dives.folder import DiveFolder
+from gcs_plugin.recording.state import held
 from tui import cli, exit_codes
 
 
@@ -57,7 +57,7 @@ class Vehicle:
 @pytest.fixture
 def recording(tmp_path, monkeypatch):
     """A recording in a process of its own, and the vehicle whose frames it takes."""
-    monkeypatch.setattr("gcs_plugin.orders.LEAST_DIVE_S", 0.0)
+    monkeypatch.setattr("gcs_plugin.recording.orders.LEAST_DIVE_S", 0.0)
     vehicle = Vehicle()
     line = [
         "record",

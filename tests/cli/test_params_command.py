@@ -7,7 +7,7 @@ import pytest
 from params_line import DESPITE_HALF, run, with_intervals
 
 from bridge.framing import Framer, decode
-from gcs_plugin.params.sidecar import read_sidecar
+from gcs_plugin.params.files import read_sidecar
 from tui import exit_codes, progress
 
 vehicle = params_line.vehicle

@@ -11,7 +11,7 @@ from full_disk import fill
 from parameter_vehicle import GroundKilledError, dying_at
 from params_line import DESPITE_HALF, run, with_intervals
 
-from gcs_plugin.params.sidecar import read_sidecar
+from gcs_plugin.params.files import read_sidecar
 from tui import exit_codes
 
 vehicle = params_line.vehicle

@@ -9,7 +9,7 @@ from parameter_vehicle import VEHICLE
 from params_line import DESPITE_HALF, identified, run, with_sidecar
 
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.params.sidecar import Sidecar, read_sidecar, write_sidecar
+from gcs_plugin.params.files import Sidecar, read_sidecar, write_sidecar
 from identify.identification import Doubt, Identification, Outcome, estimate
 from tui import exit_codes
 from tui.parameter_files import write_identified

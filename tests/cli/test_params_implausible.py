@@ -8,8 +8,7 @@ from parameter_vehicle import VEHICLE
 from params_line import DESPITE_HALF, run
 
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.params.files import write_parameters
-from gcs_plugin.params.sidecar import Interval, Sidecar, write_sidecar
+from gcs_plugin.params.files import Interval, Sidecar, write_parameters, write_sidecar
 from tui import exit_codes
 
 vehicle = params_line.vehicle

@@ -6,8 +6,7 @@ from parameter_vehicle import VEHICLE
 from params_line import identified, run, with_sidecar
 
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.params.files import system_of, write_parameters
-from gcs_plugin.params.sidecar import Sidecar, sidecar_path, write_sidecar
+from gcs_plugin.params.files import Sidecar, sidecar_path, system_of, write_parameters, write_sidecar
 from identify.identification import Identification, Outcome, estimate
 from tui import exit_codes
 from tui.parameter_files import write_identified

@@ -13,7 +13,7 @@ from bridge.errors import ConfigError
 from bridge.schema import build
 from bridge.vehicle.config import Prior, Vehicle, load_vehicle
 from bridge.vehicle.prior_text import with_priors_written
-from gcs_plugin.params.sidecar import Interval, Sidecar, write_sidecar
+from gcs_plugin.params.files import Interval, Sidecar, write_sidecar
 from identify.identification import Identification, Outcome, estimate
 from identify.priors import with_priors
 from tui import cli, exit_codes

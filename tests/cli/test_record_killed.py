@@ -17,7 +17,7 @@ from waiting import until
 
 from bridge.framing import Encoder, Framer
 from bridge.tlog import load_bytes, read_tlog
-from gcs_plugin.folder import list_folders
+from gcs_plugin.dives.folder import list_folders
 
 ROOT = Path(__file__).resolve().parents[2]
 SHORT, LONG = 3, 100

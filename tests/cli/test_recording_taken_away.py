@@ -15,7 +15,7 @@ from waiting import until
 
 from bridge.ring.segments import segments_in
 from bridge.tlog import of_those_that_hold_frames, read_tlog
-from gcs_plugin.folder import DiveFolder, list_folders
+from gcs_plugin.dives.folder import DiveFolder, list_folders
 from tui import exit_codes
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="nobody deletes an open file there")

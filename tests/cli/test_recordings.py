@@ -15,8 +15,8 @@ from bridge.answers import status_texts
 from bridge.framing import Encoder
 from bridge.link.memory import memory_pair
 from bridge.tlog import TlogWriter, read_tlog
-from gcs_plugin.conditions import Conditions
-from gcs_plugin.folder import About, list_folders, new_folder
+from gcs_plugin.dives.conditions import Conditions
+from gcs_plugin.dives.folder import About, list_folders, new_folder
 from tui import cli, exit_codes
 
 BOOT_US = 1_790_000_000_000_000

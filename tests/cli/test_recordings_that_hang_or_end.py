@@ -11,7 +11,7 @@ import pytest
 
 from bridge.clock import SimulatedClock, SystemClock
 from bridge.errors import LinkError, LinkLost
-from gcs_plugin.holder import Holding, held, hung, release, write_holding
+from gcs_plugin.recording.state import Holding, held, hung, release, write_holding
 from tui import cli, exit_codes
 from tui.links import LOOK_EVERY_S, LOOKS, SILENT_S, ByWay, link_for
 

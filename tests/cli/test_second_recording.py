@@ -9,9 +9,9 @@ from diving_vehicle import Dive
 from bridge.clock import SystemClock
 from bridge.errors import LinkError, LinkLost
 from bridge.link.open import open_link
+from gcs_plugin.dives.folder import new_folder
 from gcs_plugin.fetch.whole import write_records
-from gcs_plugin.folder import new_folder
-from gcs_plugin.holder import Holding, held, held_beside, release, state_file, write_holding
+from gcs_plugin.recording.state import Holding, held, held_beside, release, state_file, write_holding
 from tui import cli, exit_codes, links
 from tui.links import ByWay, coming_back, link_for, recordings_now, refuse_second
 

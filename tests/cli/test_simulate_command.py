@@ -12,7 +12,7 @@ from bridge.link.memory import memory_pair
 from bridge.tlog import read_tlog
 from bridge.vehicle.config import CONFIGS
 from gcs_plugin import simulated
-from gcs_plugin.folder import load_folder
+from gcs_plugin.dives.folder import load_folder
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.plan import make_plan
 from gcs_plugin.params.session import Order

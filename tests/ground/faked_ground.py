@@ -7,7 +7,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.clock import SimulatedClock
 from bridge.errors import LogError
 from bridge.framing import Encoder
-from gcs_plugin.recorder import Recorder
+from gcs_plugin.recording.recorder import Recorder
 
 
 def frames_of(count, system=1):

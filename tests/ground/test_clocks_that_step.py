@@ -7,8 +7,8 @@ import pytest
 from diving_vehicle import Dive
 
 from bridge.errors import LogError
+from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.whole import made_whole, write_records
-from gcs_plugin.folder import DiveFolder
 from tui.merging import merge
 
 pytestmark = pytest.mark.usefixtures("switched_off")

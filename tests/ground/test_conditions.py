@@ -5,10 +5,17 @@ import math
 import pytest
 
 from bridge.errors import ConfigError
-from gcs_plugin.asked_conditions import TITLES, last_conditions, mistakes, of_texts, texts_of
-from gcs_plugin.conditions import NAMES, NOTHING_SAID, Conditions
-from gcs_plugin.folder import About, DiveFolder
-from gcs_plugin.seawater import density_kg_m3
+from gcs_plugin.dives.conditions import (
+    NAMES,
+    NOTHING_SAID,
+    TITLES,
+    Conditions,
+    density_kg_m3,
+    mistakes,
+    of_texts,
+    texts_of,
+)
+from gcs_plugin.dives.folder import About, DiveFolder, last_conditions
 
 KNOWN = Conditions(11.5, 35.0, 40.0, 2.0, -0.5, "camera", "calm")
 

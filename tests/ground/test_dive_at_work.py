@@ -16,12 +16,12 @@ from bridge.ftp.contents import FILE_TRANSFER
 from bridge.ring.made_since import lacked
 from bridge.ring.whole import WHOLE
 from gcs_plugin import locks
+from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch import remade
 from gcs_plugin.fetch.whole import write_records
-from gcs_plugin.folder import DiveFolder
-from gcs_plugin.holder import Holding, release, write_holding
 from gcs_plugin.locks import HeldTlog, alone_at, holder_of, is_written
 from gcs_plugin.peers import ground_heartbeat
+from gcs_plugin.recording.state import Holding, release, write_holding
 from tui import cli, exit_codes, merging
 from tui.fetched import Fetcher
 from tui.merging import merge

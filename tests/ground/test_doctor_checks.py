@@ -11,9 +11,14 @@ from bridge.errors import LinkTimeout
 from bridge.framing import Encoder, Framer, decode
 from bridge.messages.readings import Reading, encode
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.doctor.checks import check_disk, check_parameters, dry_findings
+from gcs_plugin.doctor.checks import (
+    check_disk,
+    check_parameters,
+    dry_findings,
+    findings_against_wet,
+    told_veh_cfg,
+)
 from gcs_plugin.doctor.findings import Level, fail, ok, warn, worst
-from gcs_plugin.doctor.identity import findings_against_wet, told_veh_cfg
 from gcs_plugin.doctor.observe import observe
 
 RATES = {

@@ -9,9 +9,8 @@ from bridge.framing import Encoder, Framer, decode
 from bridge.messages.readings import Reading, encode
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.thrusters import thrust_curve
-from gcs_plugin.doctor.pulse_orders import MotorTest
 from gcs_plugin.doctor.pulse_run import confirm, run_pulses
-from gcs_plugin.doctor.pulses import duration_s, pulses
+from gcs_plugin.doctor.pulses import MotorTest, duration_s, pulses
 from gcs_plugin.doctor.wet_record import find_pulses, record_of
 
 FILE = load_vehicle("ruvifist")

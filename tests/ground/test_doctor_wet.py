@@ -16,11 +16,10 @@ from bridge.vehicle.config import Mounting, load_vehicle
 from bridge.vehicle.thrusters import thrust_curve
 from gcs_plugin.doctor import turns
 from gcs_plugin.doctor.findings import Level, worst
-from gcs_plugin.doctor.latency import latencies, latency_findings
+from gcs_plugin.doctor.latency import latencies, latency_findings, wet_findings
 from gcs_plugin.doctor.pulses import LEAST_GAP_S, duration_s, pulses
 from gcs_plugin.doctor.wet import diagnose, findings
 from gcs_plugin.doctor.wet_record import Series, find_pulses, record_of
-from gcs_plugin.doctor.wet_report import wet_findings
 
 VEHICLES = [("ruvifist", "hovering"), ("ruvifist", "survey"), ("bluerov2_heavy", "heavy")]
 EIGHT = range(8)

@@ -11,14 +11,14 @@ from bridge.ring.files import Bounds
 from bridge.ring.segments import Segment, segments_in
 from bridge.ring.whole import WHOLE
 from bridge.tlog import read_tlog
+from gcs_plugin.dives.folder import DiveFolder
+from gcs_plugin.dives.replay import Reel
 from gcs_plugin.fetch.boots import Boot, newest, of_dive
 from gcs_plugin.fetch.client import fetch
 from gcs_plugin.fetch.fetching import Fetching
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.whole import write_records
-from gcs_plugin.folder import DiveFolder
 from gcs_plugin.peers import ground_heartbeat
-from gcs_plugin.reel import Reel
 from identify.ingest.open import recording_files
 from tui.fetched import Fetcher
 
@@ -269,7 +269,7 @@ def test_making_whole_twice_changes_nothing(tmp_path) -> None:
 
 
 def test_a_dive_of_which_nothing_was_heard_becomes_a_folder_of_its_own(tmp_path) -> None:
-    from gcs_plugin.folder import About
+    from gcs_plugin.dives.folder import About
 
     dive = Dive(tmp_path / "ring")
     dive.cut(True)

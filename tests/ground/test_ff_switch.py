@@ -13,7 +13,7 @@ from bridge.messages.readings import Reading, encode
 from bridge.parameters import ParameterServer, vehicle_table
 from bridge.vehicle.config import Configuration, Thruster, Vehicle
 from bridge.vehicle.feedforward import Mode
-from gcs_plugin.ff_switch import Switch
+from gcs_plugin.feedforward import Switch
 from gcs_plugin.peers import GROUND_STATION, KnownVehicle, Peers
 
 SHAPE = Configuration(

@@ -11,8 +11,8 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import ConfigError, LogError
 from bridge.framing import Encoder
-from gcs_plugin.dive_order import began
-from gcs_plugin.folder import About, DiveFolder, Event, list_folders, load_folder, new_folder
+from gcs_plugin.dives.folder import About, DiveFolder, Event, list_folders, load_folder, new_folder
+from gcs_plugin.dives.order import began
 from gcs_plugin.locks import alone_in
 
 SECOND_S = 1_795_165_923.0
@@ -115,9 +115,7 @@ def test_an_empty_dive_leaves_its_folder_only_with_a_note_in_it(tmp_path, notes,
 
 def test_notes_written_by_many_programs_at_once_are_all_kept(tmp_path):
     folder = new_folder(tmp_path, SECOND_S, "x")
-    words = (
-        "import sys; from pathlib import Path; from gcs_plugin.folder import DiveFolder; sys.stdin.read(1); "
-    )
+    words = "import sys; from pathlib import Path; from gcs_plugin.dives.folder import DiveFolder; sys.stdin.read(1); "
     words += "[DiveFolder(Path(sys.argv[1])).add_event(1.8e9, sys.argv[2] + str(n)) for n in range(10)]"
     writers = [
         subprocess.Popen([sys.executable, "-c", words, str(folder.path), name], stdin=subprocess.PIPE)

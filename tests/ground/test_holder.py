@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from bridge.errors import LogError
-from gcs_plugin.holder import Holding, held, hung, release, state_file, write_holding
+from gcs_plugin.recording.state import Holding, held, hung, release, state_file, write_holding
 
 NOW_S = 1_790_000_000.0
 

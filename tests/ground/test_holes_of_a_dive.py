@@ -11,10 +11,10 @@ from bridge.framing import Encoder, message_id_at
 from bridge.ring.segments import Segment, segments_in
 from bridge.ring.whole import WHOLE
 from bridge.tlog import read_tlog
+from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.as_sent import as_sent
 from gcs_plugin.fetch.holes import Hole, holes_in, lost_in
 from gcs_plugin.fetch.whole import made_whole, write_records
-from gcs_plugin.folder import DiveFolder
 from gcs_plugin.peers import ground_heartbeat
 from tui.fetched import Fetched, Fetcher
 from tui.merging import Merged, Refused, merge_all

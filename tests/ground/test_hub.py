@@ -9,8 +9,8 @@ from bridge.clock import SimulatedClock
 from bridge.errors import LinkError, LinkLost
 from bridge.framing import Encoder
 from bridge.link.open import open_link
-from gcs_plugin import hub as hubs
-from gcs_plugin.hub import Hub
+from gcs_plugin.recording import hub as hubs
+from gcs_plugin.recording.hub import Hub
 
 TRIES = 2000
 UNKNOWN = bytes([0xFD, 3, 0, 0, 7, 255, 190, 0x11, 0x22, 0x05, 1, 2, 3, 0xAA, 0xBB])

@@ -7,9 +7,9 @@ from bridge.clock import SimulatedClock
 from bridge.errors import LinkLost
 from bridge.framing import Encoder, Framer, decode
 from bridge.link.open import open_link
-from gcs_plugin import guests
-from gcs_plugin.hub import Hub
 from gcs_plugin.peers import ground_heartbeat
+from gcs_plugin.recording import hub as hubs
+from gcs_plugin.recording.hub import Hub
 from tui.links import ByWay
 
 TRIES = 2000
@@ -44,7 +44,7 @@ class House:
         self.said = []
         self.hub.tell = self.said.append
         self.links = []
-        self.first = [self.comes() for _ in range(guests.PLACES)]
+        self.first = [self.comes() for _ in range(hubs.PLACES)]
 
     def comes(self):
         """One that connects, and whom the hub has seen."""
@@ -115,7 +115,7 @@ def test_a_guest_that_writes_before_it_reads_is_told_why_as_well(house):
 
 def test_whoever_speaks_mavlink_reads_why_it_is_let_go(house):
     link = open_link(house.hub.address)
-    house.taken(lambda _: house.hub.clients > guests.PLACES)
+    house.taken(lambda _: house.hub.clients > hubs.PLACES)
     link.write(list_request())
     house.taken(lambda _: house.hub.dropped)
     (frame,) = Framer().feed(link.read(5.0))
@@ -128,26 +128,26 @@ def test_those_who_have_a_place_order_what_they_will_though_guests_are_there(hou
     order = list_request()
     for link in house.first:
         link.write(order)
-    assert house.taken(lambda frames: len(frames) == guests.PLACES) == [order] * guests.PLACES
+    assert house.taken(lambda frames: len(frames) == hubs.PLACES) == [order] * hubs.PLACES
     assert house.hub.dropped == 0
 
 
 def test_a_guest_takes_the_place_of_one_that_leaves(house):
     guest = house.comes()
     house.first[3].close()
-    house.taken(lambda _: house.hub.clients == guests.PLACES)
+    house.taken(lambda _: house.hub.clients == hubs.PLACES)
     order = list_request()
     guest.write(order)
     assert house.taken(bool) == [order]
 
 
 def test_one_more_guest_takes_the_place_of_the_one_that_listens_longest(house):
-    before = [house.comes() for _ in range(guests.GUESTS)]
-    house.waits(guests.STAYS_S)
+    before = [house.comes() for _ in range(hubs.GUESTS)]
+    house.waits(hubs.STAYS_S)
     before[0].write(mode_set(0.0))
     house.taken(bool)
     newest = house.comes()
-    assert house.hub.clients == guests.PLACES + guests.GUESTS
+    assert house.hub.clients == hubs.PLACES + hubs.GUESTS
     with pytest.raises(LinkLost, match=FULL):
         before[1].read(5.0)
     house.hub.broadcast(vehicle_beat())
@@ -156,22 +156,22 @@ def test_one_more_guest_takes_the_place_of_the_one_that_listens_longest(house):
 
 
 def test_where_every_guest_has_just_come_one_more_is_told_to_wait(house):
-    for _ in range(guests.GUESTS):
+    for _ in range(hubs.GUESTS):
         house.comes()
     with pytest.raises(LinkLost, match=FULL):
         house.comes().read(5.0)
-    assert house.hub.clients == guests.PLACES + guests.GUESTS
+    assert house.hub.clients == hubs.PLACES + hubs.GUESTS
 
 
 def test_the_recorder_hears_once_that_all_places_are_taken_and_again_where_that_comes_anew(house):
     assert house.said == []
     guest = house.comes()
     house.comes()
-    assert house.said == [guests.FULL]
+    assert house.said == [hubs.FULL]
     for link in (guest, *house.first[:2]):
         link.close()
-    house.taken(lambda _: house.hub.clients == guests.PLACES - 1)
+    house.taken(lambda _: house.hub.clients == hubs.PLACES - 1)
     house.comes()
-    assert house.said == [guests.FULL]
+    assert house.said == [hubs.FULL]
     house.comes()
-    assert house.said == [guests.FULL] * 2
+    assert house.said == [hubs.FULL] * 2

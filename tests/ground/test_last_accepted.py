@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from gcs_plugin.params.comparison import compared
+from gcs_plugin.params.files import Interval, Sidecar, read_sidecar
 from gcs_plugin.params.last_accepted import (
     AcceptedValue,
     keep_accepted,
@@ -16,7 +17,6 @@ from gcs_plugin.params.last_accepted import (
 )
 from gcs_plugin.params.plan import make_plan
 from gcs_plugin.params.receipt import Line, Receipt, next_number
-from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar
 from gcs_plugin.params.transfer import Outcome
 
 MASS = Interval("M_u", "kg", 90.0, 110.0)

@@ -13,8 +13,8 @@ from bridge.errors import LogError
 from bridge.framing import Encoder
 from bridge.ring.whole import WHOLE
 from bridge.tlog import read_tlog
+from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.whole import made_whole, write_records
-from gcs_plugin.folder import DiveFolder
 from gcs_plugin.peers import ground_heartbeat
 from tui.merging import merge
 

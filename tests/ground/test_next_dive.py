@@ -7,8 +7,7 @@ from bridge.clock import SimulatedClock
 from bridge.errors import LogError
 from bridge.framing import Encoder
 from bridge.link.memory import memory_pair
-from gcs_plugin.recorded import Count
-from gcs_plugin.recorder import Recorder
+from gcs_plugin.recording.recorder import Count, Recorder
 
 
 def frames_of(count):

@@ -5,7 +5,7 @@ from test_ff_switch import Both, Craft, drive, heard_before
 
 from bridge.clock import SimulatedClock
 from bridge.vehicle.feedforward import Mode
-from gcs_plugin.ff_switch import Switch
+from gcs_plugin.feedforward import Switch
 
 
 @pytest.fixture

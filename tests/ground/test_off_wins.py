@@ -10,8 +10,8 @@ from bridge.clock import SimulatedClock
 from bridge.framing import Encoder, Framer
 from bridge.link.lossy import Lossy
 from bridge.vehicle.feedforward import Mode
-from gcs_plugin.ff_switch import Switch
-from gcs_plugin.off_orders import OffMarks, OffOrders
+from gcs_plugin.feedforward import Switch
+from gcs_plugin.modes import OffMarks, OffOrders
 from gcs_plugin.peers import GROUND_STATION
 
 

@@ -10,10 +10,10 @@ import pytest
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkError
-from gcs_plugin import orders
-from gcs_plugin.folder import utc_text
-from gcs_plugin.holder import Holding, held, release, state_file, write_holding
-from gcs_plugin.orders import LEAST_DIVE_S, PATIENCE_S, Order
+from gcs_plugin.dives.folder import utc_text
+from gcs_plugin.recording import orders
+from gcs_plugin.recording.orders import LEAST_DIVE_S, PATIENCE_S, Order
+from gcs_plugin.recording.state import Holding, held, release, state_file, write_holding
 
 LONG_S = 600.0
 

@@ -15,8 +15,8 @@ from bridge.link.lossy import Lossy
 from bridge.parameters import ParameterServer, set_crc, vehicle_table
 from bridge.vehicle.config import Configuration, Thruster, Vehicle
 from bridge.vehicle.feedforward import Mode
-from gcs_plugin.ff_switch import Switch
-from gcs_plugin.off_orders import OffMarks
+from gcs_plugin.feedforward import Switch
+from gcs_plugin.modes import OffMarks
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.plan import make_plan

@@ -6,6 +6,7 @@ from bridge.errors import ParamRejected, ParamUnknown
 from bridge.parameters import set_crc
 from gcs_plugin.params import float32
 from gcs_plugin.params.comparison import compared
+from gcs_plugin.params.files import Sidecar, intervals_of, read_sidecar, sidecar_path, write_sidecar
 from gcs_plugin.params.plan import (
     Verdict,
     action_of,
@@ -14,7 +15,6 @@ from gcs_plugin.params.plan import (
     parameters_from_identification,
     taken_back,
 )
-from gcs_plugin.params.sidecar import Sidecar, intervals_of, read_sidecar, sidecar_path, write_sidecar
 
 PRESENT = {"FF0_M_U": float32.rounded(24.4), "FF0_D_U": 40.0, "FF_ACTIVE": 7.0, "FF_MODE": 1.0}
 

@@ -10,8 +10,7 @@ from bridge.framing import Encoder, Frame, Framer
 from bridge.messages.readings import Reading, encode
 from gcs_plugin.fleet import Fleet
 from gcs_plugin.peers import KnownVehicle, Peers, newest
-from gcs_plugin.watch.links import LinkRows
-from gcs_plugin.watch.watcher import Watcher
+from gcs_plugin.watch.watcher import LinkRows, Watcher
 
 LINK = "udpin:1"
 PLACES, GONE_S = 256, 60.0

@@ -3,10 +3,10 @@
 import pytest
 
 from bridge.errors import ParamRejected
+from gcs_plugin.params.files import Interval
 from gcs_plugin.params.last_accepted import AcceptedValue
 from gcs_plugin.params.plan import Verdict, make_plan
 from gcs_plugin.params.plausible import implausible
-from gcs_plugin.params.sidecar import Interval
 
 PRESENT = {"FF1_M_U": 90.0, "FF1_D_U": 40.0, "FF1_D_R": 3.0, "FF1_I_R": 8.0, "FF1_X_UU": 0.0, "FF_MODE": 0.0}
 DRY = {"FF1_M_U": (72.0, 1.0)}

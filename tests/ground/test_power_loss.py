@@ -13,8 +13,8 @@ from bridge.ring.keeper import SYNC_EVERY_S as RING_SYNC_EVERY_S
 from bridge.ring.keeper import RingKeeper
 from bridge.ring.segments import segments_in
 from bridge.tlog import read_tlog
-from gcs_plugin.folder import DiveFolder, new_folder
-from gcs_plugin.recorder import SYNC_EVERY_S, Recorder
+from gcs_plugin.dives.folder import DiveFolder, new_folder
+from gcs_plugin.recording.recorder import SYNC_EVERY_S, Recorder
 
 STEP_S = 0.05
 UNIX_S = 1_790_000_000.0

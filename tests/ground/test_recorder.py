@@ -11,8 +11,8 @@ from bridge.clock import SimulatedClock, SystemClock
 from bridge.errors import LinkLost, LogError
 from bridge.link.memory import memory_pair
 from bridge.tlog import TlogWriter, read_tlog
-from gcs_plugin.folder import new_folder
-from gcs_plugin.recorder import Recorder
+from gcs_plugin.dives.folder import new_folder
+from gcs_plugin.recording.recorder import Recorder
 
 
 def test_each_frame_is_in_the_file_when_the_step_returns():
@@ -109,7 +109,7 @@ from pathlib import Path
 from bridge.clock import SystemClock
 from bridge.link.memory import memory_pair
 from bridge.tlog import TlogWriter
-from gcs_plugin.recorder import Recorder
+from gcs_plugin.recording.recorder import Recorder
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.framing import Encoder
 ours, theirs = memory_pair()

@@ -8,7 +8,7 @@ from faked_ground import Disk, Ground, frames_of
 from bridge.clock import SystemClock
 from bridge.link.memory import memory_pair
 from bridge.tlog import TlogWriter
-from gcs_plugin.recorder import Recorder
+from gcs_plugin.recording.recorder import Recorder
 
 
 @pytest.mark.parametrize("n", range(1, 21))
@@ -62,7 +62,7 @@ def test_a_disk_that_fails_though_it_has_space_is_tried_ever_less_often():
 
 
 def test_the_wait_in_memory_is_bounded_and_what_is_lost_is_counted(monkeypatch):
-    monkeypatch.setattr("gcs_plugin.recorded_files.MOST_WAITING_BYTES", 10 * len(frames_of(2)[1]))
+    monkeypatch.setattr("gcs_plugin.recording.files.MOST_WAITING_BYTES", 10 * len(frames_of(2)[1]))
     ground = Ground()
     ground.disk.full, ground.disk.free = True, 0
     for raw in frames_of(60):
@@ -142,7 +142,7 @@ def test_a_full_disk_is_told_as_long_as_frames_wait_for_it_and_lasts_no_longer()
 
 
 def test_others_are_told_before_each_sync_even_where_the_disk_stalls(monkeypatch, tmp_path):
-    monkeypatch.setattr("gcs_plugin.recorder.SYNC_EVERY_S", 0.01)
+    monkeypatch.setattr("gcs_plugin.recording.recorder.SYNC_EVERY_S", 0.01)
     ours, _ = memory_pair()
     stop, told, order = threading.Event(), threading.Event(), []
 

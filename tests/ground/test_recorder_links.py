@@ -8,7 +8,7 @@ from bridge.clock import SimulatedClock
 from bridge.errors import LinkLost
 from bridge.framing import Encoder, Framer
 from gcs_plugin.peers import GROUND_STATION
-from gcs_plugin.recorder import Recorder
+from gcs_plugin.recording.recorder import Recorder
 
 
 def test_it_is_silent_unless_asked_to_beat():

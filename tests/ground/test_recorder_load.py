@@ -15,7 +15,7 @@ from bridge.framing import Encoder
 from bridge.link.open import open_link
 from bridge.link.pseudo import open_pty
 from bridge.tlog import TlogWriter, read_tlog
-from gcs_plugin.recorder import Recorder
+from gcs_plugin.recording.recorder import Recorder
 
 STEADY, BURST = "2000:600", "10000:5"
 STEADY_SHORT, BURST_SHORT = "2000:1", "10000:0.5"

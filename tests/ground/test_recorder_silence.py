@@ -6,7 +6,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from bridge.framing import Encoder, Framer
 from gcs_plugin.peers import Peers
-from gcs_plugin.unheard import Heard, Unheard
+from gcs_plugin.recording.silence import Heard, Unheard
 
 
 class Vehicle:

@@ -8,10 +8,10 @@ from faked_ground import FakeLink, frames_of
 from bridge.clock import SimulatedClock
 from bridge.errors import LogError
 from bridge.tlog import TlogWriter, of_those_that_hold_frames, read_tlog
-from gcs_plugin import past_files
-from gcs_plugin.disk_left import DiskLeft
-from gcs_plugin.folder import About, new_folder
-from gcs_plugin.recorder import Recorder
+from gcs_plugin.dives.folder import About, new_folder
+from gcs_plugin.recording import past_files
+from gcs_plugin.recording.files import DiskLeft
+from gcs_plugin.recording.recorder import Recorder
 
 UNIX_S = 1_790_000_000.0
 ABOUT = About(configuration="hovering", notes="calm")

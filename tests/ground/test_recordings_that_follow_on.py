@@ -7,8 +7,8 @@ from test_clocks_that_step import of_it
 from bridge.errors import LogError
 from bridge.ring.whole import WHOLE
 from bridge.tlog import read_tlog
+from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.whole import write_records
-from gcs_plugin.folder import DiveFolder
 from identify.ingest.open import recording_files
 from tui.merging import merge
 

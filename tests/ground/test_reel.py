@@ -6,7 +6,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.errors import LogError
 from bridge.framing import Encoder
 from bridge.tlog import TlogWriter, read_tlog
-from gcs_plugin.reel import Reel
+from gcs_plugin.dives.replay import Reel
 
 FIRST_US = 1_790_000_000_000_000
 

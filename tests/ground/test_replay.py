@@ -6,7 +6,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.clock import SimulatedClock
 from bridge.errors import LogError
 from bridge.framing import Encoder, Framer
-from gcs_plugin.replay import Pace, Player, schedule
+from gcs_plugin.dives.replay import Pace, Player, schedule
 
 
 def records_at(times_s):

@@ -6,8 +6,7 @@ import pytest
 
 from bridge.errors import ParamRejected
 from gcs_plugin.params.comparison import wanted_by
-from gcs_plugin.params.files import write_parameters
-from gcs_plugin.params.sidecar import Sidecar, write_sidecar
+from gcs_plugin.params.files import Sidecar, write_parameters, write_sidecar
 
 SIDECAR = Sidecar("ab", "cd", "hovering", "likelihood", "0.1", {}, "ruvifist", "lake", "converged")
 

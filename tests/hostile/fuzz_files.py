@@ -20,12 +20,11 @@ from bridge.simulator.missions import load_mission
 from bridge.tlog import read_tlog
 from bridge.vehicle.config import CONFIGS, ThrustCurve, load_vehicle
 from bridge.vehicle.controller import load_gains
+from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.whole import newest_frames
-from gcs_plugin.folder import DiveFolder
-from gcs_plugin.params.files import read_parameters
+from gcs_plugin.params.files import read_parameters, read_sidecar, write_sidecar
 from gcs_plugin.params.last_accepted import last_accepted, newest_before, unfinished
 from gcs_plugin.params.receipt import next_number
-from gcs_plugin.params.sidecar import read_sidecar, write_sidecar
 from identify.ingest.open import read_dive
 from identify.ingest.table import column_map
 from tui.accepted import doubted_of, priors_of

@@ -31,8 +31,8 @@ from bridge.sensors.wayfinder import encode_packet, encode_wayfinder
 from bridge.sensors.xsens import encode_message, encode_mtdata2, encode_xsens
 from bridge.service import Bridge
 from bridge.vehicle.config import Device, load_vehicle
-from gcs_plugin.hub import Hub
 from gcs_plugin.peers import Peers
+from gcs_plugin.recording.hub import Hub
 from gcs_plugin.watch.hearing import TELLING
 from gcs_plugin.watch.watcher import Watcher
 from gcs_plugin.watch.words import StatusTexts

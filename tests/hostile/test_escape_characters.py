@@ -13,7 +13,7 @@ from bridge.framing import Encoder, Framer
 from bridge.printable import printable
 from bridge.tlog import TlogWriter
 from bridge.vehicle.config import CONFIGS, load_vehicle
-from gcs_plugin.folder import About, DiveFolder, Event
+from gcs_plugin.dives.folder import About, DiveFolder, Event
 from gcs_plugin.params.files import read_parameters, write_parameters
 from gcs_plugin.watch.words import StatusTexts
 from tui import show

@@ -23,10 +23,10 @@ from bridge.errors import LogError
 from bridge.new_file import PART, remedy
 from bridge.ring.whole import WHOLE
 from bridge.tlog import STAMP_BYTES, read_tlog, record_of
+from gcs_plugin.dives.folder import About, DiveFolder
 from gcs_plugin.fetch.doubtful import doubtful
 from gcs_plugin.fetch.mirror import LOCK
 from gcs_plugin.fetch.whole import newest_frames
-from gcs_plugin.folder import About, DiveFolder
 from tui.fetched import MIRROR, Fetched, Fetcher
 
 NAME = segment(0).name

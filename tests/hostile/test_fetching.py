@@ -22,12 +22,12 @@ from bridge.ftp.server import crc32
 from bridge.ring.segments import Segment
 from bridge.ring.whole import WHOLE
 from bridge.tlog import read_tlog
+from gcs_plugin.dives.folder import About, DiveFolder
 from gcs_plugin.fetch.client import fetch
 from gcs_plugin.fetch.fetching import MOST_AHEAD, Fetching
-from gcs_plugin.fetch.listing import Listed
 from gcs_plugin.fetch.mirror import Mirror
+from gcs_plugin.fetch.requests import Listed
 from gcs_plugin.fetch.whole import made_whole, newest_frames, write_records
-from gcs_plugin.folder import About, DiveFolder
 from tui.fetched import MIRROR, Fetcher
 
 BOOT = 7
@@ -152,7 +152,7 @@ EACH = [(op, name) for op, lies in LIES.items() for name in lies]
 def test_each_lie_told_for_ever_comes_to_an_end(
     op: Op, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("gcs_plugin.fetch.listing.MOST_SEGMENTS", 1000)
+    monkeypatch.setattr("gcs_plugin.fetch.requests.MOST_SEGMENTS", 1000)
     told({op: LIES[op][name]}, tmp_path)
 
 
@@ -175,7 +175,7 @@ def run(vehicle: Vehicle, mirror: Mirror) -> None:
 
 
 def test_a_list_without_an_end_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gcs_plugin.fetch.listing.MOST_SEGMENTS", 1000)
+    monkeypatch.setattr("gcs_plugin.fetch.requests.MOST_SEGMENTS", 1000)
     lie = LIES[Op.LIST]["files without end"]
     with pytest.raises(LinkError, match="lists more than"):
         run(
@@ -336,7 +336,7 @@ def test_a_clock_in_1970_and_a_vehicle_that_runs_before_it_are_dated_at_its_begi
 def test_every_pair_of_lies_told_for_ever_comes_to_an_end(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("gcs_plugin.fetch.listing.MOST_SEGMENTS", 1000)
+    monkeypatch.setattr("gcs_plugin.fetch.requests.MOST_SEGMENTS", 1000)
     for number, pair in enumerate(combinations(EACH, 2)):
         lies = {op: LIES[op][name] for op, name in pair}
         if len(lies) == 2:

@@ -22,10 +22,10 @@ from bridge.recorded_keys import LEFT_OUT, holds_key
 from bridge.ring.whole import WHOLE
 from bridge.secret import carries_key, without_key
 from bridge.tlog import TlogWriter, read_tlog, record_of
+from gcs_plugin.dives.folder import About, DiveFolder
+from gcs_plugin.dives.replay import Reel
 from gcs_plugin.fetch.whole import write_records
-from gcs_plugin.folder import About, DiveFolder
-from gcs_plugin.recorder import Notice, Recorder
-from gcs_plugin.reel import Reel
+from gcs_plugin.recording.recorder import Notice, Recorder
 from tui import cli, exit_codes
 from tui.commands.import_ import DAMAGE_TOO, _copy
 from tui.fetched import Fetcher

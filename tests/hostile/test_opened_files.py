@@ -26,14 +26,13 @@ from bridge.ring.segments import Segment, segments_in
 from bridge.schema import load_yaml
 from bridge.tlog import FEW_BYTES, MOST_BYTES, MOST_FOLDS, UNFOLD_BYTES, load_bytes
 from bridge.vehicle.config import CONFIGS, load_vehicle
-from gcs_plugin.dive_order import GLANCE
+from gcs_plugin.dives.folder import About, DiveFolder
+from gcs_plugin.dives.order import GLANCE
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.whole import write_records
-from gcs_plugin.folder import About, DiveFolder
-from gcs_plugin.holder import held
 from gcs_plugin.mavproxy.work import Work
-from gcs_plugin.params.files import LARGEST_FILE_BYTES, read_parameters
-from gcs_plugin.params.sidecar import read_sidecar
+from gcs_plugin.params.files import LARGEST_FILE_BYTES, read_parameters, read_sidecar
+from gcs_plugin.recording.state import held
 from identify.batch.jobs import IDENTIFY, job_for
 from identify.batch.recordings import Recording
 from identify.batch.run import Cache

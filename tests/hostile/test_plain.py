@@ -11,8 +11,8 @@ from fuzz_files import RECORDS, SIZES, dataflash
 from bridge.errors import ConfigError, LogError, ParamRejected
 from bridge.plain import DEEPEST, MOST_BYTES, from_json, from_yaml
 from bridge.schema import load_yaml
-from gcs_plugin.folder import DiveFolder
-from gcs_plugin.params.sidecar import read_sidecar
+from gcs_plugin.dives.folder import DiveFolder
+from gcs_plugin.params.files import read_sidecar
 from identify.checks.impossible import tame
 from identify.ingest.open import read_dive
 

@@ -10,9 +10,9 @@ from second_vehicle import SecondVehicle, free_port
 
 from bridge.clock import SystemClock
 from bridge.tlog import read_tlog
-from gcs_plugin.folder import load_folder
-from gcs_plugin.holder import held
+from gcs_plugin.dives.folder import load_folder
 from gcs_plugin.job import seatrial_command
+from gcs_plugin.recording.state import held
 
 
 @pytest.fixture

@@ -17,8 +17,8 @@ from bridge.framing import Encoder
 from bridge.link.memory import memory_pair
 from bridge.link.open import open_link
 from bridge.vehicle.config import Device, load_vehicle
-from gcs_plugin.holder import Holding, write_holding
-from gcs_plugin.hub import Hub
+from gcs_plugin.recording.hub import Hub
+from gcs_plugin.recording.state import Holding, write_holding
 from tui import cli
 from tui.commands import tui as app
 from tui.commands.bridge import sockets

@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from gcs_plugin.folder import About, DiveFolder
+from gcs_plugin.dives.folder import About, DiveFolder
 from tui.app.desk import Desk
 
 DIVE, CHECK, OLDER = (

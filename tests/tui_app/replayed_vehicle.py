@@ -12,7 +12,7 @@ from bridge.link.open import open_link
 from bridge.messages.readings import Reading, encode
 from bridge.messages.readings import decode as reading_of
 from bridge.tlog import TlogWriter, read_tlog
-from gcs_plugin.replay import Player
+from gcs_plugin.dives.replay import Player
 
 LENGTH_S = 90
 REAL32 = dialect.MAV_PARAM_TYPE_REAL32

@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.errors import ConfigError
 from bridge.framing import Encoder
 from bridge.vehicle.config import CONFIGS
-from gcs_plugin.folder import About, DiveFolder
+from gcs_plugin.dives.folder import About, DiveFolder
 from identify.diagnose.recording import LEAST_CHECK_S
 from tui import exit_codes
 from tui.app.desk import LEAST_S, Desk, can_check, check_dives

@@ -14,8 +14,8 @@ from textual import events
 from textual.widgets import Input
 
 from bridge.framing import Encoder
-from gcs_plugin.conditions import Conditions
-from gcs_plugin.folder import DiveFolder
+from gcs_plugin.dives.conditions import Conditions
+from gcs_plugin.dives.folder import DiveFolder
 from tui.app.screens.asking import AskScreen, FormScreen
 from tui.app.screens.dives import DivesScreen
 from tui.app.themes import ORDER

@@ -12,7 +12,7 @@ from replayed_vehicle import free_port
 from tmux import NEEDS_TMUX, Tmux, alone
 
 from bridge.errors import LinkError
-from gcs_plugin.holder import held
+from gcs_plugin.recording.state import held
 from tui.app.jobs import aside
 from tui.app.terminal import keep_trace, trace_file
 

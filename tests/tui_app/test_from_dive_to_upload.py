@@ -19,10 +19,10 @@ from waiting import until
 from bench.station import VEHICLE, by_the_recording
 from bridge.clock import SystemClock
 from bridge.link.open import open_link
-from gcs_plugin.holder import held
 from gcs_plugin.job import seatrial_command
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.files import read_parameters
+from gcs_plugin.recording.state import held
 from tui import cli, exit_codes
 from tui.app import recorder
 from tui.app.desk import Desk

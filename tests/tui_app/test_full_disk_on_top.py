@@ -12,8 +12,8 @@ from bridge.clock import SimulatedClock
 from bridge.framing import Encoder
 from bridge.link.memory import memory_pair
 from bridge.tlog import read_tlog
-from gcs_plugin.folder import About, new_folder
-from gcs_plugin.recorder import Recorder
+from gcs_plugin.dives.folder import About, new_folder
+from gcs_plugin.recording.recorder import Recorder
 from tui.app import recorder as of_app
 from tui.app.header import header
 from tui.app.view import View

@@ -13,7 +13,7 @@ from made_view import UNIX_S, FixedViews
 from screen_text import check, made, pressed, run, text
 from soak import rest_in_soak
 
-from gcs_plugin.folder import About, DiveFolder
+from gcs_plugin.dives.folder import About, DiveFolder
 from tui import exit_codes
 from tui.app.screens.dives import DivesScreen
 from tui.app.screens.identify import IdentifyScreen

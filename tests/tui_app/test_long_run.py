@@ -17,8 +17,8 @@ from tmux import NEEDS_TMUX, ROOT, Tmux, alone
 from waiting import until
 
 from bridge.tlog import of_those_that_hold_frames, read_tlog
-from gcs_plugin.folder import list_folders
-from gcs_plugin.holder import held
+from gcs_plugin.dives.folder import list_folders
+from gcs_plugin.recording.state import held
 
 pytestmark = [pytest.mark.slow, NEEDS_TMUX]
 SEATRIAL = (sys.executable, "-P", "-m", "tui")

@@ -7,8 +7,7 @@ from made_parameters import FakeVehicle, plan, receipt
 from parameters_shown import NARROW, done, line_of, on_screen, typed, views
 from screen_text import made, run, text
 
-from gcs_plugin.params.files import write_parameters
-from gcs_plugin.params.sidecar import Sidecar, write_sidecar
+from gcs_plugin.params.files import Sidecar, write_parameters, write_sidecar
 from tui.app.desk import Desk
 from tui.app.jobs import Jobs
 

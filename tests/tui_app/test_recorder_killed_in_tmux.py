@@ -12,7 +12,7 @@ import pytest
 from tmux import NEEDS_TMUX, Tmux, alone
 
 from bridge.tlog import read_tlog
-from gcs_plugin.holder import held
+from gcs_plugin.recording.state import held
 
 pytestmark = [pytest.mark.slow, NEEDS_TMUX]
 SEATRIAL = (sys.executable, "-P", "-m", "tui")

@@ -9,7 +9,7 @@ import pytest
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkError
-from gcs_plugin.holder import Holding
+from gcs_plugin.recording.state import Holding
 from tui import cli
 from tui.app import recorder
 from tui.commands import tui
@@ -78,27 +78,27 @@ def test_options_are_checked(words, capsys):
 
 
 def test_where_a_recording_runs_its_hub_is_the_link(monkeypatch):
-    monkeypatch.setattr("gcs_plugin.holder.held", lambda _: HOLDING)
+    monkeypatch.setattr("gcs_plugin.recording.state.held", lambda _: HOLDING)
     monkeypatch.setattr(recorder, "begin", None)
     assert tui._open(arguments())[0] == tui.OF_RECORDING
     assert tui._open(arguments("--link", HOLDING.links[0]))[0] == tui.OF_RECORDING
 
 
 def test_a_recording_that_serves_nobody_is_no_link(monkeypatch):
-    monkeypatch.setattr("gcs_plugin.holder.held", lambda _: replace(HOLDING, hub=""))
+    monkeypatch.setattr("gcs_plugin.recording.state.held", lambda _: replace(HOLDING, hub=""))
     with pytest.raises(LinkError, match="serves nobody; end it first"):
         tui._open(arguments())
 
 
 def test_a_link_that_the_recording_does_not_hold_is_refused(monkeypatch):
-    monkeypatch.setattr("gcs_plugin.holder.held", lambda _: HOLDING)
+    monkeypatch.setattr("gcs_plugin.recording.state.held", lambda _: HOLDING)
     with pytest.raises(tui.exit_codes.UsageError, match=r"does not hold udpin:127.0.0.1:14999"):
         tui._open(arguments("--link", "udpin:127.0.0.1:14999"))
 
 
 def test_where_none_runs_one_is_begun_with_the_links_that_are_given(monkeypatch):
     begun = []
-    monkeypatch.setattr("gcs_plugin.holder.held", lambda _: None)
+    monkeypatch.setattr("gcs_plugin.recording.state.held", lambda _: None)
     monkeypatch.setattr(recorder, "begin", lambda options, *_: begun.append(options) or HOLDING)
     words = ["--link", HOLDING.links[0], "--out", "here", "--vehicle", "ruvifist"]
     assert tui._open(arguments(*words))[0] == tui.OF_RECORDING

@@ -14,7 +14,7 @@ import pytest
 from browser import CHROMIUM, PATIENCE_S, opened
 from replayed_vehicle import ReplayedVehicle, free_port, record
 
-from gcs_plugin.holder import held
+from gcs_plugin.recording.state import held
 
 ROOT = Path(__file__).resolve().parents[2]
 CTRL_X = ("x", 88)

@@ -12,7 +12,7 @@ from replayed_vehicle import ReplayedVehicle, free_port, record
 from tmux import NEEDS_TMUX, PATIENCE_S, Tmux, alone
 from waiting import until
 
-from gcs_plugin.holder import held
+from gcs_plugin.recording.state import held
 
 BARE = frozenset({"", "0", "1", "2", "4", "7", "22", "24", "27"})
 """What sets and resets bold, dim, underline and inverse; all else of `CSI ... m` is a colour, or another style."""

@@ -133,7 +133,7 @@ def test_a_port_is_a_number_that_a_port_can_have(capsys):
 
 
 def test_a_view_only_app_begins_no_recording(monkeypatch):
-    monkeypatch.setattr("gcs_plugin.holder.held", lambda _: None)
+    monkeypatch.setattr("gcs_plugin.recording.state.held", lambda _: None)
     arguments = cli.verb_parser("tui").parse_args(["--view-only", "--link", "udpin:127.0.0.1:0"])
     with pytest.raises(tui.exit_codes.UsageError, match="--view-only begins none"):
         tui._open(arguments)

@@ -9,7 +9,7 @@ from vehicle_on_air import heartbeat
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkLost
 from bridge.framing import Encoder
-from gcs_plugin.holder import Holding
+from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.watcher import Watcher
 from tui import links, watched
 from tui.commands.watch import Look

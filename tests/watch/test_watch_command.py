@@ -15,7 +15,7 @@ from bridge.clock import SimulatedClock
 from bridge.framing import Encoder
 from bridge.messages.readings import Reading, encode
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.holder import Holding
+from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.watcher import Watcher
 from tui import cli, exit_codes, watched
 from tui.commands.watch import Look, code, screen

@@ -7,8 +7,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mav
 from vehicle_on_air import LEVEL, NO_LOCK, STILL, OnAir, dvl, imu
 
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.watch.freshness import freshness
-from gcs_plugin.watch.picture import Condition, Freshness
+from gcs_plugin.watch.picture import Condition, Freshness, freshness
 from gcs_plugin.watch.watcher import Watcher
 
 

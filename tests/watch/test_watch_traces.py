@@ -9,7 +9,7 @@ from vehicle_on_air import LEVEL, STILL, OnAir, dvl, imu
 
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.watch.picture import Freshness
-from gcs_plugin.watch.traces import PLACES, Ring
+from gcs_plugin.watch.quantities import PLACES, Ring
 from gcs_plugin.watch.watcher import Watcher
 
 RUVIFIST = load_vehicle("ruvifist")

@@ -10,7 +10,7 @@ from bridge.clock import SimulatedClock
 from bridge.errors import LinkError, LinkTimeout
 from bridge.framing import Encoder, Framer, decode
 from bridge.motor_test import MotorTests
-from gcs_plugin.arming import arm, disarm
+from gcs_plugin.doctor.pulses import arm, disarm
 
 ACCEPTED, DENIED = dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_DENIED
 NEUTRAL = (1500.0, 1500.0, 1500.0)

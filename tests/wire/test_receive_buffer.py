@@ -11,7 +11,7 @@ from bridge.clock import SimulatedClock
 from bridge.framing import Encoder, Framer
 from bridge.link.receive_buffer import ASKED_BYTES, ReceiveBuffer
 from bridge.link.udp import UdpLink
-from gcs_plugin.recorded_link import TOLD_EVERY_S, RecordedLink
+from gcs_plugin.recording.link import TOLD_EVERY_S, RecordedLink
 
 SENT = 2000
 linux = pytest.mark.skipif(sys.platform != "linux", reason="the system does not count")

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from gcs_plugin.ff_words import sent_text
-from gcs_plugin.holder import how_to_end
+from gcs_plugin.modes import sent_text
+from gcs_plugin.recording.state import how_to_end
 from gcs_plugin.watch.picture import Armed, LinkRow, Picture
 from tui.app.drawing import Line, Lines, Role, Span, ago, apart, cut, left, stopwatch, utc, width
 from tui.app.view import GONE_S, STALE_S, Forcing, View

@@ -12,8 +12,8 @@ from typing import Final
 
 from bridge.clock import Clock
 from bridge.errors import LinkError
-from gcs_plugin import orders
-from gcs_plugin.holder import Holding, held, how_to_end, hung, state_file
+from gcs_plugin.recording import orders
+from gcs_plugin.recording.state import Holding, held, how_to_end, hung, state_file
 from tui import progress
 from tui.app.view import Recording
 

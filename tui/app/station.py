@@ -12,8 +12,8 @@ from bridge.clock import Clock
 from bridge.framing import Encoder, Frame, Framer
 from bridge.link.base import Link
 from bridge.link.reconnecting import Aside, Reconnecting
-from gcs_plugin.ff_switch import Switch
-from gcs_plugin.off_orders import OffMarks
+from gcs_plugin.feedforward import Switch
+from gcs_plugin.modes import OffMarks
 from gcs_plugin.peers import GROUND_STATION, KnownVehicle
 from gcs_plugin.watch.watcher import Watcher
 from tui.app.view import Forcing, Recording, View

@@ -17,7 +17,7 @@ from textual import events
 from textual.drivers.linux_driver import LinuxDriver
 from textual.message import Message
 
-from gcs_plugin.holder import state_file
+from gcs_plugin.recording.state import state_file
 
 WHERE_IS_THE_CURSOR: Final = "\x1b[6n"
 AS_BEFORE: Final = "".join(f"\x1b[?{mode}l" for mode in (1000, 1002, 1003, 1006, 2004, 1004)) + "\x1b[<u"

@@ -18,7 +18,7 @@ from textual.theme import Theme
 from bridge.file_size import read_small
 from bridge.new_file import whole
 from bridge.plain import from_json
-from gcs_plugin.holder import state_file
+from gcs_plugin.recording.state import state_file
 from tui.app.drawing import ROLES, Role
 
 Look = tuple[str, str, str]

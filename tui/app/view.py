@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Final, Protocol
 
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.folder import load_folder
-from gcs_plugin.reel import Reel
+from gcs_plugin.dives.folder import load_folder
+from gcs_plugin.dives.replay import Reel
 from gcs_plugin.watch.picture import Freshness, Picture
 from gcs_plugin.watch.watcher import Watcher
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from tui import exit_codes
 
 if TYPE_CHECKING:
-    from gcs_plugin.folder import About, DiveFolder
+    from gcs_plugin.dives.folder import About, DiveFolder
 
 EXAMPLE = (
     "seatrial conditions dives/2026-11-20T0912Z-hovering --water-temperature 11.5 --salinity 35 --ballast 2"
@@ -43,8 +43,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.errors import ConfigError
-    from gcs_plugin.asked_conditions import last_conditions, mistakes, of_texts, texts_of
-    from gcs_plugin.conditions import NOTHING_SAID
+    from gcs_plugin.dives.conditions import NOTHING_SAID, mistakes, of_texts, texts_of
+    from gcs_plugin.dives.folder import last_conditions
     from tui import show
     from tui.files import check_file
 
@@ -74,7 +74,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _folder(given: str | None) -> "DiveFolder":
     """Return the dive in question. Raises LogError or UsageError if there is none, LinkError if its recorder hangs."""
-    from gcs_plugin.folder import DiveFolder, find_folder, list_folders
+    from gcs_plugin.dives.folder import DiveFolder, find_folder, list_folders
     from tui.links import usable_now
 
     if given is not None:

@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
-    from gcs_plugin.folder import new_folder
+    from gcs_plugin.dives.folder import new_folder
     from identify.validate import METHOD, compare
     from tui import demo, show
     from tui.files import check_file, check_folder

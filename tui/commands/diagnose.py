@@ -65,7 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
-    from gcs_plugin.params.sidecar import sidecar_path
+    from gcs_plugin.params.files import sidecar_path
     from identify.diagnose.diagnose import diagnose
     from identify.diagnose.shrink import csv_of
     from identify.ingest.open import read_dive

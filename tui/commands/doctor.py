@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from bridge.vehicle.config import load_vehicle
-    from gcs_plugin.doctor.identity import findings_against_wet
+    from gcs_plugin.doctor.checks import findings_against_wet
     from tui.files import check_file, check_folder
     from tui.links import link_for, serving_now
     from tui.wet_check import confirmed
@@ -112,7 +112,7 @@ def wet(
     arguments: argparse.Namespace, file: "VehicleFile", observed: "Observed", link: "Link", clock: "Clock"
 ) -> list["Finding"]:
     """Pulse each thruster once and return the findings; the user has confirmed, and no finding spoke against it."""
-    from gcs_plugin.doctor.identity import told_veh_cfg
+    from gcs_plugin.doctor.checks import told_veh_cfg
     from gcs_plugin.params.client import ParameterClient
     from tui import show
     from tui.wet_check import wet_check

@@ -9,7 +9,7 @@ from tui.arguments import above_zero, seconds
 
 if TYPE_CHECKING:
     from bridge.clock import Clock
-    from gcs_plugin.folder import DiveFolder
+    from gcs_plugin.dives.folder import DiveFolder
 
 EXAMPLE = "seatrial fetch dives/2026-11-20T0912Z-hovering --link udpin:192.168.2.1:14550"
 FIND_S = 10.0
@@ -58,8 +58,8 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from bridge.errors import LinkError, LogError
     from bridge.vehicle.config import load_vehicle
+    from gcs_plugin.dives.folder import About, about_vehicle
     from gcs_plugin.fetch.boots import NOTHING_OF_IT
-    from gcs_plugin.folder import About, about_vehicle
     from gcs_plugin.params.client import ParameterClient
     from tui import show
     from tui.exit_codes import UsageError
@@ -131,8 +131,8 @@ def dive_of(arguments: argparse.Namespace, clock: "Clock") -> "DiveFolder":
     """
     import time
 
-    from gcs_plugin import orders
-    from gcs_plugin.folder import list_folders, load_folder
+    from gcs_plugin.dives.folder import list_folders, load_folder
+    from gcs_plugin.recording import orders
     from tui import show
     from tui.exit_codes import UsageError
     from tui.links import holder_of, holding_now, usable_now

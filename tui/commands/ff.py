@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from bridge.clock import Clock
     from bridge.link.base import Link
     from bridge.vehicle.feedforward import Mode
-    from gcs_plugin.ff_switch import Switch
+    from gcs_plugin.feedforward import Switch
 
 EXAMPLE = "seatrial ff off --link udpin:127.0.0.1:14550"
 MODES = {
@@ -55,7 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from bridge.vehicle.feedforward import Mode
-    from gcs_plugin.ff_words import WORDS
+    from gcs_plugin.modes import WORDS
     from tui.files import check_file
     from tui.links import link_for
 
@@ -75,7 +75,7 @@ def run(arguments: argparse.Namespace) -> int:
 def switch_off(arguments: argparse.Namespace, link: "Link", clock: "Clock", opener: secured.Opener) -> int:
     """Switch the feed-forward off, and keep sending: only the vehicle's confirmation, the user or --seconds ends it."""
     from bridge.vehicle.feedforward import Mode
-    from gcs_plugin.ff_switch import Switch
+    from gcs_plugin.feedforward import Switch
     from tui import show
     from tui.links import known_now, link_for
     from tui.switching import Line, drive_on
@@ -100,8 +100,8 @@ def switch_off(arguments: argparse.Namespace, link: "Link", clock: "Clock", open
 def switch_to(mode: "Mode", arguments: argparse.Namespace, link: "Link", clock: "Clock") -> int:
     """Switch to a mode that may move the vehicle: ask first, refuse if the vehicle can't, and give up after a time."""
     from bridge.errors import LinkError
-    from gcs_plugin.ff_switch import Switch
-    from gcs_plugin.off_orders import OffOrders
+    from gcs_plugin.feedforward import Switch
+    from gcs_plugin.modes import OffOrders
     from tui import show
     from tui.switching import Line, drive
 
@@ -132,7 +132,7 @@ def permitted(
     from bridge.errors import ParamRejected
     from bridge.framing import Encoder
     from bridge.parameters import ACTIVE, MODE
-    from gcs_plugin.ff_words import word
+    from gcs_plugin.modes import word
     from gcs_plugin.params.client import ParameterClient
     from gcs_plugin.params.plan import make_plan
     from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
@@ -207,7 +207,7 @@ class Course:
 
     def told(self, json: str | None) -> int:
         """Report the outcome and return the exit code."""
-        from gcs_plugin.ff_words import sent_text, word
+        from gcs_plugin.modes import sent_text, word
         from tui import show
 
         switch, took_s = self._switch, self._clock.boot_s() - self._start_s

@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
-    from gcs_plugin.params.sidecar import sidecar_path
+    from gcs_plugin.params.files import sidecar_path
     from identify.identification import Outcome
     from identify.ingest.open import read_dive
     from identify.run import usual_methods

@@ -87,7 +87,7 @@ def dive_folder(
     """
     from bridge.errors import LogError
     from bridge.vehicle.config import CONFIGS
-    from gcs_plugin.folder import About, DiveFolder, about_vehicle
+    from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle
 
     if dive.source.is_dir():
         raise exit_codes.UsageError(f"{dive.source}: is a dive folder already; import a file")

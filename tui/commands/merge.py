@@ -22,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     from pathlib import Path
 
-    from gcs_plugin.folder import load_folder
+    from gcs_plugin.dives.folder import load_folder
     from tui import show
     from tui.files import check_file
     from tui.merging import Merged, merge_all

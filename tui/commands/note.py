@@ -18,7 +18,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from bridge.printable import printable
-    from gcs_plugin.folder import DiveFolder, load_folder
+    from gcs_plugin.dives.folder import DiveFolder, load_folder
     from tui import show
     from tui.links import usable_now
 

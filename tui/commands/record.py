@@ -13,9 +13,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from bridge.clock import Clock
-    from gcs_plugin.hub import Hub
-    from gcs_plugin.recorded import Notice
-    from gcs_plugin.recorder import Recorder
+    from gcs_plugin.recording.hub import Hub
+    from gcs_plugin.recording.recorder import Notice, Recorder
     from tui.recording import RecordedDive
 
 EXAMPLE = "seatrial record --link udpin:127.0.0.1:14550 --out dives"
@@ -74,7 +73,7 @@ def hub_port(text: str) -> int | None:
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
-    from gcs_plugin.hub import Hub
+    from gcs_plugin.recording.hub import Hub
     from tui.files import check_file, check_folder
     from tui.links import refuse_second
 
@@ -97,8 +96,8 @@ def order(arguments: argparse.Namespace, clock: "Clock") -> int:
     """Order the running recording to start the next dive, or to end."""
     import time
 
-    from gcs_plugin import orders
-    from gcs_plugin.holder import held
+    from gcs_plugin.recording import orders
+    from gcs_plugin.recording.state import held
     from tui import show
 
     finished: Path
@@ -128,10 +127,10 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
     """Record until stopped, and report the result."""
     from bridge.errors import LogError
     from bridge.vehicle.config import load_vehicle
-    from gcs_plugin import orders
-    from gcs_plugin.folder import About, about_vehicle
+    from gcs_plugin.dives.folder import About, about_vehicle
     from gcs_plugin.peers import GROUND_STATION
-    from gcs_plugin.recorded import Notice
+    from gcs_plugin.recording import orders
+    from gcs_plugin.recording.recorder import Notice
     from tui import show
     from tui.recording import RecordedDives, RecordingState, TellingRecorder
     from tui.running import until_stopped

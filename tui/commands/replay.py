@@ -25,8 +25,8 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from bridge.secret import carries_key
     from bridge.tlog import of_those_that_hold_frames, read_tlog
-    from gcs_plugin.folder import load_folder
-    from gcs_plugin.replay import Pace, Player
+    from gcs_plugin.dives.folder import load_folder
+    from gcs_plugin.dives.replay import Pace, Player
     from tui import show
 
     pace = Pace(arguments.speed, arguments.start_s)

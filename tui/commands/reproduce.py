@@ -43,7 +43,7 @@ def run(arguments: argparse.Namespace) -> int:
     from bench.reproduce.comparisons import validation
     from bench.reproduce.run import reproduce
     from bridge.clock import SystemClock
-    from gcs_plugin.folder import new_folder
+    from gcs_plugin.dives.folder import new_folder
     from tui import pages, show
     from tui.files import Files, check_file, check_folder
 

@@ -146,7 +146,7 @@ def _show(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from bridge.vehicle.config import load_vehicle
     from bridge.vehicle.feedforward import Mode
-    from gcs_plugin.ff_switch import Switch
+    from gcs_plugin.feedforward import Switch
     from gcs_plugin.peers import newest
     from gcs_plugin.watch.watcher import Watcher
     from tui.app import themes
@@ -239,7 +239,7 @@ def _open(
     from bridge.clock import SystemClock
     from bridge.errors import LinkError
     from bridge.link.open import open_link
-    from gcs_plugin.holder import hangs, held, hung
+    from gcs_plugin.recording.state import hangs, held, hung
     from tui.app import recorder
     from tui.links import ByWay, holds, words_of
 

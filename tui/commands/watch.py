@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from bridge.clock import Clock
     from bridge.link.reconnecting import Reconnecting
     from bridge.vehicle.config import VehicleFile
-    from gcs_plugin.holder import Holding
+    from gcs_plugin.recording.state import Holding
     from gcs_plugin.watch.picture import Picture
     from gcs_plugin.watch.watcher import Watcher
 
@@ -148,7 +148,7 @@ def _shown(looked: Look, arguments: argparse.Namespace) -> None:
     from rich.live import Live
 
     from bridge.clock import SystemClock
-    from gcs_plugin.folder import utc_text
+    from gcs_plugin.dives.folder import utc_text
     from tui import show, watched
     from tui.links import holding_now
     from tui.running import until_stopped
@@ -210,7 +210,7 @@ def screen(picture: "Picture", holding: "Holding | None", width: int, fault: str
 def _vehicle(named: str | None, holding: "Holding | None") -> "VehicleFile | None":
     """Return the named vehicle file, or that of the running recording."""
     from bridge.vehicle.config import load_vehicle
-    from gcs_plugin.folder import DiveFolder
+    from gcs_plugin.dives.folder import DiveFolder
 
     if named is None and holding is not None:
         about = DiveFolder(Path(holding.folder)).about()

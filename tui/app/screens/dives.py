@@ -9,9 +9,8 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal, VerticalScroll
 
 from bridge.errors import SeatrialError
-from gcs_plugin.asked_conditions import TITLES, last_conditions, mistakes, of_texts, texts_of
-from gcs_plugin.conditions import NOTHING_SAID
-from gcs_plugin.folder import DiveFolder
+from gcs_plugin.dives.conditions import NOTHING_SAID, TITLES, mistakes, of_texts, texts_of
+from gcs_plugin.dives.folder import DiveFolder, last_conditions
 from tui.app.drawing import Line, Lines, hanging, heading
 from tui.app.header import Tab
 from tui.app.jobs import aside

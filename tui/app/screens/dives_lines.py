@@ -9,8 +9,7 @@ from typing import Any, Final
 from bridge.errors import LogError
 from bridge.printable import printable
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
-from gcs_plugin.dive_length import length_s
-from gcs_plugin.dive_order import began
+from gcs_plugin.dives.order import began, length_s
 from tui.app.drawing import (
     NOTHING,
     SHOWN_IN,

@@ -1,8 +1,8 @@
-"""Marks of OFF orders on this computer, so that a program that raises the feed-forward meanwhile yields: OFF wins.
+"""The feed-forward's modes for operators: their names, and the marks of OFF orders on this computer.
 
-A program that raises the mode sees another program's order only through the vehicle's reports, which may be the same as
-before. So a program that sends OFF first touches a small file for the system. No clocks are compared, only whether the
-file was touched since.
+OFF wins: a program that raises the feed-forward yields to one that orders OFF meanwhile. It would see that order only
+through the vehicle's reports, which may be the same as before. So a program that sends OFF first touches a small file
+for the system. No clocks are compared, only whether the file was touched since.
 """
 
 import threading
@@ -13,7 +13,21 @@ from typing import Any, Final
 
 from bridge.parameters import MODE
 from bridge.vehicle.feedforward import Mode
-from gcs_plugin.holder import state_file
+from gcs_plugin.recording.state import state_file
+
+WORDS: Final = {Mode.OFF: "off", Mode.SHADOW: "shadow", Mode.ALONE: "only", Mode.BOTH: "both"}
+"""Operators' name of each mode."""
+
+
+def sent_text(count: int) -> str:
+    """Text for a number of sends."""
+    return "sent once" if count == 1 else f"sent {count} times"
+
+
+def word(value: float) -> str:
+    """Operators' name of an FF_MODE value; the number itself if it is no mode."""
+    return next((text for mode, text in WORDS.items() if mode == value), f"{value:g}")
+
 
 WAIT_S: Final = 0.05
 """A stalled disk delays OFF by no more than this; the mark then follows later."""

@@ -1,26 +1,65 @@
 """The recorder: writes the frames of its links to `.tlog` files, unbuffered, each frame as it arrives.
 
-A file that fails never ends the recording: see `recorded_files`. Stamps follow the boot clock, paired with Unix time
-once at the start, so that setting the clock mid-dive can't turn them back. `go_on` ends a dive and begins the next
-between two frames, with the same links and outlet. Frames that other programs on this computer send through the outlet
-go out on every link and into the file: they show later which orders the vehicle was given.
+A file that fails never ends the recording: see `files`. Stamps follow the boot clock, paired with Unix time once at the
+start, so that setting the clock mid-dive can't turn them back. `go_on` ends a dive and begins the next between two
+frames, with the same links and outlet. Frames that other programs on this computer send through the outlet go out on
+every link and into the file: they show later which orders the vehicle was given.
 """
 
 import threading
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Final, Protocol
 
 from bridge.clock import Clock
 from bridge.framing import Encoder, Frame
 from bridge.link.base import Link
 from bridge.secret import carries_key
-from gcs_plugin.disk_left import DiskLeft
-from gcs_plugin.past_files import Writer
 from gcs_plugin.peers import CROWDED, KnownVehicle, Peers, Reception, ground_heartbeat
-from gcs_plugin.recorded import Count, Notice, Recorded
-from gcs_plugin.recorded_files import Kept, RecordedFiles
-from gcs_plugin.recorded_link import RecordedLink
-from gcs_plugin.unheard import Unheard
+from gcs_plugin.recording.files import DiskLeft, Kept, RecordedFiles
+from gcs_plugin.recording.link import RecordedLink
+from gcs_plugin.recording.past_files import Writer
+from gcs_plugin.recording.silence import Unheard
+
+
+@dataclass(frozen=True, slots=True)
+class Notice:
+    """Notice to the operator; `level` is "info", "warning" or "error"."""
+
+    unix_us: int
+    level: str
+    sentence: str
+
+
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """A recorded frame, in a file or waiting for it, with its arrival time and the name of its link."""
+
+    unix_us: int
+    link: str
+    frame: Frame
+
+
+@dataclass(frozen=True, slots=True)
+class Count:
+    """Counts of a dive. `files`, `frames` and `bytes` are those of the files in its folder.
+
+    `heard` counts the frames that arrived on the links, without those of the outlet; `lost` the frames that arrived and
+    are in no file; `moved` the frames in files that were moved elsewhere; `missed` the frames that never arrived, by
+    the sequence numbers: a lower bound, since a long gap does not show its length. `unheard_s` is the vehicle's longest
+    silence between two of its frames, 0 for none; `keeps_ring`: the vehicle reports that it keeps a recording onboard.
+    """
+
+    files: int
+    heard: int
+    frames: int
+    bytes: int
+    lost: int
+    moved: int = 0
+    missed: int = 0
+    unheard_s: float = 0.0
+    keeps_ring: bool = False
+
 
 SYNC_EVERY_S: Final = 0.5
 """A power loss loses the frames since the last sync, and those that arrive while it runs."""

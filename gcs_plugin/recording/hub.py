@@ -3,8 +3,7 @@
 It listens on loopback only and never blocks: bytes that a client can't take yet are kept up to a bound, and a client
 that exceeds the bound is dropped, as is a client that floods the hub or does not speak MAVLink. Loopback damages no
 bytes, so bytes outside of frames come from a stranger, such as a browser that was led here; no frame that arrived with
-them is passed on. A client that connects when all places are taken is a guest, see `guests`, until an earlier client
-leaves.
+them is passed on.
 """
 
 import socket
@@ -12,15 +11,59 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from enum import Enum, auto
+from functools import cache
 from typing import Final
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import Clock
 from bridge.errors import LinkError
-from bridge.framing import Frame, Framer
-from gcs_plugin import guests
+from bridge.framing import Encoder, Frame, Framer, decode
+from bridge.parameters import MODE
+from bridge.vehicle.feedforward import Mode
+from gcs_plugin.peers import GROUND_STATION
+
+PLACES: Final = 16
+"""Number of clients that may send any order."""
+GUESTS: Final = 4
+STAYS_S: Final = 5.0
+"""Time for which a guest keeps its place for certain, from its connection and each OFF: enough to hear the vehicle."""
+
+FULL: Final = (
+    f"{PLACES} programs are connected to the recording already: those that come now can listen and force the "
+    "feed-forward off, no more; end one of the others"
+)
+"""Warning to the operator of the recording."""
+
+
+@cache
+def farewell() -> bytes:
+    """Last frame sent to a guest that is disconnected: a STATUSTEXT with the reason."""
+    text = f"{PLACES} programs use this recording already; end one"
+    message = dialect.MAVLink_statustext_message(dialect.MAV_SEVERITY_WARNING, text.encode("ascii"))
+    return Encoder(*GROUND_STATION).encode(message)
+
+
+def is_of_off(frame: Frame) -> bool:
+    """Whether a frame orders the feed-forward off, or requests its mode."""
+    message = decode(frame)
+    if message is None:
+        return False
+    if message.get_type() == "PARAM_SET":
+        return bool(message.param_id == MODE and message.param_value == Mode.OFF)
+    return bool(message.get_type() == "PARAM_REQUEST_READ" and message.param_id == MODE)
+
+
+def may_send(frame: Frame) -> bool:
+    """Whether a guest's frame is passed on: those of `is_of_off`, and HEARTBEAT.
+
+    A vehicle on UDP learns the ground station's address from its HEARTBEAT.
+    """
+    return frame.message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT or is_of_off(frame)
+
 
 LOOPBACK: Final = "127.0.0.1"
-MOST_CLIENTS: Final = guests.PLACES + guests.GUESTS
+MOST_CLIENTS: Final = PLACES + GUESTS
 BACKLOG_BYTES: Final = 1 << 18
 SEND_BUFFER_BYTES: Final = 1 << 16
 READ_BYTES: Final = 1 << 16
@@ -86,7 +129,7 @@ class _Client:
 
 def _let_go(client: _Client) -> None:
     """Send the client the reason and mark it dropped; the next sweep closes it."""
-    client.send(guests.farewell())
+    client.send(farewell())
     client.state = _State.DROPPED
 
 
@@ -103,7 +146,7 @@ class Hub:
 
     def __init__(self, clock: Clock, port: int = 0) -> None:
         self._clock = clock
-        # In the order in which they connected: those after the first PLACES are guests.
+        # In the order in which they connected: those after the first PLACES are
         self._clients: list[_Client] = []
         self.dropped = 0
         self.tell: Callable[[str], None] = _nobody
@@ -143,7 +186,7 @@ class Hub:
             client.send(b"")
             if client.state is _State.CONNECTED:
                 sent = client.read(now_s)
-                frames += sent if place < guests.PLACES else self._of_guest(client, sent, now_s)
+                frames += sent if place < PLACES else self._of_guest(client, sent, now_s)
         # Clients that left make room for new clients.
         self._sweep()
         self._accept(now_s)
@@ -165,12 +208,12 @@ class Hub:
             sock.setblocking(False)
             with suppress(OSError):
                 sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self._clients.append(_Client(sock, now_s, now_s, now_s + guests.STAYS_S))
-            if len(self._clients) > guests.PLACES and not self._told:
+            self._clients.append(_Client(sock, now_s, now_s, now_s + STAYS_S))
+            if len(self._clients) > PLACES and not self._told:
                 self._told = True
-                self.tell(guests.FULL)
+                self.tell(FULL)
             if len(self._clients) > MOST_CLIENTS:
-                *before, newest = self._clients[guests.PLACES :]
+                *before, newest = self._clients[PLACES:]
                 longest = min(before, key=lambda guest: guest.stays_until_s)
                 _let_go(longest if longest.stays_until_s <= now_s else newest)
                 self._sweep()
@@ -178,9 +221,9 @@ class Hub:
     @staticmethod
     def _of_guest(guest: _Client, sent: list[Frame], now_s: float) -> list[Frame]:
         """The frames of a guest that are passed on; a guest that sends other orders than OFF is let go."""
-        passed = [frame for frame in sent if guests.may_send(frame)]
-        if any(map(guests.is_of_off, passed)):
-            guest.stays_until_s = now_s + guests.STAYS_S
+        passed = [frame for frame in sent if may_send(frame)]
+        if any(map(is_of_off, passed)):
+            guest.stays_until_s = now_s + STAYS_S
         if len(passed) < len(sent):
             _let_go(guest)
         return passed
@@ -191,4 +234,4 @@ class Hub:
                 client.sock.close()
                 self.dropped += client.state is _State.DROPPED
         self._clients = [client for client in self._clients if client.state is _State.CONNECTED]
-        self._told = self._told and len(self._clients) >= guests.PLACES
+        self._told = self._told and len(self._clients) >= PLACES

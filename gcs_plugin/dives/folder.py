@@ -16,8 +16,8 @@ from bridge.errors import ConfigError, LogError
 from bridge.new_file import whole
 from bridge.ring.whole import WHOLE, standing_for
 from bridge.vehicle.config import VehicleFile
-from gcs_plugin.conditions import NOTHING_SAID, Conditions
-from gcs_plugin.dive_order import number, order, recordings
+from gcs_plugin.dives.conditions import NOTHING_SAID, Conditions
+from gcs_plugin.dives.order import number, order, recordings
 from gcs_plugin.locks import HeldTlog, alone_in
 
 ABOUT: Final = "dive.yaml"
@@ -204,3 +204,21 @@ def about_vehicle(file: VehicleFile, configuration: str, notes: str = "") -> Abo
 def utc_text(unix_s: float) -> str:
     """`2026-11-20T09:12:03Z`."""
     return f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H:%M:%SZ}"
+
+
+def last_conditions(root: Path, before: Path | None = None) -> Conditions:
+    """Conditions of the newest dive under `root` that has any; with `before`, of the dives earlier than that folder."""
+    # A dive without a recording so far is later than all others.
+    last = order(before) if before is not None and recordings(before) else None
+    for folder in reversed(described_folders(root)):
+        if before is not None and folder.path.resolve() == before.resolve():
+            continue
+        if last is not None and order(folder.path) >= last:
+            continue
+        try:
+            conditions = folder.about().conditions
+        except ConfigError:
+            continue
+        if conditions != NOTHING_SAID:
+            return conditions
+    return NOTHING_SAID

@@ -29,7 +29,7 @@ from bridge.messages.readings import Reading
 from bridge.messages.readings import decode as decode_reading
 from bridge.parameters import MODE, RAISED_ARMED
 from bridge.vehicle.feedforward import Mode
-from gcs_plugin.ff_words import sent_text, word
+from gcs_plugin.modes import sent_text, word
 from gcs_plugin.params.deadline import Timing
 from gcs_plugin.params.session import NO_INDEX
 from gcs_plugin.params.transfer import DOES_NOT_EXIST, ERROR_SENTENCES, Source

@@ -1,11 +1,15 @@
-"""Replay of a recording in its own timing, faster or slower, from any point, with pauses."""
+"""Replay of a recording in its own timing, and access to its frames between any two instants."""
 
-from collections.abc import Callable, Iterable, Iterator
+from array import array
+from bisect import bisect_left
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from bridge.clock import Clock
 from bridge.errors import LogError
-from bridge.tlog import Record
+from bridge.framing import Frame, frame_at, unchecked_frame_at
+from bridge.tlog import Record, of_those_that_hold_frames, read_tlog
 
 LONGEST_WAIT_S = 0.1
 
@@ -86,3 +90,39 @@ class Player:
     def _played_s(self, start_s: float) -> float:
         now_s = self._clock.boot_s() if self._paused_at_s is None else self._paused_at_s
         return now_s - start_s - self._paused_s
+
+
+class Reel:
+    """The recordings of a dive in their order. Times are seconds since its first frame, and never run back.
+
+    All frames are kept in a single byte array, which takes a third of the memory of objects: 80 MB per hour. Raises
+    LogError if a file can't be read, or no file holds a frame.
+    """
+
+    def __init__(self, files: Sequence[Path]) -> None:
+        self._bytes = bytearray()
+        self._begins, self._times_s = array("Q"), array("d")
+        first_us, newest_s = None, 0.0
+        for records in of_those_that_hold_frames(files, read_tlog):
+            for stamp_us, frame in records:
+                first_us = stamp_us if first_us is None else first_us
+                newest_s = max(newest_s, (stamp_us - first_us) / 1e6)
+                self._begins.append(len(self._bytes))
+                self._times_s.append(newest_s)
+                self._bytes += frame.raw
+        self.began_unix_s = (first_us or 0) / 1e6
+        self.length_s = newest_s
+
+    def between(self, start_s: float, end_s: float) -> Iterator[tuple[float, Frame]]:
+        """Frames with their times, from `start_s` (included) to `end_s` (excluded)."""
+        first, last = bisect_left(self._times_s, start_s), bisect_left(self._times_s, end_s)
+        if first >= last:
+            return
+        data, origin = bytes(self._bytes[self._begins[first] : self._end(last)]), self._begins[first]
+        for n in range(first, last):
+            start, size = self._begins[n] - origin, self._end(n + 1) - self._begins[n]
+            yield self._times_s[n], frame_at(data, start, size) or unchecked_frame_at(data, start, size)
+
+    def _end(self, count: int) -> int:
+        """Byte position after the first `count` frames, at which the next frame begins."""
+        return self._begins[count] if count < len(self._begins) else len(self._bytes)

@@ -1,12 +1,14 @@
-"""A link of a recording: splits its bytes into frames, and reopens the link in the background when it is lost."""
+"""A link of a recording, which is opened again when it is lost, and the comparison of link names."""
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterable
 from typing import Final
 
 from bridge.clock import Clock
-from bridge.errors import LinkError
+from bridge.errors import LinkError, LinkSpecError
 from bridge.framing import Frame, Framer
 from bridge.link.base import Link
+from bridge.link.open import parse_link
 from bridge.link.receive_buffer import ReceiveBuffer
 from bridge.link.reconnecting import Aside
 
@@ -115,3 +117,41 @@ class RecordedLink:
             return None
         self._say("info", f"{self.name} is back")
         return self._link
+
+
+EVERYWHERE: Final = "0.0.0.0"
+NAMED_LOOPBACK: Final = {"localhost": "127.0.0.1"}
+LISTENING: Final = ("udpin", "tcpin")
+
+
+def among(spec: str, others: Iterable[str]) -> bool:
+    """Whether `others` contains the link named by `spec`, under any spelling."""
+    return any(same_link(spec, candidate) for candidate in others)
+
+
+def same_link(one: str, other: str) -> bool:
+    """Whether two names mean the same port of this computer, or the same peer.
+
+    A listening port 0 equals no other: the system still has to choose it.
+    """
+    first, second = _place(one), _place(other)
+    if first is None or second is None:
+        return False
+    kind, host, port = first
+    if kind in LISTENING and (kind, port) == (second[0], second[2]):
+        return port != 0 and (host == second[1] or EVERYWHERE in (host, second[1]))
+    return first == second
+
+
+def _place(spec: str) -> tuple[str, str, int] | None:
+    """Kind, host and port that a name means; None if it is no link.
+
+    A serial port is the same at any baud rate and by any of its names.
+    """
+    try:
+        kind, place, number = parse_link(spec)
+    except LinkSpecError:
+        return None
+    if kind == "serial":
+        return kind, os.path.realpath(place), 0
+    return kind, NAMED_LOOPBACK.get(place, place), number

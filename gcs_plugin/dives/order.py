@@ -1,6 +1,6 @@
-"""The recordings of dive folders and the order of dives, common to all commands that list or choose dives.
+"""The recordings of dive folders, the order of dives and their length, for all commands that list or choose dives.
 
-Called several times a second, so it reads only the first stamp of a recording, and caches it.
+Called several times a second, so it reads only the first and the last stamp of a recording, and caches them.
 """
 
 import gzip
@@ -8,16 +8,19 @@ import os
 import stat
 import struct
 import zlib
+from collections import Counter
 from functools import lru_cache
 from pathlib import Path
+from stat import S_ISREG
 from typing import Final
 
 from bridge.dates import OLDEST_UNIX_S, date_in_name
+from bridge.errors import LogError
 from bridge.file_size import read_small
 from bridge.framing import MAGIC_1, MAGIC_2
 from bridge.plain import from_json
 from bridge.ring.whole import standing_for
-from bridge.tlog import LATEST_US
+from bridge.tlog import LATEST_US, next_record
 
 GLANCE: Final = ".glance.json"
 """File in which `seatrial dives` caches its reading of a recording, including the start time of the dive."""
@@ -106,3 +109,45 @@ def _by_glance(folder: Path) -> float:
     if not is_date(began_unix_s):
         raise LookupError
     return began_unix_s
+
+
+TAIL_BYTES: Final = 4096
+"""Bytes read at the end of a recording: some fifty frames."""
+LONGEST_S: Final = 30 * 86_400.0
+"""A longer time between two stamps means that a stamp is damaged."""
+
+
+def length_s(folder: Path) -> float | None:
+    """Seconds from the first to the last frame of a dive folder's recordings; None without valid stamps."""
+    try:
+        files = standing_for(sorted(recordings(folder), key=number))
+    except LogError:
+        return None
+    first_s = next(filter(None, map(first_stamp_s, files)), None)
+    last_s = next(filter(None, map(_last_stamp_s, reversed(files))), None)
+    if first_s is None or last_s is None or not 0.0 <= last_s - first_s <= LONGEST_S:
+        return None
+    return last_s - first_s
+
+
+def _last_stamp_s(file: Path) -> float | None:
+    """Stamp of the last intact frame of a plain `.tlog`, Unix s; None if there is none near its end."""
+    try:
+        state = file.stat()
+        if not file.name.endswith(".tlog") or not S_ISREG(state.st_mode):
+            return None
+        return _at_end_s(file, state.st_size, state.st_mtime_ns)
+    except OSError:
+        return None
+
+
+@lru_cache(_KEPT)
+def _at_end_s(file: Path, size_bytes: int, _changed_ns: int) -> float | None:
+    with file.open("rb") as opened:
+        opened.seek(max(size_bytes - TAIL_BYTES, 0))
+        data = opened.read(TAIL_BYTES)
+    position, last_us = 0, None
+    while (record := next_record(data, position, Counter())) is not None:
+        position, stamp_us, _ = record
+        last_us = last_us if stamp_us is None else stamp_us
+    return None if last_us is None else last_us * 1e-6

@@ -1,0 +1,1 @@
+"""Dive folders: what is in them, their order and length, conditions, replay."""
