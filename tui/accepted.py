@@ -17,7 +17,8 @@ from bridge.vehicle.accepted_effect import AcceptedEffect
 from bridge.vehicle.coefficients import BY_NAME, OF_HULL
 from bridge.vehicle.config import Prior, VehicleFile
 from gcs_plugin.params.files import read_sidecar
-from identify.export.effects import IN_COEFFICIENTS
+from identify.effects.effect import SIMULATED
+from identify.effects.library import library
 from identify.identification import Z95, Outcome
 from tui.exit_codes import UsageError
 from tui.parameter_files import (
@@ -202,16 +203,6 @@ def accepted_before(path: Path, configuration: str) -> AcceptedBefore:
     return AcceptedBefore(taken, effects_of(path), notes)
 
 
-SIMULATED = (
-    *IN_COEFFICIENTS,
-    "quadratic_drag",
-    "dead_zone",
-    "weak_thruster",
-    "reverse_thrust_loss",
-)
-"""Names and labels of effects whose coefficients the simulator has."""
-
-
 def accepted_truth(path: Path, file: VehicleFile, configuration: str) -> tuple[Truth, tuple[str, ...]]:
     """The model of an accepted `.param` in the water of the vehicle's own truth, and its parts left out.
 
@@ -229,10 +220,11 @@ def accepted_truth(path: Path, file: VehicleFile, configuration: str) -> tuple[T
     truth = load_truth(replace(file, vehicle=replace(file.vehicle, configurations=shapes)), configuration)
     effects = {name: value for name, value in accepted.values.items() if name not in linear}
     held = {name: value for name, value in effects.items() if name in PLANTED or GAIN.fullmatch(name)}
-    lost = [
+    effects_held = {
         effect.label
-        for effect in accepted.effects
-        if effect.name not in SIMULATED and effect.label not in SIMULATED
-    ]
+        for effect in library(shape, file.vehicle.thrust_curve.lag_s)
+        if effect.feedforward in SIMULATED
+    }
+    lost = [effect.label for effect in accepted.effects if effect.label not in effects_held]
     notes = (f"not simulated: {', '.join(lost)}",) if lost else ()
     return replace(truth, model=truth.model | linear, effects=held), notes

@@ -135,7 +135,7 @@ def beside_all(explanation: Explanation, shape: Configuration) -> dict[str, Valu
 
 def _quadratic_dofs(findings: Sequence[Finding]) -> tuple[int, ...]:
     """Degrees of freedom with quadratic drag among the causes."""
-    names = {name for cause in findings if _is_drag(cause) for name in cause.parameters}
+    names = {name for cause in findings for name in cause.parameters}
     return tuple(dof for dof, name in enumerate(QUADRATIC) if name in names)
 
 
@@ -246,10 +246,6 @@ def _coefficients(finding: Finding, course: Course) -> dict[str, Value]:
     return values
 
 
-def _is_drag(finding: Finding) -> bool:
-    return finding.cause.effect.feedforward == "quadratic_drag"
-
-
 def _converted(value: Value, by: Compensation) -> Value:
     low, high = sorted(by.slope * (end - by.none) for end in (value.low95, value.high95))
     return Value(by.slope * (value.value - by.none), by.unit, low, high)
@@ -270,8 +266,8 @@ def _uncompensated_note(finding: Finding) -> str:
 
 def _remarks(finding: Finding) -> list[str]:
     remarks = []
-    quadratic = finding.parameters if _is_drag(finding) else {}
-    held = [name for name in HELD_BY_PID if name in quadratic and not _includes(quadratic[name], 0.0)]
+    values = finding.parameters
+    held = [name for name in HELD_BY_PID if name in values and not _includes(values[name], 0.0)]
     if held:
         remarks.append(
             f"{', '.join(held)}: there is no feed-forward in heave, roll and pitch, their PID holds them."

@@ -22,8 +22,6 @@ from numpy.typing import NDArray
 
 from identify.effects.course import Course, delayed, lagged
 from identify.effects.effect import Act, Effect, Parameter
-from identify.effects.environment import TETHER
-from identify.effects.supply import LOAD_SAG
 from identify.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
@@ -52,12 +50,6 @@ phase against one period."""
 BESIDE, MOST_BESIDE = 0.2, 8
 """Width of a sea's band, relative to the strongest line's rate, and the most lines looked at on either side. A dive
 resolves more lines the longer it is."""
-
-LOADS = (0.7, 1.0, 1.4, 2.0)
-"""Powers of thrust in the load of all thrusters."""
-
-GIVES_WAY_S = 0.3
-"""Response time of a supply to load, s."""
 
 
 @dataclass(frozen=True)
@@ -255,10 +247,8 @@ def companions(course: Course, cause: Cause) -> Iterator[Act]:
             for power in DRIFTS:
                 yield part.each(partial(np.multiply, middle**power))
         yield from _band(course, cause)
-    if cause.effect.name == LOAD_SAG.name:
-        yield from _load_losses(course)
-    if cause.effect.name == TETHER.name and act.wrench is not None:
-        yield from _upright_pulls(course, act.wrench[:, :3])
+    if cause.effect.companions is not None:
+        yield from cause.effect.companions(course, act)
 
 
 def _band(course: Course, cause: Cause) -> Iterator[Act]:
@@ -289,21 +279,3 @@ def _moments(course: Course, force: Array) -> Iterator[Act]:
         x, y, z = push.T
         for moment in ((y, x, y), (z, z, x), (v * z, u * z, u * y), (w * y, w * x, v * x)):
             yield Act(wrench=np.column_stack([np.zeros((len(u), 3)), *moment]))
-
-
-def _upright_pulls(course: Course, force: Array) -> Iterator[Act]:
-    """Vertical pulls of a line with level pull `force` (n, 3): linear and quadratic, since it stretches under load."""
-    size = np.linalg.norm(force, axis=1)
-    for pull in (size, size**2):
-        wrench = np.zeros_like(course.nu)
-        wrench[:, :3] = pull[:, None] * course.world[2]
-        yield Act(wrench=wrench)
-
-
-def _load_losses(course: Course) -> Iterator[Act]:
-    """Thrust times the load of all thrusters, by other laws, instantaneous and late."""
-    thrust = course.thrust_n
-    for power in LOADS:
-        load = (np.abs(thrust) ** power).sum(axis=1, keepdims=True)
-        for late_s in (0.0, GIVES_WAY_S):
-            yield Act(wrench=course.wrench_of(lagged(load, course.step_s, late_s) * thrust))

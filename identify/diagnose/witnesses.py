@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from bridge.vehicle.config import GRAVITY_M_S2, VehicleFile
 from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
 from identify.dive import Dive, Signal
-from identify.effects.course import Course, delayed, lagged
+from identify.effects.course import Course, delayed, lagged, thrust_by_shaft
 from identify.effects.effect import Act
-from identify.effects.shaft import thrust_by_shaft
 from identify.estimators.places import tumbles
 from identify.estimators.readings import steers_unheard
 

@@ -1,7 +1,6 @@
-"""Deviations of all thrusters from their curve and their lag.
+"""Thrusters that deviate from their curve or lag, all alike or a single one: weak, turned or moved."""
 
-Faults of a single thruster: it is weak, points in another direction, or sits in another place.
-"""
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +15,13 @@ from identify.effects.effect import (
     Act,
     Compensation,
     Effect,
+    ModelPart,
     Parameter,
     Separation,
+    before_the_shaft,
     compensated_by,
+    past_the_shaft,
 )
-from identify.effects.pushing import before_the_shaft, past_the_shaft
 
 Array = NDArray[np.float64]
 
@@ -73,6 +74,7 @@ REVERSE_THRUST_LOSS = Effect(
     Separation(manoeuvres=("steps ahead and astern", "a spin both ways")),
     needs=(PULSES,),
     feedforward="reverse_loss",
+    model_part="reverse_gain",
     compensation=compensated_by(Compensation(ASTERN, "1", "gain")),
 )
 
@@ -86,6 +88,10 @@ def _late_to_start(course: Course, values: Array) -> Act:
     return before_the_shaft(course, _slow(course, -np.clip(course.asked_n, -values[0], values[0])))
 
 
+DEAD_ZONES: tuple[tuple[Callable[[Course, Array], Act], str, str, ModelPart], ...] = (
+    (_silent, "all above it", LEAST, "least_n"),
+    (_late_to_start, "above it so much less", START, "dead_zone_n"),
+)
 DEAD_ZONE, DEAD_ZONE_SHIFTED = (
     Effect(
         "dead_zone",
@@ -100,12 +106,10 @@ DEAD_ZONE, DEAD_ZONE_SHIFTED = (
         seen_in_rpm=True,
         feedforward="dead_zone",
         variant=variant,
+        model_part=part,
         compensation=compensated_by(Compensation(coefficient, "N", "half_width")),
     )
-    for act, variant, coefficient in (
-        (_silent, "all above it", LEAST),
-        (_late_to_start, "above it so much less", START),
-    )
+    for act, variant, coefficient, part in DEAD_ZONES
 )
 
 
@@ -122,6 +126,7 @@ SATURATION = Effect(
     _saturated,
     Separation(manoeuvres=("a ladder of amplitudes",), sensors=("shaft speeds",)),
     linear=False,
+    model_part="limit_n",
     sizes=SIZES,
     needs=(PULSES,),
     seen_in_rpm=True,
@@ -147,6 +152,7 @@ def thruster_lag(nominal_s: float) -> Effect:
         needs=(QUICK_COMMANDS,),
         seen_in_rpm=True,
         timing="lag",
+        model_part="lag_s",
     )
 
 
@@ -199,6 +205,7 @@ def weak(number: int) -> Effect:
         needs=(PULSES,),
         number=number,
         feedforward="thruster_gain",
+        model_part="gain",
         compensation=compensated_by(Compensation(gain_name(number), "1", "gain")),
     )
 
@@ -225,6 +232,8 @@ def turned(number: int, about: str) -> Effect:
         needs=(PULSES,),
         number=number,
         variant=f"turned about {about}",
+        model_part="direction",
+        about=about,
     )
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from bridge.vehicle.config import Configuration
+from bridge.vehicle.config import Configuration, ThrustCurve
 from bridge.vehicle.dynamics import coriolis
 from bridge.vehicle.thrusters import allocation_matrix
 
@@ -179,3 +179,9 @@ def delayed(values: Array, step_s: float, delay_s: float) -> Array:
     low = np.minimum(at.astype(np.intp), max(len(values) - 2, 0))
     share = (at - low)[:, None]
     return np.asarray(values[low] + share * (values[np.minimum(low + 1, len(values) - 1)] - values[low]))
+
+
+def thrust_by_shaft(curve: ThrustCurve, rpm: Array) -> Array:
+    """T = k n |n| for signed shaft speeds (n, k), with n in rev/s and k by direction; NaN if unknown."""
+    speed = rpm / 60.0
+    return np.asarray(np.where(rpm >= 0, curve.forward_n_s2, curve.reverse_n_s2) * speed * np.abs(speed))

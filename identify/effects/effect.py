@@ -1,6 +1,6 @@
 """Definition of an effect: name, sentence, parameters, and its contribution to forces and readings along a course."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, Literal
 
@@ -15,6 +15,37 @@ FeedForward = Literal[
     "", "nominal", "quadratic_drag", "coupling", "thruster_gain", "reverse_loss", "dead_zone", "voltage"
 ]
 """Parameter groups with which the feed-forward on the vehicle can compensate an effect."""
+
+COMPENSATED_BY: dict[FeedForward, str] = {
+    "nominal": "masses and dampings",
+    "quadratic_drag": "quadratic drag",
+    "coupling": "coupling terms",
+    "thruster_gain": "a gain for each thruster",
+    "reverse_loss": "the loss in reverse",
+    "dead_zone": "the dead zone",
+    "voltage": "the measured voltage",
+}
+"""These groups in words."""
+
+SIMULATED: frozenset[FeedForward] = frozenset(
+    {"nominal", "quadratic_drag", "thruster_gain", "reverse_loss", "dead_zone"}
+)
+"""The groups whose coefficients the vehicle's simulator has."""
+
+ModelPart = Literal[
+    "",
+    "quadratic",
+    "gain",
+    "reverse_gain",
+    "dead_zone_n",
+    "least_n",
+    "limit_n",
+    "direction",
+    "lag_s",
+    "net_buoyancy_n",
+    "current_m_s",
+]
+"""Parts of a model for other simulators (`export.model.Model` and its propellers)."""
 
 
 PULSES, QUICK_COMMANDS, OWN_VELOCITY = "pulses", "quick commands", "a sensor's own velocity"
@@ -164,7 +195,11 @@ class Effect:
     - refit_absorbs: a refit of the nominal model absorbs it and leaves almost nothing of it.
     - telling: converts its values to the parameters of an answer, if these differ.
     - compensation: the coefficients of the feed-forward that make up for it along a course; None if there are none.
-    - caveat: what a crew should know once it is accepted, "" if nothing.
+    - caveat: a remark for the crew once it is accepted.
+    - evidence: why nats say nothing of it, if it rests on another test.
+    - model_part: the part of a model for other simulators that holds it, "" if none does. about: the body axis, x, y
+      or z, about which it turns that part.
+    - companions: further acts along a course, of any size, that come with its act.
     - sea: its periods are read off the dive, and it has parameters for each.
     - witnessed: a sensor of its own identifies it, without the motion, and no other effect can mimic it.
     - lasting: it belongs to the vehicle; otherwise to a single dive, as water and tether do.
@@ -190,11 +225,20 @@ class Effect:
     telling: Callable[[Array], Told] | None = None
     compensation: Callable[[Course], tuple[Compensation, ...]] | None = None
     caveat: str = ""
+    evidence: str = ""
+    model_part: ModelPart = ""
+    about: str = ""
+    companions: Callable[[Course, Act], Iterator[Act]] | None = None
     sea: bool = False
     witnessed: bool = False
     lasting: bool = True
     timing: Literal["", "lag", "delay"] = ""
     sizes: tuple[float, ...] = (1.0,)
+
+    @property
+    def in_coefficients(self) -> bool:
+        """Whether the masses and dampings of a dive already contain it."""
+        return self.refit_absorbs and bool(self.feedforward)
 
     @property
     def label(self) -> str:
@@ -217,3 +261,13 @@ class Effect:
         if self.telling is not None:
             return answer | self.telling(values)
         return answer | {p.name: (float(v), p.unit) for p, v in zip(self.parameters, values, strict=True)}
+
+
+def past_the_shaft(course: Course, more_n: Array) -> Act:
+    """Contribution of thrusts (n, k) in excess of the nominal ones, while the shafts turn as asked."""
+    return Act(wrench=course.wrench_of(more_n))
+
+
+def before_the_shaft(course: Course, more_n: Array) -> Act:
+    """Contribution of thrusts (n, k) in excess of the nominal ones, because the shafts turn differently than asked."""
+    return Act(wrench=course.wrench_of(more_n), shaft_n=more_n)

@@ -1,12 +1,8 @@
-"""Effects of moving water: steady and varying currents, waves.
+"""Moving water, a surface, bottom or wall nearby, a tether.
 
 A neutrally buoyant vehicle moves through moving water as it does through water at rest (Fossen 2011, section 8.3;
 accelerating water also pushes the volume that it surrounds, Newman 1977, section 4.13). A current is therefore no
 force: it is the excess of the velocity over ground over that through the water.
-
-Influence of a nearby surface, bottom or wall on the added masses, and thereby on the forces.
-
-A tether.
 """
 
 from collections.abc import Iterator, Sequence
@@ -38,6 +34,7 @@ STEADY_CURRENT = Effect(
         manoeuvres=("one leg on three headings or more, or a slow full turn", "a drift without thrust")
     ),
     lasting=False,
+    model_part="current_m_s",
 )
 
 
@@ -228,6 +225,17 @@ def _tether(course: Course, values: Array) -> Act:
     return Act(wrench=wrench)
 
 
+def _upright_pulls(course: Course, act: Act) -> Iterator[Act]:
+    """Vertical pulls of a line that pulls level, linear and quadratic, since it stretches under load."""
+    if act.wrench is None:
+        return
+    size = np.linalg.norm(act.wrench[:, :3], axis=1)
+    for pull in (size, size**2):
+        wrench = np.zeros_like(course.nu)
+        wrench[:, :3] = pull[:, None] * course.world[2]
+        yield Act(wrench=wrench)
+
+
 TETHER = Effect(
     "tether",
     "a tether that pulls to one place",
@@ -236,6 +244,7 @@ TETHER = Effect(
     _tether,
     Separation(manoeuvres=("out and back", "one speed at two distances", "a loose loop")),
     lasting=False,
+    companions=_upright_pulls,
 )
 
 EFFECTS = (

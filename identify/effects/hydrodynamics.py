@@ -34,6 +34,7 @@ QUADRATIC_DRAG = Effect(
     Separation(manoeuvres=("three steady speeds and a coast-down",)),
     growth_is_apart=True,
     feedforward="quadratic_drag",
+    model_part="quadratic",
     compensation=compensated_by_name(*DRAGS),
 )
 

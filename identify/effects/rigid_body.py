@@ -141,6 +141,7 @@ NET_BUOYANCY = Effect(
     (Parameter("force", "N", 0.5),),
     _buoyancy,
     Separation(manoeuvres=("a drift without thrust", "at depth again")),
+    model_part="net_buoyancy_n",
 )
 
 

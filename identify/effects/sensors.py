@@ -143,6 +143,8 @@ WRONG_FEEDBACK_LOG = Effect(
     lambda _course, _values: Act(),
     Separation(sensors=("the applied output and the very signal fed back, recorded",)),
     lasting=False,
+    evidence="it makes no force that could foretell anything, and rests on another test, of whether the recorded "
+    "readings make up what the controller asked for",
 )
 """Velocities alone can't show this effect; the evidence is a controller wrench that no recorded reading explains."""
 

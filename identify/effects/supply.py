@@ -1,5 +1,7 @@
 """Thrust that depends on the supply: at a given pulse, on the square of the voltage (n goes with V, T with n^2)."""
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,14 +17,20 @@ from identify.effects.effect import (
     Effect,
     Parameter,
     Separation,
+    before_the_shaft,
     compensated_by,
 )
-from identify.effects.pushing import before_the_shaft
 
 Array = NDArray[np.float64]
 
 RIPPLE_S = SLOW_S
 """Time constant for averaging the recorded voltage: faster changes come from the load."""
+
+LOADS = (0.7, 1.0, 1.4, 2.0)
+"""Powers of thrust in the load of all thrusters."""
+
+GIVES_WAY_S = 0.3
+"""Response time of a supply to load, s."""
 
 LEAST_FALL = 0.01
 """A battery whose squared voltage falls by less than this share in a dive does not power the thrusters."""
@@ -116,6 +124,15 @@ def _loaded(course: Course, values: Array) -> Act:
     return before_the_shaft(course, (left - 1.0)[:, None] * thrust)
 
 
+def _load_losses(course: Course, _: Act) -> Iterator[Act]:
+    """Thrust times the load of all thrusters, by other laws, instantaneous and late."""
+    thrust = course.thrust_n
+    for power in LOADS:
+        load = (np.abs(thrust) ** power).sum(axis=1, keepdims=True)
+        for late_s in (0.0, GIVES_WAY_S):
+            yield Act(wrench=course.wrench_of(lagged(load, course.step_s, late_s) * thrust))
+
+
 LOAD_SAG = Effect(
     "load_sag",
     "thrust that falls while many thrusters push at once",
@@ -129,6 +146,7 @@ LOAD_SAG = Effect(
     seen_in_rpm=True,
     feedforward="voltage",
     compensation=compensated_by(Compensation(RESISTANCE, "ohm", "resistance")),
+    companions=_load_losses,
 )
 
 EFFECTS = (BATTERY_SAG, BATTERY_SAG_BY_VOLTAGE, LOAD_SAG)

@@ -5,8 +5,7 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.config import Configuration
 from identify.effects.course import Course
-from identify.effects.effect import PULSES, Act, Effect, Parameter, Separation
-from identify.effects.pushing import past_the_shaft
+from identify.effects.effect import PULSES, Act, Effect, Parameter, Separation, past_the_shaft
 
 Array = NDArray[np.float64]
 

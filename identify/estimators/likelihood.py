@@ -8,59 +8,29 @@ and the disturbance's time constant are fitted with the coefficients; intervals 
 
 import time
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS, Coefficient
+from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify import identification
-from identify.checks.controller import Unrecorded, unrecorded
-from identify.checks.fit import (
-    crossed,
-    crossed_doubts,
-    delay_doubt,
-    drag_doubts,
-    late_doubts,
-    lateness_note,
-    loud,
-    loud_doubts,
-    loud_note,
-    missing_forces,
-    strange_doubts,
-    too_little,
-    unseen_doubts,
-    unsettled_doubt,
-)
+from identify.checks.controller import unrecorded
+from identify.checks.fit import lateness_note, unsettled_doubt
 from identify.dive import Dive, Signal
+from identify.estimators.answer import Fitted, answer_of
 from identify.estimators.autopilot_velocity import shared_axes
 from identify.estimators.axes import Axes
 from identify.estimators.delay import with_delay
 from identify.estimators.innovations import POSITION
-from identify.estimators.likelihood_axis import (
-    DISTURBANCE,
-    FORCES,
-    TIME_CONSTANT,
-    AxisFit,
-)
+from identify.estimators.likelihood_axis import DISTURBANCE, FORCES, TIME_CONSTANT, AxisFit
 from identify.estimators.likelihood_fit import JointFit, fit_axes
-from identify.estimators.misfit import Admitted, Doubts, admitted, doubts_of, timing_of
+from identify.estimators.misfit import Doubts, doubts_of
 from identify.estimators.refusals import long_enough
 from identify.forces import wrench
-from identify.identification import (
-    LARGEST_RELATIVE_STD,
-    Z95,
-    Doubt,
-    Estimate,
-    Identification,
-    Information,
-    Nuisance,
-    ThrustDelay,
-    added_mass,
-    outcome_of,
-)
-from identify.identification import estimate as as_estimate
+from identify.identification import Z95, Doubt, Estimate, Identification, Information, Nuisance
 from identify.progress import Progress
 
 Array = NDArray[np.float64]
@@ -80,16 +50,16 @@ def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progre
 
     Raises FitError if the recording is too short, or holds no thruster command at all.
     """
-    began = time.perf_counter()
+    began_s = time.perf_counter()
     long_enough(dive)
     axes = shared_axes(dive, file, configuration)
     built = axes.value
     shape = file.vehicle.configurations[configuration]
     spoilt = {finding.dof: finding for finding in unrecorded(dive, file.vehicle.water)}
     joint = fit_axes(built, shape, progress, spoilt)
-    doubts = doubts_of(joint.joint, joint.theta)
+    tests = doubts_of(joint.joint, joint.theta)
     delay = None
-    curve, seems_late = file.vehicle.thrust_curve, _seems_late(doubts, built, spoilt)
+    curve, seems_late = file.vehicle.thrust_curve, _seems_late(tests, built, spoilt)
     if joint.fits and (seems_late or curve.lag_s == curve.delay_s == 0.0):
         progress(1.0, "looking for the delay of the thrust")
         forces = wrench(dive, file, configuration)
@@ -101,66 +71,29 @@ def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progre
             late_fit = None
         if late_fit is not None:
             delay, built, joint = late_fit.delay, late_fit.built, late_fit.fit
-            doubts = doubts_of(joint.joint, joint.theta)
-    fits = joint.fits
-    lacking = {dof: finding.drag for dof, finding in doubts.items() if finding.lacks_drag}
-    # Thrust that follows the disturbance through an unrecorded reading seems to come late, so such axes don't count.
-    late = {dof: finding.late for dof, finding in doubts.items() if finding.is_late and dof not in spoilt}
-    let_in = admitted(joint.joint, joint.theta, lacking, late, _timing(doubts, delay))
+            tests = doubts_of(joint.joint, joint.theta)
     progress(1.0, "done")
-    missing = missing_forces(tuple(lacking), tuple(late), shape.damping)
-    totals = tuple(
-        _one(c, row, joint, let_in, missing, built, spoilt) for row, c in enumerate((*MASSES, *DAMPINGS))
-    )
-    squared = tuple(
-        _one(c, row, joint, let_in, missing, built, spoilt)
-        for row, c in enumerate(QUADRATICS, start=len(totals))
-        if shape.damping != "linear"
-    )
-    names, covariance = _covariance((*totals, *squared), joint, let_in)
-    by_others = tuple(_of_others(finding, totals[dof]) for dof, finding in spoilt.items())
-    noisy = loud(joint.joint, joint.theta, built.pushed)
-    all_doubts = (
-        *strange_doubts(built.strange),
-        *crossed_doubts(crossed(joint.joint, joint.theta)),
-        *loud_doubts(noisy),
-        *unseen_doubts(built),
-        *(() if delay is None else (delay_doubt(delay, built.pushed),)),
-        *late_doubts(late, built.pushed),
-        *drag_doubts(lacking, shape.damping),
-        *_doubts(fits, joint.stopped_at),
-        *by_others,
-    )
-    return Identification(
+    fits = joint.fits
+    fitted = Fitted(
         "likelihood",
-        outcome_of(totals, all_doubts),
-        (*totals, *(added_mass(total, shape) for total in totals[:6]), *squared),
-        configuration,
-        dive.name,
-        dive.sha256,
-        file.vehicle.name,
-        file.sha256,
-        dive.duration_s,
-        sum(int(np.isfinite(axis.reading).sum()) for axis in built.axes),
-        covariance,
-        names,
+        np.array([float(np.exp(value)) for value in joint.log_value]),
+        joint.covariance,
+        joint.stretch,
+        joint.joint,
+        joint.theta,
         _nuisance(fits),
-        (
-            *dive.notes,
-            *built.notes,
-            *loud_note(noisy),
-            *_rests_on_gravity(totals, built, shape),
-            *_rests_on_lag(totals, doubts),
-        ),
-        time.perf_counter() - began,
+        _doubts(fits, joint.stopped_at),
+        delay,
+        {DOFS[dof]: _usual_speed(fit) for dof, fit in fits.items()},
         {DOFS[dof]: _innovations(fit) for dof, fit in fits.items()},
-        _information(joint, [dof for dof in spoilt if not totals[dof].identifiable]),
-        all_doubts,
-        rest_on_righting=built.rest_on_righting,
-        weighed_by_others=tuple(MASSES[dof].name for dof in spoilt),
-        thrust_delay=delay,
-        usual_speeds={DOFS[dof]: _usual_speed(fit) for dof, fit in fits.items()},
     )
+    answer = answer_of(
+        fitted, tests, built, dive, file, configuration, spoilt, weighs_others=True, began_s=began_s
+    )
+    totals = answer.parameters[: len(COEFFICIENTS)]
+    notes = (*_rests_on_gravity(totals, built, shape), *_rests_on_lag(totals, tests))
+    unknown = [dof for dof in spoilt if not totals[dof].identifiable]
+    return replace(answer, notes=(*answer.notes, *notes), information=_information(joint, unknown))
 
 
 def _seems_late(doubts: Mapping[int, Doubts], built: Axes, spoilt: Collection[int]) -> bool:
@@ -170,62 +103,11 @@ def _seems_late(doubts: Mapping[int, Doubts], built: Axes, spoilt: Collection[in
     return any(doubts[dof].is_late for dof in telling if dof not in spoilt)
 
 
-def _timing(doubts: Mapping[int, Doubts], delay: ThrustDelay | None) -> Array:
-    """Change of the logarithms, (k, 18), for one standard error in the time at which forces act: by the stamps of
-    each degree of freedom, and by the delay, for all at once."""
-    by_stamps = timing_of(doubts)
-    if delay is None:
-        return by_stamps
-    return np.vstack(
-        [by_stamps, delay.std_s * np.sum([doubt.late.leaning for doubt in doubts.values()], axis=0)]
-    )
-
-
-def _of_others(spoilt: Unrecorded, mass: Estimate) -> Doubt:
-    too_little = "" if mass.identifiable else ", which say too little of it"
-    return spoilt.doubt(f"is taken from the other axes' Coriolis forces alone{too_little}")
-
-
 def _innovations(fit: AxisFit) -> Signal:
     """Each reading's innovation over its standard deviation."""
     error, variance = fit.problem.filtered(fit.maximum.theta, np.inf)
     read = np.isfinite(error)
     return Signal(fit.problem.axis.time_s[read], (error[read] / np.sqrt(variance[read]))[:, None])
-
-
-def _one(
-    of: Coefficient,
-    row: int,
-    joint: JointFit,
-    let_in: Admitted,
-    missing: str,
-    built: Axes,
-    spoilt: Mapping[int, Unrecorded],
-) -> Estimate:
-    """Return a coefficient with the interval of its logarithm, or with the reason why it has none."""
-    name, dof, nan = of.name, of.dof, float("nan")
-    if dof not in joint.fits:
-        return as_estimate(name, nan, nan, nan, nan, built.missing[dof])
-    if not np.isfinite(joint.log_value[row]):
-        return as_estimate(name, nan, nan, nan, nan, _absent(of, built))
-    value, own_std = float(np.exp(joint.log_value[row])), float(np.sqrt(joint.covariance[row, row]))
-    std, (below, above) = let_in.std(row, own_std), let_in.reach(row, own_std, joint.stretch[row])
-    reason, widest = "", max(below, above) / Z95
-    if widest > LARGEST_RELATIVE_STD:
-        text = too_little(name, DOFS[dof], widest, float(let_in.shift[row]), value, missing)
-        why = f"; {built.unpushed[dof]}" if dof in built.unpushed else ""
-        reason = spoilt[row].found if row in spoilt else f"{text}{why}"
-    if np.isinf(below):
-        reason = f"the dive can't tell {name} from none: it is below {value * np.exp(above):.3g} {of.unit}"
-    low, high = value * np.exp(-below), value * np.exp(above)
-    return as_estimate(name, value, value * std, float(low), float(high), reason)
-
-
-def _absent(of: Coefficient, built: Axes) -> str:
-    """Why the model of a fitted axis lacks this coefficient."""
-    if of.kind == "quadratic":
-        return f"{built.unpushed[of.dof]}, and the little motion there tells no drag by its square"
-    return "the vehicle file's damping is quadratic: its hull has no linear damping"
 
 
 def _rests_on_gravity(totals: tuple[Estimate, ...], built: Axes, shape: Configuration) -> tuple[str, ...]:
@@ -251,16 +133,6 @@ def _rests_on_lag(totals: tuple[Estimate, ...], doubts: Mapping[int, Doubts]) ->
         > TELLING_SHARE * totals[row].relative_std
     }
     return (lateness_note(moved, TELLING_LATE_S),) if moved else ()
-
-
-def _covariance(
-    totals: tuple[Estimate, ...], joint: JointFit, let_in: Admitted
-) -> tuple[tuple[str, ...], Array]:
-    """Names and covariance of the fitted coefficients."""
-    kept = [i for i in range(len(totals)) if np.isfinite(joint.log_value[i])]
-    relative = (joint.covariance + let_in.covariance)[np.ix_(kept, kept)]
-    values = np.array([totals[i].value for i in kept])
-    return tuple(totals[i].name for i in kept), relative * np.outer(values, values)
 
 
 def _information(joint: JointFit, unknown: Collection[int]) -> Information:

@@ -1,22 +1,16 @@
-"""Puts accepted effects into a model, as far as the model's form has a place for them, and names the others."""
+"""Puts accepted effects into a model, as far as its form has a place for them, and names the others."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from bridge.vehicle.accepted_effect import AcceptedEffect
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import Vector3
 from bridge.vehicle.effect_coefficients import OF_ANY_VEHICLE, Group
+from identify.effects.actuators import AXES
+from identify.effects.effect import Effect
 from identify.export.model import Model, Propeller, six
-
-IN_COEFFICIENTS = ("added_payload", "entrained_water", "fouling (since the last time)", "thrust_gain")
-"""Names and labels of effects that are already in the masses and dampings. These are identified with the vehicle
-file's thrust, so they are as much too large as the real thrust is smaller than the file's.
-"""
-
-ALL_ABOVE = "all above it"
-
 
 HELD: frozenset[Group] = frozenset({"quadratic_drag", "thruster_gain", "reverse_loss", "dead_zone"})
 """Groups of feed-forward coefficients that stand for an effect that every model has a place for."""
@@ -28,69 +22,58 @@ def is_held(coefficient: str) -> bool:
     return coefficient in BY_NAME if of_effect is None else of_effect.group in HELD
 
 
-def with_effects(model: Model, effects: Sequence[AcceptedEffect]) -> Model:
-    """The model with the effects applied; labels of effects that the model has no place for go into `unheld`."""
-    for effect in effects:
-        if effect.name in IN_COEFFICIENTS or effect.label in IN_COEFFICIENTS:
+def with_effects(model: Model, effects: Sequence[AcceptedEffect], library: Sequence[Effect]) -> Model:
+    """The model with the effects applied; labels of effects that the model has no place for go into `unheld`.
+
+    Effects that are already in the masses and dampings are left out. These are identified with the vehicle file's
+    thrust, so they are as much too large as the real thrust is smaller than the file's.
+    """
+    by_label = {(effect.label, effect.number): effect for effect in library}
+    for accepted in effects:
+        effect = by_label.get((accepted.label, accepted.number))
+        if effect is not None and effect.in_coefficients:
             continue
-        change = CHANGES.get(effect.name)
-        changed = None if change is None else change(model, effect)
-        model = replace(model, unheld=(*model.unheld, effect.label)) if changed is None else changed
+        if effect is None or not effect.model_part:
+            model = replace(model, unheld=(*model.unheld, accepted.label))
+        else:
+            model = _with_effect(model, effect, [accepted.parameters[p.name] for p in effect.parameters])
     return model
 
 
-def _drag(model: Model, effect: AcceptedEffect) -> Model:
-    more = effect.parameters.values()
-    return replace(model, quadratic=six([q + m for q, m in zip(model.quadratic, more, strict=True)]))
-
-
-def _thrusters(model: Model, number: int, change: Callable[[Propeller], Propeller]) -> Model:
-    """Change thruster `number`, or all thrusters for 0."""
+def _with_effect(model: Model, effect: Effect, values: Sequence[float]) -> Model:
+    part, size = effect.model_part, values[0]
+    if part == "quadratic":
+        return replace(model, quadratic=six([q + m for q, m in zip(model.quadratic, values, strict=True)]))
+    if part == "current_m_s":
+        (north, east, down), (more_north, more_east) = model.current_m_s, values
+        return replace(model, current_m_s=(north + more_north, east + more_east, down))
+    if part == "net_buoyancy_n":
+        return replace(model, net_buoyancy_n=model.net_buoyancy_n + size)
+    if part == "lag_s":
+        return replace(model, lag_s=size)
     changed = tuple(
-        change(thruster) if number in (0, i) else thruster
+        _with_fault(thruster, effect, size) if effect.number in (0, i) else thruster
         for i, thruster in enumerate(model.thrusters, start=1)
     )
     return replace(model, thrusters=changed)
 
 
-def _gain(model: Model, effect: AcceptedEffect) -> Model:
-    gain = effect.parameters["gain"]
-    return _thrusters(model, effect.number, lambda one: replace(one, gain=one.gain * gain))
-
-
-def _astern(model: Model, effect: AcceptedEffect) -> Model:
-    gain = effect.parameters["gain"]
-    return _thrusters(model, 0, lambda one: replace(one, reverse_gain=one.reverse_gain * gain))
-
-
-def _dead_zone(model: Model, effect: AcceptedEffect) -> Model:
-    width_n = effect.parameters["half_width"]
-    if ALL_ABOVE in effect.label:
-        return _thrusters(model, 0, lambda one: replace(one, least_n=width_n))
-    return _thrusters(model, 0, lambda one: replace(one, dead_zone_n=width_n))
-
-
-def _limit(model: Model, effect: AcceptedEffect) -> Model:
-    most_n = effect.parameters["limit"]
-    return _thrusters(
-        model, 0, lambda one: replace(one, low_n=max(one.low_n, -most_n), high_n=min(one.high_n, most_n))
-    )
-
-
-def _turned(model: Model, effect: AcceptedEffect) -> Model | None:
-    """Turn a thruster by Rodrigues' formula about the body axis that ends the label; None if the effect has no angle,
-    because the thruster sits elsewhere.
-    """
-    angle = effect.parameters.get("angle")
-    if angle is None:
-        return None
-    axis = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}[effect.label.rstrip(")")[-1]]
-    return _thrusters(
-        model, effect.number, lambda one: replace(one, direction=_rotated(one.direction, axis, angle))
-    )
+def _with_fault(thruster: Propeller, effect: Effect, size: float) -> Propeller:
+    if effect.model_part == "direction":
+        return replace(thruster, direction=_rotated(thruster.direction, AXES[effect.about], size))
+    if effect.model_part == "limit_n":
+        return replace(thruster, low_n=max(thruster.low_n, -size), high_n=min(thruster.high_n, size))
+    if effect.model_part == "gain":
+        return replace(thruster, gain=thruster.gain * size)
+    if effect.model_part == "reverse_gain":
+        return replace(thruster, reverse_gain=thruster.reverse_gain * size)
+    if effect.model_part == "least_n":
+        return replace(thruster, least_n=size)
+    return replace(thruster, dead_zone_n=size)
 
 
 def _rotated(way: Vector3, axis: Vector3, angle_rad: float) -> Vector3:
+    """Rodrigues' formula."""
     (x, y, z), (a, b, c) = way, axis
     cos, sin = math.cos(angle_rad), math.sin(angle_rad)
     along = (1.0 - cos) * (a * x + b * y + c * z)
@@ -99,24 +82,3 @@ def _rotated(way: Vector3, axis: Vector3, angle_rad: float) -> Vector3:
         y * cos + sin * (c * x - a * z) + along * b,
         z * cos + sin * (a * y - b * x) + along * c,
     )
-
-
-def _current(model: Model, effect: AcceptedEffect) -> Model:
-    north, east, down = model.current_m_s
-    more = effect.parameters
-    return replace(model, current_m_s=(north + more["north"], east + more["east"], down))
-
-
-CHANGES: dict[str, Callable[[Model, AcceptedEffect], Model | None]] = {
-    "quadratic_drag": _drag,
-    "weak_thruster": _gain,
-    "reverse_thrust_loss": _astern,
-    "dead_zone": _dead_zone,
-    "saturation": _limit,
-    "thruster_misalignment": _turned,
-    "steady_current": _current,
-    "thruster_lag": lambda model, effect: replace(model, lag_s=effect.parameters["time_constant"]),
-    "net_buoyancy": lambda model, effect: replace(
-        model, net_buoyancy_n=model.net_buoyancy_n + effect.parameters["force"]
-    ),
-}

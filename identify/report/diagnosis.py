@@ -10,8 +10,7 @@ from identify.diagnose import wording, wording_verdict
 from identify.diagnose.result import Diagnosis, Finding, Gap, Shrink
 from identify.diagnose.search import LEAST_GAIN
 from identify.diagnose.shrink import CHANCE
-from identify.effects.effect import FeedForward
-from identify.effects.sensors import WRONG_FEEDBACK_LOG
+from identify.effects.effect import COMPENSATED_BY
 from identify.report import diagnosis_figures as figures
 from identify.report.page import Report, Section, Table, render_report
 from identify.words import MISSING, capital, fixed, seconds, significant, unit, with_interval
@@ -59,15 +58,6 @@ BY_AXIS = (
     "squares: the NRMSE of a plain baseline, of linear and quadratic drag, trim and a delay, with neither the library "
     "nor a noise model."
 )
-MADE_UP: dict[FeedForward, str] = {
-    "nominal": "masses and dampings",
-    "quadratic_drag": "quadratic drag",
-    "coupling": "coupling terms",
-    "thruster_gain": "a gain for each thruster",
-    "reverse_loss": "the loss in reverse",
-    "dead_zone": "the dead zone",
-    "voltage": "the measured voltage",
-}
 
 
 def diagnosis_page(diagnosis: Diagnosis) -> str:
@@ -247,11 +237,10 @@ def _candidates(d: Diagnosis) -> Section | None:
 
 def _by_other_tests(d: Diagnosis) -> str:
     """Evidence for causes that the nats don't cover."""
-    if not any(cause.name == WRONG_FEEDBACK_LOG.name for cause in d.findings):
-        return ""
-    return (
-        " Not so a wrong feedback log: it makes no force that could foretell anything, and rests on another test, of "
-        "whether the recorded readings make up what the controller asked for."
+    return "".join(
+        f" Not so the {wording.effect_words(cause.cause.effect)}: {cause.cause.effect.evidence}."
+        for cause in d.findings
+        if cause.cause.effect.evidence
     )
 
 
@@ -331,7 +320,7 @@ def _shrunk(one: Shrink) -> tuple[str, ...]:
 
 def _gained(one: Finding) -> tuple[str, ...]:
     cause, by = wording.effect_words(one.cause.effect), one.cause.effect.feedforward
-    made_up = MADE_UP[by] if by else "nothing: the feed-forward can't"
+    made_up = COMPENSATED_BY[by] if by else "nothing: the feed-forward can't"
     if one.feedforward is None:
         return cause, MISSING, MISSING, made_up
     return cause, wording.mm_s(one.feedforward.before_m_s), wording.mm_s(one.feedforward.after_m_s), made_up

@@ -11,7 +11,8 @@ from identify.diagnose.candidates import Cause
 from identify.diagnose.result import Accepted, Diagnosis, Finding, Gain, Gap, Share, Value
 from identify.effects.hydrodynamics import DRAG_ASYMMETRY, QUADRATIC_DRAG
 from identify.effects.rigid_body import ADDED_PAYLOAD
-from tui.commands.diagnose import _sends, tell_diagnosis
+from tui.answers import tell_diagnosis
+from tui.commands.diagnose import _sends
 
 DRAG = Finding(Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start()), (), {}, 0.95, {}, 50.0, Gain(0.0234, 0.0051))
 D_U = {"D_u": Value(10.0, "N s/m", 9.0, 11.0)}

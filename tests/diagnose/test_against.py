@@ -33,7 +33,7 @@ from identify.effects.library import library
 from identify.ingest.open import read_dive
 from identify.report.against import against_report
 from identify.report.page import render_report
-from tui.answers import configuration_of_both
+from tui.commands.diagnose import configuration_of_both
 
 FILE = load_vehicle("ruvifist:hovering")
 LIBRARY = library(FILE.vehicle.configurations["hovering"], 0.1)

@@ -26,8 +26,8 @@ from identify.diagnose.search import LEAST_GAIN, LEAST_MOTION_NATS, explain
 from identify.diagnose.weighing import weighing_of
 from identify.dive import Signal
 from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE_SHIFTED, SATURATION, thruster_lag
+from identify.effects.course import thrust_by_shaft
 from identify.effects.hydrodynamics import QUADRATIC_DRAG
-from identify.effects.shaft import thrust_by_shaft
 from identify.identification import Z95
 from identify.ingest.open import read_dive
 

@@ -10,9 +10,8 @@ from bridge.vehicle.config import Configuration, ThrustCurve, Thruster
 from bridge.vehicle.thrusters import shaft_speed
 from identify.effects import actuators, supply, wake
 from identify.effects.actuators import SATURATION
-from identify.effects.course import Course
+from identify.effects.course import Course, thrust_by_shaft
 from identify.effects.effect import Effect
-from identify.effects.shaft import seen_by_shaft, thrust_by_shaft
 
 Made = Callable[..., Course]
 AHEAD, ASIDE = 0.82904, 0.55919
@@ -237,6 +236,6 @@ def test_shafts_show_what_a_saturation_takes_and_nothing_where_they_are_not_reco
     assert act.shaft_n is not None
     rpm = 60 * shaft_speed(CURVE, asked.thrust_n + act.shaft_n)
     rpm[:, 7] = np.nan
-    seen = seen_by_shaft(replace(asked, rpm=rpm), CURVE)
+    seen = thrust_by_shaft(CURVE, rpm) - asked.thrust_n
     assert seen[:, :7] == pytest.approx(act.shaft_n[:, :7])
     assert np.isnan(seen[:, 7]).all()

@@ -153,6 +153,7 @@ def _identified(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model
 def _accepted(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model, dict[str, str]]":
     from bridge.vehicle.coefficients import BY_NAME, OF_HULL
     from bridge.vehicle.config import load_vehicle
+    from identify.effects.library import library
     from identify.export.effects import is_held, with_effects
     from identify.export.model import model_of
     from tui.parameter_files import accepted_model
@@ -168,7 +169,9 @@ def _accepted(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model, 
     intervals = {name: pair for name, pair in accepted.intervals.items() if is_held(name)}
     model = model_of(values, accepted.file, accepted.configuration, intervals)
     doubted = {name: why for name, why in accepted.doubted.items() if name in values}
-    return with_effects(model, accepted.effects), doubted
+    shape = accepted.file.vehicle.configurations[accepted.configuration]
+    effects = library(shape, accepted.file.vehicle.thrust_curve.lag_s)
+    return with_effects(model, accepted.effects, effects), doubted
 
 
 def _is_number(value: Any) -> bool:
