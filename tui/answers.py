@@ -11,12 +11,12 @@ from identify.batch.page import MARKS, doubt_mark
 from identify.batch.rows import Row, Value, names_in
 from identify.comparison import Comparison
 from identify.dates import utc
-from identify.diagnose import against, wording, wording_verdict
+from identify.diagnose import against, wording
 from identify.diagnose.against import Against
 from identify.diagnose.result import Diagnosis, Finding, by_axis, plain
 from identify.dive import Dive
 from identify.identification import Estimate, Identification
-from identify.report.compared import told_beside
+from identify.report.sections import told_beside
 from identify.report.tables import standard_error
 from tui import show
 from tui.show import Table
@@ -101,7 +101,7 @@ def with_words(found: Diagnosis, check: str = "") -> dict[str, Any]:
         "dive": found.dive,
         "check": check,
         "configuration": found.configuration,
-        "verdict": wording_verdict.verdict_sentence(found),
+        "verdict": wording.verdict_sentence(found),
         "after": after[0] if after else None,
         "causes": [_cause(item) for item in found.findings],
         "tried": [
@@ -117,7 +117,7 @@ def with_words(found: Diagnosis, check: str = "") -> dict[str, Any]:
             "by_axis": by_axis(found.heldout),
         },
         "disturbance": wording.disturbance_line(found.gap.disturbance),
-        "character": wording_verdict.character_lines(found),
+        "character": wording.character_lines(found),
         "next": wording.next_lines(found),
         "notes": found.notes,
     }
@@ -140,8 +140,8 @@ def tell_against(console: Console, found: Against) -> None:
     for line in (
         *against.cause_lines(found),
         *against.lines(found),
-        *(f"Where: {line}." for line in wording_verdict.where_lines(found.vehicle)),
-        *wording_verdict.shrink_lines(found.vehicle),
+        *(f"Where: {line}." for line in wording.where_lines(found.vehicle)),
+        *wording.shrink_lines(found.vehicle),
         *wording.next_lines(found.vehicle),
         *found.vehicle.notes,
         *(f"Of the simulator: {note}" for note in found.simulator.notes),
@@ -151,13 +151,13 @@ def tell_against(console: Console, found: Against) -> None:
 
 def tell_diagnosis(console: Console, found: Diagnosis) -> None:
     """Print the verdict, the causes and their parameters, where the gap lies, how far it shrinks, the next dive."""
-    show.say(console, wording_verdict.verdict_sentence(found))
+    show.say(console, wording.verdict_sentence(found))
     lines = (
         *wording.cause_lines(found),
-        *wording_verdict.character_lines(found),
+        *wording.character_lines(found),
         *_where(found),
         *wording.disturbance_line(found.gap.disturbance),
-        *wording_verdict.shrink_lines(found),
+        *wording.shrink_lines(found),
         *wording.gain_lines(found),
         *wording.next_lines(found),
         *found.notes,
@@ -170,8 +170,8 @@ def _where(found: Diagnosis) -> tuple[str, ...]:
     """Lines on the largest parts of the gap; none when the verdict is "no_gap"."""
     if found.verdict == "no_gap":
         return ()
-    lines = (f"Where: {line}." for line in wording_verdict.where_lines(found))
-    return (*lines, *filter(None, (wording_verdict.where_note(found.gap),)))
+    lines = (f"Where: {line}." for line in wording.where_lines(found))
+    return (*lines, *filter(None, (wording.where_note(found.gap),)))
 
 
 PARAMETERS_WIDE = 4

@@ -19,7 +19,7 @@ from gcs_plugin.fetch.one_clock import Step
 from gcs_plugin.fetch.remade import refuse_recorded, remade, renew
 from gcs_plugin.fetch.whole import Apart, Strangers, Whole, made_whole
 from gcs_plugin.locks import alone_at
-from identify.ingest.unheard import clock
+from identify.ingest.messages import clock
 
 TOLD: Final = 3
 """Number of entries that are named individually if there are many."""

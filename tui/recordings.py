@@ -75,7 +75,7 @@ def stray_bytes(recording: Path) -> str:
 
 
 def _stray(file: Path, name: str) -> str:
-    from identify.ingest.salvage import locate
+    from identify.ingest.frames import locate
 
     try:
         located = locate(file)

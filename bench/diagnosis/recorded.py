@@ -4,7 +4,7 @@ import tempfile
 from pathlib import Path
 
 from identify.challenge.case import Case, check_of, dive_of
-from identify.challenge.recording import tlog_of
+from identify.challenge.seal import tlog_of
 from identify.dive import Dive
 from identify.ingest.open import read_dive
 

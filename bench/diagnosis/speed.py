@@ -19,7 +19,7 @@ from bench.stamp import stamp
 from bench.words import paragraph
 from bridge.errors import FitError
 from identify.challenge.case import dive_of, draw_case
-from identify.challenge.recording import tlog_of
+from identify.challenge.seal import tlog_of
 
 DIVE, VEHICLE = "dive.tlog", "vehicle.yaml"
 LONG_S = 600.0

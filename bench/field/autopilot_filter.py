@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from identify.challenge.drawn_force import coloured
+from identify.challenge.site import coloured
 
 Array = NDArray[np.float64]
 

@@ -7,8 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from bench.field.autopilot import NEUTRAL, Autopilot, Memory, pulses, wrench
-from identify.challenge.hull import Hull
-from identify.challenge.propellers import Propellers, add_wrench, shafts_want, turn
+from identify.challenge.hull import Hull, Propellers, add_wrench, shafts_want, turn
 from identify.challenge.world import STATES, WORK, Body, rates
 
 Array = NDArray[np.float64]

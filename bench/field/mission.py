@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from bench.field.vehicle import FieldVehicle
 from bridge.vehicle.thrusters import allocation_matrix
-from identify.challenge.drawn_force import coloured
+from identify.challenge.site import coloured
 
 Array = NDArray[np.float64]
 

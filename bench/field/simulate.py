@@ -10,7 +10,7 @@ from bench.field.autopilot import NEUTRAL, Autopilot, fresh
 from bench.field.mission import Pilot, Sticks
 from bench.field.site import FieldSite
 from bench.field.vehicle import LAG_S, FieldVehicle
-from identify.challenge.drawn_force import coloured
+from identify.challenge.site import coloured
 from identify.challenge.world import STATES
 
 Array = NDArray[np.float64]

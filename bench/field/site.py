@@ -10,8 +10,7 @@ from bench.field.dive import EACH, STEP_S
 from bench.field.mission import Pilot
 from bench.field.vehicle import LAG_S, FieldVehicle
 from bridge.vehicle.config import GRAVITY_M_S2
-from identify.challenge.hull import Hull, bare_hull
-from identify.challenge.propellers import Propellers
+from identify.challenge.hull import Hull, Propellers, bare_hull
 from identify.challenge.world import Body, body
 
 Array = NDArray[np.float64]

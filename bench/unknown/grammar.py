@@ -15,7 +15,7 @@ from typing import Literal, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.challenge.drawn_force import (
+from identify.challenge.site import (
     ACCELERATION,
     ATTITUDE,
     DELAY,

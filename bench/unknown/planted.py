@@ -14,10 +14,9 @@ from bench.diagnosis.recorded import recorded_dive
 from bench.unknown.grammar import Sentence, drawn, force_of
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.challenge.case import Case, draw_case
-from identify.challenge.drawn_force import DEPTH, signal_of
 from identify.challenge.nearest import EACH_S, course_of, missing_wrench, nominal_columns
 from identify.challenge.simulate import Simulated
-from identify.challenge.site import Planted, Site
+from identify.challenge.site import DEPTH, Planted, Site, signal_of
 from identify.diagnose.candidates import settings_of
 from identify.diagnose.diagnose import FIVE_S
 from identify.diagnose.drift import EVERY_S, HORIZONS_S, floors_of

@@ -13,8 +13,7 @@ from pathlib import Path
 from bridge.errors import LogError
 from identify.batch.jobs import Recording, Result
 from identify.batch.rows import rows_of
-from identify.ingest.identity import contents, identity_of
-from identify.ingest.open import recording_files
+from identify.ingest.open import contents, identity_of, recording_files
 
 ENDINGS = (".tlog", ".tlog.gz", ".bin")
 TABLE = ".csv"

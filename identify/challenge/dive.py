@@ -9,10 +9,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from identify.challenge.drawn_force import DrawnForce, remembered, shape_of
-from identify.challenge.hull import Hull
-from identify.challenge.propellers import Propellers, add_wrench, shafts_want, turn
-from identify.challenge.sensors import STEP_S, Clock, Faults, Readings
+from identify.challenge.hull import Hull, Propellers, add_wrench, shafts_want, turn
+from identify.challenge.site import DrawnForce, remembered, shape_of
+from identify.challenge.vehicles import STEP_S, Clock, Faults, Readings
 from identify.challenge.world import STATES, WORK, Body, rates
 
 Array = NDArray[np.float64]

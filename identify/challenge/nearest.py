@@ -20,9 +20,9 @@ from scipy.optimize import least_squares
 
 from bridge.vehicle.config import GRAVITY_M_S2
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
-from identify.challenge.sensors import Noise
 from identify.challenge.simulate import Simulated
 from identify.challenge.site import Planted, Site
+from identify.challenge.vehicles import Noise
 from identify.effects.course import Course
 from identify.effects.effect import Effect
 from identify.effects.library import library

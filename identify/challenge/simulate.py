@@ -11,11 +11,9 @@ from bridge.vehicle.config import Water
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.challenge import dive as kernel
 from identify.challenge.dive import Control
-from identify.challenge.drawn_force import coloured, past_of
-from identify.challenge.propellers import voltage_share
-from identify.challenge.sensors import STEP_S, Clock, Noise, Readings, noise_of
-from identify.challenge.site import Site
-from identify.challenge.vehicles import LAG_S, DrawnVehicle
+from identify.challenge.hull import voltage_share
+from identify.challenge.site import Site, coloured, past_of
+from identify.challenge.vehicles import LAG_S, STEP_S, Clock, DrawnVehicle, Noise, Readings, noise_of
 from identify.challenge.world import STATES
 from identify.dive import Dive, Signal
 

@@ -11,14 +11,14 @@ from typing import Any
 
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import VehicleFile
-from identify.diagnose import wording, wording_verdict
+from identify.diagnose import wording
+from identify.diagnose.changed import priors_of, simulator_of
 from identify.diagnose.diagnose import Progress, diagnose
 from identify.diagnose.result import Diagnosis, Finding, Value, Verdict
 from identify.diagnose.result import plain as plain_diagnosis
 from identify.diagnose.shrink import CHANCE
-from identify.diagnose.simulator import priors_of, simulator_of
 from identify.diagnose.verdict import LIKELY
-from identify.diagnose.wording_verdict import sorted_by_likelihood
+from identify.diagnose.wording import sorted_by_likelihood
 from identify.dive import Dive
 from identify.effects.effect import Effect
 from identify.identification import Z95
@@ -248,9 +248,9 @@ def verdict_sentence(comparison: Against) -> str:
 def _verdict(comparison: Against) -> str:
     gap = comparison.vehicle.gap
     numbers = _number_words(comparison.off)
-    lacks, possible = wording_verdict.sorted_by_likelihood(comparison.lacks)
+    lacks, possible = wording.sorted_by_likelihood(comparison.lacks)
     may_lack = listed([_with_probability(item) for item in possible])
-    where = wording_verdict.gap_sentence(gap, "the gap")
+    where = wording.gap_sentence(gap, "the gap")
     if lacks:
         causes = listed([wording.name_of(lack) for lack in lacks])
         sentence = f"Your simulator must gain {causes}: {where}{_drift_clause(comparison)}."
@@ -263,7 +263,7 @@ def _verdict(comparison: Against) -> str:
     elif possible:
         sentence = f"Your simulator may lack {may_lack}: {where}{_drift_clause(comparison)}."
     elif comparison.vehicle.verdict in ("partly", "unknown"):
-        location = wording_verdict.where_sentence(gap, "the gap")
+        location = wording.where_sentence(gap, "the gap")
         return f"Your simulator lacks something that no candidate explains: {location}."
     elif comparison.verdict == "no_gap":
         sentence = (

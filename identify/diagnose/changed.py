@@ -1,4 +1,4 @@
-"""Changes since earlier acceptance: of accepted effects, which the model before holds, and of masses and dampings.
+"""Changes since earlier acceptance: of accepted effects, of masses and dampings, and of a simulator's model.
 
 Some causes are absorbed entirely by a refit of the nominal model. Each shifts masses and dampings in its own pattern:
 weaker thrust shifts all alike, a payload the masses by its kilograms. The shift since acceptance is regressed on
@@ -22,7 +22,7 @@ from identify.diagnose.findings import braking_of, feedforward_gain_by
 from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.regression import mean_places
-from identify.diagnose.result import Finding, Tried, Value
+from identify.diagnose.result import Diagnosis, Finding, Tried, Value
 from identify.diagnose.search import LEAST_GAIN, Explanation
 from identify.diagnose.simulation import EACH
 from identify.diagnose.verdict import probability
@@ -31,7 +31,7 @@ from identify.diagnose.witnesses import Witness
 from identify.diagnose.wording import SINCE, effect_words, value_words
 from identify.effects.course import Course
 from identify.effects.effect import Act, Effect, Told
-from identify.estimators.likelihood_axis import DAMPING, MASS
+from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
 from identify.identification import Z95
 from identify.words import listed
 
@@ -355,3 +355,83 @@ def _as_wrench(act: Act, course: Course) -> Array:
     if act.damping is not None:
         out -= act.damping * course.nu
     return out
+
+
+HELD_STD = 1e-3
+"""Relative width of masses and dampings held at the simulator's values, against a refit."""
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """A simulator's model.
+
+    values: coefficients of the nominal model by name, as far as its recording determines them; causes: its own
+    effects, which hold on any dive.
+    """
+
+    values: Mapping[str, Value]
+    causes: tuple[Cause, ...]
+
+    def beside(self, nominal: Nominal) -> Nominal:
+        """A dive's filters with the simulator's parameters and effects alone; trims and noise levels are the dive's
+        own.
+
+        Of an interval for a mass or damping, the value nearest to the dive's is held: an undetermined value is no
+        error of the simulator.
+        """
+        joint = nominal.joint
+        theta = nominal.theta.copy()
+        for problem, place in zip(joint.problems, joint.places, strict=True):
+            logs = self._logs(problem.axis.dof, nominal)
+            if logs is not None:
+                theta[place.start + MASS], theta[place.start + DAMPING] = logs
+        held = tuple(self._held(problem, nominal) for problem in joint.problems)
+        locked = replace(joint, problems=held, apart_prior=self._apart(nominal))
+        acts = [cause.act(nominal.course) for cause in self.causes]
+        return refitted(replace(nominal, joint=locked, theta=theta), acts)
+
+    def _held(self, problem: AxisLikelihood, nominal: Nominal) -> AxisLikelihood:
+        logs = self._logs(problem.axis.dof, nominal)
+        if logs is None:
+            return problem
+        mean, precision = problem.prior_mean.copy(), problem.prior_precision.copy()
+        mean[MASS], mean[DAMPING] = logs
+        precision[[MASS, DAMPING]] = HELD_STD**-2
+        return replace(problem, prior_mean=mean, prior_precision=precision)
+
+    def _apart(self, nominal: Nominal) -> Array:
+        prior = nominal.joint.apart_prior.copy()
+        for k, dof in enumerate(nominal.joint.apart):
+            logs = self._logs(dof, nominal)
+            if logs is not None:
+                prior[k] = logs[0], HELD_STD**-2
+        return prior
+
+    def _logs(self, dof: int, nominal: Nominal) -> tuple[float, float] | None:
+        """Logarithms of a degree of freedom's mass and damping; None if the simulator lacks either."""
+        mass, damping = (self.values.get(coefficient.name) for coefficient in (MASSES[dof], DAMPINGS[dof]))
+        if mass is None or damping is None:
+            return None
+        return _nearest(mass, nominal.course.mass[dof]), _nearest(damping, nominal.course.damping[dof])
+
+
+def priors_of(simulator: Simulator) -> dict[str, Prior]:
+    """Its masses and dampings with their widths, as priors for the real dive."""
+    return {
+        name: Prior(
+            value.value, (value.high95 - value.low95) / (2 * Z95), "the simulator's recording", "thrust"
+        )
+        for name, value in simulator.values.items()
+        if value.high95 > value.low95
+    }
+
+
+def _nearest(value: Value, own: float) -> float:
+    """The logarithm of the value nearest to `own` within the interval."""
+    return float(np.log(np.clip(own, value.low95, value.high95)))
+
+
+def simulator_of(diagnosis: Diagnosis) -> Simulator:
+    """Build the simulator's model from the diagnosis of its own recording."""
+    causes = tuple(finding.cause for finding in diagnosis.findings if finding.cause.effect.lasting)
+    return Simulator(diagnosis.numbers, causes)

@@ -12,6 +12,7 @@ from bridge.vehicle.coefficients import BY_NAME, DOFS
 from bridge.vehicle.config import Prior, VehicleFile
 from identify.diagnose.accepted import beside_all, likely_accepted, log_stds
 from identify.diagnose.changed import (
+    Simulator,
     accepted_causes,
     changes_of,
     held_sentence,
@@ -71,7 +72,6 @@ from identify.diagnose.simulation import (
     specific_force_of,
     velocity_error_of,
 )
-from identify.diagnose.simulator import Simulator
 from identify.diagnose.unexplained import Unexplained, unexplained_of
 from identify.diagnose.verdict import (
     LIKELY,

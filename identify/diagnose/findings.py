@@ -11,6 +11,7 @@ from identify.diagnose.confidence import ambiguity_of
 from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.result import Finding, Gain, Tried, Value
+from identify.diagnose.rhythms import period_interval
 from identify.diagnose.search import (
     LEAST_GAIN,
     LEAST_SIGMA,
@@ -19,7 +20,6 @@ from identify.diagnose.search import (
     ranked_candidates,
     required_gain,
 )
-from identify.diagnose.seas import period_interval
 from identify.diagnose.simulation import EACH, missing_wrench_of, slope_of
 from identify.diagnose.verdict import LIKELY, probability
 from identify.diagnose.weighing import Fitted, FormRemainder

@@ -31,8 +31,7 @@ from identify.estimators.lateness import behind_filter
 from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.motion import Motion
-from identify.estimators.places import down_axis
-from identify.estimators.readings import HEAVE, PITCH, ROLL
+from identify.estimators.readings import HEAVE, PITCH, ROLL, down_axis
 from identify.estimators.scoring import slopes
 from identify.forces import evenly_between, tells_thrusters, unrounded_thrusts
 from identify.ingest.commands import sampled_slowly

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import DOFS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile
-from identify.bounds import MOST_ADDED
 from identify.checks.fit import loud, loud_note
 from identify.diagnose.evidence import FOLDS
 from identify.diagnose.gap import PUSHED
@@ -26,6 +25,7 @@ from identify.dive import Dive, Signal
 from identify.effects.effect import OWN_VELOCITY, PULSES, QUICK_COMMANDS
 from identify.estimators.refusals import refuse_unpushed, solvable
 from identify.forces import tells_thrusters
+from identify.identifiability import MOST_ADDED
 from identify.identification import Z95
 from identify.ingest.commands import sampled_slowly
 from identify.words import listed, significant

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from identify.diagnose.candidates import Cause, Setting, companions
 from identify.diagnose.evidence import Evidence
 from identify.diagnose.nominal import Nominal, refitted
-from identify.diagnose.seas import seas_of
+from identify.diagnose.rhythms import seas_of
 from identify.diagnose.weighing import CandidateEquations, Fitted, FormRemainder, Weighing, rows_of
 from identify.effects.effect import Effect
 from identify.side_by_side import both, side_by_side

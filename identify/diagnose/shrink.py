@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from bridge.errors import LogError
 from bridge.vehicle.coefficients import DOFS
-from identify.diagnose.baseline import Baseline, baseline_of
 from identify.diagnose.candidates import Cause
-from identify.diagnose.drift import floors_of
+from identify.diagnose.drift import Baseline, baseline_of, floors_of
 from identify.diagnose.evidence import SCARCE, inverse
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.regression import Regression, mean_places, piece_s, regression_of

@@ -17,8 +17,7 @@ from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
 from identify.dive import Dive, Signal
 from identify.effects.course import Course, delayed, lagged, thrust_by_shaft
 from identify.effects.effect import Act
-from identify.estimators.places import tumbles
-from identify.estimators.readings import steers_unheard
+from identify.estimators.readings import steers_unheard, tumbles
 
 Array = NDArray[np.float64]
 

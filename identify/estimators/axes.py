@@ -18,15 +18,21 @@ from identify.dive import Dive, Signal
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
 from identify.estimators.lateness import FilteredForce, Timing, behind_filter, timing_of
 from identify.estimators.motion import NO_MOTION, Motion
-from identify.estimators.places import (
+from identify.estimators.readings import (
+    FEWEST,
+    HEAVE,
+    PITCH,
+    ROLL,
+    YAW,
+    Channel,
     at_origin,
+    channels,
     places_of,
     restoring_force,
     stiffness_of,
     tumbles,
     with_rates_of_places,
 )
-from identify.estimators.readings import FEWEST, HEAVE, PITCH, ROLL, YAW, Channel, channels
 from identify.forces import WrenchHistory, wrench
 from identify.ingest.rotation import attitude_at
 

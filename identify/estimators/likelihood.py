@@ -21,14 +21,13 @@ from identify.checks.controller import unrecorded
 from identify.checks.fit import lateness_note, unsettled_doubt
 from identify.dive import Dive, Signal
 from identify.estimators.answer import Fitted, answer_of
-from identify.estimators.autopilot_velocity import shared_axes
 from identify.estimators.axes import Axes
-from identify.estimators.delay import with_delay
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood_axis import DISTURBANCE, FORCES, TIME_CONSTANT, AxisFit
 from identify.estimators.likelihood_fit import JointFit, fit_axes
 from identify.estimators.misfit import Doubts, doubts_of
 from identify.estimators.refusals import long_enough
+from identify.estimators.timing import shared_axes, with_delay
 from identify.forces import wrench
 from identify.identification import Z95, Doubt, Estimate, Identification, Information, Nuisance
 from identify.progress import Progress

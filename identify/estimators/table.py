@@ -6,8 +6,8 @@ from typing import cast
 
 from bridge.errors import ConfigError, FitError
 from bridge.vehicle.config import VehicleFile
-from identify.answer import answered
 from identify.dive import Dive
+from identify.estimators.answer import answered
 from identify.estimators.refusals import in_numbers, solvable
 from identify.identification import Identification
 from identify.progress import Progress
@@ -26,7 +26,7 @@ OF_QUADRATIC = (DEFAULT,)
 
 
 def estimator(method: str) -> Estimator:
-    """Return a method's `estimate`, with its result judged as for every method: see `identify.answer`.
+    """Return a method's `estimate`, with its result judged as for every method: see `identify.estimators.answer`.
 
     `method` is a name of METHODS, or the module of a method that lives elsewhere, named after it. Raises ConfigError
     for any other name.

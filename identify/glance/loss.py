@@ -16,10 +16,16 @@ from numpy.typing import NDArray
 
 from bridge.errors import LogError
 from bridge.silences import LEAST_S, ROUND, Spacing, pauses, unheard
-from identify.ingest.frames import Fields, Frames, load_frames, message_id
-from identify.ingest.messages import REBOOT_S, vehicle_system
-from identify.ingest.unheard import boot_times_s, keeps_ring, note, sequence, silences_of
-from identify.ingest.walk import Rows
+from identify.ingest.frames import Fields, Frames, Rows, load_frames, message_id
+from identify.ingest.messages import (
+    REBOOT_S,
+    boot_times_s,
+    keeps_ring,
+    note,
+    sequence,
+    silences_of,
+    vehicle_system,
+)
 
 LEAST_PAUSE_S: Final = 0.25
 MAY_GO_ROUND: Final = ROUND // 4

@@ -37,8 +37,7 @@ from bridge.vehicle.feedforward import FEEDFORWARD_DOFS, Mode
 from bridge.vehicle.thrusters import Allocator, thrust_curve
 from identify.dive import Array, Dive
 from identify.filters import AlignedDive, aligned, low_pass
-from identify.glance.criteria import ANEW, Criterion, Raising
-from identify.glance.one_mode import in_one_mode
+from identify.glance.criteria import ANEW, Criterion, Raising, in_one_mode
 from identify.validate import CUTOFF_HZ, LEAST_SLOPE, SHORTEST_RUN_S, Phases, phases, tracking_errors
 
 RATE_HZ: Final = 10.0

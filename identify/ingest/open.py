@@ -1,14 +1,16 @@
 """Reads any recording as a Dive: a dive folder, `.tlog`, `.tlog.gz`, DataFlash `.BIN`, `.csv` with its column map."""
 
+import hashlib
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from bridge.errors import LogError
 from bridge.ring.made_since import lacked, lacked_words
 from bridge.ring.whole import standing_for
+from bridge.tlog import load_bytes
 from bridge.vehicle.config import VehicleFile
 from identify.checks.frozen import without_frozen
 from identify.checks.gaps import gaps
@@ -16,7 +18,6 @@ from identify.checks.impossible import without_impossible, without_repeated
 from identify.dive import Dive
 from identify.ingest.commands import with_known_commands, with_spread_commands
 from identify.ingest.dataflash import read_dataflash
-from identify.ingest.identity import identity_of
 from identify.ingest.logs import logs_beside, with_logs
 from identify.ingest.table import column_map, read_table
 from identify.ingest.tlog import read_tlog
@@ -136,3 +137,63 @@ def _misfits(dive: Dive, vehicle: VehicleFile | None) -> tuple[str, ...]:
             "thrusters: check that this is its recording.",
         )
     return ()
+
+
+OPENING_BYTES = 1 << 16
+"""Some seconds of telemetry: hundreds of microsecond stamps and noisy readings, which no other dive repeats."""
+
+SAME, PIECE, OVERLAPPING = "holds the same recording as", "is a piece of", "shares a stretch with"
+"""Relations between two recordings of the same dive, worded to stand between their names."""
+
+
+@dataclass(frozen=True)
+class Identity:
+    """`sha256` of all `size_bytes`; `opening`: SHA-256 of the first OPENING_BYTES, to recognise a copy that was cut.
+
+    `opening` is empty if the recording is shorter, and for formats in which two dives can begin alike: a table, or a
+    DataFlash log, which opens with its own formats.
+    """
+
+    sha256: str
+    opening: str
+    size_bytes: int
+
+
+def identity_of(files: Sequence[Path]) -> Identity:
+    """Identity of the recording in these files, concatenated. Raises LogError if a file can't be read."""
+    data = contents(files)
+    has_opening = files[0].name.lower().endswith((".tlog", ".tlog.gz")) and len(data) >= OPENING_BYTES
+    opening = hashlib.sha256(data[:OPENING_BYTES]).hexdigest() if has_opening else ""
+    return Identity(hashlib.sha256(data).hexdigest(), opening, len(data))
+
+
+def contents(files: Sequence[Path]) -> bytes:
+    """Uncompressed bytes of a recording's files, concatenated. Raises LogError."""
+    return b"".join(load_bytes(file)[0] for file in files)
+
+
+def of_one_dive(files: Sequence[Path], others: Sequence[Path]) -> str:
+    """How the recording in `files` overlaps with the dive in `others`, in words; "" if it does not.
+
+    In any format, a recording whose bytes are contained in the other is recognised. Two `.tlog` that only overlap are
+    recognised if the other holds the opening of one of them; other formats open with bytes that every dive of theirs
+    has. Raises LogError if a file can't be read.
+    """
+    data, other_data = contents(files), contents(others)
+    if data == other_data:
+        return SAME
+    if not (data and other_data):
+        return ""
+    short, long = sorted((data, other_data), key=len)
+    if short in long:
+        return PIECE if short is data else OVERLAPPING
+    comparable = _is_tlog(files) and _is_tlog(others) and len(short) >= OPENING_BYTES
+    return (
+        OVERLAPPING
+        if comparable and (data[:OPENING_BYTES] in other_data or other_data[:OPENING_BYTES] in data)
+        else ""
+    )
+
+
+def _is_tlog(files: Sequence[Path]) -> bool:
+    return files[0].name.lower().endswith((".tlog", ".tlog.gz"))

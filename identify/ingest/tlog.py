@@ -19,9 +19,8 @@ from bridge.vehicle.config import GRAVITY_M_S2
 from identify.dive import Array, Signal
 from identify.ingest import rotation
 from identify.ingest.frames import Frames, load_frames, message_name
-from identify.ingest.messages import Batch, Messages, vehicle_runs
+from identify.ingest.messages import Batch, Messages, unheard_notes, vehicle_runs
 from identify.ingest.runs import Run, chosen, driven_s
-from identify.ingest.unheard import unheard_notes
 
 LOCAL_NED, LOCAL_ENU, LOCAL_OFFSET_NED, LOCAL_FRD = 1, 4, 7, 20
 BODY_NED, BODY_OFFSET_NED, BODY_FRD = 8, 9, 12

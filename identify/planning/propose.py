@@ -18,8 +18,7 @@ from bridge.simulator.missions import Leg
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import VehicleFile
 from identify.estimators.misfit import STAMPED_S
-from identify.planning.information import of_motion, of_timing
-from identify.planning.knowledge import NAMES, Knowledge
+from identify.planning.knowledge import NAMES, Knowledge, of_motion, of_timing
 from identify.planning.limits import REST_S, Limits, Tank, Trial
 from identify.planning.manoeuvres import (
     HEAVE,

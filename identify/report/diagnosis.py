@@ -1,12 +1,14 @@
-"""Page of a diagnosis, as a crew reads it on a boat: verdict, location of the gap, causes, size, what to dive next."""
+"""Pages of a diagnosis, and of the comparison of a dive with a simulator, as a crew reads them on a boat."""
 
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 
 from bridge.vehicle.coefficients import DOFS
-from identify.diagnose import wording, wording_verdict
+from identify.diagnose import wording
+from identify.diagnose.against import Against, Difference, lines, verdict_sentence
 from identify.diagnose.result import Diagnosis, Finding, Gap, Shrink
 from identify.diagnose.search import LEAST_GAIN
 from identify.diagnose.shrink import CHANCE
@@ -71,7 +73,7 @@ def diagnosis_report(diagnosis: Diagnosis) -> Report:
     return Report(
         f"{d.vehicle}: diagnosis of {d.dive}",
         subtitle(d),
-        unbroken(wording_verdict.verdict_sentence(d)),
+        unbroken(wording.verdict_sentence(d)),
         sections(d),
     )
 
@@ -108,13 +110,13 @@ def _where(d: Diagnosis) -> Section:
         return Section("1. Where it lies", "No degree of freedom could be compared with the model.")
     if d.verdict == "no_gap":
         return Section("1. Where it lies", NOTHING_RETURNS if d.gap.before > 1.0 + CHANCE else NOWHERE)
-    largest = "; ".join(wording_verdict.where_lines(d))
+    largest = "; ".join(wording.where_lines(d))
     text = " ".join(
         filter(
             None,
             (
                 f"The largest parts of the squared gap: {largest}." if largest else "",
-                wording_verdict.where_note(d.gap),
+                wording.where_note(d.gap),
                 SHARED_OUT,
             ),
         )
@@ -127,7 +129,7 @@ def _depends(d: Diagnosis) -> Section | None:
         return None
     rows = tuple(
         (
-            wording_verdict.variable(dependence.variable),
+            wording.variable(dependence.variable),
             dependence.dof,
             dependence.parity or MISSING,
             wording.percent(dependence.strength),
@@ -144,7 +146,7 @@ def _depends(d: Diagnosis) -> Section | None:
 
 
 def _by_dof(d: Diagnosis) -> Section:
-    shares = wording_verdict.shares_by_dof(d.gap.where)
+    shares = wording.shares_by_dof(d.gap.where)
     fitted = [i for i in range(len(DOFS)) if any(np.isfinite(entry.floor[i]) for entry in d.gap.drifts)]
     present = [i for i, dof in enumerate(DOFS) if dof in shares or i in fitted]
     horizons = tuple(f"After {entry.horizon_s:g} s, floors" for entry in d.gap.drifts)
@@ -202,7 +204,7 @@ def _before_after(d: Diagnosis, k: int, dof: int) -> str:
 def _what(d: Diagnosis) -> Section:
     lines = [part for cause in d.findings for part in _cause(cause)]
     lines += [LIKENESS] if any(cause.also for cause in d.findings) else []
-    lines += wording_verdict.character_lines(d)
+    lines += wording.character_lines(d)
     if not lines:
         lines = ["No candidate of the library explains anything that noise would not."]
     columns = ("Cause", "Parameter", "Value", "95 % interval", "Unit")
@@ -336,3 +338,70 @@ def _apart(predicted: Shrink | None, measured: Shrink | None) -> str:
 def _next(d: Diagnosis) -> Section | None:
     lines = wording.next_lines(d)
     return Section("What to dive next", "\n\n".join(lines)) if lines else None
+
+
+HOW = (
+    "Both recordings are diagnosed alike, each by its own commands. The gap is that of the simulator's own model, "
+    "masses, dampings and effects, along the real dive: before is the simulator as it is, after the simulator with all "
+    "that is named here. A number of the simulator that its own recording does not tell is taken as near to the "
+    "vehicle's as that recording allows."
+)
+
+
+def against_report(one: Against) -> Report:
+    """Build the page: verdict and parts."""
+    return Report(
+        f"{one.vehicle.vehicle}: {one.vehicle.dive} against the simulator's {one.simulator.dive}",
+        subtitle(one.vehicle),
+        unbroken(verdict_sentence(one)),
+        (_change(one), *sections(replace(one.vehicle, verdict=one.verdict)), _own(one)),
+    )
+
+
+def _change(one: Against) -> Section:
+    """Changes to make in the simulator."""
+    rows = [*_lacking_rows(one), *(_row(difference) for difference in one.off)]
+    columns = ("What", "Simulator has", "Vehicle has", "95 % interval", "Unit", "Off by")
+    table = (
+        (Table(columns, tuple(rows), "What to set in the simulator, all of it together."),) if rows else ()
+    )
+    possible = tuple(each for each in one.differences if each not in one.off)
+    text = [HOW, *lines(replace(one, differences=possible))]
+    return Section("What to change in the simulator", "\n\n".join(text), table)
+
+
+def _lacking_rows(one: Against) -> list[tuple[str, ...]]:
+    rows: list[tuple[str, ...]] = []
+    for lacking in wording.sorted_by_likelihood(one.lacks)[0]:
+        cause = wording.effect_words(lacking.cause.effect)
+        values = wording.told_parameters(lacking)
+        for name, value in values.items():
+            number, interval = with_interval(value.value, value.low95, value.high95)
+            unit_text = unit(value.unit) if value.unit != "1" else MISSING
+            rows.append((f"{cause}, {wording.parameter(name)}", "none", number, interval, unit_text, MISSING))
+        if not values:
+            rows.append((cause, "none", MISSING, MISSING, MISSING, MISSING))
+    return rows
+
+
+def _row(one: Difference) -> tuple[str, ...]:
+    name = f"{wording.words(one.of)}, {wording.parameter(one.name)}" if one.of else one.name
+    its, _ = with_interval(one.simulator.value, one.simulator.low95, one.simulator.high95)
+    number, interval = with_interval(one.vehicle.value, one.vehicle.low95, one.vehicle.high95)
+    unit_text = unit(one.vehicle.unit) if one.vehicle.unit != "1" else MISSING
+    return (
+        name,
+        its,
+        number,
+        interval,
+        unit_text,
+        f"{'+' if one.share > 0 else '−'}{wording.percent(abs(one.share))}",
+    )
+
+
+def _own(one: Against) -> Section:
+    """Diagnosis of the simulator's own recording."""
+    return Section(
+        "What the simulator has",
+        "\n\n".join((wording.verdict_sentence(one.simulator), *wording.cause_lines(one.simulator))),
+    )

@@ -8,13 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DOFS
-from identify.diagnose import wording, wording_verdict
+from identify.diagnose import wording
 from identify.diagnose.drift import Drift
 from identify.diagnose.result import Diagnosis, Finding, Gap, Prediction, Slice, Tried
 from identify.dive import Array
-from identify.report.charts import Bar, bars, heatmap
 from identify.report.page import Figure, Table
-from identify.report.plot import Line, Panel, lines_panel, side_by_side, stack
+from identify.report.plot import Bar, Line, Panel, bars, heatmap, lines_panel, side_by_side, stack
 from identify.report.traces import Trace, TracePanel, Traces
 from identify.words import decimals_for, fixed
 
@@ -47,21 +46,21 @@ LINES = ("before", "after", "floor: noise alone")
 def where_map(gap: Gap) -> Figure:
     """Shares of the squared gap by phase and degree of freedom."""
     dofs = [dof for dof in DOFS if any(place.dof == dof for place in gap.where)]
-    shares = np.zeros((len(wording_verdict.PHASES), len(dofs)))
-    phases = list(wording_verdict.PHASES)
+    shares = np.zeros((len(wording.PHASES), len(dofs)))
+    phases = list(wording.PHASES)
     for place in gap.where:
         shares[phases.index(place.phase), dofs.index(place.dof)] += place.share
     return Figure(
         "where the gap lies",
         "Shares of the squared gap in per cent, by what the vehicle was doing and by degree of freedom; the "
         "stronger the colour, the larger. The last row and column are sums.",
-        stack([heatmap([wording_verdict.PHASES[phase] for phase in phases], dofs, shares)]),
+        stack([heatmap([wording.PHASES[phase] for phase in phases], dofs, shares)]),
     )
 
 
 def slices(gap: Gap) -> tuple[Figure, ...]:
     """A figure for each degree of freedom with a large share of the gap: bars by speed, heading and so on."""
-    by_dof = wording_verdict.shares_by_dof(gap.where)
+    by_dof = wording.shares_by_dof(gap.where)
     held = [dof for dof in sorted(by_dof, key=lambda name: -by_dof[name]) if by_dof[dof] >= SLICED]
     return tuple(drawn for dof in held if (drawn := _slices_of(gap, dof)) is not None)
 
@@ -138,7 +137,7 @@ def candidates(
     few = len(order) - len(notable)
     if not notable:
         return f" Here none of {few} candidates saves more than {LEAST_TOLD:g} nats.", (), ()
-    _, unlikely = wording_verdict.sorted_by_likelihood(found)
+    _, unlikely = wording.sorted_by_likelihood(found)
     possible = {
         candidate.cause.effect.label: wording.percent_sure(candidate.probability) for candidate in unlikely
     }

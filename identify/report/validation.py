@@ -10,10 +10,9 @@ from bridge.vehicle.config import Vector3, VehicleFile
 from identify.dive import Dive
 from identify.glance.criteria import MARKS, Raising
 from identify.report import tracking
-from identify.report.charts import Group, grouped
 from identify.report.figures import TIME_TITLE
 from identify.report.page import Figure, Report, Section, Table
-from identify.report.plot import STYLES, Line, lines_panel, stack
+from identify.report.plot import STYLES, Group, Line, grouped, lines_panel, stack
 from identify.validate import AXES, LEAST_SPEED, PHASES, TrackingErrors
 from identify.words import fixed
 

@@ -10,7 +10,7 @@ from bridge.errors import LogError
 from identify.batch.jobs import Recording, Result
 from identify.batch.recordings import BEGINNING, find_recordings, name_of, told_apart, with_beginnings
 from identify.dates import utc
-from identify.ingest.identity import OPENING_BYTES
+from identify.ingest.open import OPENING_BYTES
 
 
 def put(path, data):

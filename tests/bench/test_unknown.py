@@ -13,7 +13,7 @@ from bench.unknown.planted import MULTIPLES, NEAR, left_of, likeness, planted, u
 from bench.unknown.seeds import COUNT, DRAWN, KNOWN, SHORT_COUNT, SHORT_DRAWN, SHORT_KNOWN
 from bench.unknown.trials import Judged, judged
 from identify.challenge.case import draw_case
-from identify.challenge.drawn_force import THRUST, VELOCITY
+from identify.challenge.site import THRUST, VELOCITY
 
 TIME_S = np.arange(0.0, 300.0, 0.1)
 PLAIN = Sentence((0,), (1.0,), (), "none", 1.0, "steady", 0.0, 1.0, 0.0, 0.0, 7)

@@ -11,7 +11,11 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import Case, check_of, dive_of, draw_case
-from identify.challenge.drawn_force import (
+from identify.challenge.nearest import missing_velocity, missing_wrench, nominal_columns
+from identify.challenge.novel import NOVEL
+from identify.challenge.plants import PLANTS
+from identify.challenge.seal import tlog_of
+from identify.challenge.site import (
     ACCELERATION,
     ATTITUDE,
     DELAY,
@@ -23,17 +27,14 @@ from identify.challenge.drawn_force import (
     THRUST,
     VELOCITY,
     DrawnForce,
+    Planted,
+    Site,
     no_force,
     past_of,
     remembered,
     shape_of,
     signal_of,
 )
-from identify.challenge.nearest import missing_velocity, missing_wrench, nominal_columns
-from identify.challenge.novel import NOVEL
-from identify.challenge.plants import PLANTS
-from identify.challenge.recording import tlog_of
-from identify.challenge.site import Planted, Site
 from identify.challenge.world import STATES
 from identify.estimators.table import estimator
 from identify.ingest.open import read_dive

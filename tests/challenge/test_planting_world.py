@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from identify.challenge.hull import Hull, bare_hull, growth
-from identify.challenge.propellers import Propellers, shafts_want, turn
+from identify.challenge.hull import Hull, Propellers, bare_hull, growth, shafts_want, turn
 from identify.challenge.world import STATES, WORK, Body, add_coriolis, body, rates, solve6
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ from test_diagnose_told import DRAG, diagnosis
 
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import dive_of, draw_case
-from identify.challenge.recording import tlog_of
+from identify.challenge.seal import tlog_of
 from identify.estimators.table import estimator
 from identify.ingest.open import read_dive
 from identify.report.page import Report

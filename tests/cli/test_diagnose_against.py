@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from identify.challenge.case import Case, check_of, dive_of, draw_case
-from identify.challenge.recording import tlog_of
+from identify.challenge.seal import tlog_of
 from identify.diagnose import against as compared_by
 from identify.diagnose.candidates import Cause
 from identify.diagnose.result import Accepted, Diagnosis, Finding, Gap

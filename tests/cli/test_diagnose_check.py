@@ -7,11 +7,11 @@ import pytest
 
 from bridge.errors import FitError
 from identify.challenge.case import check_of, dive_of, draw_case
-from identify.challenge.recording import tlog_of
+from identify.challenge.seal import tlog_of
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.recording import LEAST_CHECK_S
 from identify.effects.hydrodynamics import QUADRATIC_DRAG
-from identify.ingest.identity import OPENING_BYTES, OVERLAPPING, PIECE, SAME, of_one_dive
+from identify.ingest.open import OPENING_BYTES, OVERLAPPING, PIECE, SAME, of_one_dive
 from tui import cli, exit_codes
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from identify.challenge.case import dive_of, draw_case
-from identify.challenge.recording import tlog_of
+from identify.challenge.seal import tlog_of
 from identify.diagnose import diagnose
 from identify.diagnose.result import Diagnosis, Gap
 from tui import cli, exit_codes

@@ -15,7 +15,7 @@ from pymavlink.dialects.v20.ardupilotmega import MAVLINK_MSG_ID_NAMED_VALUE_FLOA
 from bridge.framing import Encoder, decode
 from bridge.tlog import TlogWriter, read_tlog
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS
-from identify.challenge.recording import tlog_of
+from identify.challenge.seal import tlog_of
 from identify.dive import Signal
 from identify.ingest.open import read_dive
 from tui import cli, exit_codes

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from identify.challenge.case import dive_of, draw_case
-from identify.challenge.recording import tlog_of
+from identify.challenge.seal import tlog_of
 from tui import exit_codes, show
 from tui.job import Done, work
 from tui.progress import FORM, VARIABLE, Report, Written, line, read

@@ -23,15 +23,15 @@ from identify.diagnose.against import (
     verdict_sentence,
 )
 from identify.diagnose.candidates import Cause
+from identify.diagnose.changed import Simulator, simulator_of
 from identify.diagnose.drift import Drift
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.result import NOTHING, Diagnosis, Finding, Gap, Share, Value
-from identify.diagnose.simulator import Simulator, simulator_of
 from identify.dive import Dive, Signal
 from identify.effects.effect import Effect
 from identify.effects.library import library
 from identify.ingest.open import read_dive
-from identify.report.against import against_report
+from identify.report.diagnosis import against_report
 from identify.report.page import render_report
 from tui.commands.diagnose import configuration_of_both
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identify.diagnose.baseline import DELAYS_S, LINEAR, QUADRATIC, THRUST, TRIM, baseline_of
+from identify.diagnose.drift import DELAYS_S, LINEAR, QUADRATIC, THRUST, TRIM, baseline_of
 from identify.diagnose.gap import disturbance_of
 from identify.diagnose.simulation import EACH
 from identify.diagnose.verdict import swallowing

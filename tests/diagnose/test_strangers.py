@@ -13,7 +13,7 @@ from identify.diagnose.diagnose import diagnose
 from identify.diagnose.mounting import mounting_hints
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.recording import mass_hints, without_spikes, without_still_velocity
-from identify.diagnose.wording_verdict import verdict_sentence
+from identify.diagnose.wording import verdict_sentence
 from identify.dive import Dive, Signal
 from identify.effects.hydrodynamics import QUADRATIC_DRAG
 

@@ -16,8 +16,15 @@ from identify.diagnose.gap import character_of
 from identify.diagnose.nominal import Nominal, nominal_of, refitted
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.result import Next
-from identify.diagnose.rhythms import bursts, mixture_gain, scores
-from identify.diagnose.seas import CURRENTS_S, WAVES_S, period_interval, seas_of
+from identify.diagnose.rhythms import (
+    CURRENTS_S,
+    WAVES_S,
+    bursts,
+    mixture_gain,
+    period_interval,
+    scores,
+    seas_of,
+)
 from identify.diagnose.slow import slow_axes, slow_forces
 from identify.diagnose.unexplained import UNKNOWN_NATS, GenericForce, Unexplained, unexplained_of
 from identify.diagnose.verdict import next_for_unexplained, unexplained_forces

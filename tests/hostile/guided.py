@@ -23,7 +23,7 @@ with atheris.instrument_imports(
         "pynmeagps",
         "pyubx2",
     ],
-    exclude=["identify.ingest.walk"],
+    exclude=["identify.ingest.frames"],
 ):
     from fuzz_files import READERS, Reader
     from fuzz_streams import STREAMS, Stream

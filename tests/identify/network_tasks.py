@@ -9,9 +9,8 @@ from bench.missions.mission import draw_one
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive, Signal
 from identify.estimators.axes import Axis, build_axes
-from identify.estimators.pinn.fit import Task, task_of
-from identify.estimators.pinn.raw import Noise, of_logarithm
-from identify.estimators.pinn.training import Point, Trainer
+from identify.estimators.pinn.parameters import Noise, of_logarithm
+from identify.estimators.pinn.training import Point, Task, Trainer, task_of
 from identify.estimators.readings import Channel
 
 CPU = torch.device("cpu")

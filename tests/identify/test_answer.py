@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identify.answer import answered
 from identify.dive import Signal
+from identify.estimators.answer import answered
 from identify.estimators.table import estimator
 from identify.identifiability import null_directions, partners_of
 from identify.identification import Doubt, Information, Outcome, outcome_of

@@ -10,8 +10,8 @@ from bench.field.draw import NONE, FieldCase, draw
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.dive import Dive, Signal
-from identify.estimators.autopilot_velocity import SURGE, _fitted, _is_past, _rough_lag, dated, dated_back
 from identify.estimators.lateness import FilteredForce, behind_filter, timing_of
+from identify.estimators.timing import SURGE, _fitted, _is_past, _rough_lag, dated, dated_back
 from identify.forces import LAST, unrounded, unrounded_thrusts, wrench
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import quaternions_from_euler, to_body

@@ -25,8 +25,7 @@ from bridge.vehicle.dynamics import coriolis
 from identify.dive import Array, Dive, Signal
 from identify.estimators.axes import LONGEST_STEP_S, build_axes
 from identify.estimators.motion import Motion
-from identify.estimators.places import at_origin, places_of
-from identify.estimators.readings import MOST_HZ, PITCH, ROLL, averaged
+from identify.estimators.readings import MOST_HZ, PITCH, ROLL, at_origin, averaged, places_of
 from identify.filters import aligned, derivative, low_pass
 from identify.forces import WrenchHistory, wrench
 from identify.ingest.open import read_dive

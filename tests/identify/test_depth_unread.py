@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from bench.missions.mission import draw_one
-from identify.answer import answered
 from identify.checks.controller import depthless_doubts
 from identify.dive import Dive, Signal
+from identify.estimators.answer import answered
 from identify.identification import Outcome
 
 BARE = {"depth": None, "pressure": None, "nu_fb": None, "tau_pid": None, "nu_ref": None}

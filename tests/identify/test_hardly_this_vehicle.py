@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from bench.missions.mission import draw_one
-from identify.answer import answered
-from identify.bounds import with_bounds
 from identify.checks.controller import unchecked
 from identify.checks.descent import LARGEST_DESCENT_OFF, descent, descent_doubts
 from identify.checks.fit import LARGEST_SHARE, crossed, crossed_doubts, unseen_doubts
 from identify.dive import Signal
+from identify.estimators.answer import answered
 from identify.estimators.axes import build_axes
 from identify.estimators.likelihood_fit import fit_axes
 from identify.estimators.table import estimator
+from identify.identifiability import with_bounds
 from identify.identification import Outcome
 
 SEED = 100_011

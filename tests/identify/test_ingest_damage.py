@@ -29,9 +29,8 @@ from bridge.framing import CRC_EXTRA, Encoder
 from bridge.secret import KEY_AT, SETUP_SIGNING
 from bridge.tlog import TlogReader
 from bridge.vehicle.config import load_vehicle
-from identify.ingest.frames import Fields, load_frames, message_id
+from identify.ingest.frames import Fields, load_frames, locate, message_id
 from identify.ingest.open import read_dive
-from identify.ingest.salvage import locate
 
 
 @pytest.mark.parametrize("name", ["dive.tlog.gz", "dive.tlog"])

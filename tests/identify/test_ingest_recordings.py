@@ -28,8 +28,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from bridge.errors import LogError
 from identify.dive import Dive, Signal
-from identify.ingest.identity import OPENING_BYTES
-from identify.ingest.open import read_dive
+from identify.ingest.open import OPENING_BYTES, read_dive
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared"
 

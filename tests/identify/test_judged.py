@@ -9,16 +9,16 @@ import pytest
 
 from bridge.errors import FitError
 from bridge.vehicle.config import Configuration, ThrustCurve, Vehicle, VehicleFile
-from identify.answer import answered
 from identify.diagnose.drift import floors_of
 from identify.diagnose.nominal import late_samples_s, nominal_of, with_later_commands
 from identify.diagnose.simulation import simulation_of
 from identify.dive import Dive, Signal
+from identify.estimators.answer import answered
 from identify.estimators.axes import build_axes
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood import estimate
 from identify.estimators.likelihood_axis import DISTURBANCE
-from identify.estimators.pinn.start import filters_of
+from identify.estimators.pinn.parameters import filters_of
 from identify.forces import wrench
 from identify.ingest.commands import logged_at_changes, sampled_slowly, spread, with_spread_commands
 from identify.ingest.rotation import quaternions_from_euler

@@ -13,15 +13,15 @@ from turned_dives import turned
 
 from bench.missions.mission import draw_one
 from bridge.vehicle.coefficients import DOFS
-from identify.answer import answered
 from identify.checks.heading import LARGEST_OFF as HEADING_LARGEST_OFF
 from identify.checks.heading import turning, turning_doubts
 from identify.checks.levelling import LARGEST_OFF, LARGEST_SHARE, levelling, levelling_doubts
 from identify.diagnose.diagnose import diagnose
 from identify.dive import Signal
+from identify.estimators.answer import answered
 from identify.estimators.axes import build_axes
 from identify.estimators.likelihood import estimate
-from identify.estimators.places import tumbles, turned_by
+from identify.estimators.readings import tumbles, turned_by
 from identify.identification import Outcome, noise
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import quaternions_from_euler

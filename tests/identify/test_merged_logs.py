@@ -9,9 +9,8 @@ from autopilot_log import Turning, heard, logged
 from bridge.clock_line import fit_clock
 from bridge.errors import LogError
 from identify.dive import Signal
-from identify.ingest.identity import identity_of
 from identify.ingest.logs import in_holes, match, merged
-from identify.ingest.open import read_dive, recording_files
+from identify.ingest.open import identity_of, read_dive, recording_files
 from identify.ingest.tlog import read_tlog
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared"

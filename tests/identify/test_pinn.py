@@ -14,7 +14,7 @@ from bench.missions.mission import draw_one
 from bridge.errors import FitError
 from identify.dive import Signal
 from identify.estimators.axes import build_axes
-from identify.estimators.pinn import fit as pinn_fit
+from identify.estimators.pinn import training as pinn_fit
 from identify.estimators.table import estimator
 from identify.identification import Outcome, disturbance, noise, time_constant
 

@@ -10,10 +10,19 @@ from bridge.vehicle.config import Configuration, Thruster
 from bridge.vehicle.dynamics import coriolis
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
 from identify.estimators.pinn.equations import by_raw
-from identify.estimators.pinn.layout import Layout, Readings, instants, readings_in
+from identify.estimators.pinn.layout import (
+    Coefficients,
+    Interval,
+    Layout,
+    Readings,
+    balance,
+    by_coefficients,
+    coriolis_forms,
+    instants,
+    readings_in,
+)
 from identify.estimators.pinn.network import between, data_of, pull, wild, without
-from identify.estimators.pinn.physics import Coefficients, Interval, balance, by_coefficients, coriolis_forms
-from identify.estimators.pinn.raw import Noise, raw_of
+from identify.estimators.pinn.parameters import Noise, raw_of
 
 MASS = torch.tensor([100.0, 120.0, 135.0, 9.0, 14.0, 16.0], dtype=torch.float64)
 

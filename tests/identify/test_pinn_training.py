@@ -10,8 +10,8 @@ import torch
 from soak import rows_rest_in_soak
 
 from bridge.vehicle.config import Configuration, Thruster
-from identify.estimators.pinn.blocks import factorise, selected_inverse, solve
-from identify.estimators.pinn.raw import Moments, Noise, Prior, of_logarithm, raw_of, slope
+from identify.estimators.pinn.network import factorise, selected_inverse, solve
+from identify.estimators.pinn.parameters import Moments, Noise, Prior, of_logarithm, raw_of, slope
 from identify.estimators.pinn.training import MOST_PASSES, Point, Trainer
 
 ONE = torch.ones(1, dtype=torch.float64)
@@ -166,7 +166,7 @@ def test_the_selected_inverse_holds_the_blocks_of_the_dense_one(nodes):
 @pytest.mark.parametrize("nodes", NODES)
 def test_many_nodes_by_stretches_come_to_the_same(nodes, monkeypatch):
     diagonal, above, dense = tridiagonal(nodes)
-    monkeypatch.setattr("identify.estimators.pinn.blocks.AT_A_TIME", 3)
+    monkeypatch.setattr("identify.estimators.pinn.network.AT_A_TIME", 3)
     inverse = torch.linalg.inv(dense).reshape(nodes, 3, nodes, 3).transpose(1, 2)
     each = torch.arange(nodes)
     factor = factorise(diagonal, above)

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bridge.vehicle.config import dive_mark
-from identify.answer import answered
 from identify.dive import Signal
+from identify.estimators.answer import answered
 from identify.estimators.likelihood import estimate
 from identify.identification import Outcome
 

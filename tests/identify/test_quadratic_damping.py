@@ -13,7 +13,6 @@ from bridge.errors import FitError
 from bridge.vehicle.coefficients import OF_HULL
 from bridge.vehicle.config import Prior
 from gcs_plugin.params.plan import parameters_from_identification
-from identify.bounds import with_drag_forces
 from identify.checks.controller import steered_doubts
 from identify.dive import Signal
 from identify.estimators import intervals
@@ -21,6 +20,7 @@ from identify.estimators.axes import build_axes
 from identify.estimators.likelihood_axis import DAMPING, likelihood_of
 from identify.estimators.table import estimator
 from identify.export.model import model_of
+from identify.identifiability import with_drag_forces
 from identify.identification import Identification, Outcome
 
 QUADRATIC = 40.0

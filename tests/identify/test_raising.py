@@ -10,8 +10,7 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.feedforward import Mode
 from bridge.vehicle.references import DoubleS
 from identify.dive import Array, Dive, Signal
-from identify.glance.criteria import Criterion, Raising
-from identify.glance.one_mode import in_one_mode
+from identify.glance.criteria import Criterion, Raising, in_one_mode
 from identify.glance.raising import go_no_go
 
 RATE_HZ = 20.0

@@ -6,13 +6,13 @@ import closed_loop
 import numpy as np
 import pytest
 
-from identify.estimators import starts
+from identify.estimators import likelihood_fit as starts
 from identify.estimators.axes import build_axes
 from identify.estimators.intervals import ENDLESS, integrated, stretches
 from identify.estimators.likelihood_axis import DAMPING, DISTURBANCE, MASS, TIME_CONSTANT, likelihood_of
+from identify.estimators.likelihood_fit import regressed, rough_maximum
 from identify.estimators.likelihood_joint import ROUGHLY, alone
 from identify.estimators.scoring import Maximum, climb, gaussian, log_posterior, weigh
-from identify.estimators.starts import regressed, rough_maximum
 from identify.identification import Z95
 
 SHAPE = closed_loop.vehicle_file().vehicle.configurations["only"]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from identify.dive import Signal
-from identify.estimators import delay
+from identify.estimators import timing as delay
 from identify.estimators.axes import build_axes, delayed, later
 from identify.estimators.likelihood import estimate
 from identify.forces import wrench

@@ -14,14 +14,14 @@ from bench.missions.mission import draw_one
 from bridge.errors import FitError
 from bridge.vehicle.config import CONFIGS
 from bridge.vehicle.thrusters import thrust_curve
-from identify.answer import answered
-from identify.challenge.recording import tlog_of
+from identify.challenge.seal import tlog_of
 from identify.checks.controller import frozen_doubts
 from identify.checks.fit import LOUD, loud, loud_doubts, loud_note
 from identify.checks.frozen import without_frozen
 from identify.checks.impossible import without_impossible, without_repeated
 from identify.diagnose.diagnose import diagnose
 from identify.dive import Dive, Signal
+from identify.estimators.answer import answered
 from identify.estimators.axes import build_axes
 from identify.estimators.likelihood import estimate
 from identify.estimators.likelihood_fit import fit_axes

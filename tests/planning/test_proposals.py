@@ -19,7 +19,6 @@ from bridge.vehicle.config import Prior, VehicleFile, load_vehicle
 from bridge.vehicle.feedforward import Mode
 from bridge.vehicle.references import Reference
 from identify.estimators.misfit import STAMPED_S
-from identify.planning.information import of_axis, of_motion
 from identify.planning.knowledge import (
     DAMPING_RATIO,
     MASS_RATIO,
@@ -28,6 +27,8 @@ from identify.planning.knowledge import (
     Knowledge,
     after,
     before_any_dive,
+    of_axis,
+    of_motion,
 )
 from identify.planning.limits import Limits, Tank
 from identify.planning.manoeuvres import HEAVE, SURGE, SWAY, YAW, Drive, coast_down, laps, square, sweep

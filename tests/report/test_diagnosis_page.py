@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from made_diagnoses import LIBRARY, NAN, UNKNOWN, Text, diagnosis, effect, found, gap, page_of, places, read
 
-from identify.diagnose import wording, wording_verdict
+from identify.diagnose import wording
 from identify.diagnose.candidates import Cause
 from identify.diagnose.mounting import mounted_otherwise
 from identify.diagnose.result import (
@@ -50,7 +50,7 @@ def test_a_table_of_many_columns_breaks_its_headings_before_it_leaves_the_page()
 
 
 def test_the_drift_of_the_whole_dive_stands_beside_those_that_the_verdict_tells_of():
-    assert wording_verdict.shrink_lines(diagnosis(check=None))[0] == (
+    assert wording.shrink_lines(diagnosis(check=None))[0] == (
         "Over the whole dive, which was fitted: the 5 s drift goes from 3.4 floors to 0.85 floors."
     )
     page = read(diagnosis())
@@ -89,7 +89,7 @@ def test_an_interval_of_nothing_but_one_number_is_left_out():
     assert wording.percents(0.84, 0.94) == "84 % to 94 %"
     assert wording.percents(-0.001, 0.004) == wording.percents(NAN, 0.4) == ""
     none = Shrink(1.5, 1.5, 0.0, 0.0, 0.0)
-    assert wording_verdict.shrink_lines(diagnosis(check=None, heldout=none))[1:] == (
+    assert wording.shrink_lines(diagnosis(check=None, heldout=none))[1:] == (
         "On pieces held out: the 5 s drift goes from 1.5 floors to 1.5 floors, 0 % of what can be closed.",
     )
     assert "1.50\n1.50\n0 %\n—" in read(diagnosis(heldout=none))
@@ -124,7 +124,7 @@ NOTHING = Shrink(1.02, 1.01, NAN, NAN, NAN)
 
 
 def test_the_verdict_says_cause_place_speed_and_what_the_drift_falls_to():
-    said = wording_verdict.verdict_sentence(diagnosis(check=None, heldout=None))
+    said = wording.verdict_sentence(diagnosis(check=None, heldout=None))
     assert said == (
         "Quadratic drag explains the gap: 71 % of it is in surge, steady, mostly above 0.30 m/s; "
         "with it the model's 5 s drift falls from 3.4 to 0.85 floors."
@@ -140,27 +140,25 @@ def test_the_verdict_says_cause_place_speed_and_what_the_drift_falls_to():
     ],
 )
 def test_the_verdict_speaks_of_the_best_evidence_there_is(other: dict[str, object], ending: str):
-    assert wording_verdict.verdict_sentence(diagnosis(**other)).endswith(ending)
+    assert wording.verdict_sentence(diagnosis(**other)).endswith(ending)
 
 
 def test_a_check_dive_that_does_not_bear_the_cause_out_is_told_in_the_headline():
     told = diagnosis(heldout=Shrink(3.0, 1.0, 0.98, 0.95, 1.0), check=Shrink(3.0, 2.8, 0.11, 0.0, 0.2))
     but = "but the check dive does not bear that out (98 % of what can be closed was foretold to close there, and "
-    assert but in wording_verdict.verdict_sentence(told)
-    assert but in wording_verdict.verdict_sentence(replace(told, verdict="unknown"))
+    assert but in wording.verdict_sentence(told)
+    assert but in wording.verdict_sentence(replace(told, verdict="unknown"))
 
 
 def test_two_causes_are_named_as_two():
-    said = wording_verdict.verdict_sentence(
-        diagnosis(findings=(found("quadratic_drag"), found("weak_thruster", 3)))
-    )
+    said = wording.verdict_sentence(diagnosis(findings=(found("quadratic_drag"), found("weak_thruster", 3))))
     assert said.startswith("Quadratic drag and weak thruster 3 explain the gap: ")
 
 
 def test_causes_that_can_not_be_told_apart_are_named_together():
     lag = found("thruster_lag", also=("command_delay",), likeness={"command_delay": 0.97})
     said = diagnosis(verdict="ambiguous", findings=(lag,))
-    assert wording_verdict.verdict_sentence(said).startswith(
+    assert wording.verdict_sentence(said).startswith(
         "Thruster lag or command delay explains the gap, but this dive can't tell thruster lag from command delay: "
     )
     (line,) = wording.cause_lines(said)
@@ -174,12 +172,12 @@ def test_causes_that_can_not_be_told_apart_are_named_together():
 
 def test_a_dive_without_a_gap_is_told_so_and_names_no_cause():
     quiet = diagnosis(verdict="no_gap", gap=gap(1.02, 1.02), findings=(), heldout=NOTHING, check=None)
-    assert wording_verdict.verdict_sentence(quiet) == (
+    assert wording.verdict_sentence(quiet) == (
         "No gap: the model's 5 s drift is 1.0 floors, where noise alone would give 1 (0.8 to 1.2 by chance), and no "
         "candidate explains any of it."
     )
     assert wording.cause_lines(quiet) == ()
-    assert wording_verdict.shrink_lines(quiet) == (
+    assert wording.shrink_lines(quiet) == (
         "On pieces held out: the 5 s drift goes from 1.0 floors to 1.0 floors; there is too little gap to shrink.",
     )
     assert "No candidate of the library explains anything that noise would not." in read(quiet)
@@ -187,7 +185,7 @@ def test_a_dive_without_a_gap_is_told_so_and_names_no_cause():
 
 def test_a_drift_beyond_chance_that_nothing_explains_is_never_called_no_gap():
     drifting = diagnosis(verdict="no_gap", gap=gap(3.0, 3.0), findings=(), heldout=NOTHING, check=None)
-    assert wording_verdict.verdict_sentence(drifting) == (
+    assert wording.verdict_sentence(drifting) == (
         "Nothing that lasts: the model's 5 s drift is 3.0 floors, where noise alone would give 1 (0.8 to 1.2 by "
         "chance), but neither a candidate nor any force that returns explains it."
     )
@@ -198,7 +196,7 @@ def test_a_drift_beyond_chance_that_nothing_explains_is_never_called_no_gap():
 
 def test_what_no_candidate_explains_is_described():
     said = diagnosis(verdict="unknown", character=UNKNOWN)
-    assert wording_verdict.verdict_sentence(said) == (
+    assert wording.verdict_sentence(said) == (
         "Something is there that no candidate explains: 71 % of it is in surge, steady, mostly above 0.30 m/s; it is "
         "fixed to the world, even in speed, intermittent, and goes with heading and yaw rate. Quadratic drag explains "
         "part of the gap."
@@ -210,19 +208,19 @@ def test_what_no_candidate_explains_is_described():
 
 def test_a_cause_less_probable_than_not_is_told_as_possible():
     bias = found("thrust_bias", probability=0.42)
-    beside = wording_verdict.verdict_sentence(diagnosis(findings=(found("quadratic_drag"), bias)))
+    beside = wording.verdict_sentence(diagnosis(findings=(found("quadratic_drag"), bias)))
     assert beside.startswith(
         "Quadratic drag explains the gap; thrust bias (42 % probable) may explain some of it, too: 71 % of it "
     )
-    alone = wording_verdict.verdict_sentence(diagnosis(findings=(bias,)))
+    alone = wording.verdict_sentence(diagnosis(findings=(bias,)))
     assert alone.startswith("Thrust bias (42 % probable) may explain the gap: ")
-    unknown = wording_verdict.verdict_sentence(diagnosis(verdict="unknown", findings=(bias,)))
+    unknown = wording.verdict_sentence(diagnosis(verdict="unknown", findings=(bias,)))
     assert unknown.endswith("Thrust bias (42 % probable) may explain part of the gap.")
 
 
 def test_what_is_recorded_and_not_the_motion_is_never_said_to_make_the_drift_fall():
     heard = Finding(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, 0.9, {}, 0.0)
-    said = wording_verdict.verdict_sentence(
+    said = wording.verdict_sentence(
         diagnosis(findings=(heard,), heldout=Shrink(0.99, 0.99, NAN, NAN, NAN), check=None)
     )
     assert said.endswith(
@@ -234,12 +232,12 @@ def test_what_is_recorded_and_not_the_motion_is_never_said_to_make_the_drift_fal
 def test_a_cause_that_makes_no_drift_is_said_to_open_no_gap():
     lag = replace(found("thruster_lag"), probability=0.89)
     small = replace(gap(), before=1.02)
-    said = wording_verdict.verdict_sentence(
+    said = wording.verdict_sentence(
         diagnosis(findings=(lag,), gap=small, heldout=Shrink(0.96, 0.96, NAN, NAN, NAN), check=None)
     )
     assert said.startswith("Thruster lag shows, but opens no gap: ")
     assert "% of what shows is in " in said
-    chance = wording_verdict.verdict_sentence(
+    chance = wording.verdict_sentence(
         diagnosis(findings=(lag,), gap=small, heldout=Shrink(0.98, 0.91, NAN, NAN, NAN), check=None)
     )
     assert chance.startswith("Thruster lag shows, but opens no gap: ")
@@ -248,8 +246,8 @@ def test_a_cause_that_makes_no_drift_is_said_to_open_no_gap():
         "would give 1 (0.8 to 1.2 by chance)."
     )
     closes = diagnosis(findings=(lag,), gap=small, heldout=Shrink(1.15, 1.0, 0.9, NAN, NAN), check=None)
-    assert wording_verdict.verdict_sentence(closes).startswith("Thruster lag explains the gap: ")
-    wide = wording_verdict.verdict_sentence(
+    assert wording.verdict_sentence(closes).startswith("Thruster lag explains the gap: ")
+    wide = wording.verdict_sentence(
         diagnosis(findings=(lag,), heldout=Shrink(0.96, 0.96, NAN, NAN, NAN), check=None)
     )
     assert wide.startswith("Thruster lag explains the gap: ")
@@ -257,7 +255,7 @@ def test_a_cause_that_makes_no_drift_is_said_to_open_no_gap():
 
 def test_what_nothing_can_be_relied_on_for_comes_before_the_cause():
     first = mounted_otherwise((0,), ())
-    said = wording_verdict.verdict_sentence(diagnosis(first=first, provisos=("Heave was not judged.",)))
+    said = wording.verdict_sentence(diagnosis(first=first, provisos=("Heave was not judged.",)))
     assert said.startswith(
         "The recorded motion does not go the way the thrust pushes, and no cause can be relied on until that is "
         "mended. In surge the recorded velocity runs against the thrust: "
@@ -269,18 +267,18 @@ def test_what_nothing_can_be_relied_on_for_comes_before_the_cause():
 
 def test_what_is_borne_out_in_part_is_named_and_the_rest_told_beside_it_with_its_share():
     rest = replace(gap(), unexplained_where=(Share("yaw", "turning", 1.0),), unexplained=0.38)
-    said = wording_verdict.verdict_sentence(diagnosis(verdict="partly", gap=rest, character=UNKNOWN))
+    said = wording.verdict_sentence(diagnosis(verdict="partly", gap=rest, character=UNKNOWN))
     assert said.startswith("Quadratic drag explains part of the gap: 71 % of it is in surge, steady")
     assert "falls from 3.1 to 1.3 floors on the check dive. Something is left that no candidate" in said
     assert "explains, 38 % of what can be closed on pieces held out: 100 % of that is in yaw, turning" in said
-    assert "38 %" not in wording_verdict.verdict_sentence(
+    assert "38 %" not in wording.verdict_sentence(
         diagnosis(verdict="partly", gap=replace(rest, unexplained=NAN), character=UNKNOWN)
     )
 
 
 def test_a_disturbance_that_takes_a_third_is_told_in_newtons_in_per_cent_and_with_what_it_may_be():
     taken = (Disturbance("surge", 3.1, 0.62, True), Disturbance("sway", 0.2, 1.0, False))
-    said = wording_verdict.verdict_sentence(
+    said = wording.verdict_sentence(
         diagnosis(verdict="unknown", findings=(), gap=replace(gap(), disturbance=taken))
     )
     assert "in surge it takes 3.1 N, 62 % of the variance of the thrusters' force." in said
@@ -298,11 +296,11 @@ YAW = AxisShrink("yaw", 0.02, 0.018, 0.017, 0.5, 0.4, 0.3, 0.9)
 
 def test_the_verdict_and_its_lines_tell_the_drift_in_absolute_terms_by_degree_of_freedom():
     told = diagnosis(check=Shrink(3.1, 1.3, 0.857, 0.79, 0.92, by_axis=(SURGE, YAW)), heldout=None)
-    assert wording_verdict.verdict_sentence(told).endswith(
+    assert wording.verdict_sentence(told).endswith(
         "with it the model's 5 s drift falls from 34 mm/s to 16 mm/s in surge and from 1.1 °/s to 1.0 °/s in yaw (all "
         "together from 3.1 to 1.3 floors) on the check dive."
     )
-    _, surge, yaw, pooled = wording_verdict.shrink_lines(told)
+    _, surge, yaw, pooled = wording.shrink_lines(told)
     assert surge == (
         "On the check dive, surge: the 5 s drift goes from 34 mm/s to 16 mm/s (noise alone 9.0 mm/s), 72 % of what can "
         "be closed; NRMSE 0.61 to 0.28 (R² 0.628 to 0.922), plain least squares 0.33."
@@ -417,7 +415,7 @@ def test_what_to_dive_next_says_what_it_splits():
 def test_no_speed_is_named_below_which_a_vehicle_counts_as_at_rest():
     def above(low: float) -> str:
         slices = (Slice("surge", "speed", 0.0, low, 0.01), Slice("surge", "speed", low, 0.6, 0.82))
-        return wording_verdict.where_sentence(replace(gap(), slices=slices))
+        return wording.where_sentence(replace(gap(), slices=slices))
 
     assert above(0.057).endswith("in surge, steady, mostly above 0.06 m/s")
     assert above(0.0041).endswith("in surge, steady")
@@ -425,7 +423,7 @@ def test_no_speed_is_named_below_which_a_vehicle_counts_as_at_rest():
 
 def test_of_what_no_candidate_explains_it_is_told_where_that_lies_and_not_where_the_whole_gap_does():
     left = replace(gap(), unexplained_where=(Share("yaw", "turning", 1.0),))
-    said = wording_verdict.verdict_sentence(diagnosis(verdict="unknown", character=UNKNOWN, gap=left))
+    said = wording.verdict_sentence(diagnosis(verdict="unknown", character=UNKNOWN, gap=left))
     assert said.startswith("Something is there that no candidate explains: 100 % of it is in yaw, turning; ")
 
 
@@ -438,28 +436,26 @@ def test_a_gap_that_is_spread_is_told_by_its_degree_of_freedom():
             ("sway", "steady", 0.4 - 1e-9),
         )
     )
-    where = wording_verdict.where_sentence(replace(gap(), where=spread, slices=()))
+    where = wording.where_sentence(replace(gap(), where=spread, slices=()))
     assert where == "60 % of it is in surge, most of that steady"
 
 
 def test_a_degree_of_freedom_that_drifts_most_without_the_most_force_is_named():
-    assert wording_verdict.where_note(gap()) == ""
+    assert wording.where_note(gap()) == ""
     sway = replace(gap(), where=(Share("sway", "steady", 0.8), Share("surge", "steady", 0.2)))
     drifted = (Share("surge", "turning", 0.6), Share("sway", "steady", 0.3), Share("surge", "rest", 0.1))
     sway = replace(sway, drifted=drifted)
-    assert wording_verdict.where_note(sway).startswith(
+    assert wording.where_note(sway).startswith(
         "By drift it is another: 70 % of what the squared 5 s drift is beyond noise, in floors, is in surge."
     )
-    assert wording_verdict.verdict_sentence(diagnosis(gap=sway, check=None)).startswith(
+    assert wording.verdict_sentence(diagnosis(gap=sway, check=None)).startswith(
         "Quadratic drag explains the gap: by drift 60 % of it is in surge, turning (by force 80 % of it is in sway, "
         "steady); with it the model's"
     )
-    assert "by drift" not in wording_verdict.verdict_sentence(
-        diagnosis(gap=replace(sway, drifted=sway.where))
-    )
+    assert "by drift" not in wording.verdict_sentence(diagnosis(gap=replace(sway, drifted=sway.where)))
     assert "What is shared out is force, not drift" in read(diagnosis())
     assert "By drift it is another" in read(diagnosis(gap=sway))
-    assert wording_verdict.where_note(replace(sway, before=1.1)) == ""
+    assert wording.where_note(replace(sway, before=1.1)) == ""
 
 
 def test_most_is_not_said_of_what_is_no_more_than_half():
@@ -471,23 +467,23 @@ def test_most_is_not_said_of_what_is_no_more_than_half():
     )
     rest = Share("sway", "steady", 0.3)
     spread = (*(Share(dof, phase, share) for dof, phase, share in shares), rest)
-    where = wording_verdict.where_sentence(replace(gap(), where=spread, slices=()))
+    where = wording.where_sentence(replace(gap(), where=spread, slices=()))
     assert where == "40 % of it is in surge, the largest part of that steady"
 
 
 def test_speed_is_not_named_where_the_gap_does_not_go_with_it():
     even = tuple(Slice("surge", "speed", 0.2 * k, 0.2 * (k + 1), 0.3) for k in range(3))
-    assert wording_verdict.where_sentence(replace(gap(), slices=even)).endswith("in surge, steady")
+    assert wording.where_sentence(replace(gap(), slices=even)).endswith("in surge, steady")
 
 
 def test_the_largest_parts_come_first_and_nothing_is_named_that_rounds_to_none():
-    assert wording_verdict.where_lines(diagnosis()) == (
+    assert wording.where_lines(diagnosis()) == (
         "71 % surge, steady",
         "15 % sway, turning",
         "12 % surge, accelerating",
     )
     tiny = replace(gap(), where=(Share("surge", "rest", 0.998), Share("yaw", "rest", 0.002)))
-    assert wording_verdict.where_lines(diagnosis(gap=tiny)) == ("100 % surge, at rest",)
+    assert wording.where_lines(diagnosis(gap=tiny)) == ("100 % surge, at rest",)
 
 
 def test_a_depth_that_stays_the_same_is_not_sliced():

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 
-from identify.report.charts import Bar, bars, heatmap
 from identify.report.picture import COLUMN_IN, WIDE_IN
-from identify.report.plot import Panel, stack
+from identify.report.plot import Bar, Panel, bars, heatmap, stack
 
 
 def drawn(panel: Panel) -> Axes:

@@ -11,10 +11,9 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.feedforward import Mode
 from identify.dive import Dive, Signal
 from identify.glance.criteria import Criterion, Raising
-from identify.report.charts import HATCHES, Group, grouped
 from identify.report.page import Figure, Report, render_report
 from identify.report.picture import WIDE_IN
-from identify.report.plot import stack
+from identify.report.plot import HATCHES, Group, grouped, stack
 from identify.report.tracking import error_line
 from identify.report.validation import validation_report, verdict
 from identify.validate import CUTOFF_HZ, TrackingErrors, tracking_errors

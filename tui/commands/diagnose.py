@@ -159,8 +159,7 @@ def of_the_check_dive(given: str | None) -> "Iterator[None]":
 
 def refuse_the_same(check: "Dive", dive: "Dive") -> None:
     """Raise UsageError if the check dive is the dive itself: the gap can't be measured on data that was fitted."""
-    from identify.ingest.identity import of_one_dive
-    from identify.ingest.open import recording_files
+    from identify.ingest.open import of_one_dive, recording_files
 
     how = of_one_dive(*(recording_files(recording.source) for recording in (check, dive)))
     if how:
@@ -215,7 +214,7 @@ def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") ->
 def _sends(path: Path, found: "Diagnosis") -> str:
     """Describe the effect of uploading the file to the vehicle."""
     from bridge.vehicle.coefficients import BY_NAME
-    from identify.diagnose.wording_verdict import sorted_by_likelihood
+    from identify.diagnose.wording import sorted_by_likelihood
 
     likely, _ = sorted_by_likelihood(found.findings)
     upload = f"seatrial params upload {path} sends"
@@ -249,7 +248,7 @@ def run_against(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
     from identify.diagnose.against import against, plain
     from identify.ingest.open import read_dive
-    from identify.report.against import against_report
+    from identify.report.diagnosis import against_report
     from tui import pages, show
     from tui.answers import tell_against
     from tui.files import Files, check_files

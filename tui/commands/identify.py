@@ -188,9 +188,9 @@ def _asked(answer: "Identification") -> int:
 
 def report(found: "Sequence[Identified]", curves: "Mapping[str, TrainingCurves]") -> "Report":
     """Return the page with the results of each dive and the dives themselves."""
-    from identify.report.compared import comparison_section
     from identify.report.page import Report
     from identify.report.sections import (
+        comparison_section,
         dive_section,
         identification_section,
         innovations_section,

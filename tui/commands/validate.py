@@ -38,9 +38,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     from bridge.ring.made_since import AFTERWARDS
     from bridge.vehicle.config import load_vehicle
-    from identify.glance.one_mode import in_one_mode
+    from identify.glance.criteria import in_one_mode
+    from identify.ingest.messages import UNHEARD
     from identify.ingest.open import read_dive
-    from identify.ingest.unheard import UNHEARD
     from identify.validate import METHOD, compare, tracking_errors
     from tui import pages, show
     from tui.files import Files, check_files
@@ -173,7 +173,7 @@ def _why_nothing(dive: "Dive") -> str:
 
 def in_order(dives: "Sequence[Dive]") -> "list[Dive]":
     """Sort dives by the FF_MODE that is judged: PID, shadow, FF, both, then those without a known mode."""
-    from identify.glance.one_mode import in_one_mode
+    from identify.glance.criteria import in_one_mode
 
     modes = [in_one_mode(dive).mode for dive in dives]
     return [dives[n] for n in sorted(range(len(dives)), key=lambda n: _rank(modes[n]))]

@@ -19,28 +19,26 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from identify.estimators.pinn.blocks import (
-    Factor,
-    Stretch,
-    factorise,
-    selected_inverse,
-    solve,
-    stretches,
-    worked,
-)
+from identify.estimators.pinn.layout import Balance, bending, by_coefficients
 from identify.estimators.pinn.network import (
     Data,
+    Factor,
     Pull,
+    Stretch,
     between,
     expected_squares,
+    factorise,
     first_precision,
     of_disturbance,
     pull,
+    selected_inverse,
     short_of_one,
+    solve,
     spent,
+    stretches,
+    worked,
 )
-from identify.estimators.pinn.physics import Balance, bending, by_coefficients
-from identify.estimators.pinn.raw import Moments, Noise, Raw
+from identify.estimators.pinn.parameters import Moments, Noise, Raw
 
 
 def by_raw(data: Data, map_: Raw, raw: Tensor, state: Tensor, pulled: Pull) -> Tensor:

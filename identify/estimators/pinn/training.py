@@ -1,21 +1,43 @@
-"""Trains coefficients and noise levels with the weights, until no coefficient moves by a set share of its own
-standard error.
+"""Fits the network to a dive: layout, start, removal of wild readings, training of coefficients and noise levels.
 
 Fisher scoring: the weights are solved for in every pass, so that the loss depends on coefficients and noise levels
-alone, with a slope of its own. The step is that slope over the expected curvature (Gupta and Mehra 1974, IEEE TAC
-19(6), eq. 35), corrected by the slope's changes over earlier steps, and shortened if it leads uphill. The inverse of
-the last expected curvature gives the intervals.
+alone. The step is its slope over the expected curvature (Gupta and Mehra 1974, IEEE TAC 19(6), eq. 35), corrected by
+the slope's changes over earlier steps, and shortened if it leads uphill. The inverse of the last expected curvature
+gives the intervals.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from itertools import count
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
+from bridge.vehicle.coefficients import DAMPINGS, MASSES
+from bridge.vehicle.config import Configuration, VehicleFile
+from identify.dive import Dive
+from identify.estimators.axes import Axes
+from identify.estimators.likelihood_axis import DISTURBANCE_SHARE, MOST_WILD, TIME_S, rigid_mass
 from identify.estimators.pinn.equations import Equations, equations
-from identify.estimators.pinn.network import Data
-from identify.estimators.pinn.raw import Noise, Prior, Raw, of_logarithm, slope
+from identify.estimators.pinn.layout import Layout, lay_out
+from identify.estimators.pinn.network import Data, data_of, wild, without
+from identify.estimators.pinn.parameters import (
+    Filters,
+    Levels,
+    Noise,
+    Prior,
+    Raw,
+    filters_of,
+    of_logarithm,
+    raw_of,
+    slope,
+)
+from identify.estimators.refusals import no_solution
+from identify.identification import Z95
+from identify.progress import Progress
 
 SETTLED, LEVELS_SETTLED, LEVEL_SHARE = 0.1, 1.0, 0.02
 """Training ends with a step in which no coefficient moves by more than SETTLED of its standard error, and no noise
@@ -169,3 +191,249 @@ def _bent(inverse: Tensor, pairs: list[tuple[Tensor, Tensor]]) -> Tensor:
             across = eye - torch.outer(step, change) / along
             inverse = across @ inverse @ across.mT + torch.outer(step, step) / along
     return inverse
+
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Guide:
+    """The filters of the fitted axes `dofs`, ascending, in the network's parameters. `share` (C,): intervals read per
+    reading, for each channel."""
+
+    dofs: tuple[int, ...]
+    map_: Raw
+    filters: Filters
+    share: Tensor
+
+    def start(self) -> tuple[Tensor, Noise]:
+        """Raw parameters and noise levels at which the filters start the network."""
+        begin, middle = self.filters.start, self.map_.middle
+
+        def tensor(values: object) -> Tensor:
+            return torch.as_tensor(values, dtype=middle.dtype, device=middle.device)
+
+        values = middle.clone()
+        values[list(self.dofs)] = tensor(begin.mass)
+        values[6:] = tensor(np.concatenate([begin.damping, begin.trim]))
+        levels = (begin.sensor, begin.disturbance, begin.time_constant_s)
+        return self.map_.raw(values), Noise(*map(tensor, levels))
+
+    def curvature(self, point: Point) -> Tensor:
+        """Curvature of half the loss without priors, ordered as `Point.where`: from the filters, and from the
+        network's own equations for masses that are not fitted."""
+        like, noise, count, n = point.raw, point.noise, len(point.raw), len(self.dofs)
+        by_filters = self.filters.curvature(self._levels(like, noise))
+        # In the network's order the sensors come before the disturbances.
+        sensors = len(noise.sensor)
+        place = [
+            *self.dofs,
+            *range(6, count),
+            *range(count + sensors, count + sensors + 2 * n),
+            *range(count, count + sensors),
+        ]
+        # A sensor's noise shows in the means of intervals, which are fewer than the readings of a filter.
+        ones = torch.ones(2 * n, dtype=like.dtype, device=like.device)
+        unit = torch.cat([self.map_.to_logarithm(like), self.share.sqrt(), ones])[place]
+        out = torch.zeros(len(point.slope), len(point.slope), dtype=like.dtype, device=like.device)
+        others = [dof for dof in range(6) if dof not in self.dofs]
+        out[np.ix_(others, others)] = point.equations.information[np.ix_(others, others)]
+        out[np.ix_(place, place)] = torch.as_tensor(by_filters, device=like.device) * torch.outer(unit, unit)
+        return out
+
+    def near(self, raw: Tensor, noise: Noise) -> Filters:
+        """See `Filters.near`."""
+        return self.filters.near(self._levels(raw, noise))
+
+    def _levels(self, raw: Tensor, noise: Noise) -> Levels:
+        values, n = self.map_.values(raw), len(self.dofs)
+        parts = (values[list(self.dofs)], values[6 : 6 + n], values[6 + n :])
+        levels = (noise.disturbance, noise.time_constant_s, noise.sensor)
+        return Levels(*(part.cpu().numpy() for part in (*parts, *levels)))
+
+
+FINEST_S, COARSEST_S, MANY_INSTANTS = 0.05, 0.1, 6000
+"""Step between two instants of the network: fine enough to follow a light vehicle's roll within a second. In a dive
+of more than MANY_INSTANTS it is coarser, because time grows with the number of instants, and the loss of accuracy is
+then small."""
+
+MOST_TRAININGS = 6
+"""Each training leaves out the readings that are wild at the end of the training before, until they stay the same."""
+
+USUAL_PASSES = 8
+"""For the progress bar alone."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Result of training.
+
+    values (6 + 2 n,): six masses, n dampings, n trims, SI units. covariance: of their logarithms, trims as they are.
+    stretch (2 n, 2): factors on the lower and the upper half of the interval, for each fitted mass and then damping.
+    information (p, p): of the dive alone on these values and on the noise levels. filters: filters of all axes at
+    these values. sensor (C,), disturbance, time_constant_s (n,): the noise levels.
+    """
+
+    layout: Layout
+    values: Array
+    covariance: Array
+    stretch: Array
+    information: Array
+    filters: Filters
+    sensor: Array
+    disturbance: Array
+    time_constant_s: Array
+    settled: bool
+    reason: str
+
+    def information_of(self, places: list[int]) -> Array:
+        """Information of these values with all other parameters projected out."""
+        others = [i for i in range(len(self.information)) if i not in places]
+        cross = self.information[np.ix_(places, others)]
+        return np.asarray(
+            self.information[np.ix_(places, places)]
+            - cross @ np.linalg.pinv(self.information[np.ix_(others, others)], hermitian=True) @ cross.T
+        )
+
+
+@dataclass(frozen=True)
+class Task:
+    """A dive ready to be trained on: its layout, the trainer, and the start point of training."""
+
+    layout: Layout
+    trainer: Trainer
+    start: Point
+    guide: Guide
+
+
+def task_of(
+    dive: Dive, file: VehicleFile, configuration: str, built: Axes, device: torch.device, progress: Progress
+) -> Task:
+    """Return the task for a dive; there is at least one axis."""
+    shape = file.vehicle.configurations[configuration]
+    layout = lay_out(dive, file, configuration, built, _step_s(dive))
+    map_ = raw_of(shape, layout.dofs, device)
+    share = torch.as_tensor(layout.channel_share, device=device)
+    guide = Guide(layout.dofs, map_, filters_of(built, shape), share)
+    prior = _prior(shape, layout, device)
+    watch = _telling(map_, layout.dofs, progress)
+    trainer = Trainer(data_of(layout, device), map_, prior, guide.curvature, watch)
+    raw, noise = guide.start()
+    state = torch.zeros(len(layout.time_s), layout.width, dtype=raw.dtype, device=device)
+    state[:, : len(layout.dofs)] = torch.as_tensor(guide.filters.velocity(layout.time_s), device=device)
+    return Task(layout, trainer, trainer.at(raw, noise, state), guide)
+
+
+def fit_network(dive: Dive, file: VehicleFile, configuration: str, built: Axes, progress: Progress) -> Fit:
+    """Train a network on the readings of a dive's axes; there is at least one axis. Runs on CUDA if there is a card.
+
+    Raises FitError if the readings leave its equations without a solution.
+    """
+    device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+    try:
+        with _one_thread():
+            task = task_of(dive, file, configuration, built, device, progress)
+            trainer, trained = _trained(task)
+            progress(1.0, f"the network has settled: {trained.reason}" if trained.settled else trained.reason)
+            return _fit(task, trainer, trained)
+    except torch.linalg.LinAlgError as error:  # type: ignore[attr-defined]
+        raise no_solution(dive) from error
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """Context with one torch thread: the blocks are too small to be worth a second core, which would only wait."""
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
+
+
+def _step_s(dive: Dive) -> float:
+    """Step between instants, no longer than a command holds: a change of thrust within an interval enters only by
+    area and moment."""
+    commands = dive.pwm if dive.pwm is not None else dive.tau_cmd
+    held_s = COARSEST_S if commands is None else 1.0 / max(commands.rate_hz, 1.0 / COARSEST_S)
+    return min(max(dive.duration_s / MANY_INSTANTS, FINEST_S), max(held_s, FINEST_S))
+
+
+def _trained(task: Task) -> tuple[Trainer, Trained]:
+    """Train on all readings but those that are wild at the end, in MOST_PASSES over all trainings."""
+    trainer, point, passes = task.trainer, task.start, 0
+    left_out = torch.zeros_like(trainer.data.known)
+    for _ in range(MOST_TRAININGS):
+        before, left_out = left_out, _wild(task.trainer, point)
+        if not torch.equal(left_out, before):
+            trainer = replace(trainer, data=without(task.trainer.data, left_out))
+            point = trainer.at(point.raw, point.noise, point.equations.state)
+        trained = trainer.train(point, MOST_PASSES - passes)
+        point, passes = trained.point, passes + trained.passes
+        if not trained.settled or torch.equal(_wild(task.trainer, point), left_out):
+            break
+        if passes == MOST_PASSES:
+            return trainer, replace(trained, settled=False, reason=UNSETTLED_TEXT)
+    return trainer, trained
+
+
+def _wild(trainer: Trainer, point: Point) -> Tensor:
+    """The readings (N, C) that are a sensor's errors; none if there are so many that the model must be wrong."""
+    wild_readings = wild(trainer.data, trainer.map_, point.raw, point.noise, point.equations.state)
+    return wild_readings & (wild_readings.sum() <= MOST_WILD * trainer.data.known.sum())
+
+
+def _fit(task: Task, trainer: Trainer, trained: Trained) -> Fit:
+    layout = task.layout
+    map_, raw, noise = trainer.map_, trained.point.raw, trained.point.noise
+    to_log = map_.to_logarithm(raw)
+    per_unit = torch.cat([1 / to_log, torch.ones_like(noise.logarithm())])
+    covariance = torch.linalg.inv(trained.curvature)[: len(raw), : len(raw)] * torch.outer(to_log, to_log)
+    std = covariance.diagonal()[[*layout.dofs, *range(6, 6 + len(layout.dofs))]].sqrt()
+    filters = task.guide.near(trained.raw, noise)
+    return Fit(
+        layout,
+        _array(map_.values(trained.raw)),
+        _array(covariance),
+        filters.stretch(std.cpu().numpy()),
+        _array(trained.told * torch.outer(per_unit, per_unit)),
+        filters,
+        _array(noise.sensor),
+        _array(noise.disturbance),
+        _array(noise.time_constant_s),
+        trained.settled,
+        trained.reason,
+    )
+
+
+def _telling(map_: Raw, dofs: tuple[int, ...], progress: Progress) -> Callable[[Pass], None]:
+    """Return a watcher that reports each pass to `progress`: the coefficients so far with their 95 % intervals."""
+    names = {dof: MASSES[dof].name for dof in dofs}
+    names |= {6 + axis: DAMPINGS[dof].name for axis, dof in enumerate(dofs)}
+
+    passes = count(1)
+
+    def watch(one: Pass) -> None:
+        number = next(passes)
+        values = map_.values(one.point.raw).tolist()
+        half = (Z95 * one.covariance.diagonal().sqrt() * map_.slope(one.point.raw)).tolist()
+        fitted = {name: (values[i], half[i]) for i, name in names.items()}
+        progress(number / (number + USUAL_PASSES), f"pass {number}", fitted)
+
+    return watch
+
+
+def _prior(shape: Configuration, layout: Layout, device: torch.device) -> Prior:
+    rigid = np.array([rigid_mass(shape, dof) for dof in layout.dofs])
+    parts = (
+        layout.channel_noise,
+        DISTURBANCE_SHARE * rigid,
+        np.full(len(rigid), TIME_S),
+        layout.channel_spread,
+    )
+    sensor, disturbance, time_s, spread = (torch.as_tensor(part, device=device) for part in parts)
+    return Prior(Noise(sensor, disturbance, time_s), spread)
+
+
+def _array(values: Tensor) -> Array:
+    return np.asarray(values.cpu().numpy(), dtype=np.float64)
