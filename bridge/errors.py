@@ -92,5 +92,5 @@ class FitError(SeatrialError):
     """An identification can't be made from the recording `of`, for a reason; the text names both."""
 
     def __init__(self, reason: str, of: object = "") -> None:
-        self.reason = reason
+        self.reason, self.of = reason, of
         super().__init__(f"{of}: {reason}" if of else reason)

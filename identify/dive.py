@@ -1,6 +1,7 @@
 """The dataset type: the signals of one vehicle during one dive, as SI arrays on the vehicle's own clock."""
 
 from dataclasses import dataclass, field, replace
+from enum import Enum, auto
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,28 @@ from numpy.typing import NDArray
 from bridge.vehicle.config import Water
 
 Array = NDArray[np.float64]
+
+
+class Kind(Enum):
+    """Notes on a recording that programs ask for."""
+
+    RESTART = auto()
+    LACKING = auto()
+    UNHEARD = auto()
+
+
+class Note(str):
+    """A sentence for the user on a recording, of a kind that programs know it by."""
+
+    kind: Kind
+
+    def __new__(cls, sentence: str, kind: Kind) -> "Note":
+        note = super().__new__(cls, sentence)
+        note.kind = kind
+        return note
+
+    def __getnewargs__(self) -> tuple[str, Kind]:  # type: ignore[override]
+        return str(self), self.kind
 
 
 @dataclass(frozen=True)
@@ -115,6 +138,10 @@ class Dive:
     notes: tuple[str, ...] = ()
     frozen: dict[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
     counts: dict[str, int] = field(default_factory=dict)
+
+    def note_of(self, kind: Kind) -> str:
+        """The first note of that kind; "" without."""
+        return next((note for note in self.notes if isinstance(note, Note) and note.kind is kind), "")
 
     def signals(self) -> dict[str, Signal]:
         """The signals that the recording has, by name."""

@@ -20,6 +20,7 @@ from gcs_plugin.params.files import read_sidecar
 from identify.effects.effect import SIMULATED
 from identify.effects.library import library
 from identify.identification import Z95, Outcome
+from identify.run.diagnose import Before
 from tui.exit_codes import UsageError
 from tui.parameter_files import (
     Leave,
@@ -168,16 +169,7 @@ def _positive(value: Any) -> bool:
     )
 
 
-@dataclass(frozen=True)
-class AcceptedBefore:
-    """Accepted values with their precision at the time, effects, and sentences about values that were not taken."""
-
-    values: dict[str, Prior] | None = None
-    effects: tuple[AcceptedEffect, ...] = ()
-    notes: tuple[str, ...] = ()
-
-
-def accepted_before(path: Path, configuration: str) -> AcceptedBefore:
+def accepted_before(path: Path, configuration: str) -> Before:
     """Read a file of `identify` or of `diagnose --accept`, without ageing.
 
     A value that its identification doubts is not taken: its error would be reported as a change of the vehicle.
@@ -200,7 +192,7 @@ def accepted_before(path: Path, configuration: str) -> AcceptedBefore:
             "that of another dive"
         )
     notes = tuple(f"Of what was accepted, {line}; it was not held against this dive." for line in lines)
-    return AcceptedBefore(taken, effects_of(path), notes)
+    return Before(taken, effects_of(path), notes)
 
 
 def accepted_truth(path: Path, file: VehicleFile, configuration: str) -> tuple[Truth, tuple[str, ...]]:

@@ -1,7 +1,6 @@
 """Answers in a terminal: an identification, a comparison of two methods, a diagnosis, the tables of a batch."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from rich.console import Console
 
@@ -13,7 +12,7 @@ from identify.comparison import Comparison
 from identify.dates import utc
 from identify.diagnose import against, wording
 from identify.diagnose.against import Against
-from identify.diagnose.result import Diagnosis, Finding, by_axis, plain
+from identify.diagnose.result import Diagnosis
 from identify.dive import Dive
 from identify.identification import Estimate, Identification
 from identify.report.sections import told_beside
@@ -92,46 +91,6 @@ def _row(parameter: Estimate, reasons: Sequence[str], priors: bool) -> tuple[str
         ),
         "yes" if parameter.identifiable else f"no, see {1 + reasons.index(parameter.reason)}",
     )
-
-
-def with_words(found: Diagnosis, check: str = "") -> dict[str, Any]:
-    """Add `told` to `plain`: sentences, evidence in nats, drifts of the dive itself. `check`: the check dive."""
-    after = [item.total for item in found.gap.after if item.horizon_s == wording.DRIFT_S]
-    more = {
-        "dive": found.dive,
-        "check": check,
-        "configuration": found.configuration,
-        "verdict": wording.verdict_sentence(found),
-        "after": after[0] if after else None,
-        "causes": [_cause(item) for item in found.findings],
-        "tried": [
-            {"name": wording.candidate_words(item.effect), "gain_nats": item.gain_nats, "why": item.why}
-            for item in found.tried
-            if not item.accepted and item.gain_nats > 0
-        ],
-        "heldout": None
-        if found.heldout is None
-        else {
-            "before": found.heldout.before,
-            "after": found.heldout.after,
-            "by_axis": by_axis(found.heldout),
-        },
-        "disturbance": wording.disturbance_line(found.gap.disturbance),
-        "character": wording.character_lines(found),
-        "next": wording.next_lines(found),
-        "notes": found.notes,
-    }
-    return {**plain(found), "told": more}
-
-
-def _cause(one: Finding) -> dict[str, Any]:
-    return {
-        "name": wording.name_of(one),
-        "gain_nats": one.gain_nats,
-        "sentence": wording.cause_sentence(one),
-        "alike": wording.alike_sentence(one) if one.also else "",
-        "values": [wording.value_words(name, value) for name, value in wording.told_parameters(one).items()],
-    }
 
 
 def tell_against(console: Console, found: Against) -> None:

@@ -22,6 +22,7 @@ from identify.dive import Dive
 from identify.estimators.table import DEFAULT, estimator
 from identify.identification import Identification
 from identify.ingest.open import read_dive
+from identify.run.identify import identify
 from tui import show
 from tui.parameter_files import write_identified
 
@@ -91,9 +92,13 @@ def campaign(
         file, configuration, mission, root, seed, unix_s, lambda share: progress(DIVE_SHARE * share)
     )
     dive = read_dive(folder.path, None, file)
-    identification = estimator(DEFAULT)(
-        dive, file, configuration, lambda share, *_: progress(DIVE_SHARE + (1 - DIVE_SHARE) * share)
-    )
+    identification = identify(
+        dive,
+        file,
+        configuration,
+        {DEFAULT: estimator(DEFAULT)},
+        lambda step: progress(DIVE_SHARE + (1 - DIVE_SHARE) * step.share),
+    ).answer
     return Campaign(configuration, folder.path, dive, identification, load_truth(file, configuration).model)
 
 

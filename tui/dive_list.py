@@ -19,12 +19,11 @@ from bridge.file_size import read_small
 from bridge.new_file import whole
 from bridge.plain import from_json
 from bridge.printable import printable
-from bridge.ring.made_since import AFTERWARDS
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.dives.folder import About, DiveFolder, list_folders
 from gcs_plugin.dives.order import GLANCE, began, is_date, order, recordings
 from gcs_plugin.locks import is_written
-from tui.recordings import stray_bytes, vehicle_named
+from tui.recordings import vehicle_named
 from tui.show import plain
 
 if TYPE_CHECKING:
@@ -213,8 +212,9 @@ def _recordings(folder: Path) -> list[Path]:
 def _looked(folder: Path, vehicle: VehicleFile | None) -> Glance:
     """Read the recording for a glance."""
     from identify.dates import date_of
+    from identify.dive import Kind
     from identify.ingest.open import read_dive
-    from identify.ingest.runs import RESTARTED
+    from identify.run.recordings import stray_bytes
 
     columns = folder / "columns.yaml"
     # Reading a pipe would block forever.
@@ -235,8 +235,8 @@ def _looked(folder: Path, vehicle: VehicleFile | None) -> Glance:
         spans=_spans(dive, vehicle),
         why_not=why_not,
         stray=stray_bytes(folder),
-        restarts=next((note for note in dive.notes if note.startswith(RESTARTED)), ""),
-        lacking=next((note for note in dive.notes if AFTERWARDS in note), ""),
+        restarts=dive.note_of(Kind.RESTART),
+        lacking=dive.note_of(Kind.LACKING),
         unheard_s=0.0 if loss is None else loss.unheard_s,
         unheard="" if loss is None else loss.note,
     )

@@ -23,7 +23,7 @@ from bridge.clock import Clock, SystemClock
 from bridge.errors import LogError
 from bridge.new_file import to_disk, whole
 from bridge.printable import printable
-from identify.progress import NO_VALUES, Values
+from identify.progress import NO_VALUES, Steps, Values
 from tui import progress as reports
 from tui.progress import Written
 
@@ -224,14 +224,22 @@ def progress(sentence: str) -> Iterator[Tell]:
 
 
 @contextmanager
-def bars(jobs: Mapping[str, str]) -> Iterator[tuple[Tell, ...]]:
+def steps(sentence: str) -> Iterator[Steps]:
+    """As `progress`, for work that reports by steps."""
+    with progress(sentence) as tell:
+        yield lambda step: tell(step.share, step.words)
+
+
+@contextmanager
+def bars(jobs: Mapping[str, str]) -> Iterator[Steps]:
     """Progress of several jobs at once, each shown as by `progress`; may be called from different threads.
 
     `jobs`: the sentence that each shows at first, by its name, which begins each of its lines. Of several jobs, each
     reports its end.
     """
     with _shown([_Job(name, sentence, f"{name}: ") for name, sentence in jobs.items()]) as tells:
-        yield tells
+        tell_of = dict(zip(jobs, tells, strict=True))
+        yield lambda step: tell_of[step.of](step.share, step.words, step.values, step.answered)
 
 
 @contextmanager

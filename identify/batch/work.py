@@ -12,6 +12,7 @@ from identify.dates import date_of
 from identify.dive import Dive
 from identify.estimators.table import estimator
 from identify.ingest.open import read_dive
+from identify.run import identify as run
 
 
 def identify(job: Job) -> dict[str, Any]:
@@ -26,7 +27,8 @@ def identify(job: Job) -> dict[str, Any]:
         raise LogError(f"{job.recording.path}: changed while the batch ran; run it again when it is whole")
     configuration = job.vehicle.configuration_of(dive.configuration_index())
     named = replace(dive, name=job.recording.name)
-    answer = estimator(job.method)(named, _without_priors(job.vehicle), configuration, _silently)
+    methods = {job.method.rpartition(".")[2]: estimator(job.method)}
+    answer = run.identify(named, _without_priors(job.vehicle), configuration, methods).answer
     unix_s, dated_by = date_of(dive)
     return {
         "identification": answer.to_json(),
@@ -45,7 +47,3 @@ def _mean_voltage_v(dive: Dive) -> float | None:
     if dive.voltage is None or not np.isfinite(dive.voltage.value).any():
         return None
     return float(np.nanmean(dive.voltage.value))
-
-
-def _silently(*_report: object) -> None:
-    """Progress callback that does nothing: a worker has no display."""

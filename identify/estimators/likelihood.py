@@ -71,7 +71,7 @@ def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progre
         if late_fit is not None:
             delay, built, joint = late_fit.delay, late_fit.built, late_fit.fit
             tests = doubts_of(joint.joint, joint.theta)
-    progress(1.0, "done")
+    progress(1.0, "")
     fits = joint.fits
     fitted = Fitted(
         "likelihood",

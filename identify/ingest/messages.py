@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bridge.errors import LogError
 from bridge.silences import Silence, longest, silences, way_to_mend
 from identify.checks.impossible import WILD_S, tame
-from identify.dive import Array
+from identify.dive import Array, Kind, Note
 from identify.ingest.frames import Fields, Frames, Rows
 
 GROUND_STATION = 6
@@ -270,7 +270,6 @@ def _rising(time_s: Array, fields: Fields) -> Batch:
 
 MAGIC_2: Final = 0xFD
 HEADER_1, HEADER_2 = 6, 10
-UNHEARD: Final = "Nothing was heard of the vehicle"
 BOOT_ID: Final = b"BOOT_ID"
 """Name under which a vehicle that keeps its own recording sends its boot id."""
 NAME_AT: Final = 8
@@ -304,7 +303,8 @@ def note(frames: Frames, found: Sequence[Silence], ring: bool) -> str:
     more = {1: "", 2: ", and once more for less"}.get(
         len(found), f", and {len(found) - 1} times more for less"
     )
-    return f"{UNHEARD} for {worst.seconds:.0f} s at a stretch, from {clock(begins_s)} on{more}: {way_to_mend(ring)}."
+    sentence = f"Nothing was heard of the vehicle for {worst.seconds:.0f} s at a stretch"
+    return Note(f"{sentence}, from {clock(begins_s)} on{more}: {way_to_mend(ring)}.", Kind.UNHEARD)
 
 
 def clock(seconds: float) -> str:

@@ -15,7 +15,7 @@ from bridge.vehicle.config import VehicleFile
 from identify.checks.frozen import without_frozen
 from identify.checks.gaps import gaps
 from identify.checks.impossible import without_impossible, without_repeated
-from identify.dive import Dive
+from identify.dive import Dive, Kind, Note
 from identify.ingest.commands import with_known_commands, with_spread_commands
 from identify.ingest.dataflash import read_dataflash
 from identify.ingest.logs import logs_beside, with_logs
@@ -82,7 +82,7 @@ def _unread(path: Path) -> tuple[str, ...]:
     if not path.is_dir():
         return ()
     words = lacked_words(path, lacked(_ours(path.iterdir())))
-    return (words,) if words else ()
+    return (Note(words, Kind.LACKING),) if words else ()
 
 
 def _ours(found: Iterable[Path]) -> list[Path]:

@@ -11,10 +11,7 @@ from typing import Final
 import numpy as np
 
 from bridge.vehicle.thrusters import NEUTRAL_US
-from identify.dive import Array, Signal
-
-RESTARTED: Final = "The vehicle restarted"
-"""Beginning of the note."""
+from identify.dive import Array, Kind, Note, Signal
 
 BEYOND_US: Final = 20.0
 PULSE_US: Final = (800.0, 2200.0)
@@ -78,8 +75,11 @@ def chosen(runs: Sequence[Run]) -> tuple[int, tuple[str, ...]]:
     subject = "the other lasts" if len(other_spans) == 1 else "the others last"
     times = f"{len(other_spans)} time{'s' if len(other_spans) > 1 else ''}"
     return best, (
-        f"{RESTARTED} {times} during the recording; of {len(runs)} runs the one that began at "
-        f"{_clock(used.began_unix_s)} UTC, {used.span_s:.0f} s, is used ({why}); {subject} {span_words}{more}.",
+        Note(
+            f"The vehicle restarted {times} during the recording; of {len(runs)} runs the one that began at "
+            f"{_clock(used.began_unix_s)} UTC, {used.span_s:.0f} s, is used ({why}); {subject} {span_words}{more}.",
+            Kind.RESTART,
+        ),
     )
 
 

@@ -6,13 +6,14 @@ from collections.abc import Mapping
 import numpy as np
 
 from bridge.vehicle.coefficients import DOFS
-from bridge.vehicle.config import Vector3, VehicleFile
+from bridge.vehicle.config import Vector3
 from identify.dive import Dive
 from identify.glance.criteria import MARKS, Raising
 from identify.report import tracking
 from identify.report.figures import TIME_TITLE
 from identify.report.page import Figure, Report, Section, Table
 from identify.report.plot import STYLES, Group, Line, grouped, lines_panel, stack
+from identify.run.validate import Validation
 from identify.validate import AXES, LEAST_SPEED, PHASES, TrackingErrors
 from identify.words import fixed
 
@@ -20,14 +21,13 @@ ALIKE = 0.05
 """Modes whose errors differ by a smaller share are called alike in a sentence."""
 
 
-def validation_report(
-    file: VehicleFile,
-    dives: Mapping[str, Dive],
-    errors: Mapping[str, TrackingErrors],
-    judged: Mapping[str, Raising | None],
-    lever_m: Vector3,
-) -> Report:
-    """Build the page. The verdict says which mode errs least, and by how much. Mappings are by dive label, in order."""
+def validation_report(validation: Validation) -> Report:
+    """Build the page. The verdict says which mode errs least, and by how much."""
+    runs = validation.runs
+    dives = {run.label: run.dive for run in runs}
+    errors = {run.label: run.errors for run in runs}
+    judged = {run.label: run.raising for run in runs}
+    file, lever_m = validation.file, validation.lever_m
     moved = [dof for dof in AXES if any(run.axis(DOFS[dof]) for run in errors.values())]
     axes = [_axis(dof, dives, errors, lever_m) for dof in moved]
     sections = [_raising(judged), *axes, _criteria(judged), _notes(dives)]

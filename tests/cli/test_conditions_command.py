@@ -12,7 +12,7 @@ from gcs_plugin.dives.conditions import NOTHING_SAID, Conditions
 from gcs_plugin.dives.folder import DiveFolder, about_vehicle
 from identify.dive import Dive
 from tui import cli
-from tui.recordings import can_not_be, under_conditions
+from tui.recordings import recording_at, ruled_out
 
 SEA = Conditions(water_temperature_c=11.5, salinity=35.0)
 
@@ -87,7 +87,7 @@ def with_model(file, **model):
 def test_the_vehicle_file_takes_water_and_mass_of_the_dive(dive):
     filed = with_model(load_vehicle("ruvifist"), M_u=100.0, M_w=180.0, I_r=20.0, D_u=50.0)
     dive.set_conditions(Conditions(11.5, 35.0, ballast_kg=3.0, payload_kg=-1.0))
-    file, told = under_conditions(filed, dive.path)
+    file, told = recording_at(dive.path).under_conditions(filed)
     assert file.vehicle.water.density_kg_m3 == pytest.approx(1026.684, abs=1e-3)
     shape, before = file.vehicle.configurations["hovering"], filed.vehicle.configurations["hovering"]
     assert shape.dry_mass_kg == before.dry_mass_kg + 2.0
@@ -102,14 +102,17 @@ def test_the_vehicle_file_takes_water_and_mass_of_the_dive(dive):
 def test_a_recording_in_a_dive_folder_has_its_conditions_and_another_none(dive, tmp_path):
     filed = load_vehicle("ruvifist")
     dive.set_conditions(SEA)
-    assert under_conditions(filed, dive.path / "telemetry.tlog")[0].vehicle.water.density_kg_m3 > 1026.0
-    assert under_conditions(filed, tmp_path / "other.csv") == (filed, ())
+    assert (
+        recording_at(dive.path / "telemetry.tlog").under_conditions(filed)[0].vehicle.water.density_kg_m3
+        > 1026.0
+    )
+    assert recording_at(tmp_path / "other.csv").under_conditions(filed) == (filed, ())
 
 
 def test_water_as_the_file_has_it_is_not_worth_a_word(dive):
     dive.set_conditions(Conditions(20.0, 0.0))
     filed = load_vehicle("ruvifist")
-    assert under_conditions(filed, dive.path) == (filed, ())
+    assert recording_at(dive.path).under_conditions(filed) == (filed, ())
 
 
 @pytest.mark.parametrize(
@@ -128,9 +131,9 @@ def test_where_no_tether_was_out_it_is_not_tried_as_a_cause(dive, monkeypatch, c
         raise LookedAt(f"tether tried: {effects is None or 'tether' in {one.name for one in effects}}")
 
     dive.set_conditions(Conditions(tether_out_m=out_m))
-    assert can_not_be(dive.path)[1] == told
+    assert ruled_out(dive.path)[1] == told
     monkeypatch.setattr(
-        "identify.ingest.open.read_dive", lambda *_: Dive("dive", Path("dive.tlog"), "1" * 64)
+        "identify.run.recordings.read_dive", lambda *_: Dive("dive", Path("dive.tlog"), "1" * 64)
     )
     monkeypatch.setattr("identify.diagnose.diagnose.diagnose", look)
     cli.main(["diagnose", str(dive.path), "--vehicle", "ruvifist:hovering"])

@@ -44,7 +44,7 @@ def test_a_check_dive_that_is_the_dive_is_refused_by_whatever_name(
     copy, packed = made(tmp_path / "copy.tlog", data), made(tmp_path / "c.tlog.gz", gzip.compress(data))
     for same in (files / "dive.tlog", copy, packed):
         said = refused(files, same, capsys)
-        assert f"--check {same}: {SAME} {files / 'dive.tlog'}" in said
+        assert f"the check dive {same}: {SAME} {files / 'dive.tlog'}" in said
         assert "give another dive" in said
 
 
@@ -55,7 +55,7 @@ def test_a_piece_of_the_dive_is_refused_wherever_it_was_cut(
     beginning = made(tmp_path / "beginning.tlog", data[: len(data) * 9 // 10 + 3])
     end = made(tmp_path / "end.tlog", data[len(data) // 3 :])
     for piece in (beginning, end):
-        assert f"--check {piece}: {PIECE} " in refused(files, piece, capsys)
+        assert f"the check dive {piece}: {PIECE} " in refused(files, piece, capsys)
 
 
 def test_what_is_wrong_with_the_check_dive_is_told_of_the_check_dive(
@@ -120,7 +120,7 @@ def test_a_run_that_compiles_first_says_so_and_no_other(
     def no_dive(*_: object, **_more: object) -> None:
         raise FitError("nothing was pushed")
 
-    monkeypatch.setattr("identify.run.compiles_first", lambda: first)
+    monkeypatch.setattr("identify.run.identify.compiles_first", lambda: first)
     monkeypatch.setattr("identify.diagnose.diagnose.diagnose", no_dive)
     words = ("diagnose", files / "dive.tlog", "--vehicle", files / "vehicle.yaml")
     assert cli.main([*map(str, words)]) == exit_codes.NO

@@ -2,10 +2,10 @@
 
 import pytest
 
+from bridge.errors import ConfigError
 from bridge.vehicle.config import load_vehicle
 from identify.effects.library import library
-from tui.commands.diagnose import effects_without
-from tui.exit_codes import UsageError
+from identify.run.diagnose import effects_without
 
 FILE = load_vehicle("ruvifist:survey")
 
@@ -18,6 +18,6 @@ def test_what_is_left_out_is_not_tried_and_all_else_is() -> None:
 
 def test_an_effect_that_does_not_exist_is_refused_with_those_that_do() -> None:
     with pytest.raises(
-        UsageError, match=r"--without kraken: there is no such effect; there are .*battery_sag"
+        ConfigError, match=r"there is no effect 'kraken' to leave out; there are .*battery_sag"
     ):
         effects_without(["kraken"], "survey", FILE)

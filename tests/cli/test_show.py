@@ -9,6 +9,7 @@ import pytest
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LogError
+from identify.progress import Step
 from tui import show
 
 
@@ -84,13 +85,13 @@ def test_progress_without_a_terminal_is_a_line_every_few_seconds(monkeypatch, ca
 def test_of_several_things_each_tells_its_tenths_and_its_end_in_lines_of_its_own(monkeypatch, capsys):
     clock = SimulatedClock()
     monkeypatch.setattr(show, "SystemClock", lambda: clock)
-    with show.bars({"one": "one: dive", "two": "two: dive"}) as (one, two):
-        for step in range(11):
-            clock.advance_to(2.0 * step)
-            one(step / 10, f"step {step}")
-            two(step / 20, "")
-        two(1.0, "converged", {"M_u": (110.53, 3.14)}, True)
-        two(1.0, "converged")
+    with show.bars({"one": "one: dive", "two": "two: dive"}) as progress:
+        for number in range(11):
+            clock.advance_to(2.0 * number)
+            progress(Step("one", number / 10, f"step {number}"))
+            progress(Step("two", number / 20, ""))
+        progress(Step("two", 1.0, "converged", {"M_u": (110.53, 3.14)}, True))
+        progress(Step("two", 1.0, "converged"))
     assert capsys.readouterr().err.splitlines() == [
         "one: step 3 (30%)",
         "two: dive (15%)",

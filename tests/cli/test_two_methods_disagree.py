@@ -18,7 +18,7 @@ from tui.parameter_files import Leave, targets_of_identification
 
 VEHICLE = str(Path(__file__).resolve().parents[1] / "data" / "vehicles" / "hovering.yaml")
 NAMES = ("M_u", "D_u")
-ENDS = {"likelihood": "done", "pinn": "the network has settled: the loss fell no more"}
+ENDS = {"likelihood": "", "pinn": "the network has settled: the loss fell no more"}
 
 
 def answer(method, mass):
@@ -33,7 +33,7 @@ def answer(method, mass):
 def identified(monkeypatch, tmp_path):
     """Runs `identify` with two made-up methods, the second saying that `mass`; gives its exit code and its JSON."""
     monkeypatch.setattr(
-        "identify.ingest.open.read_dive", lambda *_: Dive("dive-7", tmp_path / "dive.tlog", "1" * 64)
+        "identify.run.recordings.read_dive", lambda *_: Dive("dive-7", tmp_path / "dive.tlog", "1" * 64)
     )
 
     def run(mass, *words):

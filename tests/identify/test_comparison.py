@@ -19,7 +19,7 @@ from identify.estimators.axes import build_axes
 from identify.estimators.likelihood_fit import rough_fit
 from identify.identification import Doubt, Outcome, Partner, disturbance, noise, time_constant, trim
 from identify.report.sections import comparison_section, told_beside
-from identify.run import ANSWERED, compiles_first, identify, usual_methods
+from identify.run.identify import ANSWERED, compiles_first, identify, usual_methods
 from identify.side_by_side import shared
 
 SURGE = {"M_u": 100.0, "D_u": 50.0}
@@ -337,7 +337,7 @@ FILE = load_vehicle(str(Path(__file__).resolve().parents[1] / "data" / "vehicles
 DIVE = Dive("dive-7", Path("dive.tlog"), "1" * 64)
 
 
-def method(mass, ends="done"):
+def method(mass, ends=""):
     """An estimator that finds this mass in surge, and reports half way and at its end."""
 
     def estimate(*given):
@@ -370,7 +370,7 @@ def test_a_single_method_is_compared_with_none():
 def test_every_method_reports_its_steps_and_at_last_its_values():
     steps = []
     identify(DIVE, FILE, "hovering", {"a": method(100.0, "the loss fell no more")}, steps.append)
-    assert [(step.method, step.share, step.answered) for step in steps] == [
+    assert [(step.of, step.share, step.answered) for step in steps] == [
         ("a", 0.5, False), ("a", 0.99, False), ("a", 1.0, True),
     ]  # fmt: skip
     assert steps[-1].words == ANSWERED

@@ -16,6 +16,7 @@ from identify.report.picture import WIDE_IN
 from identify.report.plot import HATCHES, Group, grouped, stack
 from identify.report.tracking import error_line
 from identify.report.validation import validation_report, verdict
+from identify.run.validate import Run, Validation
 from identify.validate import CUTOFF_HZ, TrackingErrors, tracking_errors
 from identify.words import safe
 
@@ -47,8 +48,9 @@ def moving(name: str, late_s: float, dof: int = 0, start_s: float = 0.0) -> Dive
 
 
 def made(dives: dict[str, Dive], judged: dict[str, Raising | None] | None = None) -> Report:
-    errors = {label: tracking_errors(dive) for label, dive in dives.items()}
-    return validation_report(FILE, dives, errors, judged or dict.fromkeys(dives), AT_ORIGIN)
+    judged = judged or dict.fromkeys(dives)
+    runs = (Run(label, dive, tracking_errors(dive), judged[label]) for label, dive in dives.items())
+    return validation_report(Validation(FILE, tuple(runs), AT_ORIGIN))
 
 
 def errs(overall: float, axis: str = "surge") -> TrackingErrors:

@@ -1,8 +1,6 @@
 """`seatrial diagnose`: location and causes of the gap between model and recording, and how far it shrinks."""
 
 import argparse
-from contextlib import contextmanager
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,12 +10,9 @@ from tui.arguments import add_vehicle
 from tui.pages import add_figures
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from bridge.vehicle.config import VehicleFile
     from identify.diagnose.result import Diagnosis
     from identify.dive import Dive
-    from identify.effects.effect import Effect
 
 EXAMPLE = "seatrial diagnose dives/2026-11-20T0912Z-hovering --vehicle ruvifist --report gap.html"
 
@@ -64,17 +59,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
+    from bridge.errors import SeatrialError
     from bridge.vehicle.config import load_vehicle
     from gcs_plugin.params.files import sidecar_path
-    from identify.diagnose.diagnose import diagnose
     from identify.diagnose.shrink import csv_of
-    from identify.ingest.open import read_dive
-    from identify.run import compiles_first
+    from identify.run.diagnose import Before, diagnose
+    from identify.run.identify import compiles_first
+    from identify.run.recordings import read, stray_bytes
     from tui import pages, show
-    from tui.accepted import AcceptedBefore, accepted_before
-    from tui.answers import tell_diagnosis, with_words
+    from tui.accepted import accepted_before
+    from tui.answers import tell_diagnosis
     from tui.files import PARAMETER_SUFFIXES, Files, check_file, check_files
-    from tui.recordings import can_not_be, column_map_for, stray_bytes, under_conditions
+    from tui.recordings import column_map_for, recording_at, ruled_out
 
     if arguments.against:
         return run_against(arguments)
@@ -87,85 +83,52 @@ def run(arguments: argparse.Namespace) -> int:
     check_files(targets)
     pages.check(arguments)
     check_file("--accept", arguments.accept, PARAMETER_SUFFIXES)
-    filed = load_vehicle(arguments.vehicle)
-    file, remarks = under_conditions(filed, Path(arguments.dive))
-    recordings = [path for path in (arguments.dive, arguments.check) if path]
-    columns = column_map_for(arguments.columns, recordings)
-    dive = read_dive(Path(arguments.dive), columns, file)
-    check = None
+    file = load_vehicle(arguments.vehicle)
+    places = [Path(path) for path in (arguments.dive, arguments.check) if path]
+    columns = column_map_for(arguments.columns, [*map(str, places)])
+    reading, check = read(recording_at(places[0]), file, columns), None
     if arguments.check:
-        with of_the_check_dive(arguments.check):
-            check_vehicle, check_remarks = under_conditions(filed, Path(arguments.check))
-            check, remarks = (
-                read_dive(Path(arguments.check), columns, check_vehicle),
-                (*remarks, *check_remarks),
-            )
-    if check is not None:
-        refuse_the_same(check, dive)
-    remarks = (*remarks, *filter(None, map(stray_bytes, map(Path, recordings))))
-    configuration = file.configuration_of(dive.configuration_index())
-    before = (
-        accepted_before(Path(arguments.accepted), configuration) if arguments.accepted else AcceptedBefore()
-    )
-    impossible, why = can_not_be(Path(arguments.dive))
-    without = (*(arguments.without or ()), *impossible)
-    effects = effects_without(without, configuration, file) if without else None
+        try:
+            check = read(recording_at(places[1]), file, columns)
+        except SeatrialError as error:
+            raise type(error)(f"the check dive {error}") from None
+    remarks = [*reading.remarks, *(check.remarks if check else ()), *filter(None, map(stray_bytes, places))]
+    configuration = reading.configuration
+    before = accepted_before(Path(arguments.accepted), configuration) if arguments.accepted else Before()
+    impossible, why = ruled_out(places[0])
     if compiles_first():
         show.say(show.words(), "compiling first, once after installation: this takes up to a minute more")
-    with of_the_check_dive(arguments.check), show.progress(f"diagnosing {dive.name}") as tell:
-        found = diagnose(
-            dive,
-            file,
+    with show.steps(f"diagnosing {reading.dive.name}") as progress:
+        done = diagnose(
+            reading.dive,
+            reading.file,
             configuration,
-            check=check,
-            effects=effects,
-            accepted=before.values,
-            effects_accepted=before.effects,
-            progress=tell,
+            check=check.dive if check else None,
+            without=(*(arguments.without or ()), *impossible),
+            before=before,
+            notes=[f"{remark}." for remark in (*remarks, *why)],
+            progress=progress,
         )
-    found = replace(found, notes=(*before.notes, *(f"{one}." for one in (*remarks, *why)), *found.notes))
+    found = done.diagnosis
     # Write the files first: the reader of the table may leave before its end.
     with Files() as files:
-        files.json(with_words(found, check.name if check is not None else ""), arguments.json)
+        files.json(done.to_json(), arguments.json)
         if pages.wanted(arguments):
             from identify.report.diagnosis import diagnosis_report
 
-            read = [one for one in (dive, check) if one is not None]
-            pages.publish(files, arguments, partial(diagnosis_report, found), read, file)
+            dives = [dive for dive in (done.dive, done.check) if dive is not None]
+            pages.publish(files, arguments, partial(diagnosis_report, found), dives, done.file)
         if found.prediction is not None and arguments.predict:
             foretold = f"velocities of the check dive: {arguments.predict}"
             files.text(Path(arguments.predict), csv_of(found.prediction), foretold)
         if arguments.accept:
-            files.attempt(lambda: files.written.extend(accept(Path(arguments.accept), found, dive, file)))
+            accepted = partial(accept, Path(arguments.accept), found, done.dive, done.file)
+            files.attempt(lambda: files.written.extend(accepted()))
         console = show.results(arguments.json)
         tell_diagnosis(console, found)
         for sentence in files.written:
             show.say(console, sentence)
     return files.code(exit_codes.DONE)
-
-
-@contextmanager
-def of_the_check_dive(given: str | None) -> "Iterator[None]":
-    """Name the check dive in errors that come from it: the user may not have chosen it."""
-    from bridge.errors import SeatrialError
-
-    try:
-        yield
-    except SeatrialError as error:
-        if given and str(error).startswith((f"{Path(given)}:", f"{Path(given)}/")):
-            raise type(error)(f"the check dive {error}") from None
-        raise
-
-
-def refuse_the_same(check: "Dive", dive: "Dive") -> None:
-    """Raise UsageError if the check dive is the dive itself: the gap can't be measured on data that was fitted."""
-    from identify.ingest.open import of_one_dive, recording_files
-
-    how = of_one_dive(*(recording_files(recording.source) for recording in (check, dive)))
-    if how:
-        raise exit_codes.UsageError(
-            f"--check {check.source}: {how} {dive.source}, so it can't show how far the gap shrinks; give another dive"
-        )
 
 
 def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") -> tuple[str, ...]:
@@ -227,20 +190,6 @@ def _sends(path: Path, found: "Diagnosis") -> str:
         "the feed-forward can make up for none of its causes; "
         f"{upload} only the masses and dampings that were fitted beside them"
     )
-
-
-def effects_without(names: "Sequence[str]", configuration: str, file: "VehicleFile") -> "tuple[Effect, ...]":
-    """Return the library without the named effects. Raises UsageError for a name that is not in the library."""
-    from identify.effects.library import library
-
-    effects = library(file.vehicle.configurations[configuration], file.vehicle.thrust_curve.lag_s)
-    known = {effect.name for effect in effects}
-    for name in names:
-        if name not in known:
-            raise exit_codes.UsageError(
-                f"--without {name}: there is no such effect; there are {', '.join(sorted(known))}"
-            )
-    return tuple(effect for effect in effects if effect.name not in names)
 
 
 def run_against(arguments: argparse.Namespace) -> int:

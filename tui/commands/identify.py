@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from identify.estimators.table import Estimator
     from identify.identification import Identification
     from identify.progress import Progress
-    from identify.report.page import Report
-    from identify.run import Identified, Step
+    from identify.run.identify import Identified
+    from identify.run.recordings import Reading
 
 EXAMPLE = "seatrial identify dives/2026-11-20T0912Z-hovering --vehicle ruvifist --json hovering.json"
 
@@ -53,12 +53,12 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
     from gcs_plugin.params.files import sidecar_path
     from identify.identification import Outcome
-    from identify.ingest.open import read_dive
-    from identify.run import usual_methods
+    from identify.run.identify import usual_methods
+    from identify.run.recordings import read
     from tui import pages, show
     from tui.answers import tell, tell_comparison
     from tui.files import PARAMETER_SUFFIXES, Files, check_file, check_files
-    from tui.recordings import column_map_for, under_conditions
+    from tui.recordings import column_map_for, recording_at
 
     methods = methods_of(arguments.method)
     if arguments.param and len(arguments.dives) > 1:
@@ -73,25 +73,17 @@ def run(arguments: argparse.Namespace) -> int:
     check_file("--param", arguments.param, PARAMETER_SUFFIXES)
     file = load_vehicle(arguments.vehicle)
     columns = column_map_for(arguments.columns, arguments.dives)
-    held = [under_conditions(file, Path(path)) for path in arguments.dives]
-    held_files = [held_file for held_file, _ in held]
-    dives = [
-        read_dive(Path(path), columns, held_file)
-        for path, held_file in zip(arguments.dives, held_files, strict=True)
-    ]
-    chosen = [file.configuration_of(dive.configuration_index()) for dive in dives]
+    readings = [read(recording_at(Path(path)), file, columns) for path in arguments.dives]
+    chosen = [reading.configuration for reading in readings]
     curves: dict[str, TrainingCurves] = {}
     if arguments.method is None:
         methods = usual_methods(file, chosen)
     estimates = {name: estimator_of(name, arguments.network, curves) for name in methods}
     found = [
-        identified(dive, held_file, configuration, estimates)
-        for dive, held_file, configuration in zip(dives, held_files, chosen, strict=True)
+        identified(reading, configuration, estimates)
+        for reading, configuration in zip(readings, chosen, strict=True)
     ]
-    results = [
-        one.answer.to_json() | ({"comparison": one.comparisons[0].to_json()} if one.comparisons else {})
-        for one in found
-    ]
+    results = [each.to_json() for each in found]
     console = show.results(arguments.json)
     with Files() as files:
         files.json(results[0] if len(results) == 1 else results, arguments.json)
@@ -102,20 +94,21 @@ def run(arguments: argparse.Namespace) -> int:
             files.attempt(param, f"parameters: {arguments.param}")
         # The page comes last because drawing takes long. It is written even if the reader of the table has left.
         try:
-            for _, sentences in held:
-                for sentence in sentences:
-                    show.say(console, sentence)
-            for one in found:
-                tell(console, one.dive, one.answer)
-                for comparison in one.comparisons:
+            for sentence in (remark for reading in readings for remark in reading.remarks):
+                show.say(console, sentence)
+            for each in found:
+                tell(console, each.dive, each.answer)
+                for comparison in each.comparisons:
                     tell_comparison(console, comparison)
         finally:
             if pages.wanted(arguments):
-                page = partial(report, found, curves)
-                pages.publish(files, arguments, page, dives, file)
+                from identify.report.identification import identification_report
+
+                page = partial(identification_report, found, curves)
+                pages.publish(files, arguments, page, [each.dive for each in found], file)
         for sentence in files.written:
             show.say(console, sentence)
-    converged = all(one.answer.outcome is Outcome.CONVERGED for one in found)
+    converged = all(each.answer.outcome is Outcome.CONVERGED for each in found)
     return files.code(exit_codes.DONE if converged else exit_codes.NO)
 
 
@@ -163,62 +156,10 @@ def paper(network: "Sequence[int] | None", curves: "dict[str, TrainingCurves]") 
     return estimate
 
 
-def identified(
-    dive: "Dive", file: "VehicleFile", configuration: str, estimates: "Mapping[str, Estimator]"
-) -> "Identified":
+def identified(reading: "Reading", configuration: str, estimates: "Mapping[str, Estimator]") -> "Identified":
     """Identify a dive by all estimators, each with its progress bar."""
-    from identify.run import identify
+    from identify.run.identify import identify
     from tui import show
 
-    with show.bars({name: f"{name}: {dive.name}" for name in estimates}) as tells:
-        tell_of = dict(zip(estimates, tells, strict=True))
-
-        def passed_on(step: "Step") -> None:
-            tell_of[step.method](step.share, step.words, step.values, step.answered)
-
-        return identify(dive, file, configuration, estimates, passed_on)
-
-
-def _asked(answer: "Identification") -> int:
-    """Number of coefficients in the model of an answer."""
-    from bridge.vehicle.coefficients import OF_HULL
-
-    return sum(parameter.name in OF_HULL for parameter in answer.parameters)
-
-
-def report(found: "Sequence[Identified]", curves: "Mapping[str, TrainingCurves]") -> "Report":
-    """Return the page with the results of each dive and the dives themselves."""
-    from identify.report.page import Report
-    from identify.report.sections import (
-        comparison_section,
-        dive_section,
-        identification_section,
-        innovations_section,
-        training_section,
-    )
-
-    sections = []
-    for one in found:
-        sections.append(identification_section(one.answer))
-        for comparison in one.comparisons:
-            sections += [comparison_section(comparison), identification_section(comparison.second)]
-        if one.dive.sha256 in curves:
-            trained = curves[one.dive.sha256]
-            values = {name: trained.values[:, i] for i, name in enumerate(trained.names)}
-            sections.append(training_section(values))
-        if one.answer.innovations:
-            sections.append(innovations_section(one.answer.innovations, one.dive.name))
-        sections.append(dive_section(one.dive, one.file.vehicle.water))
-    methods = [found[0].answer.method, *(comparison.second.method for comparison in found[0].comparisons)]
-    verdict = "; ".join(
-        f"{one.dive.name} ({one.answer.configuration}): {len(one.answer.values())} of {_asked(one.answer)} "
-        f"coefficients identified, {one.answer.outcome.value}"
-        for one in found
-    )
-    file = found[-1].file
-    return Report(
-        f"{file.vehicle.name}: {', '.join(one.dive.name for one in found)}",
-        f"vehicle file {file.path.name}, method {' beside '.join(methods)}",
-        f"{verdict}.",
-        tuple(sections),
-    )
+    with show.bars({name: f"{name}: {reading.dive.name}" for name in estimates}) as progress:
+        return identify(reading.dive, reading.file, configuration, estimates, progress)

@@ -68,9 +68,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
-    from identify.planning.limits import Limits, Tank
-    from identify.planning.propose import propose
-    from identify.planning.writing import legend, mission_text, notes, to_json
+    from identify.planning.limits import Limits
+    from identify.planning.writing import legend, mission_text, notes
+    from identify.run.plan import plan
     from tui import show
     from tui.files import Files, check_file, check_files
 
@@ -78,16 +78,24 @@ def run(arguments: argparse.Namespace) -> int:
     check_file("--out", arguments.out, (".yaml", ".yml"))
     check_plan(arguments.out)
     file = load_vehicle(arguments.vehicle)
-    configuration, knowledge = known(file, arguments.after, arguments.columns)
+    known = _known(file, arguments.after, arguments.columns)
     limits = Limits(arguments.space, arguments.speed, depth_space_m=arguments.depth_space)
     dofs = [AXES[axis] for axis in AXES if axis in arguments.axes]
-    with show.progress("plan") as progress:
-        proposal = propose(file, configuration, knowledge, limits, 60 * arguments.minutes, dofs, progress)
+    with show.steps("plan") as progress:
+        planned = plan(
+            file,
+            limits,
+            60 * arguments.minutes,
+            dofs,
+            known=known,
+            source=arguments.after or "",
+            progress=progress,
+        )
+    proposal, knowledge, configuration = planned.proposal, planned.knowledge, planned.configuration
     title = f"{file.vehicle.name}, configuration {configuration}: {proposal.duration_s:.0f} s"
-    spec = f"{arguments.vehicle.removesuffix(f':{configuration}')}:{configuration}"
-    command = f"seatrial simulate --vehicle {spec} --mission {arguments.out}"
-    tank = Tank(file, configuration, knowledge)
-    text = mission_text(proposal, title, command, tank)
+    name = arguments.vehicle.removesuffix(f":{configuration}")
+    command = f"seatrial simulate --vehicle {name}:{configuration} --mission {arguments.out}"
+    text = mission_text(proposal, title, command, planned.tank)
     with Files() as files:
         kept = files.text(Path(arguments.out), text)
         console = show.results(arguments.json)
@@ -104,43 +112,22 @@ def run(arguments: argparse.Namespace) -> int:
         if kept:
             show.say(console, f"mission: {arguments.out}; dive it in simulation: {command}")
         mission = arguments.out if kept else None
-        plan = to_json(proposal, knowledge, limits)
-        about = {"name": file.vehicle.name, "sha256": file.sha256}
         files.json(
-            {"vehicle": about, "configuration": configuration, "after": arguments.after, "mission": mission, **plan,
-             "notes": list(remarks)},
+            {**planned.to_json(), "after": arguments.after, "mission": mission, "notes": list(remarks)},
             arguments.json,
-        )  # fmt: skip
+        )
     return files.code(exit_codes.DONE)
 
 
-def known(file: "VehicleFile", source: str | None, columns: str | None) -> "tuple[str, Knowledge]":
-    """Return the configuration to plan for, and the knowledge of its parameters before the dive."""
+def _known(file: "VehicleFile", source: str | None, columns: str | None) -> "Dive | dict[str, Any] | None":
+    """Read the earlier dive, or the identification of one; None if no source is named."""
     from identify.ingest.open import read_dive
-    from identify.planning.knowledge import after, before_any_dive
 
     if source is None:
-        configuration = file.configuration or _only(file)
-        return configuration, before_any_dive(file, configuration)
+        return None
     if Path(source).suffix == JSON_SUFFIX:
-        identified = identification(source)
-        configuration = file.configuration or file.vehicle.configuration_named(
-            str(identified.get("configuration"))
-        )
-    else:
-        dive = read_dive(Path(source), Path(columns) if columns else None, file)
-        configuration = file.configuration_of(dive.configuration_index())
-        identified = _identify(dive, file, configuration)
-    return configuration, after(identified, file, configuration, source)
-
-
-def _only(file: "VehicleFile") -> str:
-    names = list(file.vehicle.configurations)
-    if len(names) > 1:
-        raise exit_codes.UsageError(
-            f"vehicle '{file.vehicle.name}' has {', '.join(names)}; name one: --vehicle FILE:CONFIGURATION"
-        )
-    return names[0]
+        return identification(source)
+    return read_dive(Path(source), Path(columns) if columns else None, file)
 
 
 def check_plan(path: str) -> None:
@@ -179,14 +166,6 @@ def identification(path: str) -> dict[str, Any]:
     if not isinstance(data, dict):
         raise exit_codes.UsageError(f"--after {path}: is no identification; give what identify --json wrote")
     return data
-
-
-def _identify(dive: "Dive", file: "VehicleFile", configuration: str) -> dict[str, Any]:
-    from identify.estimators.table import DEFAULT, estimator
-    from tui import show
-
-    with show.progress(f"identify {dive.name}") as progress:
-        return estimator(DEFAULT)(dive, file, configuration, progress).to_json()
 
 
 def manoeuvre_table(title: str, proposal: "Proposal") -> "Table":

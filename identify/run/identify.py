@@ -1,16 +1,15 @@
-"""Identify a dive, by one method or by two side by side: the plain function behind the command and its processes.
+"""Identify a dive, by one method or by two side by side.
 
-    found = identify(dive, file, file.configuration_of(dive.configuration_index()))
-    found.answer.values()
-
-Its sibling for causes is `identify.diagnose.diagnose.diagnose`.
+identified = identify(dive, file, file.configuration_of(dive.configuration_index()))
+identified.answer.values()
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, OF_HULL
@@ -19,31 +18,15 @@ from identify.comparison import Comparison, compare, doubted
 from identify.dive import Dive
 from identify.estimators.table import OF_QUADRATIC, SIDE_BY_SIDE, Estimator, estimator
 from identify.identification import Identification, Outcome, added_mass, estimate
-from identify.progress import NO_VALUES, Values
+from identify.progress import NO_VALUES, Step, Steps, Values, unheard
 from identify.side_by_side import together
-
-DONE = "done"
-"""Last words of an estimator that has nothing more to report."""
+from identify.words import capital
 
 ANSWERED = "answered"
 """Words of the last step of a method, with its values."""
 
 FITTED, JUDGED = 0.99, "weighing what speaks against its values"
 """Progress once all is fitted: the doubts about the values are still being assessed, which takes a while."""
-
-
-@dataclass(frozen=True)
-class Step:
-    """Progress of one method: the share that is done (0 to 1), what it does now, the values so far.
-
-    answered: the values are the final ones.
-    """
-
-    method: str
-    share: float
-    words: str
-    values: Values
-    answered: bool
 
 
 @dataclass(frozen=True)
@@ -56,13 +39,18 @@ class Identified:
     answer: Identification
     comparisons: tuple[Comparison, ...]
 
+    def to_json(self) -> dict[str, Any]:
+        """The answer as plain data, with its comparison, if there is one."""
+        compared = {"comparison": self.comparisons[0].to_json()} if self.comparisons else {}
+        return self.answer.to_json() | compared
+
 
 def identify(
     dive: Dive,
     file: VehicleFile,
     configuration: str,
     methods: Mapping[str, Estimator] | None = None,
-    progress: Callable[[Step], None] = lambda _: None,
+    progress: Steps = unheard,
 ) -> Identified:
     """Identify a dive by all methods at the same time; `methods`: estimators by name, the first of them gives the
     answer; those that suit the vehicle if None.
@@ -99,15 +87,15 @@ def _answer(
     configuration: str,
     method: str,
     estimate_by: Estimator,
-    progress: Callable[[Step], None],
+    progress: Steps,
 ) -> Identification:
-    """The answer of one method; its last words on how it ended are kept as a note, unless they are only "done"."""
-    ends: list[str] = []
+    """The answer of one method; its last words, if any, say how it ended and are kept as a note."""
+    ended = ""
 
     def passed_on(share: float, words: str, values: Values = NO_VALUES, /) -> None:
-        if share >= 1.0 and words != DONE:
-            ends.append(f"{words[0].upper()}{words[1:]}.")
+        nonlocal ended
         if share >= 1.0:
+            ended = words
             share, words, values = FITTED, JUDGED, NO_VALUES
         progress(Step(method, share, words, values, False))
 
@@ -116,7 +104,7 @@ def _answer(
     except FitError as error:
         answer = nothing(dive, file, configuration, method, error.reason)
     progress(Step(method, 1.0, ANSWERED, _values_of(answer), True))
-    return replace(answer, notes=(*answer.notes, *ends[-1:]))
+    return replace(answer, notes=(*answer.notes, *((f"{capital(ended)}.",) if ended else ())))
 
 
 def _values_of(answer: Identification) -> Values:

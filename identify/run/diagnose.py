@@ -1,0 +1,144 @@
+"""Diagnose a dive: the causes of its gap, tried without those that are ruled out, measured on a check dive."""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+from bridge.errors import ConfigError, FitError, LogError
+from bridge.vehicle.accepted_effect import AcceptedEffect
+from bridge.vehicle.config import Prior, VehicleFile
+from identify.diagnose import diagnose as search
+from identify.diagnose import wording
+from identify.diagnose.result import Diagnosis, Finding, by_axis, plain
+from identify.dive import Dive
+from identify.effects.effect import Effect
+from identify.effects.library import library
+from identify.ingest.open import of_one_dive, recording_files
+from identify.progress import Step, Steps, unheard
+
+OF: Final = "diagnose"
+
+
+@dataclass(frozen=True)
+class Before:
+    """An accepted model: values with their precision, effects, and notes on what of it was not taken."""
+
+    values: Mapping[str, Prior] | None = None
+    effects: tuple[AcceptedEffect, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Diagnosed:
+    """A dive with its diagnosis; `check` is the dive on which the shrink was measured."""
+
+    dive: Dive
+    file: VehicleFile
+    check: Dive | None
+    diagnosis: Diagnosis
+
+    def to_json(self) -> dict[str, Any]:
+        """The answer, followed by the texts and values shown on a page."""
+        return with_words(self.diagnosis, "" if self.check is None else self.check.name)
+
+
+def diagnose(
+    dive: Dive,
+    file: VehicleFile,
+    configuration: str,
+    *,
+    check: Dive | None = None,
+    without: Collection[str] = (),
+    before: Before = Before(),
+    notes: Sequence[str] = (),
+    progress: Steps = unheard,
+) -> Diagnosed:
+    """Diagnose a dive; `without` names effects that are not tried, `notes` come before those of the diagnosis.
+
+    Raises ConfigError for a name that is no effect, LogError for a check dive that is of the same dive, and FitError,
+    as `identify.diagnose.diagnose` does, for a recording that can't be diagnosed.
+    """
+    effects = effects_without(without, configuration, file) if without else None
+    if check is not None:
+        refuse_the_same(check, dive)
+    try:
+        found = search.diagnose(
+            dive,
+            file,
+            configuration,
+            check=check,
+            effects=effects,
+            accepted=before.values,
+            effects_accepted=before.effects,
+            progress=lambda share, words: progress(Step(OF, share, words)),
+        )
+    except FitError as error:
+        if check is not None and error.of == check.source:
+            raise FitError(error.reason, of=f"the check dive {check.source}") from None
+        raise
+    found = replace(found, notes=(*before.notes, *notes, *found.notes))
+    return Diagnosed(dive, file, check, found)
+
+
+def refuse_the_same(check: Dive, dive: Dive) -> None:
+    """Raise LogError if the check dive is the dive itself: the gap can't be measured on data that was fitted."""
+    how = of_one_dive(*(recording_files(recording.source) for recording in (check, dive)))
+    if how:
+        raise LogError(
+            f"the check dive {check.source}: {how} {dive.source}, so it can't show how far the gap shrinks; "
+            "give another dive"
+        )
+
+
+def effects_without(names: Collection[str], configuration: str, file: VehicleFile) -> tuple[Effect, ...]:
+    """Return the library without the named effects. Raises ConfigError for a name that is not in the library."""
+    effects = library(file.vehicle.configurations[configuration], file.vehicle.thrust_curve.lag_s)
+    known = {effect.name for effect in effects}
+    for name in names:
+        if name not in known:
+            raise ConfigError(
+                f"there is no effect '{name}' to leave out; there are {', '.join(sorted(known))}"
+            )
+    return tuple(effect for effect in effects if effect.name not in names)
+
+
+def with_words(found: Diagnosis, check: str = "") -> dict[str, Any]:
+    """Add `told` to `plain`: sentences, evidence in nats, drifts of the dive itself. `check`: the check dive."""
+    after = [item.total for item in found.gap.after if item.horizon_s == wording.DRIFT_S]
+    more = {
+        "dive": found.dive,
+        "check": check,
+        "configuration": found.configuration,
+        "verdict": wording.verdict_sentence(found),
+        "after": after[0] if after else None,
+        "causes": [_cause(item) for item in found.findings],
+        "tried": [
+            {"name": wording.candidate_words(item.effect), "gain_nats": item.gain_nats, "why": item.why}
+            for item in found.tried
+            if not item.accepted and item.gain_nats > 0
+        ],
+        "heldout": None
+        if found.heldout is None
+        else {
+            "before": found.heldout.before,
+            "after": found.heldout.after,
+            "by_axis": by_axis(found.heldout),
+        },
+        "disturbance": wording.disturbance_line(found.gap.disturbance),
+        "character": wording.character_lines(found),
+        "next": wording.next_lines(found),
+        "notes": found.notes,
+    }
+    return {**plain(found), "told": more}
+
+
+def _cause(finding: Finding) -> dict[str, Any]:
+    return {
+        "name": wording.name_of(finding),
+        "gain_nats": finding.gain_nats,
+        "sentence": wording.cause_sentence(finding),
+        "alike": wording.alike_sentence(finding) if finding.also else "",
+        "values": [
+            wording.value_words(name, value) for name, value in wording.told_parameters(finding).items()
+        ],
+    }
