@@ -19,6 +19,7 @@ from bridge.messages.readings import CONTRACT_VERSION
 from bridge.parameter_memory import Memory
 from bridge.parameter_row import FLOAT, Parameter, to_float32
 from bridge.parameter_store import UNTOLD
+from bridge.status_codes import Topic, coded
 from bridge.vehicle.coefficients import COEFFICIENTS, Coefficient
 from bridge.vehicle.config import Configuration, Vehicle, VehicleFile
 from bridge.vehicle.effect_coefficients import effect_coefficients
@@ -32,7 +33,6 @@ ACTIVE: Final = "FF_ACTIVE"
 VERSION: Final = "FF_VERSION"
 APPLYING_MODES: Final = (2.0, 3.0)
 _SAID_AS: Final = {Mode.ALONE: "only", Mode.BOTH: "both"}
-RAISED_ARMED: Final = "FF_MODE refused: armed, shadow not good yet"
 
 # Limits of total mass and inertia for any vehicle, as fractions of its dry mass and rigid-body inertia. They are wide:
 # the added mass of a slender hull in heave, or the added inertia of a flat hull in pitch, is several times that of the
@@ -256,7 +256,9 @@ class ParameterServer:
         if value in APPLYING_MODES and self._active is None:
             # The crew may have missed the messages of the start.
             self._texts += (
-                ["FF_MODE refused: no active set", *self._memory.why] if armed else self._memory.why
+                [coded(Topic.NO_SET, "FF_MODE refused: no active set"), *self._memory.why]
+                if armed
+                else self._memory.why
             )
             if armed:
                 return Refusal.DENIED
@@ -264,7 +266,8 @@ class ParameterServer:
             return None
         unproven = self.unproven() if armed and Mode(int(value)).raises(Mode(self.mode)) else ""
         if unproven:
-            self._texts += [RAISED_ARMED, unproven]
+            why = "FF_MODE refused: armed, shadow not good yet"
+            self._texts += [coded(Topic.UNPROVEN, why), coded(Topic.SHADOW, unproven)]
             return Refusal.DENIED
         self._mode = value
         # Switching off must work on a full disk too, so a mode takes effect even if it can't be stored.
@@ -285,7 +288,8 @@ class ParameterServer:
             return Refusal.DENIED
         if self._active != before[0]:
             self._by_configuration = self._sorted_by_configuration()
-            self._news.append(f"FF set {self.active_crc} active")
+            number = self.active_crc
+            self._news.append(coded(Topic.SET_ACTIVE, f"FF set {number} active", number))
         return None
 
     def _is_mine(self, message: Any, broadcast: bool) -> bool:

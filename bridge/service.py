@@ -44,6 +44,7 @@ from bridge.sensors.samples import (
     Sample,
 )
 from bridge.sides import Sides
+from bridge.status_codes import Topic, coded
 from bridge.thrust_feedback import ThrustFeedback
 from bridge.vehicle.autopilot import Actuation
 from bridge.vehicle.config import Vehicle
@@ -361,7 +362,7 @@ class Bridge:
         if now_s >= max(self._strangers.get(stranger, now_s), self._stranger_due_s):
             self._strangers[stranger] = now_s + STRANGER_AGAIN_S
             self._stranger_due_s = now_s + STRANGERS_EVERY_S
-            self.say(f"orders from {stranger} are refused")
+            self.say(coded(Topic.STRANGER, f"orders from {stranger} are refused", source.system))
         if not self._denials.allows(now_s):
             return []
         return self._parameters.deny(message) if message.get_type() == "PARAM_SET" else deny_command(message)

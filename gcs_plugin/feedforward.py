@@ -27,7 +27,8 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.framing import Frame, decode
 from bridge.messages.readings import Reading
 from bridge.messages.readings import decode as decode_reading
-from bridge.parameters import MODE, RAISED_ARMED
+from bridge.parameters import MODE
+from bridge.status_codes import CrewText, Topic
 from bridge.vehicle.feedforward import Mode
 from gcs_plugin.modes import sent_text, word
 from gcs_plugin.params.deadline import Timing
@@ -40,6 +41,7 @@ from gcs_plugin.peers import (
     KnownVehicle,
     parameter_holder,
 )
+from gcs_plugin.watch.words import StatusTexts
 
 SEND_EVERY_S: Final = 0.5
 QUIET_S: Final = Timing().quiet_s
@@ -50,10 +52,12 @@ NOT_HEARD_S: Final = 3.0  # three heartbeats
 AGAIN_S: Final = QUIET_S  # a mode reported again after this time is no answer that overtook another
 REASON_S: Final = 1.0  # the text of a refusal arrives with it, or with the refusal of the next write
 
-REFUSED: Final = "FF_MODE refused: "
-NOT_FROM_HERE: Final = f"orders from system {GROUND_STATION[0]} are refused"
-SHADOW: Final = "shadow: "
-ARMED: Final = RAISED_ARMED.removeprefix(REFUSED)
+REASONS: Final = {
+    Topic.NO_SET: "no active set",
+    Topic.UNPROVEN: "armed, shadow not good yet",
+    Topic.STRANGER: f"it takes no orders from system {GROUND_STATION[0]}, but from another ground",
+}
+"""Why a vehicle refuses a mode, by the code of its text."""
 ADVICE: Final = "disarm it to raise it all the same, or fly on in shadow"
 
 
@@ -92,7 +96,7 @@ class SwitchedVehicle:
     told: float | None = None
     refusal: str = ""
     refused_s: float = 0.0
-    reason: str = ""
+    reason: Topic | None = None
     shadow: str = ""
     lacking: set[Source] = field(default_factory=set)
     contested: bool = False
@@ -199,22 +203,22 @@ class SwitchedVehicle:
             self.refused_s = self.refused_s if self.refusal else now_s
             self.refusal = ERROR_SENTENCES.get(code, f"error {code}")
 
-    def on_text(self, text: str) -> None:
-        if self.sent and text.startswith(REFUSED):
-            self.reason = text.removeprefix(REFUSED)
-        elif self.sent and text == NOT_FROM_HERE:
-            self.reason = f"it takes no orders from system {GROUND_STATION[0]}, but from another ground"
-        elif self.sent and text.startswith(SHADOW):
-            self.shadow = text
+    def on_text(self, text: CrewText) -> None:
+        if not self.sent or (text.topic is Topic.STRANGER and text.number != GROUND_STATION[0]):
+            return
+        if text.topic in REASONS:
+            self.reason = text.topic
+        elif text.topic is Topic.SHADOW:
+            self.shadow = text.words
 
     def against(self) -> str:
-        """Why the vehicle refuses the mode, in its own words if they arrived, and the advice for the operator."""
-        reasons = [self.refusal, self.reason, self.shadow]
+        """Why the vehicle refuses the mode, with the reason if it arrived, and the advice for the operator."""
+        reasons = [self.refusal, "" if self.reason is None else REASONS[self.reason], self.shadow]
         return ": ".join(filter(None, reasons)) + (f"; {ADVICE}" if self.shadow else "")
 
     def explained(self, now_s: float) -> bool:
         """Whether a refusal and all of its explanation have arrived, or REASON_S have passed since the refusal."""
-        whole = bool(self.reason) and (self.reason != ARMED or bool(self.shadow))
+        whole = self.reason is not None and (self.reason is not Topic.UNPROVEN or bool(self.shadow))
         return bool(self.refusal) and (whole or now_s >= self.refused_s + REASON_S)
 
     def _watch(self, value: float, now_s: float) -> None:
@@ -311,6 +315,7 @@ class Switch:
         self._vehicles: dict[int, SwitchedVehicle] = {}
         self._now_s = 0.0
         self._was_done = False
+        self._texts = StatusTexts(self._on_text)
         for vehicle in known if self.mode is Mode.OFF else ():
             self._of(vehicle.source, 0.0).know(vehicle)
         if self.mode is Mode.OFF and system is not None and not self._vehicles:
@@ -395,6 +400,7 @@ class Switch:
     def on_frame(self, frame: Frame, now_s: float) -> None:
         """A frame of any kind arrived."""
         source = (frame.system, frame.component)
+        self._texts.hear(frame)
         if frame.message_id in _READINGS:
             reading = decode_reading(frame)
             if reading is not None:
@@ -403,11 +409,7 @@ class Switch:
             message = decode(frame)
             if message is None:
                 return
-            if frame.message_id == dialect.MAVLINK_MSG_ID_STATUSTEXT:
-                # A STATUSTEXT does not make its sender a vehicle: only known vehicles are listened to.
-                if source[0] in self._vehicles:
-                    self._vehicles[source[0]].on_text(message.text)
-            elif frame.message_id == dialect.MAVLINK_MSG_ID_PARAM_VALUE:
+            if frame.message_id == dialect.MAVLINK_MSG_ID_PARAM_VALUE:
                 self.on_value(message.param_id, message.param_value, source, now_s)
             elif message.target_system in (0, GROUND_STATION[0]):
                 self.on_error(message.param_id, message.error, source, now_s)
@@ -431,6 +433,12 @@ class Switch:
         """A PARAM_ERROR arrived."""
         if name == MODE:
             self._of(source, now_s).on_error(code, source, now_s)
+
+    def _on_text(self, source: Source, severity: int, text: CrewText) -> None:
+        """A STATUSTEXT arrived; it does not make its sender a vehicle: only known vehicles are listened to."""
+        del severity
+        if source[0] in self._vehicles:
+            self._vehicles[source[0]].on_text(text)
 
     @property
     def _gives_way(self) -> bool:
@@ -457,8 +465,4 @@ class Switch:
 
 
 _READINGS: Final = (dialect.MAVLINK_MSG_ID_HEARTBEAT, dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT)
-_ANSWERS: Final = (
-    dialect.MAVLINK_MSG_ID_PARAM_VALUE,
-    dialect.MAVLINK_MSG_ID_PARAM_ERROR,
-    dialect.MAVLINK_MSG_ID_STATUSTEXT,
-)
+_ANSWERS: Final = (dialect.MAVLINK_MSG_ID_PARAM_VALUE, dialect.MAVLINK_MSG_ID_PARAM_ERROR)

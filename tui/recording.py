@@ -210,7 +210,7 @@ class StatusTexts(words.StatusTexts):
     """Takes every frame of a link; `tell` gets each complete text with the number of its vehicle."""
 
     def __init__(self, tell: Callable[[str], None]) -> None:
-        super().__init__(lambda source, _severity, text: tell(f"vehicle {source[0]}: {text}"))
+        super().__init__(lambda source, _severity, text: tell(f"vehicle {source[0]}: {text.words}"))
 
 
 class TellingRecorder(Recorder):

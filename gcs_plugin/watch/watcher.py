@@ -5,7 +5,6 @@ vehicle file sends a heartbeat, it watches that one.
 """
 
 import math
-import re
 from collections import deque
 from typing import Final
 
@@ -14,6 +13,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.errors import ConfigError
 from bridge.framing import Frame, decode
 from bridge.parameters import ACTIVE, COMMIT
+from bridge.status_codes import CrewText, Topic
 from bridge.vehicle.config import VehicleFile
 from gcs_plugin.peers import GONE_S, GROUND_STATION, Heartbeat, Peer, Peers, Source
 from gcs_plugin.watch.channels import Channel
@@ -189,10 +189,10 @@ class Watcher:
         )
         return tuple(sorted(shown, key=place))
 
-    def _tell(self, source: Source, severity: int, text: str) -> None:
+    def _tell(self, source: Source, severity: int, text: CrewText) -> None:
         del source
         self._active_set.read(text, self._said_at_s)
-        self._said.append(Said(self._said_at_s + self._unix_at_zero_s, severity, text))
+        self._said.append(Said(self._said_at_s + self._unix_at_zero_s, severity, text.words))
 
     def _tell_restart(self, peer: Peer | None, arrived_s: float) -> None:
         if peer is not None and peer.restart is not None:
@@ -243,12 +243,11 @@ def _whole(values: Values) -> int | None:
     return int(values[0]) if values and values[0].is_integer() else None
 
 
-_NEWS: Final = re.compile(r"FF set (\d+) active")
 _PARAM_VALUE: Final[int] = dialect.MAVLINK_MSG_ID_PARAM_VALUE
 
 
 class ActiveSet:
-    """Follows the frames and texts of a vehicle: FF_ACTIVE, FF_COMMIT (read in the same way), and its news in words.
+    """Follows the frames and texts of a vehicle: FF_ACTIVE, FF_COMMIT (read in the same way), and its news.
 
     `number` is the set's number, None if not yet known; `told_s` is the time of the last message that stated it.
     """
@@ -265,11 +264,10 @@ class ActiveSet:
         if message is not None and message.param_id in (ACTIVE, COMMIT) and message.param_value.is_integer():
             self.number, self.told_s = int(message.param_value), arrived_s
 
-    def read(self, text: str, arrived_s: float) -> None:
+    def read(self, text: CrewText, arrived_s: float) -> None:
         """Take a text of the vehicle."""
-        news = _NEWS.fullmatch(text)
-        if news is not None:
-            self.number, self.told_s = int(news.group(1)), arrived_s
+        if text.topic is Topic.SET_ACTIVE and text.number is not None:
+            self.number, self.told_s = text.number, arrived_s
 
 
 LOST_S: Final = 3.0

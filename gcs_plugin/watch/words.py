@@ -8,12 +8,13 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.framing import Frame, decode
 from bridge.printable import printable
+from bridge.status_codes import CrewText, decoded
 
 PIECE_CHARACTERS: Final = 50
 LONGEST_CHARACTERS: Final = 1000
 MOST_BEGUN: Final = 256
 
-Tell = Callable[[tuple[int, int], int, str], None]
+Tell = Callable[[tuple[int, int], int, CrewText], None]
 """Called with (system, component), severity and text."""
 
 
@@ -57,4 +58,4 @@ class StatusTexts:
     def _end(self, source: tuple[int, int]) -> None:
         begun = self._begun.pop(source, None)
         if begun is not None and begun.text:
-            self._tell(source, begun.severity, printable(begun.text))
+            self._tell(source, begun.severity, decoded(printable(begun.text)))

@@ -11,6 +11,7 @@ from bridge.framing import Encoder, Framer, decode
 from bridge.link.lossy import Lossy
 from bridge.messages.readings import Reading, encode
 from bridge.parameters import ParameterServer, vehicle_table
+from bridge.status_codes import Topic, coded
 from bridge.vehicle.config import Configuration, Thruster, Vehicle
 from bridge.vehicle.feedforward import Mode
 from gcs_plugin.feedforward import Switch
@@ -71,7 +72,9 @@ class Craft:
             if is_set:
                 self.sets.append((self.clock.now_s, message.param_value))
             if is_set and self.bound:
-                self.say(dialect.MAVLink_statustext_message(4, b"orders from system 255 are refused"))
+                self.say(
+                    dialect.MAVLink_statustext_message(4, coded(Topic.STRANGER, "any words", 255).encode())
+                )
                 for answer in self.server.deny(message):
                     self.say(answer)
             elif self.lacks:

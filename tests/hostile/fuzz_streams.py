@@ -125,7 +125,7 @@ def ground() -> Feed:
     """What hears the vehicle: watcher, table of senders, texts."""
     parser, watcher, peers = Framer(), Watcher(None), Peers()
     said: list[str] = []
-    texts = StatusTexts(lambda _source, _severity, text: said.append(text))
+    texts = StatusTexts(lambda _source, _severity, text: said.append(text.words))
 
     def feed(data: bytes, time_s: float) -> list[Any]:
         frames = parser.feed(data) or parser.flush()

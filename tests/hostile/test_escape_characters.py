@@ -117,7 +117,7 @@ def test_the_name_of_a_vehicle_is_harmless_once_it_is_read(tmp_path: Path) -> No
 
 def test_status_texts_are_told_without_what_steers() -> None:
     heard: list[str] = []
-    texts = StatusTexts(lambda _source, _severity, text: heard.append(text))
+    texts = StatusTexts(lambda _source, _severity, text: heard.append(text.words))
     for frame in Framer().feed(
         Encoder(1, 1).encode(dialect.MAVLink_statustext_message(2, b"\x1b[2J\x9bhello"))
     ):

@@ -13,6 +13,7 @@ from bridge.simulator.body import Start
 from bridge.simulator.dive import SimulatedVehicle
 from bridge.simulator.missions import Leg, Mission
 from bridge.simulator.truth import load_truth
+from bridge.status_codes import CrewText, Topic, decoded
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.feedforward import Mode
 
@@ -71,8 +72,8 @@ def test_armed_it_is_raised_once_a_minute_of_shadow_has_been_good_and_not_before
     dive.fly(30.0)
     error, held, first, second = sorted(dive.asks(Mode.BOTH), key=lambda m: m.get_type())
     assert (error.error, held.param_value) == (3, 1.0)
-    assert first.text == "FF_MODE refused: armed, shadow not good yet"
-    assert second.text == "shadow: 28 of 60 s flown"
+    assert decoded(first.text).topic is Topic.UNPROVEN
+    assert decoded(second.text) == CrewText("shadow: 28 of 60 s flown", Topic.SHADOW)
     dive.fly(33.0)
     (held,) = dive.asks(Mode.BOTH)
     assert held.param_value == 3.0

@@ -28,6 +28,7 @@ from bridge.parameter_row import to_float32
 from bridge.parameters import ParameterServer, set_crc, vehicle_table
 from bridge.service import Bridge
 from bridge.simulator.truth import load_truth
+from bridge.status_codes import Topic, decoded
 from bridge.vehicle.autopilot import RATE_HZ, Actuation, Autopilot
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import load_vehicle
@@ -192,8 +193,8 @@ class Modes(RuleBasedStateMachine):
                 # One that is near may be refused where the vehicle ran out, so that hardly a force was given.
                 assert self.misfit > EXACT
                 assert texts[1].endswith(" % of surge explained, needs 70")
-            assert (texts[:1] == ["FF_MODE refused: armed, shadow not good yet"]) == refused
-            assert not refused or texts[1].startswith("shadow: ")
+            assert (decoded("".join(texts[:1])).topic is Topic.UNPROVEN) == refused
+            assert not refused or decoded(texts[1]).topic is Topic.SHADOW
         else:
             assert not refused
         assert all(len(text) <= 50 for text in texts)

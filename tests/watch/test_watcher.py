@@ -7,6 +7,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mav
 from vehicle_on_air import LINK, NO_LOCK, OnAir, dvl, imu
 
 from bridge.answers import status_texts
+from bridge.status_codes import Topic, coded
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.peers import GONE_S
 from gcs_plugin.watch.picture import Armed, Condition, Freshness
@@ -324,7 +325,7 @@ def value_of(name, value):
 @pytest.mark.parametrize(
     "told",
     [
-        status_texts("FF set 13247 active", 6, 1)[0],
+        status_texts(coded(Topic.SET_ACTIVE, "any words", 13247), 6, 1)[0],
         value_of("FF_ACTIVE", 13247.0),
         value_of("FF_COMMIT", 13247.0),
     ],
@@ -337,7 +338,8 @@ def test_the_set_that_flies_is_known_by_word_and_by_any_read_of_it(watcher, vehi
 
 
 @pytest.mark.parametrize(
-    "told", [status_texts("FF set lost", 6, 1)[0], value_of("FF_MODE", 2.0), value_of("FF_ACTIVE", math.inf)]
+    "told",
+    [status_texts("FF set 13247 active", 6, 1)[0], value_of("FF_MODE", 2.0), value_of("FF_ACTIVE", math.inf)],
 )
 def test_other_words_values_and_vehicles_tell_nothing_of_the_set_that_flies(watcher, vehicle, told):
     vehicle.beats(1.0)

@@ -7,6 +7,7 @@ from service_rig import Rig
 from bridge.framing import Encoder
 from bridge.ground import Ground
 from bridge.parameters import Refusal
+from bridge.status_codes import CrewText, Topic, decoded
 from tui import cli, exit_codes
 from tui.commands.bridge import ground
 
@@ -25,8 +26,9 @@ ARM = dialect.MAVLink_command_long_message(1, 1, 400, 0, 1.0, 0, 0, 0, 0, 0, 0)
 )
 def test_an_order_of_anyone_but_the_configured_ground_changes_nothing_and_is_told(station, source, told):
     rig = Rig(ground=station)
-    words, error, value = rig.ask(WRITE, Encoder(*source))
-    assert words.text == told
+    *pieces, error, value = rig.ask(WRITE, Encoder(*source))
+    words = "".join(piece.text for piece in pieces)
+    assert decoded(words) == CrewText(told, Topic.STRANGER, source[0])
     assert (error.error, value.param_value) == (Refusal.DENIED, 0.0)
     (answer,) = rig.ask(ARM, Encoder(*source))
     assert answer.result == dialect.MAV_RESULT_DENIED
@@ -40,7 +42,7 @@ def texts(answers):
 
 
 def test_a_strange_ground_is_told_again_after_a_while_and_many_of_them_fill_no_link():
-    rig, told = Rig(), ["orders from system 254 are refused"]
+    rig, told = Rig(), ["F4:254 orders from system 254 are refused"]
     said = []
     for time_s in (0.0, 5.0, 9.9, 10.0, 15.0, 20.0):
         rig.clock.advance_to(time_s)

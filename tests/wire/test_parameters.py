@@ -20,6 +20,7 @@ from bridge.framing import Encoder, Framer, decode
 from bridge.parameter_row import to_float32
 from bridge.parameters import ParameterServer, Refusal, set_crc, vehicle_table
 from bridge.schema import load_yaml
+from bridge.status_codes import Topic, coded, decoded
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import CONFIGS, Configuration, Thruster, Vehicle, load_vehicle
 from bridge.vehicle.feedforward import feedforward
@@ -356,8 +357,8 @@ def test_armed_without_good_shadow_the_mode_may_go_down_and_not_up_and_the_reaso
     assert target.write("FF_MODE", float(before), False) is None
     assert target.write("FF_MODE", float(after), True) is (Refusal.DENIED if refused else None)
     assert target.mode == (before if refused else after)
-    told = ["FF_MODE refused: armed, shadow not good yet", "shadow: 12 of 60 s flown"]
-    assert target.take_texts() == (told if refused else [])
+    told = [Topic.UNPROVEN, Topic.SHADOW] if refused else []
+    assert [decoded(text).topic for text in target.take_texts()] == told
     assert target.write("FF_MODE", float(after), False) is None
     assert target.mode == after
 
@@ -365,7 +366,7 @@ def test_armed_without_good_shadow_the_mode_may_go_down_and_not_up_and_the_reaso
 def test_where_no_controller_watches_shadow_nothing_is_proven() -> None:
     target = server(M_u=80.0, D_u=40.0)
     assert target.write("FF_MODE", 3.0, True) is Refusal.DENIED
-    assert target.take_texts()[1] == "shadow: none flown, seatrial ff shadow first"
+    assert target.take_texts()[1] == coded(Topic.SHADOW, "shadow: none flown, seatrial ff shadow first")
 
 
 @pytest.mark.parametrize("unset", ["M_u", "D_u", "M_v", "D_v", "I_r", "D_r"])

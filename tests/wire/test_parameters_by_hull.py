@@ -8,6 +8,7 @@ import pytest
 
 from bridge.parameter_memory import OF_ANOTHER, OF_NONE
 from bridge.parameters import ParameterServer, vehicle_table
+from bridge.status_codes import Topic, coded
 from bridge.vehicle.config import Configuration, Device, Prior, Sensors, ThrustCurve, Thruster, Vehicle, Water
 from bridge.vehicle.hull import hull_mark
 
@@ -94,7 +95,7 @@ def test_a_mode_that_is_set_meanwhile_loses_no_set_and_the_reason_is_said_again(
     assert other.write("FF_MODE", 2.0, False) is None
     assert tuple(other.take_texts()) == OF_ANOTHER
     assert other.write("FF_MODE", 3.0, True) is not None
-    assert tuple(other.take_texts()) == ("FF_MODE refused: no active set", *OF_ANOTHER)
+    assert tuple(other.take_texts()) == (coded(Topic.NO_SET, "FF_MODE refused: no active set"), *OF_ANOTHER)
     again = boot(path, REBUILT)
     assert nothing_flies(again)
     assert (again.mode, tuple(again.take_texts())) == (2, OF_ANOTHER)

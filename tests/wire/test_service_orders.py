@@ -96,7 +96,7 @@ def test_a_set_that_became_active_is_told_as_news_and_a_refused_one_as_a_warning
 
     rig.parameters.write("FF0_M_U", 96.5, False)
     crc = rig.parameters.staged_crc
-    assert commit(crc) == [(f"FF set {crc} active", dialect.MAV_SEVERITY_NOTICE)]
+    assert commit(crc) == [(f"F5:{crc} FF set {crc} active", dialect.MAV_SEVERITY_NOTICE)]
     assert commit(1) == [("FF_COMMIT refused: CRC is not the staged set's", dialect.MAV_SEVERITY_WARNING)]
 
 
@@ -157,7 +157,7 @@ def test_orders_from_a_stranger_are_refused_aloud_and_his_questions_answered() -
     stranger = Encoder(42, 1)
     write = dialect.MAVLink_param_set_message(1, 1, b"FF0_M_U", 96.5, 9)
     words, error, value = rig.ask(write, stranger)
-    assert words.text == "orders from system 42 are refused"
+    assert words.text == "F4:42 orders from system 42 are refused"
     assert (error.error, value.param_value) == (Refusal.DENIED, 0.0)
     (denied,) = rig.ask(arm(1.0), stranger)
     assert denied.result == dialect.MAV_RESULT_DENIED
