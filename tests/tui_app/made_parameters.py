@@ -99,6 +99,17 @@ def told_lines(count, share):
     return (*lines, Report(of, share, "staging"))
 
 
+def staged(changed=(), active_crc=0.0):
+    """The plan where the vehicle holds all lines but some, and does not fly them."""
+    told = [
+        one
+        if one["name"] in changed
+        else {**one, "present": one["target"], "verdict": "staged", "change": 0.0}
+        for one in plan()["parameters"]
+    ]
+    return plan(parameters=told, active_crc=active_crc, staged_crc=8205)
+
+
 class FakeVehicle:
     """Answers `params diff`, a dry roll back, and writes; `waits` makes a write wait after it told `tells`.
 

@@ -4,17 +4,14 @@ import asyncio
 import json
 import os
 
-import pytest
 from made_diagnosis import CHECK, DIVE, OLDER, desk_with, diagnosis
 from made_dives import dive
 from made_view import FixedViews
 from pymavlink.dialects.v20 import ardupilotmega as dialect
-from screen_text import check, made, pressed, run, text
-from soak import rest_in_soak
+from screen_text import made, pressed, run, text
 
 from bridge.framing import Encoder
 from tui.app.jobs import Jobs
-from tui.app.themes import ORDER
 from tui.job import Done
 from tui.progress import UNKEPT, Report
 
@@ -49,27 +46,6 @@ async def ended(app, pilot):
     app._show()
     await pilot.pause()
     await pilot.pause()
-
-
-@pytest.mark.parametrize("size", rest_in_soak(SIZES))
-@pytest.mark.parametrize("theme", rest_in_soak(ORDER))
-def test_diagnose_looks_as_it_was_kept(theme, size, tmp_path):
-    async def look(app, pilot):
-        await pressed(pilot, "4")
-        check(f"diagnose-{size[0]}x{size[1]}-{theme}", app)
-
-    run(made(FixedViews(), theme=theme, desk=desk_with(tmp_path)), size, look)
-
-
-@pytest.mark.parametrize("size", rest_in_soak(SIZES))
-def test_diagnose_without_colour_looks_as_it_was_kept(size, monkeypatch, tmp_path):
-    monkeypatch.setenv("NO_COLOR", "1")
-
-    async def look(app, pilot):
-        await pressed(pilot, "4")
-        check(f"diagnose-{size[0]}x{size[1]}-no-colour", app)
-
-    run(made(FixedViews(), desk=desk_with(tmp_path)), size, look)
 
 
 def test_where_not_all_fits_a_key_goes_from_section_to_section_and_round(tmp_path):

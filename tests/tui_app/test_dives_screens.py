@@ -8,8 +8,7 @@ import pytest
 from made_dives import DECK, DIVES, HOVERING, FakeVerbs, desk
 from made_view import FixedViews, view
 from pymavlink.dialects.v20 import ardupilotmega as dialect
-from screen_text import check, made, pressed, run, text
-from soak import rest_in_soak
+from screen_text import made, pressed, run, text
 from textual import events
 from textual.widgets import Input
 
@@ -18,7 +17,6 @@ from gcs_plugin.dives.conditions import Conditions
 from gcs_plugin.dives.folder import DiveFolder
 from tui.app.screens.asking import AskScreen, FormScreen
 from tui.app.screens.dives import DivesScreen
-from tui.app.themes import ORDER
 
 SIZES = ((80, 24), (160, 50))
 NARROW = SIZES[0]
@@ -35,28 +33,6 @@ async def shown(app, pilot):
         await pilot.pause()
     app._show()
     await pilot.pause()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("size", rest_in_soak(SIZES))
-@pytest.mark.parametrize("theme", rest_in_soak(ORDER))
-def test_dives_look_as_they_were_kept(theme, size):
-    async def look(app, pilot):
-        await opened(app, pilot)
-        check(f"dives-{size[0]}x{size[1]}-{theme}", app)
-
-    run(made(FixedViews(), theme=theme, desk=desk()), size, look)
-
-
-@pytest.mark.parametrize("size", rest_in_soak(SIZES))
-def test_dives_without_colour_look_as_they_were_kept(size, monkeypatch):
-    monkeypatch.setenv("NO_COLOR", "1")
-
-    async def look(app, pilot):
-        await opened(app, pilot)
-        check(f"dives-{size[0]}x{size[1]}-no-colour", app)
-
-    run(made(FixedViews(), desk=desk()), size, look)
 
 
 def test_the_mark_stands_at_the_dive_that_is_meant_and_moves_by_keys_and_clicks():

@@ -10,8 +10,7 @@ import pytest
 from made_dives import DECK, HOVERING, FakeVerbs, desk
 from made_identified import PAGE, answer, leave, passes
 from made_view import UNIX_S, FixedViews
-from screen_text import check, made, pressed, run, text
-from soak import rest_in_soak
+from screen_text import made, pressed, run, text
 
 from gcs_plugin.dives.folder import About, DiveFolder
 from tui import exit_codes
@@ -20,7 +19,6 @@ from tui.app.screens.identify import IdentifyScreen
 from tui.app.screens.identify_lines import places, words_for
 from tui.app.screens.parameters import ParametersScreen
 from tui.app.screens.watch import WatchScreen
-from tui.app.themes import ORDER
 from tui.progress import UNKEPT, Report
 
 SIZES = ((80, 24), (160, 50))
@@ -59,32 +57,6 @@ async def ended(app, pilot):
     while any(app.desk.jobs.runs(verb) for verb in ("dives", "identify")):
         await pilot.pause()
     await shown(app, pilot)
-
-
-@pytest.mark.parametrize("size", rest_in_soak(SIZES))
-@pytest.mark.parametrize("theme", rest_in_soak(ORDER))
-def test_a_run_and_its_result_look_as_they_were_kept(theme, size, identified):
-    async def look(app, pilot):
-        await pressed(pilot, "3")
-        await shown(app, pilot)
-        check(f"identify-{size[0]}x{size[1]}-{theme}", app)
-        await pressed(pilot, "i")
-        await shown(app, pilot)
-        check(f"identify-runs-{size[0]}x{size[1]}-{theme}", app)
-
-    run(made(FixedViews(), theme=theme, desk=desk(WAITING(), dive=identified)), size, look)
-
-
-@pytest.mark.parametrize("size", rest_in_soak(SIZES))
-def test_it_looks_without_colour_as_it_was_kept(size, identified, monkeypatch):
-    monkeypatch.setenv("NO_COLOR", "1")
-
-    async def look(app, pilot):
-        await pressed(pilot, "3")
-        await shown(app, pilot)
-        check(f"identify-{size[0]}x{size[1]}-no-colour", app)
-
-    run(made(FixedViews(), desk=desk(WAITING(), dive=identified)), size, look)
 
 
 def test_two_keys_identify_the_dive_that_one_comes_from(dive):

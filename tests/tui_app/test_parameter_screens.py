@@ -1,59 +1,9 @@
 """The screen Parameters: how it looks, what each of its lines tells, and what is told of those without room."""
 
 import pytest
-from made_parameters import FakeVehicle, desk, plan, told_lines
-from parameters_shown import NARROW, SIZES, done, line_of, on_screen, typed, views
-from screen_text import check, made, pressed, run, text
-from soak import rest_in_soak
-
-from gcs_plugin.watch.picture import Armed
-from tui.app.themes import ORDER
-
-
-@pytest.mark.parametrize("size", rest_in_soak(SIZES))
-@pytest.mark.parametrize("theme", rest_in_soak(ORDER))
-def test_parameters_look_as_they_were_kept(theme, size):
-    async def look(app, pilot):
-        await typed(app, pilot, "5", "down", "down")
-        check(f"parameters-{size[0]}x{size[1]}-{theme}", app)
-
-    run(made(views(), theme=theme, desk=desk()), size, look)
-
-
-@pytest.mark.parametrize("size", rest_in_soak(SIZES))
-def test_without_colour_they_look_as_they_were_kept(size, monkeypatch):
-    monkeypatch.setenv("NO_COLOR", "1")
-
-    async def look(app, pilot):
-        await typed(app, pilot, "5", "down", "space")
-        check(f"parameters-{size[0]}x{size[1]}-no-colour", app)
-
-    run(made(views(), desk=desk()), size, look)
-
-
-@pytest.mark.parametrize("theme", rest_in_soak(ORDER))
-def test_what_is_asked_of_an_armed_vehicle_looks_as_it_was_kept(theme):
-    async def look(app, pilot):
-        await typed(app, pilot, "5", "u", "7")
-        check(f"parameters-80x24-armed-{theme}", app)
-
-    run(made(views(Armed.ARMED), theme=theme, desk=desk()), NARROW, look)
-
-
-def test_writing_and_what_became_of_it_look_as_they_were_kept():
-    vehicle = FakeVehicle(tells=told_lines(3, 0.43), waits=True)
-
-    async def look(app, pilot):
-        await typed(app, pilot, "5", "u", "7")
-        await pressed(pilot, "enter")
-        app._show()
-        await pilot.pause()
-        check("parameters-80x24-writing", app)
-        vehicle.go.set()
-        await done(app, pilot)
-        check("parameters-80x24-written", app)
-
-    run(made(views(), desk=desk(vehicle)), NARROW, look)
+from made_parameters import FakeVehicle, plan
+from parameters_shown import line_of, on_screen, typed
+from screen_text import text
 
 
 def test_each_line_tells_vehicle_file_interval_last_accepted_and_change():

@@ -1,21 +1,8 @@
 """The screen Parameters: what the vehicle holds and does not fly."""
 
-import pytest
-from made_parameters import FakeVehicle, desk, plan
-from parameters_shown import SIZES, line_of, on_screen, typed, views
-from screen_text import check, made, run, text
-from soak import rest_in_soak
-
-
-def staged(changed=(), active_crc=0.0):
-    """The plan where the vehicle holds all lines but some, and does not fly them."""
-    told = [
-        one
-        if one["name"] in changed
-        else {**one, "present": one["target"], "verdict": "staged", "change": 0.0}
-        for one in plan()["parameters"]
-    ]
-    return plan(parameters=told, active_crc=active_crc, staged_crc=8205)
+from made_parameters import FakeVehicle, plan, staged
+from parameters_shown import line_of, on_screen, typed
+from screen_text import text
 
 
 def test_what_is_staged_and_does_not_fly_says_so_first_and_is_asked_for_as_that():
@@ -55,15 +42,6 @@ def test_an_upload_that_was_cut_is_still_told_as_staged_once_the_vehicle_is_read
     assert words[words.index("--only") + 1 :] == tuple(
         one["name"] for one in plan()["parameters"] if one["name"] != "FF1_M_W"
     )
-
-
-@pytest.mark.parametrize("size", rest_in_soak(SIZES))
-def test_what_is_staged_looks_as_it_was_kept(size):
-    async def look(app, pilot):
-        await typed(app, pilot, "5", "u")
-        check(f"parameters-{size[0]}x{size[1]}-staged", app)
-
-    run(made(views(), desk=desk(FakeVehicle(staged(changed=("FF1_M_W",))))), size, look)
 
 
 def test_a_vehicle_that_never_had_a_set_shows_no_staged_values():

@@ -9,14 +9,12 @@ from made_dives import HOVERING, FakeVerbs, desk
 from made_replay import StillReplay, replayed
 from made_view import FixedViews, picture
 from pymavlink.dialects.v20 import ardupilotmega as dialect
-from screen_text import check, made, pressed, run, text
-from soak import rest_in_soak
+from screen_text import made, pressed, run, text
 
 from bridge.framing import Encoder
 from bridge.tlog import TlogWriter
 from tui.app.drawing import width
 from tui.app.screens.watch import WatchScreen, replay_line
-from tui.app.themes import ORDER
 from tui.app.view import BEFORE_S, SPEEDS, Replay
 
 SIZES = ((80, 24), (160, 50))
@@ -142,17 +140,6 @@ def test_the_line_is_as_wide_as_the_screen_and_inverse_throughout(cells):
     line = replay_line(replayed(name="x" * 100), cells)
     assert width(line) == cells
     assert {role for _, role in line} == {"lost"}
-
-
-@pytest.mark.parametrize("size", rest_in_soak(SIZES))
-@pytest.mark.parametrize("theme", rest_in_soak(ORDER))
-def test_a_replay_looks_as_it_was_kept(theme, size):
-    async def look(app, pilot):
-        app._show()
-        await pilot.pause()
-        check(f"replay-{size[0]}x{size[1]}-{theme}", app)
-
-    run(made(FixedViews(), theme=theme, desk=desk(replay=StillReplay())), size, look)
 
 
 def test_what_stands_below_is_the_dive_and_the_lines_above_stay_the_vehicle():

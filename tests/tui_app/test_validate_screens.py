@@ -3,16 +3,13 @@
 import asyncio
 import json
 
-import pytest
 from made_diagnosis import CHECK, DIVE, OLDER
 from made_dives import dive
 from made_validation import validated_desk, validation
 from made_view import FixedViews
-from screen_text import check, made, pressed, run, text
-from soak import rest_in_soak
+from screen_text import made, pressed, run, text
 
 from tui.app.jobs import Jobs
-from tui.app.themes import ORDER
 from tui.job import Done
 from tui.progress import UNKEPT, Report
 
@@ -44,35 +41,6 @@ async def ended(app, pilot):
 
 def seen(app):
     return " ".join(text(app).split())
-
-
-@pytest.mark.parametrize("size", rest_in_soak([NARROW, WIDE]))
-@pytest.mark.parametrize("theme", rest_in_soak(ORDER))
-def test_validate_looks_as_it_was_kept(theme, size, tmp_path):
-    async def look(app, pilot):
-        await pressed(pilot, "6")
-        check(f"validate-{size[0]}x{size[1]}-{theme}", app)
-
-    run(made(FixedViews(), theme=theme, desk=validated_desk(tmp_path)), size, look)
-
-
-@pytest.mark.parametrize("size", rest_in_soak([NARROW, WIDE]))
-def test_validate_without_colour_looks_as_it_was_kept(size, monkeypatch, tmp_path):
-    monkeypatch.setenv("NO_COLOR", "1")
-
-    async def look(app, pilot):
-        await pressed(pilot, "6")
-        check(f"validate-{size[0]}x{size[1]}-no-colour", app)
-
-    run(made(FixedViews(), desk=validated_desk(tmp_path, go=False)), size, look)
-
-
-def test_curves_look_as_they_were_kept(tmp_path):
-    async def look(app, pilot):
-        await pressed(pilot, "6", "s")
-        check("validate-80x24-curves", app)
-
-    run(made(FixedViews(), desk=validated_desk(tmp_path)), NARROW, look)
 
 
 def test_keys_go_from_axis_to_axis_and_from_dive_to_dive(tmp_path):

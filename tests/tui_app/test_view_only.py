@@ -10,7 +10,7 @@ from textual.actions import parse
 from textual.command import CommandPalette
 
 from tui.app.jobs import Jobs
-from tui.app.keys import Action, Gate, looking_work, name_of
+from tui.app.keys import LOOKS, Action, Gate, looking_work, name_of
 from tui.app.screens.table import PLACES, SCREENS
 
 ACTIONS = {action.id: action for place in PLACES for action in place}
@@ -28,7 +28,7 @@ class FakeScreen:
 
 
 FakeScreen.action_look.__module__ = FakeScreen.action_fly.__module__ = "tui.app.screens.fake"
-LOOK = Action("fake.look", "l", "look", "Look", "look", looks=True)
+LOOK = Action("fake.look", "l", "look", "Look", "look", LOOKS)
 FLY = Action("fake.fly", "f", "fly", "Fly", "fly")
 
 

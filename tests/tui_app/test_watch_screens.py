@@ -9,38 +9,8 @@ from soak import rest_in_soak
 
 from gcs_plugin.watch.picture import Armed, Freshness, Said
 from tui.app.screens.panes import SensorTable
-from tui.app.themes import ORDER
 
 SIZES = ((80, 24), (160, 50))
-
-
-@pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("theme", rest_in_soak(ORDER))
-def test_watch_looks_as_it_was_kept(theme, size):
-    async def look(app, _):
-        check(f"watch-{size[0]}x{size[1]}-{theme}", app)
-
-    run(made(FixedViews(), theme=theme), size, look)
-
-
-@pytest.mark.parametrize("size", rest_in_soak(SIZES))
-def test_watch_without_colour_looks_as_it_was_kept(size, monkeypatch):
-    monkeypatch.setenv("NO_COLOR", "1")
-
-    async def look(app, _):
-        check(f"watch-{size[0]}x{size[1]}-no-colour", app)
-
-    run(made(FixedViews()), size, look)
-
-
-def test_the_second_page_of_charts_and_all_words_look_as_they_were_kept():
-    async def look(app, pilot):
-        await pressed(pilot, "c")
-        check("watch-80x24-second-page", app)
-        await pressed(pilot, "w")
-        check("watch-80x24-words", app)
-
-    run(made(FixedViews()), (80, 24), look)
 
 
 @pytest.mark.parametrize("size", rest_in_soak(SIZES))

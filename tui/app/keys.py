@@ -9,6 +9,7 @@ import os
 import unicodedata
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from enum import Flag, auto
 from pathlib import Path
 from typing import Final
 
@@ -23,12 +24,25 @@ from tui.job import Done
 from tui.progress import Report
 
 
+class Mark(Flag):
+    """Of an action: not in the footer; live even while the user types, and above any overlay; only looking.
+
+    An action that only looks changes the display of this screen and nothing else, so a view-only app allows it.
+    """
+
+    HIDDEN = auto()
+    ALWAYS = auto()
+    LOOKS = auto()
+
+
+SHOWN, HIDDEN, ALWAYS, LOOKS = Mark(0), Mark.HIDDEN, Mark.ALWAYS, Mark.LOOKS
+
+
 @dataclass(frozen=True)
 class Action:
     """An action that a key triggers. `keys` are Textual's names, separated by commas; `call` is its action string.
 
-    `words` appear in the footer, `sentence` in help and palette. `always`: live even while the user types, and above
-    any overlay. `looks`: it changes only the display of this screen, so a view-only app allows it; see `gate`.
+    `words` appear in the footer, `sentence` in help and palette. `mark` says more of it.
     """
 
     id: str
@@ -36,9 +50,15 @@ class Action:
     call: str
     words: str
     sentence: str
-    in_footer: bool = True
-    always: bool = False
-    looks: bool = False
+    mark: Mark = SHOWN
+
+    @property
+    def looks(self) -> bool:
+        return Mark.LOOKS in self.mark
+
+    @property
+    def always(self) -> bool:
+        return Mark.ALWAYS in self.mark
 
     @property
     def binding(self) -> Binding:
@@ -46,7 +66,7 @@ class Action:
             self.keys,
             self.call,
             self.words,
-            show=self.in_footer,
+            show=Mark.HIDDEN not in self.mark,
             priority=self.always,
             tooltip=self.sentence,
             id=self.id,
@@ -62,15 +82,10 @@ EVERYWHERE: Final = (
         "app.force_off",
         "FF off",
         "feed-forward off, sent until it is acknowledged",
-        always=True,
+        ALWAYS,
     ),
     Action(
-        "app.help",
-        "question_mark,f1",
-        "app.help",
-        "Help",
-        "the keys that work here, and the marks",
-        looks=True,
+        "app.help", "question_mark,f1", "app.help", "Help", "the keys that work here, and the marks", LOOKS
     ),
     Action(
         "app.palette",
@@ -78,8 +93,7 @@ EVERYWHERE: Final = (
         "app.command_palette",
         "Palette",
         "find an action by its name",
-        always=True,
-        looks=True,
+        ALWAYS | LOOKS,
     ),
     Action(
         "recording.begin",
@@ -87,7 +101,7 @@ EVERYWHERE: Final = (
         "app.record",
         "Record",
         "begin a recording, where none runs any more",
-        in_footer=False,
+        HIDDEN,
     ),
     Action(
         "recording.next",
@@ -95,7 +109,7 @@ EVERYWHERE: Final = (
         "app.next_dive",
         "Next dive",
         "go on recording in a new dive folder",
-        in_footer=False,
+        HIDDEN,
     ),
     Action(
         "recording.end",
@@ -103,19 +117,11 @@ EVERYWHERE: Final = (
         "app.end_recording",
         "End recording",
         "record no longer; asks for a word first",
-        in_footer=False,
+        HIDDEN,
     ),
-    Action("theme.next", "t", "app.next_theme", "Theme", "dark, light, sunlight", looks=True),
-    Action("app.quit", "ctrl+q", "app.quit", "Quit", "leave; the recording goes on", always=True, looks=True),
-    Action(
-        "app.close",
-        "escape",
-        "app.close",
-        "Close",
-        "close what lies over the screen",
-        in_footer=False,
-        looks=True,
-    ),
+    Action("theme.next", "t", "app.next_theme", "Theme", "dark, light, sunlight", LOOKS),
+    Action("app.quit", "ctrl+q", "app.quit", "Quit", "leave; the recording goes on", ALWAYS | LOOKS),
+    Action("app.close", "escape", "app.close", "Close", "close what lies over the screen", HIDDEN | LOOKS),
 )
 
 

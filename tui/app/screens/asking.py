@@ -11,7 +11,7 @@ from textual.widgets import Input, Label
 
 from bridge.errors import SeatrialError
 from tui.app.drawing import Lines
-from tui.app.keys import Action, bindings
+from tui.app.keys import HIDDEN, LOOKS, Action, bindings
 from tui.app.screens.frame import Drawn, StationScreen, TopLine
 
 Answer = TypeVar("Answer")
@@ -53,15 +53,7 @@ class OverScreen(ModalScreen[Answer]):
 
 
 ASKING: Final = (
-    Action(
-        "ask.cancel",
-        "escape",
-        "dismiss(None)",
-        "Cancel",
-        "back, and nothing is changed",
-        in_footer=False,
-        looks=True,
-    ),
+    Action("ask.cancel", "escape", "dismiss(None)", "Cancel", "back, and nothing is changed", HIDDEN | LOOKS),
 )
 
 
@@ -88,18 +80,10 @@ class AskScreen(OverScreen[str | None]):
 
 FILLING: Final = (
     Action(
-        "form.cancel",
-        "escape",
-        "dismiss(None)",
-        "Cancel",
-        "back, and nothing is changed",
-        in_footer=False,
-        looks=True,
+        "form.cancel", "escape", "dismiss(None)", "Cancel", "back, and nothing is changed", HIDDEN | LOOKS
     ),
-    Action("form.next", "down", "app.focus_next", "Next", "the next line", in_footer=False, looks=True),
-    Action(
-        "form.before", "up", "app.focus_previous", "Before", "the line before", in_footer=False, looks=True
-    ),
+    Action("form.next", "down", "app.focus_next", "Next", "the next line", HIDDEN | LOOKS),
+    Action("form.before", "up", "app.focus_previous", "Before", "the line before", HIDDEN | LOOKS),
 )
 
 UNKEPT: Final = "unkept"

@@ -8,7 +8,7 @@ from tui.app.desk import can_check
 from tui.app.drawing import Lines
 from tui.app.header import Tab
 from tui.app.jobs import Kept, newer
-from tui.app.keys import Action, bindings
+from tui.app.keys import LOOKS, Action, bindings
 from tui.app.screens import diagnose_lines
 from tui.app.screens.diagnose_lines import Answer, answer
 from tui.app.screens.on_dive import DiveScreen
@@ -37,16 +37,9 @@ class DiagnoseScreen(DiveScreen):
             "diagnose.start", "d", "start", "Diagnose", "diagnose the chosen dive, in a process of its own"
         ),
         Action(
-            "diagnose.check",
-            "c",
-            "check",
-            "Check on",
-            "the next older dive to check it on, then none",
-            looks=True,
+            "diagnose.check", "c", "check", "Check on", "the next older dive to check it on, then none", LOOKS
         ),
-        Action(
-            "diagnose.section", "s", "section", "Section", "the next section, where not all fit", looks=True
-        ),
+        Action("diagnose.section", "s", "section", "Section", "the next section, where not all fit", LOOKS),
         Action("diagnose.cancel", "x", "cancel", "Cancel", "end the diagnosis that runs"),
         Action(
             "diagnose.parameters", "p", "parameters", "Parameters", "what it would upload, beside the vehicle"

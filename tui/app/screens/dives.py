@@ -14,7 +14,7 @@ from gcs_plugin.dives.folder import DiveFolder, last_conditions
 from tui.app.drawing import Line, Lines, hanging, heading
 from tui.app.header import Tab
 from tui.app.jobs import aside
-from tui.app.keys import Action, bindings
+from tui.app.keys import HIDDEN, LOOKS, Action, bindings
 from tui.app.screens.asking import AskScreen, FormScreen
 from tui.app.screens.dives_lines import (
     CHOSEN,
@@ -53,35 +53,23 @@ class DivesScreen(StationScreen):
         Action("dives.diagnose", "d", "begin('diagnose')", "Diagnose", "diagnose this dive, at once"),
         Action("dives.validate", "v", "begin('validate')", "Validate", "validate this dive, at once"),
         Action(
-            "dives.choose",
-            "enter",
-            "choose",
-            "Choose",
-            "the other screens show this dive",
-            in_footer=False,
-            looks=True,
+            "dives.choose", "enter", "choose", "Choose", "the other screens show this dive", HIDDEN | LOOKS
         ),
-        Action("dives.replay", "r", "replay", "Replay", "play this dive on Watch", looks=True),
-        Action(
-            "dives.note", "n", "note", "Note", "what is noted of this dive, to be changed", in_footer=False
-        ),
+        Action("dives.replay", "r", "replay", "Replay", "play this dive on Watch", LOOKS),
+        Action("dives.note", "n", "note", "Note", "what is noted of this dive, to be changed", HIDDEN),
         Action(
             "dives.conditions",
             "c",
             "conditions",
             "Conditions",
             "water, tether, ballast, payload, weather",
-            in_footer=False,
+            HIDDEN,
         ),
-        Action(
-            "dives.again", "ctrl+r", "again", "Read", "read the folder again", in_footer=False, looks=True
-        ),
-        Action("dives.up", "up,k", "go(-1)", "Up", "a newer dive", in_footer=False, looks=True),
-        Action("dives.down", "down,j", "go(1)", "Down", "an older dive", in_footer=False, looks=True),
-        Action(
-            "dives.newest", "home", "go(-100000)", "Newest", "the newest dive", in_footer=False, looks=True
-        ),
-        Action("dives.oldest", "end", "go(100000)", "Oldest", "the oldest dive", in_footer=False, looks=True),
+        Action("dives.again", "ctrl+r", "again", "Read", "read the folder again", HIDDEN | LOOKS),
+        Action("dives.up", "up,k", "go(-1)", "Up", "a newer dive", HIDDEN | LOOKS),
+        Action("dives.down", "down,j", "go(1)", "Down", "an older dive", HIDDEN | LOOKS),
+        Action("dives.newest", "home", "go(-100000)", "Newest", "the newest dive", HIDDEN | LOOKS),
+        Action("dives.oldest", "end", "go(100000)", "Oldest", "the oldest dive", HIDDEN | LOOKS),
     )
     BINDINGS = bindings(ACTIONS)  # type: ignore[assignment]
     LEGEND: ClassVar[tuple[tuple[str, str], ...]] = (

@@ -136,7 +136,7 @@ class TopLine(LineView):
             self.post_message(self.Chosen(tab))
 
 
-ALWAYS = ("app.force_off", "app.help")
+NEVER_LEFT_OUT = ("app.force_off", "app.help")
 """Actions that must be visible on any terminal."""
 HELP = "app.help"
 
@@ -160,8 +160,8 @@ class LiveKey:
 
 
 def fitting(keys: Sequence[LiveKey], cells: int) -> tuple[LiveKey, ...]:
-    """Drop keys from the end until the rest fits into `cells`; those in `ALWAYS` are never dropped."""
-    last_first = [key for key in reversed(keys) if key.action not in ALWAYS]
+    """Drop keys from the end until the rest fits into `cells`; those in `NEVER_LEFT_OUT` are never dropped."""
+    last_first = [key for key in reversed(keys) if key.action not in NEVER_LEFT_OUT]
     for count in range(len(last_first) + 1):
         shown = tuple(_telling(key, count) for key in keys if key not in last_first[:count])
         if sum(key.cells for key in shown) <= cells:

@@ -10,20 +10,14 @@ from textual.containers import VerticalScroll
 from textual.screen import ModalScreen, Screen
 
 from tui.app.drawing import Line, Lines
-from tui.app.keys import Action, bindings
+from tui.app.keys import HIDDEN, LOOKS, Action, bindings
 from tui.app.screens.frame import LineView, StationScreen
 from tui.app.themes import ROLE_CLASSES
 from tui.app.view import View
 
 CLOSING: Final = (
     Action(
-        "help.close",
-        "escape,question_mark,f1,q",
-        "dismiss",
-        "Close",
-        "back to the screen",
-        in_footer=False,
-        looks=True,
+        "help.close", "escape,question_mark,f1,q", "dismiss", "Close", "back to the screen", HIDDEN | LOOKS
     ),
 )
 EVERYWHERE, MOVING = "Everywhere", "Moving about"

@@ -11,7 +11,7 @@ from tui import exit_codes
 from tui.app.drawing import Lines, hanging, heading
 from tui.app.header import Tab
 from tui.app.jobs import JobState
-from tui.app.keys import Action, bindings
+from tui.app.keys import LOOKS, Action, bindings
 from tui.app.screens.frame import Drawn, StationScreen
 from tui.app.screens.identify_lines import (
     Identified,
@@ -36,7 +36,7 @@ class IdentifyScreen(StationScreen):
     ACTIONS: ClassVar[tuple[Action, ...]] = (
         Action("identify.begin", "i", "begin", "Identify", "identify the chosen dive, now"),
         Action("identify.parameters", "p", "parameters", "Parameters", "compare and upload what was found"),
-        Action("identify.curves", "c", "curves", "Curves", "how the values converged, and back", looks=True),
+        Action("identify.curves", "c", "curves", "Curves", "how the values converged, and back", LOOKS),
         Action("identify.cancel", "x", "cancel", "Cancel", "end the identification that runs"),
     )
     BINDINGS = bindings(ACTIONS)  # type: ignore[assignment]

@@ -10,7 +10,7 @@ from textual.widgets import Input
 
 from gcs_plugin.watch.picture import Picture
 from tui.app.drawing import Lines, wrapped
-from tui.app.keys import Action, bindings
+from tui.app.keys import HIDDEN, LOOKS, Action, bindings
 from tui.app.screens import parameters_lines as lines
 from tui.app.screens.asking import AskLine
 from tui.app.screens.frame import Drawn, StationScreen
@@ -33,25 +33,18 @@ class ParametersScreen(StationScreen):
 
     ACTIONS: ClassVar[tuple[Action, ...]] = (
         Action(
-            "parameters.choose",
-            "space",
-            "choose",
-            "Choose",
-            "write this line, or leave it as it is",
-            looks=True,
+            "parameters.choose", "space", "choose", "Choose", "write this line, or leave it as it is", LOOKS
         ),
-        Action("parameters.all", "a", "all", "All", "choose all lines that change, or none", looks=True),
+        Action("parameters.all", "a", "all", "All", "choose all lines that change, or none", LOOKS),
         Action("parameters.upload", "u", "upload", "Upload", "write the chosen lines; asks for their number"),
         Action(
             "parameters.back", "r", "back", "Roll back", "the values before the last upload; asks likewise"
         ),
-        Action("parameters.read", "ctrl+r", "read", "Read", "read the vehicle again", in_footer=False),
-        Action("parameters.up", "up,k", "go(-1)", "Up", "the line above", in_footer=False, looks=True),
-        Action("parameters.down", "down,j", "go(1)", "Down", "the line below", in_footer=False, looks=True),
-        Action(
-            "parameters.first", "home", "go(-1000)", "First", "the first line", in_footer=False, looks=True
-        ),
-        Action("parameters.last", "end", "go(1000)", "Last", "the last line", in_footer=False, looks=True),
+        Action("parameters.read", "ctrl+r", "read", "Read", "read the vehicle again", HIDDEN),
+        Action("parameters.up", "up,k", "go(-1)", "Up", "the line above", HIDDEN | LOOKS),
+        Action("parameters.down", "down,j", "go(1)", "Down", "the line below", HIDDEN | LOOKS),
+        Action("parameters.first", "home", "go(-1000)", "First", "the first line", HIDDEN | LOOKS),
+        Action("parameters.last", "end", "go(1000)", "Last", "the last line", HIDDEN | LOOKS),
     )
     BINDINGS = bindings(ACTIONS)  # type: ignore[assignment]
     LEGEND: ClassVar[tuple[tuple[str, str], ...]] = (

@@ -150,7 +150,8 @@ def _words(entry: Entry, became: Written | None, room: int) -> Span:
     if became:
         if became.equal:
             return f"✓ {EQUAL if len(EQUAL) + 2 <= room else EQUAL_SHORT}", "accent"
-        return f"{DOUBT} {FAILED.get(became.outcome, 'failed')}", "bad"
+        failed = FAILED.get(became.outcome, "")
+        return f"{DOUBT} {failed if 0 < len(failed) <= room - 2 else 'failed'}", "bad"
     if entry.changes:
         return (entry.reason or "", "warn")
     role: Role = "warn" if entry.staged else "quiet" if entry.verdict == "same" else "bad"

@@ -1,6 +1,6 @@
 """The screens, one row each, from which their keys, tabs, palette entries and keymap ids follow; and the palette."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Final, cast
@@ -10,7 +10,7 @@ from textual.command import CommandPalette, DiscoveryHit, Hit, Hits, Provider
 
 from tui.app import themes
 from tui.app.header import Tab
-from tui.app.keys import EVERYWHERE, Action
+from tui.app.keys import EVERYWHERE, HIDDEN, LOOKS, Action
 from tui.app.screens.asking import ASKING, FILLING
 from tui.app.screens.diagnose import DiagnoseScreen
 from tui.app.screens.dives import DivesScreen
@@ -27,76 +27,37 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Row:
-    """A screen: its id, key, title and purpose, the function that makes it, and its actions."""
+    """A screen: its key, title and purpose, and its class."""
 
-    id: str
     key: str
     title: str
     sentence: str
-    make: Callable[[str, Sequence[Tab]], StationScreen]
-    actions: tuple[Action, ...]
+    make: type[StationScreen]
+
+    @property
+    def id(self) -> str:
+        return self.title.lower()
+
+    @property
+    def actions(self) -> tuple[Action, ...]:
+        return self.make.ACTIONS
 
 
 SCREENS: Final = (
+    Row("1", "Watch", "the vehicle as it is now, and its sensors' health", WatchScreen),
+    Row("2", "Dives", "the recordings, and what each could identify", DivesScreen),
+    Row("3", "Identify", "masses and dampings that the chosen dive tells", IdentifyScreen),
     Row(
-        "watch",
-        "1",
-        "Watch",
-        "the vehicle as it is now, and its sensors' health",
-        WatchScreen,
-        WatchScreen.ACTIONS,
-    ),
-    Row(
-        "dives",
-        "2",
-        "Dives",
-        "the recordings, and what each could identify",
-        DivesScreen,
-        DivesScreen.ACTIONS,
-    ),
-    Row(
-        "identify",
-        "3",
-        "Identify",
-        "masses and dampings that the chosen dive tells",
-        IdentifyScreen,
-        IdentifyScreen.ACTIONS,
-    ),
-    Row(
-        "diagnose",
         "4",
         "Diagnose",
         "where model and recording differ, what causes it, how far that shrinks it",
         DiagnoseScreen,
-        DiagnoseScreen.ACTIONS,
     ),
-    Row(
-        "parameters",
-        "5",
-        "Parameters",
-        "the vehicle beside what was identified; upload and roll back",
-        ParametersScreen,
-        ParametersScreen.ACTIONS,
-    ),
-    Row(
-        "validate",
-        "6",
-        "Validate",
-        "may the feed-forward be raised, and how well the vehicle followed",
-        ValidateScreen,
-        ValidateScreen.ACTIONS,
-    ),
+    Row("5", "Parameters", "the vehicle beside what was identified; upload and roll back", ParametersScreen),
+    Row("6", "Validate", "may the feed-forward be raised, and how well the vehicle followed", ValidateScreen),
 )
 OPENING: Final = tuple(
-    Action(
-        f"screen.{row.id}",
-        row.key,
-        f"app.open('{row.id}')",
-        row.title,
-        row.sentence,
-        in_footer=False,
-        looks=True,
-    )
+    Action(f"screen.{row.id}", row.key, f"app.open('{row.id}')", row.title, row.sentence, HIDDEN | LOOKS)
     for row in SCREENS
 )
 PLACES: Final = (

@@ -7,7 +7,7 @@ from typing import ClassVar, Final
 from tui.app.drawing import Lines
 from tui.app.header import Tab
 from tui.app.jobs import Kept
-from tui.app.keys import Action, bindings
+from tui.app.keys import LOOKS, Action, bindings
 from tui.app.screens import validate_lines
 from tui.app.screens.on_dive import DiveScreen
 from tui.app.screens.validate_lines import Run, runs
@@ -35,19 +35,17 @@ class ValidateScreen(DiveScreen):
             "compare",
             "Compare",
             "beside one more of the newest other dives, up to 3",
-            looks=True,
+            LOOKS,
         ),
-        Action(
-            "validate.section", "s", "section", "Section", "the next section, where not all fit", looks=True
-        ),
-        Action("validate.axis", "a", "axis", "Axis", "the curves of the next axis", looks=True),
+        Action("validate.section", "s", "section", "Section", "the next section, where not all fit", LOOKS),
+        Action("validate.axis", "a", "axis", "Axis", "the curves of the next axis", LOOKS),
         Action(
             "validate.run",
             "m",
             "run",
             "Mode",
             "curves and verdict of the next dive that stands beside",
-            looks=True,
+            LOOKS,
         ),
         Action("validate.cancel", "x", "cancel", "Cancel", "end the validation that runs"),
     )

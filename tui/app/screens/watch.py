@@ -10,7 +10,7 @@ from textual.containers import Container, Horizontal, Vertical, VerticalScroll
 
 from tui.app.drawing import Line, Lines, cut, stopwatch
 from tui.app.header import Tab
-from tui.app.keys import Action, bindings
+from tui.app.keys import HIDDEN, LOOKS, Action, bindings
 from tui.app.screens import panes
 from tui.app.screens.frame import LineView, StationScreen, TopLine
 from tui.app.screens.panes import Heading, SensorTable, ThrusterBars, ThrusterHeading, Words
@@ -49,19 +49,18 @@ STATE = {"depth": "first", "heading": "second", "altitude": "mini", "voltage": "
 """The charts and, for a small screen, their place: on the first page, on the second, or in one row on both."""
 
 
-def _in_replay(id: str, keys: str, call: str, words: str, sentence: str, in_footer: bool = False) -> Action:
-    return Action(f"replay.{id}", keys, f"replay_{call}", words, sentence, in_footer, looks=True)
-
-
-REPLAYING = (
-    _in_replay("end", "l", "end", "Live", "end the replay, and show the vehicle", in_footer=True),
-    _in_replay("pause", "space", "pause", "Pause", "pause the replay, or go on"),
-    _in_replay("back", "b", "seek(-10)", "-10 s", "10 s back in the replay"),
-    _in_replay("on", "f", "seek(10)", "+10 s", "10 s on in the replay"),
-    _in_replay("far_back", "B", "seek(-60)", "-60 s", "a minute back in the replay"),
-    _in_replay("far_on", "F", "seek(60)", "+60 s", "a minute on in the replay"),
-    _in_replay("slower", "minus", "speed(-1)", "Slower", "half the speed of the replay"),
-    _in_replay("faster", "plus,equals_sign", "speed(1)", "Faster", "twice the speed of the replay"),
+REPLAYING = tuple(
+    Action(f"replay.{name}", keys, f"replay_{call}", words, sentence, mark)
+    for name, keys, call, words, sentence, mark in (
+        ("end", "l", "end", "Live", "end the replay, and show the vehicle", LOOKS),
+        ("pause", "space", "pause", "Pause", "pause the replay, or go on", HIDDEN | LOOKS),
+        ("back", "b", "seek(-10)", "-10 s", "10 s back in the replay", HIDDEN | LOOKS),
+        ("on", "f", "seek(10)", "+10 s", "10 s on in the replay", HIDDEN | LOOKS),
+        ("far_back", "B", "seek(-60)", "-60 s", "a minute back in the replay", HIDDEN | LOOKS),
+        ("far_on", "F", "seek(60)", "+60 s", "a minute on in the replay", HIDDEN | LOOKS),
+        ("slower", "minus", "speed(-1)", "Slower", "half the speed of the replay", HIDDEN | LOOKS),
+        ("faster", "plus,equals_sign", "speed(1)", "Faster", "twice the speed of the replay", HIDDEN | LOOKS),
+    )
 )
 
 
@@ -70,14 +69,10 @@ class WatchScreen(StationScreen):
 
     ACTIONS: ClassVar[tuple[Action, ...]] = (
         Action(
-            "watch.identify",
-            "i",
-            "identify",
-            "Identify",
-            "identify the last dive, or what there is of it",
+            "watch.identify", "i", "identify", "Identify", "identify the last dive, or what there is of it"
         ),
-        Action("watch.charts", "c", "charts", "Charts", "the other charts, where not all fit", looks=True),
-        Action("watch.words", "w", "words", "Words", "all that the vehicle said last, and back", looks=True),
+        Action("watch.charts", "c", "charts", "Charts", "the other charts, where not all fit", LOOKS),
+        Action("watch.words", "w", "words", "Words", "all that the vehicle said last, and back", LOOKS),
         *REPLAYING,
     )
     BINDINGS = bindings(ACTIONS)  # type: ignore[assignment]
