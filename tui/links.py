@@ -47,7 +47,7 @@ class ByWay:
         if self._last == farewell():
             raise LinkLost(
                 f"{PLACES} programs are connected to the recording of {self.name} already; end one of them, "
-                "and ask again (to listen and to force the feed-forward off goes all the same)"
+                "and ask again"
             )
         return data
 

@@ -35,7 +35,6 @@ class RecordedDive:
         counts = f"{count.frames} frames, {count.bytes} bytes, {count.lost} lost here"
         counts += f", {count.missed} lost on the way" if count.missed else ""
         counts += f", {count.unheard_s:.0f} s unheard at a stretch" if count.unheard_s else ""
-        counts += f", {count.moved} moved elsewhere" if count.moved else ""
         return f"{counts}: {self.folder}" if self.folder else counts
 
     @property
@@ -179,7 +178,6 @@ class RecordingState:
             recorder.unwritten.replace(f"{folder}/", ""),
             recorder.waiting,
             round(self._clock.unix_s() - self._own_clock.unix_s(), 3),
-            recorder.taken_away.replace(f"{folder.resolve().parent.parent}/", ""),
             self._vehicles(recorder),
         )
         try:

@@ -136,7 +136,6 @@ class Recording:
             return
         self.finished = self.folder.path
         lost = f", {count.lost} lost here" if count.lost else ""
-        lost += f", {count.moved} moved elsewhere" if count.moved else ""
         size = f"{count.frames} frames, {count.bytes / 1e3:.0f} kB"
         self._say(f"recorded {size}{lost}: {self.finished}")
 

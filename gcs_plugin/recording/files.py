@@ -1,17 +1,18 @@
 """The files of a recording: frames go into the present file, into a new file when that fails, and into the next dive's.
 
-Frames that can't be written yet wait in memory, up to a bound. Files are opened, written and given up only in the
-thread of `drain`; another thread may sync them. `DiskLeft` watches the disk's free space.
+A file that is deleted or moved ends with an error, within a second, and the recording goes on in a new one. Frames that
+can't be written yet wait in memory, up to a bound. Files are opened, written and given up only in the thread of
+`drain`; another thread syncs them. `DiskLeft` watches the disk's free space.
 """
 
+import contextlib
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Protocol
 
 from bridge.clock import Clock
-from bridge.errors import LogError
-from gcs_plugin.recording.past_files import PastFiles, Say, Writer
+from bridge.errors import LogError, TakenAway
 
 LOOK_EVERY_S: Final = 2.0
 WARN_S: Final = 600.0
@@ -76,6 +77,24 @@ class DiskLeft:
             return None
 
 
+Say = Callable[[str, str], None]
+"""Callback for a notice: level and sentence."""
+
+
+class Writer(Protocol):
+    """Output file of a recording; every method but `close` raises LogError when it fails."""
+
+    def write(self, unix_us: int, raw: bytes) -> None: ...
+
+    def sync(self) -> None: ...
+
+    def look(self) -> None:
+        """Check that the file is in its place. Raises TakenAway if it was deleted or moved."""
+        ...
+
+    def close(self) -> None: ...
+
+
 MOST_WAITING_BYTES: Final = 16_000_000
 FIRST_RETRY_S: Final = 1.0
 RETRY_MAX_S: Final = 8.0
@@ -85,15 +104,13 @@ RETRY_MAX_S: Final = 8.0
 class Kept:
     """Counts of the files that are in a dive's folder.
 
-    `lost` counts the frames that were never written and those in files that were deleted for good; `moved` those in
-    files that were moved elsewhere.
+    `lost` counts the frames that are in none of them: never written, or in a file that was deleted or moved meanwhile.
     """
 
     files: int
     frames: int
     bytes: int
     lost: int
-    moved: int
 
 
 @dataclass(frozen=True)
@@ -118,35 +135,29 @@ class RecordedFiles:
         self._open_file, self._clock, self._has_room, self._say = open_file, clock, has_room, say
         self._waiting: deque[tuple[int, bytes]] = deque()
         self._waiting_bytes = 0
-        self._sync_failure = self._failure = ""
+        self._failure = ""
+        self._sync_failure: LogError | None = None
         self._following: _Following | None = None
-        self._past, self._dive = PastFiles(clock, say), 0
+        self._given_up: deque[Writer] = deque()
         self._begin(open_file(1))
 
     def _begin(self, writer: Writer) -> None:
         """Begin a dive with this file."""
         self._writer: Writer | None = writer
         self._fresh, self._retry_s, self._retry_delay_s = True, self._clock.boot_s(), FIRST_RETRY_S
-        self.files, self._dive, self._lost_before = 1, self._dive + 1, self._past.nowhere()
-        self._frames = self._bytes = self._untaken = 0
+        self.files = 1
+        self._frames = self._bytes = self._lost = 0
         self._frames_before = self._bytes_before = 0
 
     @property
     def kept(self) -> Kept:
         """Counts of the present dive's files."""
-        frames, size = self._past.missing(self._dive)
-        moved = self._past.elsewhere(self._dive)
-        return Kept(self.files, self._frames - frames, self._bytes - size, self.lost, moved)
-
-    @property
-    def taken_away(self) -> str:
-        """Sentence about files of the present dive that were moved or deleted; "" if all are in its folder."""
-        return self._past.taken_away(self._dive)
+        return Kept(self.files, self._frames, self._bytes, self._lost)
 
     @property
     def lost(self) -> int:
-        """Number of frames that were never written, or whose file was deleted for good."""
-        return self._untaken + max(0, self._past.nowhere() - self._lost_before)
+        """Number of frames that are in no file of the dive's folder."""
+        return self._lost
 
     @property
     def waiting(self) -> int:
@@ -166,9 +177,9 @@ class RecordedFiles:
 
     def drain(self) -> None:
         """Write the waiting frames, as far as possible now; beyond MOST_WAITING_BYTES the oldest are lost."""
-        if self._sync_failure:
-            self._fail(self._sync_failure)
-            self._sync_failure = ""
+        failure, self._sync_failure = self._sync_failure, None
+        if failure is not None:
+            self._fail(failure)
         while self._waiting:
             if self._writer is None and not self._may_open():
                 break
@@ -180,7 +191,7 @@ class RecordedFiles:
                     break
                 self._writer.write(stamp_us, raw)
             except LogError as error:
-                self._fail(str(error))
+                self._fail(error)
                 continue
             self._waiting.popleft()
             self._waiting_bytes -= len(raw)
@@ -191,7 +202,7 @@ class RecordedFiles:
             self._bytes += len(raw)
         while self._waiting_bytes > MOST_WAITING_BYTES:
             self._waiting_bytes -= len(self._waiting.popleft()[1])
-            self._untaken += 1
+            self._lost += 1
 
     def go_on(self, open_file: Callable[[int], Writer], changed: Callable[[Kept], None]) -> None:
         """Begin the next dive with the next `change`; may be called from another thread.
@@ -216,8 +227,14 @@ class RecordedFiles:
         following.changed(kept)
 
     def sync(self) -> None:
-        """Sync the written frames to the disk; call it from another thread than `drain`."""
-        self._past.see_to(self._dive)
+        """Sync the written frames to the disk, and see that their file is in its place; call it from another thread
+        than `drain`.
+        """
+        while self._given_up:
+            given_up = self._given_up.popleft()
+            with contextlib.suppress(LogError, OSError):
+                given_up.sync()
+            given_up.close()
         writer = self._writer
         if writer is None:
             return
@@ -226,7 +243,7 @@ class RecordedFiles:
             writer.look()
         except LogError as error:
             if writer is self._writer:
-                self._sync_failure = str(error)
+                self._sync_failure = error
 
     def close(self) -> None:
         """Write the waiting frames at once, and close."""
@@ -234,9 +251,12 @@ class RecordedFiles:
         self.drain()
         if self._waiting:
             self._say("error", f"{len(self._waiting)} frames could not be written and are lost")
-            self._untaken += len(self._waiting)
+            self._lost += len(self._waiting)
+        self.sync()
+        if self._sync_failure is not None:
+            self._fail(self._sync_failure)
         self._give_up()
-        self._past.close()
+        self.sync()
 
     def _may_open(self) -> bool:
         return self._clock.boot_s() >= self._retry_s and self._has_room()
@@ -251,9 +271,14 @@ class RecordedFiles:
             self._say("error", self._failure)
             self._delay()
 
-    def _fail(self, sentence: str) -> None:
-        self._failure = sentence
-        self._say("error", sentence)
+    def _fail(self, error: LogError) -> None:
+        self._failure = str(error)
+        if isinstance(error, TakenAway):
+            frames = self._frames - self._frames_before
+            self._failure += f"; its {frames} frames are not in the dive's folder any more"
+            self._lost += frames
+            self._frames, self._bytes = self._frames_before, self._bytes_before
+        self._say("error", self._failure)
         self._give_up()
         if self._fresh:
             self._delay()
@@ -267,9 +292,8 @@ class RecordedFiles:
         """
         if self._writer is None:
             return
-        frames, size = self._frames - self._frames_before, self._bytes - self._bytes_before
         self._frames_before, self._bytes_before = self._frames, self._bytes
-        self._past.add(self._writer, self._dive, frames, size)
+        self._given_up.append(self._writer)
         self._writer = None
 
     def _delay(self) -> None:

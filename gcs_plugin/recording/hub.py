@@ -3,7 +3,7 @@
 It listens on loopback only and never blocks: bytes that a client can't take yet are kept up to a bound, and a client
 that exceeds the bound is dropped, as is a client that floods the hub or does not speak MAVLink. Loopback damages no
 bytes, so bytes outside of frames come from a stranger, such as a browser that was led here; no frame that arrived with
-them is passed on.
+them is passed on. A program that finds all PLACES taken is told so and disconnected.
 """
 
 import socket
@@ -18,52 +18,27 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import Clock
 from bridge.errors import LinkError
-from bridge.framing import Encoder, Frame, Framer, decode
-from bridge.parameters import MODE
-from bridge.vehicle.feedforward import Mode
+from bridge.framing import Encoder, Frame, Framer
 from gcs_plugin.peers import GROUND_STATION
 
-PLACES: Final = 16
-"""Number of clients that may send any order."""
-GUESTS: Final = 4
-STAYS_S: Final = 5.0
-"""Time for which a guest keeps its place for certain, from its connection and each OFF: enough to hear the vehicle."""
+PLACES: Final = 32
+"""Number of programs that may be connected at a time."""
 
 FULL: Final = (
-    f"{PLACES} programs are connected to the recording already: those that come now can listen and force the "
-    "feed-forward off, no more; end one of the others"
+    f"{PLACES} programs are connected to the recording already, and one more is refused: end one of them"
 )
 """Warning to the operator of the recording."""
 
 
 @cache
 def farewell() -> bytes:
-    """Last frame sent to a guest that is disconnected: a STATUSTEXT with the reason."""
+    """All that a program is sent that finds no place: a STATUSTEXT with the reason."""
     text = f"{PLACES} programs use this recording already; end one"
     message = dialect.MAVLink_statustext_message(dialect.MAV_SEVERITY_WARNING, text.encode("ascii"))
     return Encoder(*GROUND_STATION).encode(message)
 
 
-def is_of_off(frame: Frame) -> bool:
-    """Whether a frame orders the feed-forward off, or requests its mode."""
-    message = decode(frame)
-    if message is None:
-        return False
-    if message.get_type() == "PARAM_SET":
-        return bool(message.param_id == MODE and message.param_value == Mode.OFF)
-    return bool(message.get_type() == "PARAM_REQUEST_READ" and message.param_id == MODE)
-
-
-def may_send(frame: Frame) -> bool:
-    """Whether a guest's frame is passed on: those of `is_of_off`, and HEARTBEAT.
-
-    A vehicle on UDP learns the ground station's address from its HEARTBEAT.
-    """
-    return frame.message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT or is_of_off(frame)
-
-
 LOOPBACK: Final = "127.0.0.1"
-MOST_CLIENTS: Final = PLACES + GUESTS
 BACKLOG_BYTES: Final = 1 << 18
 SEND_BUFFER_BYTES: Final = 1 << 16
 READ_BYTES: Final = 1 << 16
@@ -86,7 +61,6 @@ class _Client:
     sock: socket.socket
     heard_s: float
     asked_s: float
-    stays_until_s: float
     state: _State = _State.CONNECTED
     framer: Framer = field(default_factory=Framer)
     backlog: bytearray = field(default_factory=bytearray)
@@ -127,12 +101,6 @@ class _Client:
         return frames
 
 
-def _let_go(client: _Client) -> None:
-    """Send the client the reason and mark it dropped; the next sweep closes it."""
-    client.send(farewell())
-    client.state = _State.DROPPED
-
-
 def _nobody(_: str) -> None:
     """Default for `tell`: ignores the sentence."""
 
@@ -157,7 +125,7 @@ class Hub:
             # Inherited by the clients' sockets: a stalled client shows in its backlog, not in the system's buffer.
             self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER_BYTES)
             self._listener.bind((LOOPBACK, port))
-            self._listener.listen(MOST_CLIENTS)
+            self._listener.listen(PLACES)
         except OSError as error:
             self._listener.close()
             raise LinkError(
@@ -182,11 +150,10 @@ class Hub:
         """Whole frames that clients sent since the last call; each call also accepts new clients."""
         now_s = self._clock.boot_s()
         frames: list[Frame] = []
-        for place, client in enumerate(self._clients):
+        for client in self._clients:
             client.send(b"")
             if client.state is _State.CONNECTED:
-                sent = client.read(now_s)
-                frames += sent if place < PLACES else self._of_guest(client, sent, now_s)
+                frames += client.read(now_s)
         # Clients that left make room for new clients.
         self._sweep()
         self._accept(now_s)
@@ -208,25 +175,16 @@ class Hub:
             sock.setblocking(False)
             with suppress(OSError):
                 sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self._clients.append(_Client(sock, now_s, now_s, now_s + STAYS_S))
-            if len(self._clients) > PLACES and not self._told:
+            client = _Client(sock, now_s, now_s)
+            if len(self._clients) < PLACES:
+                self._clients.append(client)
+                continue
+            client.send(farewell())
+            sock.close()
+            self.dropped += 1
+            if not self._told:
                 self._told = True
                 self.tell(FULL)
-            if len(self._clients) > MOST_CLIENTS:
-                *before, newest = self._clients[PLACES:]
-                longest = min(before, key=lambda guest: guest.stays_until_s)
-                _let_go(longest if longest.stays_until_s <= now_s else newest)
-                self._sweep()
-
-    @staticmethod
-    def _of_guest(guest: _Client, sent: list[Frame], now_s: float) -> list[Frame]:
-        """The frames of a guest that are passed on; a guest that sends other orders than OFF is let go."""
-        passed = [frame for frame in sent if may_send(frame)]
-        if any(map(is_of_off, passed)):
-            guest.stays_until_s = now_s + STAYS_S
-        if len(passed) < len(sent):
-            _let_go(guest)
-        return passed
 
     def _sweep(self) -> None:
         for client in self._clients:

@@ -16,9 +16,8 @@ from bridge.framing import Encoder, Frame
 from bridge.link.base import Link
 from bridge.secret import carries_key
 from gcs_plugin.peers import CROWDED, KnownVehicle, Peers, Reception, ground_heartbeat
-from gcs_plugin.recording.files import DiskLeft, Kept, RecordedFiles
+from gcs_plugin.recording.files import DiskLeft, Kept, RecordedFiles, Writer
 from gcs_plugin.recording.link import RecordedLink
-from gcs_plugin.recording.past_files import Writer
 from gcs_plugin.recording.silence import Unheard
 
 
@@ -45,7 +44,7 @@ class Count:
     """Counts of a dive. `files`, `frames` and `bytes` are those of the files in its folder.
 
     `heard` counts the frames that arrived on the links, without those of the outlet; `lost` the frames that arrived and
-    are in no file; `moved` the frames in files that were moved elsewhere; `missed` the frames that never arrived, by
+    are in none of these; `missed` the frames that never arrived, by
     the sequence numbers: a lower bound, since a long gap does not show its length. `unheard_s` is the vehicle's longest
     silence between two of its frames, 0 for none; `keeps_ring`: the vehicle reports that it keeps a recording onboard.
     """
@@ -55,7 +54,6 @@ class Count:
     frames: int
     bytes: int
     lost: int
-    moved: int = 0
     missed: int = 0
     unheard_s: float = 0.0
     keeps_ring: bool = False
@@ -151,13 +149,8 @@ class Recorder:
 
     @property
     def lost(self) -> int:
-        """Number of frames that were never written, or whose file was deleted for good."""
+        """Number of frames that are in no file of the dive's folder."""
         return self._files.lost
-
-    @property
-    def taken_away(self) -> str:
-        """Sentence about files of the present dive that were moved or deleted; "" if all are in its folder."""
-        return self._files.taken_away
 
     @property
     def unwritten(self) -> str:
@@ -266,7 +259,6 @@ class Recorder:
             kept.frames,
             kept.bytes,
             kept.lost,
-            kept.moved,
             missed,
             round(unheard.unheard_s, 3),
             unheard.keeps_ring,

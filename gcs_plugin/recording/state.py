@@ -40,9 +40,9 @@ class Holding:
     `hub` is the address of its hub, "" without a hub; `disk_left_s` is inf if nothing arrives. `refused` counts the
     frames that a signed link rejected, by kind, "" for none; `trouble` is the advice if all frames of a system are
     rejected; `sign_key` is the key file, "" for none. `waiting` frames could not be written yet, for the reason
-    `unwritten`, "" if all frames are in a file. `taken_away` is a sentence about files of the dive that were moved or
-    deleted, "" for none. `began_utc` is on the recording's clock, as its stamps are, which nobody sets; `set_by_s` is
-    how far this computer's clock was set ahead of it since. `vehicles` are those that an OFF must go to, see
+    `unwritten`, "" if all frames are in a file.
+    `began_utc` is on the recording's clock, as its stamps are, which nobody sets; `set_by_s` is how far this computer's
+    clock was set ahead of it since. `vehicles` are those that an OFF must go to, see
     `known_vehicles`.
     """
 
@@ -63,7 +63,6 @@ class Holding:
     unwritten: str = ""
     waiting: int = 0
     set_by_s: float = 0.0
-    taken_away: str = ""
     vehicles: tuple[HeardVehicle, ...] = ()
 
     def own_unix_s(self, now_unix_s: float) -> float:

@@ -23,7 +23,6 @@ FOLDER = Path("dives/2026-11-20T0912Z-lake")
             Count(1, 12, 12, 960, 0, unheard_s=58.25),
             f"12 frames, 960 bytes, 0 lost here, 58 s unheard at a stretch: {FOLDER}",
         ),
-        (Count(2, 12, 7, 560, 0, moved=5), f"7 frames, 560 bytes, 0 lost here, 5 moved elsewhere: {FOLDER}"),
     ],
 )
 def test_the_last_words_of_a_dive(count, words):

@@ -2,9 +2,7 @@
 
 import errno
 import os
-import sys
 
-import pytest
 from made_view import view
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
@@ -101,16 +99,4 @@ def test_a_clock_that_is_set_leaves_the_top_line_counting(tmp_path, monkeypatch)
     at.clock.unix_at_boot_s -= 86_400.0
     (well, role), _ = at.sails(10)
     assert (well.startswith("REC 00:00:20  "), role) == (True, "plain")
-    at.recorder.close()
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="nobody moves an open file there")
-def test_a_dive_that_was_moved_stands_on_top_with_where_it_lies(tmp_path, monkeypatch):
-    at = At(tmp_path / "dives", monkeypatch)
-    assert at.sails(10)[1] == ""
-    at.folder.path.rename(tmp_path / "dives" / "lake")
-    at.sails(2)
-    assert at.sails(3)[1] == (
-        "this dive was moved while it is recorded: 12 frames lie in dives/lake; the recording goes on in its old place"
-    )
     at.recorder.close()

@@ -237,7 +237,7 @@ def test_utc_stands_in_the_first_line_where_it_fits_and_else_in_the_second():
     ("shown", "words"),
     [
         (with_picture(twins="two vehicles beat as system 1"), "two vehicles beat as system 1"),
-        (replace(view(), recording=Recording(UNIX_S, 1e6, 12)), "12 frames could not be recorded"),
+        (replace(view(), recording=Recording(UNIX_S, 1e6, 12)), "12 frames are in no file of the dive"),
         (replace(view(), trouble="udpin: in use"), "udpin: in use"),
         (replace(view(), behind_s=5.0), "nothing is read from the link since 5 s"),
     ],

@@ -251,7 +251,5 @@ def _alert(view: View) -> str:
         frames = "1 frame waits" if view.recording.waiting == 1 else f"{view.recording.waiting} frames wait"
         return f"NOTHING IS WRITTEN, {frames} in memory: {view.recording.unwritten}"
     if view.recording is not None and view.recording.lost:
-        return f"{view.recording.lost} frames could not be recorded: check the disk"
-    if view.recording is not None and view.recording.taken_away:
-        return view.recording.taken_away
+        return f"{view.recording.lost} frames are in no file of the dive: check the disk"
     return view.trouble or (view.recording.trouble if view.recording else "")

@@ -40,7 +40,6 @@ def as_recording(holding: Holding) -> Recording:
         holding.waiting,
         holding.written_unix_s,
         set_by_s=holding.set_by_s,
-        taken_away=holding.taken_away,
     )
 
 

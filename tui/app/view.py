@@ -20,8 +20,8 @@ class Recording:
 
     `trouble` says what to do if a signed link accepts no frames. `waiting` frames could not be written yet, for the
     reason `unwritten`; "" if all received frames are in a file. `reported_unix_s` is the time of its last report, inf
-    for just now; `hung_process` is its process id if that is too long ago, otherwise 0. For `set_by_s` and
-    `taken_away` see `Holding`.
+    for just now; `hung_process` is its process id if that is too long ago, otherwise 0. For `set_by_s` see
+    `Holding`.
     """
 
     began_unix_s: float
@@ -33,7 +33,6 @@ class Recording:
     reported_unix_s: float = math.inf
     hung_process: int = 0
     set_by_s: float = 0.0
-    taken_away: str = ""
 
 
 @dataclass(frozen=True)

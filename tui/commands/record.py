@@ -97,27 +97,21 @@ def order(arguments: argparse.Namespace, clock: "Clock") -> int:
     import time
 
     from gcs_plugin.recording import orders
-    from gcs_plugin.recording.state import held
     from tui import show
 
     finished: Path
     present: Path | None = None
-    holding = held(clock.unix_s())
-    taken_away = holding.taken_away if holding else ""
     if arguments.next:
         finished, present = orders.next_dive(clock, time.sleep)
     else:
         finished = orders.end(clock, time.sleep)
     after = f"the next dive goes into {present}" if present else "nothing is recorded any more"
-    became = "is finished" if finished.exists() or taken_away else "is not kept, since nothing arrived in it"
+    became = "is finished" if finished.exists() else "is not kept, since nothing arrived in it"
     console = show.results(arguments.json)
     show.say(console, f"{finished} {became}; {after}")
-    if taken_away:
-        show.say(console, taken_away.split(";")[0])
     outcome = {
         "finished": str(finished),
         "folder": str(present) if present else None,
-        "taken_away": taken_away,
     }
     show.write_json(outcome, arguments.json)
     return exit_codes.DONE

@@ -7,7 +7,6 @@ from bridge.clock import SimulatedClock
 from bridge.errors import LinkLost
 from bridge.framing import Encoder, Framer, decode
 from bridge.link.open import open_link
-from gcs_plugin.peers import ground_heartbeat
 from gcs_plugin.recording import hub as hubs
 from gcs_plugin.recording.hub import Hub
 from tui.links import ByWay
@@ -16,7 +15,7 @@ TRIES = 2000
 REAL32 = dialect.MAV_PARAM_TYPE_REAL32
 GROUND = Encoder(255, 190)
 LINK = "udpin:127.0.0.1:14550"
-FULL = r"16 programs are connected to the recording of udpin:127.0.0.1:14550 already; end one of them"
+FULL = r"32 programs are connected to the recording of udpin:127.0.0.1:14550 already; end one of them"
 
 
 def mode_set(mode):
@@ -78,25 +77,11 @@ def house():
     house.close()
 
 
-def test_a_guest_hears_what_comes_and_forces_the_feed_forward_off(house):
-    guest = house.comes()
-    house.hub.broadcast(vehicle_beat())
-    assert guest.read(5.0) == vehicle_beat()
-    sent = [GROUND.encode(ground_heartbeat()), mode_set(0.0), mode_read()]
-    guest.write(b"".join(sent))
-    assert house.taken(lambda frames: len(frames) == 3) == sent
-    assert house.hub.dropped == 0
-
-
-@pytest.mark.parametrize(
-    "order", [list_request(), mode_set(3.0)], ids=["parameters", "a mode that is not off"]
-)
-def test_what_else_a_guest_orders_is_not_passed_on_and_it_is_told_why(house, order):
-    guest = house.comes()
-    guest.write(order)
-    assert house.taken(lambda _: house.hub.dropped) == []
+def test_one_more_than_there_are_places_is_told_why_and_the_others_stay(house):
     with pytest.raises(LinkLost, match=FULL):
-        guest.read(5.0)
+        house.comes().read(5.0)
+    house.hub.broadcast(vehicle_beat())
+    assert [link.read(5.0) for link in house.first] == [vehicle_beat()] * hubs.PLACES
 
 
 def writes_on(link):
@@ -105,73 +90,35 @@ def writes_on(link):
         link.write(list_request())
 
 
-def test_a_guest_that_writes_before_it_reads_is_told_why_as_well(house):
-    guest = house.comes()
-    guest.write(list_request())
-    house.taken(lambda _: house.hub.dropped)
+def test_one_that_writes_before_it_reads_is_told_why_as_well(house):
+    late = house.comes()
     with pytest.raises(LinkLost, match=FULL):
-        writes_on(guest)
+        writes_on(late)
 
 
 def test_whoever_speaks_mavlink_reads_why_it_is_let_go(house):
     link = open_link(house.hub.address)
-    house.taken(lambda _: house.hub.clients > hubs.PLACES)
-    link.write(list_request())
     house.taken(lambda _: house.hub.dropped)
     (frame,) = Framer().feed(link.read(5.0))
-    assert decode(frame).text == "16 programs use this recording already; end one"
+    assert decode(frame).text == "32 programs use this recording already; end one"
     link.close()
 
 
-def test_those_who_have_a_place_order_what_they_will_though_guests_are_there(house):
-    house.comes()
-    order = list_request()
-    for link in house.first:
-        link.write(order)
-    assert house.taken(lambda frames: len(frames) == hubs.PLACES) == [order] * hubs.PLACES
-    assert house.hub.dropped == 0
-
-
-def test_a_guest_takes_the_place_of_one_that_leaves(house):
-    guest = house.comes()
+def test_a_place_that_becomes_free_is_given_to_the_next(house):
     house.first[3].close()
-    house.taken(lambda _: house.hub.clients == hubs.PLACES)
+    house.taken(lambda _: house.hub.clients == hubs.PLACES - 1)
     order = list_request()
-    guest.write(order)
+    house.comes().write(order)
     assert house.taken(bool) == [order]
-
-
-def test_one_more_guest_takes_the_place_of_the_one_that_listens_longest(house):
-    before = [house.comes() for _ in range(hubs.GUESTS)]
-    house.waits(hubs.STAYS_S)
-    before[0].write(mode_set(0.0))
-    house.taken(bool)
-    newest = house.comes()
-    assert house.hub.clients == hubs.PLACES + hubs.GUESTS
-    with pytest.raises(LinkLost, match=FULL):
-        before[1].read(5.0)
-    house.hub.broadcast(vehicle_beat())
-    for link in (*house.first, before[0], before[2], before[3], newest):
-        assert link.read(5.0) == vehicle_beat()
-
-
-def test_where_every_guest_has_just_come_one_more_is_told_to_wait(house):
-    for _ in range(hubs.GUESTS):
-        house.comes()
-    with pytest.raises(LinkLost, match=FULL):
-        house.comes().read(5.0)
-    assert house.hub.clients == hubs.PLACES + hubs.GUESTS
 
 
 def test_the_recorder_hears_once_that_all_places_are_taken_and_again_where_that_comes_anew(house):
     assert house.said == []
-    guest = house.comes()
+    house.comes()
     house.comes()
     assert house.said == [hubs.FULL]
-    for link in (guest, *house.first[:2]):
-        link.close()
+    house.first[0].close()
     house.taken(lambda _: house.hub.clients == hubs.PLACES - 1)
     house.comes()
-    assert house.said == [hubs.FULL]
     house.comes()
     assert house.said == [hubs.FULL] * 2
