@@ -9,6 +9,7 @@ from bench import (
     accuracy_trials,
     coverage,
     deepxde_surge,
+    ladder,
     paper_noise,
     paper_small,
     prediction,
@@ -77,6 +78,10 @@ def _tracking(run: Run) -> str:
     return tracking.page(run.cache / "bench", CAMPAIGN_SEEDS[: 1 if run.short else 5])
 
 
+def _ladder(run: Run) -> str:
+    return ladder.page(run.cache / "bench", CAMPAIGN_SEEDS[: 1 if run.short else 5])
+
+
 def _paper_small(run: Run) -> str:
     return paper_small.page(run.cache / "bench", tuple(range(1, 2 if run.short else 6)))
 
@@ -132,12 +137,13 @@ SECTIONS = {
     "thrift": Measurement(_thrift, thrift.SOURCES),
     "prediction": Measurement(_prediction, prediction.SOURCES),
     "tracking": Measurement(_tracking, tracking.SOURCES),
+    "ladder": Measurement(_ladder, ladder.SOURCES),
     "paper small": Measurement(_paper_small, paper_small.SOURCES),
     "deepxde": Measurement(_deepxde, deepxde_surge.SOURCES),
     "coverage": Measurement(_coverage, coverage.SOURCES),
     "paper noise": Measurement(_paper_noise, paper_noise.SOURCES),
-    "diagnosis": Measurement(_diagnosis, of_diagnosis.SECTION),
     "field": Measurement(_field, FIELD),
     "unknown": Measurement(_unknown, UNKNOWN),
+    "diagnosis": Measurement(_diagnosis, of_diagnosis.SECTION),
     "power": Measurement(_power, of_diagnosis.POWER, asked=True),
 }

@@ -105,7 +105,7 @@ def lines(found: Sequence[Beside]) -> list[str]:
 
 def _naming(own: Sequence[Beside]) -> list[str]:
     return [
-        _rate(own, "one", Judged.in_class),
+        _rate(own, "one", Judged.first),
         _rate(own, "two", Judged.both),
         _rate(own, "two", lambda case: any(map(case.right, case.named))),
         _rate(own, "none", lambda case: case.verdict != "no_gap"),

@@ -57,7 +57,7 @@ def number(name: str) -> Callable[[Score], float | None]:
 GOALS = (
     Goal(
         "cause named first, or one of its true class: 97 %",
-        rate("one hidden: in the class named first"),
+        rate("one hidden: named first"),
         0.97,
     ),
     Goal("both of two named: 90 %", rate("two hidden: both named"), 0.90),
@@ -86,10 +86,13 @@ GOALS = (
 """Judged by the figure itself; the 95 % bounds (Wilson 1927) are shown next to it."""
 
 ALSO = (
-    ("cause named first by its own name, or one in its true class", "one hidden: named first"),
+    (
+        "cause named first, or among those that the answer calls equally likely",
+        "one hidden: named first, or called equally likely",
+    ),
     (
         f"the same where it is {CLEAR:g} or more over the floor",
-        f"one hidden, {CLEAR:g} or more over the floor: in the class named first",
+        f"one hidden, {CLEAR:g} or more over the floor: named first",
     ),
     (
         f"both of two named, each {CLEAR:g} or more over the floor by itself",

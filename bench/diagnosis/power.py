@@ -48,7 +48,7 @@ def power_job(one: Planned) -> Data:
     return {
         "effect": answered.truth["effects"][0]["name"],
         "size": answered.truth["size"],
-        "hit": answer_judged.in_class(),
+        "hit": answer_judged.first(),
         "said": answer_judged.named[0].name if answer_judged.named else answer_judged.verdict,
     }
 

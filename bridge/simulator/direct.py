@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from bridge.simulator.plant import Plant, Stretch
 from bridge.simulator.truth import Truth, load_truth
 from bridge.vehicle.autopilot import RATE_HZ, Actuation, Autopilot
 from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.controller import GAINS
 from bridge.vehicle.feedforward import Mode
 from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
 
@@ -72,11 +74,13 @@ def simulate_truth(
     mode: Mode = Mode.OFF,
     noise: Noise | None = None,
     truth: Truth | None = None,
+    gains: Path = GAINS,
 ) -> TruthRun:
     """Dive a mission under the real controller, fed with the truth plus white noise; no sensor, no bytes.
 
     `parameters` are the feed-forward's coefficients (without any, it stays at zero). `noise` defaults to the level of
-    the real sensors, `truth` to the truth file next to the vehicle file. The velocity is renewed every
+    the real sensors, `truth` to the truth file next to the vehicle file, `gains` to the file of gain tables that comes
+    with the controller. The velocity is renewed every
     `velocity_ticks` ticks.
     """
     noise = noise or Noise()
@@ -95,7 +99,7 @@ def simulate_truth(
         heading_rad=mission.start_heading_rad,
     )
     given = dict(parameters or {})
-    autopilot = Autopilot(vehicle, configuration, lambda _: given, file.path.parent, mode)
+    autopilot = Autopilot(vehicle, configuration, lambda _: given, file.path.parent, mode, gains)
     navigation = Navigation(heading_rad=mission.start_heading_rad)
     count = round(mission.duration_s * RATE_HZ)
     states, rates, wrenches = np.empty((count, 13)), np.empty((count, 6)), np.empty((count, 6))

@@ -4,6 +4,7 @@ import math
 import statistics
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import permutations
 from typing import Any
 
 from identify.challenge.answers import Answer, Named, alike, errors
@@ -86,18 +87,18 @@ class Judged:
         """Whether the cause named first is the hidden effect, or in its true class."""
         return bool(self.named) and self._is(self.truth["effects"][0], self.named[0].name, self.named[0])
 
-    def in_class(self) -> bool:
+    def first_or_alike(self) -> bool:
         """Whether the cause named first, or a cause that the answer calls equally likely, is the hidden effect."""
         return bool(self.named) and self._holds(self.truth["effects"][0], self.named[0])
 
     def both(self) -> bool:
-        """Whether two different named causes match the two hidden effects."""
-        one, two = self.truth["effects"]
+        """Whether two different named causes are the two hidden effects, or in their true classes."""
         return any(
-            self._holds(one, first) and self._holds(two, second)
-            for i, first in enumerate(self.named)
-            for j, second in enumerate(self.named)
-            if i != j
+            all(
+                self._is(effect, cause.name, cause)
+                for effect, cause in zip(self.truth["effects"], pair, strict=True)
+            )
+            for pair in permutations(self.named, 2)
         )
 
     def smallest(self) -> float:
@@ -146,10 +147,8 @@ def score(truths: Sequence[Mapping[str, Any]], answers: Mapping[str, Answer]) ->
     off_two, inside_two = _magnitudes(by["two"])
     rates = {
         "one hidden: named first": _rate(by["one"], Judged.first),
-        "one hidden: in the class named first": _rate(by["one"], Judged.in_class),
-        f"one hidden, {CLEAR:g} or more over the floor: in the class named first": _rate(
-            clear, Judged.in_class
-        ),
+        "one hidden: named first, or called equally likely": _rate(by["one"], Judged.first_or_alike),
+        f"one hidden, {CLEAR:g} or more over the floor: named first": _rate(clear, Judged.first),
         "two hidden: both named": _rate(by["two"], Judged.both),
         f"two hidden, each {CLEAR:g} or more over the floor by itself: both named": _rate(
             [case for case in by["two"] if case.smallest() >= CLEAR], Judged.both
@@ -171,7 +170,7 @@ def score(truths: Sequence[Mapping[str, Any]], answers: Mapping[str, Answer]) ->
         "known called unknown": _rate(known, lambda c: c.verdict == "unknown"),
         "known called no gap": _rate(known, lambda c: c.verdict == "no_gap"),
         "taken up by a refit: no gap, or named": _rate(
-            by["absorbed"], lambda c: c.verdict == "no_gap" or c.in_class()
+            by["absorbed"], lambda c: c.verdict == "no_gap" or c.first()
         ),
         "magnitudes within their 95 % intervals": inside,
         "two hidden: magnitudes within their 95 % intervals": inside_two,
@@ -258,8 +257,8 @@ def _found(cases: Sequence[Judged]) -> tuple[Found, ...]:
     out = []
     for name in names:
         cases_of_name = [case for case in cases if case.truth["effects"][0]["name"] == name]
-        found_sizes = [float(case.truth["size"]) for case in cases_of_name if case.in_class()]
-        missed_sizes = [float(case.truth["size"]) for case in cases_of_name if not case.in_class()]
+        found_sizes = [float(case.truth["size"]) for case in cases_of_name if case.first()]
+        missed_sizes = [float(case.truth["size"]) for case in cases_of_name if not case.first()]
         out.append(
             Found(
                 name,

@@ -41,7 +41,7 @@ def test_where_nothing_hides_there_is_no_gap(seed: int) -> None:
 )
 def test_an_effect_that_hides_is_named_first(seed: int, name: str) -> None:
     found = judged(seed, name)
-    assert found.in_class()
+    assert found.first()
     assert found.verdict != "no_gap"
 
 
