@@ -16,7 +16,6 @@ from identify.batch.page import batch_report
 from identify.batch.rows import NAMES, by_configuration, rows_of, to_csv, to_json
 from identify.identification import Doubt, Outcome
 from identify.report.page import render_report
-from identify.report.picture import COLUMN_IN, WIDE_IN
 from tui import show
 from tui.answers import dive_table, parameter_tables, trend_table
 
@@ -68,7 +67,7 @@ def test_dives_without_a_date_are_listed_and_not_drawn():
 
 
 @pytest.mark.parametrize("span_s", [0, 600, 5e4, 9e5, 4e7, 6e8])
-@pytest.mark.parametrize("width_in", [WIDE_IN, COLUMN_IN])
+@pytest.mark.parametrize("width_in", [10.0, 3.46])
 def test_no_span_has_dates_that_overlap_or_stand_outside(span_s, width_in):
     first_s = datetime(2026, 2, 11, tzinfo=UTC).timestamp()
     rows = dives(count=4)

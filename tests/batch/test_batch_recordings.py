@@ -10,7 +10,6 @@ from bridge.errors import LogError
 from identify.batch.jobs import Recording, Result
 from identify.batch.recordings import BEGINNING, find_recordings, name_of, told_apart, with_beginnings
 from identify.dates import utc
-from identify.ingest.open import OPENING_BYTES
 
 
 def put(path, data):
@@ -79,7 +78,7 @@ def test_a_compressed_recording_and_the_same_unfolded_count_once(tmp_path):
     assert other.sha256 == found.recordings[0].sha256
 
 
-LONG = bytes(range(256)) * (2 * OPENING_BYTES // 256)
+LONG = bytes(range(256)) * (512)
 
 
 def test_of_copies_that_were_cut_only_the_longest_counts(tmp_path):

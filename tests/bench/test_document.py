@@ -29,11 +29,10 @@ from bench.reproduce.paper import TrainingCurves
 from bench.sections import SECTIONS, Measurement, Run
 from bench.stamp import stamp
 from bench.station import table
-from bench.steady import SETTLE_S, Held, held, lines, steady_errors
+from bench.steady import Held, held, lines, steady_errors
 from bench.tracking import truly
 from bridge.errors import LogError
 from bridge.framing import Encoder
-from bridge.simulator.dive import WARM_UP_S
 from bridge.simulator.missions import Leg
 from bridge.vehicle.config import load_vehicle
 from identify.dive import Dive, Signal
@@ -411,9 +410,9 @@ def test_a_steady_error_leaves_the_transient_out_and_counts_too_fast_as_positive
         (Leg("change", "acceleration", 5.0, surge_m_s=-0.4, transient_s=5.0), 0.0, 5.0),
         (Leg("hold", "steady", 10.0, surge_m_s=-0.4), 5.0, 15.0),
     )
-    nu = np.zeros((round((WARM_UP_S + 16.0) / 0.05), 6))
-    since_s = 0.05 * np.arange(1, len(nu) + 1) - WARM_UP_S
-    nu[since_s >= 5.0 + SETTLE_S - 1e-6, 0] = -0.41
+    nu = np.zeros((round(17.0 / 0.05), 6))
+    since_s = 0.05 * np.arange(1, len(nu) + 1) - 1.0
+    nu[since_s >= 7.0 - 1e-6, 0] = -0.41
     assert steady_errors(_dived(nu), legs) == {"surge 0.4": [pytest.approx(0.01)]}
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from soak import rows_rest_in_soak
 
-from bench.forward import WINDOW_S, Starts, earth, moved, run_forward, starts, turning
+from bench.forward import Starts, earth, moved, run_forward, starts, turning
 from bench.fossen.__main__ import command, said
 from bench.fossen.answer import answer
 from bench.fossen.candidates import ALONE, BIAS, CURRENT
@@ -170,7 +170,7 @@ def _start(velocity: list[float]) -> Starts:
 
 def test_a_vehicle_that_coasts_covers_mass_times_speed_over_damping() -> None:
     gone = run_forward(_start([0.5, 0, 0, 0, 0, 0]), _idle(), FILE, "survey", MODEL, np.zeros(6))
-    whole = 0.5 * MODEL["M_u"] / MODEL["D_u"] * (1 - np.exp(-WINDOW_S * MODEL["D_u"] / MODEL["M_u"]))
+    whole = 0.5 * MODEL["M_u"] / MODEL["D_u"] * (1 - np.exp(-10.0 * MODEL["D_u"] / MODEL["M_u"]))
     assert gone[0, :2] == pytest.approx([whole, 0.0], abs=1e-6)
 
 
@@ -178,7 +178,7 @@ def test_a_steady_force_alone_moves_it_at_force_over_damping_after_the_transient
     trim = np.array([5.0, 0, 0, 0, 0, 0])
     gone = run_forward(_start([0.0] * 6), _idle(), FILE, "survey", MODEL, trim)
     lag_s = MODEL["M_u"] / MODEL["D_u"]
-    whole = 5.0 / MODEL["D_u"] * (WINDOW_S - lag_s * (1 - np.exp(-WINDOW_S / lag_s)))
+    whole = 5.0 / MODEL["D_u"] * (10.0 - lag_s * (1 - np.exp(-10.0 / lag_s)))
     assert gone[0, 0] == pytest.approx(whole, abs=1e-6)
 
 
@@ -212,8 +212,8 @@ def test_windows_start_at_readings_and_end_within_the_dive() -> None:
     begin = starts(mission.dive, mission.file)
     assert len(begin) > 3
     assert np.isin(begin.time_s, mission.dive.velocity.time_s).all()
-    assert (np.diff(begin.time_s) > 0.9 * WINDOW_S).all()
-    assert begin.time_s[-1] + WINDOW_S <= mission.dive.velocity.time_s[-1]
+    assert (np.diff(begin.time_s) > 0.9 * 10.0).all()
+    assert begin.time_s[-1] + 10.0 <= mission.dive.velocity.time_s[-1]
 
 
 def test_a_quarter_turn_brings_ahead_to_east() -> None:

@@ -18,9 +18,9 @@ from identify.diagnose.evidence import (
     products_of,
     projected_out,
 )
-from identify.diagnose.innovations import LEAST_ROWS, autoregression_of, mean_before, predicted, value_before
+from identify.diagnose.innovations import autoregression_of, mean_before, predicted, value_before
 from identify.diagnose.nominal import nominal_of, refitted, thinned
-from identify.diagnose.regression import MASS_OFF, piece_s, regression_of
+from identify.diagnose.regression import piece_s, regression_of
 from identify.diagnose.weighing import weighing_of
 from identify.dive import Dive, Signal
 from identify.effects.actuators import DEAD_ZONE
@@ -148,7 +148,7 @@ def test_a_moment_of_drift_counts_by_what_it_is_beyond_the_masses_that_an_autopi
     information = float(column[:, 0] @ column[:, 0])
     assert told.fitted([[0]])[0] == pytest.approx(0.5 * size**2 * information)
     # Evidence of a size beside one that is known to MASS_OFF.
-    assert beside.fitted([[0]])[0] == pytest.approx(0.5 * size**2 / (1.0 / information + MASS_OFF**2))
+    assert beside.fitted([[0]])[0] == pytest.approx(0.5 * size**2 / (1.0 / information + 0.02**2))
 
 
 def test_thrust_in_yaw_may_be_of_another_scale_and_no_other(rows):
@@ -318,7 +318,7 @@ def test_a_channel_leaves_the_rows_of_another_alone():
 def test_white_innovations_keep_all_but_chance_and_a_few_rows_all():
     white = np.random.default_rng(100_004).standard_normal(20_000)
     assert np.abs(autoregression_of(np.arange(20_000), white).by_lag).max() < 0.03
-    assert autoregression_of(np.arange(LEAST_ROWS - 1), white).by_lag.size == 0
+    assert autoregression_of(np.arange(199), white).by_lag.size == 0
 
 
 def test_many_columns_are_freed_as_few_are():

@@ -10,8 +10,6 @@ from identify.diagnose import confidence, findings, search
 from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import nominal_of, refitted
 from identify.diagnose.search import (
-    LEAST_SHARE,
-    SHADOW,
     explain,
     explained_by,
     pruned,
@@ -107,8 +105,8 @@ def test_a_cause_whose_form_is_true_asks_little_of_a_further_one(nominal):
         large = Cause(QUADRATIC_DRAG, 100 * fit.causes[0].values)
         many = FormRemainder(weighing, replace(fit, causes=(large,)))
         assert many.overlap(further) == pytest.approx(1e4 * rest.overlap(further))
-        assert many.saved_overlap(further) < LEAST_SHARE * many.overlap(further)
-        asked = max(many.saved_overlap(further), SHADOW * 1e5)
+        assert many.saved_overlap(further) < 0.01 * many.overlap(further)
+        asked = max(many.saved_overlap(further), 0.001 * 1e5)
         assert required_gain(many, further) == pytest.approx(7.0 + asked)
         seen.append(rest.saved_overlap(further))
     assert seen[1] > 5 * seen[0]

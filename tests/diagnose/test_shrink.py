@@ -15,7 +15,6 @@ from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.result import Prediction, Shrink
 from identify.diagnose.shrink import (
-    FOLDS,
     HeldOutFit,
     Windows,
     checked,
@@ -69,7 +68,7 @@ def test_where_a_cause_changes_nothing_the_floor_is_what_noise_came_to_in_that_d
 
 
 def test_a_parameter_that_one_piece_alone_tells_stays_near_what_it_is_without_that_piece():
-    rng, piece = np.random.default_rng(100_321), np.repeat(np.arange(FOLDS), 50)
+    rng, piece = np.random.default_rng(100_321), np.repeat(np.arange(12), 50)
     slope = np.where(piece == 3, 1.0, 0.01)[:, None]
     value = rng.normal(size=len(piece))
     nothing = np.zeros(0)

@@ -26,7 +26,7 @@ from identify.diagnose.rhythms import (
     seas_of,
 )
 from identify.diagnose.slow import slow_axes, slow_forces
-from identify.diagnose.unexplained import UNKNOWN_NATS, GenericForce, Unexplained, unexplained_of
+from identify.diagnose.unexplained import GenericForce, Unexplained, unexplained_of
 from identify.diagnose.verdict import next_for_unexplained, unexplained_forces
 from identify.diagnose.weighing import weighing_of
 from identify.effects.course import lagged
@@ -325,7 +325,7 @@ def quiet() -> Case:
 
 
 def test_the_disturbance_of_a_sea_is_not_slow(quiet: Case) -> None:
-    assert all(one.gain < UNKNOWN_NATS for one in slow_forces(fitted(quiet)))
+    assert all(one.gain < 11.7 for one in slow_forces(fitted(quiet)))
 
 
 def test_a_smoother_sea_that_forgets_as_soon_is_not_slow() -> None:
@@ -371,7 +371,7 @@ def test_a_slow_push_that_the_disturbance_took_up_is_told_with_its_axis_and_cour
     assert [*slow_axes(now)] == [5]
     (found,) = slow_forces(now)
     true = pushed(now.course.time_s, size)
-    assert found.gain > 2 * UNKNOWN_NATS
+    assert found.gain > 23.4
     assert np.corrcoef(found.force, true)[0, 1] > 0.8
     assert np.std(found.force) == pytest.approx(np.std(true), rel=0.3)
     left = unexplained_of(weighing_of(now, ()), weighing_of(now, ()).fitted(()))

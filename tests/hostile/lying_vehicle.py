@@ -12,7 +12,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.clock import SimulatedClock
 from bridge.framing import Encoder, Framer
 from bridge.ftp.files import Segments
-from bridge.ftp.packet import DATA_BYTES, Fault, Op, Packet, acknowledged, decode, refused
+from bridge.ftp.packet import Fault, Op, Packet, acknowledged, decode, refused
 from bridge.ftp.server import FileServer
 from bridge.ring.segments import Segment
 from gcs_plugin.peers import GROUND_STATION
@@ -40,7 +40,7 @@ def _listed(entries: list[bytes]) -> bytes:
     """As many of the entries as a packet holds, the rest left out."""
     data = b""
     for entry in entries:
-        if len(data) + len(entry) < DATA_BYTES:
+        if len(data) + len(entry) < 239:
             data += entry + b"\0"
     return data
 
@@ -97,7 +97,7 @@ LIES: dict[Op, dict[str, Lie]] = {
     Op.READ: {
         "noise": _saying(lambda asked, rng: rng.randbytes(asked.size)),
         "a byte": lambda _asked, true, _rng: replace(true, data=true.data[:1]),
-        "more than asked": _saying(lambda *_: bytes(DATA_BYTES)),
+        "more than asked": _saying(lambda *_: bytes(239)),
         "nothing": _saying(lambda *_: b""),
         "bytes of elsewhere": _saying(lambda asked, _: bytes(asked.size), offset=2**32 - 1),
         "no such session": _refusing(Fault.SESSION),
@@ -139,7 +139,7 @@ def hurt(true: Packet, rng: random.Random) -> Packet:
 
 def noise(asked: Packet, true: Packet, rng: random.Random) -> Packet:
     """Anything, but that it is said to be the answer."""
-    op, data = rng.choice((Op.ACK, Op.ACK, Op.NAK)), rng.randbytes(rng.randrange(DATA_BYTES + 1))
+    op, data = rng.choice((Op.ACK, Op.ACK, Op.NAK)), rng.randbytes(rng.randrange(240))
     size = rng.choice((len(data), *WILD[:6]))
     offset = rng.choice((asked.offset, *WILD))
     return Packet(true.sequence, rng.randrange(256), op, size, asked.op, offset=offset, data=data)

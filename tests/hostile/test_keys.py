@@ -15,7 +15,7 @@ from test_fetching import KEPT, LONGEST_S, PATIENCE_S, SEGMENTS, VEHICLE, heard,
 from bridge.clock import SimulatedClock
 from bridge.framing import CRC_EXTRA, Encoder, Framer, decode
 from bridge.ftp.contents import without_contents
-from bridge.ftp.packet import DATA_BYTES, Fault, Op, Packet, acknowledged, refused
+from bridge.ftp.packet import Fault, Op, Packet, acknowledged, refused
 from bridge.ftp.packet import decode as packet_of
 from bridge.link.memory import memory_pair
 from bridge.recorded_keys import LEFT_OUT, holds_key
@@ -122,7 +122,7 @@ ASKED = {op: Packet(7, 3, op, 80, offset=1000) for op in (Op.READ, Op.BURST, Op.
 FILLED = [
     acknowledged(ASKED[Op.READ], CONTENTS),
     acknowledged(ASKED[Op.READ], KEY[:1]),
-    acknowledged(ASKED[Op.READ], (CONTENTS * 4)[:DATA_BYTES]),
+    acknowledged(ASKED[Op.READ], (CONTENTS * 4)[:239]),
     acknowledged(ASKED[Op.BURST], CONTENTS),
     Packet(7, 3, Op.WRITE, len(CONTENTS), offset=5, data=CONTENTS),
 ]

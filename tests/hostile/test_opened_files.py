@@ -19,19 +19,19 @@ from fuzz_files import identification as fuzz_files_identification
 from bridge import parameter_store
 from bridge.clock import SimulatedClock
 from bridge.errors import ConfigError, LogError, ParamError, ParamRejected, SeatrialError
-from bridge.file_size import MOST_SMALL_BYTES, read_small
+from bridge.file_size import read_small
 from bridge.ftp.files import Segments
 from bridge.new_file import clear_way, open_new
 from bridge.ring.segments import Segment, segments_in
 from bridge.schema import load_yaml
-from bridge.tlog import FEW_BYTES, MOST_BYTES, MOST_FOLDS, UNFOLD_BYTES, load_bytes
+from bridge.tlog import load_bytes
 from bridge.vehicle.config import CONFIGS, load_vehicle
 from gcs_plugin.dives.folder import About, DiveFolder
 from gcs_plugin.dives.order import GLANCE
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.mavproxy.work import Work
-from gcs_plugin.params.files import LARGEST_FILE_BYTES, read_parameters, read_sidecar
+from gcs_plugin.params.files import read_parameters, read_sidecar
 from gcs_plugin.recording.state import held
 from identify.batch.jobs import IDENTIFY, job_for
 from identify.batch.recordings import Recording
@@ -124,11 +124,11 @@ def test_nothing_that_runs_what_it_reads_is_called_anywhere() -> None:
 
 def test_a_file_that_unfolds_beyond_all_measure_is_cut_before_it_fills_the_memory(tmp_path: Path) -> None:
     path = tmp_path / "dive.tlog.gz"
-    for good, most in ((b"", FEW_BYTES), (random.Random(0).randbytes(300_000), 2 * MOST_FOLDS * 300_000)):
+    for good, most in ((b"", 2**24), (random.Random(0).randbytes(300_000), 200 * 300_000)):
         path.write_bytes(gzip.compress(good) + gzip.compress(bytes(1 << 26)))
         data, whole = load_bytes(path)
         assert data.startswith(good)
-        assert FEW_BYTES < len(data) < most + UNFOLD_BYTES * 1040
+        assert 2**24 < len(data) < most + 1024 * 1040
         assert not whole
 
 
@@ -200,7 +200,7 @@ def test_pipes_beside_a_recording_are_no_results_of_ours_and_hold_nothing_up(tmp
 
 
 def test_a_result_larger_than_any_of_ours_is_not_read(tmp_path: Path) -> None:
-    path = grown(tmp_path / "identified.json", MOST_SMALL_BYTES + 1)
+    path = grown(tmp_path / "identified.json", 64_000_001)
     with pytest.raises(OSError, match="more than the 64 MB"):
         read_small(path)
     assert read_small(grown(path, 3)) == 3 * "\0"
@@ -227,7 +227,7 @@ def grown(path: Path, size: int) -> Path:
 def test_a_recording_larger_than_any_dive_is_refused_before_it_is_opened(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
-    path = grown(tmp_path / name, MOST_BYTES + 1)
+    path = grown(tmp_path / name, 2**31 + 1)
     monkeypatch.setattr(Path, "read_bytes", lambda _: pytest.fail("opened"))
     with pytest.raises(LogError) as refused:
         load_bytes(path)
@@ -240,13 +240,13 @@ def test_a_recording_as_large_as_the_largest_dive_is_opened(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(Path, "read_bytes", lambda _: b"as it is")
-    assert load_bytes(grown(tmp_path / "telemetry.tlog", MOST_BYTES)) == (b"as it is", True)
+    assert load_bytes(grown(tmp_path / "telemetry.tlog", 2**31)) == (b"as it is", True)
 
 
 def test_a_parameter_file_of_more_than_some_megabytes_is_refused_before_it_is_opened(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path = grown(tmp_path / "large.param", LARGEST_FILE_BYTES + 1)
+    path = grown(tmp_path / "large.param", 4_000_001)
     monkeypatch.setattr(Path, "read_text", lambda *_, **__: pytest.fail("opened"))
     with pytest.raises(ParamRejected, match="4000001 bytes is too long for a parameter file; give another"):
         read_parameters(path)
@@ -267,7 +267,7 @@ def device(path: Path) -> None:
 def large(path: Path) -> None:
     """Takes no room on the disk."""
     with path.open("wb") as file:
-        file.truncate(MOST_SMALL_BYTES + 1)
+        file.truncate(64_000_001)
 
 
 @pytest.fixture

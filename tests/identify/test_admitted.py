@@ -17,7 +17,6 @@ from identify.estimators.axes import build_axes
 from identify.estimators.likelihood_fit import fit_axes
 from identify.estimators.misfit import (
     NOTHING,
-    STAMPED_S,
     Admitted,
     Multiplier,
     admitted,
@@ -71,7 +70,7 @@ def test_the_error_by_timing_covers_what_readings_that_are_late_by_that_change_o
     fit, times = fitted(recorded), 40
     (by_timing,) = timing_of(doubts_of(fit.joint, fit.theta))
     read = recorded.velocity
-    late = fitted(replace(recorded, velocity=Signal(read.time_s + times * STAMPED_S, read.value)))
+    late = fitted(replace(recorded, velocity=Signal(read.time_s + times * 0.0005, read.value)))
     change = (late.log_value[SURGE] - fit.log_value[SURGE]) / times
     assert 0.5 < -change / by_timing[SURGE] < 1.0
 

@@ -12,7 +12,7 @@ from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.dive import Dive, Signal
 from identify.estimators.lateness import FilteredForce, behind_filter, timing_of
 from identify.estimators.timing import SURGE, _fitted, _is_past, _rough_lag, dated, dated_back
-from identify.forces import LAST, unrounded, unrounded_thrusts, wrench
+from identify.forces import unrounded, unrounded_thrusts, wrench
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import quaternions_from_euler, to_body
 
@@ -147,7 +147,7 @@ def test_no_command_is_changed_by_a_later_one() -> None:
     _, told, variance = rounded()
     later = told.copy()
     later[1000:] += 5.0
-    before = slice(0, 1000 - LAST)
+    before = slice(0, 991)
     # The spread of the jitter is the dive's, and steps are no part of it.
     found, other = (unrounded(columns(one), columns(variance))[before, 0] for one in (told, later))
     assert found == pytest.approx(other, abs=2e-3)

@@ -12,7 +12,7 @@ import pytest
 
 from bridge.errors import FitError
 from bridge.vehicle.config import load_vehicle
-from identify.comparison import LEAST_DIFFERENCE, compare, doubted
+from identify.comparison import compare, doubted
 from identify.dive import Dive
 from identify.estimators import information
 from identify.estimators.axes import build_axes
@@ -70,7 +70,7 @@ def test_a_value_that_either_interval_holds_is_no_disagreement():
 @pytest.mark.parametrize(("share", "disagree"), [(0.99, False), (1.01, True)])
 def test_a_difference_that_changes_nothing_is_none_however_sharp_both_are(share, disagree):
     first = by("likelihood", std=1e-4)
-    compared = compare(first, by("pinn", 100.0 * (1 + share * LEAST_DIFFERENCE), std=1e-4))
+    compared = compare(first, by("pinn", 100.0 * (1 + share * 0.005), std=1e-4))
     assert difference(compared).disagrees is disagree
     assert (doubted(compared) is first) is not disagree
 

@@ -9,8 +9,8 @@ import pytest
 
 from bench.missions.mission import draw_one
 from identify.checks.controller import unchecked
-from identify.checks.descent import LARGEST_DESCENT_OFF, descent, descent_doubts
-from identify.checks.fit import LARGEST_SHARE, crossed, crossed_doubts, unseen_doubts
+from identify.checks.descent import descent, descent_doubts
+from identify.checks.fit import crossed, crossed_doubts, unseen_doubts
 from identify.dive import Signal
 from identify.estimators.answer import answered
 from identify.estimators.axes import build_axes
@@ -75,7 +75,7 @@ def test_an_honest_dive_answers_to_its_own_thrust_alone():
 def test_a_dvl_turned_off_its_axes_answers_to_the_other_axis_with_the_sign_of_the_turn(degrees):
     found = crossing(with_velocity(mission().dive, turned(degrees)))
     assert np.sign(found[1, 0].size) == np.sign(degrees) == -np.sign(found[0, 1].size)
-    assert abs(found[1, 0].size) > LARGEST_SHARE
+    assert abs(found[1, 0].size) > 0.1
     (doubt,) = crossed_doubts(found)
     assert doubt.outcome is Outcome.DISAGREES
     assert doubt.about == ("M_u", "M_v", "D_u", "D_v")
@@ -169,7 +169,7 @@ def test_depth_contradicts_a_downward_velocity_of_another_scale_or_sign(scale):
     dived = longer()
     dive = with_velocity(dived.dive, np.diag([scale] * 3))
     found = descent(dive, dived.file.vehicle.water)
-    assert found.contradicts(LARGEST_DESCENT_OFF)
+    assert found.contradicts(0.1)
     assert found.least == pytest.approx(1.0 / scale, rel=0.1)
     (doubt,) = descent_doubts(dive, dived.file.vehicle.water)
     assert doubt.about == ("M_u", "M_v", "M_w", "D_u", "D_v", "D_w")
@@ -180,7 +180,7 @@ def test_depth_contradicts_a_downward_velocity_of_another_scale_or_sign(scale):
 def test_depth_does_not_contradict_the_velocity_of_a_healthy_dvl(scale):
     dived = longer()
     found = descent(with_velocity(dived.dive, np.diag([scale] * 3)), dived.file.vehicle.water)
-    assert not found.contradicts(LARGEST_DESCENT_OFF)
+    assert not found.contradicts(0.1)
     assert found.least <= found.most
 
 

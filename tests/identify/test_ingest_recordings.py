@@ -28,7 +28,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from bridge.errors import LogError
 from identify.dive import Dive, Signal
-from identify.ingest.open import OPENING_BYTES, read_dive
+from identify.ingest.open import read_dive
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared"
 
@@ -83,14 +83,14 @@ def test_an_array_of_another_contract_version_is_not_read(tmp_path: Path) -> Non
 
 
 def test_a_recording_is_known_by_its_unfolded_bytes_and_a_cut_one_by_its_beginning(tmp_path: Path) -> None:
-    data = recording(contract_dive()) * (1 + OPENING_BYTES // len(recording(contract_dive())))
+    data = recording(contract_dive()) * (1 + 65536 // len(recording(contract_dive())))
     dive = read_dive(write(tmp_path / "a.tlog", data))
     folded = read_dive(write(tmp_path / "b.tlog.gz", gzip.compress(data)))
-    cut = read_dive(write(tmp_path / "c.tlog", data[:OPENING_BYTES]))
+    cut = read_dive(write(tmp_path / "c.tlog", data[:65536]))
     assert (folded.sha256, folded.opening) == (dive.sha256, dive.opening)
     assert cut.sha256 != dive.sha256
     assert cut.opening == dive.opening != ""
-    assert read_dive(write(tmp_path / "d.tlog", data[: OPENING_BYTES - 1])).opening == ""
+    assert read_dive(write(tmp_path / "d.tlog", data[:65535])).opening == ""
 
 
 def test_a_dive_folder_joins_its_recordings(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from identify.estimators.innovations import (
     smoothed_velocity,
     transitions,
 )
-from identify.estimators.likelihood_axis import MASS, MASS_RATIO, likelihood_of, rigid_mass
+from identify.estimators.likelihood_axis import MASS, likelihood_of, rigid_mass
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.scoring import gaussian, score, weigh
 
@@ -222,7 +222,7 @@ HEAVE = 2
 def problems():
     drawn = draw_one(100007, seconds=40.0, kind="together")
     shape = drawn.drawn.configuration
-    masses = np.array([MASS_RATIO * rigid_mass(shape, dof) for dof in range(6)])
+    masses = np.array([1.4 * rigid_mass(shape, dof) for dof in range(6)])
     axes = build_axes(drawn.dive, drawn.file, drawn.configuration).axes
     return tuple(likelihood_of(axis, shape, masses, ()) for axis in axes)
 

@@ -18,7 +18,7 @@ from identify.estimators.axes import build_axes
 from identify.estimators.lateness import by_lateness
 from identify.estimators.likelihood import estimate
 from identify.estimators.misfit import Multiplier, doubts_of
-from identify.estimators.scoring import MOST_STEPS, Maximum
+from identify.estimators.scoring import Maximum
 from identify.estimators.table import estimator
 from identify.identification import Outcome
 from identify.ingest.open import read_dive
@@ -192,7 +192,7 @@ def test_a_search_that_is_cut_off_is_told(monkeypatch):
     [
         (1, True, True, ""),
         (1, True, False, f"{likelihood_fit.PASSES} passes"),
-        (MOST_STEPS, False, True, f"{MOST_STEPS} steps"),
+        (60, False, True, "60 steps"),
         (4, False, True, "a smallest step"),
     ],
 )

@@ -13,9 +13,8 @@ from turned_dives import turned
 
 from bench.missions.mission import draw_one
 from bridge.vehicle.coefficients import DOFS
-from identify.checks.heading import LARGEST_OFF as HEADING_LARGEST_OFF
 from identify.checks.heading import turning, turning_doubts
-from identify.checks.levelling import LARGEST_OFF, LARGEST_SHARE, levelling, levelling_doubts
+from identify.checks.levelling import levelling, levelling_doubts
 from identify.diagnose.diagnose import diagnose
 from identify.dive import Signal
 from identify.estimators.answer import answered
@@ -133,14 +132,12 @@ def test_a_late_and_mirrored_attitude_is_both():
     assert "roll turns by -1 times" in wrong.sentence
 
 
-@pytest.mark.parametrize(
-    ("scale", "doubted"), [(1 + 0.8 * LARGEST_OFF, False), (1 + 1.3 * LARGEST_OFF, True)]
-)
+@pytest.mark.parametrize(("scale", "doubted"), [(1.16, False), (1.26, True)])
 def test_a_scale_that_a_healthy_sensor_has_is_none_to_doubt(scale, doubted):
     assert bool(levelling_doubts(with_gyro(level(), np.diag([1 / scale, 1 / scale, 1])))) is doubted
 
 
-@pytest.mark.parametrize(("share", "doubted"), [(0.7 * LARGEST_SHARE, False), (1.4 * LARGEST_SHARE, True)])
+@pytest.mark.parametrize(("share", "doubted"), [(0.14, False), (0.28, True)])
 def test_a_mounting_turned_by_a_little_is_none_to_doubt(share, doubted):
     c = np.sqrt(1 - share**2)
     turned = [[c, -share, 0], [share, c, 0], [0, 0, 1]]
@@ -312,9 +309,7 @@ def test_the_only_gyro_is_named():
     )
 
 
-@pytest.mark.parametrize(
-    ("off", "doubted"), [(0.8 * HEADING_LARGEST_OFF, False), (1.3 * HEADING_LARGEST_OFF, True)]
-)
+@pytest.mark.parametrize(("off", "doubted"), [(0.04, False), (0.065, True)])
 def test_a_scale_that_a_healthy_gyro_has_is_none_to_doubt(off, doubted):
     assert bool(turning_doubts(turns(fog=1.0 / (1.0 + off)))) is doubted
 

@@ -10,7 +10,7 @@ from PIL import Image
 
 from identify.dive import Array, Dive, Signal
 from identify.report.figures import broken_at_gaps, track
-from identify.report.picture import COLUMN_DPI, COLUMN_IN, WIDE_IN, inline, write_files
+from identify.report.picture import inline, write_files
 from identify.report.plot import DARK, LIGHT, STYLES, Draw, Line, Panel, lines_panel, side_by_side, stack
 from identify.words import count, fixed, seconds, significant, unit, with_interval
 
@@ -135,7 +135,7 @@ def test_files_for_a_paper_are_a_column_wide_on_white_with_their_words_as_text(t
     svg, png = write_files(of(RISING), tmp_path / "of.dots")
     assert (svg.name, png.name) == ("of.dots.svg", "of.dots.png")
     with Image.open(png) as image:
-        assert image.size[0] == round(COLUMN_IN * COLUMN_DPI)
+        assert image.size[0] == round(3.46 * 300)
         assert image.convert("RGB").getpixel((0, 0)) == (255, 255, 255)
     assert ">y, m</text>" in svg.read_text(encoding="utf-8")
 
@@ -148,23 +148,21 @@ def test_a_stack_labels_its_shared_axis_once():
 
 def test_panels_stand_side_by_side_where_there_is_room_and_under_one_another_where_not():
     draw = side_by_side([lines_panel(name, "x", [RISING]) for name in "abcd"])
-    places = {width: [box.get_subplotspec() for box in draw(width).axes] for width in (WIDE_IN, COLUMN_IN)}
-    assert [(p.rowspan.start, p.colspan.start) for p in places[WIDE_IN]] == [(0, 0), (0, 1), (0, 2), (1, 0)]
-    assert [(p.rowspan.start, p.colspan.start) for p in places[COLUMN_IN]] == [(0, 0), (1, 0), (2, 0), (3, 0)]
+    places = {width: [box.get_subplotspec() for box in draw(width).axes] for width in (10.0, 3.46)}
+    assert [(p.rowspan.start, p.colspan.start) for p in places[10.0]] == [(0, 0), (0, 1), (0, 2), (1, 0)]
+    assert [(p.rowspan.start, p.colspan.start) for p in places[3.46]] == [(0, 0), (1, 0), (2, 0), (3, 0)]
 
 
 def test_a_panel_lower_than_its_row_keeps_to_the_top_of_it():
     def draw(box):
         box.set_ylim(3.0, 0.0)
 
-    low, high = side_by_side([Panel(draw, 1.0), Panel(draw, 2.0)])(WIDE_IN).axes
+    low, high = side_by_side([Panel(draw, 1.0), Panel(draw, 2.0)])(10.0).axes
     assert (low.get_ylim(), high.get_ylim()) == ((6.0, 0.0), (3.0, 0.0))
 
 
 def test_an_axis_reaches_what_it_is_told_to_hold():
-    (box,) = stack([lines_panel("y", "x", [Line(RISING.x, RISING.y + 5.0)], (0.0, 9.0), (0.0,))])(
-        WIDE_IN
-    ).axes
+    (box,) = stack([lines_panel("y", "x", [Line(RISING.x, RISING.y + 5.0)], (0.0, 9.0), (0.0,))])(10.0).axes
     assert box.get_xlim() == (0.0, 9.0)
     assert box.get_ylim()[0] <= 0.0 < 6.0 <= box.get_ylim()[1]
 
@@ -233,8 +231,8 @@ def test_start_and_end_have_one_label_where_two_would_overprint():
     closed, part = track(circling(2400)), track(circling(2400).between(0.0, 60.0))
     assert closed is not None
     assert part is not None
-    assert closed.draw(WIDE_IN).axes[0].get_legend_handles_labels()[1] == ["start and end"]
-    assert part.draw(WIDE_IN).axes[0].get_legend_handles_labels()[1] == ["start", "end"]
+    assert closed.draw(10.0).axes[0].get_legend_handles_labels()[1] == ["start and end"]
+    assert part.draw(10.0).axes[0].get_legend_handles_labels()[1] == ["start", "end"]
 
 
 @pytest.mark.parametrize("samples", [500, 2399, 9729, 40_000])

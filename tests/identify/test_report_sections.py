@@ -25,7 +25,6 @@ from identify.identification import (
 )
 from identify.report.figures import autocorrelation, dead_reckon
 from identify.report.page import Figure, Report, Section, write_report
-from identify.report.picture import WIDE_IN
 from identify.report.sections import (
     dive_section,
     identification_section,
@@ -59,7 +58,7 @@ UNKNOWN = estimate("I_q", NAN, NAN, NAN, NAN, "pitch is hardly excited")
 
 def boxes(figure: Figure) -> list[Axes]:
     """The plots of a figure, as the page draws them on a wide screen."""
-    return figure.draw(WIDE_IN).axes
+    return figure.draw(10.0).axes
 
 
 def titles(figure: Figure) -> list[str]:

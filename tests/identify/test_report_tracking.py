@@ -10,7 +10,6 @@ from matplotlib.axes import Axes
 
 from identify.dive import Dive, Signal
 from identify.report.page import Figure
-from identify.report.picture import WIDE_IN
 from identify.report.sections import tracking_section
 from identify.report.tracking import Reference
 from identify.validate import METHOD, AxisErrors, SteadyError, TrackingErrors, tracking_errors
@@ -126,12 +125,12 @@ def test_each_run_has_a_figure_for_each_axis_that_moved():
         ["yaw rate r, rad/s", "error in yaw, rad/s", "yaw moment N, N m"],
         ["sway speed v, m/s", "error in sway, m/s", "sway force Y, N"],
     ]
-    words = [text.get_text() for text in section.figures[0].draw(WIDE_IN).legends[0].get_texts()]
+    words = [text.get_text() for text in section.figures[0].draw(10.0).legends[0].get_texts()]
     assert words == ["measured", "reference", "PID", "feed-forward"]
 
 
 def boxes(figure: Figure) -> list[Axes]:
-    return figure.draw(WIDE_IN).axes
+    return figure.draw(10.0).axes
 
 
 def test_measured_and_reference_speed_are_drawn_in_the_same_panel():
@@ -148,7 +147,7 @@ def test_a_recording_without_wrench_or_measurement_shows_what_it_has():
     whole = moving_dive(0)
     bare = Dive("run", Path("run.tlog"), "", nu_ref=whole.nu_ref)
     (figure,) = tracking_section({}, {"Off": bare}).figures
-    assert [text.get_text() for text in figure.draw(WIDE_IN).legends[0].get_texts()] == ["reference"]
+    assert [text.get_text() for text in figure.draw(10.0).legends[0].get_texts()] == ["reference"]
 
 
 def test_runs_without_a_reference_make_an_empty_section():

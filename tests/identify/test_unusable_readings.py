@@ -16,7 +16,7 @@ from bridge.vehicle.config import CONFIGS
 from bridge.vehicle.thrusters import thrust_curve
 from identify.challenge.seal import tlog_of
 from identify.checks.controller import frozen_doubts
-from identify.checks.fit import LOUD, loud, loud_doubts, loud_note
+from identify.checks.fit import loud, loud_doubts, loud_note
 from identify.checks.frozen import without_frozen
 from identify.checks.impossible import without_impossible, without_repeated
 from identify.diagnose.diagnose import diagnose
@@ -27,7 +27,7 @@ from identify.estimators.likelihood import estimate
 from identify.estimators.likelihood_fit import fit_axes
 from identify.forces import wrench
 from identify.identification import Outcome
-from identify.ingest.commands import HELD_S, held_commands, with_known_commands
+from identify.ingest.commands import held_commands, with_known_commands
 from identify.ingest.open import read_dive
 
 FILE = closed_loop.vehicle_file()
@@ -117,7 +117,7 @@ def test_outputs_that_drive_no_thruster_may_be_unknown():
 
 
 def test_a_command_holds_for_so_long_and_no_longer():
-    time_s = np.array([0.0, 0.2, HELD_S, 1.0, 1.4, 2.0])
+    time_s = np.array([0.0, 0.2, 0.5, 1.0, 1.4, 2.0])
     value = np.array([1600.0, np.nan, 1700.0, 1650.0, np.nan, 1550.0])
     held = held_commands(Signal(time_s, value[:, None])).value[:, 0]
     assert held == pytest.approx([1600.0, 1600.0, 1700.0, 1650.0, np.nan, 1550.0], nan_ok=True)
@@ -492,10 +492,10 @@ def test_an_honest_dive_is_not_loud(surge):
 
 def test_noise_above_a_fifth_of_the_signal_that_the_readings_do_not_show_makes_data_and_model_disagree(surge):
     *_, signal = surge
-    assert noisy(surge, 0.99 * LOUD * signal) == ()
-    (one,) = noisy(surge, 1.01 * LOUD * signal)
+    assert noisy(surge, 0.198 * signal) == ()
+    (one,) = noisy(surge, 0.202 * signal)
     assert one.inflated
-    assert one.noise == pytest.approx(1000 * 1.01 * LOUD * signal)
+    assert one.noise == pytest.approx(202.0 * signal)
     assert one.signal == pytest.approx(1000 * signal, rel=0.05)
     (doubt,) = loud_doubts([one])
     assert doubt.about == ("M_u", "D_u")

@@ -9,7 +9,7 @@ from built_recordings import NAN, recording, write
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from identify.dive import Dive, Signal
-from identify.fixes import EARTH_RADIUS_M, LEAST_FIX_STD_M, check_fixes
+from identify.fixes import EARTH_RADIUS_M, check_fixes
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import quaternions_from_euler, turned_by
 
@@ -190,7 +190,7 @@ def test_a_dvl_that_reads_two_per_cent_too_little_and_a_compass_three_degrees_of
 
 def test_the_uncertainty_is_that_of_the_fixes_over_the_distance():
     found = check_fixes(dive())
-    assert found.scale_std == pytest.approx(LEAST_FIX_STD_M * math.sqrt(2) / 195.0, rel=1e-2)
+    assert found.scale_std == pytest.approx(0.5 * math.sqrt(2) / 195.0, rel=1e-2)
 
 
 def test_surfacings_too_near_each_other_check_nothing_and_say_so():

@@ -26,7 +26,6 @@ from identify.diagnose.result import (
 )
 from identify.effects.sensors import WRONG_FEEDBACK_LOG
 from identify.report.diagnosis import diagnosis_page, diagnosis_report
-from identify.report.picture import WIDE_IN
 
 pytestmark = pytest.mark.usefixtures("sketched")
 
@@ -351,7 +350,7 @@ def test_every_candidate_stands_once_in_its_best_form_and_the_accepted_one_is_ma
     (figure,) = [
         f for part in diagnosis_report(diagnosis()).sections for f in part.figures if f.name == "candidates"
     ]
-    widths = [bar.get_width() for bar in figure.draw(WIDE_IN).axes[0].patches]
+    widths = [bar.get_width() for bar in figure.draw(10.0).axes[0].patches]
     assert widths[:2] == pytest.approx([1.0, math.log1p(4.8) / math.log1p(61.2)])
     named = {(one.name, one.number): one.label for one in LIBRARY}
     told = {key for key in named if any(5.0 - 0.2 * k > 2.0 for k in places(key))} | {("quadratic_drag", 0)}

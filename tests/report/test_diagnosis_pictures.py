@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 
-from identify.report.picture import COLUMN_IN, WIDE_IN
 from identify.report.plot import Bar, Panel, bars, heatmap, stack
 
 
 def drawn(panel: Panel) -> Axes:
-    (box,) = stack([panel])(WIDE_IN).axes
+    (box,) = stack([panel])(10.0).axes
     return box
 
 
@@ -42,7 +41,7 @@ def test_bars_are_no_longer_than_their_room_and_never_negative():
     assert [text.get_text() for text in box.texts] == ["a: accepted", "7 N", "b", "−1 N", "<c>", "1 N"]
 
 
-@pytest.mark.parametrize("width_in", [WIDE_IN, COLUMN_IN])
+@pytest.mark.parametrize("width_in", [10.0, 3.46])
 @pytest.mark.parametrize(
     "name", ["0.30 to 0.60 m/s", "waves (2.25 and 2.33 s) (too little here: 30 nats are asked for)"]
 )

@@ -12,12 +12,11 @@ from bridge.vehicle.feedforward import Mode
 from identify.dive import Dive, Signal
 from identify.glance.criteria import Criterion, Raising
 from identify.report.page import Figure, Report, render_report
-from identify.report.picture import WIDE_IN
 from identify.report.plot import HATCHES, Group, grouped, stack
 from identify.report.tracking import error_line
 from identify.report.validation import validation_report, verdict
 from identify.run.validate import Run, Validation
-from identify.validate import CUTOFF_HZ, TrackingErrors, tracking_errors
+from identify.validate import TrackingErrors, tracking_errors
 from identify.words import safe
 
 FILE = load_vehicle("ruvifist:hovering")
@@ -59,7 +58,7 @@ def errs(overall: float, axis: str = "surge") -> TrackingErrors:
 
 
 def labels(figure: Figure) -> list[str]:
-    return [text.get_text() for text in figure.draw(WIDE_IN).legends[0].get_texts()]
+    return [text.get_text() for text in figure.draw(10.0).legends[0].get_texts()]
 
 
 def test_the_verdict_names_the_mode_that_errs_least_and_by_how_much():
@@ -101,7 +100,7 @@ def test_an_axis_has_its_errors_side_by_side_then_the_curves_of_each_dive_then_t
         "tracking surge both",
     ]
     assert [labels(figure) for figure in surge.figures[:2]] == [["PID", "both"]] * 2
-    assert [box.get_title(loc="left") for box in surge.figures[2].draw(WIDE_IN).axes] == [
+    assert [box.get_title(loc="left") for box in surge.figures[2].draw(10.0).axes] == [
         "surge speed u, m/s",
         "error in surge, m/s",
         "surge force X, N",
@@ -111,7 +110,7 @@ def test_an_axis_has_its_errors_side_by_side_then_the_curves_of_each_dive_then_t
 
 def test_errors_of_dives_are_laid_over_one_another_from_where_the_reference_first_moves():
     dives = {"PID": moving("pid", 1.5), "both": moving("both", 1.5, start_s=700.0)}
-    (box,) = made(dives).sections[0].figures[1].draw(WIDE_IN).axes
+    (box,) = made(dives).sections[0].figures[1].draw(10.0).axes
     early, late = (line.get_data() for line in box.get_lines()[:2])
     assert early[0][0] == pytest.approx(0.0, abs=0.1)
     assert np.interp(early[0], *late) == pytest.approx(early[1], abs=0.01)
@@ -126,7 +125,7 @@ def test_the_error_is_measured_less_wanted_without_the_sensor_s_noise():
     )
     assert line is not None
     assert line.y.mean() == pytest.approx(0.1, abs=0.002)
-    assert line.y.std() < 0.02 * math.sqrt(4 * CUTOFF_HZ / dive.velocity.rate_hz)
+    assert line.y.std() < 0.02 * math.sqrt(4 * 0.5 / dive.velocity.rate_hz)
 
 
 def test_the_error_is_that_of_the_origin_where_the_dvl_sits_aside():
@@ -171,7 +170,7 @@ def test_a_dive_without_a_reference_makes_a_page_that_says_so():
 
 def test_bars_of_a_mode_differ_by_hatch_as_well_as_by_colour():
     groups = [Group(name, (0.1, math.nan)) for name in ("PID", "shadow", "FF", "both")]
-    (box,) = stack([grouped("error", ("Overall", "Steady state"), groups)])(WIDE_IN).axes
+    (box,) = stack([grouped("error", ("Overall", "Steady state"), groups)])(10.0).axes
     hatches = [container.patches[0].get_hatch() or "" for container in box.containers]
     assert hatches == list(HATCHES)
     assert box.get_ylim()[0] == 0.0

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sensor_streams import bytewise, largest_buffer, random_chunks, splits
 
-from bridge.sensors.kvh1750 import LSB_RAD_S, SPIKE_RAD_S, Kvh1750Parser, encode_kvh1750
+from bridge.sensors.kvh1750 import LSB_RAD_S, Kvh1750Parser, encode_kvh1750
 
 PLUS_10, MINUS_10, ZERO, PLUS_490 = (
     bytes.fromhex(text) for text in ("1000000051ec", "5000003fae14", "900000000000", "d000000fae14")
@@ -288,7 +288,7 @@ def test_five_faults_in_2000_frames_leave_no_valid_rate_more_wrong_than_a_spike_
         largest, fewest = max(largest, error.max()), min(fewest, np.count_nonzero(valid))
     # A third of the faults are flips, and 8 of a frame's 48 bits move the rate by less than a spike: 42 of 750.
     assert wrong <= 60
-    assert largest <= SPIKE_RAD_S
+    assert largest <= math.radians(0.1)
     assert fewest >= 1970
 
 

@@ -3,6 +3,8 @@
 import functools
 
 import pytest
+from textual._compositor import Compositor
+from textual.app import active_app
 from textual.css.stylesheet import Stylesheet
 
 
@@ -26,4 +28,21 @@ def _style_sheets_are_parsed_once():
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Stylesheet, "_parse_rules", once)
+        yield
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _screens_are_drawn_when_they_are_read():
+    """Without a terminal every update is drawn and thrown away, a third of a test's time; `screen_text` draws anew."""
+    draw = Compositor.render_update
+
+    @functools.wraps(draw)
+    def drawn(self, *how, **which):
+        if not active_app.get().is_headless:
+            return draw(self, *how, **which)
+        self._dirty_regions.clear()
+        return None
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Compositor, "render_update", drawn)
         yield

@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 
 from rich.segment import Segment
+from textual._context import visible_screen_stack
 from textual.color import Color
 
 from tui.app.app import SeatrialApp
@@ -55,6 +56,7 @@ async def pressed(pilot, *keys):
 
 
 def strips(app):
+    visible_screen_stack.set(app._background_screens)
     return app.screen._compositor.render_strips()
 
 

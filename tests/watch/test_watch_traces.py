@@ -9,7 +9,7 @@ from vehicle_on_air import LEVEL, STILL, OnAir, dvl, imu
 
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.watch.picture import Freshness
-from gcs_plugin.watch.quantities import PLACES, Ring
+from gcs_plugin.watch.quantities import Ring
 from gcs_plugin.watch.watcher import Watcher
 
 RUVIFIST = load_vehicle("ruvifist")
@@ -44,12 +44,12 @@ def test_a_ring_keeps_the_newest_of_a_step_and_no_more_than_twenty_a_second():
 
 def test_a_ring_that_is_full_forgets_the_oldest_and_stays_in_order():
     ring = Ring()
-    for k in range(3 * PLACES):
+    for k in range(3603):
         ring.put(0.06 * k, float(k))
     time_s, value, _ = ring.since(0.0)
-    assert len(value) == PLACES
+    assert len(value) == 1201
     assert np.all(np.diff(time_s) > 0)
-    assert value[-1] == 3 * PLACES - 1
+    assert value[-1] == 3602
 
 
 def test_only_the_last_minute_is_shown(watcher, vehicle):
