@@ -15,9 +15,8 @@ from bridge.ring.whole import WHOLE
 from bridge.tlog import load_recording, of_those_that_hold_frames, read_tlog
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.holes import Hole
-from gcs_plugin.fetch.one_clock import Step
 from gcs_plugin.fetch.remade import refuse_recorded, remade, renew
-from gcs_plugin.fetch.whole import Apart, Strangers, Whole, made_whole
+from gcs_plugin.fetch.whole import Whole, made_whole
 from gcs_plugin.locks import alone_at
 from identify.ingest.messages import clock
 
@@ -34,19 +33,6 @@ def lacking_words(holes: Sequence[Hole], lost: int) -> str:
     if lost:
         parts.append(f"{lost} {'single frames' if lost > 1 else 'single frame'}")
     return f"{_listed(parts)}, nobody has" if parts else ""
-
-
-def steps_words(steps: Sequence[Step], begins_us: int) -> str:
-    """`It was set, or began anew, by -60.0 s at 1:00 of the dive; each part is dated by itself`; "" if the clock went
-    on evenly."""
-    if not steps:
-        return ""
-    parts = [
-        f"by {step.by_us * 1e-6:+.1f} s at {clock((step.at_us - begins_us) * 1e-6)}" for step in steps[:TOLD]
-    ]
-    if len(steps) > TOLD:
-        parts.append(f"{len(steps) - TOLD} times more")
-    return f"It was set, or began anew, {_listed(parts)} of the dive; each part is dated by itself"
 
 
 def beyond_words(beyond: int) -> str:
@@ -75,8 +61,6 @@ def _listed(told: Sequence[str]) -> str:
 FEWEST, LEAST_SHARE = 20, 0.3
 """Least number of common frames, and least share of those heard meanwhile; two vehicles may send equal bytes."""
 TLOGS, LOGS = (".tlog", ".tlog.gz"), (".bin",)
-SAME_CLOCK_S = 1.0
-BY_BOOT = "It has no frame in common with the dive, and is dated by the vehicle's time since boot"
 MORE = "merge what else was recorded then, or fetch it where the vehicle keeps a recording"
 GROUNDS = 240
 """System ids from this number on are ground stations."""
@@ -101,28 +85,16 @@ class Refused:
 
 
 def merge_all(folder: DiveFolder, files: Sequence[Path]) -> Iterator[Merged | Refused]:
-    """Add recordings to a dive in turn; a file that can't be added is reported, and the others go on.
-
-    A file with hardly a frame in common is tried again after another was added, which may overlap both.
-    """
-    strange: dict[Path, str] = {}
-    left = list(files)
-    while left:
-        file = left.pop(0)
+    """Add recordings to a dive in turn; a file that can't be added is reported, and the others go on."""
+    for file in files:
         try:
             yield merge(folder, file)
-            left += strange
-            strange.clear()
-        except Strangers as error:
-            strange[file] = str(error)
         except SeatrialError as error:
             yield Refused(file, str(error))
         except OSError as error:
             yield Refused(
                 file, f"{error.filename or file}: {error.strerror}; check the path, its rights and the disk"
             )
-    for file, words in strange.items():
-        yield Refused(file, words)
 
 
 def merge(folder: DiveFolder, file: Path) -> Merged:
@@ -149,12 +121,9 @@ def _frames(folder: DiveFolder, file: Path) -> Merged:
     strangers = f"{file}: has hardly a frame in common with the dive; check that it is of this dive"
 
     def make(ground: Sequence[Path]) -> Whole:
-        try:
-            merged_frames = made_whole(ground, [file], source, strangers)
-        except Apart as error:
-            raise Strangers(_apart(folder, file, error)) from None
-        if not merged_frames.by_boot and (merged_frames.common < FEWEST or merged_frames.share < LEAST_SHARE):
-            raise Strangers(strangers)
+        merged_frames = made_whole(ground, [file], source, strangers)
+        if merged_frames.common < FEWEST or merged_frames.share < LEAST_SHARE:
+            raise LogError(strangers)
         return merged_frames
 
     merged_frames = remade(folder, source, make, AGAIN)
@@ -169,33 +138,12 @@ def _came(file: Path, into: Path, found: Whole) -> str:
     subject = "what there is of the dive is" if lacking else "the dive is whole"
     sentences = [
         f"{file.name}: its clock {found.clock.words(begins_us * 1e-6, ends_us * 1e-6)}",
-        BY_BOOT if found.by_boot else "",
-        steps_words(found.steps, begins_us),
         f"{found.missing} of {len(found.records)} frames had not been heard; {subject} in {into}",
         f"{lacking}; {MORE}" if lacking else "",
         guessed_words(found.guessed),
         beyond_words(found.beyond),
     ]
     return " ".join(f"{sentence}." for sentence in sentences if sentence)
-
-
-def _apart(folder: DiveFolder, file: Path, error: Apart) -> str:
-    """Explain to the crew that a recording only precedes or follows the dive, and how to use it."""
-    if error.after_s > 0:
-        position = f"begins {error.after_s:.0f} s after the dive's recording ends"
-    else:
-        position = f"ends {-error.after_s:.0f} s before the dive's recording begins"
-    base = f"{file}: is of the same start of the same vehicle, {position}, and has nothing in common with it"
-    if abs(error.ahead_s) > SAME_CLOCK_S:
-        return (
-            f"{base}; its clock is {abs(error.ahead_s):.1f} s {'ahead' if error.ahead_s > 0 else 'behind'}, so that it "
-            "can't be read beside it: give one that overlaps both as well"
-        )
-    if error.after_s < 0:
-        return f"{base}; put the dive's recordings into the folder of this one, under the numbers that follow"
-    numbers = {path.name for path in folder.heard()}
-    name = next(name for name in (f"telemetry.{k}.tlog" for k in range(2, 1 << 20)) if name not in numbers)
-    return f"{base}; put it into the folder as {name}, and all that reads the dive reads it after the others"
 
 
 def _own(folder: DiveFolder, file: Path, source: tuple[int, int]) -> Merged:

@@ -1,16 +1,15 @@
-"""Put a recording on the clock of another by the frames that both hold, in pieces where its own clock steps.
+"""Put a recording on the clock of another by the frames that both hold, each boot of its vehicle by itself.
 
 The difference between a frame's two stamps is smallest when the link was quickest, so the smallest difference in
-every ten seconds is the offset between the clocks. A clock that was set, or that restarted with its vehicle, jumps
-back or ahead between two frames: the pieces before and after the jump are compared separately.
+every ten seconds is the offset between the clocks. A clock that was set while the vehicle ran on dates nothing.
 """
 
 from bisect import bisect_left
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from operator import itemgetter
+from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -18,7 +17,7 @@ from numpy.typing import NDArray
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock_line import ClockLine, fit_clock
-from bridge.framing import decode, frame_at, message_id_at
+from bridge.errors import LogError
 
 BLOCK_US: Final = 10_000_000
 BACK_US: Final = 50_000
@@ -58,24 +57,15 @@ class Anchor:
 
 
 @dataclass(frozen=True)
-class Step:
-    """At time `at_us` of the other clock, this clock was set by `by_us`, or restarted."""
-
-    at_us: int
-    by_us: int
-
-
-@dataclass(frozen=True)
 class OneClock:
     """When each frame was sent by the other clock, in us, never running back.
 
-    `clock`: line of this clock against the other, from the piece with the most frames in common. `guessed`: number of
-    frames in pieces without a common frame; such a piece is placed at the end of the one before.
+    `clock`: line of this clock against the other, from the boot with the most frames in common. `guessed`: number of
+    frames in boots without a common frame; such a boot is placed at the end of the one before.
     """
 
     dated: list[int]
     clock: ClockLine
-    steps: tuple[Step, ...]
     guessed: int
 
 
@@ -107,13 +97,14 @@ class _Offsets:
         return stamp_us + ahead_us - self.line.drift * (stamp_us - nearest_us)
 
 
-def put_on(kept: Sequence[Kept], anchors: Sequence[Anchor]) -> OneClock:
+def put_on(kept: Sequence[Kept], anchors: Sequence[Anchor], file: Path) -> OneClock:
     """Date the frames of a recording, in recorded order, by another recording's clock.
 
-    `anchors`, at least one, rise by place.
+    `anchors`, at least one, rise by place; `file` is the recording's name. Raises LogError if its clock was set.
     """
+    _refuse_steps(kept, anchors, file)
     stamps = np.array([item.stamp_us for item in kept], np.float64)
-    cuts = _cuts(kept, anchors)
+    cuts = [place for place in range(1, len(kept)) if kept[place].boot != kept[place - 1].boot]
     pieces = list(zip([0, *cuts], [*cuts, len(kept)], strict=True))
     by_piece = [_between(anchors, begins, ends) for begins, ends in pieces]
     offsets = [_offsets(kept, piece_anchors) if piece_anchors else None for piece_anchors in by_piece]
@@ -134,7 +125,6 @@ def put_on(kept: Sequence[Kept], anchors: Sequence[Anchor]) -> OneClock:
     return OneClock(
         [round(item) for item in rising.tolist()],
         max(known, key=lambda one: one.count).line,
-        tuple(_steps(kept, pieces, by_piece, rising)),
         guessed,
     )
 
@@ -147,58 +137,25 @@ def _guessed(stamps: Array, before: Array, after: Array) -> Array:
     return np.minimum(begins_us + np.maximum.accumulate(stamps - stamps[0]).clip(0.0), ends_us)
 
 
-def _cuts(kept: Sequence[Kept], anchors: Sequence[Anchor]) -> list[int]:
-    """Return the indices of the frames at which a new piece begins."""
+def _refuse_steps(kept: Sequence[Kept], anchors: Sequence[Anchor], file: Path) -> None:
+    """Raise LogError if the clock was set while the vehicle ran on: nothing can be dated by it."""
     places = [frame.place for frame in anchors]
-    ticks = _ticks(kept)
-    ticked = [place for place, _, _ in ticks]
-    cuts: list[int] = []
+    begins = 0
     for place in range(1, len(kept)):
-        frame, previous = kept[place], kept[place - 1]
-        passed_us = frame.stamp_us - previous.stamp_us
-        if frame.boot != previous.boot:
-            cuts.append(place)
+        passed_us = kept[place].stamp_us - kept[place - 1].stamp_us
+        if kept[place].boot != kept[place - 1].boot:
+            begins = place
         elif not -BACK_US <= passed_us <= LEAP_US:
-            middle = bisect_left(places, place)
-            begins = bisect_left(places, cuts[-1]) if cuts else 0
-            earlier, later = (
-                anchors[max(begins, middle - COMPARED) : middle],
-                anchors[middle : middle + COMPARED],
-            )
-            if earlier and later:
-                by_us = _middle_us(later) - _middle_us(earlier)
-                # Common frames after the step were sent after those before it.
-                is_step = abs(by_us) > STEP_US and passed_us + by_us > -STEP_US
-            else:
-                is_step = passed_us < -STEP_US or _is_set(ticks, bisect_left(ticked, place), passed_us)
-            if is_step:
-                cuts.append(place)
-    return cuts
-
-
-def _is_set(ticks: Sequence[tuple[int, int, int]], after: int, passed_us: int) -> bool:
-    """Whether the vehicle's boot clock shows that another time passed than the recorder's clock says; `after`: index
-    of the first tick after the leap."""
-    if not 0 < after < len(ticks):
-        return False
-    (_, before_us, before_boot_us), (_, after_us, after_boot_us) = ticks[after - 1], ticks[after]
-    differs_us = (after_us - before_us) - (after_boot_us - before_boot_us)
-    # A vehicle that restarted in between says nothing about the time before.
-    return after_boot_us >= before_boot_us and abs(differs_us) > max(STEP_US, abs(passed_us) // 100)
-
-
-def _ticks(kept: Sequence[Kept]) -> list[tuple[int, int, int]]:
-    """Index, stamp and time since boot, both in us, of each SYSTEM_TIME of the component that sent most of them."""
-    by_source: dict[tuple[int, int], list[tuple[int, int, int]]] = defaultdict(list)
-    for place, record in enumerate(kept):
-        if message_id_at(record.raw, 0) != _SYSTEM_TIME:
-            continue
-        frame = frame_at(record.raw, 0, len(record.raw))
-        message = decode(frame) if frame is not None else None
-        if frame is not None and message is not None:
-            boot_us = 1000 * message.time_boot_ms
-            by_source[frame.system, frame.component].append((place, record.stamp_us, boot_us))
-    return max(by_source.values(), key=len, default=[])
+            middle, first = bisect_left(places, place), bisect_left(places, begins)
+            earlier = anchors[max(first, middle - COMPARED) : middle]
+            later = anchors[middle : middle + COMPARED]
+            # Common frames after the step were sent after those before it.
+            by_us = _middle_us(later) - _middle_us(earlier) if earlier and later else -min(passed_us, 0)
+            if abs(by_us) > STEP_US and passed_us + by_us > -STEP_US:
+                raise LogError(
+                    f"{file}: its clock was set by {-by_us * 1e-6:+.1f} s while it was recorded, so that nothing can "
+                    "be dated by it; nothing is put together"
+                )
 
 
 def _between(anchors: Sequence[Anchor], begins: int, ends: int) -> Sequence[Anchor]:
@@ -229,21 +186,6 @@ def _offsets(kept: Sequence[Kept], anchors: Sequence[Anchor]) -> _Offsets:
         np.array([ahead_us for ahead_us, _ in usual], np.float64),
         len(anchors),
     )
-
-
-def _steps(
-    kept: Sequence[Kept],
-    pieces: Sequence[tuple[int, int]],
-    by_piece: Sequence[Sequence[Anchor]],
-    dated: Array,
-) -> list[Step]:
-    """Return the steps within a boot, between neighbouring pieces that both have common frames."""
-    known = [(begins, earlier) for (begins, _), earlier in zip(pieces, by_piece, strict=True) if earlier]
-    return [
-        Step(round(dated[begins]), round(_middle_us(earlier[-COMPARED:]) - _middle_us(later[:COMPARED])))
-        for (_, earlier), (begins, later) in pairwise(known)
-        if kept[earlier[0].place].boot == kept[later[0].place].boot
-    ]
 
 
 def _middle_us(anchors: Sequence[Anchor]) -> float:

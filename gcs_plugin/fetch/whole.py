@@ -26,11 +26,9 @@ from bridge.framing import Frame, message_id_at
 from bridge.new_file import PART, replacing
 from bridge.ring.segments import segment_named
 from bridge.tlog import GZIP, TlogReader, load_recording, of_those_that_hold_frames, read_tlog, record_of
-from gcs_plugin.fetch.as_sent import as_sent
 from gcs_plugin.fetch.doubtful import damaged_before
-from gcs_plugin.fetch.holes import Hole, holes_in, lost_in
-from gcs_plugin.fetch.one_clock import STEP_US, Anchor, Kept, Step, put_on
-from gcs_plugin.fetch.same_boot import by_boot_time
+from gcs_plugin.fetch.holes import Hole, as_sent, holes_in, lost_in
+from gcs_plugin.fetch.one_clock import STEP_US, Anchor, Kept, put_on
 
 EARLIEST_US: Final = -1_000_000
 LATEST_US: Final = 30_000_000
@@ -54,22 +52,6 @@ Dated = tuple[int, bytes]
 """Unix microseconds and a raw frame."""
 
 
-class Strangers(LogError):
-    """Two recordings that have hardly a frame in common."""
-
-
-class Apart(Strangers):
-    """Two recordings of one boot of a vehicle, of which one ends before the other begins.
-
-    `after_s`: seconds from the dive's end to its beginning; below 0, from the dive's beginning to its end. `ahead_s`:
-    how much its clock is ahead of the dive's.
-    """
-
-    def __init__(self, words: str, after_s: float, ahead_s: float) -> None:
-        super().__init__(words)
-        self.after_s, self.ahead_s = after_s, ahead_s
-
-
 @dataclass(frozen=True)
 class Whole:
     """The merged recording: how many frames the ground had heard of the vehicle, and how many were missing.
@@ -79,11 +61,10 @@ class Whole:
     least over the types. `beyond`: number of the vehicle's frames sent before the first or after the last that the
     ground heard; they are left out. `damaged`: number of places in the vehicle's recording without a readable frame;
     `damaged_beyond`: number of further places that certainly lie before or after the dive. `clock`: the clock on
-    board against the ground's, from the piece with the most common frames; `steps`: when it was set meanwhile;
-    `guessed`: number of the vehicle's frames in pieces without a common frame. `holes`: times in which neither has a
-    frame; `lost`: number of frames that both lack outside the holes, by the vehicle's sequence numbers; 0 if it sent
-    files meanwhile, because those frames are not kept. `by_boot`: whether no frame is common and the recordings were
-    aligned by the vehicle's time since boot.
+    board against the ground's, from the boot with the most common frames; `guessed`: number of the vehicle's frames in
+    boots without a common frame. `holes`: times in which neither has a frame; `lost`: number of frames that both lack
+    outside the holes, by the vehicle's sequence numbers; 0 if it sent files meanwhile, because those frames are not
+    kept.
     """
 
     records: list[Dated]
@@ -95,11 +76,9 @@ class Whole:
     damaged: int
     damaged_beyond: int
     clock: ClockLine
-    steps: tuple[Step, ...]
     guessed: int
     holes: tuple[Hole, ...]
     lost: int
-    by_boot: bool
 
 
 class RingFrames:
@@ -148,8 +127,8 @@ def made_whole(
 ) -> Whole:
     """Merge both recordings of one dive; `source` is the vehicle's system and component.
 
-    Raises LogError if a file can't be read or no clock line aligns the recordings; Strangers, with the sentence
-    `strangers`, if they have no frame in common.
+    Raises LogError if a file can't be read or a clock was set while it ran; with the
+    sentence `strangers`, if they have no frame in common.
     """
     aboard = RingFrames(ring)
     kept = _once(aboard)
@@ -158,10 +137,9 @@ def made_whole(
     for place, frame_aboard in enumerate(kept):
         places[frame_aboard.raw].append(place)
     anchors = _anchors(kept, heard, places)
-    booted = [] if anchors else by_boot_time(kept, heard, source)
-    if not anchors and not booted:
-        raise Strangers(strangers)
-    clock = put_on(kept, anchors or booted)
+    if not anchors:
+        raise LogError(strangers)
+    clock = put_on(kept, anchors, ring[0])
     dated = clock.dated
     _refuse_astray(kept, anchors, dated, ring)
     both: set[int] = set()
@@ -180,13 +158,9 @@ def made_whole(
             ground_only.append((stamp_us, frame))
         if frame.system == source[0] and frame.message_id != _TRANSFER:
             from_vehicle.append((stamp_us, place_aboard))
-    if not both and not booted:
-        raise Strangers(strangers)
+    if not both:
+        raise LogError(strangers)
     first, last = _span(both, from_vehicle, dated)
-    if first > last:
-        begins_us, ends_us = min(from_vehicle, key=itemgetter(0))[0], max(from_vehicle, key=itemgetter(0))[0]
-        after_us = dated[0] - ends_us if dated[0] > ends_us else dated[-1] - begins_us
-        raise Apart(strangers, after_us * 1e-6, float(clock.clock.offset_s))
     inside = zip(
         dated[first : last + 1], (frame_aboard.raw for frame_aboard in kept[first : last + 1]), strict=True
     )
@@ -206,11 +180,9 @@ def made_whole(
         damaged,
         len(aboard.damaged) - damaged,
         clock.clock,
-        clock.steps,
         clock.guessed,
         holes_in(records, source),
         0 if _has_files(heard, source) else lost_in(records, source),
-        bool(booted),
     )
 
 

@@ -1,4 +1,4 @@
-"""Recordings whose clocks were set, or began anew, while they ran: every frame once, and dated by the dive's clock."""
+"""Recordings whose clocks were set, or began anew, while they ran, or that have no frame in common with the dive."""
 
 import random
 from collections import Counter
@@ -7,6 +7,7 @@ import pytest
 from diving_vehicle import Dive
 
 from bridge.errors import LogError
+from bridge.ring.segments import Segment
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.whole import made_whole, write_records
 from tui.merging import merge
@@ -52,54 +53,67 @@ def most_off_s(found, frames):
 
 
 @pytest.mark.parametrize("by_s", [-86_400.0, -60.0, -2.0, -0.5, 0.5, 2.0, 60.0, 3600.0, 86_400.0])
-def test_a_clock_that_was_set_costs_no_frame_and_dates_none_wrong(tmp_path, frames, by_s) -> None:
+def test_a_clock_that_was_set_is_refused_with_the_reason(tmp_path, frames, by_s) -> None:
     ground, other = ([frames[0], *of_it(frames[1:], share=0.7, seed=seed)] for seed in (1, 2))
     at_us = frames[0][0] + round(STEP_AT_S * 1e6)
-    found = put_together(tmp_path, ground, set_by([(s + 500_000, raw) for s, raw in other], by_s, at_us))
-    assert Counter(raw for _, raw in found.records) == Counter({raw for _, raw in (*ground, *other)})
-    assert found.beyond == 0
-    assert most_off_s(found, frames) < 0.01
-    (step,) = found.steps
-    assert step.by_us * 1e-6 == pytest.approx(by_s, abs=0.01)
-    assert step.at_us == pytest.approx(at_us - 500_000, abs=200_000)
+    with pytest.raises(
+        LogError, match=rf"other.tlog: its clock was set by {'[+]' if by_s > 0 else ''}{by_s:.1f} s"
+    ):
+        put_together(tmp_path, ground, set_by([(s + 500_000, raw) for s, raw in other], by_s, at_us))
 
 
 def test_a_clock_that_goes_on_evenly_has_no_step_however_silent_its_link_was(tmp_path, frames) -> None:
     other = of_it(frames, 0.0, 20.0) + of_it(frames, 40.0)
     found = put_together(tmp_path, of_it(frames, share=0.7, seed=1), other)
-    assert found.steps == ()
+    assert found.missing
     assert most_off_s(found, frames) < 0.01
 
 
-def test_a_vehicle_that_starts_anew_on_a_bare_clock_is_dated_piece_by_piece(tmp_path) -> None:
+def bare_boots(tmp_path):
+    """What a vehicle without a clock of its own sent in two boots: as heard, and as its ring keeps each boot."""
     dive = Dive(tmp_path / "ring")
     dive.dive(30.0)
     first, dive.heard = dive.heard, []
     dive.switch_on()
     dive.dive(30.0)
-    # Its clock has no battery: each boot begins in the same second.
     bare = [
-        (1_000_000 + stamp_us - part[0][0], raw) for part in (first, dive.heard) for stamp_us, raw in part
+        [(1_000_000 + stamp_us - part[0][0], raw) for stamp_us, raw in part] for part in (first, dive.heard)
     ]
-    both = first + dive.heard
-    found = put_together(tmp_path, of_it(both, share=0.7, seed=1), bare)
-    assert [raw for _, raw in found.records] == [raw for _, raw in both]
-    assert max(abs(one[0] - true[0]) for one, true in zip(found.records, both, strict=True)) < 10_000
-    assert found.holes == ()
+    return first, dive.heard, bare
 
 
-def test_what_of_a_clock_that_was_set_nobody_else_heard_is_called_a_guess(tmp_path, frames) -> None:
-    at_us = frames[0][0] + round(STEP_AT_S * 1e6)
+@pytest.mark.parametrize("second_heard", [True, False])
+def test_a_ring_of_a_vehicle_that_starts_anew_on_a_bare_clock_is_dated_boot_by_boot(
+    tmp_path, second_heard
+) -> None:
+    first, second, bare = bare_boots(tmp_path)
+    files = [tmp_path / Segment(boot, 7 + boot, 0, 0).name for boot in (1, 2)]
+    for file, part in zip(files, bare, strict=True):
+        write_records(file, part)
+    heard = of_it(first + second, share=0.7, seed=1) if second_heard else of_it(first, share=0.7, seed=1)
+    write_records(tmp_path / "ground.tlog", heard)
+    found = made_whole([tmp_path / "ground.tlog"], files, BUSIEST)
+    sent = first + second if second_heard else first
+    assert [raw for _, raw in found.records] == [raw for _, raw in sent]
+    assert max(abs(one[0] - true[0]) for one, true in zip(found.records, sent, strict=True)) < 10_000
+    assert (found.guessed > 0, found.holes) == (not second_heard, ())
+
+
+def test_another_recorder_whose_clock_began_anew_is_refused(tmp_path) -> None:
+    first, second, bare = bare_boots(tmp_path)
+    with pytest.raises(LogError, match=r"other.tlog: its clock was set by -"):
+        put_together(tmp_path, of_it(first + second, share=0.7, seed=1), [*bare[0], *bare[1]])
+
+
+@pytest.mark.parametrize(("begins_s", "ends_s"), [(40.0, 60.0), (20.0, 30.0)])
+def test_a_recording_without_a_common_frame_is_refused_with_the_reason(
+    tmp_path, frames, begins_s, ends_s
+) -> None:
     (tmp_path / "dive").mkdir()
-    heard = of_it(frames, 0.0, 10.0) + of_it(frames, 58.0)
-    write_records(tmp_path / "dive" / "telemetry.tlog", heard)
-    other = tmp_path / "other.tlog"
-    write_records(other, set_by(of_it(frames, 0.0, 45.0), -60.0, at_us))
-    words = merge(DiveFolder(tmp_path / "dive"), other).words
-    unheard = len([1 for stamp_us, _ in of_it(frames, STEP_AT_S, 45.0)])
-    assert f"When {unheard} frames of it were sent is a guess" in words
-    # What follows on 45 s nobody has.
-    assert "13 s of it, from 0:44 on, nobody has" in words
+    write_records(tmp_path / "dive" / "telemetry.tlog", of_it(frames, 0.0, 18.0) + of_it(frames, 32.0, 38.0))
+    write_records(tmp_path / "other.tlog", of_it(frames, begins_s, ends_s))
+    with pytest.raises(LogError, match="has hardly a frame in common with the dive; check"):
+        merge(DiveFolder(tmp_path / "dive"), tmp_path / "other.tlog")
 
 
 @pytest.mark.parametrize("by_s", [-2.0, -60.0])

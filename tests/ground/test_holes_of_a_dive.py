@@ -12,8 +12,7 @@ from bridge.ring.segments import Segment, segments_in
 from bridge.ring.whole import WHOLE
 from bridge.tlog import read_tlog
 from gcs_plugin.dives.folder import DiveFolder
-from gcs_plugin.fetch.as_sent import as_sent
-from gcs_plugin.fetch.holes import Hole, holes_in, lost_in
+from gcs_plugin.fetch.holes import Hole, as_sent, holes_in, lost_in
 from gcs_plugin.fetch.whole import made_whole, write_records
 from gcs_plugin.peers import ground_heartbeat
 from tui.fetched import Fetched, Fetcher
@@ -148,22 +147,11 @@ def test_two_recordings_that_overlap_each_other_fill_the_dive_in_either_order(
     assert "the dive is whole" in last.words
 
 
-@pytest.mark.parametrize("order", ["bridge middle", "middle bridge"])
-def test_a_recording_that_only_another_one_leads_to_is_taken_in_any_order(tmp_path, clockless, order) -> None:
-    folder = dive_of(tmp_path, of_it(clockless, 0.0, 18.0) + of_it(clockless, 79.0))
-    for name, (begins_s, ends_s) in {"bridge": (10.0, 40.0), "middle": (30.0, 78.9)}.items():
-        write_records(tmp_path / f"{name}.tlog", of_it(clockless, begins_s, ends_s))
-    came = list(merge_all(folder, [tmp_path / f"{name}.tlog" for name in order.split()]))
-    assert [one.file.name for one in came] == ["bridge.tlog", "middle.tlog"]
-    assert all(isinstance(one, Merged) for one in came)
-    assert len(list(read_tlog(folder.path / WHOLE))) > 0.99 * len(clockless)
-
-
-def test_a_recording_that_none_of_them_leads_to_is_refused_at_the_end(tmp_path, clockless) -> None:
+def test_a_recording_that_overlaps_nothing_is_refused_and_the_next_goes_in(tmp_path, clockless) -> None:
     folder = dive_of(tmp_path, of_it(clockless, 0.0, 18.0) + of_it(clockless, 79.0))
     for name, (begins_s, ends_s) in {"bridge": (10.0, 40.0), "far": (50.0, 70.0)}.items():
         write_records(tmp_path / f"{name}.tlog", of_it(clockless, begins_s, ends_s))
-    taken, refused = merge_all(folder, [tmp_path / "far.tlog", tmp_path / "bridge.tlog"])
+    refused, taken = merge_all(folder, [tmp_path / "far.tlog", tmp_path / "bridge.tlog"])
     assert isinstance(taken, Merged)
     assert isinstance(refused, Refused)
     assert refused.file.name == "far.tlog"
