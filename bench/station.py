@@ -12,6 +12,7 @@ import shutil
 import signal
 import socket
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -29,7 +30,6 @@ from bridge.link.open import open_link
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.feedforward import Mode
 from gcs_plugin.feedforward import Switch
-from gcs_plugin.job import seatrial_command
 from gcs_plugin.recording.state import held
 from gcs_plugin.watch.watcher import Watcher
 from tui.app import recorder
@@ -129,7 +129,19 @@ def _afloat(folder: Path) -> Iterator[Path]:
     os.environ["XDG_STATE_HOME"] = str(folder / "state")
     dives = folder / "dives"
     dives.mkdir()
-    words = [*seatrial_command(), "simulate", "--vehicle", VEHICLE, "--mission", "idle", "--link", link]
+    words = [
+        sys.executable,
+        "-P",
+        "-m",
+        "tui",
+        "simulate",
+        "--vehicle",
+        VEHICLE,
+        "--mission",
+        "idle",
+        "--link",
+        link,
+    ]
     records = recorder.record_command(
         ["--link", link.replace("udpout", "udpin"), "--vehicle", VEHICLE, "--out", str(dives)]
     )

@@ -15,3 +15,9 @@ def printable(text: str, mark: str = "", keep: str = "") -> str:
 
 def _is_harmless(character: str) -> bool:
     return character.isprintable() or unicodedata.category(character) == "Zs"
+
+
+def as_clause(sentence: str) -> str:
+    """A sentence for use inside another: without its stop, and small at its beginning, unless that is a name."""
+    clause = sentence.rstrip(".")
+    return f"{clause[0].lower()}{clause[1:]}" if clause[1:2].islower() or clause[1:2] == " " else clause

@@ -1,50 +1,52 @@
-"""A command in a separate process, whose output lines are read without blocking."""
+"""Work in processes of its own: a program whose output is read without blocking, and functions run side by side."""
 
 import contextlib
+import multiprocessing
 import os
-import shutil
+import queue
 import signal
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
-from typing import Final
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from typing import Final, TypeVar
 
 KILL_AFTER_S: Final = 5.0
 READ_BYTES: Final = 65536
 
 
-def seatrial_command() -> list[str]:
-    """Arguments that start the `seatrial` command of this installation with this Python, from any working folder."""
-    return [sys.executable, "-P", "-m", "tui"]
-
-
-def as_wide() -> dict[str, str]:
-    """Environment for a command whose lines are shown on this process's terminal: the terminal's width."""
-    return {"COLUMNS": str(shutil.get_terminal_size().columns)}
-
-
 class Job:
-    """Runs the command `words` in a new process group; `title` is its name for the user.
+    """Runs this Python with `words`, such as `-m MODULE`, in a new process group; `title` is its name for the user.
 
-    Call `lines` often; `code` is set once the command has ended and all its output was read. `cancel` asks the command
-    to stop, as Ctrl-C does; if it has not stopped `KILL_AFTER_S` later, it is killed with all its workers.
+    Call `lines` often; `code` is set once the program has ended and all its output was read: that to standard error
+    alone if `errors_alone`. `cancel` asks it to stop, as Ctrl-C does; if it has not stopped `KILL_AFTER_S` later, it is
+    killed with all its workers.
     """
 
     def __init__(
-        self, title: str, words: Sequence[str], environment: Mapping[str, str], now_s: float
+        self,
+        title: str,
+        words: Sequence[str],
+        now_s: float,
+        environment: Mapping[str, str] | None = None,
+        *,
+        errors_alone: bool = False,
     ) -> None:
         self.title, self.began_s = title, now_s
         self.code: int | None = None
         self._process = subprocess.Popen(
-            list(words),
+            # -P: the working folder may hold a module of the same name.
+            [sys.executable, "-P", *words],
             stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            env={**os.environ, **environment},
+            stdout=subprocess.DEVNULL if errors_alone else subprocess.PIPE,
+            stderr=subprocess.PIPE if errors_alone else subprocess.STDOUT,
+            env={**os.environ, **(environment or {})},
             start_new_session=True,
         )
-        assert self._process.stdout is not None
-        self._out = self._process.stdout.fileno()
+        stream = self._process.stderr if errors_alone else self._process.stdout
+        assert stream is not None
+        self._stream, self._out = stream, stream.fileno()
         os.set_blocking(self._out, False)
         self._rest, self._ended = b"", False
         self._kill_s: float | None = None
@@ -57,8 +59,8 @@ class Job:
         self._read()
         if self._ended and self.code is None:
             self.code = self._process.poll()
-            if self.code is not None and self._process.stdout is not None:
-                self._process.stdout.close()
+            if self.code is not None:
+                self._stream.close()
         *whole, self._rest = self._rest.split(b"\n")
         if self._ended and self._rest:
             whole, self._rest = [*whole, self._rest], b""
@@ -75,8 +77,7 @@ class Job:
         if self.code is None:
             self._signal(signal.SIGKILL)
             self.code = self._process.wait()
-            if self._process.stdout is not None:
-                self._process.stdout.close()
+            self._stream.close()
 
     def _read(self) -> None:
         while not self._ended:
@@ -93,3 +94,58 @@ class Job:
         if self._process.poll() is None:
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(self._process.pid, number)
+
+
+LISTEN_S = 0.2
+
+Result = TypeVar("Result")
+Progress = Callable[[float], None]
+
+_shares: "multiprocessing.Queue[tuple[str, float]] | None" = None
+
+
+def side_by_side(
+    jobs: Mapping[str, Callable[[Progress], Result]],
+    tell: Callable[[Mapping[str, float]], None],
+    processes: int = 2,
+) -> dict[str, Result]:
+    """Return the result of each job, by name; a job must be picklable, like a `partial` of a module's function.
+
+    `tell` gets the share done of every job, whenever a job has come further.
+    """
+    context = multiprocessing.get_context("spawn")
+    shares: multiprocessing.Queue[tuple[str, float]] = context.Queue()
+    done = dict.fromkeys(jobs, 0.0)
+    with ProcessPoolExecutor(min(processes, len(jobs)), context, _join, (shares,)) as pool:
+        running: dict[str, Future[Result]] = {
+            name: pool.submit(_in_process, name, job) for name, job in jobs.items()
+        }
+        tell(done)
+        while not all(future.done() for future in running.values()):
+            try:
+                name, share = shares.get(timeout=LISTEN_S)
+            except queue.Empty:
+                continue
+            done[name] = share
+            tell(done)
+        return {name: future.result() for name, future in running.items()}
+
+
+def _join(shares: "multiprocessing.Queue[tuple[str, float]]") -> None:
+    global _shares
+    _shares = shares
+    threading.Thread(target=_leave_with_parent, daemon=True).start()
+
+
+def _leave_with_parent() -> None:
+    """End this process when its parent is gone: nobody waits for the job then."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _in_process(name: str, job: Callable[[Progress], Result]) -> Result:
+    assert _shares is not None
+    shares = _shares
+    return job(lambda share: shares.put((name, share)))

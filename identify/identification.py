@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.printable import as_clause
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, BY_NAME, DOFS, MASSES, OF_HULL
 from bridge.vehicle.config import Configuration
 from identify.dive import Signal
@@ -115,8 +116,7 @@ class Doubt:
     @property
     def clause(self) -> str:
         """The problem, for use inside another sentence."""
-        clause = self.problem.rstrip(".")
-        return f"{clause[0].lower()}{clause[1:]}" if clause[1:2].islower() or clause[1:2] == " " else clause
+        return as_clause(self.problem)
 
     def to_json(self) -> dict[str, Any]:
         return {

@@ -1,5 +1,6 @@
 """The arrows between the four rooms hold, and help costs no heavy import."""
 
+import ast
 import subprocess
 import sys
 from pathlib import Path
@@ -42,3 +43,15 @@ def test_the_bridge_runs_without_torch_scipy_or_textual(module):
     code = f"import sys, {module}; print([m for m in ('torch', 'scipy', 'textual') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize("room", ["bridge", "gcs_plugin", "identify"])
+def test_no_program_below_the_terminal_starts_it(room):
+    """An import in another process would be an arrow that the import rules don't see."""
+    named = [
+        f"{path.relative_to(ROOT)}:{node.lineno}"
+        for path in (ROOT / room).rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Constant) and str(node.value).partition(".")[0] == "tui"
+    ]
+    assert named == []

@@ -17,19 +17,13 @@ from bridge.vehicle.accepted_effect import AcceptedEffect
 from bridge.vehicle.coefficients import BY_NAME, OF_HULL
 from bridge.vehicle.config import Prior, VehicleFile
 from gcs_plugin.params.files import read_sidecar
+from gcs_plugin.params.identified import doubt_lines, doubted_in
 from identify.effects.effect import SIMULATED
 from identify.effects.library import library
 from identify.identification import Z95, Outcome
 from identify.run.diagnose import Before
 from tui.exit_codes import UsageError
-from tui.parameter_files import (
-    Leave,
-    accepted_model,
-    check_outcome,
-    doubt_lines,
-    doubted_in,
-    read_identification,
-)
+from tui.parameter_files import Leave, accepted_model, check_outcome, read_identification
 
 AGEING = {"mass": 0.03, "damping": 0.10, "quadratic": 0.10}
 """Relative standard deviations: water and weed taken along, 1 to 5 kg on 100; fouling and a tether, tens of % over

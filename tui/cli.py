@@ -13,9 +13,10 @@ from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from typing import NoReturn, Protocol, cast
 
+from bridge import reports
 from bridge.errors import SeatrialError
 from bridge.printable import printable
-from tui import exit_codes, progress
+from tui import exit_codes
 
 VERBS = {
     "demo": "dive, record, identify, upload and dive again with a simulated vehicle",
@@ -178,11 +179,11 @@ def _is_interrupt(error: BaseException | None) -> bool:
 def _complain(sentence: str, code: int, error: str = "") -> int:
     """Print one line on standard error, on a terminal broken between words; return `code`.
 
-    A program that reads the progress gets a report of it instead, with the name of the error (`tui.progress`).
+    A program that reads the progress gets a report of it instead, with the name of the error (`bridge.reports`).
     """
-    if progress.asked(os.environ):
-        report = progress.Report(progress.ERROR, 1.0, printable(" ".join(sentence.split()), "?"), stage=error)
-        print(progress.line(report), end="", file=sys.stderr)
+    if reports.asked(os.environ):
+        report = reports.Report(reports.ERROR, 1.0, printable(" ".join(sentence.split()), "?"), stage=error)
+        print(reports.line(report), end="", file=sys.stderr)
         return code
     line = printable(f"seatrial: {' '.join(sentence.split())}", "?")
     if sys.stderr.isatty():

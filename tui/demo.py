@@ -13,18 +13,18 @@ from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.feedforward import Mode
 from gcs_plugin import simulated
+from gcs_plugin.job import side_by_side
 from gcs_plugin.params.client import ParameterClient
+from gcs_plugin.params.identified import write_identified
 from gcs_plugin.params.plan import make_plan, parameters_from_identification
 from gcs_plugin.params.receipt import Receipt
 from gcs_plugin.params.session import Order
-from gcs_plugin.side_by_side import side_by_side
 from identify.dive import Dive
 from identify.estimators.table import DEFAULT, estimator
 from identify.identification import Identification
 from identify.ingest.open import read_dive
 from identify.run.identify import identify
 from tui import show
-from tui.parameter_files import write_identified
 
 VEHICLE = "ruvifist"
 CAMPAIGNS = ("survey", "hovering")
@@ -65,7 +65,7 @@ def run(root: Path, seed: int, unix_s: float, tell: Tell) -> Demo:
     store = root / "vehicle-parameters.json"
     for result in campaigns:
         show.write_json(result.identification.to_json(), str(root / f"{result.configuration}.json"))
-        write_identified(root / f"{result.configuration}.param", result.identification, file)
+        write_identified(root / f"{result.configuration}.param", result.identification.to_json(), file)
     receipt = _upload(file, campaigns, root, seed, store)
     show.write_json(receipt.to_json(), str(root / "receipt.json"))
     runs = {}

@@ -11,10 +11,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
+from bridge import reports
 from bridge.errors import LogError, ParamUnwritten
 from bridge.vehicle.config import CONFIGS, load_vehicle
 from gcs_plugin.params.files import sidecar_path
-from tui import exit_codes, progress, show
+from tui import exit_codes, show
 from tui.exit_codes import UsageError
 from tui.show import STANDARD_OUTPUT, replace_file
 
@@ -191,9 +192,9 @@ class Files:
             try:
                 show.write_json(data, target)
             except LogError as error:
-                if progress.asked(os.environ):
+                if reports.asked(os.environ):
                     show.tell_program(
-                        progress.Report(progress.UNKEPT, 1.0, str(error), result=show.plain(data))
+                        reports.Report(reports.UNKEPT, 1.0, str(error), result=show.plain(data))
                     )
                 raise
 

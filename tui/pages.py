@@ -48,8 +48,8 @@ def publish(
     page: str | None = None,
 ) -> None:
     """Write the page to `page`, otherwise to --report, and the figures, with progress, because drawing takes long."""
+    from bridge.reports import PAGE
     from tui import show
-    from tui.progress import PAGE
 
     with show.progress(PAGE) as tell:
         tell(0.0, WRITING)

@@ -1,13 +1,13 @@
 """Parameter files between `identify` and `params`: read any of their files, write `.param` with its sidecar."""
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bridge.errors import ParamError, ParamUnwritten
+from bridge.errors import ParamError
 from bridge.file_size import read_small
 from bridge.parameter_row import to_float32
 from bridge.parameters import bounds
@@ -26,27 +26,15 @@ from gcs_plugin.params.files import (
     intervals_of,
     read_parameters,
     read_sidecar,
-    write_parameters,
-    write_sidecar,
 )
+from gcs_plugin.params.identified import doubt_lines, doubted_in, write_with_sidecar
 from gcs_plugin.params.plan import coefficient_of, parameters_from_identification
-from identify.batch.rows import clauses, doubts_in
-from identify.identification import Identification, Outcome
+from identify.identification import Outcome
 from tui.exit_codes import UsageError
 
 if TYPE_CHECKING:
     from identify.diagnose.result import Diagnosis
     from identify.dive import Dive
-
-
-def doubted_in(identification: Mapping[str, Any]) -> dict[str, str]:
-    """The reason against each coefficient that is the subject of a doubt in an identification's JSON."""
-    return clauses(doubts_in(identification), OF_HULL)
-
-
-def doubt_lines(doubted: Mapping[str, str], taken: Collection[str]) -> tuple[str, ...]:
-    """A line for each doubted value among those taken."""
-    return tuple(f"{name} is doubted: {why}" for name, why in doubted.items() if name in taken)
 
 
 @dataclass(frozen=True)
@@ -213,41 +201,6 @@ def check_outcome(path: Path, outcome: str, leave: Leave, done: str) -> None:
         )
 
 
-def write_identified(path: Path, answer: Identification, file: VehicleFile) -> None:
-    """Write an identification as a parameter file with its sidecar. Raises ParamRejected."""
-    data = answer.to_json()
-    veh_cfg = file.vehicle.veh_cfg(answer.configuration)
-    values = parameters_from_identification(data, veh_cfg)
-    ids = {name: OF_HULL[name].parameter_id(veh_cfg) for name in answer.values()}
-    doubted = {name: why for name, why in doubted_in(data).items() if name in ids}
-    words = (
-        f"{answer.vehicle}, configuration {answer.configuration}, by {answer.method} from {answer.dive}",
-        f"outcome: {answer.outcome.value}",
-        *doubt_lines(doubted, tuple(doubted)),
-    )
-    _write_both(
-        path,
-        values,
-        words,
-        Sidecar(
-            answer.dive_sha256,
-            answer.vehicle_sha256,
-            answer.configuration,
-            answer.method,
-            version("seatrial"),
-            intervals_of(data, ids),
-            answer.vehicle,
-            answer.dive,
-            answer.outcome.value,
-            thrust_shift=0.0 if answer.thrust_scale is None else answer.thrust_scale.shift,
-            dived=answer.dived,
-            prior_dives=answer.prior_dives,
-            dive_opening=answer.dive_opening,
-            doubted=doubted,
-        ),
-    )
-
-
 def write_accepted(
     path: Path,
     found: "Diagnosis",
@@ -277,7 +230,7 @@ def write_accepted(
         f"outcome: {outcome.value}",
         *doubt_lines(doubted, tuple(doubted)),
     )
-    _write_both(
+    write_with_sidecar(
         path,
         values,
         words,
@@ -300,16 +253,6 @@ def write_accepted(
             doubted=dict(doubted),
         ),
     )
-
-
-def _write_both(path: Path, values: Mapping[str, float], words: Sequence[str], sidecar: Sidecar) -> None:
-    """Write a parameter file with its sidecar, or neither: without the sidecar, the doubts would be lost."""
-    write_parameters(path, values, words)
-    try:
-        write_sidecar(path, sidecar)
-    except ParamUnwritten:
-        path.unlink(missing_ok=True)
-        raise
 
 
 def _check_vehicle(path: Path, data: Mapping[str, Any], file: VehicleFile, any_vehicle: bool) -> list[str]:

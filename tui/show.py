@@ -19,13 +19,13 @@ from rich.console import Console, ConsoleOptions, RenderableType
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.segment import Segment
 
+from bridge import reports
 from bridge.clock import Clock, SystemClock
 from bridge.errors import LogError
 from bridge.new_file import to_disk, whole
 from bridge.printable import printable
+from bridge.reports import Written
 from identify.progress import NO_VALUES, Steps, Values
-from tui import progress as reports
-from tui.progress import Written
 
 STANDARD_OUTPUT = "-"
 LINE_EVERY_S = 5.0
@@ -40,7 +40,7 @@ MARK = "?"
 
 class Tell(Protocol):
     """Takes the share of a job that is done (0 to 1), what it does now in words, and what a program reads of it: see
-    `tui.progress.Report`."""
+    `bridge.reports.Report`."""
 
     def __call__(
         self,
@@ -244,7 +244,7 @@ def bars(jobs: Mapping[str, str]) -> Iterator[Steps]:
 
 @contextmanager
 def _shown(jobs: Sequence[_Job]) -> Iterator[tuple[Tell, ...]]:
-    """A program that reads the progress asks for lines of JSON by an environment variable (`tui.progress`)."""
+    """A program that reads the progress asks for lines of JSON by an environment variable (`bridge.reports`)."""
     console = words()
     if reports.asked(os.environ):
         yield tuple(_to_program(job) for job in jobs)
@@ -274,7 +274,7 @@ def _to_program(job: _Job) -> Tell:
         stage: str = "",
         written: Written | None = None,
     ) -> None:
-        tell_program(reports.Report(job.of, share, words, stage, values, answered, written))
+        tell_program(reports.Report(job.of, share, words, stage, dict(values), answered, written))
 
     return tell
 

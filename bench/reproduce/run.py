@@ -10,7 +10,7 @@ from bench.reproduce.dives import CONFIGURATIONS, VEHICLE, Campaign, Trial, camp
 from bench.reproduce.paper import PaperOptions
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.feedforward import Mode
-from gcs_plugin.side_by_side import side_by_side
+from gcs_plugin.job import side_by_side
 from identify.dive import Dive
 from identify.identification import Identification
 

@@ -5,21 +5,23 @@ The recording holds all traffic on MAVProxy's links, in both directions, in a di
 """
 
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from functools import partial
 from math import isfinite
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Final
 
 from bridge.clock import Clock, EvenClock
-from bridge.errors import LinkError, LogError
+from bridge.errors import LinkError, LogError, SeatrialError
 from bridge.framing import Frame
 from bridge.tlog import TlogWriter
 from bridge.vehicle.config import VehicleFile
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, new_folder
-from gcs_plugin.job import Job, as_wide, seatrial_command
 from gcs_plugin.mavproxy.words import newest_dive
+from gcs_plugin.recording import orders
 from gcs_plugin.recording.link import among, same_link
 from gcs_plugin.recording.recorder import SYNC_EVERY_S, Count, Notice, Recorder
 from gcs_plugin.recording.state import Holding, held
@@ -168,7 +170,8 @@ class Recordings:
     ) -> None:
         self._clock, self._say, self._links, self._vehicle = clock, say, links, vehicle
         self._own: Recording | None = None
-        self._order: Job | None = None
+        self._order: threading.Thread | None = None
+        self._answers: SimpleQueue[str] = SimpleQueue()
         self._root = Path("dives")
         self._finished: Path | None = None
 
@@ -200,14 +203,11 @@ class Recordings:
             self._own.keep(frame)
 
     def tick(self) -> None:
-        """Write the frames that have come, and show the output of another process's change to the next dive."""
+        """Write the frames that have come, and say what came of another process's change to the next dive."""
         if self._own is not None:
             self._own.step()
-        if self._order is None:
-            return
-        for line in self._order.lines(self._clock.boot_s()):
-            self._say(line)
-        if self._order.code is not None:
+        if self._order is not None and not self._answers.empty():
+            self._say(self._answers.get())
             self._order = None
 
     def stop(self) -> None:
@@ -257,7 +257,7 @@ class Recordings:
         return dive
 
     def _next(self) -> None:
-        """Continue in a new dive folder. Another process is asked by a separate command, as it may take long."""
+        """Continue in a new dive folder. Another process is asked in a thread, as it may take long."""
         if self._own is not None:
             self._own.go_on()
             return
@@ -265,8 +265,15 @@ class Recordings:
             raise LogError(f"nothing is being recorded that could go on in a new dive; {BEGIN}")
         if self._order is not None:
             raise LogError("the next dive is being begun already; wait")
-        words = [*seatrial_command(), "record", "--next"]
-        self._order = Job("record --next", words, as_wide(), self._clock.boot_s())
+        self._order = threading.Thread(target=self._ask_for_next, name="next dive", daemon=True)
+        self._order.start()
+
+    def _ask_for_next(self) -> None:
+        """Ask the other process, which may take seconds, and say what came of it in the next `tick`."""
+        try:
+            self._answers.put(orders.became(*orders.next_dive(self._clock, time.sleep)))
+        except SeatrialError as error:
+            self._answers.put(f"seatrial: {error}")
 
     def _noted(self) -> tuple[DiveFolder, float]:
         """Folder of the dive being recorded, and Unix time by its recording. Raises LogError if nothing is recorded."""

@@ -16,12 +16,13 @@ HELP: Final = {
     ),
     "identify": (
         "identify [DIVE] [OPTION ...]",
-        "run `seatrial identify` on a dive, the one that was over last where none is given; "
-        "leaves identified.json and identified.param in the dive folder",
+        "identify a dive, the last that is over if none is given; leaves identified.json and identified.param in the "
+        "dive folder; options: --vehicle, --method, --columns, --json, --param, --report",
     ),
     "diagnose": (
         "diagnose [DIVE] [--check DIVE] [OPTION ...]",
-        "run `seatrial diagnose` likewise; leaves diagnosis.json and diagnosis.html in the dive folder",
+        "diagnose a dive likewise; leaves diagnosis.json and diagnosis.html in the dive folder; options: --vehicle, "
+        "--without, --columns, --json, --report",
     ),
     "cancel": ("cancel", "end what runs: identify, diagnose, params, or ff"),
     "params": (

@@ -1,95 +1,195 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run `seatrial identify` and `diagnose` in a process of their own and show their output line by line."""
+"""Identify or diagnose a dive in a process of its own (`identify.run`), and say its progress and its answer."""
 
 import contextlib
-from collections.abc import Callable
+from argparse import ArgumentError, ArgumentParser, Namespace
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from bridge.clock import Clock
-from bridge.errors import ConfigError
+from bridge.errors import ConfigError, SeatrialError
+from bridge.file_size import read_small
 from bridge.new_file import clear_way
+from bridge.plain import from_json
+from bridge.reports import ERROR, Report, read
+from bridge.vehicle.config import load_vehicle
 from gcs_plugin.dives.folder import DiveFolder
-from gcs_plugin.job import Job, as_wide, seatrial_command
+from gcs_plugin.job import Job
+from gcs_plugin.params.identified import write_identified
 
+MODULE: Final = "identify.run"
 LEAVES: Final = {
-    "identify": (("--json", "identified.json"), ("--param", "identified.param")),
-    "diagnose": (("--json", "diagnosis.json"), ("--report", "diagnosis.html")),
+    "identify": {"json": "identified.json", "param": "identified.param"},
+    "diagnose": {"json": "diagnosis.json", "report": "diagnosis.html"},
 }
-"""Files in which each command leaves its result, in or next to the dive, unless the user names others."""
+"""Files in which each function leaves its result, in or next to the dive, unless the user names others."""
+OPTIONS: Final = {
+    "identify": ("vehicle", "method", "columns", "json", "param", "report"),
+    "diagnose": ("vehicle", "check", "without", "columns", "json", "report"),
+}
 ENDED: Final = {0: "done", 1: "done, and there is something to read before its values are used", 4: "stopped"}
+TETHER: Final = "tether"
 
 
 class Work:
-    """Runs at most one command at a time."""
+    """Runs at most one function at a time."""
 
     def __init__(self, clock: Clock, say: Callable[[str], None]) -> None:
         self._clock, self._say = clock, say
         self._job: Job | None = None
-        self._left, self._written_ns = Path(), 0
+        self._of, self._at = "", Namespace()
+        self._tenths: dict[str, int] = {}
 
-    def begin(self, verb: str, dive: Path, options: list[str], vehicle: str) -> None:
-        """Run `verb` on `dive`. Raises ConfigError if a command is running, or no vehicle file is known."""
+    def begin(self, function: str, dive: Path, options: list[str], vehicle: str) -> None:
+        """Run `function` on `dive`. Raises ConfigError if one is running, or no vehicle file is known."""
         self.check_idle()
         if not dive.exists():
             raise ConfigError(f"{dive}: no such dive; check the name")
-        words = [*seatrial_command(), verb, str(dive), *options]
-        if "--vehicle" not in options:
-            words += ["--vehicle", vehicle or _vehicle_of(dive)]
-        for option, name in LEAVES[verb]:
-            if option not in options:
+        at = _parsed(function, options)
+        at.vehicle = at.vehicle or vehicle or _vehicle_of(dive)
+        for option, name in LEAVES[function].items():
+            if getattr(at, option) is None:
                 place = dive / name if dive.is_dir() else dive.with_name(f"{dive.stem}-{name}")
-                with contextlib.suppress(OSError):  # the command itself will report why it can't write there
+                with contextlib.suppress(OSError):  # its writer will report why it can't write there
                     clear_way(place)
-                words += [option, str(place)]
-        self._left = Path([*words, ""][words.index(LEAVES[verb][1][0]) + 1])
-        self._written_ns = _written_ns(self._left)
-        self._job = Job(f"{verb} {dive}", words, as_wide(), self._clock.boot_s())
-        self._say(f"{verb}: {dive}, in a process of its own; `seatrial cancel` ends it")
+                setattr(at, option, str(place))
+        words = ["-m", MODULE, function, str(dive), *_conditions(dive, "")]
+        for option in OPTIONS[function]:
+            value = getattr(at, option)
+            if option != "param":
+                words += [word for one in _each(value) for word in (f"--{option}", one)]
+        if function == "diagnose":
+            words += _conditions(Path(at.check), "check-") if at.check else []
+            words += ["--without", TETHER] if _of(dive).tether_out_m == 0.0 else []
+        self._of, self._at, self._tenths = function, at, {}
+        self._job = Job(f"{function} {dive}", words, self._clock.boot_s())
+        self._say(f"{function}: {dive}, in a process of its own; `seatrial cancel` ends it")
 
     def check_idle(self) -> None:
-        """Raise ConfigError if a command is running."""
+        """Raise ConfigError if a function is running."""
         if self._job is not None:
             raise ConfigError(f"{self._job.title} runs; wait for it, or `seatrial cancel`")
 
     def tick(self) -> None:
-        """Show the new lines of the command's output, and its result once it has ended."""
+        """Say how far it has come, and its answer once it has ended."""
         job, now_s = self._job, self._clock.boot_s()
         if job is None:
             return
         for line in job.lines(now_s):
-            self._say(line)
-        if job.code is not None:
-            self._job = None
-            ending = (
-                "stopped by the user"
-                if job.cancelled
-                else ENDED.get(job.code, f"failed, exit code {job.code}")
-            )
-            self._say(f"{job.title}: {ending}, after {now_s - job.began_s:.0f} s")
-            if job.code in (0, 1) and not job.cancelled and _written_ns(self._left) != self._written_ns:
-                self._say(
-                    f"{'seatrial params upload' if self._left.suffix == '.param' else 'report:'} {self._left}"
-                )
+            report = read(line)
+            if report is None:
+                self._say(line)
+            else:
+                self._hear(report)
+        if job.code is None:
+            return
+        self._job = None
+        if job.code in (0, 1) and not job.cancelled and self._tenths:
+            self._answer()
+        ending = (
+            "stopped by the user" if job.cancelled else ENDED.get(job.code, f"failed, exit code {job.code}")
+        )
+        self._say(f"{job.title}: {ending}, after {now_s - job.began_s:.0f} s")
+        left = Path(self._at.param if self._of == "identify" else self._at.report)
+        if job.code in (0, 1) and not job.cancelled and left.exists():
+            self._say(f"{'seatrial params upload' if self._of == 'identify' else 'report:'} {left}")
 
     def cancel(self) -> bool:
-        """Stop the command; False if none is running."""
+        """Stop the function; False if none is running."""
         if self._job is None:
             return False
         self._job.cancel(self._clock.boot_s())
         return True
 
     def status(self) -> list[str]:
-        """A line about the command that is running, if any."""
+        """A line about the function that is running, if any."""
         if self._job is None:
             return []
         return [f"{self._job.title}: runs for {self._clock.boot_s() - self._job.began_s:.0f} s"]
 
     def kill(self) -> None:
-        """End the command at once, as when MAVProxy ends."""
+        """End the function at once, as when MAVProxy ends."""
         if self._job is not None:
             self._job.kill()
             self._job = None
+
+    def _hear(self, report: Report) -> None:
+        """Say an error, and a step once a tenth."""
+        if report.of == ERROR:
+            self._say(f"seatrial: {report.words}")
+            return
+        tenth = int(10 * report.share + 1e-9)
+        if tenth > self._tenths.get(report.of, -1):
+            self._tenths[report.of] = tenth
+            self._say(f"{report.of}: {report.words} ({report.share:.0%})")
+
+    def _answer(self) -> None:
+        """Say the answer, and write the parameters of an identification."""
+        try:
+            answer = from_json(read_small(Path(self._at.json)))
+            for line in identified_lines(answer) if self._of == "identify" else diagnosed_lines(answer):
+                self._say(line)
+            if self._of == "identify" and any(p["identifiable"] for p in answer["parameters"]):
+                write_identified(Path(self._at.param), answer, load_vehicle(self._at.vehicle))
+        except (SeatrialError, OSError, ValueError, LookupError, TypeError) as error:
+            self._say(f"seatrial: {error}")
+
+
+def identified_lines(answer: Mapping[str, Any]) -> Iterator[str]:
+    """An identification's JSON: each parameter with its interval, then doubts and notes."""
+    yield f"{answer['dive']['name']}: {answer['method']}, configuration {answer['configuration']}, {answer['outcome']}"
+    for p in answer["parameters"]:
+        if p["identifiable"]:
+            yield f"{p['name']} {p['value']:.4g} {p['unit']} (95 %: {p['low95']:.4g} to {p['high95']:.4g})"
+    yield from dict.fromkeys(p["reason"] for p in answer["parameters"] if not p["identifiable"])
+    yield from (f"warning: {doubt['sentence']}" for doubt in answer["doubts"])
+    yield from (f"note: {note}" for note in answer["notes"])
+
+
+def diagnosed_lines(answer: Mapping[str, Any]) -> Iterator[str]:
+    """A diagnosis's JSON: the verdict, the causes with their values, the next dive, notes."""
+    told = answer["told"]
+    yield told["verdict"]
+    for cause in told["causes"]:
+        yield f"  {cause['sentence']}"
+        yield from (f"    {value}" for value in cause["values"])
+    yield from (
+        f"  {line}" for line in (*told["character"], *told["disturbance"], *told["next"], *told["notes"])
+    )
+
+
+class _Options(ArgumentParser):
+    """Parses the options of a function; an error is a ConfigError."""
+
+    def error(self, message: str) -> Any:
+        raise ConfigError(f"{message}; in a terminal `seatrial {self.prog}` has more options")
+
+
+def _parsed(function: str, options: list[str]) -> Namespace:
+    parser = _Options(prog=function, add_help=False, exit_on_error=False, allow_abbrev=False)
+    for option in OPTIONS[function]:
+        parser.add_argument(f"--{option}", action="append" if option == "without" else "store")
+    try:
+        return parser.parse_args(options)
+    except ArgumentError as error:
+        raise ConfigError(str(error)) from None
+
+
+def _each(value: str | list[str] | None) -> list[str]:
+    return [] if value is None else [value] if isinstance(value, str) else value
+
+
+def _conditions(dive: Path, prefix: str) -> list[str]:
+    """Options for the conditions of a dive."""
+    conditions = _of(dive)
+    density = conditions.density_kg_m3
+    words = [] if density is None else [f"--{prefix}density", str(density)]
+    return [*words, f"--{prefix}carried", str(conditions.carried_kg)] if conditions.carried_kg else words
+
+
+def _of(dive: Path) -> Any:
+    return DiveFolder(dive if dive.is_dir() else dive.parent).about().conditions
 
 
 def _vehicle_of(dive: Path) -> str:
@@ -100,8 +200,3 @@ def _vehicle_of(dive: Path) -> str:
             f"{dive}: names no vehicle file that is there; say which with `seatrial file NAME`, or give --vehicle NAME"
         )
     return f"{about.vehicle_file}:{about.configuration}" if about.configuration else about.vehicle_file
-
-
-def _written_ns(path: Path) -> int:
-    """Time of a file's last change, in ns; 0 if there is no file."""
-    return path.stat().st_mtime_ns if path.is_file() else 0

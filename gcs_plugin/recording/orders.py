@@ -53,6 +53,12 @@ def end(clock: Clock, wait: Callable[[float], None]) -> Path:
     return Path(holding.folder)
 
 
+def became(finished: Path, present: Path | None) -> str:
+    """What a dive has become, and where the recording goes on, in a sentence."""
+    after = f"the next dive goes into {present}" if present else "nothing is recorded any more"
+    return f"{finished} {'is finished' if finished.exists() else 'is not kept, since nothing arrived in it'}; {after}"
+
+
 def ordered() -> Order | None:
     """Take the order to this process since the last call, None if there is none."""
     file = _file(os.getpid())

@@ -9,6 +9,7 @@ import pytest
 from full_disk import fill
 from test_diagnose_told import DRAG, diagnosis
 
+from bridge.reports import UNKEPT
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import dive_of, draw_case
 from identify.challenge.seal import tlog_of
@@ -17,7 +18,6 @@ from identify.ingest.open import read_dive
 from identify.report.page import Report
 from tui import cli, exit_codes
 from tui.job import work
-from tui.progress import UNKEPT
 
 CASE = draw_case(300_001, kind="none", seconds=30.0)
 EACH = ("a.json", "okp.param", "okp.html")

@@ -13,13 +13,13 @@ import sketches
 from pymavlink.dialects.v20.ardupilotmega import MAVLINK_MSG_ID_NAMED_VALUE_FLOAT
 
 from bridge.framing import Encoder, decode
+from bridge.reports import read
 from bridge.tlog import TlogWriter, read_tlog
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS
 from identify.challenge.seal import tlog_of
 from identify.dive import Signal
 from identify.ingest.open import read_dive
 from tui import cli, exit_codes
-from tui.progress import read
 
 ROOT = Path(__file__).resolve().parents[2]
 DIVE = ROOT.parent / "shared" / "sealed" / "open_1" / "dive.tlog.gz"

@@ -3,15 +3,16 @@
 import asyncio
 import json
 import os
+import subprocess
 from pathlib import Path
 
 import pytest
 
+from bridge.reports import FORM, VARIABLE, Report, Written, line, read
 from identify.challenge.case import dive_of, draw_case
 from identify.challenge.seal import tlog_of
 from tui import exit_codes, show
 from tui.job import Done, work
-from tui.progress import FORM, VARIABLE, Report, Written, line, read
 
 
 @pytest.fixture(scope="module")
@@ -99,14 +100,14 @@ def test_a_result_lies_where_the_words_want_it_and_an_older_one_is_nobodys(tmp_p
 def test_cancelling_ends_the_process_and_leaves_no_file(
     dive: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    started: list[asyncio.subprocess.Process] = []
-    start = asyncio.create_subprocess_exec
+    started: list[subprocess.Popen[bytes]] = []
+    start = subprocess.Popen
 
-    async def noted(*words: str, **options: object) -> asyncio.subprocess.Process:
-        started.append(await start(*words, **options))  # type: ignore[arg-type]
+    def noted(*words: object, **options: object) -> subprocess.Popen[bytes]:
+        started.append(start(*words, **options))  # type: ignore[call-overload]
         return started[-1]
 
-    monkeypatch.setattr(asyncio, "create_subprocess_exec", noted)
+    monkeypatch.setattr("gcs_plugin.job.subprocess.Popen", noted)
     page = tmp_path / "report.html"
 
     async def cancelled() -> None:

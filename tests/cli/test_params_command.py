@@ -6,9 +6,10 @@ import params_line
 import pytest
 from params_line import DESPITE_HALF, run, with_intervals
 
+from bridge import reports
 from bridge.framing import Framer, decode
 from gcs_plugin.params.files import read_sidecar
-from tui import exit_codes, progress
+from tui import exit_codes
 
 vehicle = params_line.vehicle
 file = params_line.file
@@ -152,14 +153,14 @@ def test_what_was_verified_is_kept_as_accepted_and_diff_tells_it(vehicle, file, 
 def test_a_program_that_reads_along_hears_of_each_line_once_it_is_read_back(
     vehicle, file, monkeypatch, capsys
 ):
-    monkeypatch.setenv(progress.VARIABLE, progress.FORM)
+    monkeypatch.setenv(reports.VARIABLE, reports.FORM)
     vehicle.stuck = {"FF1_D_U"}
     assert run("upload", file, "--yes") == exit_codes.NO
-    heard = [progress.read(line) for line in capsys.readouterr().err.splitlines()]
-    writing = [report for report in heard if report is not None and report.of == progress.WRITING]
+    heard = [reports.read(line) for line in capsys.readouterr().err.splitlines()]
+    writing = [report for report in heard if report is not None and report.of == reports.WRITING]
     lines = [report.written for report in writing if report.written is not None]
-    assert lines[0] == progress.Written("FF1_M_U", "applied", "111.5 read back equal")
+    assert lines[0] == reports.Written("FF1_M_U", "applied", "111.5 read back equal")
     assert lines[1].name == "FF1_D_U"
     assert not lines[1].equal
-    assert lines[2] == progress.Written("FF1_M_U", "applied", "0 read back equal")
+    assert lines[2] == reports.Written("FF1_M_U", "applied", "0 read back equal")
     assert {"STAGE", "UNDO"} <= {report.stage for report in writing}

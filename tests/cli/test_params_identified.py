@@ -10,9 +10,9 @@ from params_line import DESPITE_HALF, identified, run, with_sidecar
 
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.params.files import Sidecar, read_sidecar, write_sidecar
+from gcs_plugin.params.identified import write_identified
 from identify.identification import Doubt, Identification, Outcome, estimate
 from tui import exit_codes
-from tui.parameter_files import write_identified
 
 vehicle = params_line.vehicle
 file = params_line.file
@@ -118,7 +118,7 @@ def test_a_parameter_file_and_its_sidecar_keep_what_is_doubted(tmp_path):
     found = Identification("likelihood", Outcome.CONVERGED, (estimate("M_u", 111.0, 1.0, 109.0, 113.0),), "hovering",
                            "lake-7", "7" * 64, "hovering", "0" * 64, 60.0, 100, doubts=(doubt,))  # fmt: skip
     path = tmp_path / "a.param"
-    write_identified(path, found, load_vehicle(VEHICLE))
+    write_identified(path, found.to_json(), load_vehicle(VEHICLE))
     assert "# M_u is doubted: no rate of turn was recorded\n" in path.read_text(encoding="utf-8")
     sidecar = read_sidecar(path)
     assert sidecar is not None

@@ -7,9 +7,9 @@ from params_line import identified, run, with_sidecar
 
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.params.files import Sidecar, sidecar_path, system_of, write_parameters, write_sidecar
+from gcs_plugin.params.identified import write_identified
 from identify.identification import Identification, Outcome, estimate
 from tui import exit_codes
-from tui.parameter_files import write_identified
 
 vehicle = params_line.vehicle
 file = params_line.file
@@ -98,7 +98,7 @@ def without_sidecar(tmp_path, vehicle, configuration="hovering"):
     found = Identification("likelihood", Outcome.CONVERGED, values, configuration, "lake-7", "7" * 64, vehicle,
                            "0" * 64, 60.0, 100)  # fmt: skip
     path = tmp_path / "moved.param"
-    write_identified(path, found, load_vehicle(VEHICLE))
+    write_identified(path, found.to_json(), load_vehicle(VEHICLE))
     sidecar_path(path).unlink()
     return str(path)
 

@@ -2,18 +2,17 @@
 
 import os
 import select
-import sys
 import time
 from pathlib import Path
 
 from gcs_plugin import job as jobs
-from gcs_plugin.job import KILL_AFTER_S, Job, seatrial_command
+from gcs_plugin.job import KILL_AFTER_S, Job
 
 DEADLINE_S = 60.0
 
 
 def run(code, now_s=0.0):
-    return Job("a test", [sys.executable, "-u", "-c", code], {"SAID": "hello"}, now_s)
+    return Job("a test", ["-u", "-c", code], now_s, {"SAID": "hello"})
 
 
 def lines_until(job, done, now_s=0.0):
@@ -91,6 +90,6 @@ def test_the_command_is_this_pythons_own_in_any_folder(tmp_path, monkeypatch):
     (tmp_path / "tui" / "__main__.py").write_text("print('another')")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("PYTHONPATH", str(Path(jobs.__file__).resolve().parents[1]))
-    job = Job("a test", [*seatrial_command(), "--version"], {}, 0.0)
+    job = Job("a test", ["-m", "tui", "--version"], 0.0)
     (line,) = lines_until(job, lambda _: job.code is not None)
     assert line.startswith("seatrial ")

@@ -1,12 +1,12 @@
 """One MAVProxy with two vehicles, a link each: the simulated one (system 1), a bridge without devices (system 2)."""
 
 import subprocess
+import sys
 
 import pytest
 from console import MAVPROXY, Console
 from second_vehicle import SecondVehicle, free_port
 
-from gcs_plugin.job import seatrial_command
 from tui import cli, exit_codes
 
 LEGS = """
@@ -48,7 +48,10 @@ def mavproxy(folder, second):
         pytest.skip("MAVProxy is not installed: pip install -e '.[dev]'")
     link = f"tcpin:127.0.0.1:{free_port()}"
     words = [
-        *seatrial_command(),
+        sys.executable,
+        "-P",
+        "-m",
+        "tui",
         "simulate",
         "--vehicle",
         "ruvifist:hovering",

@@ -2,6 +2,7 @@
 
 import os
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,6 @@ from second_vehicle import SecondVehicle, free_port
 from bridge.clock import SystemClock
 from bridge.tlog import read_tlog
 from gcs_plugin.dives.folder import load_folder
-from gcs_plugin.job import seatrial_command
 from gcs_plugin.recording.state import held
 
 
@@ -27,7 +27,19 @@ def vehicle():
 def recorder(vehicle, tmp_path):
     """`seatrial record`, and the port of its hub."""
     port = free_port()
-    words = [*seatrial_command(), "record", "--link", vehicle, "--out", "dives", "--hub", str(port)]
+    words = [
+        sys.executable,
+        "-P",
+        "-m",
+        "tui",
+        "record",
+        "--link",
+        vehicle,
+        "--out",
+        "dives",
+        "--hub",
+        str(port),
+    ]
     with subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as running:
         try:
             assert "recording into" in running.stderr.readline()

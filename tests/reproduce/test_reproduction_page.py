@@ -24,7 +24,7 @@ from bridge.simulator.missions import Mission, rest, run, turn
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.feedforward import Mode
-from gcs_plugin.side_by_side import side_by_side
+from gcs_plugin.job import side_by_side
 from identify.report.page import render_report
 from tui import cli, exit_codes, show
 from tui.commands.reproduce import options

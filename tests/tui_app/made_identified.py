@@ -3,9 +3,9 @@
 import json
 from pathlib import Path
 
+from bridge.reports import Report
 from bridge.vehicle.coefficients import COEFFICIENTS
 from gcs_plugin.params.files import write_parameters
-from tui.progress import Report
 
 VALUES = dict(
     zip(

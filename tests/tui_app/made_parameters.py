@@ -5,11 +5,11 @@ from pathlib import Path
 
 from made_dives import OUT
 
+from bridge.reports import WRITING, Report, Written
 from bridge.vehicle.coefficients import BY_NAME
 from tui.app.desk import Desk
 from tui.app.jobs import Jobs
 from tui.job import Done
-from tui.progress import WRITING, Report, Written
 
 PARAM = OUT / "2026-11-21T0352Z-hovering" / "identified.param"
 BEFORE = Path("receipts/2026-11-20T101500Z-before.param")

@@ -10,6 +10,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import ConfigError
 from bridge.framing import Encoder
+from bridge.reports import Report
 from bridge.vehicle.config import CONFIGS
 from gcs_plugin.dives.folder import About, DiveFolder
 from identify.diagnose.recording import LEAST_CHECK_S
@@ -18,7 +19,6 @@ from tui.app.desk import LEAST_S, Desk, can_check, check_dives
 from tui.app.jobs import Jobs
 from tui.dive_list import VERSION, Glance, dive_folders
 from tui.job import Done
-from tui.progress import Report
 from tui.show import plain
 
 HALF = Report("pinn", 0.5, "pass 1", values={"M_u": (10.0, 2.0)})

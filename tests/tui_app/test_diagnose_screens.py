@@ -11,9 +11,9 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from screen_text import made, pressed, run, text
 
 from bridge.framing import Encoder
+from bridge.reports import UNKEPT, Report
 from tui.app.jobs import Jobs
 from tui.job import Done
-from tui.progress import UNKEPT, Report
 
 SIZES = ((80, 24), (160, 50))
 

@@ -9,6 +9,7 @@ import contextlib
 import re
 import signal
 import subprocess
+import sys
 import time
 
 import pytest
@@ -19,7 +20,6 @@ from waiting import until
 from bench.station import VEHICLE, by_the_recording
 from bridge.clock import SystemClock
 from bridge.link.open import open_link
-from gcs_plugin.job import seatrial_command
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.recording.state import held
@@ -58,7 +58,19 @@ def folder(tmp_path, monkeypatch):
 def recording(folder):
     """The vehicle afloat, and a recording of it that runs."""
     link = f"udpout:127.0.0.1:{free_port()}"
-    words = [*seatrial_command(), "simulate", "--vehicle", VEHICLE, "--mission", "idle", "--link", link]
+    words = [
+        sys.executable,
+        "-P",
+        "-m",
+        "tui",
+        "simulate",
+        "--vehicle",
+        VEHICLE,
+        "--mission",
+        "idle",
+        "--link",
+        link,
+    ]
     with subprocess.Popen(words, cwd=folder, stderr=subprocess.PIPE, text=True) as vehicle:
         try:
             assert "afloat" in vehicle.stderr.readline()

@@ -12,6 +12,7 @@ from made_identified import PAGE, answer, leave, passes
 from made_view import UNIX_S, FixedViews
 from screen_text import made, pressed, run, text
 
+from bridge.reports import UNKEPT, Report
 from gcs_plugin.dives.folder import About, DiveFolder
 from tui import exit_codes
 from tui.app.screens.dives import DivesScreen
@@ -19,7 +20,6 @@ from tui.app.screens.identify import IdentifyScreen
 from tui.app.screens.identify_lines import places, words_for
 from tui.app.screens.parameters import ParametersScreen
 from tui.app.screens.watch import WatchScreen
-from tui.progress import UNKEPT, Report
 
 SIZES = ((80, 24), (160, 50))
 NARROW = SIZES[0]

@@ -7,8 +7,8 @@ from made_parameters import FakeVehicle, plan, receipt
 from parameters_shown import NARROW, done, line_of, on_screen, typed, views
 from screen_text import made, pressed, run, text
 
+from bridge.reports import WRITING, Report
 from tui.app.desk import Desk
-from tui.progress import WRITING, Report
 
 
 def test_what_the_vehicle_said_before_a_writing_is_not_told_after_it():

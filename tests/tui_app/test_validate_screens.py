@@ -9,9 +9,9 @@ from made_validation import validated_desk, validation
 from made_view import FixedViews
 from screen_text import made, pressed, run, text
 
+from bridge.reports import UNKEPT, Report
 from tui.app.jobs import Jobs
 from tui.job import Done
-from tui.progress import UNKEPT, Report
 
 NARROW, WIDE = (80, 24), (160, 50)
 

@@ -15,10 +15,10 @@ from typing import Any, Generic, TypeVar
 from bridge.errors import ConfigError
 from bridge.file_size import read_small
 from bridge.plain import from_json
+from bridge.reports import PAGE, UNKEPT, Report
 from tui import exit_codes, job
 from tui.app.drawing import Lines, apart, bar, cut, wrapped
 from tui.job import Done
-from tui.progress import PAGE, UNKEPT, Report
 
 Work = Callable[[Sequence[str], Callable[[Report], None]], Awaitable[Done]]
 

@@ -18,10 +18,10 @@ from textual.binding import Binding
 from textual.keys import KEY_NAME_REPLACEMENTS, Keys
 
 from bridge.errors import ConfigError
+from bridge.reports import Report
 from bridge.schema import load_yaml
 from tui import exit_codes, job
 from tui.job import Done
-from tui.progress import Report
 
 
 class Mark(Flag):

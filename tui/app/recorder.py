@@ -10,11 +10,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
+from bridge import reports
 from bridge.clock import Clock
 from bridge.errors import LinkError
 from gcs_plugin.recording import orders
 from gcs_plugin.recording.state import Holding, held, how_to_end, hung, state_file
-from tui import progress
 from tui.app.view import Recording
 
 PATIENCE_S: Final = 15.0
@@ -122,7 +122,7 @@ def begin(
             stdout=words,
             stderr=words,
             start_new_session=True,
-            env=os.environ | {progress.VARIABLE: progress.FORM},
+            env=os.environ | {reports.VARIABLE: reports.FORM},
         )
     # A killed process would otherwise remain as a zombie, and look alive, until this process ends.
     threading.Thread(target=process.wait, name="end of the recording", daemon=True).start()
@@ -139,5 +139,5 @@ def begin(
 
 def _last_line(log: Path) -> str:
     lines = log.read_text(encoding="utf-8", errors="replace").strip().splitlines()
-    report = progress.read(lines[-1]) if lines else None
+    report = reports.read(lines[-1]) if lines else None
     return report.words if report else lines[-1] if lines else f"it said nothing; see {log}"

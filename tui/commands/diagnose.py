@@ -136,11 +136,12 @@ def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") ->
     compensate and on how to upload the file. Without an accepted effect no file is written.
     """
     from bridge.vehicle.coefficients import BY_NAME
+    from gcs_plugin.params.identified import doubt_lines
     from identify.batch.rows import clauses
     from identify.checks.contradictions import contradictions
     from identify.diagnose.accepted import none_accepted
     from identify.identification import Outcome, worst
-    from tui.parameter_files import doubt_lines, write_accepted
+    from tui.parameter_files import write_accepted
 
     if found.first:
         return (

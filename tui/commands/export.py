@@ -36,10 +36,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
+    from gcs_plugin.params.identified import doubt_lines
     from identify.export.targets import TARGETS, export
     from tui import show
     from tui.files import Files, check_files
-    from tui.parameter_files import Leave, doubt_lines
+    from tui.parameter_files import Leave
 
     if arguments.to not in TARGETS:
         raise exit_codes.UsageError(
@@ -113,8 +114,9 @@ def _model(
 def _identified(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model, dict[str, str]]":
     from bridge.vehicle.coefficients import OF_HULL
     from bridge.vehicle.config import load_vehicle
+    from gcs_plugin.params.identified import doubted_in
     from identify.export.model import model_of
-    from tui.parameter_files import check_outcome, doubted_in, read_identification
+    from tui.parameter_files import check_outcome, read_identification
 
     if vehicle is None:
         raise exit_codes.UsageError(

@@ -88,9 +88,9 @@ def run(arguments: argparse.Namespace) -> int:
     with Files() as files:
         files.json(results[0] if len(results) == 1 else results, arguments.json)
         if arguments.param and found[0].answer.values():
-            from tui.parameter_files import write_identified
+            from gcs_plugin.params.identified import write_identified
 
-            param = partial(write_identified, Path(arguments.param), found[0].answer, file)
+            param = partial(write_identified, Path(arguments.param), results[0], file)
             files.attempt(param, f"parameters: {arguments.param}")
         # The page comes last because drawing takes long. It is written even if the reader of the table has left.
         try:

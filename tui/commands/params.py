@@ -134,15 +134,15 @@ class Watch:
         """Report the result of one parameter to a program that reads the progress; a bar has no line for it."""
         import os
 
+        from bridge import reports
         from gcs_plugin.params.plan import value_text
         from gcs_plugin.params.transfer import Outcome
-        from tui import progress
 
-        if self._tell is not None and progress.asked(os.environ):
+        if self._tell is not None and reports.asked(os.environ):
             words = result.sentence
             if result.outcome is Outcome.APPLIED and result.seen is not None:
                 words = f"{value_text(result.seen)} read back equal"
-            self._tell(self._share, name, written=progress.Written(name, result.outcome.name.lower(), words))
+            self._tell(self._share, name, written=reports.Written(name, result.outcome.name.lower(), words))
 
     @contextmanager
     def bar(self, sentence: str) -> Iterator[None]:
@@ -276,10 +276,11 @@ def apply(
     """`params upload` and `params rollback`: plan, question, upload, receipt."""
     from dataclasses import replace
 
+    from bridge import reports
     from bridge.errors import ParamError
     from gcs_plugin.params.plan import Verdict, action_of
     from gcs_plugin.params.receipt import RECEIPT, RESULT_COLUMNS, path_of
-    from tui import progress, show
+    from tui import show
 
     plan = planned.plan
     show_plan(arguments, planned, (Verdict.READ_ONLY, Verdict.SAME))
@@ -287,7 +288,7 @@ def apply(
     if planned.writes(client.vehicle) and not arguments.yes and not agreed(client, f"{action_of(plan)}?"):
         show.say(show.words(), "nothing was sent")
         return exit_codes.INTERRUPTED
-    with watch.bar(progress.WRITING):
+    with watch.bar(reports.WRITING):
         receipt = client.apply(
             planned.order(Path(arguments.receipts), unix_s, even_armed=arguments.armed, read_at=read_at)
         )

@@ -37,10 +37,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.coefficients import OF_HULL
     from bridge.vehicle.config import load_vehicle
+    from gcs_plugin.params.identified import doubt_lines
     from tui import show
     from tui.accepted import doubted_of, left_behind, merged, priors_of
     from tui.files import check_file
-    from tui.parameter_files import Leave, doubt_lines
+    from tui.parameter_files import Leave
 
     check_file("--json", arguments.json)
     file = load_vehicle(arguments.vehicle)

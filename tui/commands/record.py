@@ -105,10 +105,8 @@ def order(arguments: argparse.Namespace, clock: "Clock") -> int:
         finished, present = orders.next_dive(clock, time.sleep)
     else:
         finished = orders.end(clock, time.sleep)
-    after = f"the next dive goes into {present}" if present else "nothing is recorded any more"
-    became = "is finished" if finished.exists() else "is not kept, since nothing arrived in it"
     console = show.results(arguments.json)
-    show.say(console, f"{finished} {became}; {after}")
+    show.say(console, orders.became(finished, present))
     outcome = {
         "finished": str(finished),
         "folder": str(present) if present else None,

@@ -7,6 +7,7 @@ from typing import ClassVar, Final
 from textual.app import ComposeResult
 from textual.containers import VerticalScroll
 
+from bridge.reports import Report
 from tui import exit_codes
 from tui.app.drawing import Lines, hanging, heading
 from tui.app.header import Tab
@@ -25,7 +26,6 @@ from tui.app.screens.identify_lines import (
     words_for,
 )
 from tui.app.view import View
-from tui.progress import Report
 
 VERB: Final = "identify"
 

@@ -11,6 +11,7 @@ import numpy as np
 from bridge.errors import ParamError
 from bridge.file_size import read_small
 from bridge.plain import from_json
+from bridge.reports import PAGE, UNKEPT, Report
 from bridge.vehicle.coefficients import OF_HULL
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import last_accepted
@@ -34,7 +35,6 @@ from tui.app.drawing import (
     width,
 )
 from tui.app.jobs import NOT_KEPT, JobState
-from tui.progress import PAGE, UNKEPT, Report
 from tui.show import number as significant
 
 FILES: Final = {"--json": "identified.json", "--param": "identified.param", "--report": "identified.html"}

@@ -8,6 +8,7 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal, VerticalScroll
 from textual.widgets import Input
 
+from bridge.reports import Written
 from gcs_plugin.watch.picture import Picture
 from tui.app.drawing import Lines, wrapped
 from tui.app.keys import HIDDEN, LOOKS, Action, bindings
@@ -16,7 +17,6 @@ from tui.app.screens.asking import AskLine
 from tui.app.screens.frame import Drawn, StationScreen
 from tui.app.screens.transfer import READ, Entry, Transfer
 from tui.app.view import View
-from tui.progress import Written
 
 
 class ParameterTable(Drawn):

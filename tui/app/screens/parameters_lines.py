@@ -4,12 +4,12 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
+from bridge.reports import APPLIED, WRITING, Written
 from gcs_plugin.params.upload import Stage
 from tui import exit_codes
 from tui.app.drawing import NOTHING, Line, Lines, Role, Span, ago, bar, cut, heading, wrapped
 from tui.app.jobs import JobState
 from tui.app.screens.transfer import Comparison, Entry
-from tui.progress import APPLIED, WRITING, Written
 
 AT: Final = "▶"
 CHOSEN, LEFT, NOT_ASKED, DOUBT = "■", "□", " ", "▲"

@@ -1,11 +1,12 @@
-"""Progress reports of a verb as lines of JSON, for a program that started it and reads along."""
+"""Reports of a program as lines of JSON, typed on both sides, for the program that started it and reads along."""
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field, replace
 from typing import Any
 
-from identify.progress import Values
+from bridge.errors import ConfigError
+from bridge.schema import build
 
 VARIABLE, FORM = "SEATRIAL_PROGRESS", "json"
 
@@ -52,7 +53,7 @@ class Report:
     share: float
     words: str
     stage: str = ""
-    values: Values = field(default_factory=dict)
+    values: dict[str, tuple[float, float]] = field(default_factory=dict)
     answered: bool = False
     written: Written | None = None
     result: Any = None
@@ -65,18 +66,11 @@ def asked(environment: Mapping[str, str]) -> bool:
 
 def line(report: Report) -> str:
     """Return a report as one line of JSON; `read` is its inverse."""
-    data: dict[str, Any] = {"of": report.of, "share": report.share, "words": report.words}
-    if report.stage:
-        data["stage"] = report.stage
+    data = {key: value for key, value in vars(report).items() if value or key in ("of", "share", "words")}
     if report.values or report.answered:
-        data |= {
-            "values": {name: list(value) for name, value in report.values.items()},
-            "answered": report.answered,
-        }
+        data |= {"values": report.values, "answered": report.answered}
     if report.written is not None:
-        data["written"] = [report.written.name, report.written.outcome, report.written.words]
-    if report.result is not None:
-        data["result"] = report.result
+        data["written"] = astuple(report.written)
     return json.dumps(data, allow_nan=False) + "\n"
 
 
@@ -84,19 +78,10 @@ def read(text: str) -> Report | None:
     """Return the report of a line; None for any other line, such as a note or an error."""
     try:
         data = json.loads(text)
-        name, outcome, words = data.get("written") or ("", "", "")
-        return Report(
-            str(data["of"]),
-            float(data["share"]),
-            str(data["words"]),
-            str(data.get("stage", "")),
-            {
-                str(name): (float(value), float(half))
-                for name, (value, half) in data.get("values", {}).items()
-            },
-            bool(data.get("answered", False)),
-            Written(str(name), str(outcome), str(words)) if name else None,
-            data.get("result"),
+        written, result = data.pop("written", None), data.pop("result", None)
+        report = build(Report, data, "report")
+        return replace(
+            report, written=None if written is None else Written(*map(str, written)), result=result
         )
-    except (ValueError, TypeError, KeyError, AttributeError):
+    except (ValueError, TypeError, AttributeError, ConfigError):
         return None
