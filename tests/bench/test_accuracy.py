@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from soak import rest_in_soak
 
 from bench import accuracy, accuracy_trials, coverage, goals, trial
 from bench.accuracy_trials import Bound, Stated, Trial
@@ -293,6 +292,7 @@ def likelihood_at(mission: Mission, **changes: np.ndarray) -> float:
     return information(replace(mission, drawn=replace(mission.drawn, **changes))).log_likelihood
 
 
+@pytest.mark.soak
 def test_the_gradient_is_the_slope_of_the_likelihood(mission: Mission) -> None:
     found, drawn, h = information(mission), mission.drawn, 1e-4
     spread = np.sqrt(np.diag(found.information))
@@ -320,6 +320,7 @@ def test_over_many_repeats_one_scoring_step_from_the_truth_errs_as_much_as_the_b
     assert np.max(np.abs(np.mean(errors, axis=0))) < 4.0 / np.sqrt(40)
 
 
+@pytest.mark.soak
 def test_twice_the_dive_tells_half_the_variance() -> None:
     once, twice = (cramer_rao(draw_one(100_010, seconds=s, kind="together")) for s in (100.0, 198.0))
     ratios = [once[name] / twice[name] for name in ("M_u", "D_u", "M_v", "D_v", "I_r", "D_r")]
@@ -354,7 +355,8 @@ def bounded_mission(seed, seconds=None, kind=None):
     return draw_one(seed, seconds=seconds, kind=kind)
 
 
-@pytest.mark.parametrize("seed", rest_in_soak([100010, 100000, 100034]))
+@pytest.mark.soak
+@pytest.mark.parametrize("seed", [100010, 100000, 100034])
 def test_intervals_are_as_wide_as_the_bound_and_hold_the_truth(seed):
     dived = bounded_mission(seed)
     found, bound = estimate(dived.dive, dived.file, dived.configuration, quiet), cramer_rao(dived)

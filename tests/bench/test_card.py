@@ -28,6 +28,7 @@ def _trainer(dtype: torch.dtype) -> card.Trainer:
     return card.trainer(series, torch.arange(4, 60), data, SHAPE, OPTIONS, dtype)
 
 
+@pytest.mark.soak
 def test_bfloat16_with_master_weights_trains_as_float32_does() -> None:
     batches = list(torch.split(torch.arange(56), 14)) * 5
     plain = card.losses(_trainer(torch.float32).step, batches)

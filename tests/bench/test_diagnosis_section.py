@@ -254,6 +254,7 @@ if find_spec("pysindy") is not None:  # it comes with the optional extra `bench`
         assert said.names[0] == ("steady_current", 0)
 
 
+@pytest.mark.soak
 def test_the_network_shrinks_the_gap_of_a_dive_that_is_long_enough_and_names_nothing() -> None:
     case = draw_case(390_801, names=["quadratic_drag"], size=1.0, seconds=240.0)
     nominal = nominal_of(dive_of(case), case.file, case.configuration)

@@ -115,6 +115,7 @@ def test_a_fog_reading_is_the_mean_over_the_interval_around_its_date(missions: l
     assert error < np.std(fog.value[:, 0] - late)
 
 
+@pytest.mark.soak
 def test_the_controller_used_what_is_recorded(missions: list[Mission]) -> None:
     for mission in missions:
         assert feedback_doubts(mission.dive, mission.file.vehicle.water) == ()
@@ -130,6 +131,7 @@ def test_the_disturbance_is_as_large_and_as_slow_as_it_says() -> None:
     assert found == pytest.approx(keep, abs=0.03)
 
 
+@pytest.mark.soak
 def test_every_manoeuvre_is_drawn() -> None:
     assert {mission.kind for mission in draw(range(100_100, 100_160))} == set(MANOEUVRES)
 
@@ -300,6 +302,7 @@ def test_of_two_runs_the_one_in_a_current_is_named_with_how_probable_that_is():
     assert min(told["gap"]["acceleration"].values()) > 0
 
 
+@pytest.mark.soak
 def test_weaker_propellers_in_one_run_are_told_and_that_it_may_be_either_run():
     found = judged("otter", {"a": otter(1), "b": otter(2, gain=0.7)})
     assert (found.verdict, found.run) == ("explained", None)
@@ -321,6 +324,7 @@ def test_a_run_without_the_actuators_states_is_refused(tmp_path):
         load_run(tmp_path, "otter", "a")
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize(
     ("vehicle", "run", "north", "east"),
     rows_rest_in_soak([("otter", "b", 0.26, 0.15), ("remus100", "a", 0.2, 0.346)]),

@@ -6,7 +6,6 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-from soak import rest_in_soak, rows_rest_in_soak
 
 from bench.accuracy_trials import SOURCES
 from bench.stamp import ROOT, files
@@ -41,14 +40,14 @@ def _read(work: str) -> set[Path]:
     return own
 
 
-@pytest.mark.parametrize(
-    "method", rest_in_soak(name for name in OWN if "SINDy" not in name or find_spec("pysindy"))
-)
+@pytest.mark.soak
+@pytest.mark.parametrize("method", [name for name in OWN if "SINDy" not in name or find_spec("pysindy")])
 def test_a_baseline_reads_nothing_outside_its_sources(method: str) -> None:
     found = _read(MISSION + f"from {OWN[method]} import estimate\n{ASKED}")
     assert found - set(files(*SOURCES["own"])) == set()
 
 
+@pytest.mark.soak
 def test_the_bound_reads_nothing_outside_its_sources() -> None:
     found = _read(MISSION + "from bench.bound import cramer_rao\ncramer_rao(m)")
     assert found - set(files(*SOURCES["bound"])) == set()
@@ -58,6 +57,7 @@ def test_the_products_methods_load_nothing_outside_their_sources() -> None:
     assert _read(MISSION + PRODUCT) - set(files(*SOURCES["product"])) == set()
 
 
+@pytest.mark.soak
 def test_a_campaigns_dive_and_its_answer_load_nothing_outside_the_sources_of_coverage() -> None:
     from bench import coverage
 
@@ -68,14 +68,13 @@ def test_a_campaigns_dive_and_its_answer_load_nothing_outside_the_sources_of_cov
     assert _read(work) - keeping - set(files(*coverage.SOURCES)) == set()
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize(
     ("work", "kept"),
-    rows_rest_in_soak(
-        [
-            ("import bench.diagnosis.trials", "ANSWERS"),
-            ("from bench.diagnosis.rivals.trials import available\navailable()", "RIVALS"),
-        ]
-    ),
+    [
+        ("import bench.diagnosis.trials", "ANSWERS"),
+        ("from bench.diagnosis.rivals.trials import available\navailable()", "RIVALS"),
+    ],
 )
 def test_a_diagnosis_and_its_rivals_load_nothing_outside_their_sources(work: str, kept: str) -> None:
     from bench.diagnosis import sources

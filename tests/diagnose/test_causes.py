@@ -396,6 +396,7 @@ def test_the_variants_of_a_cause_with_the_same_parameters_are_its_forms_but_not_
     assert not [*other_variants(course, Cause(sea, sea.start()), (sea, waves(5.0)))]
 
 
+@pytest.mark.soak
 def test_what_goes_with_the_rate_of_pitch_is_not_taken_beside_waves_that_turn_the_hull() -> None:
     case = turned_by_waves(393_303)
     shape = case.file.vehicle.configurations[case.configuration]

@@ -45,6 +45,7 @@ def test_of_a_hull_with_nothing_hidden_its_drag_alone_is_told(seconds):
     assert found.verdict == "explained"
 
 
+@pytest.mark.soak
 @short_or_whole
 def test_an_empty_dive_without_its_velocity_is_not_called_unknown(seconds):
     file = load_vehicle(str(FIELD / "rov.yaml"))
@@ -56,6 +57,7 @@ def test_an_empty_dive_without_its_velocity_is_not_called_unknown(seconds):
     assert unseen.startswith("In heave, roll, pitch and yaw no unknown force was looked for")
 
 
+@pytest.mark.soak
 @short_or_whole
 def test_a_current_is_found_within_a_centimetre_a_second_and_holds_on_the_check_dive(seconds):
     found = told("open_2", seconds, checked=True)

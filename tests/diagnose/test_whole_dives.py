@@ -93,6 +93,7 @@ DIVE = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "ardusub
 TRUE = {"X_uu": 48.285, "Y_vv": 62.08, "Z_ww": 68.98}
 
 
+@pytest.mark.soak
 def test_the_firmwares_own_submarine_has_quadratic_drag_and_nothing_else():
     if not DIVE.exists():
         pytest.skip("needs ../shared/data beside the checkout")
@@ -126,6 +127,7 @@ def dive(tmp_path_factory):
     return read_dive(path, None, FILE)
 
 
+@pytest.mark.soak
 def test_shaft_speeds_half_of_which_are_told_late_make_no_cause(dive):
     assert dive.rpm is not None
     found = diagnose(dive, FILE, "survey", effects=BEFORE_THE_SHAFT, progress=lambda *_report: None)
@@ -135,6 +137,7 @@ def test_shaft_speeds_half_of_which_are_told_late_make_no_cause(dive):
 DELAY_S = 0.27
 
 
+@pytest.mark.soak
 def test_a_long_delay_is_found_with_its_size_and_only_where_it_is_there(tmp_path: Path) -> None:
     case = draw(560_000, 23, "command_delay", size=DELAY_S / 0.15, seconds=120.0)
     for name, data in case.files().items():

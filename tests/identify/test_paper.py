@@ -130,6 +130,7 @@ def test_the_closed_form_never_goes_below_zero() -> None:
     assert min(closed_form(pushed, fixed_values(SHAPE)).values()) == 0.0
 
 
+@pytest.mark.soak
 def test_training_tends_to_the_closed_form() -> None:
     noisy = exact_dive(noise=0.002)
     _, data = problem(noisy)

@@ -50,6 +50,7 @@ def test_on_a_rich_dive_of_all_axes_network_and_likelihood_come_to_the_same():
         assert not ours[name].identifiable or abs(ours[name].value - truth) < 3.5 * ours[name].std, name
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize("factor", rest_in_soak([0.7, 1.3]))
 def test_from_a_start_30_percent_off_in_every_coefficient_training_comes_to_the_same_end(factor):
     task = network_tasks.drawn(100_009, "together", 60.0)

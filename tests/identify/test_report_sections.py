@@ -412,6 +412,7 @@ def test_innovations_are_judged_by_size_and_share_beyond_the_limits():
     assert len(section.figures) == 1
 
 
+@pytest.mark.soak
 def test_a_real_recording_makes_a_page_of_moderate_size(tmp_path: Path):
     recording = SHARED / "sealed" / "open_1" / "dive.tlog.gz"
     if not recording.exists():

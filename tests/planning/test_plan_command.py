@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from soak import rows_rest_in_soak
 
 from bridge.parameters import parameters_of
 from bridge.simulator.missions import load_mission
@@ -180,8 +179,8 @@ def test_bad_input_is_one_sentence_and_exit_code_2(here, capsys, arguments, says
 ONE_DIVE, TWO_DIVES = ((100_000,), 6), ((100_000, 100_001), 13)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("seeds", "least"), rows_rest_in_soak([ONE_DIVE, TWO_DIVES]))
+@pytest.mark.soak
+@pytest.mark.parametrize(("seeds", "least"), [ONE_DIVE, TWO_DIVES])
 def test_the_intervals_after_a_planned_dive_are_those_promised_with_the_truth_inside(
     tmp_path: Path, seeds: tuple[int, ...], least: int
 ) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from soak import rest_in_soak, rows_rest_in_soak
+from soak import rows_rest_in_soak
 
 from bridge.errors import ConfigError, FitError
 from bridge.navigation import Navigation
@@ -68,6 +68,7 @@ def test_a_square_wave_swings_about_the_place_where_it_began() -> None:
     assert place.max() == pytest.approx(-place.min(), rel=0.5)
 
 
+@pytest.mark.soak
 def test_the_same_manoeuvre_is_the_stronger_the_more_is_allowed() -> None:
     one = propose(FILE, "hovering", KNOWN, Limits(space_m=1.0), 60.0, [SURGE]).parts[0].manoeuvre
     assert TANK.dive(one.legs()).across_m <= 1.02
@@ -82,7 +83,8 @@ def test_a_proposal_keeps_within_time_space_speed_and_thrust() -> None:
     assert found.trial.thrust_share <= 0.52
 
 
-@pytest.mark.parametrize("space_m", rest_in_soak([0.6, 3.0]))
+@pytest.mark.soak
+@pytest.mark.parametrize("space_m", [0.6, 3.0])
 def test_every_manoeuvre_keeps_the_space_with_its_drift(space_m: float) -> None:
     found = propose(FILE, "hovering", KNOWN, Limits(space_m=space_m), 200.0, [SURGE, SWAY])
     assert 150.0 < found.duration_s <= 200.0

@@ -72,7 +72,7 @@ def text(done):
         return render_report(page.report(done))
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_every_table_and_figure_of_the_campaign_and_validation_is_on_the_page(text):
     for number in (3, 4, 5):
         assert f"Table {number}" in text
@@ -81,6 +81,7 @@ def test_every_table_and_figure_of_the_campaign_and_validation_is_on_the_page(te
     assert "eq. 17" in text
 
 
+@pytest.mark.soak
 def test_the_page_says_where_numbers_do_not_fit_where_they_do_and_what_was_left_open(text):
     for heading in (
         "Where the numbers do not fit",
@@ -95,10 +96,12 @@ def test_the_page_says_where_numbers_do_not_fit_where_they_do_and_what_was_left_
 BESIDE = r"https?://|<script|<img|url\((?!#)|<link|@import"
 
 
+@pytest.mark.soak
 def test_the_page_needs_nothing_beside_it(text):
     assert not re.search(BESIDE, text)
 
 
+@pytest.mark.soak
 def test_the_paper_stands_beside_the_vehicle_that_is_made_of_it(text):
     row = re.search(r"<tr><th scope=\"row\">D_v, N/\(m/s\)</th>(.*?)</tr>", text)
     assert row is not None
@@ -106,18 +109,21 @@ def test_the_paper_stands_beside_the_vehicle_that_is_made_of_it(text):
     assert cells[:2] == ["53.05", "53.05"]
 
 
+@pytest.mark.soak
 def test_a_parameter_that_the_paper_does_not_print_is_said_to_be_so(text):
     row = re.search(r"<tr><th scope=\"row\">I_r, kg m²</th>(.*?)</tr>", text)
     assert row is not None
     assert "not printed" in row.group(1)
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize("configuration", ["survey", "hovering"])
 def test_training_tends_to_the_least_of_the_loss(done, configuration):
     one = done.campaigns[configuration]
     assert one.paper.values() == pytest.approx(dict(one.closed), rel=0.02)
 
 
+@pytest.mark.soak
 def test_a_training_that_was_cut_short_is_warned_of(done):
     one = done.campaigns["survey"]
     shape = done.file.vehicle.configurations["survey"]
@@ -127,6 +133,7 @@ def test_a_training_that_was_cut_short_is_warned_of(done):
     assert not campaign_section(one, shape).warning
 
 
+@pytest.mark.soak
 def test_inertia_in_the_feed_forward_shortens_the_lag_of_a_smooth_turn(done):
     runs = page.to_json(done)["left_open"]["turns"]
     without, with_it = (runs[f"smooth reference, {what}"] for what in ("no inertia", "inertia"))
@@ -134,6 +141,7 @@ def test_inertia_in_the_feed_forward_shortens_the_lag_of_a_smooth_turn(done):
     assert with_it["error_deg"] < 0.5 * without["error_deg"]
 
 
+@pytest.mark.soak
 def test_what_the_delay_is_of_the_error_while_speeding_up_is_said(done, text):
     rows = {(r.figure, r.what): r for r in validation(done)}
     late = rows["Fig. 15", "error speeding up, delay out"]
@@ -143,6 +151,7 @@ def test_what_the_delay_is_of_the_error_while_speeding_up_is_said(done, text):
     assert f"from {whole.by_ours:.4f} to {late.by_ours:.4f} m/s with ours" in text
 
 
+@pytest.mark.soak
 def test_the_overshoot_that_the_paper_tells_of_is_no_number_and_ours_is_explained(text):
     row = re.search(r"heading past its end</th>(.*?)</tr>", text)
     assert row is not None
@@ -150,6 +159,7 @@ def test_the_overshoot_that_the_paper_tells_of_is_no_number_and_ours_is_explaine
     assert "makes a lag and no overshoot" in text
 
 
+@pytest.mark.soak
 def test_eq_16_lags_by_inertia_over_damping_on_a_linear_reference(done):
     truth = done.campaigns["survey"].truth
     row = next(r for r in validation(done) if r.what == "heading behind the ramp")
@@ -157,6 +167,7 @@ def test_eq_16_lags_by_inertia_over_damping_on_a_linear_reference(done):
     assert row.by_paper == pytest.approx(truth["I_r"] / truth["D_r"], abs=0.35)
 
 
+@pytest.mark.soak
 def test_the_json_is_plain_and_holds_every_validation_number(done):
     data = json.loads(json.dumps(show.plain(page.to_json(done)), allow_nan=False))
     assert {row["figure"] for row in data["validation"]} == {f"Fig. {n}" for n in range(10, 18) if n != 0}
@@ -166,6 +177,7 @@ def test_the_json_is_plain_and_holds_every_validation_number(done):
     assert [point["title"] for point in data["does_not_fit"]]
 
 
+@pytest.mark.soak
 def test_the_verdict_counts_the_points_that_do_not_fit(done):
     misfits = len(page.to_json(done)["does_not_fit"])
     assert f"On {misfits} points the paper's text and numbers do not fit" in page.verdict(done)
@@ -177,6 +189,7 @@ def test_the_network_is_small_unless_another_is_asked_for():
     assert (own.depth, own.epochs) == (5, 100)
 
 
+@pytest.mark.soak
 def test_the_command_writes_page_and_results_into_a_folder_of_its_own(done, tmp_path, monkeypatch, capsys):
     asked = []
 
