@@ -1,13 +1,11 @@
 """Complete a dive with the vehicle's own recording, or make one from that recording alone."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from bridge.clock import Clock
 from bridge.errors import LogError
 from bridge.link.base import Link
-from bridge.recorded_keys import LEFT_OUT, holds_key
 from bridge.ring.whole import WHOLE
 from bridge.tlog import of_those_that_hold_frames, read_tlog
 from gcs_plugin.dives.folder import About, DiveFolder, new_folder
@@ -18,7 +16,7 @@ from gcs_plugin.fetch.holes import Hole
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.remade import refuse_recorded, remade
 from gcs_plugin.fetch.requests import Listing
-from gcs_plugin.fetch.whole import is_folded, made_whole, newest_frames, write_records
+from gcs_plugin.fetch.whole import made_whole, newest_frames, write_records
 from gcs_plugin.locks import alone_at
 from tui.merging import beyond_words, guessed_words, lacking_words
 from tui.show import Tell
@@ -39,8 +37,7 @@ class Fetched:
     """Result of a fetch: the recording, its frames, and how many of them only the vehicle had.
 
     `damaged`: number of places without a readable frame in the vehicle's recording, as fetched; `damaged_beyond`:
-    number of further such places before or after the dive. `key`: what to say about a signing key in the recordings;
-    "" if they hold none. `holes`, `lost`, `beyond` and `guessed` as in `Whole`.
+    number of further such places before or after the dive. `holes`, `lost`, `beyond` and `guessed` as in `Whole`.
     """
 
     path: Path
@@ -49,7 +46,6 @@ class Fetched:
     fetched_bytes: int
     damaged: int
     damaged_beyond: int = 0
-    key: str = ""
     holes: tuple[Hole, ...] = ()
     lost: int = 0
     beyond: int = 0
@@ -87,7 +83,7 @@ class Fetched:
             guessed_words(self.guessed),
             beyond_words(self.beyond),
         ]
-        return ". ".join((summary, *filter(None, more))) + self.key
+        return ". ".join((summary, *filter(None, more)))
 
 
 @dataclass(frozen=True)
@@ -111,7 +107,6 @@ class Fetcher:
             self._fetch(fetching, source)
             ring = _paths(mirror, fetching.chosen)
             with alone_at(folder.path, AGAIN):
-                key = _of_keys(folder.telemetry(), ring)
                 made = remade(folder, source, lambda ground: made_whole(ground, ring, source), AGAIN)
             path = folder.path / WHOLE
         return Fetched(
@@ -121,7 +116,6 @@ class Fetcher:
             fetching.fetched,
             made.damaged,
             made.damaged_beyond,
-            key,
             made.holes,
             made.lost,
             made.beyond,
@@ -144,7 +138,7 @@ class Fetcher:
         folder.describe(about)
         path = folder.path / "telemetry.tlog"
         write_records(path, records)
-        return Fetched(path, len(records), len(records), fetching.fetched, damaged, key=_of_keys([], ring))
+        return Fetched(path, len(records), len(records), fetching.fetched, damaged)
 
     def _fetch(self, fetching: Fetching, vehicle: tuple[int, int]) -> None:
         def progress(now: Fetching) -> None:
@@ -176,13 +170,3 @@ def _paths(mirror: Mirror, chosen: Listing) -> list[Path]:
     """Paths of the segments in the mirror, as far as they exist."""
     paths = (mirror.path(segment.name) for segment, _ in chosen)
     return [path for path in paths if path.exists()]
-
-
-def _of_keys(ground: Sequence[Path], ring: Sequence[Path]) -> str:
-    """What to say about a signing key in the recordings. The ring's files stay exactly as the vehicle has them."""
-    holding_key = [path for path in ring if not is_folded(path) and holds_key(path)]
-    if not holding_key and not any(map(holds_key, ground)):
-        return ""
-    return f". {LEFT_OUT}" + (
-        f" The vehicle's own file still has it: clear {holding_key[0].parent}." if holding_key else ""
-    )

@@ -10,7 +10,6 @@ from typing import Final
 from bridge.clock import SystemClock
 from bridge.errors import LogError, SeatrialError
 from bridge.new_file import replacing
-from bridge.recorded_keys import LEFT_OUT, holds_key
 from bridge.ring.whole import WHOLE
 from bridge.tlog import load_recording, of_those_that_hold_frames, read_tlog
 from gcs_plugin.dives.folder import DiveFolder
@@ -127,8 +126,7 @@ def _frames(folder: DiveFolder, file: Path) -> Merged:
         return merged_frames
 
     merged_frames = remade(folder, source, make, AGAIN)
-    key = f" {LEFT_OUT}" if any(map(holds_key, (*present, file))) else ""
-    return Merged(file, into, _came(file, into, merged_frames) + key)
+    return Merged(file, into, _came(file, into, merged_frames))
 
 
 def _came(file: Path, into: Path, found: Whole) -> str:
@@ -152,12 +150,11 @@ def _own(folder: DiveFolder, file: Path, source: tuple[int, int]) -> Merged:
     renewed = renew(folder, source) if file.name != WHOLE else None
     if renewed is None:
         raise LogError(f"{file}: is this dive's own recording; give what another recorder made")
-    key = f" {LEFT_OUT}" if any(map(holds_key, folder.heard())) else ""
     return Merged(
         file,
         into,
         f"{file.name}: what was recorded, or put there, after {into} was made is in it now: {len(renewed.records)} "
-        f"frames.{key}",
+        f"frames.",
     )
 
 

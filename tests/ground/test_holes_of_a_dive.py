@@ -67,7 +67,7 @@ def made_of(tmp_path, frames, *kept):
 
 
 def fetched_words(made):
-    done = Fetched(Path(WHOLE), len(made.records), made.missing, 0, 0, 0, "", made.holes, made.lost)
+    done = Fetched(Path(WHOLE), len(made.records), made.missing, 0, 0, 0, made.holes, made.lost)
     return done.words, done.is_whole
 
 

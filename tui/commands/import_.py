@@ -15,7 +15,7 @@ EXAMPLE = "seatrial import 00000042.BIN --out dives/lake-42"
 
 GAP_PERIODS = 5.0
 SHORTEST_GAP_S = 0.5
-DAMAGE_TOO = "What is damaged in it is copied as it is, with whatever it holds."
+DAMAGE_OUT = "What is damaged in it is left out."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -98,7 +98,7 @@ def dive_folder(
     except FileExistsError:
         raise LogError(f"{out}: exists already and is never overwritten; name another folder") from None
     try:
-        copied = _copy(dive.source, out)
+        _copy(dive.source, out)
         if columns is not None:
             named = columns if columns.exists() else CONFIGS / "columns" / f"{columns}.yaml"
             _copy_bytes(named, out / "columns.yaml")
@@ -107,22 +107,23 @@ def dive_folder(
         # An incomplete folder would block the next import.
         shutil.rmtree(out, ignore_errors=True)
         raise
-    if not copied and dive.counts.get("skipped"):
-        copied = f". {DAMAGE_TOO}"
-    return out, copied
+    return out, f". {DAMAGE_OUT}" if _is_tlog(dive.source) and dive.counts.get("skipped") else ""
 
 
-def _copy(source: Path, out: Path) -> str:
-    """Copy the recording as it is, or without its signing keys, frame by frame; return a note on what was left out."""
-    from bridge.recorded_keys import LEFT_OUT, holds_key
+def _is_tlog(path: Path) -> bool:
+    return path.name.lower().endswith((".tlog", ".tlog.gz"))
+
+
+def _copy(source: Path, out: Path) -> None:
+    """Copy the recording: the intact frames of a tlog, which are read without signing keys, any other file as it is."""
     from bridge.tlog import read_tlog
     from gcs_plugin.fetch.whole import write_records
 
-    if not source.name.lower().endswith((".tlog", ".tlog.gz")) or not holds_key(source):
-        _copy_bytes(source, out / f"telemetry{_ending(source)}")
-        return ""
-    write_records(out / "telemetry.tlog", ((stamp_us, frame.raw) for stamp_us, frame in read_tlog(source)))
-    return f". {LEFT_OUT}"
+    if _is_tlog(source):
+        frames = ((stamp_us, frame.raw) for stamp_us, frame in read_tlog(source))
+        write_records(out / "telemetry.tlog", frames)
+    else:
+        _copy_bytes(source, out / f"telemetry{source.suffix}")
 
 
 def _copy_bytes(source: Path, made: Path) -> None:
@@ -131,10 +132,6 @@ def _copy_bytes(source: Path, made: Path) -> None:
 
     with source.open("rb") as read, replacing(made, "import again") as written:
         shutil.copyfileobj(read, written)
-
-
-def _ending(path: Path) -> str:
-    return "".join(path.suffixes[-2:]) if path.suffix == ".gz" else path.suffix
 
 
 def contents(dive: "Dive") -> dict[str, Any]:
