@@ -48,7 +48,7 @@ test: $(COMPILED)
 	PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(BIN)/python -m pytest -rs $(PYTEST_FLAGS)
 
 $(COMPILED): $(STAMP) $(KERNELS) tests/kernels.py
-	@OMP_NUM_THREADS=1 $(BIN)/python tests/kernels.py
+	@PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(BIN)/python tests/kernels.py
 	@touch $(COMPILED)
 
 lint: $(STAMP)

@@ -1,4 +1,4 @@
-"""Compiles what the tests run through, once and before they begin: else each worker of theirs would, all of it.
+"""Compiles the kernels that tests run through, and the tests: once, else each of their workers would, all of it.
 
 `make test` runs it where a kernel is newer than when it last did. A kernel that is left out here is compiled by the
 test that needs it first.
@@ -59,6 +59,13 @@ def compared() -> None:
     cramer_rao(draw_one(SEED, seconds=SECONDS))
 
 
+def collected() -> None:
+    """The bytecode of the tests, with their assertions rewritten."""
+    import pytest
+
+    pytest.main(["--collect-only", "-qq"])
+
+
 def _quiet(*_report: object) -> None:
     pass
 
@@ -74,4 +81,4 @@ def _alone(work: Callable[[], None]) -> None:
 if __name__ == "__main__":
     sys.stdout.write("compiling what the tests run through ...\n")
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        list(pool.map(_alone, (identified, compared)))
+        list(pool.map(_alone, (identified, compared, collected)))
