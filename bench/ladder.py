@@ -62,32 +62,34 @@ def page(cache: Path, seeds: Sequence[int]) -> str:
     tuned = Pid(seen["proportional"], seen["integral"], seen["straight_below_n"])
     jobs = {f"{seed} {tuned}": partial(_flights, tuned, seed, cache / "dives") for seed in seeds}
     flights = list(kept.fill(jobs, "ladder").values())
-    return "\n".join(["## The PID's part, and the feed-forward's", "", *_lines(tuned, flights), ""])
+    return "\n".join(["## The PID's part, and the feed-forward's", "", *lines(tuned, flights), ""])
 
 
-def _of_the_paper() -> dict[str, Any]:
-    table: dict[str, Any] = yaml.safe_load(GAINS.read_text(encoding="utf-8"))[CONFIGURATION]
-    return table
+def paper_table() -> dict[str, Any]:
+    """The gain table of the paper's PID, as `configs/gains.yaml` has it."""
+    gains: dict[str, Any] = yaml.safe_load(GAINS.read_text(encoding="utf-8"))[CONFIGURATION]
+    return gains
 
 
-def _table(pid: Pid) -> dict[str, Any]:
+def table(pid: Pid) -> dict[str, Any]:
     """The paper's table with these factors; alone and with the feed-forward it is the same."""
-    table = _of_the_paper()
+    gains = paper_table()
     for axis in AXES:
-        table[axis] = {
-            "kp": [pid.proportional * gain for gain in table[axis]["kp"]],
-            "ki": [pid.integral * gain for gain in table[axis]["ki"]],
-            "kd": table[axis]["kd"],
+        rows = gains[axis]
+        gains[axis] = {
+            "kp": [pid.proportional * gain for gain in rows["kp"]],
+            "ki": [pid.integral * gain for gain in rows["ki"]],
+            "kd": rows["kd"],
         }
     fed = {"gain": 1.0, "straight_below_n": pid.straight_below_n}
-    return {**table, "straight_below_n": pid.straight_below_n, "fed": fed}
+    return {**gains, "straight_below_n": pid.straight_below_n, "fed": fed}
 
 
 def _pids(tuned: Pid) -> dict[str, Pid]:
-    table = _of_the_paper()
-    fed = table["fed"]
+    gains = paper_table()
+    fed = gains["fed"]
     return {
-        "the paper's": Pid(1.0, 1.0, table["straight_below_n"]),
+        "the paper's": Pid(1.0, 1.0, gains["straight_below_n"]),
         "as beside the feed-forward": Pid(fed["gain"], fed["gain"], fed["straight_below_n"]),
         "tuned": tuned,
     }
@@ -95,7 +97,7 @@ def _pids(tuned: Pid) -> dict[str, Pid]:
 
 def _tuned(seed: int) -> Data:
     """The PID of the grid with the least sum of surge's and sway's error, alone."""
-    fed = _of_the_paper()["fed"]["straight_below_n"]
+    fed = paper_table()["fed"]["straight_below_n"]
     grid = [Pid(p, i, fed) for p, i in product(PROPORTIONAL, INTEGRAL)]
     best = min(grid, key=lambda pid: sum(_errors(pid, Mode.OFF, {}, seed + TUNING_SEA).values()))
     return {"proportional": best.proportional, "integral": best.integral, "straight_below_n": fed}
@@ -117,7 +119,7 @@ def _errors(pid: Pid, mode: Mode, model: Mapping[str, float], seed: int) -> dict
     mission = mission_named(MISSION, file.vehicle.configurations[CONFIGURATION])
     with TemporaryDirectory() as folder:
         gains = Path(folder) / "gains.yaml"
-        gains.write_text(yaml.safe_dump({CONFIGURATION: _table(pid)}), encoding="utf-8")
+        gains.write_text(yaml.safe_dump({CONFIGURATION: table(pid)}), encoding="utf-8")
         run = simulate_truth(
             file, CONFIGURATION, mission, seed=seed, parameters=model, mode=mode, gains=gains
         )
@@ -129,8 +131,9 @@ def _errors(pid: Pid, mode: Mode, model: Mapping[str, float], seed: int) -> dict
     return {axis: error if np.isfinite(error) else np.inf for axis, error in errors.items()}
 
 
-def _lines(tuned: Pid, flights: Sequence[Data]) -> list[str]:
-    lines = [
+def lines(tuned: Pid, flights: Sequence[Data]) -> list[str]:
+    """The section's words and table."""
+    rows = [
         *paragraph(
             f"Mean absolute error of the true velocity in mm/s while the reference moves, over the {MISSION}",
             f"mission in {CONFIGURATION}, {len(flights)} seas; coefficients identified from each sea's own campaign.",
@@ -148,8 +151,8 @@ def _lines(tuned: Pid, flights: Sequence[Data]) -> list[str]:
         for axis in AXES:
             alone, both = (1e3 * _mean(flights, name, mode, axis) for mode in (Mode.OFF, Mode.BOTH))
             cells += [f"{alone:.1f}", f"{both:.1f}", f"{alone / both:.1f}"]
-        lines.append(f"| {name} | {' | '.join(cells)} |")
-    return lines
+        rows.append(f"| {name} | {' | '.join(cells)} |")
+    return rows
 
 
 def _mean(flights: Sequence[Data], pid: str, mode: Mode, axis: str) -> float:
