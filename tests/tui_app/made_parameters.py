@@ -1,12 +1,17 @@
-"""A vehicle beside what was identified of it, a receipt, and verbs that answer with them or wait."""
+"""A vehicle beside what was identified of it, verbs that answer with it or wait, and its screen with keys typed."""
 
 import asyncio
+from dataclasses import replace
 from pathlib import Path
 
 from made_dives import OUT
+from made_view import FixedViews, view
+from screen_text import made, pressed, run, text
+from textual.widgets import Input
 
 from bridge.reports import WRITING, Report, Written
 from bridge.vehicle.coefficients import BY_NAME
+from gcs_plugin.watch.picture import Armed
 from tui.app.desk import Desk
 from tui.app.jobs import Jobs
 from tui.job import Done
@@ -147,3 +152,40 @@ class FakeVehicle:
 def desk(vehicle=None, now_s=lambda: 0.0, **what):
     jobs = Jobs(vehicle or FakeVehicle(), now_s)
     return Desk("ruvifist:hovering", OUT, dive=PARAM.parent, param=PARAM, jobs=jobs, **what)
+
+
+SIZES = ((80, 24), (160, 50))
+NARROW = SIZES[0]
+
+
+def views(armed=Armed.DISARMED, ff_mode=1):
+    made_view = view()
+    return FixedViews(replace(made_view, picture=replace(made_view.picture, armed=armed, ff_mode=ff_mode)))
+
+
+async def done(app, pilot):
+    """Until nothing runs, and it is shown."""
+    while any(app.desk.jobs.runs(verb) for verb in ("params diff", "params upload")):
+        await pilot.pause()
+    app._show()
+    await pilot.pause()
+    while app.screen.has_class("-asking") and not isinstance(app.focused, Input):
+        await pilot.pause()
+
+
+async def typed(app, pilot, *keys):
+    for key in keys:
+        await pressed(pilot, key)
+        await done(app, pilot)
+
+
+def on_screen(vehicle, work, size=NARROW, shown=None, **what):
+    async def begin(app, pilot):
+        await typed(app, pilot, "5")
+        await work(app, pilot)
+
+    run(made(shown or views(), desk=desk(vehicle, **what)), size, begin)
+
+
+def line_of(app, name):
+    return next(line for line in text(app).splitlines() if name in line)

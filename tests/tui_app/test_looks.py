@@ -6,12 +6,11 @@ import pytest
 from made_diagnosis import desk_with
 from made_dives import FakeVerbs, desk
 from made_identified import leave, passes
-from made_parameters import FakeVehicle, staged, told_lines
+from made_parameters import FakeVehicle, done, staged, told_lines, typed, views
 from made_parameters import desk as with_vehicle
 from made_replay import StillReplay
 from made_validation import validated_desk
 from made_view import UNIX_S, FixedViews
-from parameters_shown import done, typed, views
 from screen_text import check, made, pressed, run
 from soak import rest_in_soak
 
