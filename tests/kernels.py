@@ -53,11 +53,6 @@ def compared() -> None:
         read_dive(dive)
     draw(5, 2, "tether", 1.0, 8.0).files()
 
-    from bench.bound import cramer_rao
-    from bench.missions.mission import draw_one
-
-    cramer_rao(draw_one(SEED, seconds=SECONDS))
-
 
 def collected() -> None:
     """The bytecode of the tests, with their assertions rewritten."""

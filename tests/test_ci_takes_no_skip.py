@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from soak import rows_rest_in_soak
 
-CONFTEST = Path(__file__).with_name("conftest.py")
+CONFTEST = [Path(__file__).with_name(name) for name in ("conftest.py", "figures.py")]
 
 
 def run_suite(folder, reason, ci, shared):
@@ -18,7 +18,8 @@ def run_suite(folder, reason, ci, shared):
     tests.mkdir(parents=True)
     if shared:
         (folder / "shared").mkdir()
-    shutil.copy(CONFTEST, tests)
+    for file in CONFTEST:
+        shutil.copy(file, tests)
     (tests / "test_small.py").write_text(
         f"import pytest\ndef test_one():\n    assert True\ndef test_two():\n    pytest.skip({reason!r})\n"
     )

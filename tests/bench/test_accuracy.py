@@ -340,6 +340,7 @@ def test_where_the_axes_say_little_of_each_other_it_is_what_the_likelihood_claim
     assert np.exp(np.mean(np.log(ratios))) == pytest.approx(1.0, abs=0.15)
 
 
+@pytest.mark.soak
 def test_a_dive_without_velocity_says_next_to_nothing_of_damping() -> None:
     mission = draw_one(100_010, seconds=30.0, kind="square")
     deaf = replace(mission.dive.velocity, value=np.full_like(mission.dive.velocity.value, np.nan))
