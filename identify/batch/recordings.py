@@ -8,6 +8,7 @@ import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 from pathlib import Path
 
 from bridge.errors import LogError
@@ -19,24 +20,33 @@ ENDINGS = (".tlog", ".tlog.gz", ".bin")
 TABLE = ".csv"
 DIVE_FILE = "telemetry."
 
-SAME, BEGINNING = "holds the same recording as", "is the beginning of"
-"""Why a recording is another's twin, worded to stand between their names."""
 
-GAVE_NOTHING = "gave nothing ({why}), so what counts is its beginning,"
+class Relation(Enum):
+    """Why a recording does not count beside its twin, worded to stand between their names."""
+
+    SAME = "holds the same recording as"
+    BEGINNING = "is the beginning of"
+    REPLACED = "gave nothing ({reason}), so what counts is its beginning,"
 
 
 @dataclass(frozen=True)
 class Twin:
-    """A recording at `path` that does not count, because that at `counted` holds the same dive; `why` says in words.
+    """A recording at `path` that does not count, because that at `counted` holds the same dive.
 
     `recording` is the recording at `path` if it is the beginning of the longer recording, and so may count in its
-    place.
+    place; `reason` says why a longer one that is replaced gave nothing.
     """
 
     path: Path
     counted: Path
-    why: str
+    relation: Relation
     recording: Recording | None = None
+    reason: str = ""
+
+    @property
+    def why(self) -> str:
+        """The relation in words, to stand between the two names."""
+        return self.relation.value.format(reason=self.reason)
 
 
 @dataclass(frozen=True)
@@ -54,9 +64,9 @@ class Found:
 
     def with_beginning(self, failed: Path, why: str, instead: Recording) -> "Found":
         """A copy in which the recording at `failed`, which gave nothing, is replaced by its beginning `instead`."""
-        new_twin = Twin(failed, instead.path, GAVE_NOTHING.format(why=why))
+        new_twin = Twin(failed, instead.path, Relation.REPLACED, reason=why)
         redirected = [
-            replace(new_twin, path=t.path) if t.why == SAME else replace(t, counted=instead.path)
+            replace(new_twin, path=t.path) if t.relation is Relation.SAME else replace(t, counted=instead.path)
             for t in self.twins
             if t.counted == failed and t.path != instead.path
         ]
@@ -88,7 +98,7 @@ def find_recordings(
             unreadable.append(Result(str(path), name_of(path), str(path), "", error=str(error), final=False))
             continue
         if known_by.sha256 in recordings:
-            twins[path] = Twin(path, recordings[known_by.sha256].path, SAME)
+            twins[path] = Twin(path, recordings[known_by.sha256].path, Relation.SAME)
         else:
             recordings[known_by.sha256] = Recording(name_of(path), path, files, **vars(known_by))
     cut = {twin.path: twin for twin in _cut(recordings.values())}
@@ -127,7 +137,7 @@ def _cut(recordings: Iterable[Recording]) -> list[Twin]:
             if longer is None:
                 complete.append((one, data))
             else:
-                twins.append(Twin(one.path, longer.path, BEGINNING, one))
+                twins.append(Twin(one.path, longer.path, Relation.BEGINNING, one))
     return twins
 
 

@@ -59,7 +59,8 @@ def diagnose(
     as `identify.diagnose.diagnose` does, for a recording that can't be diagnosed.
     """
     effects = effects_without(without, configuration, file) if without else None
-    if check is not None:
+    # Dives that were made in memory have no files to compare.
+    if check is not None and check.source.exists() and dive.source.exists():
         refuse_the_same(check, dive)
     try:
         found = search.diagnose(

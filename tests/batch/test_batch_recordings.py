@@ -8,7 +8,7 @@ import pytest
 from bridge.dates import date_in_name
 from bridge.errors import LogError
 from identify.batch.jobs import Recording, Result
-from identify.batch.recordings import BEGINNING, find_recordings, name_of, told_apart, with_beginnings
+from identify.batch.recordings import Relation, find_recordings, name_of, told_apart, with_beginnings
 from identify.dates import utc
 
 
@@ -89,7 +89,7 @@ def test_of_copies_that_were_cut_only_the_longest_counts(tmp_path):
     found = find_recordings([str(tmp_path)])
     assert [recording.path for recording in found.recordings] == [whole]
     assert twins(found) == dict.fromkeys((cut, same_cut, shorter), whole)
-    assert {twin.why for twin in found.twins} == {BEGINNING}
+    assert {twin.why for twin in found.twins} == {Relation.BEGINNING.value}
 
 
 def test_dives_that_begin_alike_and_go_on_otherwise_all_count(tmp_path):

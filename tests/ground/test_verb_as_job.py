@@ -5,8 +5,13 @@ import select
 import time
 from pathlib import Path
 
+import pytest
+
+from bridge.clock import SimulatedClock
+from bridge.errors import ConfigError
 from gcs_plugin import job as jobs
 from gcs_plugin.job import KILL_AFTER_S, Job
+from gcs_plugin.mavproxy.work import Work
 
 DEADLINE_S = 60.0
 
@@ -93,3 +98,20 @@ def test_the_command_is_this_pythons_own_in_any_folder(tmp_path, monkeypatch):
     job = Job("a test", ["-m", "tui", "--version"], 0.0)
     (line,) = lines_until(job, lambda _: job.code is not None)
     assert line.startswith("seatrial ")
+
+
+@pytest.mark.parametrize(
+    ("function", "options", "why"),
+    [
+        ("identify", ["--accept", "x.param"], "in a terminal `seatrial identify` has more options"),
+        ("diagnose", ["--method", "pinn"], "in a terminal `seatrial diagnose` has more options"),
+        ("identify", ["--method"], "--method"),
+    ],
+)
+def test_an_option_that_mavproxy_does_not_take_is_refused_with_the_way_to_more(
+    function, options, why, tmp_path
+):
+    work = Work(SimulatedClock(), lambda _: None)
+    with pytest.raises(ConfigError, match=why):
+        work.begin(function, tmp_path, options, "ruvifist")
+    assert work.status() == []
