@@ -10,13 +10,11 @@ from bridge.ring.whole import WHOLE
 from bridge.tlog import of_those_that_hold_frames, read_tlog
 from gcs_plugin.dives.folder import About, DiveFolder, new_folder
 from gcs_plugin.fetch.boots import Boot, boots_heard, newest, of_dive
-from gcs_plugin.fetch.client import fetch
-from gcs_plugin.fetch.fetching import Fetching
+from gcs_plugin.fetch.fetching import Fetching, fetch
 from gcs_plugin.fetch.holes import Hole
 from gcs_plugin.fetch.mirror import Mirror
-from gcs_plugin.fetch.remade import refuse_recorded, remade
 from gcs_plugin.fetch.requests import Listing
-from gcs_plugin.fetch.whole import made_whole, newest_frames, write_records
+from gcs_plugin.fetch.whole import made_whole, newest_frames, refuse_recorded, remade, write_records
 from gcs_plugin.locks import alone_at
 from tui.merging import beyond_words, guessed_words, lacking_words
 from tui.show import Tell

@@ -14,8 +14,7 @@ from bridge.ring.whole import WHOLE
 from bridge.tlog import load_recording, of_those_that_hold_frames, read_tlog
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.holes import Hole
-from gcs_plugin.fetch.remade import refuse_recorded, remade, renew
-from gcs_plugin.fetch.whole import Whole, made_whole
+from gcs_plugin.fetch.whole import Whole, made_whole, refuse_recorded, remade, renew
 from gcs_plugin.locks import alone_at
 from identify.ingest.messages import clock
 

@@ -12,7 +12,7 @@ from bridge.tlog import TlogWriter
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import thrust_curve
 from gcs_plugin.dives.folder import about_vehicle, new_folder
-from gcs_plugin.doctor.findings import Finding, ok
+from gcs_plugin.doctor.checks import Finding, ok
 from gcs_plugin.doctor.latency import wet_findings
 from gcs_plugin.doctor.pulse_run import confirm, run_pulses
 from gcs_plugin.doctor.pulses import arm, disarm, duration_s, pulses

@@ -1,16 +1,59 @@
-"""The dry doctor: each check judges one aspect of the traffic heard and reports it in a sentence."""
+"""The dry doctor: each check judges one aspect of the traffic heard; a finding is its name, level and sentence."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from statistics import median
-from typing import Final
+from typing import Any, Final
 
 from bridge.errors import SeatrialError
 from bridge.vehicle.config import GRAVITY_M_S2, Vehicle
-from gcs_plugin.doctor.findings import Finding, Level, fail, ok, warn
 from gcs_plugin.doctor.observe import Arrival, Observed
 from gcs_plugin.peers import CROWDED
+
+
+class Level(Enum):
+    """How bad a finding is; the value is the word that a user reads."""
+
+    OK = "ok"
+    WARN = "warning"
+    FAIL = "failed"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """A single result; `confidence` runs from 0 to 1, None if the check weighs no evidence."""
+
+    name: str
+    level: Level
+    sentence: str
+    confidence: float | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        data: dict[str, Any] = {"name": self.name, "level": self.level.value, "sentence": self.sentence}
+        if self.confidence is not None:
+            data["confidence"] = round(self.confidence, 3)
+        return data
+
+
+def ok(name: str, sentence: str, confidence: float | None = None) -> Finding:
+    return Finding(name, Level.OK, sentence, confidence)
+
+
+def warn(name: str, sentence: str, confidence: float | None = None) -> Finding:
+    return Finding(name, Level.WARN, sentence, confidence)
+
+
+def fail(name: str, sentence: str, confidence: float | None = None) -> Finding:
+    return Finding(name, Level.FAIL, sentence, confidence)
+
+
+def worst(findings: Iterable[Finding]) -> Level:
+    """The worst level of all findings; OK if there are none."""
+    levels = {finding.level for finding in findings}
+    return next((level for level in (Level.FAIL, Level.WARN) if level in levels), Level.OK)
+
 
 HEARTBEAT_LIMIT_S: Final = 3.5
 LOSS_WARN: Final = 0.05

@@ -19,7 +19,7 @@ from bridge.framing import Frame
 from bridge.vehicle.config import Configuration, Vehicle, VehicleFile
 from bridge.vehicle.thrusters import Curve, thrust_curve
 from gcs_plugin.doctor import response
-from gcs_plugin.doctor.findings import Finding, ok, warn
+from gcs_plugin.doctor.checks import Finding, ok, warn
 from gcs_plugin.doctor.wet import LABELS, Diagnosis, diagnose, findings
 from gcs_plugin.doctor.wet_record import Pulse, Series, WetRecord, record_of
 

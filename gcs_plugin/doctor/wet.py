@@ -18,7 +18,7 @@ from bridge.errors import LogError
 from bridge.vehicle.config import GRAVITY_M_S2, Configuration, Mounting, Vehicle
 from bridge.vehicle.thrusters import Curve
 from gcs_plugin.doctor import response, turns
-from gcs_plugin.doctor.findings import Finding, fail, ok, warn
+from gcs_plugin.doctor.checks import Finding, fail, ok, warn
 from gcs_plugin.doctor.wet_record import Pulse, WetRecord, find_pulses
 
 Array = NDArray[np.float64]

@@ -7,8 +7,7 @@ from typing import Final
 import numpy as np
 
 from bridge.vehicle.config import Configuration, Thruster, Vehicle, Water
-from gcs_plugin.watch.channels import Channel
-from gcs_plugin.watch.hearing import Values
+from gcs_plugin.watch.hearing import Channel, Values
 from gcs_plugin.watch.picture import Array, ThrusterRow, Trace, freshness
 from gcs_plugin.watch.sensors import is_pressure
 

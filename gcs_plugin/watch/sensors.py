@@ -10,8 +10,7 @@ from typing import Final
 
 from bridge.vehicle.config import Vehicle
 from gcs_plugin.doctor.checks import CONTRACT, RATE_TOLERANCE
-from gcs_plugin.watch.channels import Channel
-from gcs_plugin.watch.hearing import Values
+from gcs_plugin.watch.hearing import Channel, Values
 from gcs_plugin.watch.picture import STALE_PERIODS, Condition, Freshness, SensorRow, freshness, period_s
 
 ARDUPILOT_HZ: Final = 2.0

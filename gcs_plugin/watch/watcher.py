@@ -16,8 +16,7 @@ from bridge.parameters import ACTIVE, COMMIT
 from bridge.status_codes import CrewText, Topic
 from bridge.vehicle.config import VehicleFile
 from gcs_plugin.peers import GONE_S, GROUND_STATION, Heartbeat, Peer, Peers, Source
-from gcs_plugin.watch.channels import Channel
-from gcs_plugin.watch.hearing import FROM_ANYONE, TELLING, Values, heard
+from gcs_plugin.watch.hearing import FROM_ANYONE, TELLING, Channel, Values, heard
 from gcs_plugin.watch.picture import Armed, LinkRow, Picture, Said
 from gcs_plugin.watch.quantities import Quantities, names_of, thruster_rows
 from gcs_plugin.watch.sensors import SENSORS, always, expected_hz, sensor_rows

@@ -10,7 +10,7 @@ import pytest
 
 from bridge.vehicle.coefficients import COEFFICIENTS, MASSES
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.doctor.findings import fail
+from gcs_plugin.doctor.checks import fail
 from gcs_plugin.params.receipt import Receipt
 from gcs_plugin.params.transfer import Outcome as Applied
 from identify.checks.fit import too_little

@@ -7,7 +7,7 @@ from bridge.new_file import PART
 from bridge.ring.segments import segments_in
 from bridge.tlog import read_tlog, record_of
 from gcs_plugin.dives.folder import DiveFolder
-from gcs_plugin.fetch.doubtful import damaged_before
+from gcs_plugin.fetch.mirror import damaged_before
 from gcs_plugin.fetch.whole import made_whole, newest_frames, write_records
 from tui.fetched import MIRROR, Fetcher
 

@@ -17,7 +17,6 @@ from bridge.ring.made_since import lacked
 from bridge.ring.whole import WHOLE
 from gcs_plugin import locks
 from gcs_plugin.dives.folder import DiveFolder
-from gcs_plugin.fetch import remade
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.locks import HeldTlog, alone_at, holder_of, is_written
 from gcs_plugin.peers import ground_heartbeat
@@ -32,7 +31,7 @@ pytestmark = pytest.mark.usefixtures("switched_off")
 @pytest.fixture(autouse=True)
 def at_once(monkeypatch, tmp_path):
     """Nobody is waited for."""
-    monkeypatch.setattr(remade, "CLOSED_WITHIN_S", 0.0)
+    monkeypatch.setattr("gcs_plugin.fetch.whole.CLOSED_WITHIN_S", 0.0)
     monkeypatch.setattr(locks, "MERGE_S", 0.0)
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
 

@@ -12,13 +12,17 @@ from bridge.framing import Encoder, Framer, decode
 from bridge.messages.readings import Reading, encode
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.doctor.checks import (
+    Level,
     check_disk,
     check_parameters,
     dry_findings,
+    fail,
     findings_against_wet,
+    ok,
     told_veh_cfg,
+    warn,
+    worst,
 )
-from gcs_plugin.doctor.findings import Level, fail, ok, warn, worst
 from gcs_plugin.doctor.observe import observe
 
 RATES = {

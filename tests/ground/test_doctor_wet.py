@@ -15,7 +15,7 @@ from bridge.sensors.mounting import mounting_matrix, rotation_matrix
 from bridge.vehicle.config import Mounting, load_vehicle
 from bridge.vehicle.thrusters import thrust_curve
 from gcs_plugin.doctor import turns
-from gcs_plugin.doctor.findings import Level, worst
+from gcs_plugin.doctor.checks import Level, worst
 from gcs_plugin.doctor.latency import latencies, latency_findings, wet_findings
 from gcs_plugin.doctor.pulses import LEAST_GAP_S, duration_s, pulses
 from gcs_plugin.doctor.wet import diagnose, findings

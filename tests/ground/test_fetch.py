@@ -14,8 +14,7 @@ from bridge.tlog import read_tlog
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.dives.replay import Reel
 from gcs_plugin.fetch.boots import Boot, newest, of_dive
-from gcs_plugin.fetch.client import fetch
-from gcs_plugin.fetch.fetching import Fetching
+from gcs_plugin.fetch.fetching import Fetching, fetch
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.peers import ground_heartbeat

@@ -24,8 +24,7 @@ from bridge.new_file import PART, remedy
 from bridge.ring.whole import WHOLE
 from bridge.tlog import STAMP_BYTES, read_tlog, record_of
 from gcs_plugin.dives.folder import About, DiveFolder
-from gcs_plugin.fetch.doubtful import doubtful
-from gcs_plugin.fetch.mirror import LOCK
+from gcs_plugin.fetch.mirror import LOCK, doubtful
 from gcs_plugin.fetch.whole import newest_frames
 from tui.fetched import MIRROR, Fetched, Fetcher
 

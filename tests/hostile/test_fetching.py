@@ -23,8 +23,7 @@ from bridge.ring.segments import Segment
 from bridge.ring.whole import WHOLE
 from bridge.tlog import read_tlog
 from gcs_plugin.dives.folder import About, DiveFolder
-from gcs_plugin.fetch.client import fetch
-from gcs_plugin.fetch.fetching import Fetching
+from gcs_plugin.fetch.fetching import Fetching, fetch
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.requests import Listed
 from gcs_plugin.fetch.whole import made_whole, newest_frames, write_records

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from bridge.clock import Clock
     from bridge.link.base import Link
     from bridge.vehicle.config import Vehicle, VehicleFile
-    from gcs_plugin.doctor.findings import Finding
+    from gcs_plugin.doctor.checks import Finding
     from gcs_plugin.doctor.observe import Observed
 
 EXAMPLE = "seatrial doctor --vehicle ruvifist:hovering --link udpin:127.0.0.1:14550"
@@ -134,7 +134,7 @@ def wet(
 
 def signing(opener: secured.Opener) -> list["Finding"]:
     """Findings on signed links: whether frames were refused."""
-    from gcs_plugin.doctor.findings import ok, warn
+    from gcs_plugin.doctor.checks import ok, warn
 
     return [
         warn("signing", f"{name}: {gate.words}")
@@ -148,7 +148,7 @@ def vehicle_file(file: "VehicleFile") -> "Finding":
     """Finding on a loaded vehicle file: it fails if the thrust table is missing, and otherwise lists the contents."""
     from bridge.errors import ConfigError
     from bridge.vehicle.thrusters import thrust_curve
-    from gcs_plugin.doctor.findings import fail, ok
+    from gcs_plugin.doctor.checks import fail, ok
 
     vehicle = file.vehicle
     try:
@@ -178,7 +178,7 @@ def ports(vehicle: "Vehicle") -> list["Finding"]:
     """Findings on whether the ports in the vehicle file exist on this computer."""
     from bridge.drivers import speaks_tcp
     from bridge.sensors.bar30 import parse_i2c_port
-    from gcs_plugin.doctor.findings import fail, ok
+    from gcs_plugin.doctor.checks import fail, ok
 
     findings = []
     for slot, device in vehicle.sensors.present().items():
@@ -202,7 +202,7 @@ def existing(folder: Path) -> Path:
 
 def tell(arguments: argparse.Namespace, findings: "Iterable[Finding]") -> int:
     """Print the findings as a table and JSON; the exit code says whether any failed."""
-    from gcs_plugin.doctor.findings import Level, worst
+    from gcs_plugin.doctor.checks import Level, worst
     from tui import show
 
     listed = list(findings)
