@@ -20,7 +20,6 @@ from identify.identification import (
     Estimate,
     Identification,
     Outcome,
-    Partner,
     Quantity,
     worst,
 )
@@ -91,9 +90,10 @@ class Comparison:
         if not both:
             return (f"No parameter has an interval by both {names}: there is nothing to compare.",)
         furthest = max(both, key=lambda d: abs(d.distance))
+        percent = 100 * (furthest.second.value / furthest.first.value - 1)
         return (
             f"{capital(names)} agree in all {len(both)} parameters that both identify: at most "
-            f"{abs(furthest.distance):.2g} standard errors apart, in {furthest.name} ({_percent(furthest):+.2g} %).",
+            f"{abs(furthest.distance):.2g} standard errors apart, in {furthest.name} ({percent:+.2g} %).",
         )
 
     def to_json(self) -> dict[str, Any]:
@@ -139,50 +139,54 @@ def doubted(compared: Comparison) -> Identification:
 
 
 def _difference(
-    one: Estimate, other: Estimate, first: Identification, second: Identification, prior: Prior | None
+    parameter: Estimate, other: Estimate, first: Identification, second: Identification, prior: Prior | None
 ) -> Difference:
-    distance = distance_between(one, other)
-    if not (math.isfinite(distance) and apart(one, other)):
-        return Difference(one.name, one, other, distance)
+    distance = distance_between(parameter, other)
+    if not (math.isfinite(distance) and apart(parameter, other)):
+        return Difference(parameter.name, parameter, other, distance)
     why = (
-        f"On {one.name} two methods disagree, {first.method} {one.value:.4g} ± {one.std:.2g} {one.unit} and "
-        f"{second.method} {other.value:.4g} ± {other.std:.2g}, {100 * (other.value / one.value - 1):+.1f} % and "
-        f"{abs(distance):.1f} standard errors apart: {_why(one, other, first, second, prior)}; rely on neither value "
-        "before another dive tells (`seatrial plan --after` proposes one)."
+        f"On {parameter.name} two methods disagree, {first.method} {parameter.value:.4g} ± {parameter.std:.2g} "
+        f"{parameter.unit} and {second.method} {other.value:.4g} ± {other.std:.2g}, "
+        f"{100 * (other.value / parameter.value - 1):+.1f} % and {abs(distance):.1f} standard errors apart: "
+        f"{_why(parameter, other, first, second, prior)}; rely on neither value before another dive tells (`seatrial "
+        "plan --after` proposes one)."
     )
-    return Difference(one.name, one, other, distance, why)
+    return Difference(parameter.name, parameter, other, distance, why)
 
 
-def apart(one: Interval, other: Interval) -> bool:
+def apart(interval: Interval, other: Interval) -> bool:
     """Whether each value lies outside the other's 95 % interval, and they differ by at least LEAST_DIFFERENCE."""
-    outside = all(not a.low95 <= b.value <= a.high95 for a, b in ((one, other), (other, one)))
-    return outside and abs(other.value / one.value - 1) >= LEAST_DIFFERENCE
+    outside = all(not a.low95 <= b.value <= a.high95 for a, b in ((interval, other), (other, interval)))
+    return outside and abs(other.value / interval.value - 1) >= LEAST_DIFFERENCE
 
 
-def distance_between(one: Estimate, other: Estimate) -> float:
-    """Difference of logarithms, `other` less `one`, in the larger of their standard errors; NaN if either is
+def distance_between(parameter: Estimate, other: Estimate) -> float:
+    """Difference of logarithms, `other` less `parameter`, in the larger of their standard errors; NaN if either is
     unusable."""
-    usable = one.identifiable and other.identifiable and one.value > 0 and other.value > 0
-    stds = (one.relative_std, other.relative_std) if usable else (math.nan, math.nan)
-    return math.log(other.value / one.value) / max(stds) if all(std > 0 for std in stds) else math.nan
+    usable = parameter.identifiable and other.identifiable and parameter.value > 0 and other.value > 0
+    stds = (parameter.relative_std, other.relative_std) if usable else (math.nan, math.nan)
+    return math.log(other.value / parameter.value) / max(stds) if all(std > 0 for std in stds) else math.nan
 
 
 def _why(
-    one: Estimate, other: Estimate, first: Identification, second: Identification, prior: Prior | None
+    parameter: Estimate, other: Estimate, first: Identification, second: Identification, prior: Prior | None
 ) -> str:
     """Reasons for a disagreement: each method's doubts about the coefficient, their different assumptions, and other
     evidence."""
     reasons = []
     for method in (first, second):
-        about = [doubt.clause for doubt in method.doubts if one.name in doubt.about]
+        about = [doubt.clause for doubt in method.doubts if parameter.name in doubt.about]
         if about:
             reasons.append(f"{method.method} doubts it itself ({'; '.join(about)})")
         elif method.outcome is not Outcome.CONVERGED:
             reasons.append(f"{method.method} ended with '{method.outcome.value}'")
-    reasons += _other_levels(DOFS[OF_HULL[one.name].dof], first, second)
+    reasons += _other_levels(DOFS[OF_HULL[parameter.name].dof], first, second)
     if not reasons:
         reasons.append("neither doubts it, and they took noise and disturbance alike")
-    reasons += [*_entangled(one, other, first, second), *_beside(one, other, first, second, prior)]
+    reasons += [
+        *_entangled(parameter, other, first, second),
+        *_beside(parameter, other, first, second, prior),
+    ]
     return "; ".join(reasons)
 
 
@@ -201,40 +205,35 @@ def _other_levels(axis: str, first: Identification, second: Identification) -> l
     return differing
 
 
-def _entangled(one: Estimate, other: Estimate, first: Identification, second: Identification) -> list[str]:
+def _entangled(
+    parameter: Estimate, other: Estimate, first: Identification, second: Identification
+) -> list[str]:
     """The coefficient that this coefficient correlates most with, by either method."""
     by_partner: dict[str, list[str]] = {}
-    for method, fitted in ((first, one), (second, other)):
+    for method, fitted in ((first, parameter), (second, other)):
         if fitted.partner is not None and fitted.partner.is_close:
-            by_partner.setdefault(_correlated(fitted.partner), []).append(method.method)
+            correlated = f"{fitted.partner.correlation:+.2f} with {fitted.partner.name}"
+            by_partner.setdefault(correlated, []).append(method.method)
     words = " and ".join(f"{correlated} by {' and '.join(by)}" for correlated, by in by_partner.items())
-    return [f"{one.name} is correlated {words}"] if by_partner else []
+    return [f"{parameter.name} is correlated {words}"] if by_partner else []
 
 
 def _partners(of: Difference) -> tuple[str, ...]:
     """The coefficients that either method can't tell apart from this one."""
-    partners = [one.partner for one in (of.first, of.second)]
-    return tuple(dict.fromkeys(one.name for one in partners if one is not None and one.is_close))
-
-
-def _percent(of: Difference) -> float:
-    return 100 * (of.second.value / of.first.value - 1)
-
-
-def _correlated(partner: Partner) -> str:
-    return f"{partner.correlation:+.2f} with {partner.name}"
+    partners = [each.partner for each in (of.first, of.second)]
+    return tuple(dict.fromkeys(each.name for each in partners if each is not None and each.is_close))
 
 
 def _beside(
-    one: Estimate, other: Estimate, first: Identification, second: Identification, prior: Prior | None
+    parameter: Estimate, other: Estimate, first: Identification, second: Identification, prior: Prior | None
 ) -> list[str]:
     """Which of the two values is nearer to the vehicle file's prior, if there is a prior."""
     if prior is None:
         return []
-    away = [abs(math.log(fitted.value / prior.value)) for fitted in (one, other)]
+    away = [abs(math.log(fitted.value / prior.value)) for fitted in (parameter, other)]
     nearer = first if away[0] < away[1] else second
     return [
-        f"the vehicle file's prior {prior.value:.4g} ± {prior.std:.2g} {one.unit} is nearer to {nearer.method}"
+        f"the vehicle file's prior {prior.value:.4g} ± {prior.std:.2g} {parameter.unit} is nearer to {nearer.method}"
     ]
 
 

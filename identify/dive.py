@@ -176,8 +176,8 @@ class Dive:
 
     def configuration_index(self) -> int | None:
         """The VEH_CFG value that held for most of the dive, None if it was never reported."""
-        told = np.zeros(0) if self.veh_cfg is None else self.veh_cfg.value[:, 0]
-        values, counts = np.unique(told[np.isfinite(told)], return_counts=True)
+        stated = np.zeros(0) if self.veh_cfg is None else self.veh_cfg.value[:, 0]
+        values, counts = np.unique(stated[np.isfinite(stated)], return_counts=True)
         if not len(values):
             return None
         return int(values[np.argmax(counts)])

@@ -44,47 +44,47 @@ TRIM = "_trim"
 THRUST_SCALE = "thrust_scale"
 
 
-def with_identifiability(found: Identification) -> Identification:
+def with_identifiability(answer: Identification) -> Identification:
     """Return the identification with each coefficient's partner, and with the coefficients that the dive can't
     separate.
 
     If the estimator gave no information matrix, the inverse of its covariance replaces it. A coefficient at a bound
     counts as known there, so a direction of such coefficients alone is left out.
     """
-    partners = partners_of(found.covariance_of, found.covariance)
-    information = found.information or _information(found)
-    at_bound = {name for doubt in found.doubts if doubt.outcome is Outcome.AT_BOUND for name in doubt.about}
+    partners = partners_of(answer.covariance_of, answer.covariance)
+    information = answer.information or _information(answer)
+    at_bound = {name for doubt in answer.doubts if doubt.outcome is Outcome.AT_BOUND for name in doubt.about}
     directions = tuple(
-        _said(direction, found)
+        _said(direction, answer)
         for direction in (() if information is None else null_directions(information))
-        if not set(direction.weights) <= at_bound and _open(direction, found)
+        if not set(direction.weights) <= at_bound and _open(direction, answer)
     )
-    scale = found.thrust_scale
-    if scale is not None and not scale.in_intervals and found.covariance_of:
-        moved = [name for name in found.covariance_of if name not in found.rest_on_righting]
+    scale = answer.thrust_scale
+    if scale is not None and not scale.in_intervals and answer.covariance_of:
+        moved = [name for name in answer.covariance_of if name not in answer.rest_on_righting]
         directions = (*directions, *((scale_direction(moved),) if moved else ()))
     return replace(
-        found,
+        answer,
         parameters=tuple(
-            replace(parameter, partner=partners.get(parameter.name)) for parameter in found.parameters
+            replace(parameter, partner=partners.get(parameter.name)) for parameter in answer.parameters
         ),
         null_directions=directions,
     )
 
 
-def _open(direction: NullDirection, found: Identification) -> dict[str, float]:
+def _open(direction: NullDirection, answer: Identification) -> dict[str, float]:
     """The weights of the coefficients that are not identifiable, and of the trims; empty if every coefficient is
     identifiable."""
-    known = {parameter.name for parameter in found.parameters if parameter.identifiable}
+    known = {parameter.name for parameter in answer.parameters if parameter.identifiable}
     left = {name: weight for name, weight in direction.weights.items() if name not in known}
     return left if any(not name.endswith(TRIM) for name in left) else {}
 
 
-def _said(direction: NullDirection, found: Identification) -> NullDirection:
+def _said(direction: NullDirection, answer: Identification) -> NullDirection:
     """The direction with a sentence about its coefficients that are not identifiable, with advice that can be
     followed."""
-    left = _open(direction, found)
-    righted = [name for name in left if name in found.rest_on_righting]
+    left = _open(direction, answer)
+    righted = [name for name in left if name in answer.rest_on_righting]
     if righted:
         axes = " and ".join(dict.fromkeys(_axis(name) for name in righted))
         text = ", ".join(f"{_words(name)} ({name})" for name in righted)
@@ -109,18 +109,18 @@ def partners_of(of: Sequence[str], covariance: Array) -> dict[str, Partner]:
     }
 
 
-def null_directions(told: Information) -> tuple[NullDirection, ...]:
+def null_directions(information: Information) -> tuple[NullDirection, ...]:
     """Return the directions in which the dive alone gives too little information, one for each set of parameters that
     share a direction."""
-    strength, vectors = np.linalg.eigh(0.5 * (told.matrix + told.matrix.T))
+    strength, vectors = np.linalg.eigh(0.5 * (information.matrix + information.matrix.T))
     null = vectors[:, strength < LARGEST_RELATIVE_STD**-2]
     together = null @ null.T
     out = []
     for members in _groups(np.abs(together) > SHARED):
-        names = [told.of[i] for i in members]
+        names = [information.of[i] for i in members]
         if all(name.endswith(TRIM) for name in names):
             continue
-        inner, directions = np.linalg.eigh(told.matrix[np.ix_(members, members)])
+        inner, directions = np.linalg.eigh(information.matrix[np.ix_(members, members)])
         worst = directions[:, 0] * (1.0 if directions[np.argmax(np.abs(directions[:, 0])), 0] > 0 else -1.0)
         std = 1.0 / math.sqrt(inner[0]) if inner[0] > 0 else math.inf
         weights = {name: float(w) for name, w in zip(names, worst, strict=True)}
@@ -165,22 +165,20 @@ def _groups(bound: NDArray[np.bool_]) -> list[list[int]]:
     return groups
 
 
-def _information(found: Identification) -> Information | None:
+def _information(answer: Identification) -> Information | None:
     """Inverse of the covariance of the logarithms, over the coefficients that have a value and a variance."""
-    by_name = {parameter.name: parameter for parameter in found.parameters}
+    by_name = {parameter.name: parameter for parameter in answer.parameters}
     kept = [
-        i for i, n in enumerate(found.covariance_of) if _usable(by_name[n]) and found.covariance[i, i] > 0
+        i
+        for i, n in enumerate(answer.covariance_of)
+        if math.isfinite(by_name[n].value) and by_name[n].value != 0.0 and answer.covariance[i, i] > 0
     ]
     if not kept:
         return None
-    names = tuple(found.covariance_of[i] for i in kept)
+    names = tuple(answer.covariance_of[i] for i in kept)
     values = np.array([by_name[name].value for name in names])
-    relative = found.covariance[np.ix_(kept, kept)] / np.outer(values, values)
+    relative = answer.covariance[np.ix_(kept, kept)] / np.outer(values, values)
     return Information(names, np.asarray(np.linalg.pinv(relative), dtype=np.float64))
-
-
-def _usable(one: Estimate) -> bool:
-    return math.isfinite(one.value) and one.value != 0.0
 
 
 def _sentence(weights: dict[str, float], std: float) -> str:
@@ -235,49 +233,42 @@ TRADED = 0.9
 """Absolute correlation from which on either of two coefficients means little without the other."""
 
 
-def with_drag_forces(found: Identification) -> Identification:
+def with_drag_forces(answer: Identification) -> Identification:
     """Return the identification with the drag of each axis that has both dampings; if that drag is known well, both
     dampings are kept."""
-    forces = tuple(force for dof in range(6) if (force := _force(found, dof)) is not None)
+    forces = tuple(force for dof in range(6) if (force := _force(answer, dof)) is not None)
     known = [force for force in forces if force.relative_std <= LARGEST_RELATIVE_STD]
     kept = {name for force in known for name in (force.linear, force.quadratic)}
-    kept -= {name for doubt in found.doubts if _holds_back(doubt) for name in doubt.about}
+    kept -= {name for doubt in answer.doubts if doubt.outcome is Outcome.AT_BOUND for name in doubt.about}
     return replace(
-        found,
+        answer,
         parameters=tuple(
-            _kept(parameter) if parameter.name in kept else parameter for parameter in found.parameters
+            replace(parameter, identifiable=True, reason="") if parameter.name in kept else parameter
+            for parameter in answer.parameters
         ),
         drag_forces=forces,
-        notes=(*found.notes, *(_note(force) for force in known if abs(force.correlation) > TRADED)),
+        notes=(*answer.notes, *(_note(force) for force in known if abs(force.correlation) > TRADED)),
     )
 
 
-def trades(found: Identification, name: str) -> bool:
+def trades(answer: Identification, name: str) -> bool:
     """Whether a coefficient is one of two dampings of an axis that were fitted together."""
     if OF_HULL[name].kind == "mass":
         return False
     dof = OF_HULL[name].dof
-    return {DAMPINGS[dof].name, QUADRATICS[dof].name} <= set(found.covariance_of)
+    return {DAMPINGS[dof].name, QUADRATICS[dof].name} <= set(answer.covariance_of)
 
 
-def _holds_back(doubt: Doubt) -> bool:
-    return doubt.outcome is Outcome.AT_BOUND
-
-
-def _kept(one: Estimate) -> Estimate:
-    return replace(one, identifiable=True, reason="")
-
-
-def _force(found: Identification, dof: int) -> DragForce | None:
+def _force(answer: Identification, dof: int) -> DragForce | None:
     linear, quadratic = DAMPINGS[dof].name, QUADRATICS[dof].name
-    speed = found.usual_speeds.get(DOFS[dof], 0.0)
-    if not {linear, quadratic} <= set(found.covariance_of) or speed <= 0.0:
+    speed = answer.usual_speeds.get(DOFS[dof], 0.0)
+    if not {linear, quadratic} <= set(answer.covariance_of) or speed <= 0.0:
         return None
-    values = np.array([found[linear].value, found[quadratic].value])
+    values = np.array([answer[linear].value, answer[quadratic].value])
     if not np.isfinite(values).all():
         return None
-    at = [found.covariance_of.index(linear), found.covariance_of.index(quadratic)]
-    covariance = found.covariance[np.ix_(at, at)]
+    at = [answer.covariance_of.index(linear), answer.covariance_of.index(quadratic)]
+    covariance = answer.covariance[np.ix_(at, at)]
     by = np.array([speed, speed * speed])
     force, std = float(by @ values), math.sqrt(float(by @ covariance @ by))
     correlation = float(covariance[0, 1] / math.sqrt(covariance[0, 0] * covariance[1, 1]))
@@ -285,12 +276,13 @@ def _force(found: Identification, dof: int) -> DragForce | None:
     return DragForce(DOFS[dof], linear, quadratic, speed, force, std, low, high, correlation)
 
 
-def _note(one: DragForce) -> str:
-    unit, per = ("N", "m/s") if one.axis in DOFS[:3] else ("N m", "rad/s")
+def _note(force: DragForce) -> str:
+    unit, per = ("N", "m/s") if force.axis in DOFS[:3] else ("N m", "rad/s")
     return (
-        f"{one.linear} and {one.quadratic} hold together (correlation {one.correlation:+.2f}): take both or neither. "
-        f"At {one.speed:.2g} {per}, the usual speed of this dive, drag in {one.axis} is {one.force:.3g} {unit} "
-        f"({one.low95:.3g} to {one.high95:.3g})."
+        f"{force.linear} and {force.quadratic} hold together (correlation {force.correlation:+.2f}): take both or "
+        "neither. "
+        f"At {force.speed:.2g} {per}, the usual speed of this dive, drag in {force.axis} is {force.force:.3g} {unit} "
+        f"({force.low95:.3g} to {force.high95:.3g})."
     )
 
 
@@ -313,7 +305,7 @@ WIDEST = 5.0
 """Ratio of the upper to the lower end of a mass's interval: a wider interval says nothing either."""
 
 
-def with_bounds(found: Identification, configuration: Configuration) -> Identification:
+def with_bounds(answer: Identification, configuration: Configuration) -> Identification:
     """Return the identification with values held to their bounds and reported, masses below the rigid body's doubted,
     and axes with an absurd mass called not identifiable.
 
@@ -321,10 +313,10 @@ def with_bounds(found: Identification, configuration: Configuration) -> Identifi
     and its interval includes zero. If an axis has two dampings, either may well be zero, so neither counts as at the
     bound.
     """
-    parameters, doubts = [], list(found.doubts)
-    for parameter in found.parameters:
+    parameters, doubts = [], list(answer.doubts)
+    for parameter in answer.parameters:
         held, doubt = (
-            _held(parameter, configuration, trades(found, parameter.name))
+            _held(parameter, configuration, trades(answer, parameter.name))
             if parameter.name in OF_HULL
             else (parameter, None)
         )
@@ -347,69 +339,74 @@ def with_bounds(found: Identification, configuration: Configuration) -> Identifi
         else parameter
         for parameter in parameters
     )
-    return replace(found, parameters=left, doubts=tuple(doubts))
+    return replace(answer, parameters=left, doubts=tuple(doubts))
 
 
-def _absurd(one: Estimate, configuration: Configuration) -> tuple[str, str] | None:
+def _absurd(parameter: Estimate, configuration: Configuration) -> tuple[str, str] | None:
     """Why a mass is absurd for this vehicle, and what follows; None if it is plausible, or not identifiable anyway."""
-    coefficient = BY_NAME[one.name]
-    if coefficient.kind != "mass" or not one.identifiable or not math.isfinite(one.value):
+    coefficient = BY_NAME[parameter.name]
+    if coefficient.kind != "mass" or not parameter.identifiable or not math.isfinite(parameter.value):
         return None
     rigid, axis = configuration.rigid_body(coefficient.dof)[0], DOFS[coefficient.dof]
-    came_out = f"{one.name} came out at {_written_out(one.value)} {one.unit}"
-    if one.low95 > FARTHEST * rigid or one.high95 < rigid / FARTHEST:
+    came_out = f"{parameter.name} came out at {_written_out(parameter.value)} {parameter.unit}"
+    if parameter.low95 > FARTHEST * rigid or parameter.high95 < rigid / FARTHEST:
         return (
             f"{came_out}, where the rigid body's own is {rigid:g}",
             f"the fit of {axis} is none of this vehicle's, and tells neither its mass nor its damping",
         )
-    if one.high95 > WIDEST * one.low95:
-        ends = f"{_written_out(one.low95)} to {_written_out(one.high95)}"
+    if parameter.high95 > WIDEST * parameter.low95:
+        ends = f"{_written_out(parameter.low95)} to {_written_out(parameter.high95)}"
         return f"{came_out}, with an interval from {ends}", f"it tells nothing of {axis}"
     return None
 
 
-def _held(one: Estimate, configuration: Configuration, traded: bool) -> tuple[Estimate, Doubt | None]:
-    coefficient = OF_HULL[one.name]
+def _held(parameter: Estimate, configuration: Configuration, traded: bool) -> tuple[Estimate, Doubt | None]:
+    coefficient = OF_HULL[parameter.name]
     rigid, rigid_std = configuration.rigid_body(coefficient.dof)
-    if not math.isfinite(one.value):
-        return one, None
-    small = 0 < one.std < TELLING_PER_S * rigid and one.value < Z95 * one.std
+    if not math.isfinite(parameter.value):
+        return parameter, None
+    small = 0 < parameter.std < TELLING_PER_S * rigid and parameter.value < Z95 * parameter.std
     if coefficient.low == 0.0 and small and not traded:
-        return _at(one, coefficient, "lower", 0.0)
-    if coefficient.low > 0 and one.value <= coefficient.low * (1 + NEAR):
-        return _at(one, coefficient, "lower", coefficient.low)
-    if one.value >= coefficient.high * (1 - NEAR):
-        return _at(one, coefficient, "upper", coefficient.high)
-    came_out = f"{one.name} came out at {_written_out(one.value)} {one.unit}"
-    if coefficient.kind == "mass" and one.identifiable and one.high95 < rigid - Z95 * rigid_std:
+        return _at(parameter, coefficient, "lower", 0.0)
+    if coefficient.low > 0 and parameter.value <= coefficient.low * (1 + NEAR):
+        return _at(parameter, coefficient, "lower", coefficient.low)
+    if parameter.value >= coefficient.high * (1 - NEAR):
+        return _at(parameter, coefficient, "upper", coefficient.high)
+    came_out = f"{parameter.name} came out at {_written_out(parameter.value)} {parameter.unit}"
+    if coefficient.kind == "mass" and parameter.identifiable and parameter.high95 < rigid - Z95 * rigid_std:
         problem, remedy = (
             f"{came_out}, below the rigid body's own {rigid:g}, which no water can take away",
             "the vehicle file's thrust is too weak or its mass too large; measure both again.",
         )
-        return one, Doubt((one.name,), problem, remedy, Outcome.DISAGREES)
+        return parameter, Doubt((parameter.name,), problem, remedy, Outcome.DISAGREES)
     most = (1.0 + MOST_ADDED) * (rigid + Z95 * rigid_std)
-    if coefficient.kind == "mass" and coefficient.dof < 3 and one.identifiable and one.low95 > most:
+    if (
+        coefficient.kind == "mass"
+        and coefficient.dof < 3
+        and parameter.identifiable
+        and parameter.low95 > most
+    ):
         problem, remedy = (
-            f"{came_out}, {one.value / rigid:.1f} times the vehicle file's dry "
+            f"{came_out}, {parameter.value / rigid:.1f} times the vehicle file's dry "
             "mass, which no water round it can make up",
             "it can hardly be this vehicle's; check the DVL's axes and "
             "scale, the order of the thrusters, and that the vehicle file and its dry mass are this vehicle's.",
         )
-        return one, Doubt((one.name,), problem, remedy, Outcome.DISAGREES)
-    return one, None
+        return parameter, Doubt((parameter.name,), problem, remedy, Outcome.DISAGREES)
+    return parameter, None
 
 
-def _at(one: Estimate, coefficient: Coefficient, side: str, bound: float) -> tuple[Estimate, Doubt]:
+def _at(parameter: Estimate, coefficient: Coefficient, side: str, bound: float) -> tuple[Estimate, Doubt]:
     """The estimate held to its bound, and the doubt that names both."""
-    upper = max(one.value + Z95 * one.std, bound) if math.isfinite(one.std) else math.nan
+    upper = max(parameter.value + Z95 * parameter.std, bound) if math.isfinite(parameter.std) else math.nan
     dive_limit = (
         f"; the dive puts it below {_written_out(upper)}" if bound == 0.0 and math.isfinite(upper) else ""
     )
-    reason = f"{one.name} stopped at its {side} bound of {bound:g} {one.unit}{dive_limit}"
-    low, high = (bound, upper) if side == "lower" else (min(one.low95, bound), bound)
+    reason = f"{parameter.name} stopped at its {side} bound of {bound:g} {parameter.unit}{dive_limit}"
+    low, high = (bound, upper) if side == "lower" else (min(parameter.low95, bound), bound)
     held = replace(
-        one,
-        value=min(max(one.value, coefficient.low), coefficient.high),
+        parameter,
+        value=min(max(parameter.value, coefficient.low), coefficient.high),
         low95=low,
         high95=high,
         identifiable=False,
@@ -420,7 +417,7 @@ def _at(one: Estimate, coefficient: Coefficient, side: str, bound: float) -> tup
         "the signs of its thrust and of its readings, or a force that the model lacks, drive it there; "
         "look at these before you rely on what else was identified.",
     )
-    return held, Doubt((one.name,), problem, remedy, Outcome.AT_BOUND)
+    return held, Doubt((parameter.name,), problem, remedy, Outcome.AT_BOUND)
 
 
 def _written_out(value: float) -> str:

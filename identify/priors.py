@@ -83,7 +83,7 @@ def relative_std(prior: Prior) -> float:
     return prior.std / prior.value
 
 
-def with_priors(found: Identification, priors: Mapping[str, Prior], scale_std: float) -> Identification:
+def with_priors(answer: Identification, priors: Mapping[str, Prior], scale_std: float) -> Identification:
     """Return the identification joined with the priors, with the remaining thrust uncertainty and the priors' shares.
 
     If no prior was weighed, the intervals hold given the vehicle file's thrust, and each estimate's `scale_std` gives
@@ -93,15 +93,15 @@ def with_priors(found: Identification, priors: Mapping[str, Prior], scale_std: f
     a prior, is left out and named. A coefficient that the dive says nothing about takes its prior's value and stays
     not identifiable.
     """
-    marks = set(filter(None, map(dive_mark, (found.dive_sha256, found.dive_opening))))
+    marks = set(filter(None, map(dive_mark, (answer.dive_sha256, answer.dive_opening))))
     reused = [name for name, prior in priors.items() if marks.intersection(prior.dives)]
     priors = {name: prior for name, prior in priors.items() if name not in reused}
-    alone = _known(found, scale_std)
+    alone = _known(answer, scale_std)
     here = {name: prior for name, prior in priors.items() if name in alone.of}
     near = {name: p for name, p in here.items() if abs(alone.distance(name, p)) <= CONFLICT_SIGMA}
     combined = {name: alone.with_all({n: p for n, p in near.items() if n != name}) for name in near}
     taken = {name: p for name, p in near.items() if abs(combined[name].distance(name, p)) <= CONFLICT_SIGMA}
-    conflicts = [_conflict(found[name], p, alone) for name, p in here.items() if name not in near]
+    conflicts = [_conflict(answer[name], p, alone) for name, p in here.items() if name not in near]
     if len(taken) < len(near):
         # If priors contradict each other, each may still fit the dive on its own: the right prior can't be picked
         # out.
@@ -109,7 +109,7 @@ def with_priors(found: Identification, priors: Mapping[str, Prior], scale_std: f
         taken = {}
     known = alone.with_all(taken)
     weighed = any(known.tells_thrust(name, prior) for name, prior in taken.items())
-    held = {name for doubt in found.doubts if doubt.outcome is Outcome.AT_BOUND for name in doubt.about}
+    held = {name for doubt in answer.doubts if doubt.outcome is Outcome.AT_BOUND for name in doubt.about}
     before, (mean, covariance) = _reported(alone, weighed)[1], _reported(known, weighed)
     parameters = [
         _after(parameter, known.of.index(parameter.name), before, mean, covariance)
@@ -117,47 +117,47 @@ def with_priors(found: Identification, priors: Mapping[str, Prior], scale_std: f
         else _of_prior_alone(parameter, priors)
         if parameter.name not in known.of
         else parameter
-        for parameter in found.parameters
+        for parameter in answer.parameters
     ]
     left = {name: scale_std * m for name, m in zip(known.of, known.moved, strict=True)} if not weighed else {}
     given = alone.with_all({n: p for n, p in taken.items() if not known.tells_thrust(n, p)})
     values = np.exp(mean)
     return replace(
-        found,
+        answer,
         parameters=tuple(
             replace(_given(parameter, given), scale_std=left.get(parameter.name, 0.0) * parameter.value)
             for parameter in parameters
         ),
-        covariance=covariance * np.outer(values, values) if known.of else found.covariance,
-        covariance_of=known.of if known.of else found.covariance_of,
-        doubts=(*found.doubts, *conflicts, *_of_this_dive(reused)),
-        notes=(*found.notes, *_words(priors, taken, known.of)),
-        thrust_scale=_scale(found, known, weighed, scale_std),
+        covariance=covariance * np.outer(values, values) if known.of else answer.covariance,
+        covariance_of=known.of if known.of else answer.covariance_of,
+        doubts=(*answer.doubts, *conflicts, *_of_this_dive(reused)),
+        notes=(*answer.notes, *_words(priors, taken, known.of)),
+        thrust_scale=_scale(answer, known, weighed, scale_std),
         prior_dives=tuple(dict.fromkeys(dive for prior in taken.values() for dive in prior.dives)),
     )
 
 
-def _known(found: Identification, scale_std: float) -> Known:
+def _known(answer: Identification, scale_std: float) -> Known:
     """State from the dive alone, in logarithms, without the coefficients that a doubt left without a value."""
-    value = {parameter.name: parameter.value for parameter in found.parameters}
-    kept = [i for i, name in enumerate(found.covariance_of) if math.isfinite(value[name])]
-    names = tuple(found.covariance_of[i] for i in kept)
+    value = {parameter.name: parameter.value for parameter in answer.parameters}
+    kept = [i for i, name in enumerate(answer.covariance_of) if math.isfinite(value[name])]
+    names = tuple(answer.covariance_of[i] for i in kept)
     values = np.array([value[name] for name in names])
     covariance = np.zeros((len(names) + 1, len(names) + 1))
-    covariance[:-1, :-1] = found.covariance[np.ix_(kept, kept)] / np.outer(values, values)
+    covariance[:-1, :-1] = answer.covariance[np.ix_(kept, kept)] / np.outer(values, values)
     covariance[-1, -1] = scale_std**2
-    moved = np.array([0.0 if name in found.rest_on_righting else 1.0 for name in names])
+    moved = np.array([0.0 if name in answer.rest_on_righting else 1.0 for name in names])
     return Known(names, np.append(np.log(values), 0.0), covariance, moved)
 
 
-def _given(one: Estimate, given: Known) -> Estimate:
+def _given(parameter: Estimate, given: Known) -> Estimate:
     """The estimate with its value and standard error given the vehicle file's thrust."""
-    if one.name not in given.of:
-        return one
-    place = given.of.index(one.name)
+    if parameter.name not in given.of:
+        return parameter
+    place = given.of.index(parameter.name)
     value = float(np.exp(given.mean[place]))
     return replace(
-        one, given_thrust=value, given_thrust_std=value * math.sqrt(given.covariance[place, place])
+        parameter, given_thrust=value, given_thrust_std=value * math.sqrt(given.covariance[place, place])
     )
 
 
@@ -168,60 +168,62 @@ def _reported(known: Known, weighed: bool) -> tuple[Array, Array]:
     return to @ known.mean, to @ known.covariance @ to.T
 
 
-def _after(one: Estimate, place: int, before: Array, mean: Array, covariance: Array) -> Estimate:
+def _after(parameter: Estimate, place: int, before: Array, mean: Array, covariance: Array) -> Estimate:
     """The estimate after the priors; its interval keeps its asymmetry. `before` is the covariance without them."""
     value, std = float(np.exp(mean[place])), float(np.sqrt(covariance[place, place]))
-    below, above = _stretch(one)
+    below, above = _stretch(parameter)
     identifiable = std * max(below, above) <= LARGEST_RELATIVE_STD
     return replace(
-        one,
+        parameter,
         value=value,
         std=value * std,
         low95=value * math.exp(-Z95 * std * below),
         high95=value * math.exp(Z95 * std * above),
         identifiable=identifiable,
-        reason="" if identifiable else one.reason,
+        reason="" if identifiable else parameter.reason,
         share_from_prior=min(max(1.0 - float(covariance[place, place] / before[place, place]), 0.0), 1.0),
     )
 
 
-def _stretch(one: Estimate) -> tuple[float, float]:
+def _stretch(parameter: Estimate) -> tuple[float, float]:
     """Distances of the interval's ends from the value, relative to those of a Gaussian in the logarithm."""
-    if not 0 < one.low95 < one.value < one.high95:
+    if not 0 < parameter.low95 < parameter.value < parameter.high95:
         return 1.0, 1.0
-    half = Z95 * one.relative_std
-    return math.log(one.value / one.low95) / half, math.log(one.high95 / one.value) / half
+    half = Z95 * parameter.relative_std
+    return math.log(parameter.value / parameter.low95) / half, math.log(
+        parameter.high95 / parameter.value
+    ) / half
 
 
-def _of_prior_alone(one: Estimate, priors: Mapping[str, Prior]) -> Estimate:
-    if one.name not in priors or math.isfinite(one.value):
-        return one
-    prior = priors[one.name]
+def _of_prior_alone(parameter: Estimate, priors: Mapping[str, Prior]) -> Estimate:
+    if parameter.name not in priors or math.isfinite(parameter.value):
+        return parameter
+    prior = priors[parameter.name]
     std = relative_std(prior)
     return replace(
-        one,
+        parameter,
         value=prior.value,
         std=prior.std,
         low95=prior.value * math.exp(-Z95 * std),
         high95=prior.value * math.exp(Z95 * std),
         identifiable=False,
-        reason=f"{one.reason.rstrip('.')}; its value here is the vehicle file's prior alone{_source(prior)}",
+        reason=f"{parameter.reason.rstrip('.')}; its value here is the vehicle file's prior alone{_source(prior)}",
         share_from_prior=1.0,
     )
 
 
-def _conflict(one: Estimate, prior: Prior, known: Known) -> Doubt:
+def _conflict(parameter: Estimate, prior: Prior, known: Known) -> Doubt:
     problem, remedy = (
-        f"The vehicle file's prior of {one.name}, {prior.value:.4g} ± {prior.std:.2g} {one.unit}{_source(prior)}, and "
-        f"the dive's {one.value:.4g} ± {one.std:.2g} are {abs(known.distance(one.name, prior)):.1f} standard errors "
-        "apart",
+        f"The vehicle file's prior of {parameter.name}, {prior.value:.4g} ± {prior.std:.2g} "
+        f"{parameter.unit}{_source(prior)}, and the dive's {parameter.value:.4g} ± {parameter.std:.2g} are "
+        f"{abs(known.distance(parameter.name, prior)):.1f} standard errors apart",
         "the prior was left out; see what changed on the vehicle, or weigh it anew.",
     )
-    return Doubt((one.name,), problem, remedy, Outcome.DISAGREES)
+    return Doubt((parameter.name,), problem, remedy, Outcome.DISAGREES)
 
 
-def _contradiction(near: Mapping[str, Prior], beside: Mapping[str, Known]) -> Doubt:
-    apart = {name: abs(beside[name].distance(name, prior)) for name, prior in near.items()}
+def _contradiction(near: Mapping[str, Prior], known: Mapping[str, Known]) -> Doubt:
+    apart = {name: abs(known[name].distance(name, prior)) for name, prior in near.items()}
     worst = max(apart, key=lambda name: apart[name])
     listed = ", ".join(
         f"{n} {p.value:.4g} ± {p.std:.2g} {OF_HULL[n].unit}{_source(p)}" for n, p in near.items()
@@ -259,9 +261,9 @@ def _words(priors: Mapping[str, Prior], taken: Mapping[str, Prior], fitted: Sequ
     return (f"Priors of the vehicle file are part of the values: {names}.",)
 
 
-def _scale(found: Identification, known: Known, weighed: bool, scale_std: float) -> ThrustScale | None:
+def _scale(answer: Identification, known: Known, weighed: bool, scale_std: float) -> ThrustScale | None:
     """State of the thrust factor after the dive; None if thrust is known exactly, or no value depends on it."""
-    if scale_std == 0.0 or not found.values():
+    if scale_std == 0.0 or not answer.values():
         return None
     if not weighed:
         sentence = (

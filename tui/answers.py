@@ -9,12 +9,12 @@ from identify.batch.drift import Drift
 from identify.batch.page import MARKS, doubt_mark
 from identify.batch.rows import Row, Value, names_in
 from identify.comparison import Comparison
-from identify.dates import utc
 from identify.diagnose import against, wording
 from identify.diagnose.against import Against
 from identify.diagnose.result import Diagnosis
 from identify.dive import Dive
 from identify.identification import Estimate, Identification
+from identify.ingest.open import utc
 from identify.report.sections import told_beside
 from identify.report.tables import standard_error
 from tui import show

@@ -211,9 +211,8 @@ def _recordings(folder: Path) -> list[Path]:
 
 def _looked(folder: Path, vehicle: VehicleFile | None) -> Glance:
     """Read the recording for a glance."""
-    from identify.dates import date_of
     from identify.dive import Kind
-    from identify.ingest.open import read_dive
+    from identify.ingest.open import date_of, read_dive
     from identify.run.recordings import stray_bytes
 
     columns = folder / "columns.yaml"

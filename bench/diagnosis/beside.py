@@ -12,8 +12,7 @@ from bench.diagnosis.goals import told
 from bench.diagnosis.rivals.trials import NETWORK, RivalTrial
 from bench.diagnosis.trials import Trial
 from bench.words import paragraph
-from identify.challenge.answers import Answer
-from identify.challenge.score import WIDE, Judged, Rate
+from identify.challenge.score import WIDE, Answer, Judged, Rate
 
 OURS = "`seatrial diagnose`"
 

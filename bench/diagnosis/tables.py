@@ -12,9 +12,8 @@ from bench.diagnosis.goals import told
 from bench.diagnosis.trials import Trial
 from bench.words import paragraph
 from bridge.vehicle.config import load_vehicle
-from identify.challenge.answers import UNMEASURED, VECTORS, errors
 from identify.challenge.plants import ABSORBED
-from identify.challenge.score import BINS, Judged, Rate
+from identify.challenge.score import BINS, UNMEASURED, VECTORS, Judged, Rate, errors
 from identify.effects.library import library
 
 EACH_POINT = 30

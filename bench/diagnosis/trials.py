@@ -18,8 +18,8 @@ from bench.diagnosis.sources import ANSWERS
 from bench.remembered import Data, Job, Remembered
 from bench.stamp import stamp
 from bridge.errors import SeatrialError
-from identify.challenge.answers import Answer, answer_of
 from identify.challenge.case import Case
+from identify.challenge.score import Answer, answer_of
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.result import Diagnosis, plain
 from identify.effects.effect import Effect

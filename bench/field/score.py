@@ -8,8 +8,7 @@ from typing import Any
 
 from bench.field.draw import NONE
 from bench.remembered import Data
-from identify.challenge.answers import Named, errors
-from identify.challenge.score import Rate
+from identify.challenge.score import Named, Rate, errors
 
 LIKELY = 0.5
 HULL = "quadratic_drag"

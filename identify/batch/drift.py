@@ -9,8 +9,8 @@ import numpy as np
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from identify.batch.rows import NAMES, Row, is_about, names_in
 from identify.batch.trend import LEVEL, ONE_MOMENT_S, Series, Trend, common_series, fit_trend, holm, ratio
-from identify.dates import utc
 from identify.identification import Culprit, Outcome
+from identify.ingest.open import utc
 
 SOUND = frozenset({Outcome.CONVERGED.value})
 WITH_DOUBTS = SOUND | {Outcome.DISAGREES.value}

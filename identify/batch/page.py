@@ -11,8 +11,8 @@ from bridge.vehicle.coefficients import BY_NAME, Kind
 from identify.batch.drift import Drift, Story
 from identify.batch.rows import Row, Value, by_configuration, names_in
 from identify.batch.trend import Trend
-from identify.dates import utc
 from identify.dive import Array
+from identify.ingest.open import utc
 from identify.report.page import Figure, Report, Section, Table
 from identify.report.plot import DIAMOND, DISC, SQUARE, STYLES, Panel, entitle, side_by_side
 from identify.report.tables import meaning

@@ -66,7 +66,9 @@ class Found:
         """A copy in which the recording at `failed`, which gave nothing, is replaced by its beginning `instead`."""
         new_twin = Twin(failed, instead.path, Relation.REPLACED, reason=why)
         redirected = [
-            replace(new_twin, path=t.path) if t.relation is Relation.SAME else replace(t, counted=instead.path)
+            replace(new_twin, path=t.path)
+            if t.relation is Relation.SAME
+            else replace(t, counted=instead.path)
             for t in self.twins
             if t.counted == failed and t.path != instead.path
         ]

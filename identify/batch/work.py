@@ -8,10 +8,9 @@ import numpy as np
 from bridge.errors import LogError
 from bridge.vehicle.config import VehicleFile
 from identify.batch.jobs import Job
-from identify.dates import date_of
 from identify.dive import Dive
 from identify.estimators.table import estimator
-from identify.ingest.open import read_dive
+from identify.ingest.open import date_of, read_dive
 from identify.run import identify as run
 
 

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from bridge.errors import LogError
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import VehicleFile
-from identify.challenge.answers import alike
 from identify.challenge.nearest import nearest, sizes
 from identify.challenge.novel import LONGEST_S, NOVEL, SHORTEST_S, draw_mission, sampled
 from identify.challenge.plants import ABSORBED, PLANTS
+from identify.challenge.score import alike
 from identify.challenge.simulate import Setup, Simulated, draw_control, simulate
 from identify.challenge.site import Planted, Site, site_of
 from identify.challenge.vehicles import STEP_S, DrawnVehicle, draw_clock, draw_noise, draw_vehicle

@@ -128,7 +128,7 @@ def nearest(planted: Sequence[Planted], site: Site, simulated: Simulated) -> tup
     to = _regression(site, simulated, course)
     planted_parameters = [planted[i].parameters for i in fitted]
     fits = [_fit(some, planted_parameters, to) for some in product(*(forms[i] for i in fitted))]
-    _, best = min(fits, key=lambda one: one[0])
+    _, best = min(fits, key=lambda each: each[0])
     for i, (effect, values) in zip(fitted, best, strict=True):
         out[i] = {name: value for name, (value, _) in effect.told(values).items()}
     return tuple(out)
@@ -246,7 +246,7 @@ def _fit(
     starts = np.array([drawn, [p.start for p in parameters]])
     scale = np.maximum(np.abs(starts[1]), 1e-3)
     tried = [least_squares(left, np.clip(s, low, high), bounds=(low, high), x_scale=scale) for s in starts]
-    best = min(tried, key=lambda one: float(one.cost))
+    best = min(tried, key=lambda each: float(each.cost))
     return float(best.cost), tuple(split(best.x))
 
 

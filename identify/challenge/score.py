@@ -1,14 +1,17 @@
-"""`score`: compares answers with the hidden truth and gives rates with Wilson intervals."""
+"""`score`: compares the answers of a diagnosis with the hidden truth and gives rates with Wilson intervals."""
 
+import json
 import math
 import statistics
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import permutations
+from pathlib import Path
 from typing import Any
 
-from identify.challenge.answers import Answer, Named, alike, errors
+from bridge.errors import LogError
 from identify.challenge.plants import ABSORBED
+from identify.challenge.vehicles import LAG_S
 
 Z95 = 1.959964
 CLEAR = 0.5
@@ -19,6 +22,35 @@ WIDE = 1.5
 
 BINS = 10
 """Bins of probability, to compare stated probabilities with the share that was right."""
+
+
+@dataclass(frozen=True)
+class Named:
+    """A cause in an answer. parameters: value and 95 % interval (NaN if missing)."""
+
+    name: str
+    also: tuple[str, ...]
+    probability: float
+    parameters: dict[str, tuple[float, float, float]]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """dofs: shares of the gap by degree of freedom. predicted, measured: shrink of the gap on held-out legs and on
+    the check dive. before, after: drifts on the check dive, in noise floors. NaN if missing.
+    """
+
+    verdict: str
+    named: tuple[Named, ...]
+    dofs: dict[str, float]
+    predicted: float
+    measured: float
+    before: float = math.nan
+    after: float = math.nan
+
+    @property
+    def first_dof(self) -> str | None:
+        return max(self.dofs, key=lambda dof: self.dofs[dof]) if self.dofs else None
 
 
 @dataclass(frozen=True)
@@ -268,3 +300,114 @@ def _found(cases: Sequence[Judged]) -> tuple[Found, ...]:
             )
         )
     return tuple(out)
+
+
+VERDICTS = ("no_gap", "explained", "partly", "ambiguous", "unknown")
+
+
+@dataclass(frozen=True)
+class Alike:
+    """Causes that count as the same, with the reason; `without_rpm`: only if no shaft speeds are recorded."""
+
+    names: frozenset[str]
+    reason: str
+    without_rpm: bool = False
+
+
+SAME = (
+    Alike(
+        frozenset({"command_delay", "thruster_lag"}),
+        "a delay and a lag differ in the second order of a short time only: cosine 0.91 to 0.99, with shaft speeds "
+        "too, unless the log is faster than 50 Hz",
+    ),
+    Alike(
+        frozenset({"fouling", "battery_sag"}),
+        "growing drag and falling thrust look alike (cosine 0.86 to 0.96) while nothing tells how fast the shafts turn",
+        without_rpm=True,
+    ),
+    Alike(
+        frozenset({"load_sag", "thrust_curve"}),
+        "both change thrust by how hard is pushed (cosine 0.93 to 0.99) while nothing tells how fast the shafts turn",
+        without_rpm=True,
+    ),
+    Alike(
+        frozenset({"net_buoyancy", "thrust_bias"}),
+        "a vehicle that stays level can't tell weight from a constant push down",
+    ),
+    Alike(frozenset(ABSORBED), "each is taken up by a refit of masses and dampings, and shows in nothing else"),
+)  # fmt: skip
+
+
+def alike(name: str, rpm: bool) -> frozenset[str]:
+    """Names that no method could distinguish from `name` in such a recording, `name` included."""
+    out = {name}
+    for group in SAME:
+        if name in group.names and not (group.without_rpm and rpm):
+            out |= group.names
+    return frozenset(out)
+
+
+def read_answer(path: Path) -> Answer | None:
+    """Read the answer from a file; None if the file does not exist. Raises LogError if it holds no valid answer."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        return None
+    except (OSError, UnicodeDecodeError):
+        raise LogError(f"{path}: can't be read; give the JSON that diagnose wrote") from None
+    try:
+        return answer_of(json.loads(text))
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise LogError(f"{path}: is no answer of diagnose ({error}); give the JSON that it wrote") from None
+
+
+def answer_of(data: dict[str, Any]) -> Answer:
+    """Parse an answer in the schema's form; ValueError, KeyError, TypeError or AttributeError if it is invalid."""
+    if data["verdict"] not in VERDICTS:
+        raise ValueError(f"the verdict is '{data['verdict']}'")
+    dofs: dict[str, float] = {}
+    for place in data["gap"]["where"]:
+        dofs[place["dof"]] = dofs.get(place["dof"], 0.0) + _number(place["share"])
+    shrink = data["shrink"]
+    check = shrink["check"] or {}
+    return Answer(
+        data["verdict"],
+        tuple(_named(effect) for effect in data["effects"]),
+        dofs,
+        _number((shrink["heldout"] or {}).get("value")),
+        _number(check.get("value")),
+        _number(check.get("before")),
+        _number(check.get("after")),
+    )
+
+
+def _named(effect: dict[str, Any]) -> Named:
+    parameters = {
+        name: (_number(p["value"]), _number(p.get("low95")), _number(p.get("high95")))
+        for name, p in effect["parameters"].items()
+    }
+    return Named(effect["name"], tuple(effect["also"]), _number(effect["probability"]), parameters)
+
+
+def _number(value: Any) -> float:
+    return math.nan if value is None else float(value)
+
+
+ABSENT_AT = {"gain": 1.0, "scale": 1.0, "ratio": 1.0, "time_constant": LAG_S}
+"""Parameter values at which an effect is absent, if not zero."""
+
+VECTORS = ("x", "y", "z", "north", "east", "X", "Y", "Z", "roll", "pitch")
+"""Components of a vector: the error of each is divided by the length of the vector."""
+
+UNMEASURED = ("thruster", "period")
+
+
+def errors(truth: dict[str, float], named: Named) -> dict[str, float]:
+    """Relative error of each parameter that both the truth and the answer give."""
+    length = math.hypot(*(truth[name] for name in VECTORS if name in truth))
+    out = {}
+    for name, true in truth.items():
+        scale = length if name in VECTORS else abs(true - ABSENT_AT.get(name, 0.0))
+        if name in named.parameters and name not in UNMEASURED and scale > 0:
+            out[name] = abs(named.parameters[name][0] - true) / scale
+    return out

@@ -62,10 +62,6 @@ SEEDS = 10_000
 """Upper limit of cases per seed, so that two seeds share no case."""
 
 
-def case_name(number: int) -> str:
-    return f"case_{number:03d}"
-
-
 def seal(
     folder: Path,
     cases: int,
@@ -90,7 +86,7 @@ def seal(
         folder.mkdir(parents=True)
         write_key(key_path(folder), key)
         for number in range(1, cases + 1):
-            case = draw_case(seed * SEEDS + number, name=case_name(number), without=without)
+            case = draw_case(seed * SEEDS + number, name=f"case_{number:03d}", without=without)
             _write(folder / case.name, case)
             truths.append(case.truth())
             progress(number / cases, f"sealing {case.name}")

@@ -16,6 +16,7 @@ from identify.challenge.site import Site, coloured, past_of
 from identify.challenge.vehicles import LAG_S, STEP_S, Clock, DrawnVehicle, Noise, Readings, noise_of
 from identify.challenge.world import STATES
 from identify.dive import Dive, Signal
+from identify.ingest.rotation import quaternions_from_euler
 
 Array = NDArray[np.float64]
 
@@ -150,7 +151,7 @@ def _recorded(
         gyro=_signal(readings.gyro, 0, clock.imu),
         fog=fog,
         specific_force=_signal(readings.force, 0, clock.imu),
-        attitude=_signal(quaternions(readings.attitude), 0, clock.attitude),
+        attitude=_signal(quaternions_from_euler(*readings.attitude.T), 0, clock.attitude),
         pressure=_signal(pressure, 0, clock.depth),
         altitude=Signal(velocity.time_s, altitude[:, None]),
         pwm=Signal(time_s, ticks.pwm),
@@ -173,16 +174,3 @@ def _signal(value: Array, first_steps: float, every_steps: int) -> Signal:
 
 def _times(first_steps: float, every_steps: int, count: int) -> Array:
     return STEP_S * (first_steps + every_steps * np.arange(count, dtype=np.float64))
-
-
-def quaternions(angles: Array) -> Array:
-    """Convert roll, pitch, yaw (n, 3) to attitude quaternions w x y z (n, 4)."""
-    (cr, cp, cy), (sr, sp, sy) = np.cos(0.5 * angles).T, np.sin(0.5 * angles).T
-    return np.column_stack(
-        [
-            cr * cp * cy + sr * sp * sy,
-            sr * cp * cy - cr * sp * sy,
-            cr * sp * cy + sr * cp * sy,
-            cr * cp * sy - sr * sp * cy,
-        ]
-    )

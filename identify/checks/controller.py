@@ -16,6 +16,7 @@ from identify.checks.frozen import axis_key
 from identify.dive import Array, Dive
 from identify.forces import wrench
 from identify.identification import Doubt, Outcome
+from identify.ingest.rotation import euler_angles
 from identify.side_by_side import side_by_side
 from identify.words import axes_named, capital, listed
 
@@ -403,12 +404,10 @@ def _place_errors(dive: Dive, dof: int, water: Water, time_s: Array, target: Arr
         return [target[:, 13] - depth.held_at(time_s + STAMPED_S)[:, 0]]
     if dof < 3 or dive.attitude is None or not len(dive.attitude):
         return []
-    w, x, y, z = dive.attitude.held_at(time_s + STAMPED_S).T
-    if dof == 3:
-        return [-np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))]
-    if dof == 4:
-        return [-np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))]
-    turn = target[:, 12] - np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    roll, pitch, heading = euler_angles(dive.attitude.held_at(time_s + STAMPED_S))
+    if dof < 5:
+        return [-roll if dof == 3 else -pitch]
+    turn = target[:, 12] - heading
     return [np.remainder(turn + np.pi, 2 * np.pi) - np.pi]
 
 

@@ -41,11 +41,11 @@ def crossed(joint: JointLikelihood, theta: Array) -> dict[tuple[int, int], Multi
     return dict(zip(pairs, with_forces(joint, theta, forces).tested(), strict=True))
 
 
-def crossed_doubts(found: Mapping[tuple[int, int], Multiplier]) -> tuple[Doubt, ...]:
+def crossed_doubts(tests: Mapping[tuple[int, int], Multiplier]) -> tuple[Doubt, ...]:
     """A doubt about the axes that another axis's thrust moves, by more than LARGEST_SHARE of it and beyond chance."""
     moved = {
         pair: tested
-        for pair, tested in found.items()
+        for pair, tested in tests.items()
         if abs(tested.score) > DOUBTFUL_SCORE and abs(tested.size) > LARGEST_SHARE
     }
     if not moved:
@@ -131,14 +131,14 @@ def loud(joint: JointLikelihood, theta: Array, pushed: Collection[int]) -> tuple
     return tuple(entry for entry in every if entry.inflated or entry.pushed)
 
 
-def loud_doubts(found: Sequence[Loud]) -> tuple[Doubt, ...]:
+def loud_doubts(noisy: Sequence[Loud]) -> tuple[Doubt, ...]:
     """A doubt about each axis whose noise is inflated."""
-    return tuple(entry.doubt for entry in found if entry.inflated)
+    return tuple(entry.doubt for entry in noisy if entry.inflated)
 
 
-def loud_note(found: Sequence[Loud]) -> tuple[str, ...]:
+def loud_note(noisy: Sequence[Loud]) -> tuple[str, ...]:
     """A sentence on the axes that hardly moved beyond the noise that their readings show by themselves."""
-    quiet = [entry for entry in found if not entry.inflated]
+    quiet = [entry for entry in noisy if not entry.inflated]
     if not quiet:
         return ()
     text = ", ".join(
@@ -296,10 +296,10 @@ def drag_doubts(lacking: Mapping[int, Multiplier], damping: Damping = "linear") 
     )
 
 
-def _linear_doubt(dof: int, one: Multiplier) -> Doubt:
+def _linear_doubt(dof: int, test: Multiplier) -> Doubt:
     return Doubt(
         (MASSES[dof].name, QUADRATICS[dof].name),
-        f"In {DOFS[dof]} a force that grows as the speed itself is missing from the model ({one.score:+.0f} standard "
+        f"In {DOFS[dof]} a force that grows as the speed itself is missing from the model ({test.score:+.0f} standard "
         "errors), for the vehicle file's damping is quadratic",
         "the intervals of all that it bears on are widened by "
         "what such a force would change; write damping: both into it.",
@@ -341,11 +341,11 @@ def late_doubts(late: Mapping[int, Multiplier], pushed: Sequence[int]) -> tuple[
     return (*by_timing, *((_unexplained_doubt(absurd),) if absurd else ()))
 
 
-def _unexplained_doubt(found: Mapping[int, Multiplier]) -> Doubt:
-    sigma = max(abs(tested.score) for tested in found.values())
+def _unexplained_doubt(tests: Mapping[int, Multiplier]) -> Doubt:
+    sigma = max(abs(tested.score) for tested in tests.values())
     return Doubt(
-        tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in found),
-        f"In {axes_named(list(found))} the motion does not follow from the thrust, and timing does not explain it",
+        tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in tests),
+        f"In {axes_named(list(tests))} the motion does not follow from the thrust, and timing does not explain it",
         f""
         f"thrust would have to act more than {LATEST_S:g} s off its time ({sigma:.0f} standard errors); check that the "
         "vehicle file is this vehicle's, and the velocity's axes, signs and unit.",
@@ -353,22 +353,22 @@ def _unexplained_doubt(found: Mapping[int, Multiplier]) -> Doubt:
     )
 
 
-def _late_doubt(way: str, found: Mapping[int, Multiplier], pushed: Sequence[int]) -> Doubt:
-    by_ms = [1000 * abs(tested.size) for tested in found.values()]
+def _late_doubt(way: str, tests: Mapping[int, Multiplier], pushed: Sequence[int]) -> Doubt:
+    by_ms = [1000 * abs(tested.size) for tested in tests.values()]
     least, most = min(by_ms), max(by_ms)
     size = f"by about {most:.0f} ms" if most - least < 10 else f"by about {least:.0f} to {most:.0f} ms"
     unsized = most > 1000 * FARTHEST_S
     if unsized:
         size = "by how much can't be told from this fit"
-    sigma = max(abs(tested.score) for tested in found.values())
-    others = [dof for dof in pushed if dof not in found] if len(found) > 1 else []
+    sigma = max(abs(tested.score) for tested in tests.values())
+    others = [dof for dof in pushed if dof not in tests] if len(tests) > 1 else []
     scope = (
         "there" if not others else f"there and in {axes_named(others)}, where the same clock is likely off,"
     )
-    dofs = (*found, *others)
+    dofs = (*tests, *others)
     return Doubt(
         tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in dofs),
-        f"In {axes_named(list(found))} thrust acts at another time than the vehicle file's lag and the sensors' "
+        f"In {axes_named(list(tests))} thrust acts at another time than the vehicle file's lag and the sensors' "
         f"stamps say ({way}, {size}; {sigma:.0f} standard errors)",
         f"masses and dampings {scope} are off"
         f"{'' if unsized else ' by that'}, and the intervals of all that it bears on are widened by it; mend the lag "

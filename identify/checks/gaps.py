@@ -4,7 +4,7 @@ import numpy as np
 
 from bridge.vehicle.coefficients import DOFS
 from identify.checks.frozen import axis_key
-from identify.dive import Array, Dive, Signal
+from identify.dive import Array, Dive
 from identify.ingest.commands import sampled_slowly
 
 SLOWEST_VELOCITY_HZ = 2.0
@@ -69,7 +69,7 @@ def _forces(dive: Dive) -> list[str]:
     hole = longest_gap_s(signal.time_s)
     if hole > SHORTEST_GAP_S and hole > 5.0 / max(signal.rate_hz, 1e-9):
         notes.append(f"Thruster commands are missing for up to {hole:.1f} s at a stretch.")
-    if dive.armed is not None and not _ever(dive.armed):
+    if dive.armed is not None and not (dive.armed.value > 0).any():
         notes.append("The vehicle was never armed in this recording: the thrusters did not push.")
     return notes
 
@@ -82,7 +82,3 @@ def _attitude(dive: Dive) -> list[str]:
 
 def longest_gap_s(time_s: Array) -> float:
     return float(np.diff(time_s).max(initial=0.0))
-
-
-def _ever(signal: Signal) -> bool:
-    return bool((signal.value > 0).any())

@@ -7,7 +7,7 @@ from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from identify.checks.scales import FEWEST_WINDOWS, Scale, edge_means, integral, scale_of, well_read, whole
 from identify.dive import Array, Dive, Signal
 from identify.identification import Doubt, Outcome
-from identify.ingest.rotation import attitude_at
+from identify.ingest.rotation import attitude_at, euler_angles
 
 WINDOW_S, SHORTEST_S = 10.0, 4.0
 """Length of a window, and its least length in a short dive."""
@@ -46,7 +46,7 @@ def turning(dive: Dive, rate: Signal | None) -> Scale | None:
     edges_s = np.linspace(start_s, end_s, count + 1)
     by_yaw, by_pitch, upright = _yawing(dive, rate, attitude)
     within = (attitude.time_s >= start_s) & (attitude.time_s <= end_s)
-    time_s, heading = attitude.time_s[within], np.unwrap(_heading(attitude.value[within]))
+    time_s, heading = attitude.time_s[within], np.unwrap(euler_angles(attitude.value[within])[2])
     by_gyro, pitched = (integral(rate.time_s, part, time_s) for part in (by_yaw, by_pitch))
     ways = np.column_stack([heading - pitched, by_gyro, time_s - start_s])
     changes = np.diff(edge_means(time_s, ways, edges_s), axis=0)
@@ -96,8 +96,3 @@ def _yawing(dive: Dive, rate: Signal, attitude: Signal) -> tuple[Array, Array, N
     squared = np.maximum(level, LEAST_UPRIGHT) ** 2
     pitch = np.zeros(len(rate)) if dive.gyro is None else np.nan_to_num(dive.gyro.at(rate.time_s)[:, 1])
     return rate.value[:, 0] * down / squared, pitch * aside / squared, level > LEAST_UPRIGHT
-
-
-def _heading(quaternion: Array) -> Array:
-    w, x, y, z = quaternion.T
-    return np.asarray(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))

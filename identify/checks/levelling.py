@@ -23,6 +23,7 @@ from identify.checks.scales import (
 )
 from identify.dive import Array, Dive, Signal
 from identify.identification import Doubt, Outcome
+from identify.ingest.rotation import euler_angles
 from identify.words import capital
 
 WINDOW_S, EDGE_S = 1.0, 0.25
@@ -131,9 +132,11 @@ def levelling(dive: Dive) -> Levelling | None:
     if tables.shape[1] < FEWEST_WINDOWS:
         return None
     tables -= _slow(tables)
-    one = np.ones(tables.shape[1])
-    changes = [_Changes(table[:, :2], table[:, 2:4], np.column_stack([one, table[:, 4]])) for table in tables]
-    best = _latest(late_s, np.stack([one.left for one in changes]), tables.shape[1])
+    ones = np.ones(tables.shape[1])
+    changes = [
+        _Changes(table[:, :2], table[:, 2:4], np.column_stack([ones, table[:, 4]])) for table in tables
+    ]
+    best = _latest(late_s, np.stack([each.left for each in changes]), tables.shape[1])
     return Levelling(float(late_s[best]), changes[best].followed(0), changes[best].followed(1))
 
 
@@ -181,7 +184,7 @@ def _table(gyro: Signal, attitude: Signal, edges_s: Array, late_s: float) -> Arr
     """Changes over the windows between the edges (n + 1,), as (n, 5), for a gyro stamped `late_s` later; NaN if
     readings are missing."""
     gyro = Signal(gyro.time_s + late_s, gyro.value)
-    time_s, (roll, pitch) = attitude.time_s, _roll_and_pitch(attitude.value)
+    time_s, (roll, pitch, _) = attitude.time_s, euler_angles(attitude.value)
     _, q, r = gyro.at(time_s).T
     upright = np.cos(pitch)
     tangent = np.sin(pitch) / np.maximum(upright, LEAST_UPRIGHT)
@@ -220,9 +223,3 @@ def _latest(late_s: Array, left: Array, windows: int) -> int:
     best = int(np.argmin(costs))
     gained = float(costs[np.abs(late_s) < LARGEST_LATE_S].min() - costs[best])
     return best if gained > DOUBTFUL_SCORE**2 else none
-
-
-def _roll_and_pitch(quaternion: Array) -> tuple[Array, Array]:
-    w, x, y, z = quaternion.T
-    roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    return np.asarray(roll), np.asarray(np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0)))

@@ -60,20 +60,20 @@ def whole(signal: Signal | None) -> Signal | None:
     return Signal(signal.time_s[good], signal.value[good]) if np.count_nonzero(good) > 1 else None
 
 
-def scale_of(seen: Array, said: Array, beside: Array) -> Scale | None:
-    """Scale of `seen` (n,) over `said` (n,), with the columns of `beside` (n, k) projected out of both.
+def scale_of(seen: Array, said: Array, columns: Array) -> Scale | None:
+    """Scale of `seen` (n,) over `said` (n,), with the columns of `columns` (n, k) projected out of both.
 
     None if there are too few windows, or a sensor did not move.
     """
-    if len(seen) < max(FEWEST_WINDOWS, beside.shape[1] + 2):
+    if len(seen) < max(FEWEST_WINDOWS, columns.shape[1] + 2):
         return None
-    said, seen = left_of(beside, said), left_of(beside, seen)
+    said, seen = left_of(columns, said), left_of(columns, seen)
     both, said_power = float(said @ seen), float(said @ said)
     if both == 0.0 or said_power == 0.0:
         return None
     least = both / said_power
     left = seen - least * said
-    free = len(seen) - beside.shape[1] - 1
+    free = len(seen) - columns.shape[1] - 1
     return Scale(least, float(seen @ seen) / both, math.sqrt(float(left @ left) / free / said_power))
 
 
@@ -101,7 +101,7 @@ def edge_means(time_s: Array, value: Array, edges_s: Array, edge_s: float = EDGE
     return np.where(count > 0, (total[last] - total[first]) / np.maximum(count, 1), np.nan)
 
 
-def left_of(beside: Array, value: Array) -> Array:
-    """Residual of a value, (n,) or (n, k), after a least-squares fit of the columns of `beside`."""
-    fitted, *_ = np.linalg.lstsq(beside, value, rcond=None)
-    return np.asarray(value - beside @ fitted)
+def left_of(columns: Array, value: Array) -> Array:
+    """Residual of a value, (n,) or (n, k), after a least-squares fit of the columns of `columns`."""
+    fitted, *_ = np.linalg.lstsq(columns, value, rcond=None)
+    return np.asarray(value - columns @ fitted)

@@ -144,10 +144,10 @@ def compared(vehicle: Diagnosis, simulator: Diagnosis) -> Against:
     its, mine = simulator.numbers, vehicle.numbers
     costs = _costs(vehicle)
     nominal = [
-        Difference("", one.name, its[one.name], mine[one.name])
+        Difference("", each.name, its[each.name], mine[each.name])
         for group in (MASSES, DAMPINGS)
-        for dof, one in enumerate(group)
-        if one.name in its and one.name in mine and costs[dof] and differ(its[one.name], mine[one.name])
+        for dof, each in enumerate(group)
+        if each.name in its and each.name in mine and costs[dof] and differ(its[each.name], mine[each.name])
     ]
     untold = tuple(
         DOFS[dof]
@@ -175,7 +175,7 @@ def plain(comparison: Against) -> dict[str, Any]:
         "spare": comparison.spare,
         "stories": comparison.stories,
     }
-    halves = {key: sorted_by_likelihood(found) for key, found in groups.items()}
+    halves = {key: sorted_by_likelihood(findings) for key, findings in groups.items()}
     return plain_diagnosis(
         replace(comparison.vehicle, verdict=comparison.verdict, findings=comparison.causes)
     ) | {
@@ -226,9 +226,9 @@ def _matching(mine: Finding, others: Sequence[Finding]) -> Finding | None:
     """The cause of the other recording that matches, or is ambiguous with, `mine`; None without one."""
     number = mine.cause.effect.number
     names = {mine.name, *mine.also}
-    for found in others:
-        if found.cause.effect.number == number and names & {found.name, *found.also}:
-            return found
+    for finding in others:
+        if finding.cause.effect.number == number and names & {finding.name, *finding.also}:
+            return finding
     return None
 
 
@@ -285,7 +285,7 @@ def cause_lines(comparison: Against) -> tuple[str, ...]:
     """The causes of the real dive, each marked if the simulator has it."""
     has = {item.cause.key: item.probability for item in comparison.has}
     pairs = zip(comparison.vehicle.findings, wording.cause_lines(comparison.vehicle), strict=True)
-    return tuple(_already(has.get(found.cause.key)) + line for found, line in pairs)
+    return tuple(_already(has.get(finding.cause.key)) + line for finding, line in pairs)
 
 
 def _already(probability: float | None) -> str:

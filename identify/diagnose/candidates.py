@@ -138,7 +138,7 @@ def settings_of(effects: tuple[Effect, ...], course: Course) -> tuple[tuple[Sett
             steps = _steps(effect, size)
             settings.append(Setting(effect, tuple(range(len(columns), len(columns) + len(steps))), steps))
             columns += [(effect, _at(effect, step)) for step in steps]
-    return tuple(settings), side_by_side(lambda one: one[0].act(course, one[1]), columns)
+    return tuple(settings), side_by_side(lambda each: each[0].act(course, each[1]), columns)
 
 
 def _steps(effect: Effect, size: float) -> Array:

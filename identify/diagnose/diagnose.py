@@ -22,7 +22,6 @@ from identify.diagnose.changed import (
 )
 from identify.diagnose.confidence import without_doubtful
 from identify.diagnose.drift import Drift, drifts, floors_of, ran_away
-from identify.diagnose.findings import FEEDBACK_DOFS, findings_of, strongest_first, trials_of
 from identify.diagnose.gap import (
     PUSHED,
     Missing,
@@ -74,13 +73,17 @@ from identify.diagnose.simulation import (
 )
 from identify.diagnose.unexplained import Unexplained, unexplained_of
 from identify.diagnose.verdict import (
+    FEEDBACK_DOFS,
     LIKELY,
     above_noise,
+    findings_of,
     next_for_disturbance,
     next_for_unexplained,
     next_of,
     share_left,
+    strongest_first,
     swallowing,
+    trials_of,
     unexplained_forces,
     unexplained_nats,
     verdict_of,
@@ -151,48 +154,54 @@ def diagnose(
             return None
         return with_accepted(fitted_nominal(check, file, configuration, fitted), holds)
 
-    (found, covariance), other = both(searched, other_filters)
+    (explanation, covariance), other = both(searched, other_filters)
     progress(0.7, "measuring the gap, and looking at what is left")
     before_it = simulator or Simulator(_values(accepted or {}), ())
     before_it = replace(
         before_it, causes=tuple(item for item in before_it.causes if not lacks & {*item.effect.needs})
     )
     plain = before_it.beside(nominal) if simulator or accepted else nominal
-    models = beside(found, plain)
+    models = beside(explanation, plain)
     wrong, felt = (
-        of(found.causes, found.now.course)[::EACH] for of in (velocity_error_of, specific_force_of)
+        of(explanation.causes, explanation.now.course)[::EACH]
+        for of in (velocity_error_of, specific_force_of)
     )
-    missing = missing_of(*models, wrong, felt, found.now)
+    missing = missing_of(*models, wrong, felt, explanation.now)
     if plain is nominal:
-        missing = beyond_refit(missing, missing_wrench_of(found.causes, found.now.course), found.now, EACH)
+        missing = beyond_refit(
+            missing, missing_wrench_of(explanation.causes, explanation.now.course), explanation.now, EACH
+        )
 
     def drifted() -> tuple[list[tuple[Drift, ...]], tuple[Shrink, Prediction]]:
-        floors = floors_of(found.now, models[1], rng)
-        return [drifts(model, floors) for model in models], held_out_shrink(found, plain, floors[FIVE_S], rng)
+        floors = floors_of(explanation.now, models[1], rng)
+        return [drifts(model, floors) for model in models], held_out_shrink(
+            explanation, plain, floors[FIVE_S], rng
+        )
 
     left, ((before, after), (heldout, held)) = both(
-        lambda: unexplained_of(found.weighing, found.fit), drifted
+        lambda: unexplained_of(explanation.weighing, explanation.fit), drifted
     )
-    left = above_noise(left, heldout) if found.causes else left
+    left = above_noise(left, heldout) if explanation.causes else left
     forces = unexplained_forces(left)
-    causes = findings_of(found, covariance, missing, unexplained_nats(left))
+    causes = findings_of(explanation, covariance, missing, unexplained_nats(left))
     gap, trials = both(
-        lambda: _gap(found, missing, left, before, after, causes), lambda: trials_of(found, causes)
+        lambda: _gap(explanation, missing, left, before, after, causes),
+        lambda: trials_of(explanation, causes),
     )
     if accepted:
-        shift = shift_of(found, accepted, tried)
-        new, more = changes_of(shift, found, missing)
+        shift = shift_of(explanation, accepted, tried)
+        new, more = changes_of(shift, explanation, missing)
         causes = strongest_first((*causes, *new))
         trials = (*trials, *more)
-    verdict = verdict_of(causes, left, found.fit.gain, heldout.value, gap.disturbance)
+    verdict = verdict_of(causes, left, explanation.fit.gain, heldout.value, gap.disturbance)
     gap = replace(gap, unexplained=share_left(verdict, heldout.value))
     prediction = None
     if check is not None and other is not None:
         progress(0.9, "flying the check dive")
-        prediction = predict(found, plain, other, check.name, rng)
+        prediction = predict(explanation, plain, other, check.name, rng)
     dive_next = next_of(causes, tried)
     if forces:
-        dive_next = next_for_unexplained(forces, found.now.course, dive_next)
+        dive_next = next_for_unexplained(forces, explanation.now.course, dive_next)
     elif verdict == "unknown" or swallowing(gap.disturbance):
         dive_next = next_for_disturbance(dive_next)
     many = any(item.share >= MANY for item in spiky)
@@ -211,7 +220,9 @@ def diagnose(
         measured,
         dive_next,
         (
-            *mass_hints(found.now, [mass for mass, _ in log_stds(found.causes, found.now)], shape),
+            *mass_hints(
+                explanation.now, [mass for mass, _ in log_stds(explanation.causes, explanation.now)], shape
+            ),
             *held_sentence(holds),
             *not_held,
             *ran_away(before, after),
@@ -225,8 +236,8 @@ def diagnose(
         ),
         time.perf_counter() - began_s,
         prediction,
-        likely_accepted(causes, found, nominal, tried, holds, shape),
-        beside_all(found, shape),
+        likely_accepted(causes, explanation, nominal, tried, holds, shape),
+        beside_all(explanation, shape),
         (
             *unjudged_notes(nominal),
             *unjudged_causes(lacks),

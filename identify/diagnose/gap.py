@@ -203,7 +203,7 @@ def shares_of(power: Array, phases: NDArray[np.intp]) -> tuple[Share, ...]:
     shares_found = [
         Share(DOFS[dof], PHASES[k], float(shares[k, dof])) for k, dof in zip(*np.nonzero(kept), strict=True)
     ]
-    return tuple(sorted(shares_found, key=lambda one: -one.share))
+    return tuple(sorted(shares_found, key=lambda each: -each.share))
 
 
 def slices_of(power: Array, course: Course, every: int) -> tuple[Slice, ...]:
@@ -337,7 +337,7 @@ def depends_on(missing: Missing, course: Course, every: int) -> tuple[Dependence
         plain = np.column_stack([np.ones(len(force)), course.nu[::every, dof], course.nu_dot[::every, dof]])
         others = of_other_speeds(course, [k for k in range(6) if k != dof])
         out += _of_axis(dof, force, plain, [*((v, p, f[::every]) for v, p, f in others), *forces])
-    return tuple(sorted(out, key=lambda one: -one.strength))
+    return tuple(sorted(out, key=lambda each: -each.strength))
 
 
 def _of_axis(

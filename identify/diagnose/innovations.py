@@ -31,11 +31,11 @@ from identify.estimators.lateness import behind_filter
 from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.motion import Motion
-from identify.estimators.readings import HEAVE, PITCH, ROLL, down_axis
+from identify.estimators.readings import HEAVE, PITCH, ROLL
 from identify.estimators.scoring import slopes
 from identify.forces import evenly_between, tells_thrusters, unrounded_thrusts
 from identify.ingest.commands import sampled_slowly
-from identify.ingest.rotation import attitude_at
+from identify.ingest.rotation import attitude_at, euler_angles
 
 Array = NDArray[np.float64]
 
@@ -469,12 +469,8 @@ def _euler(dive: Dive, time_s: Array) -> Array:
     """Roll and heading, continuous over full turns, and pitch, (n, 3); zeros without an attitude."""
     if dive.attitude is None or not len(dive.attitude):
         return np.zeros((len(time_s), 3))
-    attitude = attitude_at(dive.attitude, time_s)
-    down_x, down_y, down_z = down_axis(attitude)
-    w, x, y, z = attitude.T
-    heading = np.unwrap(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
-    roll = np.unwrap(np.arctan2(down_y, down_z))
-    return np.column_stack([roll, np.arcsin(np.clip(-down_x, -1.0, 1.0)), heading])
+    roll, pitch, heading = euler_angles(attitude_at(dive.attitude, time_s))
+    return np.column_stack([np.unwrap(roll), pitch, np.unwrap(heading)])
 
 
 def _position(motion: Motion, euler: Array) -> Array:

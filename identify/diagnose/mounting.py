@@ -30,7 +30,7 @@ PUSHED = (0, 1, 2, 5)
 
 def mirrored(axes: Sequence[Axis]) -> tuple[int, ...]:
     """The degrees of freedom whose velocity or rate of turn runs against the thrust."""
-    return tuple(axis.dof for axis in axes if axis.dof in PUSHED and _runs_against(axis))
+    return tuple(axis.dof for axis in axes if axis.dof in PUSHED and _goes_with(axis, axis) < AGAINST)
 
 
 def swapped(axes: Sequence[Axis]) -> tuple[tuple[int, int], ...]:
@@ -70,10 +70,6 @@ def mounting_hints(dofs: Sequence[int], pairs: Sequence[tuple[int, int]]) -> tup
         "it; check both (seatrial doctor --wet tells of them)."
         for dof in dofs
     )
-
-
-def _runs_against(axis: Axis) -> bool:
-    return _goes_with(axis, axis) < AGAINST
 
 
 def _rather(axis: Axis, other: Axis) -> float:

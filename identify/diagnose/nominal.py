@@ -388,7 +388,7 @@ def _alike(joint: JointLikelihood, theta: Array, filtered: Sequence[int]) -> tup
     if len(coloured) < 2:
         return joint, theta
     problems, theta = list(joint.problems), theta.copy()
-    _, quietest = min(coloured, key=lambda one: float(theta[one[1]]))
+    _, quietest = min(coloured, key=lambda each: float(theta[each[1]]))
     for k, place in coloured:
         mean, precision = problems[k].prior_mean.copy(), problems[k].prior_precision.copy()
         mean[-2], precision[-2] = theta[quietest], ALIKE**-2.0

@@ -276,19 +276,19 @@ def mass_hints(now: Nominal, log_stds: Sequence[float], shape: Configuration) ->
             continue
         rigid, rigid_std = shape.rigid_body(dof)
         mass, wide = float(now.course.mass[dof]), float(np.exp(Z95 * std))
-        told = f"{MASSES[dof].name} {significant(mass, 3)} kg"
+        text = f"{MASSES[dof].name} {significant(mass, 3)} kg"
         if mass * wide < rigid - Z95 * rigid_std:
-            light.append(told)
+            light.append(text)
         if mass / wide > (1.0 + MOST_ADDED) * (rigid + Z95 * rigid_std):
-            heavy.append(told)
+            heavy.append(text)
     dry = f"the vehicle file's dry mass of {shape.dry_mass_kg:g} kg"
     whats = (
         (light, f"below {dry}, which no water can take away"),
         (heavy, f"at more than {dry} can come to with the water round it"),
     )
     return tuple(
-        f"{', '.join(told)} came out {what}: the file may be of another vehicle, or its mass or thrust is wrong; look "
+        f"{', '.join(text)} came out {what}: the file may be of another vehicle, or its mass or thrust is wrong; look "
         "at that before you rely on any cause."
-        for told, what in whats
-        if told
+        for text, what in whats
+        if text
     )

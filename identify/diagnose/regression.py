@@ -162,10 +162,10 @@ def _witness_residual(witness: Witness, acts: Sequence[Act], course: Course) -> 
     return np.asarray(witness.off - sum(seen, np.zeros(len(witness.off))))
 
 
-def _witness_block(one: WeighedWitness, acts: Sequence[Act], course: Course) -> Block:
-    seen = {k: part for k, act in enumerate(acts) if (part := one.witness.of(act, course)) is not None}
-    values = np.array([*seen.values()]).reshape(len(seen), len(one.std)).T
-    return Block(np.array([*seen], dtype=np.intp), one.whitened(values))
+def _witness_block(weighed: WeighedWitness, acts: Sequence[Act], course: Course) -> Block:
+    seen = {k: part for k, act in enumerate(acts) if (part := weighed.witness.of(act, course)) is not None}
+    values = np.array([*seen.values()]).reshape(len(seen), len(weighed.std)).T
+    return Block(np.array([*seen], dtype=np.intp), weighed.whitened(values))
 
 
 def regression_of(joint: JointLikelihood, theta: Array, unheard: Sequence[int]) -> Regression:

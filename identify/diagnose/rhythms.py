@@ -126,7 +126,7 @@ def clusters(innovations: AxisInnovations, left: Array, course: Course) -> list[
     # A step's force is the mean over it.
     middle = time_s - 0.5 * np.diff(time_s, prepend=time_s[:1])
     lines = [peak for clock in clocks(course) for peak in _peaks(clock, score, middle, course.time_s)]
-    lines.sort(key=lambda one: -one[0].nats)
+    lines.sort(key=lambda each: -each[0].nats)
     return [cluster for item in lines[:MOST] for cluster in item]
 
 
@@ -232,12 +232,12 @@ def bursts(left: Mapping[int, tuple[AxisInnovations, Array]], time_s: Array) -> 
     for long_s in BLOWS_S:
         if duration_s / long_s < LEAST_STRETCHES:
             return
-        stretches = {dof: _stretches(*one, time_s, long_s, 0.0) for dof, one in clipped.items()}
-        for dof, one in stretches.items():
-            yield from _weighed(dof, one, one.square, one.total.shape[1], long_s)
+        stretches = {dof: _stretches(*each, time_s, long_s, 0.0) for dof, each in clipped.items()}
+        for dof, each in stretches.items():
+            yield from _weighed(dof, each, each.square, each.total.shape[1], long_s)
         if len(stretches) > 1:
             # A blow pushes several axes at once.
-            dof = max(stretches, key=lambda one: stretches[one].uneven)
+            dof = max(stretches, key=lambda each: stretches[each].uneven)
             yield from _weighed(
                 dof,
                 stretches[dof],
@@ -252,9 +252,9 @@ def bursts(left: Mapping[int, tuple[AxisInnovations, Array]], time_s: Array) -> 
             tried = [
                 _stretches(*axis, time_s, long_s, 2 * np.pi / period_s) for period_s in _periods_s(long_s)
             ]
-            tried.sort(key=lambda one: -one.uneven)
-            for one in tried[:WEIGHED]:
-                yield from _weighed(dof, one, one.square, one.total.shape[1], long_s)
+            tried.sort(key=lambda each: -each.uneven)
+            for each in tried[:WEIGHED]:
+                yield from _weighed(dof, each, each.square, each.total.shape[1], long_s)
 
 
 def _periods_s(long_s: float) -> list[float]:

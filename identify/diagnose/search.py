@@ -194,9 +194,11 @@ def _weighing_maker(library: Sequence[Effect]) -> Callable[[Nominal, Sequence[Ca
     able = tuple(effect for effect in able if not effect.sea)
 
     def at(now: Nominal, causes: Sequence[Cause]) -> Weighing:
-        found = [cause.effect for cause in causes if cause.effect.sea]
+        of_causes = [cause.effect for cause in causes if cause.effect.sea]
         rows, of_seas = both(lambda: rows_of(now), lambda: seas_of(now))
-        return Weighing(now, rows, (*able, *found, *(effect for effect in of_seas if effect.name in seas)))
+        return Weighing(
+            now, rows, (*able, *of_causes, *(effect for effect in of_seas if effect.name in seas))
+        )
 
     return at
 
@@ -254,9 +256,9 @@ def _others_at_their_best(weighing: Weighing, fit: Fitted, k: int) -> Fitted:
             without_cause = weighing.fitted(tuple(item for item in others.causes if item.key != cause.key))
             tried = ranked_candidates(weighing.candidates_beside(without_cause), without_cause)
             fits = _fits(
-                weighing, without_cause, [one for _, _, one in tried if one.effect.label in variants]
+                weighing, without_cause, [each for _, _, each in tried if each.effect.label in variants]
             )
-            others = max((others, *fits), key=lambda one: one.gain)
+            others = max((others, *fits), key=lambda each: each.gain)
     return others
 
 
@@ -284,18 +286,18 @@ def _form(cause: Cause) -> tuple[str, bytes]:
     return cause.effect.label, cause.present.tobytes()
 
 
-def _replaces(one: Fitted, fit: Fitted, cause: Cause, others: Fitted) -> bool:
-    """Whether the last cause of `one` does better than `cause` in `fit`, or as well and is simpler.
+def _replaces(candidate: Fitted, fit: Fitted, cause: Cause, others: Fitted) -> bool:
+    """Whether the last cause of `candidate` does better than `cause` in `fit`, or as well and is simpler.
 
     Another choice of parameters of the same cause has to exceed the margin for simplicity: a sea of two dozen
     parameters would never settle.
     """
-    new = one.causes[-1]
+    new = candidate.causes[-1]
     if new.effect.label == cause.effect.label:
-        return one.gain > fit.gain + _nats_for_simplicity(fit, others)
+        return candidate.gain > fit.gain + _nats_for_simplicity(fit, others)
     handicap = max(_least_gain(new) - _least_gain(cause), 0.0)
     by_form = _nats_for_simplicity(fit, others) * (_is_one_number(cause) - _is_one_number(new))
-    return one.gain > fit.gain + handicap + (by_form or LEAST_SWAP)
+    return candidate.gain > fit.gain + handicap + (by_form or LEAST_SWAP)
 
 
 def with_one_more(weighing: Weighing, fit: Fitted, refused: Collection[str] = ()) -> Fitted:
@@ -308,7 +310,7 @@ def with_one_more(weighing: Weighing, fit: Fitted, refused: Collection[str] = ()
         and gain > _least_gain(cause) + _shadow_nats(remainder, cause)
         and sigma > LEAST_SIGMA
     ]
-    required = side_by_side(lambda one: required_gain(remainder, one[1]), able)
+    required = side_by_side(lambda each: required_gain(remainder, each[1]), able)
     tried = [cause for (gain, cause), least in zip(able, required, strict=True) if gain > least]
     best = _simplest(_fits(weighing, fit, tried), fit)
     if best is not None and best.gain <= fit.gain + required_gain(remainder, best.causes[-1]):
@@ -376,13 +378,13 @@ def _fits(weighing: Weighing, others: Fitted, tried: Sequence[Cause]) -> list[Fi
 def _simplest(fits: Sequence[Fitted], others: Fitted) -> Fitted | None:
     """The best fit, or a fit with a one-parameter cause that does nearly as well: a weight rather than a push in any
     direction."""
-    best = max(fits, key=lambda one: one.gain, default=None)
+    best = max(fits, key=lambda each: each.gain, default=None)
     if best is None:
         return None
     least = best.gain - _nats_for_simplicity(best, others)
     return min(
         (fit for fit in fits if fit.gain > least),
-        key=lambda one: (not _is_one_number(one.causes[-1]), -one.gain),
+        key=lambda each: (not _is_one_number(each.causes[-1]), -each.gain),
     )
 
 
@@ -405,7 +407,7 @@ def _without(causes: tuple[Cause, ...], k: int) -> tuple[Cause, ...]:
 
 
 def ranked_candidates(
-    beside: CandidateEquations, fit: Fitted, most: int = WEIGHED
+    candidates: CandidateEquations, fit: Fitted, most: int = WEIGHED
 ) -> list[tuple[float, float, Cause]]:
     """Gain, gain over its standard error, and cause, for the best setting of each candidate, best first.
 
@@ -414,30 +416,32 @@ def ranked_candidates(
     taken = {cause.key for cause in fit.causes}
     best: dict[str, tuple[float, float, Cause]] = {}
     untaken = [
-        setting for setting in beside.settings if (setting.effect.name, setting.effect.number) not in taken
+        setting
+        for setting in candidates.settings
+        if (setting.effect.name, setting.effect.number) not in taken
     ]
-    nats = beside.equations.fitted([setting.columns for setting in untaken])
+    nats = candidates.equations.fitted([setting.columns for setting in untaken])
     for setting in (untaken[i] for i in np.argsort(-nats, kind="stable")[:most].tolist()):
-        evidence, columns = weighed_setting(beside, setting)
+        evidence, columns = weighed_setting(candidates, setting)
         cause = _cause(setting, columns, evidence.size)
         if not cause.shows:
             continue
         if evidence.gain > best.get(cause.effect.label, (-np.inf,))[0]:
             best[cause.effect.label] = evidence.gain, evidence.gain / max(evidence.std, 1e-12), cause
-    return sorted(best.values(), key=lambda one: -one[0])
+    return sorted(best.values(), key=lambda each: -each[0])
 
 
-def weighed_setting(beside: CandidateEquations, setting: Setting) -> tuple[Evidence, tuple[int, ...]]:
+def weighed_setting(candidates: CandidateEquations, setting: Setting) -> tuple[Evidence, tuple[int, ...]]:
     """Evidence of a setting without its insignificant columns."""
     columns = list(setting.columns)
-    evidence = beside.equations.evidence(columns)
+    evidence = candidates.equations.evidence(columns)
     while len(columns) > 1:
         z = np.abs(evidence.size) / np.sqrt(np.maximum(np.diag(evidence.covariance), 1e-30))
         kept = [column for column, far in zip(columns, z.tolist(), strict=True) if far > LEAST_Z]
         if len(kept) == len(columns):
             break
         columns = kept or [columns[int(np.argmax(z))]]
-        evidence = beside.equations.evidence(columns)
+        evidence = candidates.equations.evidence(columns)
     return evidence, tuple(columns)
 
 

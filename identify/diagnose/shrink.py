@@ -257,16 +257,6 @@ def without_seas(causes: Sequence[Cause]) -> list[Cause]:
     return [cause for cause in causes if not cause.effect.sea]
 
 
-def seas_note(causes: Sequence[Cause]) -> tuple[str, ...]:
-    """A sentence that the shrink leaves out the seas; empty without seas."""
-    if len(without_seas(causes)) == len(causes):
-        return ()
-    return (
-        "How far the gap shrinks is told beside waves and currents that come and go, which are noise to any further "
-        "dive: no model knows ahead when they do.",
-    )
-
-
 @dataclass(frozen=True)
 class HeldOutFit:
     """A regression's normal equations by piece, at a fit, for refits without some of them."""
@@ -428,7 +418,7 @@ def flight_of(now: Nominal, causes: Sequence[Cause], nominal: Nominal, check: No
 def predict(
     explanation: Explanation, nominal: Nominal, check: Nominal, name: str, rng: np.random.Generator
 ) -> Prediction:
-    """Predict a further dive with filters `check` by the models of a dive, `nominal` before and `found` after.
+    """Predict a further dive with filters `check` by the models of a dive, `nominal` before and `explanation` after.
 
     Masses, dampings and causes come from the dive; trims, noise levels and seas, which change between dives, from the
     further dive. Raises LogError if the further dive is too short.

@@ -7,7 +7,6 @@ a first-order one is likelier with a longer correlation time, too; only a distur
 itself long after that time counts as slow.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -55,7 +54,8 @@ def slow_axes(now: Nominal) -> dict[int, float]:
         for problem, place in zip(now.joint.problems, now.joint.places, strict=True)
         if problem.axis.dof not in left_out
     }
-    seas_s = {dof: _sea_s([time_s for k, time_s in times_s.items() if k != dof]) for dof in times_s}
+    others_s = {dof: [time_s for k, time_s in times_s.items() if k != dof] for dof in times_s}
+    seas_s = {dof: float(np.median(s)) if len(s) >= FEW else USUAL_S for dof, s in others_s.items()}
     return {
         problem.axis.dof: sea_s
         for problem, place in zip(now.joint.at(now.theta), now.joint.places, strict=True)
@@ -63,10 +63,6 @@ def slow_axes(now: Nominal) -> dict[int, float]:
         and times_s[problem.axis.dof] > SLOWER * (sea_s := seas_s[problem.axis.dof])
         and not _forgets(_disturbance(problem, now.theta[place], now), sea_s, now)
     }
-
-
-def _sea_s(others_s: Sequence[float]) -> float:
-    return float(np.median(others_s)) if len(others_s) >= FEW else USUAL_S
 
 
 def _disturbance(problem: AxisLikelihood, theta: Array, now: Nominal) -> Array:

@@ -173,10 +173,10 @@ def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
     def slow() -> list[_Weighed]:
         if at_sea or not slow_axes(weighing.now):
             return []
-        found = _slow(_without_remainder(weighing, fit).now if fit.causes else weighing.now)
+        slow = _slow(_without_remainder(weighing, fit).now if fit.causes else weighing.now)
         # A current that comes and goes is slow, too, and no form of it holds its whole course.
         drifts = SURGE_AND_SWAY if any(cause.act(course).water is not None for cause in fit.causes) else ()
-        return [finding for finding in found if finding.shape.dof not in drifts]
+        return [finding for finding in slow if finding.shape.dof not in drifts]
 
     tests: list[Callable[[], list[_Weighed]]] = [
         slow,
@@ -186,7 +186,7 @@ def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
         lambda: [*_of_witnesses(weighing, fit.value, known)],
     ]
     weighed = [each_item for item in side_by_side(lambda test: test(), tests) for each_item in item]
-    weighed.sort(key=lambda one: -one.gain)
+    weighed.sort(key=lambda each: -each.gain)
     kept = weighed[:MOST]
     return Unexplained(
         tuple(item.shape for item in kept),
@@ -273,11 +273,11 @@ def _of_axis(
     sums = axis.sums(course, [force for _, _, force, _ in shapes])
     kept, gains = _one_after_another(sums, len(shapes))
     sizes = np.abs(sums.evidence(kept).size) if kept else np.zeros(0)
-    found = [
+    weigheds = [
         _Weighed(GenericForce(axis.dof, *shapes[k]), gain, float(size))
         for k, gain, size in zip(kept, gains, sizes, strict=True)
     ]
-    return [*_large(found, thrust)]
+    return [*_large(weigheds, thrust)]
 
 
 def _one_after_another(sums: NormalEquations, count: int) -> tuple[list[int], list[float]]:
@@ -357,7 +357,7 @@ def _lines(axis: _Axis, course: Course, at_sea: bool) -> list[_Weighed]:
 def _bursts(axes: list[_Axis], course: Course) -> list[_Weighed]:
     """The likeliest burst, as many lengths fit the same burst."""
     able = {axis.dof: (axis.innovations, axis.left) for axis in axes if axis.dof not in LEVELLED}
-    best = max(bursts(able, course.time_s), key=lambda one: one.gain, default=None)
+    best = max(bursts(able, course.time_s), key=lambda each: each.gain, default=None)
     if best is None or best.gain < LEAST_STEP:
         return []
     force = best.force(course.time_s)

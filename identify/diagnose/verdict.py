@@ -1,7 +1,4 @@
-"""The verdict on a dive, and the next dive: manoeuvres that separate ambiguous causes, or isolate an unexplained
-remainder.
-
-Probability of a cause, by the margin of the best explanation without it.
+"""The causes of a dive with their probabilities and parameters, the verdict, and the next dive.
 
 Held-out nats would be log odds for a library that holds the truth and noise like the dive's. Neither is exact, and a
 margin is worth less: the curve was calibrated on drawn dives with known causes. `make bench` shows its calibration on
@@ -16,10 +13,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DOFS
-from identify.diagnose.result import Disturbance, Finding, Next, Shrink, Verdict
+from identify.diagnose.candidates import Cause, natural_scale
+from identify.diagnose.confidence import ambiguity_of
+from identify.diagnose.gap import Missing
+from identify.diagnose.nominal import Nominal
+from identify.diagnose.result import Disturbance, Finding, Gain, Next, Shrink, Tried, Value, Verdict
+from identify.diagnose.rhythms import period_interval
+from identify.diagnose.search import (
+    LEAST_GAIN,
+    LEAST_SIGMA,
+    MOST_CAUSES,
+    Explanation,
+    ranked_candidates,
+    required_gain,
+)
+from identify.diagnose.simulation import EACH, missing_wrench_of, slope_of
 from identify.diagnose.unexplained import GenericForce, Unexplained, Variable, beyond_chance
+from identify.diagnose.weighing import Fitted, FormRemainder
 from identify.effects.course import Course
 from identify.effects.effect import Effect
+from identify.effects.sensors import WRONG_FEEDBACK_LOG
+from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
+from identify.identification import Z95
+from identify.side_by_side import side_by_side
 
 FORM_SHARE = 0.02
 """Share of the causes' nats that a form's remainder may reach: a form right to a seventh of its force leaves as
@@ -173,19 +189,19 @@ def next_of(findings: Sequence[Finding], library: Sequence[Effect]) -> Next | No
     )
 
 
-def next_for_unexplained(left: Sequence[GenericForce], course: Course, beside: Next | None) -> Next:
-    """Manoeuvres that isolate the unexplained forces, strongest first, followed by those of `beside`."""
+def next_for_unexplained(left: Sequence[GenericForce], course: Course, more: Next | None) -> Next:
+    """Manoeuvres that isolate the unexplained forces, strongest first, followed by those of `more`."""
     asked = [_manoeuvre(shape, course) for shape in left]
     strongest = _each_once(asked)[:MOST]
-    beside = beside or Next()
-    return replace(beside, manoeuvres=_each_once((*strongest, *beside.manoeuvres)))
+    more = more or Next()
+    return replace(more, manoeuvres=_each_once((*strongest, *more.manoeuvres)))
 
 
-def next_for_disturbance(beside: Next | None) -> Next:
+def next_for_disturbance(more: Next | None) -> Next:
     """Manoeuvre and readings that separate a sea from a force that the model or the recording lacks, before those of
-    `beside`."""
-    beside = beside or Next()
-    return replace(beside, manoeuvres=(SPOT, *beside.manoeuvres), sensors=beside.sensors or (SEA,))
+    `more`."""
+    more = more or Next()
+    return replace(more, manoeuvres=(SPOT, *more.manoeuvres), sensors=more.sensors or (SEA,))
 
 
 def _each_once(names: Iterable[str]) -> tuple[str, ...]:
@@ -230,3 +246,240 @@ def probability(margin_nats: float, unexplained_nats: float = 0.0) -> float:
     margin = min(max(margin_nats, 0.0), 1e6)
     margin *= margin / max(margin + TAKEN_UP * unexplained_nats, 1e-9)
     return MOST_PROBABLE * margin / (margin + HALF_NATS)
+
+
+LEVEL = (0, 1)
+"""Surge and sway: the feed-forward axes whose error is a speed."""
+
+WRONG_LOG_PROBABILITY = 0.9
+"""Probability that a recording lacks the controller's input, if its wrench follows from no recorded reading.
+
+Other explanations, such as a changed gain, are indistinguishable here.
+"""
+
+FEEDBACK_DOFS = {0, 1, 5}
+"""Surge, sway and yaw: in heave a controller may filter depth itself, and its roll and pitch inputs are seldom
+recorded."""
+
+PERIOD = "period"
+
+NEAR = 1e-3
+"""Relative step of a parameter for derivatives of the answer."""
+
+
+def feedforward_gain(
+    cause: Cause, others: Sequence[Cause], missing: Missing, now: Nominal, braking: Array
+) -> Gain | None:
+    """The feed-forward's gain by a cause, with the masses and dampings fitted together with all causes, as `--accept`
+    sends them.
+
+    None if the feed-forward can't compensate the cause. The other causes remain, less their part in masses and
+    dampings.
+    """
+    if not cause.effect.feedforward or cause.act(now.course).wrench is None:
+        return None
+    wrench = missing_wrench_of(others, now.course)
+    left = np.column_stack([_beyond_refit(wrench[:, dof], now.course, dof) for dof in range(6)])
+    return feedforward_gain_by(left[::EACH], missing, now, braking)
+
+
+def feedforward_gain_by(left: Array, missing: Missing, now: Nominal, braking: Array) -> Gain:
+    """Velocity errors of the feed-forward alone, by m e' + B e = f.
+
+    f is the disturbance with the missing force before, and with its remainder `left` (n, 6) after, at the times of
+    `missing`; B as in `braking_of`.
+    """
+    before = after = 0.0
+    for dof in LEVEL:
+        mass, braking_axis = float(now.course.mass[dof]), braking[:, dof]
+        noise = _driven(now, dof, float(np.mean(braking_axis)))
+        step_s = now.course.step_s * EACH
+        before += float(np.mean(_error(missing.wrench[:, dof], mass, braking_axis, step_s) ** 2)) + noise
+        after += float(np.mean(_error(left[:, dof], mass, braking_axis, step_s) ** 2)) + noise
+    return Gain(float(np.sqrt(before)), float(np.sqrt(after)))
+
+
+def braking_of(causes: Sequence[Cause], now: Nominal) -> Array:
+    """Damping (n, 6) of a velocity error along the dive, N s/m and N m s/rad: the linear damping and the slope of
+    causes such as quadratic drag."""
+    slope = slope_of([*now.accepted, *causes], now.course)[::EACH]
+    return np.asarray(np.maximum(now.course.damping - np.diagonal(slope, axis1=1, axis2=2), 0.0))
+
+
+def _beyond_refit(force: Array, course: Course, dof: int) -> Array:
+    columns = np.column_stack([course.nu[:, dof], course.nu_dot[:, dof]])
+    fitted, *_ = np.linalg.lstsq(columns, force, rcond=None)
+    return np.asarray(force - columns @ fitted)
+
+
+def _error(force: Array, mass: float, braking: Array, step_s: float) -> Array:
+    """Solve m e' + B e = f from rest, with f and B (n,) constant over each step."""
+    keep = np.exp(-braking / mass * step_s)
+    push = np.where(braking > 0, (1.0 - keep) / np.where(braking > 0, braking, 1.0), step_s / mass)
+    out, e = np.empty(len(force)), 0.0
+    for i, (decay, gained) in enumerate(zip(keep.tolist(), (push * force).tolist(), strict=True)):
+        e = decay * e + gained
+        out[i] = e
+    return out
+
+
+def _driven(now: Nominal, dof: int, braking: float) -> float:
+    """Variance of the velocity under the disturbance alone: s^2 / m^2 / (a (a + b))."""
+    for problem, place in zip(now.joint.problems, now.joint.places, strict=True):
+        if problem.axis.dof == dof and braking > 0:
+            theta_axis = now.theta[place]
+            a = braking / float(now.course.mass[dof])
+            b = float(np.exp(-theta_axis[TIME_CONSTANT]))
+            return float(np.exp(theta_axis[DISTURBANCE]) / now.course.mass[dof]) ** 2 / (a * (a + b))
+    return 0.0
+
+
+def findings_of(
+    explanation: Explanation, covariance: Array, missing: Missing, unexplained_nats: float
+) -> tuple[Finding, ...]:
+    """The causes with parameters and intervals by their covariance (k, k), strongest first.
+
+    unexplained_nats: of the significant generic forces in addition to the causes.
+    """
+    fit = replace(explanation.fit, covariance=covariance)
+    out, braking = [], braking_of(explanation.causes, explanation.now)
+    # Made before the causes are looked at side by side, so that all take their columns from the same place.
+    explanation.weighing.candidates_beside(explanation.fit)
+    groups = side_by_side(lambda k: ambiguity_of(explanation, k), range(len(explanation.causes)))
+    for k, (cause, group) in enumerate(zip(explanation.causes, groups, strict=True)):
+        others = explanation.weighing.fitted(_others(explanation, k))
+        out.append(
+            Finding(
+                cause,
+                group.names,
+                group.likeness,
+                probability(group.margin_nats, unexplained_nats),
+                _with_period_interval(cause, parameters_of(fit, k), explanation),
+                explanation.fit.gain - others.gain,
+                feedforward_gain(cause, _others(explanation, k), missing, explanation.now, braking),
+            )
+        )
+    if FEEDBACK_DOFS & set(explanation.now.doubted):
+        out.append(Finding(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, WRONG_LOG_PROBABILITY, {}, 0.0))
+    return strongest_first(out)
+
+
+def strongest_first(causes: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Likely causes before possible causes, then by probability in whole per cent, then by nats: some causes rest on
+    another test and save none."""
+
+    def place(finding: Finding) -> tuple[bool, int, float]:
+        return finding.probability < LIKELY, -round(100 * finding.probability), -finding.gain_nats
+
+    return tuple(sorted(causes, key=place))
+
+
+def trials_of(explanation: Explanation, causes: tuple[Finding, ...]) -> tuple[Tried, ...]:
+    """Every candidate, by nats saved; a candidate without a noticeable size saves none."""
+    weighing, fit = explanation.weighing, explanation.fit
+    equations = weighing.candidates_beyond_forms(fit)
+    rejected = [
+        _rejected(explanation, *ranked_candidate)
+        for ranked_candidate in ranked_candidates(equations, fit, len(equations.settings))
+    ]
+    accepted = [Tried(cause.cause.effect, cause.gain_nats, True) for cause in causes]
+    taken, labels = {cause.key for cause in fit.causes}, {item.label for item in rejected}
+    mute = [
+        Tried(effect, 0.0, False)
+        for effect in weighing.library
+        if effect.label not in labels and (effect.name, effect.number) not in taken
+    ]
+    return tuple(sorted((*accepted, *rejected, *mute), key=lambda each: -each.gain_nats))
+
+
+def _rejected(explanation: Explanation, gain: float, sigma: float, cause: Cause) -> Tried:
+    """A rejected candidate, fitted in full with the causes if it seems to save enough."""
+    fit, why = explanation.fit, ""
+    if gain > LEAST_GAIN:
+        with_candidate = explanation.weighing.fitted((*fit.causes, cause))
+        shows = len(with_candidate.causes) > len(fit.causes) and with_candidate.causes[-1].shows
+        gain = min(gain, with_candidate.gain - fit.gain) if shows else 0.0
+    if gain > LEAST_GAIN:
+        why = _reason(explanation, gain, sigma, cause)
+    return Tried(cause.effect, gain, False, why)
+
+
+def _reason(explanation: Explanation, gain: float, sigma: float, cause: Cause) -> str:
+    if len(explanation.causes) >= MOST_CAUSES:
+        return f"no dive tells more than {MOST_CAUSES} causes"
+    asked = required_gain(FormRemainder(explanation.weighing, explanation.fit), cause)
+    if gain <= asked:
+        return f"too little here: {asked:.0f} are asked for"
+    if sigma <= LEAST_SIGMA:
+        return "not in all parts of the dive"
+    return "in doubt: it comes and goes with what else is accepted"
+
+
+def parameters_of(fit: Fitted, k: int) -> dict[str, Value]:
+    """A cause's parameters as in the answer, with first-order 95 % intervals within their bounds; undetermined
+    parameters are left out."""
+    cause = fit.causes[k]
+    places = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == k]
+    moved = [fit.at[i][1] for i in places]
+    covariance = fit.covariance[np.ix_(places, places)]
+    mute = {
+        parameter.name
+        for p, parameter in enumerate(cause.effect.parameters)
+        if p not in moved and cause.effect.telling is None
+    } | _undetermined(cause, moved, np.sqrt(np.diag(covariance)))
+    slopes = [_slope(cause, p) for p in moved]
+    bounds = (
+        {}
+        if cause.effect.telling
+        else {parameter.name: (parameter.low, parameter.high) for parameter in cause.effect.parameters}
+    )
+    out = {}
+    for name, (value, unit) in cause.effect.told(cause.values).items():
+        if name in mute:
+            continue
+        slope = np.array([parameter[name] for parameter in slopes])
+        std = float(np.sqrt(max(slope @ covariance @ slope, 0.0)))
+        ends = value + Z95 * std * np.array([-1.0, 1.0]) if np.isfinite(std) else np.full(2, np.nan)
+        low, high = np.clip(ends, *bounds.get(name, (-np.inf, np.inf))).tolist()
+        out[name] = Value(value, unit, low, high)
+    return out
+
+
+def _with_period_interval(
+    cause: Cause, values: dict[str, Value], explanation: Explanation
+) -> dict[str, Value]:
+    """Add an interval for a sea's period, which is read off a spectrum and is no parameter of the fit."""
+    if not cause.effect.sea or PERIOD not in values:
+        return values
+    period, course = values[PERIOD], explanation.weighing.now.course
+    low, high = period_interval(period.value, float(course.since_s[-1]))
+    return values | {PERIOD: replace(period, low95=low, high95=high)}
+
+
+def _undetermined(cause: Cause, moved: Sequence[int], std: Array) -> set[str]:
+    """Names of parameters, std (k,), with a 95 % interval that spans both absence and a large value.
+
+    For example, a damping in a degree of freedom that hardly moves.
+    """
+    if cause.effect.telling is not None:
+        return set()
+    vague = set()
+    for p, std_p in zip(moved, std.tolist(), strict=True):
+        parameter = cause.effect.parameters[p]
+        if std_p > max(natural_scale(parameter), abs(cause.values[p] - parameter.none) / Z95):
+            vague.add(parameter.name)
+    return vague if len(vague) < len(moved) else set()
+
+
+def _slope(cause: Cause, p: int) -> dict[str, float]:
+    """Derivatives of the answer's parameters by parameter p."""
+    h = NEAR * natural_scale(cause.effect.parameters[p])
+    up, down = cause.values.copy(), cause.values.copy()
+    up[p] += h
+    down[p] -= h
+    high, low = cause.effect.told(up), cause.effect.told(down)
+    return {name: (high[name][0] - low[name][0]) / (2 * h) for name in high}
+
+
+def _others(explanation: Explanation, k: int) -> tuple[Cause, ...]:
+    return (*explanation.causes[:k], *explanation.causes[k + 1 :])

@@ -18,6 +18,7 @@ from identify.dive import Dive, Signal
 from identify.effects.course import Course, delayed, lagged, thrust_by_shaft
 from identify.effects.effect import Act
 from identify.estimators.readings import steers_unheard, tumbles
+from identify.ingest.rotation import euler_angles
 
 Array = NDArray[np.float64]
 
@@ -225,8 +226,7 @@ def _heading(dive: Dive, course: Course) -> Iterator[Witness]:
     ):
         return
     rate = turn.value[:, -1]
-    w, x, y, z = dive.attitude.value.T
-    heading = np.unwrap(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+    heading = np.unwrap(euler_angles(dive.attitude.value)[2])
     roll, pitch = (np.interp(turn.time_s, course.time_s, course.euler[:, i]) for i in (0, 1))
     q = np.interp(turn.time_s, course.time_s, course.nu[:, 4])
     by_gyro = (q * np.sin(roll) + rate * np.cos(roll)) / np.cos(pitch)

@@ -153,10 +153,10 @@ def percent_sure(probability: float) -> str:
     return "under 1 %" if probability < 0.005 else percent(probability)
 
 
-def _next(one: Next) -> tuple[str, ...]:
-    splits = f" It splits {listed([words(name) for name in one.splits])}." if one.splits else ""
-    dive = f"Dive next: {'; '.join(one.manoeuvres)}.{splits}" if one.manoeuvres else ""
-    sensor = f"Record as well: {'; '.join(one.sensors)}." if one.sensors else ""
+def _next(advice: Next) -> tuple[str, ...]:
+    splits = f" It splits {listed([words(name) for name in advice.splits])}." if advice.splits else ""
+    dive = f"Dive next: {'; '.join(advice.manoeuvres)}.{splits}" if advice.manoeuvres else ""
+    sensor = f"Record as well: {'; '.join(advice.sensors)}." if advice.sensors else ""
     return tuple(line for line in (dive, sensor) if line)
 
 
@@ -185,11 +185,6 @@ def rate(value: float, dof: str) -> str:
 def r_squared(nrmse: float) -> str:
     """R², 1 less the square of the error over the spread."""
     return fixed(1.0 - nrmse**2, 3)
-
-
-def axis_lines(where: str, shrink: Shrink) -> tuple[str, ...]:
-    """A line for each degree of freedom: drift, floor, share closed, error of the velocity, the plain baseline."""
-    return tuple(f"{where}, {axis.dof}: {_axis_words(axis)}." for axis in shrink.by_axis)
 
 
 def _axis_words(axis: AxisShrink) -> str:
@@ -224,7 +219,8 @@ def changes(shrink: Shrink) -> str:
 
 def disturbance_words(disturbance: Disturbance) -> str:
     """`3.1 N, 62 % of the variance of the thrusters' force`."""
-    return f"{force_words(disturbance)}, {percent_sure(disturbance.share)} of the variance of {_whole(disturbance)}"
+    whole = "the thrusters' force" if disturbance.pushed else "the force that the motion takes"
+    return f"{force_words(disturbance)}, {percent_sure(disturbance.share)} of the variance of {whole}"
 
 
 def force_words(disturbance: Disturbance) -> str:
@@ -253,15 +249,11 @@ def _share_words(disturbance: Disturbance) -> str:
 
 def swallowed_sentence(disturbance: Sequence[Disturbance]) -> str:
     """Sentence that a disturbance takes so much that its model explains too little."""
-    told = listed([f"in {axis.dof} it takes {disturbance_words(axis)}" for axis in swallowing(disturbance)])
+    text = listed([f"in {axis.dof} it takes {disturbance_words(axis)}" for axis in swallowing(disturbance)])
     return (
-        f"No candidate and no force that returns is missing, but the model leaves too much to the disturbance: {told}. "
+        f"No candidate and no force that returns is missing, but the model leaves too much to the disturbance: {text}. "
         f"It may be {MAY_BE}; the model explains too little there to say that there is no gap."
     )
-
-
-def _whole(disturbance: Disturbance) -> str:
-    return "the thrusters' force" if disturbance.pushed else "the force that the motion takes"
 
 
 MOST_OF_IT = 0.75
@@ -304,7 +296,7 @@ PARITIES = {
 
 def where_lines(diagnosis: Diagnosis, most: int = 3) -> tuple[str, ...]:
     """The largest parts of the squared gap, `71 % surge, steady`, at most `most`."""
-    largest = sorted(diagnosis.gap.where, key=lambda one: -one.share)[:most]
+    largest = sorted(diagnosis.gap.where, key=lambda each: -each.share)[:most]
     return tuple(
         f"{percent(item.share)} {item.dof}, {PHASES[item.phase]}" for item in largest if item.share >= 0.005
     )
@@ -323,13 +315,13 @@ def where_sentence(gap: Gap, whole: str = "it") -> str:
     """`71 % of it is in surge, steady, mostly above 0.3 m/s`; `whole` names the total."""
     if not gap.where:
         return "no degree of freedom was compared"
-    first = max(gap.where, key=lambda one: one.share)
+    first = max(gap.where, key=lambda each: each.share)
     if first.share >= STANDS_OUT:
         return f"{percent(first.share)} of {whole} is in {first.dof}, {PHASES[first.phase]}{_above(gap, first.dof)}"
     by_dof = shares_by_dof(gap.where)
     dof = max(by_dof, key=lambda name: by_dof[name])
     of_dof = [item for item in gap.where if item.dof == dof]
-    largest = max(of_dof, key=lambda one: one.share)
+    largest = max(of_dof, key=lambda each: each.share)
     part = "most" if largest.share > MOST_OF_THAT * by_dof[dof] else "the largest part"
     return f"{percent(by_dof[dof])} of {whole} is in {dof}, {part} of that {PHASES[largest.phase]}{_above(gap, dof)}"
 
@@ -366,14 +358,14 @@ def shares_by_dof(where: Sequence[Share]) -> dict[str, float]:
 def _above(gap: Gap, dof: str) -> str:
     """Clause on the speed above which most of a degree of freedom's gap lies; "" if that is rest."""
     slices = sorted(
-        (item for item in gap.slices if item.dof == dof and item.by == "speed"), key=lambda one: -one.low
+        (item for item in gap.slices if item.dof == dof and item.by == "speed"), key=lambda each: -each.low
     )
     total = sum(item.share for item in slices)
     summed = 0.0
-    for one in slices[:-1]:
-        summed += one.share
+    for each in slices[:-1]:
+        summed += each.share
         if total > 0 and summed >= MOST_OF_IT * total:
-            return f", mostly above {fixed(one.low, 2)} m/s" if one.low >= LEAST_SPEED_M_S else ""
+            return f", mostly above {fixed(each.low, 2)} m/s" if each.low >= LEAST_SPEED_M_S else ""
     return ""
 
 
@@ -398,7 +390,9 @@ def _verdict(diagnosis: Diagnosis) -> str:
         part = f"{part[:-1]}{contradiction_clause(diagnosis.heldout, diagnosis.check)}." if part else ""
         return f"Something is there that no candidate explains: {_unexplained(diagnosis, 'it')}.{part}"
     doubt = "".join(
-        f", but this dive can't tell {_ambiguity_clause(cause)}" for cause in likely if cause.also
+        f", but this dive can't tell {effect_words(cause.cause.effect)} from {' or '.join(map(words, cause.also))}"
+        for cause in likely
+        if cause.also
     )
     partly = diagnosis.verdict == "partly"
     no_gap = not partly and _opens_no_gap(diagnosis)
@@ -460,26 +454,29 @@ def shrink_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
     fitted = _whole_dive(diagnosis)
     whole = (f"Over the whole dive, which was fitted: {fitted}.",) if fitted else ()
     shrinks = (("On pieces held out", diagnosis.heldout), ("On the check dive", diagnosis.check))
-    return (*whole, *(line for where, one in shrinks if one is not None for line in _shrunk(where, one)))
+    return (*whole, *(line for where, each in shrinks if each is not None for line in _shrunk(where, each)))
 
 
 def _shrunk(where: str, shrink: Shrink) -> tuple[str, ...]:
     pooled = ", all together" if shrink.by_axis else ""
-    return (*axis_lines(where, shrink), f"{where}{pooled}: {_shrink(shrink)}.")
+    by_axis = (f"{where}, {axis.dof}: {_axis_words(axis)}." for axis in shrink.by_axis)
+    return (*by_axis, f"{where}{pooled}: {_shrink(shrink)}.")
 
 
 def character_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
     """A line on the character of the unexplained remainder, if any."""
-    one = diagnosis.character
-    if one is None:
+    character = diagnosis.character
+    if character is None:
         return ()
-    goes = f"It goes with {listed([variable(v) for v in one.depends_on])}." if one.depends_on else ""
+    goes = (
+        f"It goes with {listed([variable(v) for v in character.depends_on])}." if character.depends_on else ""
+    )
     sentences = (
         "What no candidate explains:",
-        f"It acts in {listed(one.dof)}." if one.dof else "",
-        f"It is {FRAMES[one.frame]}.",
-        f"It is {PARITIES[one.parity]}.",
-        f"In time it is {one.timing}.",
+        f"It acts in {listed(character.dof)}." if character.dof else "",
+        f"It is {FRAMES[character.frame]}.",
+        f"It is {PARITIES[character.parity]}.",
+        f"In time it is {character.timing}.",
         goes,
     )
     return (" ".join(filter(None, sentences)),)
@@ -571,10 +568,6 @@ def _within_noise(before: float) -> str:
 
 def _all(findings: Sequence[Finding]) -> str:
     return listed([name_of(cause) for cause in findings])
-
-
-def _ambiguity_clause(finding: Finding) -> str:
-    return f"{effect_words(finding.cause.effect)} from {' or '.join(map(words, finding.also))}"
 
 
 def _floors(value: float) -> str:

@@ -30,7 +30,6 @@ from identify.checks.fit import (
     too_little,
     unseen_doubts,
 )
-from identify.dates import utc
 from identify.dive import Dive, Signal
 from identify.estimators.axes import Axes
 from identify.estimators.likelihood_joint import JointLikelihood
@@ -50,6 +49,7 @@ from identify.identification import (
     worst,
 )
 from identify.identification import estimate as as_estimate
+from identify.ingest.open import utc
 from identify.priors import with_priors
 
 Array = NDArray[np.float64]
@@ -244,12 +244,18 @@ def without_masses(fit: Identification, doubts: tuple[Doubt, ...]) -> Identifica
     )
 
 
-def _left_out(one: Estimate, reasons: dict[str, str]) -> Estimate:
-    if one.name not in reasons or not math.isfinite(one.value):
-        return one
+def _left_out(parameter: Estimate, reasons: dict[str, str]) -> Estimate:
+    if parameter.name not in reasons or not math.isfinite(parameter.value):
+        return parameter
     nan = math.nan
     return replace(
-        one, value=nan, std=nan, low95=nan, high95=nan, identifiable=False, reason=reasons[one.name]
+        parameter,
+        value=nan,
+        std=nan,
+        low95=nan,
+        high95=nan,
+        identifiable=False,
+        reason=reasons[parameter.name],
     )
 
 

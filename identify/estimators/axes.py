@@ -299,17 +299,17 @@ def _off_the_command(dive: Dive, forces: WrenchHistory, limit_n: float) -> dict[
     return shares
 
 
-def _events(dof: int, found: list[Channel], span_s: tuple[float, float]) -> Axis | None:
+def _events(dof: int, channels: list[Channel], span_s: tuple[float, float]) -> Axis | None:
     """Return the readings of an axis in time order, with long steps divided, still without any force."""
-    time_s = np.round(np.concatenate([c.time_s for c in found]), TIME_DIGITS)
-    value = np.concatenate([c.value for c in found])
-    scale = np.concatenate([c.scale for c in found])
-    state = np.concatenate([np.full(len(c.time_s), c.state_read, dtype=np.int64) for c in found])
-    channel = np.concatenate([np.full(len(c.time_s), i, dtype=np.int64) for i, c in enumerate(found)])
+    time_s = np.round(np.concatenate([c.time_s for c in channels]), TIME_DIGITS)
+    value = np.concatenate([c.value for c in channels])
+    scale = np.concatenate([c.scale for c in channels])
+    state = np.concatenate([np.full(len(c.time_s), c.state_read, dtype=np.int64) for c in channels])
+    channel = np.concatenate([np.full(len(c.time_s), i, dtype=np.int64) for i, c in enumerate(channels)])
     keep = np.flatnonzero((time_s >= span_s[0]) & (time_s <= span_s[1]))
     order = keep[np.argsort(time_s[keep], kind="stable")]
     time_s, value, scale, state, channel = (a[order] for a in (time_s, value, scale, state, channel))
-    if np.count_nonzero(np.isfinite(value) & (state == found[0].state_read)) < FEWEST:
+    if np.count_nonzero(np.isfinite(value) & (state == channels[0].state_read)) < FEWEST:
         return None
     # An increment that began before the first event is incomplete.
     whole = state != INCREMENT
@@ -333,7 +333,7 @@ def _events(dof: int, found: list[Channel], span_s: tuple[float, float]) -> Axis
         np.insert(scale, before, 1.0),
         np.insert(state, before, VELOCITY),
         np.insert(channel, before, 0),
-        tuple(found),
+        tuple(channels),
         0.0,
         initial,
         np.zeros(len(time_s)),

@@ -251,7 +251,7 @@ def rough_maximum(
             continue
     if not maxima:
         raise np.linalg.LinAlgError("no start leads to a maximum")
-    return max(maxima, key=lambda one: one.log_likelihood)
+    return max(maxima, key=lambda each: each.log_likelihood)
 
 
 def regressed(problem: AxisLikelihood, rigid: float) -> Array:

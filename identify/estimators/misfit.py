@@ -183,10 +183,10 @@ def coefficients(joint: JointLikelihood) -> tuple[list[int], list[int]]:
     return list(rows), list(places)
 
 
-def _of_all(one: Multiplier, rows: Sequence[int], where: Sequence[int]) -> Multiplier:
+def _of_all(test: Multiplier, rows: Sequence[int], where: Sequence[int]) -> Multiplier:
     leaning = np.zeros(len(OF_HULL))
-    leaning[list(rows)] = one.leaning[list(where)]
-    return Multiplier(one.score, one.size, leaning)
+    leaning[list(rows)] = test.leaning[list(where)]
+    return Multiplier(test.score, test.size, leaning)
 
 
 def by_drag(speed: Array) -> Array:

@@ -10,7 +10,7 @@ from bridge.vehicle.dynamics import restoring
 from identify.dive import Dive, Signal
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
 from identify.estimators.motion import Motion, smoothed, smoothed_velocity
-from identify.ingest.rotation import to_body_turn
+from identify.ingest.rotation import euler_angles, to_body_turn
 
 Array = NDArray[np.float64]
 
@@ -229,10 +229,8 @@ def with_rates_of_places(dive: Dive, file: VehicleFile, motion: Motion) -> Motio
                 if not nu[:, ROLL + i].any():
                     nu[:, ROLL + i] = _slope(turned, i, motion.time_s)
             return Motion(motion.time_s, nu)
-        w, x, y, z = dive.attitude.value.T
-        down_x, down_y, down_z = down_axis(dive.attitude.value)
-        heading = np.unwrap(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
-        euler = np.column_stack([np.arctan2(down_y, down_z), np.arcsin(np.clip(-down_x, -1.0, 1.0)), heading])
+        roll, pitch, heading = euler_angles(dive.attitude.value)
+        euler = np.column_stack([roll, pitch, np.unwrap(heading)])
         angles = Signal(dive.attitude.time_s, euler)
         roll, pitch = (np.interp(motion.time_s, angles.time_s, euler[:, i]) for i in range(2))
         by_roll, by_pitch, by_heading = (_slope(angles, i, motion.time_s) for i in range(3))
@@ -284,16 +282,14 @@ def places_of(dive: Dive, file: VehicleFile, motion: Motion, attitude: Array | N
         down_x, down_y, down_z = down_axis(attitude)
         if depth is not None:
             places[HEAVE] = depth, down_x * u + down_y * v + (down_z - 1.0) * w
-        roll, pitch = np.arctan2(down_y, down_z), np.arcsin(np.clip(-down_x, -1.0, 1.0))
-        x, y, z = down_axis(dive.attitude.value)
+        roll, pitch, _ = euler_angles(attitude)
+        read_roll, read_pitch, heading = euler_angles(dive.attitude.value)
         turned = q * np.sin(roll) + r * np.cos(roll)
-        places[ROLL] = Signal(dive.attitude.time_s, np.arctan2(y, z)[:, None]), turned * np.tan(pitch)
+        places[ROLL] = Signal(dive.attitude.time_s, read_roll[:, None]), turned * np.tan(pitch)
         level = q * (np.cos(roll) - 1.0) - r * np.sin(roll)
-        w, i, j, k = dive.attitude.value.T
-        heading = np.unwrap(np.arctan2(2 * (w * k + i * j), 1 - 2 * (j * j + k * k)))
         turning = (q * np.sin(roll) + r * np.cos(roll)) / np.maximum(np.cos(pitch), LEAST_COSINE)
-        places[YAW] = Signal(dive.attitude.time_s, heading[:, None]), turning - r
-        places[PITCH] = Signal(dive.attitude.time_s, np.arcsin(np.clip(-x, -1.0, 1.0))[:, None]), level
+        places[YAW] = Signal(dive.attitude.time_s, np.unwrap(heading)[:, None]), turning - r
+        places[PITCH] = Signal(dive.attitude.time_s, read_pitch[:, None]), level
     out = {}
     for dof, (read, rate) in places.items():
         carried = motion.integral(rate)
@@ -323,9 +319,8 @@ def restoring_force(
     g = np.asarray(restoring(configuration, tuple(attitude.T))[dof])
     if stiffness == 0.0 or place is None:
         return g
-    down_x, down_y, down_z = down_axis(attitude)
-    angle = np.arctan2(down_y, down_z) if dof == ROLL else np.arcsin(np.clip(-down_x, -1.0, 1.0))
-    return g - stiffness * (angle - place.carried)
+    roll, pitch, _ = euler_angles(attitude)
+    return np.asarray(g - stiffness * ((roll if dof == ROLL else pitch) - place.carried))
 
 
 def stiffness_of(dive: Dive, configuration: Configuration, dof: int) -> float:

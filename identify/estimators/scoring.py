@@ -75,12 +75,6 @@ def log_posterior(problem: Problem, theta: Array) -> float:
     return problem.log_likelihood(theta) - 0.5 * float(np.sum(problem.prior_precision * off**2))
 
 
-def gaussian(e: Array, s: Array) -> float:
-    """Log likelihood of innovations of these variances, (n,) each, without constants; -inf if a variance is not
-    positive."""
-    return -0.5 * float(np.sum(np.log(s) + e * e / s)) if np.all(s > 0) else -np.inf
-
-
 def score(problem: Problem, theta: Array) -> tuple[Array, Array]:
     """Gradient of log L (p,) and information (p, p) at theta, by central differences."""
     e, s = problem.innovations(theta)

@@ -284,9 +284,9 @@ def _rough_delay(dive: Dive, file: VehicleFile, name: str) -> tuple[float, list[
         fits = _fits_of(delayed(built, forces, delay_s), file, name, fits)
         if fits:
             tried.append((delay_s, fits))
-        if _is_past([one.log_posterior for _, (one,) in tried]):
+        if _is_past([each.log_posterior for _, (each,) in tried]):
             break
-    return max(tried, key=lambda one: one[1][0].log_posterior, default=(0.0, []))
+    return max(tried, key=lambda each: each[1][0].log_posterior, default=(0.0, []))
 
 
 def _rough_lag(dive: Dive, delay_s: float, file: VehicleFile, name: str) -> float:
@@ -338,9 +338,9 @@ def _rough_lateness(dive: Dive, delay_s: float, file: VehicleFile, name: str) ->
         early = dated_back(dive, 0.5 * late_s, 0.5 * late_s)
         fits = _fitted(early, delay_s, file, name, (SURGE, SWAY), fits)
         tried.append((late_s, fits))
-        if _is_past([_of_velocity(one) for _, one in tried]):
+        if _is_past([_of_velocity(each) for _, each in tried]):
             break
-    return max(tried, key=lambda one: _of_velocity(one[1]))
+    return max(tried, key=lambda each: _of_velocity(each[1]))
 
 
 def _is_past(log_posteriors: Sequence[float]) -> bool:

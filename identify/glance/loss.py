@@ -57,13 +57,13 @@ class Loss:
         return self.lost / max(self.received + self.lost, 1)
 
 
-def loss_of(paths: Sequence[Path], source: str, beside: Sequence[Path] = ()) -> Loss:
+def loss_of(paths: Sequence[Path], source: str, logs: Sequence[Path] = ()) -> Loss:
     """Loss of the vehicle in one or more `.tlog`, by its components that send much. Raises LogError as `read_dive`.
 
-    `beside`: recordings of the ground, if `paths` were completed from it without the messages that the vehicle sent
+    `logs`: recordings of the ground, if `paths` were completed from it without the messages that the vehicle sent
     while its files were fetched. These messages arrived and had sequence numbers too.
     """
-    frames = _with_transfers(load_frames(paths), beside)
+    frames = _with_transfers(load_frames(paths), logs)
     system = vehicle_system(frames, source)[0]
     vehicle_rows = np.flatnonzero(frames.system == system)
     by_component = [
@@ -81,10 +81,10 @@ def loss_of(paths: Sequence[Path], source: str, beside: Sequence[Path] = ()) -> 
     )
 
 
-def _with_transfers(frames: Frames, beside: Sequence[Path]) -> Frames:
+def _with_transfers(frames: Frames, logs: Sequence[Path]) -> Frames:
     """Merge in the file-transfer messages of other recordings, by arrival time."""
     try:
-        heard = load_frames(beside) if beside else None
+        heard = load_frames(logs) if logs else None
     except LogError:  # an unreadable recording counts as not heard
         heard = None
     rows = () if heard is None else heard.rows(TRANSFER)
@@ -93,8 +93,8 @@ def _with_transfers(frames: Frames, beside: Sequence[Path]) -> Frames:
     arrival_s = np.concatenate((frames.arrival_s, heard.arrival_s[rows]))
     order = np.argsort(arrival_s, kind="stable")
 
-    def both(one: NDArray[np.int64], more: NDArray[np.int64]) -> NDArray[np.int64]:
-        return np.concatenate((one, more[rows]))[order]
+    def both(numbers: NDArray[np.int64], more: NDArray[np.int64]) -> NDArray[np.int64]:
+        return np.concatenate((numbers, more[rows]))[order]
 
     return Frames(
         np.concatenate((frames.data, heard.data)),

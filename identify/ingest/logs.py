@@ -92,12 +92,12 @@ def match(own: dict[str, Any], other: dict[str, Any]) -> Match:
             f"{UNTOLD}; both must hold rates of turn or attitude, {LEAST_HZ:.0f} Hz of it or more, for "
             f"{SHORTEST_S:.0f} s in common"
         )
-    results = [one for one in (_match(*pair) for pair in pairs) if one is not None]
+    results = [each for each in (_match(*pair) for pair in pairs) if each is not None]
     if not results:
         raise LogError(
             f"{UNTOLD}: it and the telemetry have no {SHORTEST_S:.0f} s in common in which the vehicle turns"
         )
-    best = min(results, key=lambda one: one.within_s)
+    best = min(results, key=lambda each: each.within_s)
     if best.within_s > MOST_UNSURE_S:
         raise LogError(
             f"{UNTOLD} to better than {1e3 * best.within_s:.0f} ms: the vehicle turned too little, or it is of "

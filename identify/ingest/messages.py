@@ -169,7 +169,8 @@ def vehicle_runs(frames: Frames, source: str) -> tuple[Messages, ...]:
     Only the `MOST_RUNS` longest runs. Raises LogError for no vehicle, or more than one.
     """
     system, system_notes = vehicle_system(frames, source)
-    timed = {component: timed_rows(frames, system, component) for component in _components(frames, system)}
+    components = [int(c) for c in np.unique(frames.component[frames.system == system])]
+    timed = {component: timed_rows(frames, system, component) for component in components}
     stating = sum(len(rows) for rows, _ in timed.values())
     timed = {component: _tame(frames, *rows_times) for component, rows_times in timed.items()}
     timed = {component: rows_times for component, rows_times in timed.items() if len(rows_times[0])}
@@ -210,10 +211,6 @@ def vehicle_system(frames: Frames, source: str) -> tuple[int, tuple[str, ...]]:
             f"{source}: several vehicles speak in it, {said}; split the recording, one vehicle a file"
         )
     return int(systems[best]), (f"Several senders of telemetry: {said}; system {systems[best]} is taken.",)
-
-
-def _components(frames: Frames, system: int) -> list[int]:
-    return [int(c) for c in np.unique(frames.component[frames.system == system])]
 
 
 def timed_rows(frames: Frames, system: int, component: int) -> tuple[Rows, Array]:
@@ -292,16 +289,16 @@ def unheard_notes(frames: Frames, system: int) -> tuple[str, ...]:
     return (note(frames, silences, keeps_ring(frames, system)),) if silences else ()
 
 
-def note(frames: Frames, found: Sequence[Silence], ring: bool) -> str:
+def note(frames: Frames, pauses: Sequence[Silence], ring: bool) -> str:
     """Describe the longest silence and how to get the frames; "" without silences. `ring`: the vehicle keeps a
     recording.
     """
-    worst = longest(found)
+    worst = longest(pauses)
     if worst is None:
         return ""
     begins_s = max(0.0, worst.begins_s - float(frames.arrival_s[0]))
     more = {1: "", 2: ", and once more for less"}.get(
-        len(found), f", and {len(found) - 1} times more for less"
+        len(pauses), f", and {len(pauses) - 1} times more for less"
     )
     sentence = f"Nothing was heard of the vehicle for {worst.seconds:.0f} s at a stretch"
     return Note(f"{sentence}, from {clock(begins_s)} on{more}: {way_to_mend(ring)}.", Kind.UNHEARD)

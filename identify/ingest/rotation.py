@@ -25,6 +25,18 @@ def quaternions_from_euler(roll: Array, pitch: Array, yaw: Array) -> Array:
     )
 
 
+def euler_angles(quaternion: Array) -> tuple[Array, Array, Array]:
+    """Roll, pitch and heading (n,) in radians, from quaternions (n, 4)."""
+    w, x, y, z = quaternion.T
+    roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    heading = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    return (
+        np.asarray(roll),
+        np.asarray(np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))),
+        np.asarray(heading),
+    )
+
+
 def attitude_at(attitude: Signal, time_s: Array) -> Array:
     """Unit quaternions (m, 4) interpolated between the samples, along the shorter way."""
     q = attitude.value

@@ -44,7 +44,7 @@ def velocity_of(messages: Messages, attitude: Signal | None) -> Told | None:
     if (odometry := messages.get("ODOMETRY")) is not None:
         signal = _odometry(odometry, attitude)
         if signal is not None:
-            return Told(signal, _is_fused(odometry))
+            return Told(signal, bool(np.isin(odometry.fields["estimator_type"], FUSED).all()))
     signal = _deltas(messages.get_from_anyone("VISION_POSITION_DELTA"))
     if signal is None:
         signal = _of_earth(messages.get_from_anyone("VISION_SPEED_ESTIMATE"), ("x", "y", "z"), attitude)
@@ -72,10 +72,6 @@ def _odometry(batch: Batch, attitude: Signal | None) -> Signal | None:
             ned = velocity[:, [1, 0, 2]] * np.array([1, 1, -1]) if earth_frame == LOCAL_ENU else velocity
             return _turned(batch.time_s, ned, child == earth_frame, attitude)
     return None
-
-
-def _is_fused(batch: Batch) -> bool:
-    return bool(np.isin(batch.fields["estimator_type"], FUSED).all())
 
 
 def _deltas(batch: Batch | None) -> Signal | None:

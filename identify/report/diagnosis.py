@@ -14,7 +14,7 @@ from identify.diagnose.search import LEAST_GAIN
 from identify.diagnose.shrink import CHANCE
 from identify.effects.effect import COMPENSATED_BY
 from identify.report import diagnosis_figures as figures
-from identify.report.page import Report, Section, Table, render_report
+from identify.report.page import Report, Section, Table
 from identify.words import MISSING, capital, fixed, seconds, significant, unit, with_interval
 
 FLOOR = (
@@ -60,11 +60,6 @@ BY_AXIS = (
     "squares: the NRMSE of a plain baseline, of linear and quadratic drag, trim and a delay, with neither the library "
     "nor a noise model."
 )
-
-
-def diagnosis_page(diagnosis: Diagnosis) -> str:
-    """The page as HTML."""
-    return render_report(diagnosis_report(diagnosis))
 
 
 def diagnosis_report(diagnosis: Diagnosis) -> Report:
@@ -202,7 +197,12 @@ def _before_after(d: Diagnosis, k: int, dof: int) -> str:
 
 
 def _what(d: Diagnosis) -> Section:
-    lines = [part for cause in d.findings for part in _cause(cause)]
+    lines = []
+    for finding in d.findings:
+        lines += [
+            wording.cause_sentence(finding),
+            *([wording.alike_sentence(finding)] if finding.also else []),
+        ]
     lines += [LIKENESS] if any(cause.also for cause in d.findings) else []
     lines += wording.character_lines(d)
     if not lines:
@@ -212,15 +212,11 @@ def _what(d: Diagnosis) -> Section:
     return Section("2. What causes it", "\n\n".join(lines), tables)
 
 
-def _cause(one: Finding) -> tuple[str, ...]:
-    return (wording.cause_sentence(one), *((wording.alike_sentence(one),) if one.also else ()))
-
-
 def _parameters(d: Diagnosis) -> tuple[tuple[str, ...], ...]:
     rows = []
-    for found in d.findings:
-        cause = wording.effect_words(found.cause.effect)
-        values = wording.told_parameters(found)
+    for finding in d.findings:
+        cause = wording.effect_words(finding.cause.effect)
+        values = wording.told_parameters(finding)
         if not values:
             rows.append((cause, MISSING, MISSING, MISSING, MISSING))
         for name, value in values.items():
@@ -290,7 +286,7 @@ AXIS_COLUMNS = (
 )
 
 
-def _axis_rows(one: Shrink) -> tuple[tuple[str, ...], ...]:
+def _axis_rows(shrink: Shrink) -> tuple[tuple[str, ...], ...]:
     return tuple(
         (
             axis.dof,
@@ -300,7 +296,7 @@ def _axis_rows(one: Shrink) -> tuple[tuple[str, ...], ...]:
             f"{wording.r_squared(axis.nrmse_before)} → {wording.r_squared(axis.nrmse_after)}",
             fixed(axis.nrmse_baseline, 2),
         )
-        for axis in one.by_axis
+        for axis in shrink.by_axis
     )
 
 
@@ -314,18 +310,23 @@ def _over_time(d: Diagnosis) -> Section | None:
     return Section("3.1 Measured and simulated", text, traces=(figures.velocities(flown),))
 
 
-def _shrunk(one: Shrink) -> tuple[str, ...]:
-    interval = wording.percents(one.low95, one.high95) or MISSING
-    value = wording.percent(one.value) if math.isfinite(one.value) else MISSING
-    return significant(one.before), significant(one.after), value, interval
+def _shrunk(shrink: Shrink) -> tuple[str, ...]:
+    interval = wording.percents(shrink.low95, shrink.high95) or MISSING
+    value = wording.percent(shrink.value) if math.isfinite(shrink.value) else MISSING
+    return significant(shrink.before), significant(shrink.after), value, interval
 
 
-def _gained(one: Finding) -> tuple[str, ...]:
-    cause, by = wording.effect_words(one.cause.effect), one.cause.effect.feedforward
+def _gained(finding: Finding) -> tuple[str, ...]:
+    cause, by = wording.effect_words(finding.cause.effect), finding.cause.effect.feedforward
     made_up = COMPENSATED_BY[by] if by else "nothing: the feed-forward can't"
-    if one.feedforward is None:
+    if finding.feedforward is None:
         return cause, MISSING, MISSING, made_up
-    return cause, wording.mm_s(one.feedforward.before_m_s), wording.mm_s(one.feedforward.after_m_s), made_up
+    return (
+        cause,
+        wording.mm_s(finding.feedforward.before_m_s),
+        wording.mm_s(finding.feedforward.after_m_s),
+        made_up,
+    )
 
 
 def _apart(predicted: Shrink | None, measured: Shrink | None) -> str:
@@ -348,31 +349,35 @@ HOW = (
 )
 
 
-def against_report(one: Against) -> Report:
+def against_report(comparison: Against) -> Report:
     """Build the page: verdict and parts."""
     return Report(
-        f"{one.vehicle.vehicle}: {one.vehicle.dive} against the simulator's {one.simulator.dive}",
-        subtitle(one.vehicle),
-        unbroken(verdict_sentence(one)),
-        (_change(one), *sections(replace(one.vehicle, verdict=one.verdict)), _own(one)),
+        f"{comparison.vehicle.vehicle}: {comparison.vehicle.dive} against the simulator's {comparison.simulator.dive}",
+        subtitle(comparison.vehicle),
+        unbroken(verdict_sentence(comparison)),
+        (
+            _change(comparison),
+            *sections(replace(comparison.vehicle, verdict=comparison.verdict)),
+            _own(comparison),
+        ),
     )
 
 
-def _change(one: Against) -> Section:
+def _change(comparison: Against) -> Section:
     """Changes to make in the simulator."""
-    rows = [*_lacking_rows(one), *(_row(difference) for difference in one.off)]
+    rows = [*_lacking_rows(comparison), *(_row(difference) for difference in comparison.off)]
     columns = ("What", "Simulator has", "Vehicle has", "95 % interval", "Unit", "Off by")
     table = (
         (Table(columns, tuple(rows), "What to set in the simulator, all of it together."),) if rows else ()
     )
-    possible = tuple(each for each in one.differences if each not in one.off)
-    text = [HOW, *lines(replace(one, differences=possible))]
+    possible = tuple(each for each in comparison.differences if each not in comparison.off)
+    text = [HOW, *lines(replace(comparison, differences=possible))]
     return Section("What to change in the simulator", "\n\n".join(text), table)
 
 
-def _lacking_rows(one: Against) -> list[tuple[str, ...]]:
+def _lacking_rows(comparison: Against) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
-    for lacking in wording.sorted_by_likelihood(one.lacks)[0]:
+    for lacking in wording.sorted_by_likelihood(comparison.lacks)[0]:
         cause = wording.effect_words(lacking.cause.effect)
         values = wording.told_parameters(lacking)
         for name, value in values.items():
@@ -384,24 +389,34 @@ def _lacking_rows(one: Against) -> list[tuple[str, ...]]:
     return rows
 
 
-def _row(one: Difference) -> tuple[str, ...]:
-    name = f"{wording.words(one.of)}, {wording.parameter(one.name)}" if one.of else one.name
-    its, _ = with_interval(one.simulator.value, one.simulator.low95, one.simulator.high95)
-    number, interval = with_interval(one.vehicle.value, one.vehicle.low95, one.vehicle.high95)
-    unit_text = unit(one.vehicle.unit) if one.vehicle.unit != "1" else MISSING
+def _row(difference: Difference) -> tuple[str, ...]:
+    name = (
+        f"{wording.words(difference.of)}, {wording.parameter(difference.name)}"
+        if difference.of
+        else difference.name
+    )
+    its, _ = with_interval(
+        difference.simulator.value, difference.simulator.low95, difference.simulator.high95
+    )
+    number, interval = with_interval(
+        difference.vehicle.value, difference.vehicle.low95, difference.vehicle.high95
+    )
+    unit_text = unit(difference.vehicle.unit) if difference.vehicle.unit != "1" else MISSING
     return (
         name,
         its,
         number,
         interval,
         unit_text,
-        f"{'+' if one.share > 0 else '−'}{wording.percent(abs(one.share))}",
+        f"{'+' if difference.share > 0 else '−'}{wording.percent(abs(difference.share))}",
     )
 
 
-def _own(one: Against) -> Section:
+def _own(comparison: Against) -> Section:
     """Diagnosis of the simulator's own recording."""
     return Section(
         "What the simulator has",
-        "\n\n".join((wording.verdict_sentence(one.simulator), *wording.cause_lines(one.simulator))),
+        "\n\n".join(
+            (wording.verdict_sentence(comparison.simulator), *wording.cause_lines(comparison.simulator))
+        ),
     )

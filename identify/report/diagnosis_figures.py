@@ -68,11 +68,11 @@ def slices(gap: Gap) -> tuple[Figure, ...]:
 def _slices_of(gap: Gap, dof: str) -> Figure | None:
     parts = []
     for by, title in SLICES.items():
-        own_slices = [one for one in gap.slices if one.dof == dof and one.by == by]
-        own_slices.sort(key=_bearing if by == "heading" else lambda one: one.low)
-        total = sum(one.share for one in own_slices)
+        own_slices = [each for each in gap.slices if each.dof == dof and each.by == by]
+        own_slices.sort(key=_bearing if by == "heading" else lambda each: each.low)
+        total = sum(each.share for each in own_slices)
         decimals = _decimals(own_slices)
-        named = {_range(one, decimals) for one in own_slices}
+        named = {_range(each, decimals) for each in own_slices}
         # A variable that changes by less than the shown digits is constant over the dive.
         if (
             total > 0
@@ -81,8 +81,8 @@ def _slices_of(gap: Gap, dof: str) -> Figure | None:
             and not _still(own_slices, decimals)
         ):
             rows = [
-                Bar(_range(one, decimals), one.share / total, wording.percent(one.share / total))
-                for one in own_slices
+                Bar(_range(each, decimals), each.share / total, wording.percent(each.share / total))
+                for each in own_slices
             ]
             parts.append(bars(rows, f"{dof}, {title}"))
     if not parts:
@@ -107,25 +107,25 @@ def _decimals(mine: Sequence[Slice]) -> int:
     return min(max(decimals_for(min(widths)), 0), 2) if widths else 0
 
 
-def _range(one: Slice, decimals: int) -> str:
-    if one.by == "heading":
-        low = _bearing(one)
-        return f"{fixed(low, 0)}° to {fixed(low + math.degrees(one.high - one.low), 0)}°"
-    return f"{fixed(one.low, decimals)} to {fixed(one.high, decimals)} {UNITS[one.by]}"
+def _range(part: Slice, decimals: int) -> str:
+    if part.by == "heading":
+        low = _bearing(part)
+        return f"{fixed(low, 0)}° to {fixed(low + math.degrees(part.high - part.low), 0)}°"
+    return f"{fixed(part.low, decimals)} to {fixed(part.high, decimals)} {UNITS[part.by]}"
 
 
-def _bearing(one: Slice) -> float:
+def _bearing(part: Slice) -> float:
     """Start of a slice by heading, in degrees clockwise from north, 0 to 360."""
-    return round(math.degrees(one.low), 6) % 360.0
+    return round(math.degrees(part.low), 6) % 360.0
 
 
 def candidates(
-    tried: Sequence[Tried], found: Sequence[Finding]
+    tried: Sequence[Tried], findings: Sequence[Finding]
 ) -> tuple[str, tuple[Figure, ...], tuple[Table, ...]]:
     """Evidence for each candidate of the library, in its best form: text, a figure of the strongest, a table of the
     rest.
 
-    If no candidate has notable evidence, only a sentence that says so. A cause in `found` that is less probable than
+    If no candidate has notable evidence, only a sentence that says so. A cause in `findings` that is less probable than
     not is called possible, with its probability.
     """
     best: dict[tuple[str, int], Tried] = {}
@@ -137,7 +137,7 @@ def candidates(
     few = len(order) - len(notable)
     if not notable:
         return f" Here none of {few} candidates saves more than {LEAST_TOLD:g} nats.", (), ()
-    _, unlikely = wording.sorted_by_likelihood(found)
+    _, unlikely = wording.sorted_by_likelihood(findings)
     possible = {
         candidate.cause.effect.label: wording.percent_sure(candidate.probability) for candidate in unlikely
     }
@@ -145,7 +145,7 @@ def candidates(
         Bar(
             wording.candidate_words(candidate.effect) + _aside(candidate, possible),
             math.log1p(max(candidate.gain_nats, 0.0)) / longest if longest > 0 else 0.0,
-            f"{_nats(candidate.gain_nats)} nats",
+            f"{fixed(candidate.gain_nats, 0 if abs(candidate.gain_nats) >= 10 else 1)} nats",
             "accepted" if candidate.accepted and candidate.label not in possible else "",
         )
         for candidate in notable
@@ -168,15 +168,11 @@ def candidates(
     return "", (drawn,), (Table(("Weaker candidate", "Saves"), weaker),) if weaker else ()
 
 
-def _aside(one: Tried, possible: Mapping[str, str]) -> str:
+def _aside(candidate: Tried, possible: Mapping[str, str]) -> str:
     """Text behind a candidate's name; `possible`: probabilities by label."""
-    if one.accepted and one.label in possible:
-        return f" (possible: {possible[one.label]} probable)"
-    return f" ({one.why})" if one.why else ""
-
-
-def _nats(value: float) -> str:
-    return fixed(value, 0 if abs(value) >= 10 else 1)
+    if candidate.accepted and candidate.label in possible:
+        return f" (possible: {possible[candidate.label]} probable)"
+    return f" ({candidate.why})" if candidate.why else ""
 
 
 def growth(gap: Gap) -> Figure:
@@ -239,12 +235,12 @@ def over_time(diagnosis: Diagnosis) -> Figure | None:
     )
 
 
-def velocities(one: Prediction) -> Traces:
+def velocities(prediction: Prediction) -> Traces:
     """Measured velocities and those simulated before and after; a panel for each fitted degree of freedom."""
     panels = []
-    for dof in np.flatnonzero(np.isfinite(one.floor)).tolist():
+    for dof in np.flatnonzero(np.isfinite(prediction.floor)).tolist():
         unit, scale = ("m/s", 1.0) if dof < 3 else ("°/s", math.degrees(1.0))
-        ways = (one.measured, one.before, one.after)
+        ways = (prediction.measured, prediction.before, prediction.after)
         curves = tuple(
             Trace(label, k, scale * way[:, dof])
             for k, (label, way) in enumerate(zip(FLOWN, ways, strict=True))
@@ -255,8 +251,8 @@ def velocities(one: Prediction) -> Traces:
         "Velocities in body axes: measured (smoothed), and simulated from thrust and attitude alone, started anew from "
         f"the measured one every {wording.DRIFT_S:g} s: by the plain model (before) and with the causes in (after). "
         "The buttons stretch the time axis; then it can be moved sideways.",
-        one.time_s - one.time_s[0],
-        one.window,
+        prediction.time_s - prediction.time_s[0],
+        prediction.window,
         tuple(panels),
     )
 

@@ -122,7 +122,7 @@ def render_report(report: Report, drawn: Callable[[float], None] = _unseen) -> s
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'">
 <title>{safe(report.title)}</title>
-<style>{STYLE}{traces.STYLE if _traced(report) else ""}</style>
+<style>{STYLE}{traces.STYLE if any(section.traces for section in report.sections) else ""}</style>
 </head>
 <body>
 <header>
@@ -135,10 +135,6 @@ def render_report(report: Report, drawn: Callable[[float], None] = _unseen) -> s
 </body>
 </html>
 """
-
-
-def _traced(report: Report) -> bool:
-    return any(section.traces for section in report.sections)
 
 
 def _told(kind: str, words: str) -> str:

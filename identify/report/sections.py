@@ -63,13 +63,8 @@ def identification_section(
         "\n\n".join((*words, *plain) if good else words),
         (*table, *nuisance_tables(i.nuisance, i.settings)),
         (drawn,) if drawn else (),
-        "\n\n".join(_warnings(doubts) if good else _doubt(i)),
+        "\n\n".join(((PARTLY, *doubts) if doubts else ()) if good else _doubt(i)),
     )
-
-
-def _warnings(doubts: tuple[str, ...]) -> tuple[str, ...]:
-    """Warning about doubted parts of an otherwise usable answer."""
-    return (PARTLY, *doubts) if doubts else ()
 
 
 def _doubt(i: Identification) -> tuple[str, ...]:
@@ -246,8 +241,8 @@ def _gaps(method: Identification, compared: Comparison) -> tuple[str, ...]:
     )
 
 
-def _told(one: Estimate) -> str:
-    if not one.identifiable:
+def _told(parameter: Estimate) -> str:
+    if not parameter.identifiable:
         return MISSING
-    value, interval = with_interval(one.value, one.low95, one.high95)
+    value, interval = with_interval(parameter.value, parameter.low95, parameter.high95)
     return value if interval == MISSING else f"{value} ({interval})"

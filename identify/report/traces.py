@@ -90,9 +90,9 @@ STYLE = """
 """curve0 to curve2: measured, before, after."""
 
 
-def render(one: Traces, key: str) -> str:
+def render(traces_drawn: Traces, key: str) -> str:
     """Render as HTML. key: makes the ids of its buttons unique in the page."""
-    kept = _thinned(one)
+    kept = _thinned(traces_drawn)
     buttons = "".join(
         f'<input type="radio" class="zoom{by}" name="{key}" id="{key}-{by}"{" checked" if by == ZOOMS[0] else ""}>'
         f'<label for="{key}-{by}">{"whole" if by == ZOOMS[0] else f"{by} times"}</label>'
@@ -107,24 +107,26 @@ def render(one: Traces, key: str) -> str:
     span_s = float(kept.time_s[-1]) if len(kept.time_s) else 0.0
     band = "".join(_panel(panel, kept, span_s) for panel in kept.panels) + _times(span_s)
     return (
-        f'<figure class="traces" aria-label="{safe(one.name)}">\n<ul class="key">{words}</ul>\n{buttons}\n'
+        f'<figure class="traces" aria-label="{safe(traces_drawn.name)}">\n<ul class="key">{words}</ul>\n{buttons}\n'
         f'<div class="pane" tabindex="0"><div class="band">\n{band}</div></div>\n'
-        f"<figcaption>{safe(one.caption)}</figcaption></figure>\n"
+        f"<figcaption>{safe(traces_drawn.caption)}</figcaption></figure>\n"
     )
 
 
-def _thinned(one: Traces) -> Traces:
+def _thinned(traces_drawn: Traces) -> Traces:
     """Keep every k-th instant, and the ends of every block."""
-    every = -(-len(one.time_s) // MOST_POINTS)
+    every = -(-len(traces_drawn.time_s) // MOST_POINTS)
     if every <= 1:
-        return one
-    ends = np.flatnonzero(np.diff(one.block))
-    at = np.unique(np.concatenate([np.arange(0, len(one.time_s), every), ends, ends + 1]))
+        return traces_drawn
+    ends = np.flatnonzero(np.diff(traces_drawn.block))
+    at = np.unique(np.concatenate([np.arange(0, len(traces_drawn.time_s), every), ends, ends + 1]))
     panels = tuple(
         TracePanel(panel.title, tuple(Trace(t.label, t.kind, t.value[at]) for t in panel.traces))
-        for panel in one.panels
+        for panel in traces_drawn.panels
     )
-    return Traces(one.name, one.caption, one.time_s[at], one.block[at], panels)
+    return Traces(
+        traces_drawn.name, traces_drawn.caption, traces_drawn.time_s[at], traces_drawn.block[at], panels
+    )
 
 
 def _panel(panel: TracePanel, of: Traces, span_s: float) -> str:

@@ -9,7 +9,7 @@ from bridge.dates import date_in_name
 from bridge.errors import LogError
 from identify.batch.jobs import Recording, Result
 from identify.batch.recordings import Relation, find_recordings, name_of, told_apart, with_beginnings
-from identify.dates import utc
+from identify.ingest.open import utc
 
 
 def put(path, data):

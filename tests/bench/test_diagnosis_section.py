@@ -24,11 +24,10 @@ from bench.diagnosis.rivals.terms import terms
 from bench.diagnosis.rivals.trials import RivalTrial, trials
 from bench.diagnosis.trials import Trial, effects_for, trial
 from bench.remembered import Remembered
-from identify.challenge.answers import Answer, Named
 from identify.challenge.case import check_of, dive_of, draw_case
 from identify.challenge.novel import NOVEL
 from identify.challenge.plants import ABSORBED, PLANTS
-from identify.challenge.score import Rate, score
+from identify.challenge.score import Answer, Named, Rate, score
 from identify.diagnose.nominal import Nominal, nominal_of
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 

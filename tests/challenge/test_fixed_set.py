@@ -3,9 +3,8 @@
 import pytest
 from soak import rest_in_soak, rows_rest_in_soak
 
-from identify.challenge.answers import answer_of
 from identify.challenge.case import dive_of, draw_case
-from identify.challenge.score import Judged
+from identify.challenge.score import Judged, answer_of
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.result import plain
 

@@ -19,12 +19,11 @@ from identify.diagnose.accepted import likely_accepted
 from identify.diagnose.candidates import OTHER_SIZES, Cause, other_forms, other_variants
 from identify.diagnose.confidence import ambiguity_of, chi_squared, covariance_of, without_doubtful
 from identify.diagnose.diagnose import diagnose
-from identify.diagnose.findings import parameters_of, strongest_first, trials_of
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.recording import fitted_nominal, short_dive_note
 from identify.diagnose.result import Finding
 from identify.diagnose.search import explain, explained_by, remainder_nats
-from identify.diagnose.verdict import probability
+from identify.diagnose.verdict import parameters_of, probability, strongest_first, trials_of
 from identify.diagnose.weighing import Fitted
 from identify.dive import Dive, Signal
 from identify.effects.actuators import DEAD_ZONE, SATURATION

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bridge.vehicle.config import load_vehicle
-from identify.challenge.answers import answer_of
+from identify.challenge.score import answer_of
 from identify.diagnose.candidates import Cause
 from identify.diagnose.drift import Drift
 from identify.diagnose.result import (

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from bench.missions.mission import draw_one
-from identify.diagnose import confidence, findings, search
+from identify.diagnose import confidence, search
+from identify.diagnose import verdict as findings
 from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import nominal_of, refitted
 from identify.diagnose.search import (

@@ -10,7 +10,6 @@ import pytest
 from bench.missions.mission import draw_one
 from identify.diagnose.candidates import Cause
 from identify.diagnose.evidence import Block, Blocks
-from identify.diagnose.findings import braking_of, feedforward_gain_by
 from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.result import Prediction, Shrink
@@ -23,11 +22,11 @@ from identify.diagnose.shrink import (
     contradiction_note,
     csv_of,
     overstated_note,
-    seas_note,
     windows_of,
     without_seas,
 )
 from identify.diagnose.simulation import EACH
+from identify.diagnose.verdict import braking_of, feedforward_gain_by
 from identify.effects.environment import varying_current, waves
 from identify.effects.hydrodynamics import QUADRATIC_DRAG
 
@@ -115,12 +114,10 @@ def test_the_interval_holds_the_value_and_is_wider_where_pieces_differ():
     assert shrink.high95 - shrink.low95 > 0.05
 
 
-def test_seas_are_noise_to_a_further_dive_and_that_is_said():
+def test_seas_are_noise_to_a_further_dive():
     drag = Cause(QUADRATIC_DRAG, np.array([30.0, 0, 0, 0, 0, 0]))
     sea, current = (Cause(one, one.start()) for one in (waves(5.0), varying_current(40.0)))
     assert without_seas([sea, drag, current]) == [drag]
-    assert "no model knows ahead" in seas_note([sea, drag])[0]
-    assert seas_note([drag]) == ()
 
 
 def prediction():

@@ -13,7 +13,6 @@ from identify.diagnose import diagnose as module
 from identify.diagnose.candidates import Cause
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.drift import Drift
-from identify.diagnose.findings import FEEDBACK_DOFS
 from identify.diagnose.gap import (
     PHASES,
     Missing,
@@ -33,6 +32,7 @@ from identify.diagnose.nominal import nominal_of
 from identify.diagnose.recording import unjudged_notes
 from identify.diagnose.simulation import EACH, missing_wrench_of, simulation_of, slope_of
 from identify.diagnose.unexplained import GenericForce, Unexplained, unexplained_of
+from identify.diagnose.verdict import FEEDBACK_DOFS
 from identify.diagnose.weighing import weighing_of
 from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG

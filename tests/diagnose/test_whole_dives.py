@@ -19,10 +19,10 @@ from bridge.vehicle.thrusters import shaft_speed
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.candidates import Cause
 from identify.diagnose.diagnose import diagnose
-from identify.diagnose.findings import parameters_of
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.search import explain
+from identify.diagnose.verdict import parameters_of
 from identify.diagnose.weighing import weighing_of
 from identify.dive import Signal
 from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE_SHIFTED, SATURATION, thruster_lag

@@ -10,9 +10,8 @@ import pytest
 from bridge.vehicle.accepted_effect import AcceptedEffect
 from bridge.vehicle.config import load_vehicle
 from identify.effects.library import library
-from identify.export.effects import with_effects
 from identify.export.model import model_of
-from identify.export.targets import TARGETS, export
+from identify.export.targets import TARGETS, export, with_effects
 
 VALUES = {"M_u": 111.6, "D_u": 56.2, "M_v": 112.4, "D_v": 53.0}
 DRAG = AcceptedEffect(

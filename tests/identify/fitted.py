@@ -68,3 +68,8 @@ def fit(
 
 def prior(value: float, relative_std: float, rests_on: str = "weight", source: str = "") -> Prior:
     return Prior(value, value * relative_std, source, rests_on)
+
+
+def gaussian(e, s):
+    """Log likelihood of innovations of these variances, without constants; -inf if a variance is not positive."""
+    return -0.5 * float(np.sum(np.log(s) + e * e / s)) if np.all(s > 0) else -np.inf

@@ -5,6 +5,7 @@ from dataclasses import replace
 import closed_loop
 import numpy as np
 import pytest
+from fitted import gaussian
 from scipy.linalg import expm
 
 from bench.missions.mission import draw_one
@@ -20,7 +21,7 @@ from identify.estimators.innovations import (
 )
 from identify.estimators.likelihood_axis import MASS, likelihood_of, rigid_mass
 from identify.estimators.likelihood_joint import JointLikelihood
-from identify.estimators.scoring import gaussian, score, weigh
+from identify.estimators.scoring import score, weigh
 
 STEPS_S = np.array([0.01, 0.04, 0.05, 0.1])
 MODEL = {

@@ -6,11 +6,12 @@ from pathlib import Path
 import closed_loop
 import numpy as np
 import pytest
+from fitted import gaussian
 
 from bridge.errors import FitError
 from bridge.vehicle.config import load_vehicle
 from identify.dive import Signal
-from identify.estimators.scoring import climb, gaussian, score
+from identify.estimators.scoring import climb, score
 from identify.estimators.table import estimator
 from identify.identification import Outcome
 from identify.ingest.open import read_dive

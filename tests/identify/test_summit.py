@@ -5,6 +5,7 @@ from dataclasses import replace
 import closed_loop
 import numpy as np
 import pytest
+from fitted import gaussian
 
 from identify.estimators import likelihood_fit as starts
 from identify.estimators.axes import build_axes
@@ -12,7 +13,7 @@ from identify.estimators.intervals import integrated, stretches
 from identify.estimators.likelihood_axis import DAMPING, DISTURBANCE, MASS, TIME_CONSTANT, likelihood_of
 from identify.estimators.likelihood_fit import regressed, rough_maximum
 from identify.estimators.likelihood_joint import alone
-from identify.estimators.scoring import Maximum, climb, gaussian, log_posterior, weigh
+from identify.estimators.scoring import Maximum, climb, log_posterior, weigh
 from identify.identification import Z95
 
 SHAPE = closed_loop.vehicle_file().vehicle.configurations["only"]

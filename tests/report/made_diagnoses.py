@@ -27,7 +27,8 @@ from identify.diagnose.result import (
 from identify.effects.effect import Effect
 from identify.effects.library import library
 from identify.report import picture
-from identify.report.diagnosis import diagnosis_page
+from identify.report.diagnosis import diagnosis_report
+from identify.report.page import render_report
 
 FILE = load_vehicle("ruvifist:hovering")
 LIBRARY = library(FILE.vehicle.configurations["hovering"], 0.1)
@@ -112,12 +113,12 @@ def _plain() -> Diagnosis:
 
 def page_of(one: Diagnosis) -> str:
     """Its page. That of the plain diagnosis is made once, and once with its figures `sketched`."""
-    return _plain_page(picture.inline) if one is _plain() else diagnosis_page(one)
+    return _plain_page(picture.inline) if one is _plain() else render_report(diagnosis_report(one))
 
 
 @cache
 def _plain_page(_inline: object) -> str:
-    return diagnosis_page(_plain())
+    return render_report(diagnosis_report(_plain()))
 
 
 def prediction(name: str) -> Prediction:

@@ -25,7 +25,8 @@ from identify.diagnose.result import (
     Value,
 )
 from identify.effects.sensors import WRONG_FEEDBACK_LOG
-from identify.report.diagnosis import diagnosis_page, diagnosis_report
+from identify.report.diagnosis import diagnosis_report
+from identify.report.page import render_report
 
 pytestmark = pytest.mark.usefixtures("sketched")
 
@@ -70,7 +71,9 @@ def test_the_page_stands_alone_and_runs_nothing():
 
 
 def test_the_parts_come_in_the_order_in_which_a_crew_asks():
-    html = diagnosis_page(diagnosis(next=Next(("a coast-down",), (), ("quadratic_drag", "inflow_loss"))))
+    html = render_report(
+        diagnosis_report(diagnosis(next=Next(("a coast-down",), (), ("quadratic_drag", "inflow_loss"))))
+    )
     assert re.findall(r"<h2>(.*?)</h2>", html) == [
         "1. Where it lies",
         "1.1 How large it is",
@@ -342,7 +345,7 @@ def test_no_cause_is_ever_told_as_certain():
 
 @pytest.mark.usefixtures("rendered")
 def test_every_candidate_stands_once_in_its_best_form_and_the_accepted_one_is_marked():
-    page = Text(diagnosis_page(diagnosis()))
+    page = Text(render_report(diagnosis_report(diagnosis())))
     names = [line for line in page.lines if line.startswith(("munk moment", "quadratic drag"))]
     assert sum(line.startswith("munk moment (") for line in names) == 1
     assert [line for line in page.lines if line.endswith(": accepted")] == ["quadratic drag: accepted"]
@@ -364,11 +367,13 @@ def test_every_candidate_stands_once_in_its_best_form_and_the_accepted_one_is_ma
 @pytest.mark.usefixtures("rendered")
 def test_a_candidate_that_is_less_probable_than_not_is_possible_and_not_accepted():
     drag = replace(found("quadratic_drag"), probability=0.42)
-    page = Text(diagnosis_page(diagnosis(findings=(drag,))))
+    page = Text(render_report(diagnosis_report(diagnosis(findings=(drag,)))))
     assert page.lines[page.lines.index("quadratic drag (possible: 42 % probable)") + 1] == "61 nats"
     assert not [line for line in page.lines if line.endswith(": accepted")]
     half = replace(drag, probability=0.5)
-    assert "quadratic drag: accepted" in Text(diagnosis_page(diagnosis(findings=(half,)))).lines
+    assert (
+        "quadratic drag: accepted" in Text(render_report(diagnosis_report(diagnosis(findings=(half,))))).lines
+    )
 
 
 @pytest.mark.usefixtures("rendered")

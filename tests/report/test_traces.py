@@ -8,7 +8,8 @@ import pytest
 from made_diagnoses import Text, diagnosis, prediction, read
 
 from identify.diagnose.result import AxisShrink, Disturbance, Shrink
-from identify.report.diagnosis import diagnosis_page
+from identify.report.diagnosis import diagnosis_report
+from identify.report.page import render_report
 from identify.report.traces import Trace, TracePanel, Traces, render
 
 pytestmark = pytest.mark.usefixtures("sketched")
@@ -64,7 +65,7 @@ def test_the_page_shows_measured_beside_simulated_on_the_check_dive_or_else_held
     held = read(diagnosis(held=prediction("pieces held out")))
     assert "On pieces held out of the fit." in held
     assert "3.1 Measured" not in read(diagnosis())
-    assert len(diagnosis_page(diagnosis(held=prediction("x")))) < 2e6
+    assert len(render_report(diagnosis_report(diagnosis(held=prediction("x"))))) < 2e6
 
 
 def test_each_degree_of_freedom_is_told_in_absolute_terms_before_all_together():

@@ -8,8 +8,7 @@ from tui import exit_codes
 from tui.arguments import seed, size
 
 if TYPE_CHECKING:
-    from identify.challenge.answers import Answer
-    from identify.challenge.score import Rate, Score
+    from identify.challenge.score import Answer, Rate, Score
 
 EXAMPLE = "seatrial challenge seal --cases 20 --seed 7 --out hidden"
 
@@ -81,7 +80,7 @@ def _seal(arguments: argparse.Namespace) -> int:
 def _answer(path: Path) -> "Answer | None":
     from bridge.errors import LogError
     from bridge.file_size import check_small
-    from identify.challenge.answers import read_answer
+    from identify.challenge.score import read_answer
 
     try:
         if path.exists():

@@ -161,7 +161,7 @@ def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") ->
         for doubt in contradictions(dive, file, found.configuration, fitted)
         if not fitted.isdisjoint(doubt.about)
     ]
-    doubts = [*of_recording, *found.accepted.doubts]
+    doubts = [*found.accepted.doubts, *of_recording]
     doubted = {name: why for name, why in clauses(doubts, BY_NAME).items() if name in found.accepted.values}
     outcome = worst(doubt.outcome for doubt in doubts)
     write_accepted(path, found, dive, file, doubted, outcome)

@@ -68,7 +68,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def table_of(rows: "list[DiveRow]") -> "Any":
     """Table with one row per dive."""
-    from identify.dates import utc
+    from identify.ingest.open import utc
     from tui import show
     from tui.dive_list import letters
 

@@ -156,8 +156,8 @@ def _accepted(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model, 
     from bridge.vehicle.coefficients import BY_NAME, OF_HULL
     from bridge.vehicle.config import load_vehicle
     from identify.effects.library import library
-    from identify.export.effects import is_held, with_effects
     from identify.export.model import model_of
+    from identify.export.targets import is_held, with_effects
     from tui.parameter_files import accepted_model
 
     if vehicle is None:

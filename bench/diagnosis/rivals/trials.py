@@ -17,8 +17,8 @@ from bench.diagnosis.sources import RIVALS
 from bench.diagnosis.trials import CHECKED, effects_for, finite
 from bench.remembered import Data, Job, Remembered
 from bench.stamp import stamp
-from identify.challenge.answers import Answer, Named
 from identify.challenge.case import Case
+from identify.challenge.score import Answer, Named
 from identify.diagnose.nominal import Nominal, nominal_of
 
 BIC, SPARSE, NETWORK = "BIC, one cause", "sparse regression (PySINDy)", "network on the residual"

@@ -19,7 +19,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from identify.estimators.pinn.layout import Balance, bending, by_coefficients
+from identify.estimators.pinn.layout import bending, by_coefficients
 from identify.estimators.pinn.network import (
     Data,
     Factor,
@@ -143,13 +143,13 @@ def equations(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -
         return torch.cat([residual, by_raw(some, map_, raw, near, pulled)[:, :, others]], dim=2)
 
     solution = eliminated(data, map_, raw, state, noise, columns)
-    on, beside = selected_inverse(solution.factor)
+    on, adjacent = selected_inverse(solution.factor)
     best = state - solution.towards[:, :, 0]
-    expected = _expected(data, map_, raw, best, noise, on, beside)
+    expected = _expected(data, map_, raw, best, noise, on, adjacent)
     residual, tilt = map_.prior(raw)
     information = torch.zeros(6, 6, dtype=raw.dtype, device=raw.device)
     information[np.ix_(others, others)] = solution.square[1:, 1:]
-    squared, across = of_disturbance(best, on, beside, data.axes)
+    squared, across = of_disturbance(best, on, adjacent, data.axes)
     first = first_precision(noise, len(data.interval.placed))
     prior = (residual**2).sum() + (first * best[0] ** 2).sum() + 2 * noise.disturbance.log().sum()
     return Equations(
@@ -158,7 +158,7 @@ def equations(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -
         tilt,
         best,
         on,
-        beside,
+        adjacent,
         Moments(expected.sensor, expected.wander, squared[:-1], across, squared[1:], squared[0]),
         float(expected.loss + prior + solution.factor.log_det),
     )
@@ -176,7 +176,7 @@ class _Told:
 
 
 def _expected(
-    data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise, on: Tensor, beside: Tensor
+    data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise, on: Tensor, adjacent: Tensor
 ) -> _Told:
     """The loss at the best state, and the slope of its expectation about that state, by automatic differentiation."""
     half = torch.full((), 0.5, dtype=raw.dtype, device=raw.device)
@@ -189,20 +189,13 @@ def _expected(
             cost = spent(there) - 2 * turned.sum()
         hangs = (there.before, there.after, there.residual, cost)
         with torch.no_grad():
-            squares, by_before, by_after = expected_squares(there, on[some.nodes], beside[some.intervals])
+            squares, by_before, by_after = expected_squares(there, on[some.nodes], adjacent[some.intervals])
             slope = torch.autograd.grad(hangs, asked, (by_before, by_after, there.residual, half))[0]
             loss = (there.residual**2).sum() + cost
             return loss, slope, *short_of_one(there, squares, data.axes)
 
-    parts = worked(told, stretches(len(beside), state.device))
+    parts = worked(told, stretches(len(adjacent), state.device))
     return _Told(*(torch.stack(part).sum(dim=0) for part in zip(*parts, strict=True)))
-
-
-def entangled(own: Balance, on: Tensor, beside: Tensor, n: int) -> tuple[Tensor, Tensor]:
-    """Covariance (N, n, n) of the velocities before and after each interval with its balances."""
-    before = on[:-1, :n] @ own.before.mT + beside[:, :n] @ own.after.mT
-    after = beside[:, :, :n].mT @ own.before.mT + on[1:, :n] @ own.after.mT
-    return before, after
 
 
 def stepped(pulled: Pull, n: int) -> tuple[Tensor, Tensor]:

@@ -193,13 +193,13 @@ def first_precision(noise: Noise, placed: int) -> Tensor:
     )
 
 
-def expected_squares(pulled: Pull, on: Tensor, beside: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+def expected_squares(pulled: Pull, on: Tensor, adjacent: Tensor) -> tuple[Tensor, Tensor, Tensor]:
     """Expected squares of the residuals, (N, R), over the network's own uncertainty, with the blocks `on` and
-    `beside` the diagonal of its covariance; and half the slopes (N, R, s) of their sum in the pull's `before` and
+    `adjacent` the diagonal of its covariance; and half the slopes (N, R, s) of their sum in the pull's `before` and
     `after`."""
     before, after = pulled.before, pulled.after
-    by_before = before @ on[:-1] + after @ beside.mT
-    by_after = before @ beside + after @ on[1:]
+    by_before = before @ on[:-1] + after @ adjacent.mT
+    by_after = before @ adjacent + after @ on[1:]
     spread = (by_before * before).sum(dim=2) + (by_after * after).sum(dim=2)
     return pulled.residual**2 + spread, by_before, by_after
 
@@ -212,11 +212,11 @@ def short_of_one(pulled: Pull, squares: Tensor, axes: int) -> tuple[Tensor, Tens
     return read[2 * axes + pulled.positions :], zero.index_add(0, pulled.owner, thrown)
 
 
-def of_disturbance(state: Tensor, on: Tensor, beside: Tensor, n: int) -> tuple[Tensor, Tensor]:
+def of_disturbance(state: Tensor, on: Tensor, adjacent: Tensor, n: int) -> tuple[Tensor, Tensor]:
     """Expected squares (N + 1, n) of the disturbance, and its products (N, n) from one instant to the next."""
     d = state[:, n : 2 * n]
     squares = on.diagonal(dim1=1, dim2=2)[:, n : 2 * n] + d**2
-    return squares, beside.diagonal(dim1=1, dim2=2)[:, n : 2 * n] + d[:-1] * d[1:]
+    return squares, adjacent.diagonal(dim1=1, dim2=2)[:, n : 2 * n] + d[:-1] * d[1:]
 
 
 def spent(pulled: Pull) -> Tensor:
@@ -401,7 +401,7 @@ def selected_inverse(factor: Factor) -> tuple[Tensor, Tensor]:
     return on, above
 
 
-def _doubled(step: _Round, on: Tensor, beside: Tensor) -> tuple[Tensor, Tensor]:
+def _doubled(step: _Round, on: Tensor, adjacent: Tensor) -> tuple[Tensor, Tensor]:
     """Blocks of the inverse including the nodes that a round eliminated, from the blocks without them."""
     count = len(step.inverse)
     new_on = on.new_empty(len(on) + count, *on.shape[1:])
@@ -412,7 +412,7 @@ def _doubled(step: _Round, on: Tensor, beside: Tensor) -> tuple[Tensor, Tensor]:
         cut, after = some.intervals, some.after
         to_before, to_after = step.to_before[cut], step.to_after[cut]
         first = on[cut]
-        second, between = _padded(on[after], len(first)), _padded(beside[cut], len(first))
+        second, between = _padded(on[after], len(first)), _padded(adjacent[cut], len(first))
         from_first = -(to_before @ first + to_after @ between.mT)
         from_second = -(to_before @ between + to_after @ second)
         new_on[1::2][cut] = step.inverse[cut] - from_first @ to_before.mT - from_second @ to_after.mT

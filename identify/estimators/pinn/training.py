@@ -413,10 +413,10 @@ def _telling(map_: Raw, dofs: tuple[int, ...], progress: Progress) -> Callable[[
 
     passes = count(1)
 
-    def watch(one: Pass) -> None:
+    def watch(step: Pass) -> None:
         number = next(passes)
-        values = map_.values(one.point.raw).tolist()
-        half = (Z95 * one.covariance.diagonal().sqrt() * map_.slope(one.point.raw)).tolist()
+        values = map_.values(step.point.raw).tolist()
+        half = (Z95 * step.covariance.diagonal().sqrt() * map_.slope(step.point.raw)).tolist()
         fitted = {name: (values[i], half[i]) for i, name in names.items()}
         progress(number / (number + USUAL_PASSES), f"pass {number}", fitted)
 
