@@ -1,16 +1,27 @@
-"""Jobs on this computer's cores: each has one result, whatever becomes of the others."""
+"""Jobs on cores, on a Dask cluster and in parcels: each has one result, whatever dies."""
 
 import os
+import shutil
 import signal
+import socket
 import subprocess
 import sys
+import tempfile
 from collections import Counter
+from dataclasses import replace
 
 import batch_jobs
 import pytest
+from dask_cluster import cluster
 
-from identify.batch.jobs import run_job
+from bridge.errors import LinkLost, LinkTimeout
+from bridge.vehicle.config import CONFIGS, load_vehicle
+from bridge.vehicle.thrusters import thrust_curve
+from identify.batch import cluster as batch_cluster
+from identify.batch.cluster import pack, run_on_cluster, run_parcel, unpack
+from identify.batch.jobs import IDENTIFY, job_for, own_columns, run_job, thrust_table
 from identify.batch.local import run_here
+from identify.batch.recordings import find_recordings
 
 FILE = batch_jobs.FILE
 
@@ -130,3 +141,148 @@ def test_a_process_keeps_to_one_thread(tmp_path, monkeypatch):
     (path,) = batch_jobs.recordings(tmp_path / "dives", 1)
     (result,) = run_here([batch_jobs.job_on(path, "threads", FILE)], 1)
     assert result.answer == {"numba": 1, "torch": 1}
+
+
+def cluster_jobs(paths, *functions):
+    """One job a recording; the last function is that of all the rest."""
+    named = [functions[min(number, len(functions) - 1)] for number in range(len(paths))]
+    return [batch_jobs.job_on(path, name, FILE) for path, name in zip(paths, named, strict=True)]
+
+
+@pytest.mark.slow
+def test_a_worker_killed_at_its_work_loses_nothing_and_nothing_counts_twice(tmp_path, monkeypatch):
+    todo = cluster_jobs(batch_jobs.recordings(tmp_path / "dives", 8), "size", "meet")
+    with batch_jobs.desk(monkeypatch) as visitors, cluster(tmp_path, workers=2) as running:
+        results = run_on_cluster(todo, running.address)
+        finished = [next(results)]
+        doomed, other = next(visitors), next(visitors)
+        assert doomed.pid != other.pid
+        doomed.kill()
+        other.go_on()
+        finished.append(next(results))
+        seen = []
+        while len(finished) < len(todo):
+            visitor = next(visitors)
+            seen.append(visitor.dive)
+            visitor.go_on()
+            finished.append(next(results))
+        assert next(results, None) is None
+    assert doomed.dive in seen
+    assert Counter(r.key for r in finished) == Counter(job.key for job in todo)
+    assert {r.answer["pid"] for r in finished[1:]} == {other.pid}
+
+
+def test_a_dive_that_kills_each_worker_that_takes_it_is_a_row_to_try_again(tmp_path, monkeypatch):
+    monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES", "0")
+    todo = cluster_jobs(batch_jobs.recordings(tmp_path / "dives", 1), "die")
+    with cluster(tmp_path, workers=1) as running:
+        (result,) = run_on_cluster(todo, running.address)
+    assert "worker that took it died" in result.error
+    assert not result.final
+
+
+def test_errors_of_a_worker_name_the_files_of_who_sent_them(tmp_path):
+    paths = batch_jobs.recordings(tmp_path / "dives", 2)
+    todo = cluster_jobs(paths, "refuse", "no_such_function")
+    with cluster(tmp_path, workers=1) as running:
+        results = {r.dive: r for r in run_on_cluster(todo, running.address)}
+    assert results["dive-00"].error == "says nothing; dive again"
+    assert results["dive-00"].final
+    assert "no_such_function" in results["dive-01"].error
+
+
+def test_nobody_at_the_address_is_told_in_one_sentence(tmp_path):
+    todo = cluster_jobs(batch_jobs.recordings(tmp_path / "dives", 1), "size")
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+    with pytest.raises(LinkTimeout, match="no Dask scheduler answers there"):
+        list(run_on_cluster(todo, f"tcp://127.0.0.1:{port}", answer_within_s=0.5))
+
+
+def test_a_scheduler_without_workers_is_told_after_a_while(tmp_path):
+    todo = cluster_jobs(batch_jobs.recordings(tmp_path / "dives", 1), "size")
+    with cluster(tmp_path, workers=0) as running, pytest.raises(LinkTimeout, match="has no worker"):
+        list(run_on_cluster(todo, running.address, workers_within_s=0.0))
+
+
+def test_a_scheduler_that_goes_away_ends_the_batch_after_what_was_done(tmp_path, monkeypatch):
+    todo = cluster_jobs(batch_jobs.recordings(tmp_path / "dives", 2), "size", "meet")
+    with batch_jobs.desk(monkeypatch) as visitors, cluster(tmp_path, workers=1) as running:
+        results = run_on_cluster(todo, running.address)
+        assert next(results).dive == "dive-00"
+        at_work = next(visitors)
+        running.scheduler.kill()
+        with pytest.raises(LinkLost, match="finished dives are kept"), at_work.line:
+            next(results)
+
+
+@pytest.fixture
+def own_vehicle(tmp_path):
+    """A vehicle file whose thrust table lies in a folder beside it."""
+    home = tmp_path / "own"
+    (home / "tables").mkdir(parents=True)
+    shutil.copy(CONFIGS / "thrusters" / "t200.csv", home / "tables" / "mine.csv")
+    text = (CONFIGS / "vehicles" / "bluerov2_heavy.yaml").read_text(encoding="utf-8")
+    (home / "own.yaml").write_text(text, encoding="utf-8")
+    file = load_vehicle(str(home / "own.yaml"))
+    curve = replace(file.vehicle.thrust_curve, kind="table", file="tables/mine.csv")
+    return replace(file, vehicle=replace(file.vehicle, thrust_curve=curve))
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A dive folder of two recordings."""
+    dive = tmp_path / "dives" / "2026-11-20T0912Z-lake"
+    dive.mkdir(parents=True)
+    (dive / "telemetry.tlog").write_bytes(b"first")
+    (dive / "telemetry.2.tlog").write_bytes(b"second")
+    return dive
+
+
+def test_a_dive_folder_arrives_with_the_vehicle_and_its_table(folder, own_vehicle, tmp_path):
+    job = batch_jobs.job_on(folder, "size", own_vehicle)
+    arrived = unpack(pack(job), tmp_path / "there")
+    shutil.rmtree(folder)
+    shutil.rmtree(own_vehicle.path.parent)
+    (found,) = find_recordings([str(arrived.recording.path)]).recordings
+    assert (found.name, found.sha256) == (job.recording.name, job.recording.sha256)
+    assert arrived.recording.files == found.files
+    assert thrust_table(arrived.vehicle).is_relative_to(tmp_path / "there")
+    assert thrust_curve(arrived.vehicle.vehicle.thrust_curve, arrived.vehicle.path.parent).max_n > 0
+    assert arrived.key == job.key
+
+
+def test_a_table_arrives_with_the_column_map_of_its_folder_or_of_the_command(tmp_path):
+    dive = tmp_path / "lake"
+    dive.mkdir()
+    (dive / "telemetry.csv").write_text("t\n1\n")
+    (dive / "columns.yaml").write_text("time: t\n")
+    arrived = unpack(pack(batch_jobs.job_on(dive, "size", batch_jobs.FILE)), tmp_path / "there")
+    assert own_columns(arrived.recording).read_text() == "time: t\n"
+    other = tmp_path / "map.yaml"
+    other.write_text("time: u\n")
+    (recording,) = find_recordings([str(dive / "telemetry.csv")]).recordings
+    job = job_for("batch_jobs:size", recording, batch_jobs.FILE, "likelihood", other)
+    assert unpack(pack(job), tmp_path / "elsewhere").columns.read_text() == "time: u\n"
+
+
+def test_nothing_stays_where_a_parcel_was_done_and_errors_name_the_senders_files(
+    folder, tmp_path, monkeypatch
+):
+    (tmp_path / "scratch").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "scratch"))
+    sent = pack(batch_jobs.job_on(folder, "size", batch_jobs.FILE))
+    assert run_parcel(sent).answer["bytes"] == len(b"firstsecond")
+    unreadable = pack(replace(batch_jobs.job_on(folder, "size", batch_jobs.FILE), function=IDENTIFY))
+    error = run_parcel(unreadable).error
+    assert str(folder) in error
+    assert "scratch" not in error
+    assert not list((tmp_path / "scratch").iterdir())
+
+
+def test_a_worker_of_another_version_refuses_and_says_so(folder, monkeypatch):
+    sent = pack(batch_jobs.job_on(folder, "size", batch_jobs.FILE))
+    monkeypatch.setattr(batch_cluster, "our_version", lambda: "0.0.1")
+    result = run_parcel(sent)
+    assert "has seatrial 0.0.1" in result.error
+    assert not result.final

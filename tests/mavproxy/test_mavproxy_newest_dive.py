@@ -1,6 +1,7 @@
-"""Which dive MAVProxy's `seatrial identify` takes where none is given: the one that was over last."""
+"""The adapter for MAVProxy: its licence, and the dive that is taken where none is given."""
 
 import os
+import re
 import struct
 from pathlib import Path
 
@@ -66,3 +67,18 @@ def test_mavproxys_own_recording_is_refused_likewise_and_the_dive_before_it_is_t
 def test_where_no_dive_is_there_it_says_how_one_is_made():
     with pytest.raises(LogError, match="dives: no dive folder is there; give a DIVE"):
         recordings.Recordings(SimulatedClock(), lambda _: None, list, lambda: None).newest()
+
+
+def test_nothing_else_imports_the_adapter_and_each_of_its_files_says_its_licence():
+    root = Path(__file__).resolve().parents[2]
+    adapter = root / "gcs_plugin" / "mavproxy"
+    sources = [
+        path for room in ("bridge", "gcs_plugin", "identify", "tui") for path in (root / room).rglob("*.py")
+    ]
+    assert len(sources) > 20
+    for path in sources:
+        text = path.read_text(encoding="utf-8")
+        if adapter in path.parents:
+            assert text.startswith("# SPDX-License-Identifier: GPL-3.0-or-later"), path
+        else:
+            assert not re.search(r"(import|from) (MAVProxy|gcs_plugin\.mavproxy)", text), path

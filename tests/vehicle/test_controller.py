@@ -1,14 +1,20 @@
+"""The controller: its references, its gains, and its view of the sensors."""
+
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from bridge.errors import ConfigError
-from bridge.navigation import Navigation
-from bridge.vehicle.config import Configuration, Thruster
+from bridge.navigation import Navigation, Navigator, known_at, unwrapped, yaw_of
+from bridge.sensors.samples import NAN3, DvlSample, ImuSample, PressureSample, Quaternion
+from bridge.vehicle.config import Configuration, Device, Mounting, Sensors, Thruster, Vehicle, Water
 from bridge.vehicle.controller import GAINS, Controller, Gains, GainTable, load_gains, roll_pitch
-from bridge.vehicle.references import Reference
+from bridge.vehicle.references import DoubleS, Reference, Trail
 
 BODY = Configuration(10.0, (1.0, 2.0, 4.0), (Thruster((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),))
 P = Gains((1.0, 2.0), (0.0, 0.0), (0.5, 0.5))
@@ -133,3 +139,157 @@ def test_a_malformed_gain_table_is_refused(tmp_path: Path, change: dict[str, obj
     (tmp_path / "gains.yaml").write_text(yaml.safe_dump({"mine": table}))
     with pytest.raises(ConfigError, match=says):
         load_gains("mine", tmp_path / "gains.yaml")
+
+
+PROFILES = st.builds(DoubleS, st.floats(-1, 1), st.floats(-1, 1), st.floats(0.5, 20), st.floats(0.05, 0.5))
+
+
+@given(PROFILES)
+@settings(max_examples=40)
+def test_a_double_s_starts_and_ends_at_its_values_with_no_slope(profile: DoubleS) -> None:
+    assert profile.at(0.0) == (profile.start, 0.0, 0.0)
+    value, slope, integral = profile.at(profile.duration_s)
+    assert (value, slope) == (profile.end, 0.0)
+    assert integral == pytest.approx(0.5 * (profile.start + profile.end) * profile.duration_s)
+
+
+@given(PROFILES)
+@settings(max_examples=40)
+def test_slope_and_integral_of_a_double_s_belong_to_its_value(profile: DoubleS) -> None:
+    time_s = np.linspace(0, 1.3 * profile.duration_s, 4001)
+    value, slope, integral = np.array([profile.at(t) for t in time_s]).T
+    step = time_s[1]
+    summed = np.concatenate([[0.0], np.cumsum((slope[1:] + slope[:-1]) / 2 * step)])
+    np.testing.assert_allclose(profile.start + summed, value, atol=1e-3)
+    summed = np.concatenate([[0.0], np.cumsum((value[1:] + value[:-1]) / 2 * step)])
+    np.testing.assert_allclose(summed, integral, atol=1e-4)
+
+
+@given(PROFILES)
+@settings(max_examples=40)
+def test_a_double_s_keeps_its_limits_of_slope_and_jerk(profile: DoubleS) -> None:
+    time_s = np.linspace(0, profile.duration_s, 2001)
+    slope = np.array([profile.at(t)[1] for t in time_s])
+    assert np.abs(slope).max() <= abs(profile.peak_rate) * (1 + 1e-9)
+    assert np.abs(np.diff(slope) / time_s[1]).max() <= profile.peak_jerk * (1 + 1e-6) + 1e-9
+
+
+def test_a_double_s_of_five_seconds_has_the_figures_worked_out_by_hand() -> None:
+    profile = DoubleS(0.0, 0.4, 5.0)
+    assert profile.at(2.5) == pytest.approx((0.2, 0.4 / 3.75, 0.4 * 5 * (4 / 3) * (1 / 8 - 1 / 16 + 1 / 96)))
+    assert profile.peak_jerk == pytest.approx(0.4 / 3.75 / 1.25)
+
+
+@pytest.mark.parametrize(("duration_s", "ramp"), [(0.0, 0.25), (-1.0, 0.25), (5.0, 0.0), (5.0, 0.6)])
+def test_a_double_s_without_time_or_with_too_long_a_ramp_is_refused(duration_s: float, ramp: float) -> None:
+    with pytest.raises(ValueError, match="double-S"):
+        DoubleS(0.0, 1.0, duration_s, ramp)
+
+
+def asked_of(u: float, heading_rad: float = 0.0) -> Reference:
+    return Reference((u, 0, 0, 0, 0, 0), (0.0,) * 6, heading_rad, 2 * u)
+
+
+def trail(*kept: tuple[float, Reference]) -> Trail:
+    of_late = Trail(1.0)
+    for time_s, reference in kept:
+        of_late.add(time_s, reference)
+    return of_late
+
+
+def test_a_trail_tells_what_was_wanted_between_two_ticks() -> None:
+    then = trail((0.0, asked_of(0.0)), (0.1, asked_of(0.2)), (0.2, asked_of(0.6))).at(0.125)
+    assert (then.nu[0], then.depth_m) == pytest.approx((0.3, 0.6))
+
+
+@pytest.mark.parametrize(("time_s", "u"), [(-5.0, 0.1), (0.2, 0.3), (9.0, 0.3), (math.nan, 0.3)])
+def test_beyond_its_ends_a_trail_holds_and_it_takes_no_time_for_the_latest(time_s: float, u: float) -> None:
+    assert trail((0.0, asked_of(0.1)), (0.2, asked_of(0.3))).at(time_s).nu[0] == u
+
+
+def test_a_trail_keeps_no_more_than_its_span() -> None:
+    long = trail(*((0.1 * i, asked_of(float(i))) for i in range(50)))
+    assert long.at(0.0).nu[0] == 39.0
+
+
+def test_a_clock_that_begins_again_begins_a_new_trail() -> None:
+    assert trail((7.0, asked_of(0.7)), (1.0, asked_of(0.1))).at(0.0).nu[0] == 0.1
+
+
+def test_a_heading_unwrapped_anew_has_not_turned_in_between() -> None:
+    of_late = trail((0.0, asked_of(0.0, 3.1)), (0.1, asked_of(0.0, 3.2 - math.tau)))
+    assert of_late.at(0.05).heading_rad == pytest.approx(3.15)
+
+
+SHAPE = Configuration(dry_mass_kg=72.0, inertia_kgm2=(2.0, 9.0, 10.0), thrusters=())
+AHEAD = Device("wayfinder", mounting=Mounting(position_m=(0.5, 0.0, 0.2)))
+WATER = Water(density_kg_m3=1025.0, surface_pressure_hpa=1000.0)
+LEVEL_READING: Quaternion = (1.0, 0.0, 0.0, 0.0)
+HEARD = Navigation((0.1, 0.2, 0.3), 10.0, (0.4, 0.5, 0.6), 10.0, LEVEL_READING, 0.7, 10.0, 0.8, 10.0)
+
+
+def navigator() -> Navigator:
+    return Navigator(Vehicle("test", {"only": SHAPE}, water=WATER, sensors=Sensors(dvl=AHEAD)))
+
+
+def facing(heading_rad: float) -> Quaternion:
+    return math.cos(heading_rad / 2), 0.0, 0.0, math.sin(heading_rad / 2)
+
+
+def test_velocity_is_moved_from_the_transducer_to_the_origin() -> None:
+    """Turning at 0.2 rad/s about z and 0.1 rad/s about y: r x is sideways, q z ahead, q x up."""
+    known = navigator()
+    known.take_imu(ImuSample(1.0, (0.0, 0.0, -9.81), (0.0, 0.1, 0.2)))
+    known.take_dvl(DvlSample(1.0, (0.3 + 0.1 * 0.2, 0.2 * 0.5, -0.1 * 0.5), math.nan, 2.0))
+    assert known.navigation.velocity == pytest.approx((0.3, 0.0, 0.0), abs=1e-12)
+
+
+def test_a_velocity_holds_through_a_dropout_and_keeps_its_own_time() -> None:
+    known = navigator()
+    known.take_dvl(DvlSample(1.0, (0.3, 0.1, 0.0), math.nan, 2.0))
+    known.take_dvl(DvlSample(1.1, NAN3, math.nan, math.nan))
+    assert (known.navigation.velocity, known.navigation.velocity_time_s) == ((0.3, 0.1, 0.0), 1.0)
+
+
+def test_yaw_rate_comes_from_the_gyro_until_that_falls_silent() -> None:
+    known = navigator()
+    known.take_yaw_rate(1.0, 0.25)
+    known.take_imu(ImuSample(1.4, (0.0, 0.0, -9.81), (0.0, 0.0, 0.2)))
+    assert known.navigation.rate == (0.0, 0.0, 0.25)
+    known.take_imu(ImuSample(1.6, (0.0, 0.0, -9.81), (0.0, 0.0, 0.2)))
+    assert known.navigation.rate == (0.0, 0.0, 0.2)
+
+
+def test_a_heading_runs_on_past_half_a_turn() -> None:
+    known = navigator()
+    for step in range(9):
+        known.take_imu(ImuSample(0.1 * step, (0.0, 0.0, -9.81), (0.0, 0.0, 0.0), facing(0.6 * step)))
+    assert known.navigation.heading_rad == pytest.approx(4.8)
+    assert yaw_of(facing(4.8)) == pytest.approx(4.8 - math.tau)
+
+
+@pytest.mark.parametrize(
+    ("angle", "near", "found"), [(-3.0, 3.1, -3.0 + math.tau), (0.5, -6.0, 0.5 - math.tau)]
+)
+def test_an_angle_is_brought_nearest_to_the_one_before(angle: float, near: float, found: float) -> None:
+    assert unwrapped(angle, near) == pytest.approx(found)
+    assert unwrapped(angle, math.nan) == angle
+    assert math.isnan(unwrapped(math.nan, near))
+
+
+def test_ten_metres_of_sea_are_a_depth_of_ten_metres() -> None:
+    known = navigator()
+    known.take_pressure(PressureSample(1.0, 100_000.0 + 1025.0 * WATER.gravity_m_s2 * 10.0, 12.0))
+    assert known.navigation.depth_m == pytest.approx(10.0)
+
+
+def test_what_is_fresh_is_known_as_it_is() -> None:
+    assert known_at(HEARD, 11.0) is HEARD
+
+
+def test_what_is_old_or_was_never_heard_is_not_known() -> None:
+    stale = known_at(HEARD, 11.1)
+    values = (*stale.velocity, *stale.rate, *stale.attitude, stale.heading_rad, stale.depth_m)
+    assert all(map(math.isnan, values))
+    assert stale.velocity_time_s == 10.0
+    assert math.isnan(known_at(Navigation(depth_m=0.5), 0.0).depth_m)

@@ -1,3 +1,5 @@
+"""Thrusts to pulse widths and back, by curve, voltage and dead zone."""
+
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +9,7 @@ from hypothesis import strategies as st
 
 from bridge.errors import ConfigError
 from bridge.vehicle.config import CONFIGS, Configuration, ThrustCurve, Thruster, load_vehicle
+from bridge.vehicle.pulses import Pulses
 from bridge.vehicle.thrusters import (
     Allocator,
     Curve,
@@ -139,3 +142,30 @@ def test_a_table_that_cannot_serve_is_refused_with_what_to_do(
         (tmp_path / "own.csv").write_text(text)
     with pytest.raises(ConfigError, match=says):
         thrust_curve(ThrustCurve(file="own.csv"), tmp_path)
+
+
+FILE = load_vehicle("ruvifist")
+CURVE = thrust_curve(FILE.vehicle.thrust_curve, FILE.path.parent)
+
+
+def test_beyond_the_straight_part_the_pulse_widths_give_the_very_thrust() -> None:
+    wanted = np.array([-30.0, -2.0, 2.0, 12.5])
+    np.testing.assert_allclose(CURVE.thrust(Pulses(CURVE, 1.9)(wanted)), wanted, atol=1e-9)
+
+
+def test_the_straight_part_runs_through_neutral_and_meets_the_curve_on_both_sides() -> None:
+    pulses = Pulses(CURVE, 2.0)
+    ahead, astern = CURVE.pwm([2.0, -2.0])
+    assert pulses(np.array([0.0])) == pytest.approx([1500.0])
+    assert pulses(np.array([1.0, -1.0])) == pytest.approx([(1500 + ahead) / 2, (1500 + astern) / 2])
+    assert pulses(np.array([1.999999, -1.999999])) == pytest.approx([ahead, astern], abs=1e-3)
+
+
+def test_without_a_straight_part_the_smallest_thrust_jumps_over_the_dead_zone() -> None:
+    assert np.all(np.abs(Pulses(CURVE, 0.0)(np.array([1e-6, -1e-6])) - 1500.0) > 25.0)
+
+
+def test_each_thruster_may_have_its_own_straight_part() -> None:
+    near, far = Pulses(CURVE, np.array([0.0, 3.0]))(np.array([1.0, 1.0]))
+    assert near == pytest.approx(CURVE.pwm(1.0))
+    assert far == pytest.approx(1500 + (CURVE.pwm(3.0) - 1500) / 3)

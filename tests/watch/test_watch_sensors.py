@@ -1,13 +1,15 @@
-"""Rows of sensors: fresh or not, what is bad about each, and for how long."""
+"""Rows of sensors and traces of the last minute."""
 
 import math
 
+import numpy as np
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mav
 from vehicle_on_air import LEVEL, NO_LOCK, STILL, OnAir, dvl, imu
 
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.watch.picture import Condition, Freshness, freshness
+from gcs_plugin.watch.quantities import Ring
 from gcs_plugin.watch.watcher import Watcher
 
 
@@ -155,3 +157,178 @@ def test_ardusub_is_asked_for_two_a_second_and_the_bridge_beside_it_for_the_cont
     assert row(watcher, "pressure", 20.0).expected_hz == 2.0
     assert row(watcher, "pressure", 20.0).condition is Condition.OK
     assert row(watcher, "imu", 19.6).expected_hz == 25.0
+
+
+RUVIFIST = load_vehicle("ruvifist")
+REFERENCE = (0.4, 0.1, 0.2, 0.01, 0.02, 0.03) + (0.0,) * 6 + (-math.pi / 2, 1.5)
+
+
+@pytest.fixture
+def tracer():
+    return Watcher(RUVIFIST)
+
+
+@pytest.fixture
+def traced(tracer):
+    on_air = OnAir(tracer)
+    on_air.beats(0.0)
+    return on_air
+
+
+def last(tracer, key, now_s):
+    return tracer.picture(now_s).traces[key].value[-1]
+
+
+def test_a_ring_keeps_the_newest_of_a_step_and_no_more_than_twenty_a_second():
+    ring = Ring()
+    for k in range(1000):
+        ring.put(0.01 * k, float(k))
+    time_s, value, reference = ring.since(0.0)
+    assert len(time_s) <= 201
+    assert (time_s[-1], value[-1]) == (pytest.approx(9.99), 999.0)
+    assert reference is None
+
+
+def test_a_ring_that_is_full_forgets_the_oldest_and_stays_in_order():
+    ring = Ring()
+    for k in range(3603):
+        ring.put(0.06 * k, float(k))
+    time_s, value, _ = ring.since(0.0)
+    assert len(value) == 1201
+    assert np.all(np.diff(time_s) > 0)
+    assert value[-1] == 3602
+
+
+def test_only_the_last_minute_is_shown(tracer, traced):
+    for k in range(100):
+        traced.tells("dvl", dvl(), float(k))
+    trace = tracer.picture(99.5).traces["u"]
+    assert trace.time_s[0] == 40.0
+    assert trace.age_s == pytest.approx(0.5)
+    assert trace.freshness is Freshness.FRESH
+    assert tracer.picture(110.0).traces["u"].freshness is Freshness.GONE
+
+
+def test_velocity_rates_depth_and_heading_stand_beside_their_references(tracer, traced):
+    traced.tells("nu_ref", REFERENCE, 1.0)
+    traced.tells("dvl", dvl(0.3, -0.1, 0.05), 1.05)
+    traced.tells("imu", imu(0.1, 0.2, 0.3), 1.05)
+    traced.tells("attitude", (*LEVEL, *STILL), 1.05)
+    water = RUVIFIST.vehicle.water
+    at_two_metres = 100 * water.surface_pressure_hpa + 2.0 * water.density_kg_m3 * water.gravity_m_s2
+    traced.tells("pressure", (at_two_metres, 20.0), 1.1)
+    traces = tracer.picture(1.2).traces
+    found = {
+        key: (float(t.value[-1]), float(t.reference[-1]))
+        for key, t in traces.items()
+        if t.reference is not None
+    }
+    assert found == {
+        "u": pytest.approx((0.3, 0.4)), "v": pytest.approx((-0.1, 0.1)), "w": pytest.approx((0.05, 0.2)),
+        "p": pytest.approx((0.1, 0.01)), "q": pytest.approx((0.2, 0.02)), "r": pytest.approx((0.3, 0.03)),
+        "depth": pytest.approx((2.0, 1.5), abs=1e-4), "heading": pytest.approx((0.0, 270.0), abs=1e-4),
+    }  # fmt: skip
+
+
+def test_a_reference_that_is_no_longer_told_ends(tracer, traced):
+    traced.tells("nu_ref", REFERENCE, 1.0)
+    traced.tells("dvl", dvl(), 1.1)
+    traced.tells("dvl", dvl(), 3.0)
+    reference = tracer.picture(3.0).traces["u"].reference
+    assert reference[0] == pytest.approx(0.4)
+    assert math.isnan(reference[1])
+
+
+def test_yaw_rate_is_the_fibre_optic_gyros_while_it_speaks(tracer, traced):
+    traced.tells("fog", (0.5,), 1.0)
+    traced.tells("imu", imu(r=0.4), 1.1)
+    assert last(tracer, "r", 1.2) == pytest.approx(0.5)
+    traced.tells("imu", imu(r=0.4), 3.0)
+    assert last(tracer, "r", 3.1) == pytest.approx(0.4)
+
+
+def test_velocity_is_that_of_the_bodys_origin(tmp_path):
+    text = RUVIFIST.path.read_text(encoding="utf-8")
+    path = tmp_path / "off.yaml"
+    path.write_text(
+        text.replace("rotation_deg: [180.0, 0.0, 135.0]", "position_m: [0.5, 0.2, 0.0]"), encoding="utf-8"
+    )
+    watcher = Watcher(load_vehicle(str(path)))
+    vehicle = OnAir(watcher)
+    vehicle.beats(0.0)
+    vehicle.tells("imu", imu(r=0.2), 1.0)
+    vehicle.tells("dvl", dvl(-0.04, 0.1, 0.0), 1.1)
+    assert last(watcher, "u", 1.2) == pytest.approx(0.0, abs=1e-6)
+    assert last(watcher, "v", 1.2) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_impossible_pressure_is_no_depth(tracer, traced):
+    traced.tells("pressure", (0.0, 20.0), 1.0)
+    assert math.isnan(last(tracer, "depth", 1.1))
+
+
+def test_ardusub_tells_attitude_rates_depth_thrusters_and_battery_in_its_own_messages():
+    watcher = Watcher(load_vehicle("ardusub_vectored"))
+    sub = OnAir(watcher)
+    sub.beats(0.0, autopilot=mav.MAV_AUTOPILOT_ARDUPILOTMEGA)
+    sub.says(mav.MAVLink_attitude_message(1000, 0.1, -0.2, 2.0, 0.01, 0.02, 0.03), 1.0)
+    sub.says(mav.MAVLink_vfr_hud_message(0, 0, 0, 0, -3.25, 0), 1.0)
+    sub.says(mav.MAVLink_servo_output_raw_message(10**6, 0, *range(1501, 1507), 0, 0), 1.0)
+    sub.says(mav.MAVLink_servo_output_raw_message(10**6, 1, *range(1601, 1607), 0, 0), 1.0)
+    sub.says(mav.MAVLink_sys_status_message(0, 0, 0, 0, 15100, 1230, 50, 0, 0, 0, 0, 0, 0), 1.0)
+    picture = watcher.picture(1.1)
+    values = {key: float(t.value[-1]) for key, t in picture.traces.items() if len(t.value)}
+    assert values == pytest.approx(
+        {
+            "p": 0.01,
+            "q": 0.02,
+            "r": 0.03,
+            "depth": 3.25,
+            "heading": math.degrees(2.0),
+            "voltage": 15.1,
+            "current": 12.3,
+        }
+    )
+    assert [row.pwm_us for row in picture.thrusters] == list(range(1501, 1507))
+
+
+def test_depth_that_the_vehicle_states_comes_before_that_of_its_pressure(tracer, traced):
+    traced.says(mav.MAVLink_global_position_int_message(1000, 0, 0, 0, -4000, 0, 0, 0, 0), 1.0)
+    traced.tells("pressure", (101325.0, 20.0), 1.1)
+    assert last(tracer, "depth", 1.2) == pytest.approx(4.0)
+
+
+@pytest.mark.usefixtures("traced")
+def test_a_dvl_driver_under_a_ground_stations_name_is_heard(tracer):
+    driver = OnAir(tracer, 255, 0)
+    delta = mav.MAVLink_vision_position_delta_message(10**6, 100_000, [0.0] * 3, [0.03, 0.0, -0.01], 90.0)
+    driver.says(delta, 1.0)
+    assert last(tracer, "u", 1.1) == pytest.approx(0.3)
+    assert last(tracer, "w", 1.1) == pytest.approx(-0.1)
+
+
+def test_an_autopilots_velocity_is_turned_into_body_axes_where_no_dvl_speaks(tracer, traced):
+    east = (math.cos(math.pi / 4), 0.0, 0.0, math.sin(math.pi / 4))
+    traced.tells("attitude", (*east, *STILL), 1.0)
+    traced.says(mav.MAVLink_local_position_ned_message(1000, 0, 0, 0, 0.0, 0.7, 0.1), 1.1)
+    found = [last(tracer, key, 1.2) for key in "uvw"]
+    assert found == pytest.approx([0.7, 0.0, 0.1], abs=1e-6)
+    traced.tells("dvl", dvl(0.2), 1.3)
+    traced.says(mav.MAVLink_local_position_ned_message(1200, 0, 0, 0, 0.0, 0.7, 0.1), 1.4)
+    assert last(tracer, "u", 1.5) == pytest.approx(0.2)
+
+
+def test_the_contracts_message_comes_before_ardusubs_until_it_is_silent(tracer, traced):
+    traced.tells("attitude", (*LEVEL, *STILL), 1.0)
+    traced.says(mav.MAVLink_attitude_message(1000, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 1.5)
+    assert last(tracer, "heading", 1.6) == pytest.approx(0.0)
+    traced.says(mav.MAVLink_attitude_message(1000, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 5.0)
+    assert last(tracer, "heading", 5.1) == pytest.approx(math.degrees(1.0))
+
+
+def test_every_trace_is_there_with_its_unit_from_the_first(tracer):
+    units = {key: trace.unit for key, trace in tracer.picture(0.0).traces.items()}
+    assert units == {
+        "u": "m/s", "v": "m/s", "w": "m/s", "p": "rad/s", "q": "rad/s", "r": "rad/s", "depth": "m",
+        "altitude": "m", "heading": "deg", "voltage": "V", "current": "A",
+    }  # fmt: skip

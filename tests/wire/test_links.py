@@ -1,15 +1,23 @@
-"""Links open by name or are refused in a sentence, and a serial port, TCP and memory carry every byte both ways."""
+"""Links by name, lossy links, and links that come back."""
 
+import os
+import random
 import socket
+import threading
 
 import pytest
 from links_read import SOON_S, free_port, read_exactly
 
+from bridge.clock import SimulatedClock
 from bridge.errors import LinkError, LinkLost
+from bridge.framing import Encoder, Framer
+from bridge.link.base import Link
 from bridge.link.descriptor import BACKLOG_BYTES
+from bridge.link.lossy import Lossy
 from bridge.link.memory import memory_pair
 from bridge.link.open import open_link
 from bridge.link.pseudo import open_pty
+from bridge.link.reconnecting import Aside, Reconnecting, next_retry_s
 from bridge.link.tcp import TcpServer, open_tcpin
 from bridge.link.udp import UdpLink
 
@@ -139,3 +147,231 @@ def test_memory_carries_chunks_in_order_and_notices_the_other_end_closing() -> N
         b.read(1.0)
     with pytest.raises(LinkLost):
         b.write(b"x")
+
+
+def frames(count: int) -> list[bytes]:
+    encoder = Encoder(1, 1)
+    return [encoder.frame(0, bytes((i, 2, 3, 4, 5, 6, 7, 8, 9))) for i in range(count)]
+
+
+def lossy_pair(**faults: float) -> tuple[Lossy, Link, SimulatedClock]:
+    clock = SimulatedClock()
+    near, far = memory_pair()
+    return Lossy(near, random.Random(2), clock, **faults), far, clock
+
+
+def drain(link: Link) -> bytes:
+    data = b""
+    while more := link.read(0.0):
+        data += more
+    return data
+
+
+def through(lossy: Lossy, far: Link, raws: list[bytes]) -> tuple[list[bytes], list[bytes]]:
+    """What comes out of either direction."""
+    for raw in raws:
+        lossy.write(raw)
+        far.write(raw)
+    out = [f.raw for f in Framer().feed(drain(far)) if f.known]
+    back = b"".join(lossy.read(0.0) for _ in raws)
+    return out, [f.raw for f in Framer().feed(back) if f.known]
+
+
+def test_a_lossy_link_without_faults_changes_nothing() -> None:
+    lossy, far, _ = lossy_pair()
+    assert through(lossy, far, frames(50)) == (frames(50), frames(50))
+
+
+@pytest.mark.parametrize(
+    ("fault", "low", "high"), [("loss", 120, 160), ("duplicate", 240, 280), ("corrupt", 120, 160)]
+)
+def test_a_lossy_link_loses_doubles_and_damages_frames_at_its_rate_both_ways(
+    fault: str, low: int, high: int
+) -> None:
+    lossy, far, _ = lossy_pair(**{fault: 0.3})
+    for got in through(lossy, far, frames(200)):
+        assert low < len(got) < high
+        assert set(got) <= set(frames(200))
+
+
+def test_a_lossy_link_lets_frames_overtake_each_other_and_loses_none() -> None:
+    lossy, far, clock = lossy_pair(reorder=0.2)
+    out, _ = through(lossy, far, frames(100))
+    clock.advance_to(1.0)
+    lossy.read(0.0)
+    out += [f.raw for f in Framer().feed(drain(far))]
+    assert out != frames(100)
+    assert sorted(out) == sorted(frames(100))
+
+
+def test_a_lossy_link_delays_and_its_switches_work_while_it_runs() -> None:
+    lossy, far, clock = lossy_pair(delay_s=0.2)
+    lossy.write(frames(1)[0])
+    clock.advance_to(0.1)
+    assert (lossy.read(0.0), drain(far)) == (b"", b"")
+    clock.advance_to(0.2)
+    lossy.read(0.0)
+    assert drain(far) == frames(1)[0]
+    lossy.outgoing.delay_s = 0.0
+    lossy.outgoing.cut = True
+    lossy.write(frames(1)[0])
+    assert drain(far) == b""
+    lossy.outgoing.cut = False
+    lossy.write(frames(1)[0])
+    assert drain(far) == frames(1)[0]
+
+
+class Plug:
+    """A link factory with a switch."""
+
+    def __init__(self) -> None:
+        self.plugged = False
+        self.device: Link | None = None
+        self.opened = 0
+
+    def open(self) -> Link:
+        if not self.plugged:
+            raise LinkError("there is no port")
+        self.opened += 1
+        mine, self.device = memory_pair()
+        return mine
+
+    def unplug(self) -> None:
+        self.plugged = False
+        assert self.device is not None
+        self.device.close()
+
+
+def test_a_port_comes_back_within_three_seconds_a_hundred_times() -> None:
+    clock, plug, said = SimulatedClock(), Plug(), list[str]()
+    link = Reconnecting(plug.open, clock, "port", said.append)
+    for cycle in range(100):
+        assert link.read(0.0) == b""
+        link.write(b"lost")
+        assert "port" in link.fault or "other end" in link.fault
+        for _ in range(20 + cycle):
+            clock.advance_to(clock.now_s + 1.01)
+            assert link.read(0.0) == b""
+        plug.plugged = True
+        back_s = clock.now_s
+        while plug.opened == cycle:
+            clock.advance_to(clock.now_s + 0.1)
+            assert link.read(0.0) == b""
+        assert clock.now_s - back_s <= 3.0
+        assert plug.device is not None
+        plug.device.write(b"again")
+        assert (link.read(0.0), link.fault) == (b"again", "")
+        plug.unplug()
+    link.close()
+    clock.advance_to(clock.now_s + 60)
+    plug.plugged = True
+    assert link.read(0.0) == b""
+    assert plug.opened == 100
+    (sentence,) = said
+    assert "other end" in sentence
+
+
+def test_what_is_written_while_a_port_is_away_is_counted() -> None:
+    clock, plug = SimulatedClock(), Plug()
+    link = Reconnecting(plug.open, clock, "port")
+    for _ in range(3):
+        link.write(b"lost")
+    plug.plugged = True
+    clock.advance_to(3.0)
+    link.write(b"arrives")
+    assert link.counts["dropped"] == 3
+    plug.unplug()
+    link.write(b"lost")
+    assert link.counts["dropped"] == 4
+
+
+def test_a_lost_port_is_let_go_before_it_is_opened_again() -> None:
+    events: list[str] = []
+
+    class Port:
+        name = "port"
+
+        def read(self, timeout_s: float) -> bytes:
+            del timeout_s
+            raise LinkLost("gone")
+
+        def write(self, data: bytes) -> None: ...
+
+        def close(self) -> None:
+            events.append("close")
+
+    def opened() -> Link:
+        events.append("open")
+        return Port()
+
+    clock = SimulatedClock()
+    link = Reconnecting(opened, clock)
+    for _ in range(3):
+        link.read(0.0)
+        clock.advance_to(clock.now_s + 3.0)
+    assert events == ["open", "close"] * 3
+
+
+def test_plugging_in_a_hundred_times_leaks_no_handle() -> None:
+    clock = SimulatedClock()
+    ports: list[str] = []
+    link = Reconnecting(lambda: open_link(f"serial:{ports[-1]}"), clock)
+    before = len(os.listdir("/proc/self/fd")) if os.path.isdir("/proc/self/fd") else 0
+    for _ in range(100):
+        device, path = open_pty()
+        ports.append(path)
+        clock.advance_to(clock.now_s + 3.0)
+        assert link.read(0.0) == b""
+        device.write(b"x")
+        assert read_exactly(link, 1) == b"x"
+        device.close()
+        assert link.read(SOON_S) == b""
+        assert "gone" in link.fault
+    link.close()
+    assert (len(os.listdir("/proc/self/fd")) if before else 0) == before
+
+
+def test_the_pause_between_tries_doubles_up_to_a_second() -> None:
+    pauses = [0.25]
+    while len(pauses) < 6:
+        pauses.append(next_retry_s(pauses[-1]))
+    assert pauses == [0.25, 0.5, 1.0, 1.0, 1.0, 1.0]
+
+
+def test_nobody_waits_for_a_network_that_takes_its_time_to_connect() -> None:
+    answered, near = threading.Event(), memory_pair()[0]
+
+    def slow() -> Link:
+        assert answered.wait(10.0)
+        return near
+
+    aside = Aside(slow, "tcp:far:1")
+    for _ in range(3):
+        with pytest.raises(LinkError, match="tcp:far:1: is being opened"):
+            aside()
+    answered.set()
+    assert opened(aside) is near
+
+
+def test_why_a_link_could_not_be_opened_aside_is_said_until_it_is() -> None:
+    attempts: list[Link | LinkError] = [LinkError("tcp:far:1: refused"), memory_pair()[0]]
+
+    def factory() -> Link:
+        attempt = attempts.pop(0)
+        if isinstance(attempt, LinkError):
+            raise attempt
+        return attempt
+
+    said: list[str] = []
+    assert opened(Aside(factory, "tcp:far:1"), said).name == "memory:a"
+    assert "tcp:far:1: refused" in said
+
+
+def opened(aside: Aside, said: list[str] | None = None) -> Link:
+    for _ in range(500):
+        try:
+            return aside()
+        except LinkError as error:
+            if said is not None:
+                said.append(str(error))
+    raise AssertionError("it was never opened")

@@ -1,4 +1,4 @@
-"""A file of ours stands under its name whole, or what was there before does."""
+"""Files of ours: whole under their name, and YAML that holds no more than it may."""
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
@@ -8,8 +8,9 @@ from typing import BinaryIO
 
 import pytest
 
-from bridge.errors import LogError
+from bridge.errors import ConfigError, LogError
 from bridge.new_file import replacing, whole
+from bridge.schema import load_yaml
 
 Writer = Callable[[Path], AbstractContextManager[BinaryIO]]
 
@@ -63,3 +64,16 @@ def test_a_link_under_the_name_is_replaced_and_what_it_leads_to_stays(writer: Wr
     assert old.read_bytes() == b"old"
     assert not link.is_symlink()
     assert link.read_bytes() == b"new"
+
+
+def test_a_key_written_twice_is_named_with_its_line(tmp_path):
+    path = tmp_path / "vehicle.yaml"
+    path.write_text("name: one\ndry_mass_kg: 7.0\ndry_mass_kg: 72.0\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"line 3.*'dry_mass_kg' stands there twice"):
+        load_yaml(path)
+
+
+def test_anchors_and_nested_keys_of_one_name_are_no_slip(tmp_path):
+    path = tmp_path / "vehicle.yaml"
+    path.write_text("a: &a {mass: 1}\nb: {mass: 2}\nc: *a\n", encoding="utf-8")
+    assert load_yaml(path) == {"a": {"mass": 1}, "b": {"mass": 2}, "c": {"mass": 1}}
