@@ -142,12 +142,12 @@ def identified_and_diagnosed(folder: Path) -> Any:
 def uploaded(folder: Path) -> Any:
     """Parameters compared, refused, written and rolled back, at a vehicle in simulated time."""
     import pytest
-    from parameter_vehicle import VehicleAtTheEnd
+    from fakes.vehicle import FakeVehicle
 
     from tui import cli
 
     patch = pytest.MonkeyPatch()
-    vehicle = VehicleAtTheEnd()
+    vehicle = FakeVehicle()
     patch.chdir(folder)
     patch.setattr("bridge.link.open.open_link", lambda _: vehicle)
     patch.setattr("bridge.clock.SystemClock", lambda: vehicle.clock)
@@ -199,7 +199,7 @@ def switched() -> Any:
 if __name__ == "__main__":
     if "x" in sys.argv[2:]:
         sys.meta_path.insert(0, Finder)  # type: ignore[arg-type]
-    sys.path += [str(ROOT / "tests" / "cli"), str(ROOT / "tests" / "ground")]
+    sys.path += [str(ROOT / "tests"), str(ROOT / "tests" / "ground")]
     place = Path(sys.argv[1])
     flows = {
         "uploaded": uploaded(place),

@@ -4,7 +4,8 @@ import json
 from pathlib import Path
 
 import pytest
-from parameter_vehicle import VEHICLE, at_any_link
+from fakes.vehicle import VEHICLE
+from parameter_vehicle import at_any_link
 
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.params.files import Interval, Sidecar, write_sidecar

@@ -3,90 +3,21 @@
 import json
 import os
 import threading
-from collections import deque
-from pathlib import Path
 
 import pytest
+from fakes.vehicle import FakeVehicle
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.answers import status_texts
-from bridge.clock import SimulatedClock
-from bridge.errors import LinkLost
-from bridge.framing import Encoder, Framer, decode
-from bridge.messages.readings import Reading, encode
-from bridge.parameters import ParameterServer, vehicle_table
-from bridge.vehicle.config import load_vehicle
 from gcs_plugin.modes import OffMarks
 from gcs_plugin.recording.state import HeardVehicle, Holding, write_holding
 from tui import cli, exit_codes
 
-VEHICLE = str(Path(__file__).resolve().parents[1] / "data" / "vehicles" / "hovering.yaml")
 
-
-class VehicleAtTheEnd:
-    """A link whose far end is a vehicle that tells its mode; reading it lets simulated time pass."""
-
-    name = "memory:vehicle"
-
-    def __init__(self, system=1):
-        self.clock = SimulatedClock()
-        self.server = ParameterServer(None, vehicle_table(load_vehicle(VEHICLE).vehicle), system=system)
-        self.armed = self.mute = self.stuck = False
-        self.twin = None
-        self.fails_at_s = deque()
-        self.sets = []
-        self.heard = []
-        self.closed = False
-        self.listens_first = False
-        self.tells_mode = True
-        self._framer, self._encoder = Framer(), Encoder(system, 1)
-        self._out = []
-        self._beat_s = 0.0
-
-    def give_a_model(self):
-        self.server.write("FF1_M_U", 99.0, armed=False)
-        self.server.write("FF_COMMIT", self.server.staged_crc, armed=False)
-
-    def read(self, timeout_s):
-        self.clock.advance_to(self.clock.now_s + max(timeout_s, 0.001))
-        now_s = self.clock.now_s
-        if self.fails_at_s and now_s >= self.fails_at_s[0]:
-            self.fails_at_s.popleft()
-            raise LinkLost("memory:vehicle: the other side has gone; plug it in")
-        if self.mute or self.listens_first:
-            return b""
-        if now_s >= self._beat_s:
-            self._beat_s += 1.0
-            state = 128 if self.armed else 0
-            self._say(dialect.MAVLink_heartbeat_message(12, 0, state, 0, 4, 3))
-            reading = Reading("ff_mode", now_s, (float(self.server.mode),))
-            self._out += [self._encoder.frame(*encode(reading))] if self.tells_mode else []
-        self._out.append(self._encoder.frame(30, bytes(28)))
-        for message in self.server.step(20):
-            self._say(message)
-        out, self._out = b"".join(self._out), []
-        return out + (self.twin.read(timeout_s) if self.twin else b"")
-
-    def write(self, data):
-        for frame in self._framer.feed(data):
-            message = decode(frame)
-            self.heard.append(message.get_type())
-            self.listens_first = False
-            if message.get_type() == "PARAM_SET":
-                self.sets.append((message.param_id, message.param_value))
-                if self.stuck:
-                    continue
-            for answer in self.server.handle(message, self.armed):
-                self._say(answer)
-            for text in self.server.take_texts():
-                for part in status_texts(text, 4, 1):
-                    self._say(part)
-
-    def close(self):
-        self.closed = True
-
-    def _say(self, message):
-        self._out.append(self._encoder.encode(message))
+def afloat(clock=None, system=1):
+    """A vehicle that tells its mode among other messages."""
+    vehicle = FakeVehicle(clock, (system, 1), steps=clock is None)
+    vehicle.chatters = True
+    return vehicle
 
 
 class Terminal:
@@ -105,7 +36,7 @@ class Terminal:
 
 @pytest.fixture
 def vehicle(monkeypatch):
-    vehicle = VehicleAtTheEnd()
+    vehicle = afloat()
     monkeypatch.setattr("bridge.link.open.open_link", lambda _: vehicle)
     monkeypatch.setattr("bridge.clock.SystemClock", lambda: vehicle.clock)
     monkeypatch.setattr("tui.switching.REOPEN_EVERY_S", 0.0)
@@ -136,7 +67,7 @@ def test_off_asks_nothing_and_ends_when_the_vehicle_has_said_so(vehicle, monkeyp
 
 def test_off_on_a_vehicle_that_does_not_take_it_is_sent_until_the_time_given_is_up(vehicle, capsys):
     vehicle.server.write("FF_MODE", 1.0, armed=False)
-    vehicle.stuck = True
+    vehicle.drops = True
     assert run("off", "--seconds", "60") == exit_codes.NO
     shown = capsys.readouterr()
     assert 110 <= len(vehicle.sets) <= 120
@@ -219,7 +150,7 @@ def test_a_vehicle_that_listens_first_is_spoken_to_first(vehicle):
 
 def test_off_goes_on_through_every_loss_of_the_link(vehicle, capsys):
     vehicle.server.write("FF_MODE", 1.0, armed=False)
-    vehicle.stuck = True
+    vehicle.drops = True
     vehicle.fails_at_s.extend((3.0, 3.1, 7.0))
     assert run("off", "--seconds", "30") == exit_codes.NO
     assert capsys.readouterr().err.count("the other side has gone") == 1
@@ -228,7 +159,7 @@ def test_off_goes_on_through_every_loss_of_the_link(vehicle, capsys):
 
 def test_control_c_ends_off_and_says_how_far_it_came(vehicle, monkeypatch, capsys):
     vehicle.server.write("FF_MODE", 1.0, armed=False)
-    vehicle.stuck = True
+    vehicle.drops = True
     read = vehicle.read
 
     def interrupted(timeout_s):
@@ -243,12 +174,11 @@ def test_control_c_ends_off_and_says_how_far_it_came(vehicle, monkeypatch, capsy
 
 
 def twin_of(vehicle, mode):
-    twin = VehicleAtTheEnd()
-    twin.clock = vehicle.clock
+    twin = afloat(vehicle.clock)
     twin.give_a_model()
     twin.server.write("FF_MODE", mode, armed=False)
     for _ in range(100):
-        twin._encoder.frame(0, bytes(9))
+        twin.encoder.frame(0, bytes(9))
     return twin
 
 
@@ -299,7 +229,7 @@ def test_off_of_another_computer_ends_a_raise_by_what_the_vehicle_says(vehicle, 
 
     monkeypatch.setattr(vehicle.server, "handle", forced_off)
     assert run("both", "--yes") == exit_codes.NO
-    assert vehicle.sets == [("FF_MODE", 3.0)]
+    assert [one[2:] for one in vehicle.sets] == [("FF_MODE", 3.0)]
     assert "vehicle 1: it says off after both, as if another has switched it" in " ".join(
         capsys.readouterr().out.split()
     )
@@ -328,12 +258,11 @@ def test_of_an_armed_vehicle_the_modes_name_is_typed(vehicle, monkeypatch, typed
 def test_one_that_is_armed_while_the_question_stands_gets_nothing_for_a_yes(vehicle, monkeypatch, capsys):
     vehicle.give_a_model()
 
-    told, beats, say = threading.Event(), [], vehicle._say
+    told, beats, say = threading.Event(), [], vehicle.say
 
-    def says(message):
-        say(message)
-        if message.get_type() == "HEARTBEAT" and message.base_mode:
-            beats.append(vehicle.clock.now_s)
+    def says(*messages):
+        say(*messages)
+        beats.extend(1 for message in messages if message.get_type() == "HEARTBEAT" and message.base_mode)
         # The first has been read once the second is said.
         if len(beats) > 1:
             told.set()
@@ -342,7 +271,7 @@ def test_one_that_is_armed_while_the_question_stands_gets_nothing_for_a_yes(vehi
         vehicle.armed = True
         assert told.wait(10.0)
 
-    monkeypatch.setattr(vehicle, "_say", says)
+    monkeypatch.setattr(vehicle, "say", says)
     monkeypatch.setattr("sys.stdin", Terminal("yes\n", arms))
     assert run("shadow") == exit_codes.NO
     assert "was armed meanwhile" in capsys.readouterr().err
@@ -364,7 +293,7 @@ def test_a_vehicle_without_a_model_gets_no_mode_that_applies_one(vehicle, word, 
 
 
 def test_a_vehicle_that_does_not_take_a_mode_is_given_up(vehicle, capsys):
-    vehicle.stuck = True
+    vehicle.drops = True
     assert run("shadow", "--yes") == exit_codes.NO
     assert "it answers off" in capsys.readouterr().out
     assert 25 <= len(vehicle.sets) <= 31
@@ -403,18 +332,16 @@ def test_an_armed_vehicle_says_what_its_shadow_lacks_and_the_crew_hears_what_to_
 
 def test_of_two_vehicles_with_one_address_none_is_switched_on(vehicle, capsys):
     vehicle.give_a_model()
-    vehicle.twin = VehicleAtTheEnd()
-    vehicle.twin.clock = vehicle.clock
+    vehicle.twin = afloat(vehicle.clock)
     for _ in range(100):
-        vehicle.twin._encoder.frame(0, bytes(9))
+        vehicle.twin.encoder.frame(0, bytes(9))
     assert run("both", "--yes") == exit_codes.LINK
     assert "two vehicles beat as system 1" in capsys.readouterr().err
     assert vehicle.sets == []
 
 
 def test_of_two_vehicles_the_one_that_is_named_is_switched_on(vehicle, capsys):
-    vehicle.twin = VehicleAtTheEnd(system=2)
-    vehicle.twin.clock = vehicle.clock
+    vehicle.twin = afloat(vehicle.clock, 2)
     assert run("shadow", "--yes") == exit_codes.LINK
     assert "several vehicles beat (systems 1, 2); name one with --system" in capsys.readouterr().err
     assert run("shadow", "--yes", "--system", "1") == exit_codes.DONE
@@ -422,7 +349,7 @@ def test_of_two_vehicles_the_one_that_is_named_is_switched_on(vehicle, capsys):
 
 
 def test_a_link_that_is_lost_ends_every_mode_but_off(vehicle, capsys):
-    vehicle.stuck = True
+    vehicle.drops = True
     vehicle.fails_at_s.append(4.0)
     assert run("shadow", "--yes") == exit_codes.LINK
     assert "the other side has gone" in capsys.readouterr().err

@@ -97,7 +97,7 @@ def test_only_sends_the_lines_named(vehicle, file):
 
 
 def test_a_value_that_the_vehicle_never_takes_leaves_everything_as_it_was(vehicle, file, capsys):
-    vehicle.stuck = {"FF1_D_U"}
+    vehicle.drops = ("FF1_D_U",)
     assert run("upload", file, "--yes") == exit_codes.NO
     assert vehicle.server.value("FF1_M_U") == 0.0
     assert vehicle.server.active_crc == 0
@@ -154,7 +154,7 @@ def test_a_program_that_reads_along_hears_of_each_line_once_it_is_read_back(
     vehicle, file, monkeypatch, capsys
 ):
     monkeypatch.setenv(reports.VARIABLE, reports.FORM)
-    vehicle.stuck = {"FF1_D_U"}
+    vehicle.drops = ("FF1_D_U",)
     assert run("upload", file, "--yes") == exit_codes.NO
     heard = [reports.read(line) for line in capsys.readouterr().err.splitlines()]
     writing = [report for report in heard if report is not None and report.of == reports.WRITING]

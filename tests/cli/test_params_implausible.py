@@ -4,7 +4,7 @@ from pathlib import Path
 
 import params_line
 import pytest
-from parameter_vehicle import VEHICLE
+from fakes.vehicle import VEHICLE
 from params_line import DESPITE_HALF, run
 
 from bridge.vehicle.config import load_vehicle

@@ -2,7 +2,7 @@
 
 import params_line
 import pytest
-from parameter_vehicle import VEHICLE
+from fakes.vehicle import VEHICLE
 from params_line import identified, run, with_sidecar
 
 from bridge.vehicle.config import load_vehicle

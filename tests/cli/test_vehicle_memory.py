@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from parameter_vehicle import VEHICLE, VehicleAtTheEnd
+from fakes.vehicle import VEHICLE, FakeVehicle
 
 from bridge.parameters import parameters_of
 from bridge.vehicle.config import load_vehicle
@@ -12,13 +12,13 @@ from tui import cli, exit_codes
 NONE_IN_FORCE = "no set is in force on the vehicle (FF_ACTIVE is 0)"
 
 
-class Edited(VehicleAtTheEnd):
+class Edited(FakeVehicle):
     """A vehicle that starts as the bridge does, from a file that can be edited."""
 
     def __init__(self, folder):
         self.file = folder / "ours.yaml"
         self.file.write_text(Path(VEHICLE).read_text(encoding="utf-8"), encoding="utf-8")
-        super().__init__(folder / "parameters.json")
+        super().__init__(store=folder / "parameters.json", file=self.file)
 
     def boot(self):
         self.server = parameters_of(load_vehicle(str(self.file)), self.store)

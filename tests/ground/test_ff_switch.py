@@ -1,96 +1,35 @@
 """FF_MODE is switched when the vehicle has said so twice over, whatever link and vehicle do on the way."""
 
 import random
-from collections import deque
+from dataclasses import replace
 
 import pytest
+from fakes.vehicle import SMALL, FakeVehicle
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
-from bridge.framing import Encoder, Framer, decode
+from bridge.framing import Encoder, Framer
 from bridge.link.lossy import Lossy
-from bridge.messages.readings import Reading, encode
+from bridge.messages.readings import Reading
 from bridge.parameters import ParameterServer, vehicle_table
-from bridge.status_codes import Topic, coded
-from bridge.vehicle.config import Configuration, Thruster, Vehicle
+from bridge.vehicle.config import Vehicle
 from bridge.vehicle.feedforward import Mode
 from gcs_plugin.feedforward import Switch
 from gcs_plugin.peers import GROUND_STATION, KnownVehicle, Peers
 
-SHAPE = Configuration(
-    dry_mass_kg=72.0,
-    inertia_kgm2=(2.0, 14.0, 14.0),
-    thrusters=(Thruster((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),),
-    model={"M_u": 72.0, "D_u": 40.0},
-)
-TABLE = vehicle_table(Vehicle("test", {"survey": SHAPE}))
 STEP_S = 0.02
 
 
-class Craft:
-    """A link whose vehicle answers with its real parameter server. Its faults are attributes."""
+class Craft(FakeVehicle):
+    """A small vehicle whose feed-forward acts, on a link that the test steps."""
 
     name = "craft:"
 
     def __init__(self, clock, source=(1, 1), mode=3.0, autopilot=0, phase_s=0.0, booted_s=0.0):
-        self.clock, self.source, self.autopilot, self.booted_s = clock, source, autopilot, booted_s
-        self.kind = dialect.MAV_TYPE_SUBMARINE if autopilot == 0 else dialect.MAV_TYPE_ONBOARD_CONTROLLER
-        self.server = ParameterServer(None, TABLE, system=source[0], component=source[1])
-        self.server.write("FF_MODE", mode, False)
-        self.encoder, self.framer, self.queue = Encoder(*source), Framer(), deque()
-        self.next_beat_s = clock.now_s + phase_s
-        self.bound = False  # to another ground
-        self.armed = self.deaf = self.dumb = self.stuck = self.echoes = self.lacks = self.mute_telemetry = (
-            False
-        )
-        self.sets = []
-
-    def read(self, _):
-        if self.clock.now_s >= self.next_beat_s:
-            self.next_beat_s += 1.0
-            self.beat()
-        out = b"" if self.dumb else b"".join(self.queue)
-        self.queue.clear()
-        return out
-
-    def beat(self):
-        state = 128 if self.armed else 0
-        self.say(dialect.MAVLink_heartbeat_message(self.kind, self.autopilot, state, 0, 4, 3))
-        self.say(dialect.MAVLink_system_time_message(0, round((self.clock.now_s - self.booted_s) * 1e3)))
-        if not (self.lacks or self.mute_telemetry):
-            reading = Reading("ff_mode", self.clock.now_s - self.booted_s, (float(self.server.mode),))
-            self.queue.append(self.encoder.frame(*encode(reading)))
-
-    def write(self, data):
-        for frame in self.framer.feed(data):
-            message = decode(frame)
-            if self.deaf or message is None or getattr(message, "target_system", 0) != self.source[0]:
-                continue
-            if message.target_component != self.source[1]:
-                continue
-            is_set = message.get_type() == "PARAM_SET"
-            if is_set:
-                self.sets.append((self.clock.now_s, message.param_value))
-            if is_set and self.bound:
-                self.say(
-                    dialect.MAVLink_statustext_message(4, coded(Topic.STRANGER, "any words", 255).encode())
-                )
-                for answer in self.server.deny(message):
-                    self.say(answer)
-            elif self.lacks:
-                self.say(dialect.MAVLink_param_error_message(255, 190, message.param_id.encode(), -1, 1))
-            elif is_set and (self.stuck or self.echoes):
-                told = message.param_value if self.echoes else self.server.value("FF_MODE")
-                self.say(dialect.MAVLink_param_value_message(b"FF_MODE", told, 9, 1, 0))
-            else:
-                for answer in self.server.handle(message, self.armed):
-                    self.say(answer)
-
-    def say(self, message):
-        self.queue.append(self.encoder.encode(message))
-
-    def close(self):
-        pass
+        super().__init__(
+            clock, source, vehicle=SMALL, mode=mode, autopilot=autopilot, phase_s=phase_s, booted_s=booted_s,
+            steps=False,
+        )  # fmt: skip
 
 
 class Both:
@@ -148,12 +87,12 @@ def test_a_vehicle_takes_every_mode_that_it_can(clock, mode, armed):
 
 def test_nothing_is_sent_before_a_vehicle_is_heard(clock):
     craft = Craft(clock)
-    craft.dumb = True
+    craft.mute = True
     switch = Switch(Mode.OFF)
     assert not drive(switch, craft, clock, 30.0)
     assert (craft.sets, switch.sent, switch.heard) == ([], 0, False)
     assert switch.words == "no vehicle heard, nothing is sent yet"
-    craft.dumb = False
+    craft.mute = False
     assert drive(switch, craft, clock, 5.0)
 
 
@@ -171,13 +110,13 @@ def test_it_is_sent_every_half_second_until_it_is_so(clock):
 def test_it_says_how_often_it_was_sent_and_for_how_long_nobody_answers(clock):
     craft = Craft(clock)
     craft.deaf = True
-    craft.mute_telemetry = True
+    craft.tells_mode = False
     switch = Switch(Mode.OFF)
     seen = []
     drive(switch, craft, clock, 3.7, each=lambda: seen.append(switch.words))
     assert "vehicle 1: heard, nothing is sent yet" in seen
     assert "vehicle 1: sent 4 times, no answer for 1.9 s, no telemetry of it" in seen
-    craft.deaf = craft.mute_telemetry = False
+    craft.deaf, craft.tells_mode = False, True
     craft.stuck = True
     drive(switch, craft, clock, 2.0)
     assert switch.words.endswith("times, it answers both, its telemetry says both")
@@ -203,7 +142,7 @@ def test_an_echo_of_a_value_that_is_not_kept_proves_nothing(clock):
 
 def test_answers_alone_are_not_enough_without_telemetry(clock):
     craft = Craft(clock)
-    craft.mute_telemetry = True
+    craft.tells_mode = False
     switch = Switch(Mode.OFF)
     assert not drive(switch, craft, clock, 20.0)
     assert craft.server.mode == 0
@@ -277,13 +216,13 @@ def test_a_link_that_was_cut_is_gone_through_when_it_is_back(clock):
 
 def test_what_a_vehicle_refuses_is_said(clock):
     craft = Craft(clock, mode=0.0)
-    craft.server = ParameterServer(None, vehicle_table(Vehicle("empty", {"a": Configuration(
-        dry_mass_kg=72.0, inertia_kgm2=(2.0, 14.0, 14.0), thrusters=SHAPE.thrusters)})))  # fmt: skip
+    shape = replace(SMALL.configurations["survey"], model={})
+    craft.server = ParameterServer(None, vehicle_table(Vehicle("empty", {"a": shape})))
     craft.armed = True
     switch = Switch(Mode.BOTH)
     assert not drive(switch, craft, clock, 5.0)
-    assert switch.refusal == "vehicle 1: the vehicle does not permit it now"
-    assert "it answers off (the vehicle does not permit it now)" in switch.words
+    assert switch.refusal == "vehicle 1: the vehicle does not permit it now: no active set"
+    assert "it answers off (the vehicle does not permit it now: no active set)" in switch.words
 
 
 def test_that_a_vehicle_takes_its_orders_from_another_ground_is_said_as_the_reason(clock):
@@ -310,15 +249,15 @@ def test_off_waits_for_no_companion_and_goes_to_it_as_soon_as_it_beats(clock):
     autopilot.lacks = True
     switch = Switch(Mode.OFF)
     assert drive(switch, Both(autopilot, companion), clock, 10.0)
-    assert autopilot.sets == [(pytest.approx(STEP_S), 0.0)]
-    assert companion.sets[0] == (pytest.approx(0.9, abs=2 * STEP_S), 0.0)
+    assert [(one.time_s, one.value) for one in autopilot.sets] == [(pytest.approx(STEP_S), 0.0)]
+    assert companion.sets[0][::3] == (pytest.approx(0.9, abs=2 * STEP_S), 0.0)
     assert companion.server.mode == 0
 
 
 def test_a_companion_is_told_before_an_autopilot_where_neither_tells_its_mode(clock):
     autopilot, companion = Craft(clock), Craft(clock, (1, 191), autopilot=8, phase_s=0.9)
     autopilot.lacks = True
-    companion.mute_telemetry = True
+    companion.tells_mode = False
     switch = Switch(Mode.SHADOW)
     drive(switch, Both(autopilot, companion), clock, 10.0)
     assert autopilot.sets == []
@@ -329,7 +268,7 @@ def test_a_companion_is_told_before_an_autopilot_where_neither_tells_its_mode(cl
 def test_off_reaches_a_companion_that_tells_no_mode_though_the_autopilot_has_none(clock, phase_s):
     autopilot, companion = Craft(clock), Craft(clock, (1, 191), autopilot=8, phase_s=phase_s)
     autopilot.lacks = True
-    companion.mute_telemetry = True
+    companion.tells_mode = False
     drive(Switch(Mode.OFF), Both(autopilot, companion), clock, 10.0)
     assert companion.server.mode == 0
 
@@ -342,18 +281,18 @@ def test_off_goes_at_the_first_tick_to_the_one_that_was_heard_before(clock):
     craft = Craft(clock, phase_s=0.97)
     switch = Switch(Mode.OFF, known=heard_before(((1, 1), True, -0.5)))
     assert drive(switch, craft, clock, 5.0)
-    assert craft.sets[0] == (0.0, 0.0)
+    assert craft.sets[0][::3] == (0.0, 0.0)
 
 
 def test_off_is_sent_blindly_and_works_where_the_vehicle_is_heard_no_more_but_is_never_called_done(clock):
     craft = Craft(clock)
-    craft.dumb = True
+    craft.mute = True
     switch = Switch(Mode.OFF, known=heard_before(((1, 1), True, -8.0)))
     assert not drive(switch, craft, clock, 4.1)
     assert craft.server.mode == 0
     assert (switch.heard, switch.done, switch.waits_for) == (False, False, (1,))
     assert switch.words == "vehicle 1: sent 9 times, not heard for 12 s: not confirmed"
-    craft.dumb = False
+    craft.mute = False
     assert drive(switch, craft, clock, 5.0)
 
 
@@ -362,7 +301,7 @@ def test_one_that_is_heard_no_more_while_it_is_switched_is_told_as_not_heard(clo
     craft.deaf = True
     switch = Switch(Mode.OFF)
     drive(switch, craft, clock, 2.0)
-    craft.dumb = True
+    craft.mute = True
     drive(switch, craft, clock, 6.0)
     assert switch.words == "vehicle 1: sent 16 times, not heard for 6 s: not confirmed"
 
@@ -370,28 +309,28 @@ def test_one_that_is_heard_no_more_while_it_is_switched_is_told_as_not_heard(clo
 @pytest.mark.parametrize("component", [1, 191])
 def test_off_of_a_system_that_is_named_is_sent_though_nobody_ever_heard_it(clock, component):
     craft = Craft(clock, (3, component), autopilot=0 if component == 1 else 8)
-    craft.dumb = True
+    craft.mute = True
     other = Craft(clock, (2, 1))
-    other.dumb = True
+    other.mute = True
     switch = Switch(Mode.OFF, system=3, known=heard_before(((2, 1), True, -1.0)))
     assert not drive(switch, Both(other, craft), clock, 4.1)
     assert (craft.server.mode, other.server.mode, other.sets) == (0, 3, [])
     assert switch.words == "vehicle 3: sent 9 times, never heard: not confirmed"
-    craft.dumb = False
+    craft.mute = False
     assert drive(switch, Both(other, craft), clock, 5.0)
     assert (other.server.mode, other.sets) == (3, [])
 
 
 def test_a_companion_never_heard_is_sent_off_though_the_autopilot_of_its_system_has_none(clock):
     autopilot, companion = Craft(clock, (3, 1)), Craft(clock, (3, 191), autopilot=8)
-    autopilot.lacks = companion.dumb = True
+    autopilot.lacks = companion.mute = True
     drive(Switch(Mode.OFF, system=3), Both(autopilot, companion), clock, 3.0)
     assert companion.server.mode == 0
 
 
 def test_of_two_known_vehicles_off_is_not_done_while_one_is_not_heard(clock):
     one, other = Craft(clock, (1, 1)), Craft(clock, (2, 1))
-    other.dumb = True
+    other.mute = True
     switch = Switch(Mode.OFF, known=heard_before(((1, 1), True, 0.0), ((2, 1), True, -3.0)))
     assert not drive(switch, Both(one, other), clock, 10.0)
     assert (one.server.mode, other.server.mode, switch.waits_for) == (0, 0, (2,))
@@ -399,7 +338,7 @@ def test_of_two_known_vehicles_off_is_not_done_while_one_is_not_heard(clock):
 
 def test_a_raise_is_sent_to_nobody_who_is_not_heard(clock):
     craft = Craft(clock, mode=0.0)
-    craft.dumb = True
+    craft.mute = True
     switch = Switch(Mode.BOTH, system=1, known=heard_before(((1, 1), True, 0.0)))
     assert not drive(switch, craft, clock, 10.0)
     assert (craft.sets, switch.sent) == ([], 0)

@@ -101,7 +101,7 @@ def test_in_no_order_does_a_raise_that_began_before_outlast_an_off_that_was_conf
 
 
 def changes(craft):
-    return sum(value == Mode.BOTH for _, value in craft.sets)
+    return sum(one.value == Mode.BOTH for one in craft.sets)
 
 
 @pytest.mark.parametrize("off_after_s", [0.0, 0.3, 0.7, 1.2, 1.8, 2.2])

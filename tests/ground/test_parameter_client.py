@@ -2,18 +2,17 @@
 
 import json
 import random
-from collections import deque
 
 import pytest
+from fakes.vehicle import SMALL, FakeVehicle
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from soak import rest_in_soak
 
 from bridge.clock import SimulatedClock
-from bridge.errors import LinkError, LinkLost, LinkTimeout, ParamRejected, ParamUnknown, ParamUnverified
-from bridge.framing import Encoder, Framer, decode
+from bridge.errors import LinkError, LinkTimeout, ParamRejected, ParamUnknown, ParamUnverified
+from bridge.framing import Encoder
 from bridge.link.lossy import Lossy
-from bridge.parameters import ParameterServer, set_crc, vehicle_table
-from bridge.vehicle.config import Configuration, Thruster, Vehicle
+from bridge.parameters import set_crc
 from bridge.vehicle.feedforward import Mode
 from gcs_plugin.feedforward import Switch
 from gcs_plugin.modes import OffMarks
@@ -25,75 +24,26 @@ from gcs_plugin.params.session import Order, Progress
 from gcs_plugin.params.transfer import Outcome
 from gcs_plugin.params.upload import Stage
 
-SHAPE = Configuration(
-    dry_mass_kg=72.0,
-    inertia_kgm2=(2.0, 14.0, 14.0),
-    thrusters=(Thruster((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),),
-    model={"M_u": 72.0, "D_u": 40.0},
-)
-VEHICLE = Vehicle("test", {"survey": SHAPE, "hovering": SHAPE})
 TARGETS = {"FF0_M_U": 96.5, "FF0_D_U": 42.25, "FF1_I_R": 15.5, "FF_MODE": 3.0}
 MESSAGES_A_READ = 4
 STATION = Encoder(255, 230)
 
 
-class SimulatedVehicle:
-    """A link whose every read lets a vehicle live on for as long as the read waits. Faults are attributes."""
+class SimulatedVehicle(FakeVehicle):
+    """A small vehicle behind a link that brings few messages at a time."""
 
     name = "simulated:"
 
-    def __init__(self, clock, store=None, component=1, kind=dialect.MAV_TYPE_SUBMARINE, autopilot=0):
-        self.clock, self.store, self.source = clock, store, (1, component)
-        self.kind, self.autopilot = kind, autopilot
-        self.encoder, self.framer = Encoder(*self.source), Framer()
-        self.queue = deque()
-        self.sets = []
-        self.armed = False
-        self.arms_at_s = self.reboots_at_s = self.lost_at_s = float("inf")
-        self.beats = True
-        self.others = []
+    def __init__(self, clock, store=None, component=1, autopilot=0):
+        super().__init__(
+            clock,
+            (1, component),
+            vehicle=SMALL,
+            store=store,
+            autopilot=autopilot,
+            messages_a_read=MESSAGES_A_READ,
+        )
         self.values_a_read = 10
-        self.boot()
-
-    def boot(self):
-        self.booted_s = self.next_beat_s = self.clock.now_s
-        self.server = ParameterServer(self.store, vehicle_table(VEHICLE), component=self.source[1])
-
-    def read(self, timeout_s):
-        self.clock.advance_to(self.clock.now_s + max(timeout_s, 0.001))
-        now_s = self.clock.now_s
-        if now_s >= self.lost_at_s:
-            raise LinkLost("simulated: the cable is out; plug it in")
-        if now_s >= self.arms_at_s:
-            self.armed = True
-        if now_s >= self.reboots_at_s:
-            self.reboots_at_s = float("inf")
-            self.boot()
-        if now_s >= self.next_beat_s and self.beats:
-            self.next_beat_s = now_s + 1.0
-            self.say(dialect.MAVLink_system_time_message(0, round((now_s - self.booted_s) * 1000)))
-            mode = 128 if self.armed else 0
-            self.say(dialect.MAVLink_heartbeat_message(self.kind, self.autopilot, mode, 0, 4, 3))
-            self.queue += [raw() for raw in self.others]
-        for message in self.server.step(self.values_a_read):
-            self.say(message)
-        return b"".join(self.queue.popleft() for _ in range(min(len(self.queue), MESSAGES_A_READ)))
-
-    def write(self, data):
-        for frame in self.framer.feed(data):
-            message = decode(frame)
-            if message is None:
-                continue
-            if message.get_type() == "PARAM_SET":
-                self.sets.append((message.target_component, message.param_id))
-            for answer in self.server.handle(message, self.armed):
-                self.say(answer)
-
-    def close(self):
-        self.queue.clear()
-
-    def say(self, message):
-        self.queue.append(self.encoder.encode(message))
 
 
 def beat_of(system, component, kind, autopilot=8):
@@ -361,17 +311,17 @@ def test_another_ground_station_is_no_vehicle(client, vehicle):
 
 
 def test_a_companion_is_chosen_before_its_autopilot_and_alone_written_to(clock, tmp_path):
-    companion = SimulatedVehicle(clock, None, 191, dialect.MAV_TYPE_ONBOARD_CONTROLLER, 8)
+    companion = SimulatedVehicle(clock, None, 191, 8)
     companion.others = [beat_of(1, 1, dialect.MAV_TYPE_SUBMARINE, 3), beat_of(255, 190, dialect.MAV_TYPE_GCS)]
     client = ParameterClient(companion, clock)
     assert client.find_vehicle() == (1, 191)
     assert client.thrusters == (1, 1)
     assert client.apply(Order(make_plan(TARGETS, client.read_all()), tmp_path / "b.param")).good
-    assert {component for component, _ in companion.sets} == {191}
+    assert {one.component for one in companion.sets} == {191}
 
 
 def test_a_vehicle_without_an_autopilot_turns_its_thrusters_itself(clock):
-    alone = SimulatedVehicle(clock, None, 191, dialect.MAV_TYPE_ONBOARD_CONTROLLER, 8)
+    alone = SimulatedVehicle(clock, None, 191, 8)
     client = ParameterClient(alone, clock)
     client.find_vehicle()
     assert client.thrusters == (1, 191)
