@@ -39,7 +39,7 @@ legs:
 MOST_KEYS = 6
 PATIENCE_S = 120.0
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.soak
 
 
 @pytest.fixture

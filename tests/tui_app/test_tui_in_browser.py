@@ -73,6 +73,7 @@ def _address(log, process):
     raise AssertionError("the page was not served")
 
 
+@pytest.mark.soak
 def test_the_page_shows_the_vehicle_takes_keys_at_once_and_lets_nobody_do_more_than_look(
     page, vehicle, tmp_path
 ):
