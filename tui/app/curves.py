@@ -1,6 +1,7 @@
 """Curves in braille, four dots up and two across per cell, with an axis of round numbers; and plots of a whole dive."""
 
 import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -19,6 +20,7 @@ PERIODS_OF_A_GAP: Final = 3.0
 
 Dots = NDArray[np.bool_]
 Codes = NDArray[np.int_]
+Gaps = NDArray[np.bool_]
 AXIS_CELLS: Final = 7
 LABEL_CELLS: Final = 14
 WITH_GRID: Final = 4  # rows of curve from which grid lines at the ticks help
@@ -144,7 +146,7 @@ def tick_labels(scale: Scale, rows: int, downwards: bool) -> dict[int, str]:
     return by_row
 
 
-def curve_row(measured: Codes, asked: Codes, gaps: NDArray[np.bool_], grid: str, role: Role) -> Line:
+def curve_row(measured: Codes, asked: Codes, gaps: Gaps, grid: str, role: Role) -> Line:
     """One row of the curve, merged into runs of one role."""
     spans: list[Span] = []
     for value, reference, gap in zip(measured.tolist(), asked.tolist(), gaps.tolist(), strict=True):
@@ -165,6 +167,37 @@ def curve_row(measured: Codes, asked: Codes, gaps: NDArray[np.bool_], grid: str,
     return tuple(spans)
 
 
+def framed(
+    measured: Codes, asked: Codes, labels: Mapping[int, str], role: Role, gaps: Gaps | None = None
+) -> Lines:
+    """Rows of curves behind an axis with labels by row; `gaps` are marked in the last row."""
+    rows, across = measured.shape
+    none = np.zeros(across, dtype=bool)
+    lines: list[Line] = []
+    for row in range(rows):
+        label, is_last = labels.get(row, ""), row == rows - 1
+        grid = GRID if rows >= WITH_GRID and label and row > 0 and not is_last else " "
+        axis: Span = (f"{cut(label, AXIS_CELLS - 1):>{AXIS_CELLS - 1}}{'┤' if label else '│'}", "quiet")
+        missing = gaps if gaps is not None and is_last else none
+        lines.append((axis, *curve_row(measured[row], asked[row], missing, grid, role)))
+    return tuple(lines)
+
+
+def dotted(curve: Dots) -> Dots:
+    """Every other column of a curve, which distinguishes it from a solid curve even without colour."""
+    return np.asarray(curve & (np.arange(curve.shape[1]) % 2 == 0))
+
+
+def times(marks: Iterable[tuple[float, str]], across: int) -> Line:
+    """The row below a curve: texts at shares of its width."""
+    row = [" "] * across
+    for share, text in marks:
+        start = min(max(round(share * across) - len(text) // 2, 0), across - len(text))
+        if start >= 0:
+            row[start : start + len(text)] = text
+    return ((" " * AXIS_CELLS, "quiet"), ("".join(row), "quiet"))
+
+
 @dataclass(frozen=True)
 class Curve:
     """A name and its values, shape (n,)."""
@@ -174,38 +207,30 @@ class Curve:
 
 
 def plot(
-    title: str, time_s: Array, solid: Curve, dotted: Curve | None, least_span: float, cells: int, rows: int
+    title: str, time_s: Array, solid: Curve, other: Curve | None, least_span: float, cells: int, rows: int
 ) -> Lines:
     """The plot in that many cells and rows, its title included."""
     head: Line = ((title, "plain"),)
     names: Line = (("━ ", "accent"), (solid.name, "quiet"))
-    if dotted is not None:
-        names = (*names, ("   ┈ ", "reference"), (dotted.name, "quiet"))
+    if other is not None:
+        names = (*names, ("   ┈ ", "reference"), (other.name, "quiet"))
     head = (
         apart(head, names, cells) if width(head) + width(names) < cells else ((cut(title, cells), "plain"),)
     )
     across, curve_rows = cells - AXIS_CELLS, rows - 1
     if across < 1 or curve_rows < 1 or len(time_s) < 2:
         return (head,)
-    both = solid.value if dotted is None else np.concatenate([solid.value, dotted.value])
+    both = solid.value if other is None else np.concatenate([solid.value, other.value])
     scale = scale_for(both, least_span, True, 2 if curve_rows < WITH_GRID else 4)
     edges_s = np.linspace(time_s[0], time_s[-1], ACROSS * across + 1)
     drawn = [
         np.zeros((UP * curve_rows, ACROSS * across), dtype=bool)
         if curve is None
         else dots(*extremes(time_s, curve.value, edges_s), scale.low, scale.high, curve_rows)
-        for curve in (solid, dotted)
+        for curve in (solid, other)
     ]
-    measured = braille(drawn[0])
-    reference = braille(drawn[1] & (np.arange(ACROSS * across) % 2 == 0))
-    labels, no_gap = tick_labels(scale, curve_rows, False), np.zeros(across, dtype=bool)
-    lines: list[Line] = [head]
-    for row in range(curve_rows):
-        label = labels.get(row, "")
-        grid = GRID if curve_rows >= WITH_GRID and label and 0 < row < curve_rows - 1 else " "
-        axis: Span = (f"{label:>{AXIS_CELLS - 1}}{'┤' if label else '│'}", "quiet")
-        lines.append((axis, *curve_row(measured[row], reference[row], no_gap, grid, "accent")))
-    return tuple(lines)
+    labels = tick_labels(scale, curve_rows, False)
+    return (head, *framed(braille(drawn[0]), braille(dotted(drawn[1])), labels, "accent"))
 
 
 def seconds(time_s: Array, cells: int) -> Lines:
@@ -215,11 +240,6 @@ def seconds(time_s: Array, cells: int) -> Lines:
         return ()
     first_s, last_s = float(time_s[0]), float(time_s[-1])
     step_s = nice_step(max((last_s - first_s) * LABEL_CELLS / across, 1e-9))
-    row = [" "] * across
-    for place in range(int(np.ceil(first_s / step_s)), int(last_s / step_s) + 1):
-        text = f"{place * step_s:g} s"
-        at = round((place * step_s - first_s) / (last_s - first_s) * across)
-        start = min(max(at - len(text) // 2, 0), across - len(text))
-        if start >= 0:
-            row[start : start + len(text)] = text
-    return (((" " * AXIS_CELLS, "quiet"), ("".join(row), "quiet")),)
+    places = range(int(np.ceil(first_s / step_s)), int(last_s / step_s) + 1)
+    marks = (((n * step_s - first_s) / (last_s - first_s), f"{n * step_s:g} s") for n in places)
+    return (times(marks, across),)

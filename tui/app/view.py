@@ -5,12 +5,12 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final, Protocol, TypeVar
 
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.dives.folder import load_folder
 from gcs_plugin.dives.replay import Reel
-from gcs_plugin.watch.picture import Freshness, Picture
+from gcs_plugin.watch.picture import Freshness, Picture, SensorRow, ThrusterRow, Trace
 from gcs_plugin.watch.watcher import Watcher
 
 
@@ -98,6 +98,8 @@ class Views(Protocol):
         ...
 
 
+Row = TypeVar("Row", SensorRow, ThrusterRow, Trace)
+
 STALE_S, GONE_S = 3.0, 10.0
 """HEARTBEAT and FF_MODE arrive once a second: stale after 3 periods, gone after 10."""
 
@@ -117,23 +119,16 @@ def aged(picture: Picture, behind_s: float) -> Picture:
     if behind_s <= STALE_S:
         return picture
 
-    def older(freshness: Freshness) -> Freshness:
-        return Freshness.GONE if behind_s > GONE_S or freshness is Freshness.GONE else Freshness.STALE
+    def older(row: Row) -> Row:
+        gone = behind_s > GONE_S or row.freshness is Freshness.GONE
+        freshness = Freshness.GONE if gone else Freshness.STALE
+        return replace(row, age_s=row.age_s + behind_s, freshness=freshness)
 
     return replace(
         picture,
-        sensors=tuple(
-            replace(row, age_s=row.age_s + behind_s, freshness=older(row.freshness))
-            for row in picture.sensors
-        ),
-        traces={
-            key: replace(trace, age_s=trace.age_s + behind_s, freshness=older(trace.freshness))
-            for key, trace in picture.traces.items()
-        },
-        thrusters=tuple(
-            replace(row, age_s=row.age_s + behind_s, freshness=older(row.freshness))
-            for row in picture.thrusters
-        ),
+        sensors=tuple(map(older, picture.sensors)),
+        traces={key: older(trace) for key, trace in picture.traces.items()},
+        thrusters=tuple(map(older, picture.thrusters)),
     )
 
 

@@ -19,12 +19,11 @@ from gcs_plugin.params.plan import coefficient_of
 from gcs_plugin.watch.picture import Array
 from identify.words import capital
 from tui import exit_codes
-from tui.app.curves import ACROSS, AXIS_CELLS, BLANK, Dots, braille, curve_row, dots
+from tui.app.curves import ACROSS, AXIS_CELLS, BLANK, Dots, braille, dots, dotted, framed
 from tui.app.drawing import (
     Line,
     Lines,
     Role,
-    Span,
     apart,
     cut,
     day,
@@ -221,19 +220,12 @@ def converging(passes: Passes, unit: str, cells: int, rows: int, others: str = "
     low, middle, high = (
         _dots(curve, count, across, bottom, top, rows - 1) for curve in (value - half, value, value + half)
     )
-    dotted = (low | high) & (np.arange(middle.shape[1]) % 2 == 0)
-    measured, asked = braille(middle), braille(dotted)
+    measured, asked = braille(middle), braille(dotted(low | high))
     # An interval narrower than a row shows only in the cells of the value.
     measured = np.where(measured != BLANK, measured | asked, measured)
     # A single row can't carry labels for both ends.
     labels = {0: significant(top), rows - 2: significant(bottom)} if rows > 2 else {}
-    lines: list[Line] = [_cut(head, cells)]
-    for row in range(rows - 1):
-        label = labels.get(row, "")
-        axis: Span = (f"{cut(label, AXIS_CELLS - 1):>{AXIS_CELLS - 1}}{'┤' if label else '│'}", "quiet")
-        gaps = np.zeros(across, dtype=bool)
-        lines.append((axis, *curve_row(measured[row], asked[row], gaps, " ", "accent")))
-    return tuple(lines)
+    return (_cut(head, cells), *framed(measured, asked, labels, "accent"))
 
 
 def _range(value: Array, half: Array) -> tuple[float, float]:

@@ -5,21 +5,21 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gcs_plugin.watch.picture import Array, Freshness, Trace
 from tui.app.curves import (
     AXIS_CELLS,
-    GRID,
-    WITH_GRID,
+    Gaps,
     Scale,
     braille,
-    curve_row,
     dots,
+    dotted,
     eighths,
     extremes,
+    framed,
     scale_for,
     tick_labels,
+    times,
 )
 from tui.app.drawing import NOTHING, SHOWN_IN, Line, Lines, Role, Span, ago, number, width
 from tui.app.screens.frame import LineView
@@ -91,8 +91,10 @@ def chart(quantity: Quantity, trace: Trace | None, now_s: float, cells: int, row
     across = cells - AXIS_CELLS
     curves = _curves(quantity, trace, value, reference, now_s, across, 2 if curve_rows < SMALL else 4)
     body = _body(quantity, trace, curves, curve_rows)
-    times = (_times(across),) if rows >= WITH_TIMES else ()
-    return (head, *body, *times)
+    if rows < WITH_TIMES:
+        return (head, *body)
+    ago = range(0, int(SPAN_S) + 1, LABEL_EVERY_S)
+    return (head, *body, times(((1 - s / SPAN_S, f"-{s} s" if s else "now") for s in ago), across))
 
 
 def _role(trace: Trace) -> Role:
@@ -162,35 +164,14 @@ def _body(quantity: Quantity, trace: Trace, curves: _Curves, rows: int) -> Lines
         bottom, top = -top, -bottom
         (low, high), (asked_low, asked_high) = (-high, -low), (-asked_high, -asked_low)
     measured = braille(dots(low, high, bottom, top, rows))
-    # A dotted line distinguishes the reference from the measurement even without colour.
-    dotted = dots(asked_low, asked_high, bottom, top, rows) & (np.arange(len(low)) % 2 == 0)
-    wanted = braille(dotted)
+    wanted = braille(dotted(dots(asked_low, asked_high, bottom, top, rows)))
     begun = np.flatnonzero(np.isfinite(low))
-    silent: NDArray[np.bool_] = np.all(np.isnan(low).reshape(-1, 2), axis=1)
+    silent: Gaps = np.all(np.isnan(low).reshape(-1, 2), axis=1)
     silent[: begun[0] // 2 if begun.size else len(silent)] = False
     if trace.freshness is Freshness.FRESH and trace.time_s.size:
         silent &= curves.ends_s <= trace.time_s[-1]  # a period that is still running is no gap
     labels = tick_labels(scale, rows, quantity.downwards)
-    lines = []
-    for row in range(rows):
-        label = labels.get(row, "")
-        grid = GRID if rows >= WITH_GRID and label and 0 < row < rows - 1 else " "
-        axis: Span = (f"{label:>{AXIS_CELLS - 1}}{'┤' if label else '│'}", "quiet")
-        gaps = silent if row == rows - 1 else np.zeros_like(silent)
-        lines.append((axis, *curve_row(measured[row], wanted[row], gaps, grid, _role(trace))))
-    return tuple(lines)
-
-
-def _times(across: int) -> Line:
-    """The row under a curve: seconds before now."""
-    row = [" "] * across
-    for ago_s in range(0, int(SPAN_S) + 1, LABEL_EVERY_S):
-        text = f"-{ago_s} s" if ago_s else "now"
-        at = round((1 - ago_s / SPAN_S) * across)
-        start = min(max(at - len(text) // 2, 0), across - len(text))
-        if start >= 0:
-            row[start : start + len(text)] = text
-    return ((" " * AXIS_CELLS, "quiet"), ("".join(row), "quiet"))
+    return framed(measured, wanted, labels, _role(trace), silent)
 
 
 class StripChart(LineView):
