@@ -4,6 +4,7 @@ Jobs belong to the app, not to a screen: a screen starts one, may be left and op
 """
 
 import asyncio
+import math
 import threading
 import time
 from collections.abc import Awaitable, Callable, Sequence
@@ -17,7 +18,7 @@ from bridge.file_size import read_small
 from bridge.plain import from_json
 from bridge.reports import PAGE, UNKEPT, Report
 from tui import exit_codes, job
-from tui.app.drawing import Lines, apart, bar, cut, wrapped
+from tui.app.drawing import Line, Lines, apart, bar, cut, wrapped
 from tui.job import Done
 
 Work = Callable[[Sequence[str], Callable[[Report], None]], Awaitable[Done]]
@@ -164,6 +165,11 @@ class Kept(Generic[T]):
         return self._value
 
 
+def real(value: Any) -> float:
+    """A number of a JSON file, NaN for null."""
+    return math.nan if value is None else float(value)
+
+
 def written_ns(path: Path) -> int:
     """Time of a file's last write, ns; 0 if the file is missing."""
     try:
@@ -188,24 +194,22 @@ BAR_CELLS = 24
 NOT_KEPT = "its values are below, and kept nowhere"
 
 
+def progress(state: JobState, cells: int, begins: str = "begins") -> Line:
+    """A bar, the share in per cent, and the current step; `begins` before the first report."""
+    report = state.reports[-1] if state.reports else None
+    share, words = (report.share, report.words) if report else (0.0, begins)
+    per_cent = f" {100 * share:3.0f} %  "
+    step = cut("ends" if state.cancelled else words, cells - BAR_CELLS - len(per_cent))
+    return ((bar(share, BAR_CELLS), "accent"), (per_cent, "strong"), (step, "plain"))
+
+
 def job_lines(verb: str, state: JobState | None, now_s: float, cells: int) -> Lines:
     """Progress or failure of a job; empty if there was no job or if it left a result, which is shown itself."""
     if state is None:
         return ()
     if state.done is None:
-        report = state.reports[-1] if state.reports else None
-        share, words = (report.share, report.words) if report else (0.0, "begins")
-        left = f" {100 * share:3.0f} %  "
         lasted = f"  {now_s - state.began_s:.0f} s"
-        doing = "ends" if state.cancelled else words
-        room = cells - BAR_CELLS - len(left) - len(lasted) - 1
-        return (
-            apart(
-                ((bar(share, BAR_CELLS), "accent"), (left, "strong"), (cut(doing, room), "plain")),
-                ((lasted, "quiet"),),
-                cells,
-            ),
-        )
+        return (apart(progress(state, cells - len(lasted) - 1), ((lasted, "quiet"),), cells),)
     if state.cancelled:
         return wrapped(f"{verb} was cancelled; nothing of it was kept", "warn", cells)
     if state.done.result is None or state.done.code == exit_codes.BAD_INPUT:

@@ -9,6 +9,7 @@ from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.verdict import LIKELY
 from identify.words import significant
 from tui.app.drawing import NOTHING, Line, Lines, Role, apart, bar, cut, number, wrapped
+from tui.app.jobs import real
 
 PHASES: Final = {
     "rest": "at rest",
@@ -119,7 +120,7 @@ def _answer(data: Mapping[str, Any]) -> Answer:
         verdict=str(data["verdict"]),
         sentence=str(wording.get("verdict") or VERDICTS[data["verdict"]]),
         shares={(str(entry["dof"]), str(entry["phase"])): float(entry["share"]) for entry in gap["where"]},
-        force_n={dof: _number(force) for dof, force in (gap.get("force") or {}).items() if dof in DOFS},
+        force_n={dof: real(force) for dof, force in (gap.get("force") or {}).items() if dof in DOFS},
         causes=tuple(_parsed_cause(*both) for both in zip(data["effects"], words, strict=True)),
         tried=tuple(
             Tried(str(entry["name"]), float(entry["gain_nats"]), str(entry["why"]))
@@ -140,7 +141,7 @@ def _parsed_cause(effect: Mapping[str, Any], words: Mapping[str, Any]) -> Cause:
     return Cause(
         str(words.get("name", plain)),
         float(effect["probability"]),
-        _number(words.get("gain_nats")),
+        real(words.get("gain_nats")),
         str(words.get("sentence", "")),
         str(words.get("alike") or (f"This dive can't tell it from {alike}." if alike else "")),
         tuple(map(str, words.get("values", values))),
@@ -150,18 +151,16 @@ def _parsed_cause(effect: Mapping[str, Any], words: Mapping[str, Any]) -> Cause:
 def _falls(gap: Mapping[str, Any], shrink: Mapping[str, Any], wording: Mapping[str, Any]) -> list[Fall]:
     """Shrinkage on the dive itself, on held-out pieces, and on the check dive."""
     held, sides = shrink["heldout"], wording.get("heldout") or {}
-    falls = [Fall("this dive", _number(gap["before"]), _number(wording.get("after")), 1.0, math.nan)]
+    falls = [Fall("this dive", real(gap["before"]), real(wording.get("after")), 1.0, math.nan)]
     if held is not None:
-        ends = (_number(sides.get("before")), _number(sides.get("after")), 1.0)
-        value, low95, high95 = (_number(held.get(key)) for key in ("value", "low95", "high95"))
+        ends = (real(sides.get("before")), real(sides.get("after")), 1.0)
+        value, low95, high95 = (real(held.get(key)) for key in ("value", "low95", "high95"))
         falls.append(Fall("pieces held out", *ends, value, low95, high95, _axes(sides)))
     check = shrink["check"]
     if check is not None:
         name = wording.get("check")
         name_of_data = f"check dive {name}" if name else "check dive"
-        before, after, floor, value = (
-            _number(check.get(key)) for key in ("before", "after", "floor", "value")
-        )
+        before, after, floor, value = (real(check.get(key)) for key in ("before", "after", "floor", "value"))
         falls.append(Fall(name_of_data, before, after, floor, value, axes=_axes(check)))
     return falls
 
@@ -170,7 +169,7 @@ def _axes(data: Mapping[str, Any]) -> tuple[AxisFall, ...]:
     keys = ("before", "after", "floor", "nrmse_before", "nrmse_after", "nrmse_baseline")
     per_axis = data.get("by_axis") or {}
     return tuple(
-        AxisFall(dof, *(_number(per_axis[dof].get(key)) for key in keys)) for dof in DOFS if dof in per_axis
+        AxisFall(dof, *(real(per_axis[dof].get(key)) for key in keys)) for dof in DOFS if dof in per_axis
     )
 
 
@@ -178,11 +177,6 @@ def _interval(value: Mapping[str, Any]) -> str:
     ends = value["low95"], value["high95"]
     interval = "" if None in ends else f" (95 %: {ends[0]:.3g} to {ends[1]:.3g})"
     return f"{value['value']:.3g} {value['unit']}{interval}"
-
-
-def _number(value: Any) -> float:
-    """A number of a JSON file, NaN for null."""
-    return math.nan if value is None else float(value)
 
 
 SHADES: Final = ((0.3, "█"), (0.1, "▓"), (0.03, "▒"), (0.005, "░"))

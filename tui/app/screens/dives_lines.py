@@ -26,6 +26,7 @@ from tui.app.drawing import (
     stopwatch,
     width,
 )
+from tui.app.jobs import real
 from tui.dive_list import FAIR, dive_folders, kept_glance, letters, short_name
 
 
@@ -101,8 +102,8 @@ def _unread(folder: Path) -> ListedDive:
     return ListedDive(
         folder,
         printable(short_name(folder), "?"),
-        _number(began_s),
-        _number(lasts_s) if glance is None else glance.duration_s,
+        real(began_s),
+        real(lasts_s) if glance is None else glance.duration_s,
         size_bytes=math.nan,
         loss=math.nan,
         relative_std=None,
@@ -129,13 +130,13 @@ def _dive(data: Mapping[str, Any]) -> ListedDive:
     return ListedDive(
         Path(data["folder"]),
         str(data["name"]),
-        _number(data["began_unix_s"]),
-        _number(data["duration_s"]),
-        _number(data["size_bytes"]),
-        _number(data["loss"]),
+        real(data["began_unix_s"]),
+        real(data["duration_s"]),
+        real(data["size_bytes"]),
+        real(data["loss"]),
         None
         if excitation is None
-        else {entry["name"]: _or(_number(entry["relative_std"]), math.inf) for entry in excitation},
+        else {entry["name"]: _or(real(entry["relative_std"]), math.inf) for entry in excitation},
         {entry["axis"]: _range(entry) for entry in data["axes"]},
         str(data["why_not"]),
         str(data["error"]),
@@ -154,12 +155,7 @@ def _dive(data: Mapping[str, Any]) -> ListedDive:
 
 
 def _range(data: Mapping[str, Any]) -> AxisRange:
-    return AxisRange(_number(data["seconds"]), _number(data["thrust"]), _number(data["speed"]))
-
-
-def _number(value: Any) -> float:
-    """A number of a JSON file, NaN for null."""
-    return math.nan if value is None else float(value)
+    return AxisRange(real(data["seconds"]), real(data["thrust"]), real(data["speed"]))
 
 
 def _or(value: float, otherwise: float) -> float:

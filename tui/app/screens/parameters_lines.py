@@ -7,8 +7,8 @@ from typing import Any, Final
 from bridge.reports import APPLIED, WRITING, Written
 from gcs_plugin.params.upload import Stage
 from tui import exit_codes
-from tui.app.drawing import NOTHING, Line, Lines, Role, Span, ago, bar, cut, heading, wrapped
-from tui.app.jobs import JobState
+from tui.app.drawing import NOTHING, Line, Lines, Role, Span, ago, cut, heading, wrapped
+from tui.app.jobs import JobState, progress
 from tui.app.screens.transfer import Comparison, Entry
 
 AT: Final = "▶"
@@ -242,22 +242,12 @@ def asking(shown: Comparison, chosen: int, needed: str, *, armed: bool, back: bo
     return wrapped(sentence, "strong", cells)
 
 
-BAR_CELLS = 24
 READ_FIRST: Final = "The vehicle is read before anything is written."
-
-
-def progress(share: float, words: str, cells: int) -> Line:
-    """A bar, the share in per cent, and the current step."""
-    done: Line = ((bar(share, BAR_CELLS), "accent"), (f" {share:4.0%} ", "strong"))
-    return (*done, (cut(f" {words}", cells - BAR_CELLS - 6), "plain"))
 
 
 def reading(state: JobState | None, cells: int) -> Lines:
     """Progress of reading; empty while no reading runs."""
-    if state is None or not state.runs:
-        return ()
-    report = state.reports[-1] if state.reports else None
-    return (progress(report.share if report else 0.0, report.words if report else "begins", cells),)
+    return () if state is None or not state.runs else (progress(state, cells),)
 
 
 def writing(written: JobState | None, cells: int, retries: str) -> Lines:
@@ -266,9 +256,8 @@ def writing(written: JobState | None, cells: int, retries: str) -> Lines:
         return ()
     if written.done is None:
         last = written.reports[-1] if written.reports else None
-        share, words = (last.share, last.words) if last is not None else (0.0, "looking for the vehicle")
         step = _doing(last.stage) if last is not None and last.of == WRITING else READ_FIRST
-        return (*wrapped(step, "strong", cells), progress(share, words, cells))
+        return (*wrapped(step, "strong", cells), progress(written, cells, "looking for the vehicle"))
     result = written.done.result
     if result is None:
         lines = wrapped(written.done.why or "it ended without a word", "bad", cells)

@@ -10,6 +10,7 @@ import numpy as np
 from identify.glance.following import CURVES, Followed
 from tui.app.curves import Curve, plot, seconds
 from tui.app.drawing import SHOWN_IN, Line, Lines, Role, Span, apart, cut, number, wrapped
+from tui.app.jobs import real
 
 ROWS: Final = {
     "acceleration": "Acceleration",
@@ -76,7 +77,7 @@ def _run(data: Mapping[str, Any]) -> Run:
         dive,
         verdict,
         {entry["axis"]: str(entry["unit"]) for entry in data["axes"]},
-        {entry["axis"]: {key: _number(entry[key]) for key in (*ROWS, *EFFORTS)} for entry in data["axes"]},
+        {entry["axis"]: {key: real(entry[key]) for key in (*ROWS, *EFFORTS)} for entry in data["axes"]},
         tuple(Followed.from_json(entry) for entry in data.get("curves", ())),
     )
 
@@ -91,11 +92,6 @@ def _passed(value: Any) -> bool | None:
     if value is None or isinstance(value, bool):
         return value
     raise ValueError("neither passed nor failed")
-
-
-def _number(value: Any) -> float:
-    """A number of a JSON file, NaN for null."""
-    return math.nan if value is None else float(value)
 
 
 MARKS: Final[dict[bool | None, tuple[str, Role]]] = {
