@@ -17,6 +17,7 @@ from gcs_plugin.fetch.holes import Hole
 from gcs_plugin.fetch.whole import Whole, made_whole, refuse_recorded, remade, renew
 from gcs_plugin.locks import alone_at
 from identify.ingest.messages import clock
+from identify.words import listed
 
 TOLD: Final = 3
 """Number of entries that are named individually if there are many."""
@@ -30,7 +31,7 @@ def lacking_words(holes: Sequence[Hole], lost: int) -> str:
         parts.append(f"{len(holes) - len(longest)} shorter times")
     if lost:
         parts.append(f"{lost} {'single frames' if lost > 1 else 'single frame'}")
-    return f"{_listed(parts)}, nobody has" if parts else ""
+    return f"{listed(parts)}, nobody has" if parts else ""
 
 
 def beyond_words(beyond: int) -> str:
@@ -50,10 +51,6 @@ def guessed_words(guessed: int) -> str:
         f"When {guessed} frames of it were sent is a guess: between two of its starts nobody else heard any, and they "
         "are dated from the end of the one before"
     )
-
-
-def _listed(told: Sequence[str]) -> str:
-    return told[0] if len(told) == 1 else f"{', '.join(told[:-1])} and {told[-1]}"
 
 
 FEWEST, LEAST_SHARE = 20, 0.3

@@ -281,21 +281,6 @@ def test_two_dives_of_one_name_are_told_apart_by_their_folders(dive):
     assert said == [f"{dive.name}; 2026-11-21T0452Z-hovering, recorded since, can tell nothing yet"]
 
 
-def test_leaving_while_the_dives_are_listed_begins_nothing_later(dive):
-    verbs = FakeVerbs({})
-
-    async def work(app, pilot):
-        await pressed(pilot, "i", "1")
-        verbs.results["dives"] = [HOVERING | {"folder": str(dive)}]
-        app.desk.jobs.cancel("dives")
-        await pressed(pilot, "2")
-        await ended(app, pilot)
-        assert isinstance(app.screen, DivesScreen)
-
-    run(made(FixedViews(), desk=desk(verbs)), NARROW, work)
-    assert {words[0] for words in verbs.words} == {"dives"}
-
-
 def test_a_second_one_is_not_begun_while_one_runs(dive):
     verbs = FakeVerbs({"dives": [HOVERING | {"folder": str(dive)}]}, tells=passes())
 

@@ -294,12 +294,6 @@ def test_the_upload_writes_the_chosen_lines_once_their_number_is_typed():
     assert "--armed" not in words
 
 
-def test_of_all_lines_none_is_named_so_that_the_model_goes_whole():
-    vehicle = FakeVehicle()
-    on_screen(vehicle, lambda app, pilot: typed(app, pilot, "u", "7", "enter"))
-    assert "--only" not in vehicle.writes[0]
-
-
 def test_what_was_left_out_or_taken_by_name_stays_so_when_the_same_file_is_read_again():
     async def work(app, pilot):
         await typed(app, pilot, "space", "down", "space", "ctrl+r")

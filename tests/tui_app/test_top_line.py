@@ -258,10 +258,6 @@ def test_what_is_too_long_for_one_line_has_two_and_no_word_of_it_is_lost():
     assert {line[0][1] for line in lines[2:]} == {"lost"}
 
 
-def test_all_well_takes_two_lines():
-    assert len(header(view(), TABS, 80)) == 2
-
-
 def test_a_click_finds_its_tab():
     assert [tab_at(TABS, x) and tab_at(TABS, x).title for x in (0, 8, 9, 17, 18)] == [
         "Watch", "Watch", "Dives", "Dives", None

@@ -157,14 +157,6 @@ def test_roll_back_shows_what_it_would_change_and_asks_likewise():
     assert words[:4] == ("params", "rollback", str(BEFORE), "--yes")
 
 
-def test_escape_leaves_a_roll_back_and_the_file_is_shown_again():
-    async def work(app, pilot):
-        await typed(app, pilot, "r", "escape", "escape")
-        assert "identified.param OF hovering" in text(app)
-
-    on_screen(FakeVehicle(), work)
-
-
 def test_a_roll_back_with_nothing_to_go_back_to_says_so():
     vehicle = FakeVehicle(back={}, said=("receipts: no upload to vehicle 1 that stands",))
 

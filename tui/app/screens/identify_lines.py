@@ -428,7 +428,7 @@ def _row(value: Value, reasons: Sequence[str]) -> Line:
 
 def _signed(value: float) -> str:
     text = number(value, 1)
-    return text if text.startswith(("-", "0.0")) else f"+{text}"
+    return f"+{text}" if value > 0 and float(text) else text
 
 
 def words_for(dive: str, vehicle: str, at: Mapping[str, object]) -> tuple[str, ...]:
