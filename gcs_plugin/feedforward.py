@@ -47,7 +47,7 @@ SEND_EVERY_S: Final = 0.5
 QUIET_S: Final = Timing().quiet_s
 UNREAD_S: Final = 3.0  # of unanswered read requests: the vehicle may have rebooted or been replaced
 CONTESTED_QUIET_S: Final = 3.0  # if two vehicles may answer: each has reported its mode by then
-TELL_SILENCE_S: Final = 1.5  # telemetry reports the mode once a second
+SHOW_SILENCE_S: Final = 1.5  # telemetry reports the mode once a second
 NOT_HEARD_S: Final = 3.0  # three heartbeats
 AGAIN_S: Final = QUIET_S  # a mode reported again after this time is no answer that overtook another
 REASON_S: Final = 1.0  # the text of a refusal arrives with it, or with the refusal of the next write
@@ -74,9 +74,9 @@ class SwitchedVehicle:
 
     `holder` is the component that has reported FF_MODE, `beating` are components that send HEARTBEATs, `lacking`
     components without FF_MODE; `unheard` are components that OFF is sent to blindly. `before_s` is the time when the
-    vehicle was last heard before the switch, `heard_s` since. `answer` is its last PARAM_VALUE, `told` its last
-    telemetry, `was` the mode before the switch; `taken`: it has confirmed a mode other than off once; `lowered`: it
-    then left that mode.
+    vehicle was last heard before the switch, `heard_s` since. `answer` is its last PARAM_VALUE, `telemetry` the mode
+    in its last telemetry, `was` that before the switch; `taken`: it has confirmed a mode other than off once;
+    `lowered`: it then left that mode.
     """
 
     mode: Mode
@@ -93,7 +93,7 @@ class SwitchedVehicle:
     last_s: float = 0.0
     answer: float | None = None
     answered_s: float = 0.0
-    told: float | None = None
+    telemetry: float | None = None
     refusal: str = ""
     refused_s: float = 0.0
     reason: Topic | None = None
@@ -129,12 +129,12 @@ class SwitchedVehicle:
     @property
     def in_mode(self) -> bool:
         """Whether read-back and telemetry have confirmed the mode, and telemetry has reported no other mode since."""
-        return self.stage is Stage.DONE and self.told == self.mode
+        return self.stage is Stage.DONE and self.telemetry == self.mode
 
     def again(self, now_s: float) -> None:
         """Send the mode again after it was done."""
         if self.stage is Stage.DONE:
-            self.stage, self.due_s, self.answer, self.told = Stage.SEND, now_s, None, None
+            self.stage, self.due_s, self.answer, self.telemetry = Stage.SEND, now_s, None, None
             self.first_s = self.answered_s = now_s
 
     def know(self, vehicle: KnownVehicle) -> None:
@@ -186,11 +186,11 @@ class SwitchedVehicle:
         else:
             self._judge(value)
 
-    def on_told(self, value: float, source: Source, now_s: float) -> None:
+    def on_telemetry(self, value: float, source: Source, now_s: float) -> None:
         self.holder, self.heard_s = source, now_s
         self._watch(value, now_s)
         if self.sent:
-            self.told = value
+            self.telemetry = value
             self._judge(value)
 
     def on_error(self, code: int, source: Source, now_s: float) -> None:
@@ -242,7 +242,7 @@ class SwitchedVehicle:
             return
         if value != self.mode:
             self._send_again()
-        elif self.stage is Stage.SEND and self.answer == self.told == self.mode:
+        elif self.stage is Stage.SEND and self.answer == self.telemetry == self.mode:
             self.stage, self.due_s = Stage.QUIET, self.last_s + self._quiet_s
 
     @property
@@ -255,8 +255,8 @@ class SwitchedVehicle:
 
     def words(self, now_s: float) -> str:
         wanted = word(self.mode)
-        if self.stage is Stage.DONE and self.told is not None and self.told != self.mode:
-            return f"was {wanted}, as read back; its telemetry says {word(self.told)} now"
+        if self.stage is Stage.DONE and self.telemetry is not None and self.telemetry != self.mode:
+            return f"was {wanted}, as read back; its telemetry says {word(self.telemetry)} now"
         if self.stage is Stage.DONE:
             how = "as answered" if self.contested else "as read back and as its telemetry says"
             return f"{wanted}, {how}"
@@ -271,14 +271,14 @@ class SwitchedVehicle:
         if self.heard_s is None or now_s - last_s >= NOT_HEARD_S:
             return f"{parts[0]}, not heard for {now_s - last_s:.0f} s: not confirmed"
         silent_s = now_s - max(self.answered_s, self.first_s)
-        if self.answer is None or silent_s >= TELL_SILENCE_S:
+        if self.answer is None or silent_s >= SHOW_SILENCE_S:
             parts.append(f"no answer for {silent_s:.1f} s")
         elif self.answer != self.mode:
             parts.append(f"it answers {word(self.answer)}{f' ({self.against()})' if self.refusal else ''}")
-        if self.told is None and now_s - self.first_s >= TELL_SILENCE_S:
+        if self.telemetry is None and now_s - self.first_s >= SHOW_SILENCE_S:
             parts.append("no telemetry of it")
-        elif self.told is not None and self.told != self.mode:
-            parts.append(f"its telemetry says {word(self.told)}")
+        elif self.telemetry is not None and self.telemetry != self.mode:
+            parts.append(f"its telemetry says {word(self.telemetry)}")
         if self.stage is not Stage.SEND:
             parts.append(f"it says {wanted}, being read back")
         return ", ".join(parts)
@@ -417,7 +417,7 @@ class Switch:
     def on_reading(self, reading: Reading, source: Source, now_s: float) -> None:
         """A HEARTBEAT, or the FF_MODE in a vehicle's telemetry; other readings are ignored."""
         if reading.signal == "ff_mode":
-            self._of(source, now_s).on_told(reading.values[0], source, now_s)
+            self._of(source, now_s).on_telemetry(reading.values[0], source, now_s)
         elif reading.signal == "alive":
             _, kind, autopilot = reading.values
             if Heartbeat(int(kind), int(autopilot), 0, 0, now_s).is_vehicle:

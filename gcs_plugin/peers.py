@@ -471,13 +471,13 @@ class Peers:
 
     def known(self, now_s: float) -> tuple[KnownVehicle, ...]:
         """The vehicles that an OFF must go to, also if they are out of range now."""
-        found = []
+        vehicles = []
         for peer in self._peers.values():
             beat_s = peer.heartbeat.time_s if peer.heartbeat is not None and peer.is_vehicle else -math.inf
             vehicle = KnownVehicle(peer.source, peer.mode_s > -math.inf, max(beat_s, peer.mode_s))
             if vehicle.heard_s > -math.inf and vehicle.is_known(now_s):
-                found.append(vehicle)
-        return tuple(found)
+                vehicles.append(vehicle)
+        return tuple(vehicles)
 
     def fault(self, system: int | None = None) -> str:
         """Why no orders may be sent to a system, or to any (two vehicles share its address); "" if they may."""

@@ -57,13 +57,13 @@ def began(folder: Path) -> float | None:
     From the first stamp of its recording, otherwise from GLANCE, otherwise from the folder's name.
     """
     try:
-        return _told(folder, folder.stat().st_mtime_ns)
+        return _start_s(folder, folder.stat().st_mtime_ns)
     except (OSError, LookupError):
         return date_in_name(folder.name or folder.resolve().name)
 
 
 @lru_cache(_KEPT)
-def _told(folder: Path, _changed_ns: int) -> float:
+def _start_s(folder: Path, _changed_ns: int) -> float:
     """Start time of a dive from its recording or GLANCE, cached until a file is added to or removed from the folder.
 
     Raises LookupError, which is not cached, if neither gives it yet.

@@ -299,7 +299,7 @@ def check_twins(observed: Observed) -> Finding | None:
     return fail("vehicles", observed.twins) if observed.twins else None
 
 
-def told_veh_cfg(observed: Observed) -> int | None:
+def reported_veh_cfg(observed: Observed) -> int | None:
     """The last VEH_CFG that the vehicle sent; None if it sent none, or a value that is no whole number."""
     arrivals = observed.arrivals.get("veh_cfg")
     value = arrivals[-1].reading.values[0] if arrivals else math.nan
@@ -308,7 +308,7 @@ def told_veh_cfg(observed: Observed) -> int | None:
 
 def check_configuration(observed: Observed, vehicle: Vehicle, chosen: str | None) -> Finding | None:
     """Whether the vehicle is in the configuration `chosen`, or in any of its file; None if it sent no VEH_CFG."""
-    veh_cfg = told_veh_cfg(observed)
+    veh_cfg = reported_veh_cfg(observed)
     if veh_cfg is None:
         return None
     known = {vehicle.veh_cfg(name): name for name in vehicle.configurations}

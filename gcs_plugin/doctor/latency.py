@@ -142,10 +142,10 @@ def _step_response(time_s: Array, tau_s: float, lag_s: float) -> Array:
     return np.asarray(tau_s * (1.0 - (tau_s * slow - lag_s * fast) / (tau_s - lag_s)))
 
 
-def latency_findings(found: Sequence[Latency]) -> list[Finding]:
+def latency_findings(estimates: Sequence[Latency]) -> list[Finding]:
     """Describe the latencies in sentences."""
     sentences = []
-    for latency in found:
+    for latency in estimates:
         name, label = f"{latency.sensor} latency", LABELS[latency.sensor]
         sentence = (
             f"{label}: {latency.latency_s * 1e3:.0f} ms late, give or take {2 * latency.std_s * 1e3:.0f} ms"

@@ -78,7 +78,7 @@ def record_of(frames: Iterable[Frame], thrusters: int) -> WetRecord:
         if reading is not None and reading.signal in ("pwm", *SENSORS):
             rows.setdefault(reading.signal, []).append((reading.time_s, reading.values))
             if reading.signal in SENSORS:
-                servos.sensor_told(frame, reading.time_s)
+                servos.sensor_reported(frame, reading.time_s)
         elif frame.message_id == dialect.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW:
             servos.take(frame)
     pwm = _series(rows.get("pwm") or servos.rows(), slice(0, thrusters))
@@ -107,7 +107,7 @@ class _Servos:
         self._sensor: tuple[int, float] | None = None
         self._ahead_s: list[float] = []
 
-    def sensor_told(self, frame: Frame, time_s: float) -> None:
+    def sensor_reported(self, frame: Frame, time_s: float) -> None:
         """Note the sender and time of a sensor reading."""
         self._sensor = frame.component, time_s
 

@@ -124,7 +124,7 @@ def put_on(kept: Sequence[Kept], anchors: Sequence[Anchor], file: Path) -> OneCl
     rising = np.maximum.accumulate(np.maximum(dated, 0.0))
     return OneClock(
         [round(item) for item in rising.tolist()],
-        max(known, key=lambda one: one.count).line,
+        max(known, key=lambda offset: offset.count).line,
         guessed,
     )
 
@@ -159,8 +159,8 @@ def _refuse_steps(kept: Sequence[Kept], anchors: Sequence[Anchor], file: Path) -
 
 
 def _between(anchors: Sequence[Anchor], begins: int, ends: int) -> Sequence[Anchor]:
-    first = bisect_left(anchors, begins, key=lambda one: one.place)
-    return anchors[first : bisect_left(anchors, ends, key=lambda one: one.place)]
+    first = bisect_left(anchors, begins, key=lambda anchor: anchor.place)
+    return anchors[first : bisect_left(anchors, ends, key=lambda anchor: anchor.place)]
 
 
 def _offsets(kept: Sequence[Kept], anchors: Sequence[Anchor]) -> _Offsets:

@@ -313,7 +313,7 @@ def _anchors(
             continue
         met.add(frame.raw)
         anchors.append(Anchor(found_at[0], stamp_us - kept[found_at[0]].stamp_us))
-    return sorted(anchors, key=lambda one: one.place)
+    return sorted(anchors, key=lambda anchor: anchor.place)
 
 
 def _refuse_astray(

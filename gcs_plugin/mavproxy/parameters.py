@@ -16,7 +16,7 @@ from gcs_plugin.params.plan import ACCEPT_IMPLAUSIBLE, Verdict, action_of
 from gcs_plugin.params.receipt import RECEIPT, RESULT_COLUMNS, Newest, newest, path_of
 from gcs_plugin.params.session import Session, Step
 
-TELL_EVERY_S: Final = 2.0
+SHOW_EVERY_S: Final = 2.0
 AGREE_WITHIN_S: Final = 120.0
 """Values read longer ago than this may have changed on the vehicle, so it is read again."""
 DESPITE: Final = "despite-doubts"
@@ -36,7 +36,7 @@ class _Work:
     accepts: tuple[str, ...]
     armed_said: bool
     read_at: Newest
-    told_s: float
+    shown_s: float
     plan: Planned | None = None
 
 
@@ -121,8 +121,8 @@ class Parameters:
                 self._say(f"params: {session.failure}")
             else:
                 self._show_receipt(work)
-        elif now_s - work.told_s >= TELL_EVERY_S:
-            work.told_s = now_s
+        elif now_s - work.shown_s >= SHOW_EVERY_S:
+            work.shown_s = now_s
             self._say(f"params: {self._progress(session)}")
         return messages
 

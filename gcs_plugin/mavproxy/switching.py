@@ -16,7 +16,7 @@ from gcs_plugin.modes import WORDS, OffMarks, OffOrders
 from gcs_plugin.params.transfer import Source
 
 MODES: Final = {word: mode for mode, word in WORDS.items()}
-TELL_EVERY_S: Final = 2.0
+SHOW_EVERY_S: Final = 2.0
 GIVE_UP_S: Final = 30.0
 """For any mode except off: switching to off never gives up by itself."""
 AGREE_WITHIN_S: Final = 60.0
@@ -31,7 +31,7 @@ class Switching:
         self._fleet, self._clock, self._say = fleet, clock, say
         self._marks, self._orders = OffMarks(), OffOrders()
         self._switch: Switch | None = None
-        self._began_s = self._told_s = 0.0
+        self._began_s = self._shown_s = 0.0
         self._lacking_s: float | None = None
         self._asked: tuple[Mode, int, float] | None = None
         self._active: dict[Source, float] = {}
@@ -85,8 +85,8 @@ class Switching:
         elif switch.mode is not Mode.OFF and (switch.refusal or now_s - self._began_s >= GIVE_UP_S):
             self._end("given up, ")
             return []
-        elif now_s - self._told_s >= TELL_EVERY_S:
-            self._told_s = now_s
+        elif now_s - self._shown_s >= SHOW_EVERY_S:
+            self._shown_s = now_s
             self._say(f"ff: {switch.words}")
         return messages
 
@@ -133,7 +133,7 @@ class Switching:
 
     def _begin(self, switch: Switch) -> None:
         self._switch, self._asked = switch, None
-        self._began_s = self._told_s = self._clock.boot_s()
+        self._began_s = self._shown_s = self._clock.boot_s()
         self._lacking_s = None
         self._say(f"ff: {WORDS[switch.mode]}, sent until the vehicle says so")
 

@@ -39,9 +39,9 @@ def bits(value: float) -> bytes:
         return struct.pack("<f", math.copysign(math.inf, value))
 
 
-def same(one: float, other: float) -> bool:
+def same(value: float, other: float) -> bool:
     """Whether two values are the same float32, bit by bit."""
-    return bits(one) == bits(other)
+    return bits(value) == bits(other)
 
 
 def text(value: float) -> str:

@@ -174,7 +174,7 @@ def unfinished(receipts: Path, system: int | None = None) -> Unfinished | None:
 def _in_order(receipts: Path, system: int | None) -> list[_Kept]:
     """All uploads and roll backs, the newest last, ordered by number: a clock may be set back, a number never is."""
     begun = _read_all(receipts.glob(f"*{RECEIPT}"), system)
-    return sorted(begun, key=lambda one: (one.number, one.time))
+    return sorted(begun, key=lambda kept: (kept.number, kept.time))
 
 
 def _standing(receipts: Path, system: int | None) -> list[_Kept]:

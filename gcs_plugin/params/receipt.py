@@ -235,11 +235,11 @@ def number_in(path: Path) -> int:
         return 0
 
 
-def whole(told: Any, most: int) -> int:
+def whole(number: Any, most: int) -> int:
     """Check that a value from a receipt is an integer from 0 to `most`. Raises ValueError for anything else."""
-    if isinstance(told, bool) or not isinstance(told, int) or not 0 <= told <= most:
+    if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number <= most:
         raise ValueError(f"no whole number from 0 to {most}")
-    return told
+    return number
 
 
 def new_preimage(folder: Path, unix_s: float) -> Path:

@@ -118,7 +118,7 @@ class Hub:
         self._clients: list[_Client] = []
         self.dropped = 0
         self.tell: Callable[[str], None] = _nobody
-        self._told = False
+        self._warned = False
         self._listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         try:
             self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -182,8 +182,8 @@ class Hub:
             client.send(farewell())
             sock.close()
             self.dropped += 1
-            if not self._told:
-                self._told = True
+            if not self._warned:
+                self._warned = True
                 self.tell(FULL)
 
     def _sweep(self) -> None:
@@ -192,4 +192,4 @@ class Hub:
                 client.sock.close()
                 self.dropped += client.state is _State.DROPPED
         self._clients = [client for client in self._clients if client.state is _State.CONNECTED]
-        self._told = self._told and len(self._clients) >= PLACES
+        self._warned = self._warned and len(self._clients) >= PLACES

@@ -14,7 +14,7 @@ from bridge.link.reconnecting import Aside
 
 IDLE_FLUSH_S: Final = 0.5
 REOPEN_EVERY_S: Final = 1.0
-TOLD_EVERY_S: Final = 10.0
+WARN_EVERY_S: Final = 10.0
 
 
 class RecordedLink:
@@ -38,8 +38,8 @@ class RecordedLink:
         self._last_data_s = clock.boot_s()
         self._again = None if reopen is None else Aside(lambda: reopen(name), name)
         self._retry_s = 0.0
-        self._lost_before = self._told = 0
-        self._tell_s = clock.boot_s()
+        self._lost_before = self._warned_of = 0
+        self._warn_s = clock.boot_s()
 
     @property
     def is_there(self) -> bool:
@@ -53,13 +53,13 @@ class RecordedLink:
         return self._lost_before + (buffer.dropped if buffer else 0)
 
     def look(self) -> None:
-        """Warn of datagrams that this computer dropped, at most every TOLD_EVERY_S."""
+        """Warn of datagrams that this computer dropped, at most every WARN_EVERY_S."""
         now_s = self._clock.boot_s()
-        if self.lost_here > self._told and now_s >= self._tell_s:
-            self._told, self._tell_s = self.lost_here, now_s + TOLD_EVERY_S
+        if self.lost_here > self._warned_of and now_s >= self._warn_s:
+            self._warned_of, self._warn_s = self.lost_here, now_s + WARN_EVERY_S
             words = self._buffer.words if self._buffer else ""
             self._say(
-                "warning", f"{self.name}: {words or f'this computer lost {self._told} datagrams itself'}"
+                "warning", f"{self.name}: {words or f'this computer lost {self._warned_of} datagrams itself'}"
             )
 
     def read(self, timeout_s: float) -> list[Frame]:
@@ -129,12 +129,12 @@ def among(spec: str, others: Iterable[str]) -> bool:
     return any(same_link(spec, candidate) for candidate in others)
 
 
-def same_link(one: str, other: str) -> bool:
+def same_link(spec: str, other: str) -> bool:
     """Whether two names mean the same port of this computer, or the same peer.
 
     A listening port 0 equals no other: the system still has to choose it.
     """
-    first, second = _place(one), _place(other)
+    first, second = _place(spec), _place(other)
     if first is None or second is None:
         return False
     kind, host, port = first

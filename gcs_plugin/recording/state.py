@@ -110,7 +110,7 @@ def write_holding(holding: Holding, *, second: bool = False) -> None:
 
 def held(now_unix_s: float) -> Holding | None:
     """The running recording; None if its process has ended, or if its state is older than 10 s."""
-    holding = _told_within(now_unix_s, FRESH_S)
+    holding = _fresh_state(now_unix_s, FRESH_S)
     return holding if holding is not None and _lives(holding.pid) else None
 
 
@@ -119,7 +119,7 @@ def held_beside(now_unix_s: float) -> list[Holding]:
     holdings = []
     with contextlib.suppress(OSError):
         for file in sorted(state_file().parent.glob(_file_of_second("*").name)):
-            holding = _told_within(now_unix_s, FRESH_S, file)
+            holding = _fresh_state(now_unix_s, FRESH_S, file)
             if holding is not None and _lives(holding.pid):
                 holdings.append(holding)
     return holdings
@@ -130,7 +130,7 @@ def hung(now_unix_s: float, silent_s: float = FRESH_S) -> Holding | None:
 
     None if there is none, or if the state is older than FORGOTTEN_S.
     """
-    holding = _told_within(now_unix_s, FORGOTTEN_S)
+    holding = _fresh_state(now_unix_s, FORGOTTEN_S)
     if holding is None or abs(now_unix_s - holding.written_unix_s) <= silent_s:
         return None
     return holding if _lives(holding.pid) else None
@@ -149,11 +149,11 @@ def how_to_end(process: int) -> str:
 def release() -> None:
     """Remove the state files of this process, and those of second recordings that were killed."""
     for file in state_file().parent.glob(_file_of_second("*").name):
-        state = _told(file)
+        state = _read_state(file)
         if state is None or state.pid == os.getpid() or not _lives(state.pid):
             with contextlib.suppress(OSError):
                 file.unlink()
-    holding = _told()
+    holding = _read_state()
     if holding is not None and holding.pid == os.getpid():
         state_file().unlink(missing_ok=True)
 
@@ -162,13 +162,13 @@ def _file_of_second(pid: int | str) -> Path:
     return state_file().with_name(f"recording.{pid}.beside")
 
 
-def _told_within(now_unix_s: float, age_s: float, file: Path | None = None) -> Holding | None:
+def _fresh_state(now_unix_s: float, age_s: float, file: Path | None = None) -> Holding | None:
     """The state in the file, None if it was written more than `age_s` before or after now."""
-    holding = _told(file)
+    holding = _read_state(file)
     return holding if holding is not None and abs(now_unix_s - holding.written_unix_s) <= age_s else None
 
 
-def _told(file: Path | None = None) -> Holding | None:
+def _read_state(file: Path | None = None) -> Holding | None:
     """The state in the file, of any age; None if the file is missing or damaged."""
     file = file or state_file()
     try:

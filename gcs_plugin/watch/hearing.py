@@ -72,14 +72,14 @@ def _inertial(message: Any, rank: int) -> Callable[[Wire], tuple[Heard, ...]]:
     """Decode an IMU in thousandths of g and of rad/s; a second IMU that the board lacks is reported as zeros."""
     take = _fields(message, *_INERTIAL)
 
-    def told(wire: Wire) -> tuple[Heard, ...]:
+    def readings(wire: Wire) -> tuple[Heard, ...]:
         values = take(wire)
         if not any(values):
             return ()
         force, rates = [MILLI_G * v for v in values[:3]], tuple(1e-3 * v for v in values[3:])
         return Heard("imu", rank, (*force, *rates, NAN)), Heard("rates", 1 + rank, rates)
 
-    return told
+    return readings
 
 
 def _servos(wire: Wire) -> tuple[Heard, ...]:
@@ -107,8 +107,8 @@ def _position_delta(wire: Wire) -> tuple[Heard, ...]:
 
 
 _ARDUSUB: Final[dict[int, tuple[Any, Callable[[Wire], tuple[Heard, ...]]]]] = {
-    message.id: (message, told)
-    for message, told in (
+    message.id: (message, take)
+    for message, take in (
         (dialect.MAVLink_attitude_message, _attitude),
         (dialect.MAVLink_scaled_imu2_message, _inertial(dialect.MAVLink_scaled_imu2_message, 1)),
         (dialect.MAVLink_scaled_imu_message, _inertial(dialect.MAVLink_scaled_imu_message, 2)),

@@ -128,7 +128,7 @@ class Watcher:
             ff_mode=_whole(channels["ff_mode"].values),
             ff_mode_age_s=channels["ff_mode"].age_s(now_s),
             active_set=self._active_set.number,
-            active_set_age_s=now_s - self._active_set.told_s,
+            active_set_age_s=now_s - self._active_set.stated_s,
             configuration=configuration,
             said=tuple(self._said),
             twins="" if self.system is None else self.peers.fault(self.system),
@@ -248,12 +248,12 @@ _PARAM_VALUE: Final[int] = dialect.MAVLINK_MSG_ID_PARAM_VALUE
 class ActiveSet:
     """Follows the frames and texts of a vehicle: FF_ACTIVE, FF_COMMIT (read in the same way), and its news.
 
-    `number` is the set's number, None if not yet known; `told_s` is the time of the last message that stated it.
+    `number` is the set's number, None if not yet known; `stated_s` is the time of the last message that stated it.
     """
 
     def __init__(self) -> None:
         self.number: int | None = None
-        self.told_s = -math.inf
+        self.stated_s = -math.inf
 
     def hear(self, frame: Frame, arrived_s: float) -> None:
         """Take a frame of the vehicle."""
@@ -261,12 +261,12 @@ class ActiveSet:
             return
         message = decode(frame)
         if message is not None and message.param_id in (ACTIVE, COMMIT) and message.param_value.is_integer():
-            self.number, self.told_s = int(message.param_value), arrived_s
+            self.number, self.stated_s = int(message.param_value), arrived_s
 
     def read(self, text: CrewText, arrived_s: float) -> None:
         """Take a text of the vehicle."""
         if text.topic is Topic.SET_ACTIVE and text.number is not None:
-            self.number, self.told_s = text.number, arrived_s
+            self.number, self.stated_s = text.number, arrived_s
 
 
 LOST_S: Final = 3.0

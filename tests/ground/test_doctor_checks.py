@@ -19,7 +19,7 @@ from gcs_plugin.doctor.checks import (
     fail,
     findings_against_wet,
     ok,
-    told_veh_cfg,
+    reported_veh_cfg,
     warn,
     worst,
 )
@@ -223,7 +223,7 @@ def test_the_file_of_another_vehicle_or_another_shape_fails(talker, vehicle, veh
 @pytest.mark.parametrize("veh_cfg", [math.nan, math.inf, -math.inf, 0.5])
 def test_a_configuration_that_is_no_whole_number_is_not_said(talker, veh_cfg):
     talker.rates["veh_cfg"] = (1.0, (veh_cfg,))
-    assert told_veh_cfg(observe(talker, talker.clock, 10.0)) is None
+    assert reported_veh_cfg(observe(talker, talker.clock, 10.0)) is None
     found = examined(talker, "ruvifist:hovering")
     assert findings_against_wet(list(found.values())) == []
 

@@ -16,7 +16,7 @@ from bridge.link.base import Link
 from bridge.link.open import open_link
 from bridge.link.receive_buffer import ASKED_BYTES, ReceiveBuffer
 from bridge.link.udp import MOST_PEERS, UdpLink, source_of
-from gcs_plugin.recording.link import TOLD_EVERY_S, RecordedLink
+from gcs_plugin.recording.link import WARN_EVERY_S, RecordedLink
 
 
 def test_udpin_answers_those_who_spoke_and_udpout_only_its_peer() -> None:
@@ -217,7 +217,7 @@ def test_what_this_computer_lost_is_told_at_once_and_then_now_and_then(
         recorded.look()
     assert len(said) == 1
     assert "lost 3 datagrams itself, not the link" in said[0]
-    clock.advance_to(TOLD_EVERY_S)
+    clock.advance_to(WARN_EVERY_S)
     recorded.look()
     recorded.look()
     assert len(said) == 2

@@ -112,12 +112,12 @@ def wet(
     arguments: argparse.Namespace, file: "VehicleFile", observed: "Observed", link: "Link", clock: "Clock"
 ) -> list["Finding"]:
     """Pulse each thruster once and return the findings; the user has confirmed, and no finding spoke against it."""
-    from gcs_plugin.doctor.checks import told_veh_cfg
+    from gcs_plugin.doctor.checks import reported_veh_cfg
     from gcs_plugin.params.client import ParameterClient
     from tui import show
     from tui.wet_check import wet_check
 
-    configuration = file.configuration_of(told_veh_cfg(observed))
+    configuration = file.configuration_of(reported_veh_cfg(observed))
     client = ParameterClient(link, clock)
     client.find_vehicle(arguments.seconds)
     if client.armed:
