@@ -4,6 +4,7 @@ Results go to standard output, everything else to standard error; if `--json -` 
 to standard error as well.
 """
 
+import io
 import json
 import math
 import os
@@ -12,9 +13,12 @@ import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any, Protocol
 
+import rich.table
+from rich.box import Box
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.segment import Segment
@@ -31,6 +35,8 @@ STANDARD_OUTPUT = "-"
 LINE_EVERY_S = 5.0
 PIPED_WIDTH = 160
 BETWEEN_COLUMNS = "  "
+RULE = Box("    \n    \n ── \n    \n    \n    \n    \n    \n")
+"""Nothing but a rule below the headings."""
 LONGEST_WORD = 20
 """Longer words of a heading or of the last column may be broken."""
 
@@ -125,36 +131,25 @@ class Table:
         least = max(_longest_word(text) or 1 for text in (self.columns[-1], *(row[-1] for row in self.rows)))
         return [*needed[:-1], max(min(whole[-1], room - sum(needed[:-1])), least)]
 
+    def drawn(self, width: int, styles: Sequence[str] = ()) -> rich.table.Table:
+        """The table for lines of `width`, its rows in `styles`."""
+        shape = rich.table.Table(
+            box=RULE, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style=""
+        )
+        for heading, cells in zip(self.columns, self.widths(width), strict=True):
+            right = heading in self.numbers
+            shape.add_column(heading, width=cells, justify="right" if right else "left", overflow="fold")
+        for row, style in zip_longest(self.rows, styles):
+            shape.add_row(*row, style=style)
+        return shape
+
     def lines(self, width: int) -> list[str]:
         """Headings, a rule and the rows."""
-        widths = self.widths(width)
-        headings = [
-            textwrap.wrap(heading, w) or [""] for heading, w in zip(self.columns, widths, strict=True)
-        ]
-        deepest = max(map(len, headings))
-        out = self._aligned([[""] * (deepest - len(heading)) + heading for heading in headings], widths)
-        out.append("─" * (sum(widths) + len(BETWEEN_COLUMNS) * (len(widths) - 1)))
-        for row in self.rows:
-            last = textwrap.wrap(row[-1], widths[-1]) or [""]
-            first = [[cell] + [""] * (len(last) - 1) for cell in row[:-1]]
-            out += self._aligned([*first, last], widths)
-        return out
-
-    def depths(self, width: int) -> list[int]:
-        """Number of lines that each row takes at the end of `lines`."""
-        last = self.widths(width)[-1]
-        return [max(len(textwrap.wrap(row[-1], last)), 1) for row in self.rows]
-
-    def _aligned(self, cells: Sequence[Sequence[str]], widths: Sequence[int]) -> list[str]:
-        """The lines of a row; `cells` holds the lines of each cell, equally many."""
-        out = []
-        for line in zip(*cells, strict=True):
-            aligned = [
-                text.rjust(width) if column in self.numbers else text.ljust(width)
-                for text, width, column in zip(line, widths, self.columns, strict=True)
-            ]
-            out.append(BETWEEN_COLUMNS.join(aligned).rstrip())
-        return out
+        whole = max(width, sum(self.widths(width)) + len(BETWEEN_COLUMNS) * (len(self.columns) - 1))
+        page = Console(file=io.StringIO(), width=whole, markup=False, emoji=False, highlight=False)
+        with page.capture() as drawn:
+            page.print(self.drawn(width))
+        return [line.rstrip() for line in drawn.get().splitlines()]
 
 
 def table(

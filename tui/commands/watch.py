@@ -181,6 +181,7 @@ def _shown(looked: Look, arguments: argparse.Namespace) -> None:
 
 def screen(picture: "Picture", holding: "Holding | None", width: int, fault: str = "") -> "RenderableType":
     """Return the tables for a terminal, with stale rows dimmed; `fault` says why nothing arrives."""
+    from rich.console import Group
     from rich.text import Text
 
     from gcs_plugin.watch.picture import Freshness
@@ -194,17 +195,12 @@ def screen(picture: "Picture", holding: "Holding | None", width: int, fault: str
         "sensor": [row.freshness for row in picture.sensors],
         "thruster": [row.freshness for row in picture.thrusters],
     }
+    parts: list[RenderableType] = [text]
     for table in watched.tables(picture):
         kind = next(name for name in fresh if name in table.columns)
-        text.append("\n")
-        lines = iter(reversed(table.lines(width)))
-        of_rows = [
-            ("dim" if state is not Freshness.FRESH else "", [next(lines) for _ in range(deep)])
-            for state, deep in zip(reversed(fresh[kind]), reversed(table.depths(width)), strict=True)
-        ]
-        for style, part in (*of_rows, ("", list(lines)))[::-1]:
-            text.append("".join(f"{line}\n" for line in reversed(part)), style=style)
-    return text
+        styles = ["" if state is Freshness.FRESH else "dim" for state in fresh[kind]]
+        parts += [table.drawn(width, styles), ""]
+    return Group(*parts)
 
 
 def _vehicle(named: str | None, holding: "Holding | None") -> "VehicleFile | None":
