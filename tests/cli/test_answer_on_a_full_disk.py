@@ -3,6 +3,7 @@
 import asyncio
 import json
 import shutil
+import subprocess
 import sys
 
 import pytest
@@ -135,12 +136,12 @@ def test_import_says_what_a_recording_holds_though_neither_place_has_room(dive, 
 
 @pytest.mark.skipif(sys.platform == "win32" or not shutil.which("sh"), reason="files are limited by a shell")
 def test_who_waits_for_a_verb_has_its_result_though_no_file_of_it_can_grow(dive, tmp_path, monkeypatch):
-    create, heard = asyncio.create_subprocess_exec, []
+    start, heard = subprocess.Popen, []
 
-    async def limited(*words, **options):
-        return await create("sh", "-c", 'ulimit -f 0; exec "$@"', "sh", *words, **options)
+    def limited(words, **options):
+        return start(["sh", "-c", 'ulimit -f 0; exec "$@"', "sh", *words], **options)
 
-    monkeypatch.setattr("asyncio.create_subprocess_exec", limited)
+    monkeypatch.setattr("gcs_plugin.job.subprocess.Popen", limited)
     result = tmp_path / "held.json"
     done = asyncio.run(work(("import", str(dive), "--json", str(result)), heard.append))
     (unkept,) = (told for told in heard if told.of == UNKEPT)
