@@ -8,7 +8,7 @@ import sys
 
 import pytest
 from full_disk import fill
-from test_diagnose_told import DRAG, diagnosis
+from test_diagnose_command import DRAG, diagnosis
 
 from bridge.reports import UNKEPT
 from bridge.vehicle.config import load_vehicle

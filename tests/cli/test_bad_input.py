@@ -1,5 +1,7 @@
-"""What a new user gets wrong: one clear sentence, an exit code, no traceback, nothing half done."""
+"""What a new user gets wrong: a clear sentence, an exit code, no traceback, and no input that is written to."""
 
+import os
+import shutil
 from pathlib import Path
 
 import pytest
@@ -298,3 +300,94 @@ def test_a_report_in_a_place_that_is_no_folder(complaint, tmp_path):
     code, sentence = complaint("import", VEHICLE, "--out", tmp_path / "file" / "below")
     assert code == exit_codes.BAD_INPUT
     assert "file is no folder" in sentence
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        ["simulate", "--vehicle", "ruvifist:hovering", "--mission", "validation", "--seed", "-1"],
+        ["demo", "--seed", "one"],
+        ["record", "--link", "udpin:127.0.0.1:0", "--seconds", "-1"],
+        ["record", "--link", "udpin:127.0.0.1:0", "--seconds", "nan"],
+        ["params", "show", "--link", "udpin:127.0.0.1:0", "--seconds", "inf"],
+        ["identify", "x.tlog", "--vehicle", "ruvifist", "--method", "paper", "--network", "0", "5", "100"],
+    ],
+)
+def test_a_number_that_makes_no_sense_is_wrong_usage(line, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(line) == exit_codes.BAD_INPUT
+    assert "is not a" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+RECORDED = b"what was recorded"
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    """A folder with one of each kind of input."""
+    monkeypatch.chdir(tmp_path)
+    vehicle = (ROOT / "tests" / "data" / "vehicles" / "survey.yaml").read_text(encoding="utf-8")
+    Path("our.yaml").write_text(vehicle, encoding="utf-8")
+    shutil.copy(ROOT / "configs" / "thrusters" / "t200.csv", "t200.csv")
+    Path("dives/one").mkdir(parents=True)
+    for name in ("d.tlog.gz", "map.yaml", "a.json", "a.param", "a.param.json", "m.yaml", "a.json.json",
+                 "dives/one/telemetry.tlog", "dives/one/dive.yaml"):  # fmt: skip
+        Path(name).write_bytes(RECORDED)
+    os.symlink("d.tlog.gz", "soft.html")
+    os.link("dives/one/telemetry.tlog", "hard.csv")
+    return tmp_path
+
+
+VEHICLE_FILE = ("--vehicle", "our.yaml")
+
+
+@pytest.mark.parametrize(
+    ("line", "read"),
+    [
+        (("identify", "d.tlog.gz", *VEHICLE_FILE, "--report", "d.tlog.gz"), "d.tlog.gz"),
+        (("identify", "d.tlog.gz", *VEHICLE_FILE, "--report", "soft.html"), "d.tlog.gz"),
+        (("identify", "d.tlog.gz", *VEHICLE_FILE, "--json", "./our.yaml"), "our.yaml"),
+        (("identify", "d.tlog.gz", *VEHICLE_FILE, "--json", "t200.csv"), "t200.csv"),
+        (("identify", "d.tlog.gz", *VEHICLE_FILE, "--columns", "map.yaml", "--json", "map.yaml"), "map.yaml"),
+        (("identify", "dives/one", *VEHICLE_FILE, "--json", "dives/one/dive.yaml"), "dives/one/dive.yaml"),
+        (("identify", "a.param.json", *VEHICLE_FILE, "--param", "a.param"), "a.param.json"),
+        (("batch", "d.tlog.gz", *VEHICLE_FILE, "--csv", "d.tlog.gz"), "d.tlog.gz"),
+        (("batch", "dives", *VEHICLE_FILE, "--csv", "hard.csv"), "dives/one/telemetry.tlog"),
+        (("batch", "d*.gz", *VEHICLE_FILE, "--json", "d.tlog.gz"), "d.tlog.gz"),
+        (("plan", *VEHICLE_FILE, "--out", "our.yaml"), "our.yaml"),
+        (("plan", *VEHICLE_FILE, "--after", "a.json", "--json", "a.json"), "a.json"),
+        (("prior", "a.json", *VEHICLE_FILE, "--json", "our.yaml"), "our.yaml"),
+        (("prior", "a.param", *VEHICLE_FILE, "--json", "a.param.json"), "a.param.json"),
+        (("validate", "dives/one", *VEHICLE_FILE, "--json", "dives/one/telemetry.tlog"), "telemetry.tlog"),
+        (("import", "d.tlog.gz", "--json", "d.tlog.gz"), "d.tlog.gz"),
+        (("record", "--link", "udpin:127.0.0.1:1", *VEHICLE_FILE, "--json", "our.yaml"), "our.yaml"),
+        (("simulate", *VEHICLE_FILE, "--mission", "m.yaml", "--json", "m.yaml"), "m.yaml"),
+        (("simulate", *VEHICLE_FILE, "--mission", "m.yaml", "--parameters", "our.yaml"), "our.yaml"),
+        (("params", "diff", "a.param", "--link", "udpin:127.0.0.1:1", "--json", "a.param"), "a.param"),
+        (("doctor", *VEHICLE_FILE, "--json", "our.yaml"), "our.yaml"),
+        (("dives", "dives", "--otherwise", "our.yaml", "--json", "our.yaml"), "our.yaml"),
+        (("dives", "dives", "--json", "dives/one/telemetry.tlog"), "dives/one/telemetry.tlog"),
+    ],
+)
+def test_a_target_that_is_an_input_is_refused_and_left_as_it_was(place, capsys, line, read):
+    before = {path: path.read_bytes() for path in place.rglob("*") if path.is_file()}
+    assert cli.main(line) == exit_codes.BAD_INPUT
+    told = " ".join(capsys.readouterr().err.split())
+    assert f"{read}, which this command reads: nothing was done; name another file" in told
+    assert {path: path.read_bytes() for path in place.rglob("*") if path.is_file()} == before
+
+
+@pytest.mark.usefixtures("place")
+def test_a_result_beside_the_recording_may_be_written_again(capsys):
+    Path("dives/one/found.json").write_text("{}", encoding="utf-8")
+    line = ("identify", "dives/one", *VEHICLE_FILE, "--json", "dives/one/found.json")
+    assert cli.main(line) == exit_codes.BAD_INPUT
+    assert "which this command reads" not in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("place")
+def test_the_sidecar_and_the_json_may_not_be_one_file(capsys):
+    line = ("identify", "d.tlog.gz", *VEHICLE_FILE, "--param", "new.param", "--json", "new.param.json")
+    assert cli.main(line) == exit_codes.BAD_INPUT
+    assert "--json names the same file" in " ".join(capsys.readouterr().err.split())

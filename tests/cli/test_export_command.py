@@ -1,15 +1,29 @@
-"""`seatrial export`: which model it takes, where it writes, and what it says."""
+"""`seatrial export`, and what `diagnose --accept` writes: exported, simulated, taken by a vehicle."""
 
 import json
 import shutil
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from full_disk import fill
 
-from gcs_plugin.params.files import Sidecar, write_sidecar
+from bridge.parameters import ParameterServer, vehicle_table
+from bridge.vehicle.accepted_effect import AcceptedEffect
+from bridge.vehicle.config import load_vehicle
+from gcs_plugin.params.files import Sidecar, read_sidecar, write_sidecar
+from identify.diagnose.candidates import Cause
+from identify.diagnose.result import NOTHING, Accepted, Finding, Value
+from identify.dive import Dive
+from identify.effects.environment import waves
+from identify.identification import Doubt, Outcome
 from tui import cli, exit_codes
+from tui.accepted import accepted_before, accepted_truth
+from tui.commands.diagnose import accept
+from tui.exit_codes import UsageError
+from tui.parameter_files import Leave, accepted_model, targets_of
 
 BUNDLED = Path(__file__).resolve().parents[2] / "configs" / "vehicles"
 
@@ -182,3 +196,206 @@ def test_a_file_that_finds_no_room_is_named_with_what_did_not_fit_and_leaves_wha
     assert "what did not fit into gazebo" in told.out
     assert "a.sdf: can't be written (No space left on device)" in told.err
     assert out.read_text("utf-8") == "older"
+
+
+FILE = load_vehicle("ruvifist:hovering")
+VALUES = {"M_u": 111.0, "D_u": 55.0, "X_uu": 60.0, "T_start": 0.8, "T2_gain": 0.75, "N_v": -2.0}
+NO_DRAG = dict.fromkeys(("X_uu", "Y_vv", "Z_ww", "K_pp", "M_qq", "N_rr"), 0.0)
+DRAG = AcceptedEffect("quadratic_drag", "quadratic_drag", NO_DRAG | {"X_uu": 60.0})
+WEAK = AcceptedEffect("weak_thruster", "weak_thruster of thruster 2", {"gain": 0.75}, 2)
+WAVES = AcceptedEffect("waves", "waves", {"force_amplitude": 1.0})
+LEGS = "name: short\nlegs:\n  - {name: ahead, phase: acceleration, duration_s: 3, surge_m_s: 0.3, transient_s: 3}\n"
+
+
+def written(tmp_path, verdict="explained", doubts=(), dive=None, first=()):
+    """The file, and what was said of it."""
+    values = {name: Value(value, "", value - 0.1, value + 0.1) for name, value in VALUES.items()}
+    accepted = Accepted(values, (DRAG, WEAK, WAVES), ("Waves are the water's.",), doubts)
+    found = SimpleNamespace(
+        accepted=accepted, findings=(), configuration="hovering", verdict=verdict, first=first
+    )
+    path = tmp_path / "out.param"
+    return path, accept(path, found, dive or Dive("planted", tmp_path, "ab" * 32), FILE)
+
+
+@pytest.fixture
+def param(tmp_path):
+    return written(tmp_path)[0]
+
+
+def test_what_can_not_be_made_up_for_is_told_and_how_to_send_the_rest(tmp_path):
+    path, told = written(tmp_path)
+    assert told == (
+        "Waves are the water's.",
+        f"accepted: {path}; seatrial params upload {path} sends it to the vehicle",
+    )
+
+
+def test_nothing_is_accepted_of_a_dive_whose_motion_runs_against_its_thrust(tmp_path):
+    path, (told,) = written(tmp_path, first=("The recorded motion does not go the way the thrust pushes.",))
+    assert told.startswith(f"{path} was not written: the motion does not go the way the thrust pushes")
+    assert not path.exists()
+
+
+def test_where_something_is_left_unexplained_an_upload_needs_a_word(tmp_path):
+    path, told = written(tmp_path, "unknown")
+    assert "--despite-doubts" in told[-1]
+    with pytest.raises(UsageError, match="data and model disagree"):
+        targets_of(path, Leave())
+    assert targets_of(path, Leave(doubts=True)).values["FF1_X_UU"] == 60.0
+    assert accepted_truth(path, FILE, "hovering")[0].quadratic[0] == 60.0
+
+
+def test_a_vehicle_takes_every_accepted_value_and_flies_it_once_committed(param):
+    server = ParameterServer(None, vehicle_table(FILE.vehicle))
+    targets = targets_of(param, Leave())
+    for name, value in targets.values.items():
+        assert server.write(name, value, armed=False) is None
+    assert server.active(1) == {}
+    assert server.write("FF_COMMIT", float(server.staged_crc), armed=False) is None
+    assert {name: server.active(1)[name] for name in VALUES} == pytest.approx(VALUES)
+    assert "by diagnose: converged" in targets.notes[0]
+    assert targets.values["FF1_Y_VV"] == 0.0
+    assert targets.whole
+
+
+def test_the_sidecar_keeps_where_it_came_from_and_the_effects(param):
+    sidecar = read_sidecar(param)
+    assert (sidecar.dive, sidecar.dive_sha256, sidecar.vehicle) == ("planted", "ab" * 32, "ruvifist")
+    assert sidecar.effects == (DRAG, WEAK, WAVES)
+    assert sidecar.intervals["FF1_N_V"].low95 == pytest.approx(-2.1)
+    model = accepted_model(param, FILE, Leave())
+    assert model.values == pytest.approx(VALUES)
+    assert model.configuration == "hovering"
+
+
+def test_a_later_diagnosis_takes_values_and_effects_from_it(param):
+    before = accepted_before(param, "hovering")
+    assert before.values["M_u"].value == pytest.approx(111.0, rel=1e-4)
+    assert (before.effects, before.notes) == ((DRAG, WEAK, WAVES), ())
+    with pytest.raises(UsageError, match="is of configuration 'hovering', the dive of 'survey'"):
+        accepted_before(param, "survey")
+
+
+def test_a_later_diagnosis_does_not_hold_a_doubted_value_against_its_dive_and_says_so(param):
+    sidecar = read_sidecar(param)
+    write_sidecar(param, replace(sidecar, doubted={"D_u": "no gyro was recorded"}))
+    before = accepted_before(param, "hovering")
+    assert "M_u" in before.values
+    assert "D_u" not in before.values
+    assert before.notes == (
+        "Of what was accepted, D_u is doubted: no gyro was recorded; it was not held against this dive.",
+    )
+    write_sidecar(param, replace(sidecar, doubted=dict.fromkeys(("M_u", "D_u"), "no gyro was recorded")))
+    with pytest.raises(UsageError, match="all that it holds is doubted"):
+        accepted_before(param, "hovering")
+
+
+def test_a_file_of_another_vehicle_or_without_a_sidecar_is_refused(param, tmp_path):
+    with pytest.raises(UsageError, match="is of vehicle 'ruvifist', configuration 'hovering'"):
+        accepted_model(param, load_vehicle("ruvifist:survey"), Leave())
+    alone = tmp_path / "alone.param"
+    alone.write_text("FF1_M_U,111\n", encoding="utf-8")
+    with pytest.raises(UsageError, match="has no sidecar"):
+        accepted_model(alone, FILE, Leave())
+
+
+def test_it_is_exported_with_its_effects(param, tmp_path, capsys):
+    out = tmp_path / "out.json"
+    line = ["export", str(param), "--vehicle", "ruvifist:hovering", "--to", "ardusub-json", "--out", str(out)]
+    assert cli.main(line) == exit_codes.DONE
+    plant = json.loads(out.read_text(encoding="utf-8"))["plant"]
+    assert plant["quadratic_damping"][0] == 60.0
+    assert plant["thrusters"][1]["gain"] == 0.75
+    assert plant["intervals_95"]["X_uu"] == pytest.approx([59.9, 60.1])
+    assert {"M_u", "D_u", "T_start", "T2_gain"} <= set(plant["intervals_95"])
+    assert "N_v" not in plant["intervals_95"]
+    assert "accepted effects (waves)" in capsys.readouterr().out
+    assert cli.main([*line[:2], *line[4:]]) == exit_codes.BAD_INPUT
+
+
+def test_it_is_what_a_simulated_vehicle_truly_is(param):
+    truth, told = accepted_truth(param, FILE, "hovering")
+    assert (truth.model["M_u"], truth.quadratic[0]) == (111.0, 60.0)
+    assert truth.effects == pytest.approx({"X_uu": 60.0, "T_start": 0.8, "T2_gain": 0.75})
+    assert told == ("not simulated: waves",)
+    with pytest.raises(UsageError, match="is of vehicle"):
+        accepted_truth(param, replace(FILE, vehicle=replace(FILE.vehicle, name="other")), "hovering")
+
+
+def test_a_mission_is_dived_with_it(param, tmp_path, capsys):
+    legs = tmp_path / "short.yaml"
+    legs.write_text(LEGS, encoding="utf-8")
+    line = [
+        "simulate",
+        "--vehicle",
+        "ruvifist:hovering",
+        "--mission",
+        str(legs),
+        "--out",
+        str(tmp_path / "dives"),
+    ]
+    assert cli.main([*line, "--accepted", str(param)]) == exit_codes.DONE
+    assert "not simulated: waves" in capsys.readouterr().err
+    assert list(Path(tmp_path / "dives").glob("*/telemetry.tlog"))
+    line[4] = "idle"
+    assert cli.main([*line, "--accepted", str(param), "--link", "udpout:127.0.0.1:9"]) == exit_codes.BAD_INPUT
+
+
+def test_where_nothing_was_found_nothing_is_written_and_that_is_said(tmp_path):
+    found = SimpleNamespace(first=(), accepted=NOTHING, configuration="hovering", findings=())
+    (sentence,) = accept(tmp_path / "out.param", found, Dive("plain", tmp_path, "ab" * 32), FILE)
+    assert "was not written: no cause was found" in sentence
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_where_what_was_found_is_likelier_absent_nothing_is_written_and_it_is_named(tmp_path):
+    sea = waves(4.0)
+    cause = Cause(sea, sea.start())
+    found = SimpleNamespace(first=(), accepted=NOTHING, findings=(Finding(cause, (), {}, 0.45, {}, 12.0),))
+    (sentence,) = accept(tmp_path / "out.param", found, Dive("plain", tmp_path, "ab" * 32), FILE)
+    assert sentence.endswith(
+        "was not written: what was found is likelier absent than present, and so not accepted: waves (45 % probable)."
+    )
+
+
+def test_a_recording_that_contradicts_itself_is_accepted_with_its_doubts_and_not_sent_without_a_word(
+    tmp_path, monkeypatch
+):
+    doubt = Doubt(("D_u", "I_r"), "The DVL is late", "mend it.", Outcome.DISAGREES)
+    monkeypatch.setattr("identify.checks.contradictions.turning_doubts", lambda _dive: (doubt,))
+    path, told = written(tmp_path)
+    assert "D_u is doubted: the DVL is late" in told
+    assert told[-1].endswith("with --despite-doubts, because the recording contradicts itself")
+    assert read_sidecar(path).doubted == {"D_u": "the DVL is late"}
+    with pytest.raises(UsageError, match="data and model disagree"):
+        targets_of(path, Leave())
+
+
+def test_what_the_fit_beside_the_causes_gets_wrong_is_in_the_sidecar_and_stops_an_upload(tmp_path):
+    late = Doubt(("M_u", "D_u"), "In surge thrust acts late", "mend the lag.", Outcome.DISAGREES)
+    path, told = written(tmp_path, doubts=(late,))
+    assert "M_u is doubted: in surge thrust acts late" in told
+    assert told[-1].endswith("with --despite-doubts, because the model does not fit the dive")
+    assert read_sidecar(path).doubted == dict.fromkeys(("M_u", "D_u"), "in surge thrust acts late")
+    with pytest.raises(UsageError, match="data and model disagree"):
+        targets_of(path, Leave())
+
+
+def test_masses_by_a_velocity_that_the_autopilot_filtered_are_doubted_where_they_are_sent(tmp_path):
+    path, _ = written(tmp_path, dive=replace(Dive("planted", tmp_path, "ab" * 32), velocity_is_filtered=True))
+    assert list(read_sidecar(path).doubted) == ["M_u"]
+    assert "M_u is doubted: velocity comes from the autopilot's own filter" in " ".join(
+        targets_of(path, Leave()).warnings
+    )
+
+
+def test_a_log_that_lacks_what_the_controller_used_leaves_nothing_to_send(tmp_path):
+    accepted = Accepted(
+        {}, (AcceptedEffect("wrong_feedback_log", "wrong_feedback_log", {}),), ("M_u stays.",)
+    )
+    found = SimpleNamespace(first=(), accepted=accepted, configuration="hovering", verdict="explained")
+    told = accept(tmp_path / "out.param", found, Dive("plain", tmp_path, "ab" * 32), FILE)
+    assert told[0] == "M_u stays."
+    assert "was not written" in told[1]
+    assert list(tmp_path.iterdir()) == []

@@ -1,6 +1,8 @@
-"""`params` against the vehicle's real parameter server, in simulated time: what its verbs show, send and keep."""
+"""`params` against the vehicle's parameter server, in simulated time: shown, asked, written, taken back."""
 
 import json
+import threading
+from pathlib import Path
 
 import params_line
 import pytest
@@ -164,3 +166,213 @@ def test_a_program_that_reads_along_hears_of_each_line_once_it_is_read_back(
     assert not lines[1].equal
     assert lines[2] == reports.Written("FF1_M_U", "applied", "0 read back equal")
     assert {"STAGE", "UNDO"} <= {report.stage for report in writing}
+
+
+def test_an_armed_vehicle_gets_no_upload(vehicle, file, capsys):
+    vehicle.armed = True
+    assert run("upload", file, "--yes") == exit_codes.NO
+    assert "is armed; nothing was sent" in capsys.readouterr().err
+    assert vehicle.server.value("FF1_M_U") == 0.0
+
+
+def test_without_a_terminal_nobody_is_asked(vehicle, file, monkeypatch, capsys):
+    monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
+    assert run("upload", file) == exit_codes.BAD_INPUT
+    assert "--yes" in capsys.readouterr().err
+    assert vehicle.server.value("FF1_M_U") == 0.0
+
+
+@pytest.mark.parametrize(("typed", "code", "value"), [("yes\n", 0, 111.5), ("no\n", 4, 0.0), ("\n", 4, 0.0)])
+def test_the_operator_is_asked_and_only_yes_means_yes(vehicle, file, monkeypatch, typed, code, value):
+    class Terminal:
+        def isatty(self):
+            return True
+
+        def readline(self):
+            return typed
+
+    monkeypatch.setattr("sys.stdin", Terminal())
+    assert run("upload", file) == code
+    assert vehicle.server.value("FF1_M_U") == value
+
+
+def test_while_the_question_stands_the_link_is_read(vehicle, file, monkeypatch):
+    read, ten_s = vehicle.read, threading.Event()
+
+    def reads(timeout_s):
+        data = read(timeout_s)
+        if vehicle.clock.now_s > begun_s[0] + 10.0:
+            ten_s.set()
+        return data
+
+    begun_s = [float("inf")]
+
+    class Terminal:
+        def isatty(self):
+            return True
+
+        def readline(self):
+            begun_s[0] = vehicle.clock.now_s
+            assert ten_s.wait(10.0)
+            return "yes\n"
+
+    monkeypatch.setattr(vehicle, "read", reads)
+    monkeypatch.setattr("sys.stdin", Terminal())
+    assert run("upload", file) == exit_codes.DONE
+    assert vehicle.server.value("FF1_M_U") == 111.5
+
+
+def test_one_that_is_armed_while_the_question_stands_gets_no_upload(vehicle, file, monkeypatch, capsys):
+    beats = threading.Event()
+    read = vehicle.read
+
+    def reads(timeout_s):
+        data = read(timeout_s)
+        if vehicle.armed and vehicle.clock.now_s > armed_s[0] + 3.0:
+            beats.set()
+        return data
+
+    armed_s = [0.0]
+
+    class Terminal:
+        def isatty(self):
+            return True
+
+        def readline(self):
+            armed_s[0] = vehicle.clock.now_s
+            vehicle.armed = True
+            assert beats.wait(10.0)
+            return "yes\n"
+
+    monkeypatch.setattr(vehicle, "read", reads)
+    monkeypatch.setattr("sys.stdin", Terminal())
+    assert run("upload", file) == exit_codes.NO
+    assert "is armed; nothing was sent" in capsys.readouterr().err
+
+
+def test_an_armed_vehicle_gets_an_upload_and_its_roll_back_on_purpose(vehicle, file):
+    vehicle.armed = True
+    assert run("upload", file, "--yes", "--armed") == exit_codes.DONE
+    assert vehicle.server.active(1)["M_u"] == 111.5
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    assert run("rollback", "--yes") == exit_codes.NO
+    assert run("rollback", "--yes", "--armed") == exit_codes.DONE
+    assert "M_u" not in vehicle.server.active(1)
+
+
+def test_the_plan_of_lines_that_are_staged_and_not_in_force_writes_a_commit(vehicle, file, tmp_path, capsys):
+    for name, value in (("FF1_M_U", 111.5), ("FF1_D_U", 56.25)):
+        vehicle.server.write(name, value, armed=False)
+    kept = tmp_path / "plan.json"
+    assert run("diff", file, "--json", str(kept)) == exit_codes.NO
+    told = json.loads(kept.read_text("utf-8"))
+    assert told["writes"]
+    assert (told["active_crc"], told["staged_crc"]) == (0.0, vehicle.server.staged_crc)
+    assert [line["verdict"] for line in told["parameters"]] == ["staged", "staged"]
+    shown = capsys.readouterr().out
+    assert shown.startswith(
+        "note: what the vehicle holds is staged, and none of it flies: no set is in force"
+    )
+    assert "2 parameters: 2 staged" in shown
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    assert (
+        f"2 staged parameters read back, set {vehicle.server.active_crc} is active" in capsys.readouterr().out
+    )
+    assert vehicle.server.active(1)["D_u"] == 56.25
+    assert run("diff", file, "--json", str(kept)) == exit_codes.DONE
+    told = json.loads(kept.read_text("utf-8"))
+    assert not told["writes"]
+    assert told["active_crc"] == told["staged_crc"] == vehicle.server.active_crc
+
+
+def test_what_is_put_in_force_without_a_write_is_asked_for_as_well(vehicle, file, monkeypatch, capsys):
+    vehicle.server.write("FF1_M_U", 111.5, armed=False)
+    vehicle.server.write("FF1_D_U", 56.25, armed=False)
+    asked = []
+    monkeypatch.setattr("tui.running.asked", lambda _client, question, _does: asked.append(question) or "no")
+    assert run("upload", file) == exit_codes.INTERRUPTED
+    assert asked == ["put 2 parameters in force? [yes/no] "]
+    assert vehicle.server.active_crc == 0
+    assert "nothing was sent" in capsys.readouterr().err
+
+
+def test_values_staged_beside_a_set_that_flies_are_told_as_staged(vehicle, file, capsys):
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    flying = vehicle.server.active_crc
+    vehicle.server.write("FF1_M_U", 120.0, armed=False)
+    capsys.readouterr()
+    assert run("diff", file) == exit_codes.NO
+    # With that line as in the file, the rest is what flies.
+    assert "2 parameters: 1 changed, 1 same" in capsys.readouterr().out
+    vehicle.server.write("FF1_M_V", 90.0, armed=False)
+    run("diff", file)
+    shown = capsys.readouterr().out
+    assert f"and does not fly: set {flying} does, which is another" in shown
+    assert "2 parameters: 1 changed, 1 staged" in shown
+
+
+def test_rollback_brings_the_values_before_back(vehicle, file, tmp_path, capsys):
+    vehicle.server.write("FF1_M_U", 99.0, armed=False)
+    vehicle.server.write("FF_COMMIT", vehicle.server.staged_crc, armed=False)
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    (before,) = (tmp_path / "receipts").glob("*-before.param")
+    capsys.readouterr()
+    assert run("rollback", str(before), "--yes") == exit_codes.DONE
+    assert vehicle.server.active(1)["M_u"] == 99.0
+    shown = capsys.readouterr().out
+    assert not any(name in shown for name in ("FF_COMMIT", "FF_ACTIVE", "FF_VERSION"))
+    (line,) = (
+        line for line in shown.splitlines() if line.startswith("FF1_M_U") and "read back equal" in line
+    )
+    assert line.split()[2:4] == ["111.5", "99"]
+
+
+def test_roll_back_without_a_file_goes_back_one_upload_at_a_time(vehicle, file, tmp_path, capsys):
+    assert run("upload", file, "--yes", "--only", "FF1_M_U", *DESPITE_HALF) == exit_codes.DONE
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    assert run("upload", file, "--yes", "--only", "FF1_D_U", *DESPITE_HALF) == exit_codes.DONE
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    assert run("rollback", "--yes") == exit_codes.DONE
+    assert vehicle.server.active(1).get("M_u") == 111.5
+    assert "D_u" not in vehicle.server.active(1)
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    assert run("rollback", "--yes") == exit_codes.DONE
+    assert "M_u" not in vehicle.server.active(1)
+    capsys.readouterr()
+    assert run("rollback", "--yes") == exit_codes.BAD_INPUT
+    assert "no upload to vehicle 1 that stands" in capsys.readouterr().err
+    assert len(list((tmp_path / "receipts").glob("*-accepted.param"))) == 2
+
+
+def test_a_roll_back_lowers_the_mode_of_the_feed_forward_and_never_raises_it(vehicle, file):
+    vehicle.server.write("FF_MODE", 1.0, armed=False)
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    vehicle.server.write("FF_MODE", 0.0, armed=False)
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    assert run("rollback", "--yes") == exit_codes.DONE
+    assert vehicle.server.mode == 0
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    vehicle.server.write("FF_MODE", 3.0, armed=False)
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    assert run("rollback", "--yes") == exit_codes.DONE
+    assert vehicle.server.mode == 0
+
+
+def test_a_dry_run_tells_what_a_roll_back_would_change_and_of_which_upload(vehicle, file, tmp_path):
+    assert run("upload", file, "--yes", "--only", "FF1_M_U", *DESPITE_HALF) == exit_codes.DONE
+    kept = tmp_path / "plan.json"
+    assert run("rollback", "--dry-run", "--json", str(kept)) == exit_codes.NO
+    plan = json.loads(kept.read_text("utf-8"))
+    assert Path(plan["file"]).name.endswith("-before.param")
+    changed = [(row["name"], row["target"]) for row in plan["parameters"] if row["verdict"] == "changed"]
+    assert changed == [("FF1_M_U", 0.0)]
+    assert (plan["writes"], plan["needs_disarmed"], plan["vehicle"]["armed"]) == (True, True, False)
+    assert vehicle.server.active(1)["M_u"] == 111.5
+
+
+def test_a_clock_that_was_set_back_leaves_the_newest_upload_the_newest(vehicle, file):
+    assert run("upload", file, "--yes", "--only", "FF1_M_U", *DESPITE_HALF) == exit_codes.DONE
+    vehicle.clock.unix_at_boot_s -= 86_400.0
+    assert run("upload", file, "--yes", "--only", "FF1_D_U", *DESPITE_HALF) == exit_codes.DONE
+    assert run("rollback", "--yes") == exit_codes.DONE
+    assert (vehicle.server.value("FF1_M_U"), vehicle.server.value("FF1_D_U")) == (111.5, 0.0)

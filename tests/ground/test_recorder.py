@@ -1,4 +1,4 @@
-"""The recorder: every frame in a file once it was said to be, raw, whole and under an even stamp."""
+"""The recorder: every frame in a file, whatever its links do, and the silences of a vehicle."""
 
 import subprocess
 import sys
@@ -6,13 +6,17 @@ import threading
 
 import pytest
 from faked_ground import Disk, FakeLink, Ground, frames_of
+from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from bridge.clock import SimulatedClock, SystemClock
 from bridge.errors import LinkLost, LogError
+from bridge.framing import Encoder, Framer
 from bridge.link.memory import memory_pair
 from bridge.tlog import TlogWriter, read_tlog
 from gcs_plugin.dives.folder import new_folder
+from gcs_plugin.peers import GROUND_STATION, Peers
 from gcs_plugin.recording.recorder import Recorder
+from gcs_plugin.recording.silence import Heard, Unheard
 
 
 def test_each_frame_is_in_the_file_when_the_step_returns():
@@ -135,3 +139,227 @@ def test_what_was_said_to_be_recorded_survives_a_kill(tmp_path):
         rest = child.stdout.read().split("\n")
     said = max(int(line) for line in lines + rest[:-1] if line.strip())
     assert sum(1 for _ in read_tlog(path)) >= said >= 500
+
+
+def test_it_is_silent_unless_asked_to_beat():
+    silent, beating = Ground(), Ground(heartbeat=GROUND_STATION)
+    for _ in range(35):
+        silent.hear(b"")
+        beating.hear(b"", after_s=0.1)
+    assert silent.link.sent == []
+    beats = Framer().feed(b"".join(beating.link.sent))
+    assert [(b.system, b.component, b.message_id) for b in beats] == [(255, 190, 0)] * len(beats)
+    assert len(beats) == 4
+
+
+def test_a_lost_link_is_said_and_opened_again_while_the_other_goes_on():
+    clock, disk, notices = SimulatedClock(), Disk(), []
+    broken, other, again = FakeLink("broken"), FakeLink("other"), FakeLink("broken")
+    attempts = []
+
+    def reopen(name):
+        assert name == "broken"
+        attempts.append(clock.now_s)
+        if len(attempts) < 3:
+            raise LinkLost("still gone")
+        return again
+
+    recorder = Recorder([broken, other], disk.open, clock, lambda: 1 << 40, notices.append, reopen)
+    broken.chunks.append(LinkLost("broken: unplugged; plug it in"))
+    raws = frames_of(200)
+    for raw in raws:
+        clock.advance_to(clock.now_s + 0.5)
+        other.chunks.append(raw)
+        recorder.step(0.0)
+    again.chunks.append(frames_of(1, system=9)[0])
+    recorder.step(0.0)
+    assert broken.closed
+    assert [notice.sentence for notice in notices] == ["broken: unplugged; plug it in", "broken is back"]
+    assert len(disk.stored()) == 201
+    assert len(attempts) == 3
+
+
+def test_a_link_that_takes_its_time_to_open_holds_up_no_other():
+    clock, disk = SimulatedClock(), Disk()
+    broken, other, again = FakeLink("broken"), FakeLink("other"), FakeLink("broken")
+    answered = threading.Event()
+
+    def reopen(_):
+        assert answered.wait(10.0)
+        return again
+
+    recorder = Recorder([broken, other], disk.open, clock, lambda: 1 << 40, lambda _: None, reopen)
+    broken.chunks.append(LinkLost("broken: unplugged; plug it in"))
+    for number, raw in enumerate(frames_of(50), start=1):
+        clock.advance_to(clock.now_s + 0.1)
+        other.chunks.append(raw)
+        recorder.step(0.0)
+        assert len(disk.stored()) == number
+    assert not answered.is_set()
+    answered.set()
+    again.chunks.append(frames_of(1, system=9)[0])
+    for _ in range(500):
+        clock.advance_to(clock.now_s + 1.0)
+        if recorder.step(0.0):
+            break
+    assert len(disk.stored()) == 51
+
+
+class FakeOutlet:
+    """Keeps what it is given; gives what is in `orders`."""
+
+    def __init__(self):
+        self.given = b""
+        self.orders = []
+
+    def broadcast(self, raw):
+        self.given += raw
+
+    def taken(self):
+        orders, self.orders = self.orders, []
+        return orders
+
+
+def test_the_outlet_gets_every_frame_of_every_link_as_it_came():
+    outlet = FakeOutlet()
+    ground = Ground(outlet=outlet)
+    sent = frames_of(20)
+    for byte in b"".join(sent):
+        ground.hear(bytes([byte]))
+    assert outlet.given == b"".join(sent)
+
+
+def test_what_the_outlet_sends_goes_out_on_every_link_and_into_the_recording():
+    clock, disk, outlet = SimulatedClock(), Disk(), FakeOutlet()
+    links = [FakeLink("one"), FakeLink("other")]
+    recorder = Recorder(links, disk.open, clock, disk.space, lambda _: None, outlet=outlet)
+    heard, orders = frames_of(2), frames_of(3, system=255)
+    links[0].chunks.append(heard[0])
+    outlet.orders = list(orders)
+    recorder.step(0.0)
+    links[1].chunks.append(heard[1])
+    recorder.step(0.0)
+    assert [link.sent for link in links] == [orders, orders]
+    assert [raw for _, raw in disk.stored()] == [heard[0], *orders, heard[1]]
+    assert outlet.given == b"".join(heard)
+    assert (recorder.heard, recorder.recorded) == (2, 5)
+    assert [source.system for source in recorder.receptions["one"]] == [1]
+
+
+def test_an_order_goes_out_though_the_disk_is_full_and_one_link_is_gone():
+    clock, disk, outlet = SimulatedClock(), Disk(), FakeOutlet()
+    disk.full, disk.free = True, 0
+    gone, good = FakeLink("gone"), FakeLink("good")
+    recorder = Recorder([gone, good], disk.open, clock, disk.space, lambda _: None, outlet=outlet)
+    gone.chunks.append(LinkLost("gone: unplugged; plug it in"))
+    outlet.orders = frames_of(1)
+    recorder.step(0.0)
+    assert good.sent == frames_of(1)
+    disk.full, disk.free = False, 1 << 40
+    clock.advance_to(20.0)
+    recorder.step(0.0)
+    assert [raw for _, raw in disk.stored()] == frames_of(1)
+
+
+def test_a_crowd_of_made_up_addresses_is_warned_of_once():
+    ground = Ground()
+    for component in range(256 + 2):
+        ground.hear(Encoder(1 + component // 200, component % 200 + 1).frame(0, bytes(9)))
+    ground.hear(b"", after_s=2.0)
+    ground.hear(b"", after_s=2.0)
+    (said,) = ground.sentences()
+    assert "somebody makes up addresses; all is recorded" in said
+
+
+class Vehicle:
+    """Sends four frames a second, once a second its boot time; `speaks` where the ground hears it."""
+
+    def __init__(self, ring=False, system=1):
+        self.encoder, self.ring, self.tick = Encoder(system, 1), ring, 0
+
+    def quarter(self):
+        """What it sends in a quarter of a second."""
+        boot_ms, kind = 250 * self.tick, self.tick % 4
+        self.tick += 1
+        if kind == 0:
+            return self.encoder.encode(mav.MAVLink_heartbeat_message(12, 3, 0, 0, 4, 3))
+        if kind == 1:
+            return self.encoder.encode(mav.MAVLink_system_time_message(0, boot_ms))
+        if kind == 2 and self.ring:
+            return self.encoder.encode(mav.MAVLink_named_value_int_message(boot_ms, b"BOOT_ID", 7))
+        return self.encoder.encode(mav.MAVLink_attitude_message(boot_ms, 0, 0, 0, 0, 0, 0))
+
+
+def listened(ground, vehicle, seconds, heard=True):
+    for _ in range(4 * seconds):
+        raw = vehicle.quarter()
+        ground.hear(raw if heard else b"", after_s=0.25)
+
+
+@pytest.mark.parametrize("ring", [True, False])
+def test_a_recording_tells_for_how_long_the_vehicle_was_not_heard_and_whether_it_keeps_its_own(ring):
+    ground, vehicle = Ground(), Vehicle(ring)
+    listened(ground, vehicle, 20)
+    listened(ground, vehicle, 7, heard=False)
+    listened(ground, vehicle, 20)
+    listened(ground, vehicle, 58, heard=False)
+    listened(ground, vehicle, 20)
+    count = ground.recorder.count
+    assert (count.unheard_s, count.keeps_ring) == (pytest.approx(58.25, abs=0.01), ring)
+
+
+def test_a_vehicle_that_is_heard_all_along_or_no_more_at_the_end_has_no_silence():
+    ground, vehicle = Ground(), Vehicle()
+    listened(ground, vehicle, 60)
+    listened(ground, vehicle, 60, heard=False)
+    assert ground.recorder.count.unheard_s == 0.0
+
+
+def test_a_vehicle_that_was_switched_off_for_a_while_has_no_silence():
+    ground = Ground()
+    listened(ground, Vehicle(), 60)
+    listened(ground, Vehicle(), 60, heard=False)
+    listened(ground, Vehicle(), 60)
+    assert ground.recorder.count.unheard_s == 0.0
+
+
+def frames_said(raw):
+    return Framer().feed(raw)
+
+
+def heard_by(times_s, frame_at):
+    peers, unheard = Peers(), Unheard()
+    for n, time_s in enumerate(times_s):
+        for frame in frames_said(frame_at(n)):
+            unheard.on_frame(peers.on_frame(frame, "udpin:1", time_s), frame, time_s)
+    return unheard.heard
+
+
+@pytest.mark.parametrize("every_s", [1.0, 6.0, 20.0])
+def test_a_vehicle_on_deck_that_beats_slowly_alone_has_no_silence(every_s):
+    encoder = Encoder(1, 1)
+    beat = mav.MAVLink_heartbeat_message(12, 3, 0, 0, 4, 3)
+    assert heard_by([every_s * n for n in range(60)], lambda _: encoder.encode(beat)) == Heard()
+
+
+def test_a_ground_station_that_pauses_is_no_vehicle_that_was_not_heard():
+    encoder = Encoder(255, 190)
+    beat = mav.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)
+    raws = [encoder.encode(beat) for _ in range(80)]
+    times_s = [*range(30), *range(90, 120)]
+    assert heard_by(times_s, lambda n: raws[n if n < 30 else n + 20]) == Heard()
+
+
+def test_frames_that_a_link_held_back_were_heard():
+    vehicle = Vehicle()
+    held = [60.0 + 1e-3 * n if 20 < 0.25 * n < 60 else 0.25 * n for n in range(400)]
+    assert heard_by(held, lambda _: vehicle.quarter()) == Heard()
+
+
+def test_a_ground_that_stood_still_did_not_hear_meanwhile():
+    vehicle, sent = Vehicle(), []
+    for _ in range(400):
+        sent.append(vehicle.quarter())
+    kept = [*range(160), *range(320, 400)]
+    times_s = [0.25 * n if n < 160 else 0.25 * (n - 160) for n in kept]
+    assert heard_by(times_s, lambda n: sent[kept[n]]).unheard_s == pytest.approx(40.0)

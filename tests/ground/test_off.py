@@ -1,17 +1,21 @@
-"""OFF wins against a raise that was begun before it was confirmed, in whatever order both come and go."""
+"""OFF of several vehicles, against a raise, in MAVProxy, and in a roll back."""
 
 import random
 
 import pytest
 from soak import rest_in_soak
-from test_ff_switch import STEP_S, Craft
+from test_ff_switch import STEP_S, Both, Craft, drive, heard_before
 
 from bridge.clock import SimulatedClock
 from bridge.framing import Encoder, Framer
 from bridge.link.lossy import Lossy
+from bridge.messages.readings import Reading, encode
 from bridge.vehicle.feedforward import Mode
 from gcs_plugin.feedforward import Switch
+from gcs_plugin.fleet import Fleet
+from gcs_plugin.mavproxy.switching import Switching
 from gcs_plugin.modes import OffMarks, OffOrders
+from gcs_plugin.params.plan import not_raised
 from gcs_plugin.peers import GROUND_STATION
 
 
@@ -155,3 +159,121 @@ def test_what_raises_and_what_only_asks_is_no_order_of_off():
     assert [message.get_type() for message in messages] == ["PARAM_SET", "PARAM_REQUEST_READ"]
     OffMarks().mark(messages)
     assert not orders.given(1)
+
+
+@pytest.fixture
+def clock():
+    return SimulatedClock()
+
+
+@pytest.fixture
+def half_done(clock):
+    """A switch whose vehicle 1 is off and whose vehicle 2 is gone, their link, and vehicle 1."""
+    one, gone = Craft(clock, (1, 1)), Craft(clock, (2, 1))
+    gone.deaf = gone.mute = True
+    link = Both(one, gone)
+    switch = Switch(Mode.OFF, known=heard_before(((1, 1), True, 0.0), ((2, 1), True, -3.0)))
+    assert not drive(switch, link, clock, 6.0)
+    assert switch.waits_for == switch.silent == (2,)
+    return switch, link, one
+
+
+def test_one_that_was_raised_since_is_told_as_it_says_now_and_not_fought(half_done, clock):
+    switch, link, one = half_done
+    one.server.write("FF_MODE", 3.0, False)
+    orders = len(one.sets)
+    drive(switch, link, clock, 3.0)
+    assert switch.words.startswith(
+        "vehicle 1: was off, as read back; its telemetry says both now; vehicle 2: "
+    )
+    assert (switch.waits_for, switch.silent, len(one.sets)) == ((1, 2), (), orders)
+
+
+def test_a_second_press_is_sent_at_once_to_one_that_was_off_before(half_done, clock):
+    switch, link, one = half_done
+    one.server.write("FF_MODE", 3.0, False)
+    drive(switch, link, clock, 3.0)
+    orders, pressed_s = len(one.sets), clock.now_s
+    switch.again()
+    drive(switch, link, clock, 4.0)
+    assert one.sets[orders][::3] == (pressed_s, 0.0)
+    assert one.server.mode == 0
+    assert switch.words.startswith("vehicle 1: off, as read back and as its telemetry says; vehicle 2: ")
+
+
+def test_what_was_done_once_stays_done_though_it_is_raised_afterwards(clock):
+    craft = Craft(clock)
+    switch = Switch(Mode.OFF)
+    assert drive(switch, craft, clock, 6.0)
+    craft.server.write("FF_MODE", 3.0, False)
+    drive(switch, craft, clock, 3.0)
+    assert switch.done
+
+
+def test_none_is_silent_while_one_that_is_heard_is_waited_for(clock):
+    stuck, gone = Craft(clock, (1, 1)), Craft(clock, (2, 1))
+    stuck.stuck = gone.deaf = gone.mute = True
+    switch = Switch(Mode.OFF, known=heard_before(((1, 1), True, 0.0), ((2, 1), True, -3.0)))
+    drive(switch, Both(stuck, gone), clock, 6.0)
+    assert (switch.waits_for, switch.silent) == ((1, 2), ())
+
+
+class Sea:
+    name = "udpin:1"
+
+    def __init__(self):
+        self.clock, self.fleet, self.said = SimulatedClock(50.0), Fleet(), []
+        self.switching = Switching(self.fleet, self.clock, self.said.append)
+
+    def tells_its_mode(self, system):
+        for frame in Framer().feed(Encoder(system, 1).frame(*encode(Reading("ff_mode", 0.0, (3.0,))))):
+            self.fleet.on_frame(frame, self, self.clock.now_s)
+            self.switching.on_frame(frame)
+
+    def orders(self):
+        return [
+            (m.target_system, m.param_value) for m in self.switching.tick() if m.get_type() == "PARAM_SET"
+        ]
+
+
+@pytest.mark.parametrize(("chosen", "orders"), [(None, [(1, 0.0), (2, 0.0)]), (2, [(2, 0.0)])])
+def test_off_goes_to_the_vehicle_chosen_else_to_all_that_were_heard_without_another_word_of_theirs(
+    chosen, orders
+):
+    sea = Sea()
+    sea.tells_its_mode(1)
+    sea.tells_its_mode(2)
+    sea.clock.advance_to(62.0)
+    sea.fleet.chosen = chosen
+    assert sea.switching.command(["off"])
+    assert sea.orders() == orders
+    sea.clock.advance_to(62.5)
+    assert sea.orders() == orders
+    assert sea.switching.status()[0].endswith("vehicle 2: sent 2 times, not heard for 12 s: not confirmed")
+
+
+def test_off_where_nobody_was_ever_heard_says_that_nothing_is_sent():
+    sea = Sea()
+    assert sea.switching.command(["off"])
+    assert sea.orders() == []
+    assert sea.switching.status() == ["ff: no vehicle heard, nothing is sent yet"]
+
+
+GOES_BACK = {
+    (Mode.SHADOW, Mode.OFF), (Mode.BOTH, Mode.OFF), (Mode.BOTH, Mode.SHADOW), (Mode.ALONE, Mode.OFF),
+    (Mode.ALONE, Mode.SHADOW), (Mode.ALONE, Mode.BOTH),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("before", Mode)
+@pytest.mark.parametrize("present", Mode)
+def test_a_mode_comes_back_only_where_it_leaves_no_more_to_the_feed_forward(before, present):
+    targets = {"FF_MODE": float(before), "FF0_M_U": 24.0}
+    kept = not_raised(targets, {"FF_MODE": float(present)})
+    assert ("FF_MODE" in kept) == (before is present or (present, before) in GOES_BACK)
+    assert kept["FF0_M_U"] == 24.0
+
+
+def test_a_mode_that_nobody_knows_does_not_come_back():
+    assert not_raised({"FF_MODE": 9.0}, {"FF_MODE": 3.0}) == {}
+    assert not_raised({"FF_MODE": 0.0}, {}) == {"FF_MODE": 0.0}

@@ -1,4 +1,4 @@
-"""`params` and what was identified: where a file comes from, what is doubted in it, and what it takes back."""
+"""`params` and its files: where values come from, what is doubted in them, and files of another vehicle."""
 
 import json
 from pathlib import Path
@@ -9,7 +9,14 @@ from fakes.vehicle import VEHICLE
 from params_line import DESPITE_HALF, identified, run, with_sidecar
 
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.params.files import Sidecar, read_sidecar, write_sidecar
+from gcs_plugin.params.files import (
+    Sidecar,
+    read_sidecar,
+    sidecar_path,
+    system_of,
+    write_parameters,
+    write_sidecar,
+)
 from gcs_plugin.params.identified import write_identified
 from identify.identification import Doubt, Identification, Outcome, estimate
 from tui import exit_codes
@@ -150,3 +157,125 @@ def test_an_effect_that_a_model_takes_back_is_a_line_that_can_be_chosen(vehicle,
     capsys.readouterr()
     assert run("upload", file, "--yes", "--only", "FF1_Y_VV") == exit_codes.BAD_INPUT
     assert "nothing of FF1_Y_VV is to be changed" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("suffix", [".param", ".parm", ".params"])
+def test_what_another_vehicle_held_before_an_upload_is_not_gone_back_to(vehicle, tmp_path, suffix, capsys):
+    before = tmp_path / f"2026-05-04T101112Z-before{suffix}"
+    write_parameters(before, {"FF1_M_U": 112.0}, system=7, component=191)
+    assert run("rollback", str(before), "--yes") == exit_codes.BAD_INPUT
+    assert "was saved of vehicle 7, and this is vehicle 1: nothing was sent" in capsys.readouterr().err
+    assert vehicle.server.value("FF1_M_U") == 0.0
+    assert run("rollback", str(before), "--yes", "--any-vehicle") == exit_codes.DONE
+    assert vehicle.server.value("FF1_M_U") == 112.0
+
+
+@pytest.mark.usefixtures("vehicle")
+def test_files_that_this_program_writes_say_of_which_vehicle_they_are(file, tmp_path):
+    shown = tmp_path / "shown.parm"
+    assert run("show", "--out", str(shown)) == exit_codes.DONE
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    (before,) = (tmp_path / "receipts").glob("*-before.param")
+    (accepted,) = (tmp_path / "receipts").glob("*-accepted.param")
+    assert {system_of(path) for path in (shown, before, accepted)} == {1}
+
+
+OTHER = {"vehicle": {"name": "otter", "sha256": "0"}}
+CHANGED = {"vehicle": {"name": "hovering", "sha256": "0"}}
+
+
+@pytest.mark.parametrize("action", ["diff", "upload"])
+def test_what_was_identified_of_another_vehicle_is_refused(vehicle, tmp_path, action, capsys):
+    path = identified(tmp_path, **OTHER)
+    assert run(action, path, "--vehicle", VEHICLE) == exit_codes.BAD_INPUT
+    assert "is of vehicle 'otter'" in capsys.readouterr().err
+    assert vehicle.server.value("FF1_M_U") == 0.0
+
+
+def test_what_was_saved_of_another_vehicle_is_refused_unless_on_purpose(vehicle, tmp_path, capsys):
+    path = tmp_path / "saved.params"
+    write_parameters(path, {"FF1_M_U": 112.0, "FF1_D_U": 56.0}, system=7, component=191)
+    assert run("upload", str(path), "--yes") == exit_codes.BAD_INPUT
+    assert "was saved of vehicle 7, and this is vehicle 1: nothing was sent" in capsys.readouterr().err
+    write_sidecar(
+        path, Sidecar("ab", "cd", "hovering", "likelihood", "0.1", {}, "hovering", "lake", "converged")
+    )
+    assert run("upload", str(path), "--yes") == exit_codes.BAD_INPUT
+    assert "was saved of vehicle 7" in capsys.readouterr().err
+    assert vehicle.server.value("FF1_M_U") == 0.0
+    assert run("upload", str(path), "--yes", "--any-vehicle") == exit_codes.DONE
+    assert vehicle.server.value("FF1_M_U") == 112.0
+
+
+def test_what_was_identified_of_another_vehicle_can_be_sent_on_purpose(vehicle, tmp_path, capsys):
+    path = identified(tmp_path, **OTHER)
+    assert run("upload", path, "--vehicle", VEHICLE, "--yes", "--any-vehicle") == exit_codes.DONE
+    assert "warning:" in capsys.readouterr().out
+    assert vehicle.server.active(1)["M_u"] == 112.0
+
+
+def test_a_vehicle_file_that_has_changed_since_is_a_warning(vehicle, tmp_path, capsys):
+    path = identified(tmp_path, **CHANGED)
+    assert run("upload", path, "--vehicle", VEHICLE, "--yes") == exit_codes.DONE
+    assert "has changed since" in capsys.readouterr().out
+    assert vehicle.server.active(1)["M_u"] == 112.0
+
+
+def test_an_identification_of_another_configuration_than_named_is_refused(vehicle, tmp_path, capsys):
+    path = identified(tmp_path, configuration="survey")
+    assert run("upload", path, "--vehicle", f"{VEHICLE}:hovering", "--yes") == exit_codes.BAD_INPUT
+    assert "is of configuration 'survey'" in capsys.readouterr().err
+    assert vehicle.server.value("FF1_M_U") == 0.0
+
+
+def test_a_parameter_file_of_another_vehicle_than_the_one_given_is_refused(vehicle, file, capsys):
+    with_sidecar(file, "converged")
+    assert run("upload", file, "--vehicle", VEHICLE, "--yes") == exit_codes.BAD_INPUT
+    assert "is of vehicle 'ruvifist'" in capsys.readouterr().err
+    assert vehicle.server.active(1) == {}
+    assert run("upload", file, "--vehicle", VEHICLE, "--yes", "--any-vehicle") == exit_codes.DONE
+
+
+def without_sidecar(tmp_path, vehicle, configuration="hovering"):
+    """What `identify --param` writes of a vehicle, its sidecar left behind."""
+    values = (estimate("M_u", 112.0, 1.0, 110.0, 114.0), estimate("D_u", 56.0, 1.0, 54.0, 58.0))
+    found = Identification("likelihood", Outcome.CONVERGED, values, configuration, "lake-7", "7" * 64, vehicle,
+                           "0" * 64, 60.0, 100)  # fmt: skip
+    path = tmp_path / "moved.param"
+    write_identified(path, found.to_json(), load_vehicle(VEHICLE))
+    sidecar_path(path).unlink()
+    return str(path)
+
+
+def test_a_file_without_its_sidecar_that_names_another_vehicle_is_refused(vehicle, tmp_path, capsys):
+    path = without_sidecar(tmp_path, "otherboat")
+    assert run("upload", path, "--vehicle", VEHICLE, "--yes") == exit_codes.BAD_INPUT
+    assert "is of vehicle 'otherboat', and" in " ".join(capsys.readouterr().err.split())
+    assert vehicle.server.value("FF1_M_U") == 0.0
+    assert run("upload", path, "--vehicle", VEHICLE, "--yes", "--any-vehicle") == exit_codes.DONE
+    assert "warning:" in capsys.readouterr().out
+
+
+def test_a_file_without_its_sidecar_that_names_this_vehicle_is_taken(vehicle, tmp_path, capsys):
+    path = without_sidecar(tmp_path, "hovering")
+    assert run("upload", path, "--vehicle", f"{VEHICLE}:hovering", "--yes") == exit_codes.DONE
+    assert "warning:" not in capsys.readouterr().out
+    assert vehicle.server.active(1) == {"M_u": 112.0, "D_u": 56.0}
+
+
+UNCHECKED = (
+    "note: vehicle file and intervals of new.param could not be checked: new.param.json is not beside it"
+)
+
+
+@pytest.mark.usefixtures("vehicle")
+def test_without_its_sidecar_a_file_is_taken_and_what_could_not_be_checked_is_said(file, capsys):
+    assert run("diff", file) == exit_codes.NO
+    assert UNCHECKED in " ".join(capsys.readouterr().out.split())
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    assert UNCHECKED in " ".join(capsys.readouterr().out.split())
+    assert run("rollback", "--yes") == exit_codes.DONE
+    assert "could not be checked" not in capsys.readouterr().out
+    with_sidecar(file, "converged")
+    assert run("diff", file) == exit_codes.NO
+    assert "could not be checked" not in capsys.readouterr().out
