@@ -255,7 +255,9 @@ class RecordedFiles:
         self.sync()
         if self._sync_failure is not None:
             self._fail(self._sync_failure)
-        self._give_up()
+        if self._writer is not None:
+            self._writer.close()
+            self._writer = None
         self.sync()
 
     def _may_open(self) -> bool:
