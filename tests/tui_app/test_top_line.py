@@ -104,9 +104,7 @@ def test_a_recorder_that_has_told_nothing_for_a_few_seconds_is_not_called_record
     assert len(seen(4.9)) == 2
     lines = seen(6.0)
     assert (" NOT RECORDING? silent 6 s ", "lost") in lines[0]
-    assert joined(lines[2]).strip() == (
-        "the recorder has told nothing of itself for 6 s: it may have stopped writing"
-    )
+    assert joined(lines[2]).strip() == ("the recorder has not reported for 6 s: it may have stopped writing")
     assert lines[2][0][1] == "lost"
     hangs = Recording(UNIX_S - 446, 1e6, 0, reported_unix_s=UNIX_S - 75.0, hung_process=4711)
     lines = header(replace(view(), recording=hangs), TABS, 80)

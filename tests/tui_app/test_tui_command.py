@@ -162,7 +162,7 @@ def test_a_recording_that_does_not_start_says_why(process):
 
 def test_a_recording_that_says_nothing_is_not_waited_for_for_ever(process):
     process()
-    with pytest.raises(LinkError, match="tells nothing of itself since 15 s"):
+    with pytest.raises(LinkError, match="has not reported for 15 s"):
         begin(lambda _: None)
 
 

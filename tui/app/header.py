@@ -246,7 +246,7 @@ def _alert(view: View) -> str:
     if view.recording is not None and view.recording.hung_process:
         return f"the recorder hangs since {silent_s:.0f} s: {how_to_end(view.recording.hung_process)}"
     if silent_s > RECORDER_SILENT_S:
-        return f"the recorder has told nothing of itself for {silent_s:.0f} s: it may have stopped writing"
+        return f"the recorder has not reported for {silent_s:.0f} s: it may have stopped writing"
     if view.recording is not None and view.recording.unwritten:
         frames = "1 frame waits" if view.recording.waiting == 1 else f"{view.recording.waiting} frames wait"
         return f"NOTHING IS WRITTEN, {frames} in memory: {view.recording.unwritten}"

@@ -134,7 +134,7 @@ def begin(
         if process.poll() is not None:
             raise LinkError(f"the recording did not start: {_last_line(log)}")
         wait(LOOK_EVERY_S)
-    raise LinkError(f"the recording tells nothing of itself since {PATIENCE_S:.0f} s; see {log}")
+    raise LinkError(f"the recording has not reported for {PATIENCE_S:.0f} s; see {log}")
 
 
 def _last_line(log: Path) -> str:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
@@ -29,6 +29,8 @@ from tui.app.drawing import (
 from tui.app.jobs import real
 from tui.dive_list import FAIR, dive_folders, kept_glance, letters, short_name
 
+SENTENCES: Final = ("conditions", "stray", "restarts", "damaged", "lacking", "unheard", "underway")
+
 
 @dataclass(frozen=True)
 class AxisRange:
@@ -52,24 +54,24 @@ class ListedDive:
     name: str
     began_unix_s: float
     duration_s: float
-    size_bytes: float
-    loss: float
-    relative_std: Mapping[str, float] | None
-    spans: Mapping[str, AxisRange]
-    why_not: str
-    error: str
-    notes: str
-    events: tuple[str, ...]
-    learnt: tuple[str, ...]
+    size_bytes: float = math.nan
+    loss: float = math.nan
+    relative_std: Mapping[str, float] | None = None
+    spans: Mapping[str, AxisRange] = field(default_factory=dict)
+    why_not: str = ""
+    error: str = ""
+    notes: str = ""
+    events: tuple[str, ...] = ()
+    learnt: tuple[str, ...] = ()
     worked_on: tuple[str, ...] = ()
     conditions: str = ""
     stray: str = ""
     restarts: str = ""
     damaged: str = ""
-    unread: bool = False
     lacking: str = ""
     unheard: str = ""
     underway: str = ""
+    unread: bool = field(default=False, kw_only=True)
 
     @property
     def identifiable(self) -> bool:
@@ -99,22 +101,8 @@ def _order(dive: ListedDive) -> tuple[float, str]:
 
 def _unread(folder: Path) -> ListedDive:
     glance, began_s, lasts_s = kept_glance(folder), began(folder), length_s(folder)
-    return ListedDive(
-        folder,
-        printable(short_name(folder), "?"),
-        real(began_s),
-        real(lasts_s) if glance is None else glance.duration_s,
-        size_bytes=math.nan,
-        loss=math.nan,
-        relative_std=None,
-        spans={},
-        why_not="",
-        error="",
-        notes="",
-        events=(),
-        learnt=(),
-        unread=True,
-    )
+    lasts_s = real(lasts_s) if glance is None else glance.duration_s
+    return ListedDive(folder, printable(short_name(folder), "?"), real(began_s), lasts_s, unread=True)
 
 
 def usual(dives: Sequence[ListedDive], otherwise: Path | None) -> Path | None:
@@ -144,13 +132,7 @@ def _dive(data: Mapping[str, Any]) -> ListedDive:
         tuple(map(str, data["events"])),
         tuple(map(str, data["learnt"])),
         tuple(map(str, data["worked_on"])),
-        str(data["conditions"]),
-        str(data.get("stray", "")),
-        str(data.get("restarts", "")),
-        str(data.get("damaged", "")),
-        lacking=str(data.get("lacking", "")),
-        unheard=str(data.get("unheard", "")),
-        underway=str(data.get("underway", "")),
+        *(str(data.get(name, "")) for name in SENTENCES),
     )
 
 
@@ -267,14 +249,9 @@ def details(dive: ListedDive, recorded: bool, cells: int, key: str = "") -> Line
             "what it could identify is not known" if dive.relative_std is None else "nothing to identify"
         )
         lines += hanging(f"{unknown}: {dive.why_not}", "warn", cells)
-    if dive.stray:
-        lines += hanging(f"{dive.stray}.", "warn", cells)
-    if dive.restarts:
-        lines += hanging(dive.restarts, "warn", cells)
-    if dive.lacking:
-        lines += hanging(dive.lacking, "warn", cells)
-    if dive.unheard:
-        lines += hanging(dive.unheard, "warn", cells)
+    stray = f"{dive.stray}." if dive.stray else ""
+    for sentence in filter(None, (stray, dive.restarts, dive.lacking, dive.unheard)):
+        lines += hanging(sentence, "warn", cells)
     asks = f" [{key}]" if key else ""
     if dive.conditions:
         lines += hanging(f"conditions: {dive.conditions}{asks}", "plain", cells)
