@@ -9,6 +9,7 @@ import pytest
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkError
+from bridge.reports import ERROR, Report, line
 from gcs_plugin.recording.state import Holding
 from tui import cli
 from tui.app import recorder
@@ -155,8 +156,9 @@ def test_a_recording_is_begun_in_a_session_of_its_own_and_waited_for(process):
 
 
 def test_a_recording_that_does_not_start_says_why(process):
-    process(code=3, words=b"looking\nseatrial: udpin:127.0.0.1:14550: in use; choose another port\n")
-    with pytest.raises(LinkError, match=r"did not start: udpin:127.0.0.1:14550: in use; choose another port"):
+    why = "udpin:127.0.0.1:14550: in use; choose another port"
+    process(code=3, words=f"looking\n{line(Report(ERROR, 1.0, why))}".encode())
+    with pytest.raises(LinkError, match=f"did not start: {why}"):
         begin(lambda _: None)
 
 

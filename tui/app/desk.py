@@ -17,6 +17,9 @@ from tui.recordings import vehicle_named
 DIVES: Final = Path("dives")
 RECEIPTS: Final = Path("receipts")
 
+LEAST_S: Final = 20.0
+"""A shorter dive is rejected as a check dive, and so is a dive in which no thruster pushed."""
+
 
 def nothing_recorded() -> Path | None:
     """The dive being recorded when no recording runs: None."""
@@ -86,10 +89,6 @@ class Desk:
             return vehicle_named(DiveFolder(dive).about(), self.vehicle)
         except ConfigError:
             return self.vehicle
-
-
-LEAST_S: Final = 20.0
-"""A shorter dive is rejected as a check dive, and so is a dive in which no thruster pushed."""
 
 
 def check_dives(desk: Desk, dive: Path) -> tuple[Path, ...]:

@@ -30,6 +30,12 @@ Span = tuple[str, Role]
 Line = tuple[Span, ...]
 Lines = tuple[Line, ...]
 
+EIGHTHS: Final = " ▏▎▍▌▋▊▉█"
+NOTHING: Final = "--"
+_DEGREES: Final = 180.0 / math.pi
+SHOWN_IN: Final = {"rad/s": ("deg/s", _DEGREES), "rad": ("deg", _DEGREES)}
+"""Units of files and lines, and the units that people read, with the factor between them."""
+
 
 def width(line: Line) -> int:
     """Cells of a line; every character used here is one cell wide."""
@@ -77,9 +83,6 @@ def heading(title: str, note: str, cells: int) -> Line:
     return (*line, (f" {note}", "quiet")) if note else line
 
 
-EIGHTHS: Final = " ▏▎▍▌▋▊▉█"
-
-
 def wrapped(text: str, role: Role, cells: int, indent: str = "", further: str = "") -> Lines:
     """Wrap a sentence into as many lines as it needs; `further` indents those after the first."""
     room = max(cells - len(indent), 10)
@@ -97,12 +100,6 @@ def bar(share: float, cells: int) -> str:
     eighths = max(0, min(round(share * 8 * cells), 8 * cells))
     full, part = divmod(eighths, 8)
     return ("█" * full + (EIGHTHS[part] if part else "")).ljust(cells)
-
-
-NOTHING: Final = "--"
-_DEGREES: Final = 180.0 / math.pi
-SHOWN_IN: Final = {"rad/s": ("deg/s", _DEGREES), "rad": ("deg", _DEGREES)}
-"""Units of files and lines, and the units that people read, with the factor between them."""
 
 
 def number(value: float, digits: int) -> str:

@@ -23,6 +23,11 @@ from tui.job import Done
 
 Work = Callable[[Sequence[str], Callable[[Report], None]], Awaitable[Done]]
 
+Answer = TypeVar("Answer")
+T = TypeVar("T")
+BAR_CELLS = 24
+NOT_KEPT = "its values are below, and kept nowhere"
+
 
 @dataclass(frozen=True)
 class JobState:
@@ -123,9 +128,6 @@ class Jobs:
         self._states[verb] = replace(self._states[verb], **new)  # type: ignore[arg-type]
 
 
-Answer = TypeVar("Answer")
-
-
 async def aside(work: Callable[[], Answer]) -> Answer:
     """Return the result of `work`, or raise its exception."""
     future: Future[Answer] = Future()
@@ -139,9 +141,6 @@ async def aside(work: Callable[[], Answer]) -> Answer:
     threading.Thread(target=run, name="aside", daemon=True).start()
     # Shielded: a cancelled caller stops waiting, and the work can still deliver its result.
     return await asyncio.shield(asyncio.wrap_future(future))
-
-
-T = TypeVar("T")
 
 
 class Kept(Generic[T]):
@@ -188,10 +187,6 @@ def _json(path: Path) -> Any:
         return from_json(read_small(path))
     except (OSError, ValueError):
         return None
-
-
-BAR_CELLS = 24
-NOT_KEPT = "its values are below, and kept nowhere"
 
 
 def progress(state: JobState, cells: int, begins: str = "begins") -> Line:

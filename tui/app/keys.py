@@ -23,6 +23,17 @@ from bridge.schema import load_yaml
 from tui import exit_codes, job
 from tui.job import Done
 
+MODIFIERS: Final = frozenset({"ctrl", "shift", "alt", "super", "hyper", "meta"})
+NAMED_KEYS: Final = frozenset(
+    (*(key.value.rpartition("+")[2] for key in Keys), *KEY_NAME_REPLACEMENTS.values())
+)
+Keymap = dict[str, str]
+OURS: Final = "tui."
+UNLISTED: Final = frozenset({"use_theme"})
+"""Actions that only the palette calls, and that only change the look of this screen."""
+LOOKING_VERBS: Final = frozenset({"dives"})
+"""Verbs that only list. The file that `dives` keeps next to a dive merely saves reading the dive again."""
+
 
 class Mark(Flag):
     """Of an action: not in the footer; live even while the user types, and above any overlay; only looking.
@@ -130,11 +141,6 @@ def bindings(actions: Iterable[Action]) -> list[Binding]:
     return [action.binding for action in actions]
 
 
-MODIFIERS: Final = frozenset({"ctrl", "shift", "alt", "super", "hyper", "meta"})
-NAMED_KEYS: Final = frozenset(
-    (*(key.value.rpartition("+")[2] for key in Keys), *KEY_NAME_REPLACEMENTS.values())
-)
-Keymap = dict[str, str]
 Places = Sequence[Sequence[Action]]
 """Groups of actions that may be live at the same time, each including those that are live everywhere."""
 
@@ -223,14 +229,6 @@ def _long_name(key: str) -> str:
         return key
     name = unicodedata.name(key).lower().replace("-", "_").replace(" ", "_")
     return KEY_NAME_REPLACEMENTS.get(name, name)
-
-
-OURS: Final = "tui."
-UNLISTED: Final = frozenset({"use_theme"})
-"""Actions that only the palette calls, and that only change the look of this screen."""
-
-LOOKING_VERBS: Final = frozenset({"dives"})
-"""Verbs that only list. The file that `dives` keeps next to a dive merely saves reading the dive again."""
 
 
 class Gate:

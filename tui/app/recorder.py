@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from bridge import reports
-from bridge.clock import Clock
+from bridge.clock import Clock, SystemClock
 from bridge.errors import LinkError
 from gcs_plugin.recording import orders
 from gcs_plugin.recording.state import Holding, held, how_to_end, hung, state_file
@@ -45,16 +45,12 @@ def as_recording(holding: Holding) -> Recording:
 
 def recorded() -> Path | None:
     """The folder of the dive being recorded."""
-    from bridge.clock import SystemClock
-
     holding = held(SystemClock().unix_s())
     return None if holding is None else Path(holding.folder)
 
 
 def hub() -> str:
     """The link that the running recording serves. Raises LinkError if none runs."""
-    from bridge.clock import SystemClock
-
     holding = held(SystemClock().unix_s())
     if holding is None or not holding.hub:
         raise LinkError("no recording runs that could be listened to")
@@ -73,8 +69,6 @@ def begin_again(arguments: Sequence[str]) -> None:
 
     Raises LinkError, also if a hanging recorder holds the links.
     """
-    from bridge.clock import SystemClock
-
     clock = SystemClock()
     if held(clock.unix_s()) is not None:
         return
@@ -85,16 +79,12 @@ def begin_again(arguments: Sequence[str]) -> None:
 
 def next_dive() -> Path:
     """Let the recording go on in a new dive folder; return the folder of the finished dive. Raises LinkError."""
-    from bridge.clock import SystemClock
-
     finished, _ = orders.next_dive(SystemClock(), time.sleep)
     return finished
 
 
 def end() -> Path:
     """End the running recording; return the folder of its dive. Raises LinkError."""
-    from bridge.clock import SystemClock
-
     return orders.end(SystemClock(), time.sleep)
 
 

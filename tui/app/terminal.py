@@ -25,6 +25,13 @@ AS_BEFORE: Final = "".join(f"\x1b[?{mode}l" for mode in (1000, 1002, 1003, 1006,
 OTHER_SCREEN: Final = "\x1b[?1049l\x1b[?25h"
 """Return to the previous screen, with its cursor."""
 
+LATE_S: Final = 0.5
+LAGGING_PERIOD_S: Final = 1.0
+CALM_S: Final = 5.0  # without a late answer, before the requested rate resumes
+GIVEN_UP_S: Final = 5.0
+PATIENCE_S: Final = 5.0
+"""Time that the app gets to leave by itself; then the process ends, wherever it hangs."""
+
 
 class AnsweringDriver(LinuxDriver):
     """Driver of a terminal; `answered` is called, in the driver's thread, at each answer."""
@@ -81,12 +88,6 @@ class AnsweringDriver(LinuxDriver):
             os.write(self.fileno, f"{AS_BEFORE}{OTHER_SCREEN}{sentence}\n".encode())
 
 
-LATE_S: Final = 0.5
-LAGGING_PERIOD_S: Final = 1.0
-CALM_S: Final = 5.0  # without a late answer, before the requested rate resumes
-GIVEN_UP_S: Final = 5.0
-
-
 class Pace:
     """`fps` is the number of refreshes a second when everything keeps up."""
 
@@ -124,10 +125,6 @@ class Pace:
         if now_s < self._slow_until_s:
             return max(LAGGING_PERIOD_S, self._period_s)
         return self._period_s
-
-
-PATIENCE_S: Final = 5.0
-"""Time that the app gets to leave by itself; then the process ends, wherever it hangs."""
 
 
 def trace_file() -> Path:

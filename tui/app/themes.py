@@ -93,6 +93,11 @@ WITHOUT_COLOUR: Final[dict[Role, str]] = {
 _LOOKS: Final = {"dark": DARK, "light": LIGHT, "sunlight": SUNLIGHT}
 _BACKGROUNDS: Final = {"dark": "#10151b", "light": "#f6f8f9", "sunlight": _PAPER}
 
+ROLE_CLASSES: Final = frozenset(f"line--{role}" for role in ROLES)
+"""Component classes, set on every screen with lines. On each widget they would cost a tenth of a second per key,
+since Textual recomputes them all whenever a class of a screen changes.
+"""
+
 
 def theme(name: str) -> Theme:
     """Build one of the themes in `ORDER`."""
@@ -144,12 +149,6 @@ def _variables(looks: dict[Role, Look], background: str) -> dict[str, str]:
 def variables(name: str) -> dict[str, str]:
     """The variables of `look.tcss` in a theme."""
     return _variables(_LOOKS[name], _BACKGROUNDS[name])
-
-
-ROLE_CLASSES: Final = frozenset(f"line--{role}" for role in ROLES)
-"""Component classes, set on every screen with lines. On each widget they would cost a tenth of a second per key,
-since Textual recomputes them all whenever a class of a screen changes.
-"""
 
 
 def component_css() -> str:

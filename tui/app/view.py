@@ -13,6 +13,13 @@ from gcs_plugin.dives.replay import Reel
 from gcs_plugin.watch.picture import Freshness, Picture, SensorRow, ThrusterRow, Trace
 from gcs_plugin.watch.watcher import Watcher
 
+Row = TypeVar("Row", SensorRow, ThrusterRow, Trace)
+STALE_S, GONE_S = 3.0, 10.0
+"""HEARTBEAT and FF_MODE arrive once a second: stale after 3 periods, gone after 10."""
+SPEEDS: Final = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
+BEFORE_S: Final = 65.0
+"""Seconds read before the position shown, for the charts of the last minute."""
+
 
 @dataclass(frozen=True)
 class Recording:
@@ -98,12 +105,6 @@ class Views(Protocol):
         ...
 
 
-Row = TypeVar("Row", SensorRow, ThrusterRow, Trace)
-
-STALE_S, GONE_S = 3.0, 10.0
-"""HEARTBEAT and FF_MODE arrive once a second: stale after 3 periods, gone after 10."""
-
-
 def aged(picture: Picture, behind_s: float) -> Picture:
     """Return the picture as it looks `behind_s` after it was made."""
     picture = replace(
@@ -130,11 +131,6 @@ def aged(picture: Picture, behind_s: float) -> Picture:
         traces={key: older(trace) for key, trace in picture.traces.items()},
         thrusters=tuple(map(older, picture.thrusters)),
     )
-
-
-SPEEDS: Final = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
-BEFORE_S: Final = 65.0
-"""Seconds read before the position shown, for the charts of the last minute."""
 
 
 class Replay:

@@ -18,6 +18,18 @@ Answer = TypeVar("Answer")
 LEAST_ABOVE = 3
 """Rows above the box: the lines on top, and one for a banner that may appear."""
 
+ASKING: Final = (
+    Action("ask.cancel", "escape", "dismiss(None)", "Cancel", "back, and nothing is changed", HIDDEN | LOOKS),
+)
+FILLING: Final = (
+    Action(
+        "form.cancel", "escape", "dismiss(None)", "Cancel", "back, and nothing is changed", HIDDEN | LOOKS
+    ),
+    Action("form.next", "down", "app.focus_next", "Next", "the next line", HIDDEN | LOOKS),
+    Action("form.before", "up", "app.focus_previous", "Before", "the line before", HIDDEN | LOOKS),
+)
+UNKEPT: Final = "unkept"
+
 
 class OverScreen(ModalScreen[Answer]):
     """Subclasses compose one box, of the class `box`."""
@@ -52,11 +64,6 @@ class OverScreen(ModalScreen[Answer]):
         self._below.make_room(above + box.region.height)
 
 
-ASKING: Final = (
-    Action("ask.cancel", "escape", "dismiss(None)", "Cancel", "back, and nothing is changed", HIDDEN | LOOKS),
-)
-
-
 class AskScreen(OverScreen[str | None]):
     """Returns the text typed when Enter sends it; None if it was closed."""
 
@@ -76,17 +83,6 @@ class AskScreen(OverScreen[str | None]):
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         self.dismiss(event.value)
-
-
-FILLING: Final = (
-    Action(
-        "form.cancel", "escape", "dismiss(None)", "Cancel", "back, and nothing is changed", HIDDEN | LOOKS
-    ),
-    Action("form.next", "down", "app.focus_next", "Next", "the next line", HIDDEN | LOOKS),
-    Action("form.before", "up", "app.focus_previous", "Before", "the line before", HIDDEN | LOOKS),
-)
-
-UNKEPT: Final = "unkept"
 
 
 class FormScreen(OverScreen[None]):

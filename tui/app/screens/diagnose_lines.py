@@ -27,6 +27,25 @@ VERDICTS: Final = {
     "unknown": "Something is there that no candidate explains.",
 }
 
+SHADES: Final = ((0.3, "█"), (0.1, "▓"), (0.03, "▒"), (0.005, "░"))
+"""Shade of a cell by its least share of the gap; below the last share it is blank."""
+SHADE_CELLS, SHARE_CELLS, WIDEST_CELLS = 4, 5, 15
+FORCE: Final = "   missing force"
+NAME_CELLS: Final = 7
+FORCE_FROM: Final = 104
+BAR_CELLS: Final = 24
+MOST_TRIED: Final = 6
+SLIVER: Final = 0.01
+LEAST_NATS: Final = 1.0
+"""A candidate with less gain is not worth showing."""
+MARKS: Final[dict[str, tuple[str, Role]]] = {
+    "no_gap": ("● NO GAP", "strong"),
+    "explained": ("● EXPLAINED", "strong"),
+    "partly": ("◑ PARTLY", "warn"),
+    "ambiguous": ("◐ AMBIGUOUS", "warn"),
+    "unknown": ("▲ UNKNOWN", "bad"),
+}
+
 
 @dataclass(frozen=True)
 class Cause:
@@ -177,28 +196,6 @@ def _interval(value: Mapping[str, Any]) -> str:
     ends = value["low95"], value["high95"]
     interval = "" if None in ends else f" (95 %: {ends[0]:.3g} to {ends[1]:.3g})"
     return f"{value['value']:.3g} {value['unit']}{interval}"
-
-
-SHADES: Final = ((0.3, "█"), (0.1, "▓"), (0.03, "▒"), (0.005, "░"))
-"""Shade of a cell by its least share of the gap; below the last share it is blank."""
-
-SHADE_CELLS, SHARE_CELLS, WIDEST_CELLS = 4, 5, 15
-FORCE: Final = "   missing force"
-NAME_CELLS: Final = 7
-FORCE_FROM: Final = 104
-BAR_CELLS: Final = 24
-MOST_TRIED: Final = 6
-SLIVER: Final = 0.01
-LEAST_NATS: Final = 1.0
-"""A candidate with less gain is not worth showing."""
-
-MARKS: Final[dict[str, tuple[str, Role]]] = {
-    "no_gap": ("● NO GAP", "strong"),
-    "explained": ("● EXPLAINED", "strong"),
-    "partly": ("◑ PARTLY", "warn"),
-    "ambiguous": ("◐ AMBIGUOUS", "warn"),
-    "unknown": ("▲ UNKNOWN", "bad"),
-}
 
 
 def verdict(answer: Answer, cells: int) -> Lines:

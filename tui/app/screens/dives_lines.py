@@ -31,6 +31,14 @@ from tui.dive_list import FAIR, dive_folders, kept_glance, letters, short_name
 
 SENTENCES: Final = ("conditions", "stray", "restarts", "damaged", "lacking", "unheard", "underway")
 
+UNREAD: Final = "…"
+AT, CHOSEN, RECORDED = "▶", "◆", "●"
+HEADS: Final = f"{'':4}{'began, UTC':<18}{'length':<10}{'loss':>6}  {'mass':<7}{'damping':<8}dive"
+MASSES, DAMPINGS = "mass", "damping"
+SHORT: Final = 5  # letters kept of a shortened word: `ident.`
+LEAST_NAME: Final = 8  # cells
+ANGULAR: Final = 3  # first rotational degree of freedom
+
 
 @dataclass(frozen=True)
 class AxisRange:
@@ -142,15 +150,6 @@ def _range(data: Mapping[str, Any]) -> AxisRange:
 
 def _or(value: float, otherwise: float) -> float:
     return value if math.isfinite(value) else otherwise
-
-
-UNREAD: Final = "…"
-AT, CHOSEN, RECORDED = "▶", "◆", "●"
-HEADS: Final = f"{'':4}{'began, UTC':<18}{'length':<10}{'loss':>6}  {'mass':<7}{'damping':<8}dive"
-MASSES, DAMPINGS = "mass", "damping"
-SHORT: Final = 5  # letters kept of a shortened word: `ident.`
-LEAST_NAME: Final = 8  # cells
-ANGULAR: Final = 3  # first rotational degree of freedom
 
 
 def table(

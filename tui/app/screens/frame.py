@@ -27,6 +27,11 @@ from tui.app.view import View
 
 NOT_UNDERLINED: Final = Style(underline=False)
 
+TABS_AT = 1
+NEVER_LEFT_OUT = ("app.force_off", "app.help")
+"""Actions that must be visible on any terminal."""
+HELP = "app.help"
+
 
 class LineView(Widget):
     """Subclasses turn a view into lines for that many cells and rows. The screen holds the roles' component classes."""
@@ -110,9 +115,6 @@ class Drawn(LineView):
             self.show(self.view)
 
 
-TABS_AT = 1
-
-
 class TopLine(LineView):
     """Armed state, link, recording, feed-forward, UTC; the screens; alerts."""
 
@@ -134,11 +136,6 @@ class TopLine(LineView):
         tab = tab_at(self._tabs, event.x) if event.y == TABS_AT else None
         if tab is not None:
             self.post_message(self.Chosen(tab))
-
-
-NEVER_LEFT_OUT = ("app.force_off", "app.help")
-"""Actions that must be visible on any terminal."""
-HELP = "app.help"
 
 
 @dataclass(frozen=True)

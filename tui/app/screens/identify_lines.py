@@ -39,6 +39,15 @@ from tui.show import number as significant
 FILES: Final = {"--json": "identified.json", "--param": "identified.param", "--report": "identified.html"}
 """Names of the files of an identification next to its dive, by option of the verb."""
 
+LEAST_PASSES: Final = 4
+LEAST_SPAN: Final = 0.001  # share of the value, so that a constant value still has an axis
+SMALLEST: Final = 1e-9
+BAR_CELLS: Final = 24
+NAME_CELLS: Final = 12
+WIDE: Final = 120  # cells from which four charts fit side by side
+AFTER_A_RUN: Final = (exit_codes.DONE, exit_codes.NO)
+COLUMNS: Final = f"{'':8}{'value':>9}  {'95 % interval':<19}  {'unit':<12}{'accepted':>10}{'change':>10}"
+
 
 @dataclass(frozen=True)
 class Value:
@@ -178,11 +187,6 @@ def _value(data: Mapping[str, Any], accepted: Mapping[str, float]) -> Value:
     )
 
 
-LEAST_PASSES: Final = 4
-LEAST_SPAN: Final = 0.001  # share of the value, so that a constant value still has an axis
-SMALLEST: Final = 1e-9
-
-
 @dataclass(frozen=True)
 class Passes:
     """One parameter: `value` after each pass and `half` of its interval, both of the same length, in its own unit."""
@@ -252,13 +256,6 @@ def _cut(line: Line, cells: int) -> Line:
         spans.append((text[:room], role))
         room -= len(spans[-1][0])
     return tuple(span for span in spans if span[0])
-
-
-BAR_CELLS: Final = 24
-NAME_CELLS: Final = 12
-WIDE: Final = 120  # cells from which four charts fit side by side
-AFTER_A_RUN: Final = (exit_codes.DONE, exit_codes.NO)
-COLUMNS: Final = f"{'':8}{'value':>9}  {'95 % interval':<19}  {'unit':<12}{'accepted':>10}{'change':>10}"
 
 
 def progress(state: JobState, now_s: float, cells: int, goes_on: bool = False) -> Lines:

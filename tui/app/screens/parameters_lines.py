@@ -32,6 +32,8 @@ IN_HALVES: Final = "Δ/±95%"
 """Column head of the change, in units of the ±95 % column."""
 CHANGE, NAME = 7, 12
 
+READ_FIRST: Final = "The vehicle is read before anything is written."
+
 
 @dataclass(frozen=True)
 class _Widths:
@@ -240,9 +242,6 @@ def asking(shown: Comparison, chosen: int, needed: str, *, armed: bool, back: bo
             *wrapped(sentence, "strong", cells),
         )
     return wrapped(sentence, "strong", cells)
-
-
-READ_FIRST: Final = "The vehicle is read before anything is written."
 
 
 def reading(state: JobState | None, cells: int) -> Lines:

@@ -25,6 +25,14 @@ from tui.app.drawing import NOTHING, SHOWN_IN, Line, Lines, Role, Span, ago, num
 from tui.app.screens.frame import LineView
 from tui.app.view import View
 
+SPAN_S: Final = 60.0
+TITLE_CELLS: Final = 10
+LABEL_EVERY_S: Final = 20
+WITH_TIMES: Final = 9  # rows from which a time axis fits
+SMALL: Final = 3  # rows of curve below which two ticks suffice
+HALF_TURN: Final = 180.0
+FULL_TURN: Final = Scale(0.0, 360.0, 90.0)
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -53,15 +61,6 @@ _ALL: Final = (
     Quantity("current", "current", 5.0, 1, with_zero=True),
 )
 QUANTITIES: Final = {quantity.key: quantity for quantity in _ALL}
-
-
-SPAN_S: Final = 60.0
-TITLE_CELLS: Final = 10
-LABEL_EVERY_S: Final = 20
-WITH_TIMES: Final = 9  # rows from which a time axis fits
-SMALL: Final = 3  # rows of curve below which two ticks suffice
-HALF_TURN: Final = 180.0
-FULL_TURN: Final = Scale(0.0, 360.0, 90.0)
 
 
 @dataclass(frozen=True)

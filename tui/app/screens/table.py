@@ -24,6 +24,9 @@ from tui.app.screens.watch import WatchScreen
 if TYPE_CHECKING:
     from tui.app.app import SeatrialApp
 
+MOVING: Final = "replay."
+"""Actions that make sense only while the user sees the replay that they move in: it ends when Watch is left."""
+
 
 @dataclass(frozen=True)
 class Row:
@@ -76,10 +79,6 @@ def tabs(shown: str, keys: Callable[[Action], str]) -> tuple[Tab, ...]:
     return tuple(
         Tab(keys(action), row.title, row.id == shown) for row, action in zip(SCREENS, OPENING, strict=True)
     )
-
-
-MOVING: Final = "replay."
-"""Actions that make sense only while the user sees the replay that they move in: it ends when Watch is left."""
 
 
 class ActionPalette(CommandPalette):

@@ -22,6 +22,18 @@ DOUBTED: Final = "DOUBTED"
 
 _WORD = re.compile(r"[A-Z]+|\d+")
 
+CHANGED: Final = "changed"
+IMPLAUSIBLE: Final = "implausible"
+STAGED: Final = "staged"
+READ_ONLY: Final = "read-only"
+CONVERGED: Final = "converged"
+ACTING: Final = (2, 3)
+READ, WRITE = "params diff", "params upload"
+"""Names of the jobs: READ reads and compares; WRITE writes, for an upload as well as for a rollback."""
+IDENTIFIED: Final = "identified.param"
+OLD_S: Final = 120.0
+"""After this time the vehicle's values may have changed: read them again before asking for a confirmation."""
+
 
 def needed(lines: int, *, armed: bool, doubted: bool) -> str:
     """Return the confirmation text, `7` or `ARMED 7`; with DOUBTED for an identification that did not converge."""
@@ -31,14 +43,6 @@ def needed(lines: int, *, armed: bool, doubted: bool) -> str:
 def agrees(typed: str, asked: str) -> bool:
     """Whether the text confirms, in any order and in either case."""
     return sorted(_WORD.findall(typed.upper())) == sorted(asked.split()) and bool(typed.strip())
-
-
-CHANGED: Final = "changed"
-IMPLAUSIBLE: Final = "implausible"
-STAGED: Final = "staged"
-READ_ONLY: Final = "read-only"
-CONVERGED: Final = "converged"
-ACTING: Final = (2, 3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,13 +188,6 @@ def comparison(data: Any) -> Comparison | None:
 
 def _whole(value: Any) -> int | None:
     return None if value is None else int(value)
-
-
-READ, WRITE = "params diff", "params upload"
-"""Names of the jobs: READ reads and compares; WRITE writes, for an upload as well as for a rollback."""
-IDENTIFIED: Final = "identified.param"
-OLD_S: Final = 120.0
-"""After this time the vehicle's values may have changed: read them again before asking for a confirmation."""
 
 
 class Transfer:

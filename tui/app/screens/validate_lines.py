@@ -24,6 +24,18 @@ EFFORTS: Final = {
     "pid_minus_ff": "steady |PID - FF|",
 }
 
+MARKS: Final[dict[bool | None, tuple[str, Role]]] = {
+    True: ("● ok ", "quiet"),
+    False: ("▲ no ", "bad"),
+    None: ("◐ ?  ", "warn"),
+}
+PHASE_CELLS: Final = 24
+LEAST_SPANS: Final = {"m/s": 0.05, "deg/s": 1.0, "N": 1.0, "N m": 0.5}
+DIGITS: Final = {"m/s": 4, "deg/s": 2}
+EFFORT_DIGITS: Final = 2
+AROUND_S: Final = 3.0
+NO_VERDICT: Final = "No verdict: the dive tells no FF_MODE, or nothing of its reference moved."
+
 
 @dataclass(frozen=True)
 class Judged:
@@ -92,19 +104,6 @@ def _passed(value: Any) -> bool | None:
     if value is None or isinstance(value, bool):
         return value
     raise ValueError("neither passed nor failed")
-
-
-MARKS: Final[dict[bool | None, tuple[str, Role]]] = {
-    True: ("● ok ", "quiet"),
-    False: ("▲ no ", "bad"),
-    None: ("◐ ?  ", "warn"),
-}
-PHASE_CELLS: Final = 24
-LEAST_SPANS: Final = {"m/s": 0.05, "deg/s": 1.0, "N": 1.0, "N m": 0.5}
-DIGITS: Final = {"m/s": 4, "deg/s": 2}
-EFFORT_DIGITS: Final = 2
-AROUND_S: Final = 3.0
-NO_VERDICT: Final = "No verdict: the dive tells no FF_MODE, or nothing of its reference moved."
 
 
 def verdict(run: Run, cells: int) -> Lines:

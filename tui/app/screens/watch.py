@@ -17,6 +17,23 @@ from tui.app.screens.panes import Heading, SensorTable, ThrusterBars, ThrusterHe
 from tui.app.screens.strip_chart import QUANTITIES, StripChart
 from tui.app.view import Replayed, View
 
+MOTION = {"u": "first", "v": "first", "w": "first", "p": "second", "q": "second", "r": "first"}
+STATE = {"depth": "first", "heading": "second", "altitude": "mini", "voltage": "mini", "current": "second"}
+"""The charts and, for a small screen, their place: on the first page, on the second, or in one row on both."""
+REPLAYING = tuple(
+    Action(f"replay.{name}", keys, f"replay_{call}", words, sentence, mark)
+    for name, keys, call, words, sentence, mark in (
+        ("end", "l", "end", "Live", "end the replay, and show the vehicle", LOOKS),
+        ("pause", "space", "pause", "Pause", "pause the replay, or go on", HIDDEN | LOOKS),
+        ("back", "b", "seek(-10)", "-10 s", "10 s back in the replay", HIDDEN | LOOKS),
+        ("on", "f", "seek(10)", "+10 s", "10 s on in the replay", HIDDEN | LOOKS),
+        ("far_back", "B", "seek(-60)", "-60 s", "a minute back in the replay", HIDDEN | LOOKS),
+        ("far_on", "F", "seek(60)", "+60 s", "a minute on in the replay", HIDDEN | LOOKS),
+        ("slower", "minus", "speed(-1)", "Slower", "half the speed of the replay", HIDDEN | LOOKS),
+        ("faster", "plus,equals_sign", "speed(1)", "Faster", "twice the speed of the replay", HIDDEN | LOOKS),
+    )
+)
+
 
 def replay_line(replayed: Replayed, cells: int) -> Line:
     """The line that marks the lines below it as a replay and not the live vehicle."""
@@ -42,26 +59,6 @@ class ReplayBar(LineView):
         if view.replay is None:
             return ()
         return (replay_line(view.replay, cells), ((cut(f" {self._keys()}", cells), "quiet"),))
-
-
-MOTION = {"u": "first", "v": "first", "w": "first", "p": "second", "q": "second", "r": "first"}
-STATE = {"depth": "first", "heading": "second", "altitude": "mini", "voltage": "mini", "current": "second"}
-"""The charts and, for a small screen, their place: on the first page, on the second, or in one row on both."""
-
-
-REPLAYING = tuple(
-    Action(f"replay.{name}", keys, f"replay_{call}", words, sentence, mark)
-    for name, keys, call, words, sentence, mark in (
-        ("end", "l", "end", "Live", "end the replay, and show the vehicle", LOOKS),
-        ("pause", "space", "pause", "Pause", "pause the replay, or go on", HIDDEN | LOOKS),
-        ("back", "b", "seek(-10)", "-10 s", "10 s back in the replay", HIDDEN | LOOKS),
-        ("on", "f", "seek(10)", "+10 s", "10 s on in the replay", HIDDEN | LOOKS),
-        ("far_back", "B", "seek(-60)", "-60 s", "a minute back in the replay", HIDDEN | LOOKS),
-        ("far_on", "F", "seek(60)", "+60 s", "a minute on in the replay", HIDDEN | LOOKS),
-        ("slower", "minus", "speed(-1)", "Slower", "half the speed of the replay", HIDDEN | LOOKS),
-        ("faster", "plus,equals_sign", "speed(1)", "Faster", "twice the speed of the replay", HIDDEN | LOOKS),
-    )
-)
 
 
 class WatchScreen(StationScreen):
