@@ -19,7 +19,7 @@ from bridge.parameters import parameters_of
 from bridge.tlog import read_tlog
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.dives.folder import About, new_folder
-from gcs_plugin.recording.hub import FULL, PLACES, Hub
+from gcs_plugin.recording.hub import FULL, Hub
 from gcs_plugin.recording.link import same_link
 from gcs_plugin.recording.recorder import Recorder
 from gcs_plugin.recording.state import Holding, held, state_file, write_holding
@@ -214,7 +214,7 @@ def test_parameters_and_mode_go_by_way_of_the_recording_which_keeps_what_was_ask
 def test_where_all_places_are_taken_every_order_is_refused_in_words(at_sea, capsys):
     parameters, folder, recorder = at_sea
     address = ("127.0.0.1", int(held_hub().split(":")[2]))
-    clients = [socket.create_connection(address) for _ in range(PLACES)]
+    clients = [socket.create_connection(address) for _ in range(32)]
     for line in (["params", "show"], ["ff", "shadow", "--yes"]):
         write_holding(holding(recorder.unix_us() / 1e6, hub=held_hub(), folder=str(folder.path)))
         assert cli.main(line) == exit_codes.LINK
@@ -341,7 +341,7 @@ def test_a_client_of_its_hub_hears_the_vehicle_and_is_heard_by_it(monkeypatch, t
 
 def test_a_recording_warns_once_where_more_come_than_it_has_places(monkeypatch, tmp_path, ends, capsys):
     with Recording(monkeypatch, tmp_path):
-        clients = [open_link(until(now).hub) for _ in range(PLACES + 3)]
+        clients = [open_link(until(now).hub) for _ in range(35)]
         until(lambda: now().notices)
         for client in clients:
             client.close()

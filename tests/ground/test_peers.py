@@ -9,7 +9,7 @@ from soak import rest_in_soak
 from bridge.errors import LinkError, LinkTimeout
 from bridge.framing import Encoder, Frame, Framer
 from bridge.messages.readings import Reading, encode
-from gcs_plugin.fleet import SILENT_S, Fleet
+from gcs_plugin.fleet import Fleet
 from gcs_plugin.peers import KnownVehicle, Peers, newest
 from gcs_plugin.watch.watcher import LinkRows, Watcher
 
@@ -335,7 +335,7 @@ def test_of_several_vehicles_one_must_be_chosen(world):
 def test_the_chosen_one_does_not_become_another_when_it_falls_silent(world):
     world.live(((1, 1), {}), ((2, 1), {}))
     world.fleet.choose(2, world.now_s)
-    world.live(((1, 1), {}), seconds=SILENT_S + 1)
+    world.live(((1, 1), {}), seconds=7.0)
     with pytest.raises(LinkTimeout, match="vehicle 2 has not beaten"):
         world.meant()
 

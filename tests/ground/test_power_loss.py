@@ -9,12 +9,11 @@ from bridge.clock import SimulatedClock
 from bridge.framing import Encoder
 from bridge.link.memory import memory_pair
 from bridge.ring.files import Bounds, RingFiles
-from bridge.ring.keeper import SYNC_EVERY_S as RING_SYNC_EVERY_S
 from bridge.ring.keeper import RingKeeper
 from bridge.ring.segments import segments_in
 from bridge.tlog import read_tlog
 from gcs_plugin.dives.folder import DiveFolder, new_folder
-from gcs_plugin.recording.recorder import SYNC_EVERY_S, Recorder
+from gcs_plugin.recording.recorder import Recorder
 
 STEP_S = 0.05
 UNIX_S = 1_790_000_000.0
@@ -88,7 +87,7 @@ class Power:
         """All but what came in the last half second, and a step, is there."""
         left = self.disk.after(self.folder, self.folder.with_name("after"))
         kept = frames_in(file for dive in sorted(left.iterdir()) for file in DiveFolder(dive).telemetry())
-        old = [raw for at_s, raw in self.said if at_s <= self.clock.now_s - SYNC_EVERY_S - STEP_S]
+        old = [raw for at_s, raw in self.said if at_s <= self.clock.now_s - 0.5 - STEP_S]
         assert kept[: len(old)] == old
         self.looks += bool(old)
 
@@ -137,7 +136,7 @@ def test_a_vehicles_own_recording_loses_half_a_second_at_most_when_its_power_fai
         said.append((clock.now_s, raw))
         left = disk.after(ring, tmp_path / "after")
         kept = frames_in([left / segment.name for segment, _ in segments_in(left)])
-        old = [raw for at_s, raw in said if at_s <= clock.now_s - RING_SYNC_EVERY_S - STEP_S]
+        old = [raw for at_s, raw in said if at_s <= clock.now_s - 0.5 - STEP_S]
         assert kept[: len(old)] == old
     assert len(segments_in(ring)) == 5
     keeper.close()

@@ -10,7 +10,7 @@ import pytest
 from bridge.clock import SimulatedClock
 from bridge.errors import ConfigError
 from gcs_plugin import job as jobs
-from gcs_plugin.job import KILL_AFTER_S, Job
+from gcs_plugin.job import Job
 from gcs_plugin.mavproxy.work import Work
 
 DEADLINE_S = 60.0
@@ -77,9 +77,9 @@ def test_what_does_not_listen_is_ended_with_all_its_workers():
     )
     (worker,) = lines_until(job, lambda lines: bool(lines))
     job.cancel(10.0)
-    job.lines(10.0 + KILL_AFTER_S - 0.1)
+    job.lines(14.9)
     assert job.code is None
-    lines_until(job, lambda _: job.code is not None and gone(int(worker)), 10.0 + KILL_AFTER_S)
+    lines_until(job, lambda _: job.code is not None and gone(int(worker)), 15.0)
     assert not os.path.exists(f"/proc/{job._process.pid}")
 
 

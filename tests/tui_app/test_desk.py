@@ -13,9 +13,8 @@ from bridge.framing import Encoder
 from bridge.reports import Report
 from bridge.vehicle.config import CONFIGS
 from gcs_plugin.dives.folder import About, DiveFolder
-from identify.diagnose.recording import LEAST_CHECK_S
 from tui import exit_codes
-from tui.app.desk import LEAST_S, Desk, can_check, check_dives
+from tui.app.desk import Desk, can_check, check_dives
 from tui.app.jobs import Jobs
 from tui.dive_list import VERSION, Glance, dive_folders
 from tui.job import Done
@@ -189,14 +188,13 @@ def test_the_newest_is_the_one_that_began_last_whatever_the_folders_are_called(t
 
 def test_a_dive_is_a_check_unless_its_stamps_say_that_it_is_too_short(tmp_path):
     frame = Encoder(1, 1).encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3))
-    for name, lasts_s in (("short", LEAST_S - 1), ("long", LEAST_S)):
-        stamps = ((1_795_165_923 + after) * 1_000_000 for after in (0, 1, int(lasts_s)))
+    for name, lasts_s in (("short", 19.0), ("long", 20.0)):
+        stamps = ((1_795_165_923 + after) * 1_000_000 for after in (0, 1, round(lasts_s)))
         records = b"".join(stamp.to_bytes(8, "big") + frame for stamp in stamps)
         (dive(tmp_path, name) / "telemetry.tlog").write_bytes(records)
     assert not can_check(tmp_path / "short")
     assert can_check(tmp_path / "long")
     assert can_check(dive(tmp_path, "unknown"))
-    assert LEAST_S == LEAST_CHECK_S
 
 
 @pytest.mark.parametrize(

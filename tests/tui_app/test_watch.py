@@ -18,7 +18,7 @@ from gcs_plugin.watch.picture import Armed, Condition, Freshness, Said
 from tui.app.drawing import width
 from tui.app.screens.panes import SensorTable, sensors, signed_bar, thrusters, thrusters_heading, words, worst
 from tui.app.screens.watch import WatchScreen, replay_line
-from tui.app.view import BEFORE_S, SPEEDS, Replay
+from tui.app.view import SPEEDS, Replay
 
 SIZES = ((80, 24), (160, 50))
 
@@ -321,9 +321,9 @@ def test_a_pause_moves_to_where_it_is_sent(replay):
 def test_a_leap_has_the_last_minute_before_it_for_the_charts(replay):
     replay.shown()
     replay.seek(300.5)
-    assert replay.shown().picture == (math.ceil(300.5 - BEFORE_S), 300, BEFORE_S)
+    assert replay.shown().picture == (236, 300, 65.0)
     replay.seek(-200.0)
-    assert replay.shown().picture == (math.ceil(100.5 - BEFORE_S), 100, BEFORE_S)
+    assert replay.shown().picture == (36, 100, 65.0)
 
 
 def test_a_short_way_on_reads_on(replay):
