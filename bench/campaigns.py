@@ -13,16 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.stamp import SIMULATED, stamp
-from bridge.framing import Framer
-from bridge.link.memory import memory_pair
-from bridge.parameters import MODE
+from bridge.links.memory import memory_pair
 from bridge.simulator.body import Start
 from bridge.simulator.dive import TICK_S, WARM_UP_S, SimulatedVehicle, arm_for_mission
 from bridge.simulator.missions import Mission, mission_named
 from bridge.simulator.truth import load_truth
-from bridge.tlog import TlogWriter
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.parameters import MODE
+from bridge.wire.framing import Framer
+from bridge.wire.tlog import TlogWriter
 from identify.dive import Dive
 from identify.ingest.open import read_dive
 

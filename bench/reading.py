@@ -12,9 +12,9 @@ from bench.remembered import Data, Remembered
 from bench.stamp import LEARNT, SIMULATED, stamp
 from bench.words import paragraph
 from bridge.simulator.missions import load_mission
-from bridge.tlog import TlogReader
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.feedforward import Mode
+from bridge.wire.tlog import TlogReader
 from identify.ingest.open import read_dive
 
 SOURCES = (*SIMULATED, *LEARNT, "bench/reading.py", "bench/campaigns.py")

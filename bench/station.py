@@ -26,7 +26,7 @@ from bench.stamp import LEARNT, SIMULATED, stamp
 from bench.words import paragraph
 from bridge.clock import SystemClock
 from bridge.errors import LinkTimeout
-from bridge.link.open import open_link
+from bridge.links.open import open_link
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.feedforward import Mode
 from gcs_plugin.feedforward import Switch

@@ -1,6 +1,5 @@
-"""The vehicle: its configuration, its telemetry and its handling of parameters. Runs on a Raspberry Pi.
+"""The vehicle: its configuration, telemetry and parameters. Runs on a small computer; `python -m bridge` starts it.
 
-vehicle: configuration, dynamics, thrusters, controller, feed-forward. sensors: bytes to samples. messages, framing,
-tlog, link: the wire. parameters: the vehicle's own store. service: ports to samples to frames to links. simulator:
-the simulated vehicle that stands in for the sea.
+`sensors` device bytes to samples · `vehicle` model, controller, feed-forward · `wire` frames and recordings · `links`,
+`signing` what carries them · `onboard` the program · `simulator` a vehicle that stands in for the sea.
 """

@@ -1,4 +1,4 @@
-"""Reads plain data from untrusted YAML and JSON: no tags, and no more depth or values than a file of ours needs."""
+"""Reads plain data from untrusted YAML and JSON, without tags and of bounded size."""
 
 import json
 import math

@@ -12,8 +12,8 @@ import yaml
 
 from bridge import plain
 from bridge.errors import ConfigError
-from bridge.file_size import size_to_read
-from bridge.printable import printable
+from bridge.files import size_to_read
+from bridge.text import printable
 
 T = TypeVar("T")
 

@@ -24,12 +24,12 @@ from typing import Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.framing import Frame, decode
-from bridge.messages.readings import Reading
-from bridge.messages.readings import decode as decode_reading
-from bridge.parameters import MODE
-from bridge.status_codes import CrewText, Topic
 from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.parameters import MODE
+from bridge.wire.framing import Frame, decode
+from bridge.wire.readings import Reading
+from bridge.wire.readings import decode as decode_reading
+from bridge.wire.status_codes import CrewText, Topic
 from gcs_plugin.modes import sent_text, word
 from gcs_plugin.params.deadline import Timing
 from gcs_plugin.params.session import NO_INDEX

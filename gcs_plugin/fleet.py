@@ -10,8 +10,8 @@ from typing import Any, Final
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import LinkError, LinkTimeout
-from bridge.framing import Frame, decode
-from bridge.link.base import Link
+from bridge.links.link import Link
+from bridge.wire.framing import Frame, decode
 from gcs_plugin.peers import COMPANIONS_MAY_FOLLOW_S, HasPeers, Peers, Reception, Source, parameter_holder
 
 SILENT_S: Final = 6.0

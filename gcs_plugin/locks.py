@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from bridge.errors import LogError
-from bridge.tlog import TlogWriter
+from bridge.wire.tlog import TlogWriter
 
 CHANGE_S: Final = 2.0
 """Longest wait for a change of a folder, which takes milliseconds: a program that holds it for longer hangs."""

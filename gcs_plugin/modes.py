@@ -11,8 +11,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
-from bridge.parameters import MODE
 from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.parameters import MODE
 from gcs_plugin.recording.state import state_file
 
 WORDS: Final = {Mode.OFF: "off", Mode.SHADOW: "shadow", Mode.ALONE: "only", Mode.BOTH: "both"}

@@ -18,9 +18,9 @@ from typing import Final, Protocol
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.framing import Frame
-from bridge.parameters import MODE
-from bridge.silences import BACK_S
+from bridge.vehicle.parameters import MODE
+from bridge.wire.framing import Frame
+from bridge.wire.silences import BACK_S
 
 Source = tuple[int, int]
 """System and component."""

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bridge.clock import SimulatedClock
-from bridge.link.base import Link
-from bridge.link.memory import memory_pair
-from bridge.parameters import ParameterServer, parameters_of
+from bridge.links.link import Link
+from bridge.links.memory import memory_pair
+from bridge.onboard.parameters import ParameterServer, parameters_of
 from bridge.simulator.body import Start
 from bridge.simulator.dive import WARM_UP_S, SimulatedVehicle, simulate_dive
 from bridge.simulator.missions import Mission

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.printable import as_clause
+from bridge.text import as_clause
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, BY_NAME, DOFS, MASSES, OF_HULL
 from bridge.vehicle.config import Configuration
 from identify.dive import Signal

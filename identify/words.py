@@ -5,7 +5,7 @@ import math
 import re
 from collections.abc import Sequence
 
-from bridge.printable import printable
+from bridge.text import printable
 from bridge.vehicle.coefficients import DOFS
 
 MISSING = "—"

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
-from bridge.framing import Encoder
+from bridge.wire.framing import Encoder
 
 MAGIC: Final = b"\xa3\x95"
 UNIX_S: Final = 1_790_000_000.0

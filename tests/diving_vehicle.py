@@ -6,19 +6,18 @@ import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
-from bridge.framing import Framer
-from bridge.ftp.files import Segments
-from bridge.ftp.server import FileServer
-from bridge.link.lossy import Lossy
-from bridge.link.memory import memory_pair
-from bridge.parameters import ParameterServer, vehicle_table
-from bridge.ring.files import Bounds, RingFiles
-from bridge.ring.keeper import RingKeeper
-from bridge.ring.segments import segments_in
+from bridge.links.lossy import Lossy
+from bridge.links.memory import memory_pair
+from bridge.onboard.file_server import FileServer, Segments
+from bridge.onboard.parameters import ParameterServer
+from bridge.onboard.ring import Bounds, RingFiles, RingKeeper
+from bridge.onboard.service import Bridge
 from bridge.sensors.samples import ImuSample
-from bridge.service import Bridge
-from bridge.tlog import read_tlog
 from bridge.vehicle.config import Configuration, Device, Sensors, Thruster, Vehicle
+from bridge.vehicle.parameters import vehicle_table
+from bridge.wire.framing import Framer
+from bridge.wire.segments import segments_in
+from bridge.wire.tlog import read_tlog
 
 STEP_S = 0.05
 AHEAD_S = 40.0

@@ -9,8 +9,8 @@ from typing import Any
 
 from device_streams import ON_A_LINE, Say, a50_report
 
-from bridge.link.base import Link
-from bridge.link.pseudo import open_pty
+from bridge.links.descriptor import open_pty
+from bridge.links.link import Link
 from bridge.sensors.bar30 import FakeBar30
 from bridge.vehicle.config import Device, Sensors
 

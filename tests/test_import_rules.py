@@ -1,6 +1,7 @@
 """The arrows between the four rooms hold, and help costs no heavy import."""
 
 import ast
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -38,7 +39,9 @@ def test_help_imports_nothing_heavy(line):
     assert done.stdout.splitlines()[-1] == "0 []"
 
 
-@pytest.mark.parametrize("module", ["bridge.service", "bridge.parameters", "bridge.sensors.wayfinder"])
+@pytest.mark.parametrize(
+    "module", ["bridge.onboard.service", "bridge.onboard.parameters", "bridge.sensors.wayfinder"]
+)
 def test_the_bridge_runs_without_torch_scipy_or_textual(module):
     code = f"import sys, {module}; print([m for m in ('torch', 'scipy', 'textual') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
@@ -55,3 +58,33 @@ def test_no_program_below_the_terminal_starts_it(room):
         if isinstance(node, ast.Constant) and str(node.value).partition(".")[0] == "tui"
     ]
     assert named == []
+
+
+def test_the_vehicles_program_starts_without_the_ground(tmp_path):
+    """It reads its options, opens a link and runs, and has no module of another package by then."""
+    line = ["--vehicle", "ruvifist", "--link", "udpout:127.0.0.1:9", "--seconds", "0.1"]
+    code = (
+        f"import sys; from bridge.onboard.program import main; main({line!r}); "
+        "print({m.partition('.')[0] for m in sys.modules} & "
+        "{'tui', 'gcs_plugin', 'identify', 'rich', 'numba', 'scipy', 'torch', 'textual'})"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, "XDG_STATE_HOME": str(tmp_path)},
+    )
+    assert done.stdout.splitlines()[-1] == "set()"
+    assert "ruvifist, configuration" in done.stderr
+
+
+def test_help_of_the_vehicles_program_imports_nothing_heavy():
+    code = (
+        "import sys; from bridge.onboard.program import main; code = main(['--help']); "
+        f"print(code, [m for m in {HEAVY!r} if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert "usage: seatrial-bridge" in done.stdout
+    assert done.stdout.splitlines()[-1] == "0 []"

@@ -149,7 +149,7 @@ def uploaded(folder: Path) -> Any:
     patch = pytest.MonkeyPatch()
     vehicle = FakeVehicle()
     patch.chdir(folder)
-    patch.setattr("bridge.link.open.open_link", lambda _: vehicle)
+    patch.setattr("bridge.links.open.open_link", lambda _: vehicle)
     patch.setattr("bridge.clock.SystemClock", lambda: vehicle.clock)
     (folder / "new.param").write_text("FF1_M_U,111.5\nFF1_D_U,56.25\n", encoding="utf-8")
     (folder / "half.param").write_text("FF1_M_U,99.5\n", encoding="utf-8")

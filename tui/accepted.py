@@ -12,17 +12,17 @@ from pathlib import Path
 from typing import Any
 
 from bridge.errors import ParamError
+from bridge.exit_codes import UsageError
 from bridge.simulator.truth import GAIN, PLANTED, Truth, load_truth
-from bridge.vehicle.accepted_effect import AcceptedEffect
 from bridge.vehicle.coefficients import BY_NAME, OF_HULL
 from bridge.vehicle.config import Prior, VehicleFile
+from bridge.vehicle.effect_coefficients import AcceptedEffect
 from gcs_plugin.params.files import read_sidecar
 from gcs_plugin.params.identified import doubt_lines, doubted_in
 from identify.effects.effect import SIMULATED
 from identify.effects.library import library
 from identify.identification import Z95, Outcome
 from identify.run.diagnose import Before
-from tui.exit_codes import UsageError
 from tui.parameter_files import Leave, accepted_model, check_outcome, read_identification
 
 AGEING = {"mass": 0.03, "damping": 0.10, "quadratic": 0.10}

@@ -5,18 +5,16 @@ import difflib
 import gc
 import importlib
 import os
-import shutil
 import signal
 import sys
-import textwrap
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
-from typing import NoReturn, Protocol, cast
+from typing import Protocol, cast
 
-from bridge import reports
+from bridge import exit_codes, reports
+from bridge.command_line import Parser
 from bridge.errors import SeatrialError
-from bridge.printable import printable
-from tui import exit_codes
+from bridge.text import printable, say
 
 VERBS = {
     "demo": "dive, record, identify, upload and dive again with a simulated vehicle",
@@ -60,13 +58,6 @@ class Command(Protocol):
     def add_arguments(self, parser: argparse.ArgumentParser) -> None: ...
 
     def run(self, arguments: argparse.Namespace) -> int: ...
-
-
-class _Parser(argparse.ArgumentParser):
-    """A parser that reports errors as a UsageError: one sentence that names the help to read."""
-
-    def error(self, message: str) -> NoReturn:
-        raise exit_codes.UsageError(f"{message}; see {self.prog} --help")
 
 
 def command() -> int:
@@ -116,7 +107,7 @@ def load(verb: str) -> Command:
 def verb_parser(verb: str) -> argparse.ArgumentParser:
     """Make the parser of a verb."""
     command = load(verb)
-    parser = _Parser(
+    parser = Parser(
         prog=f"seatrial {verb}",
         description=f"{VERBS[verb][0].upper()}{VERBS[verb][1:]}.",
         epilog=f"example:\n  {command.EXAMPLE}",
@@ -150,7 +141,7 @@ def _top_parser() -> argparse.ArgumentParser:
     verbs = "\n".join(f"  {name:<10} {sentence}" for name, sentence in VERBS.items())
     examples = "example:\n  seatrial demo\n  seatrial identify --help"
     codes = "\n".join(f"  {code}  {meaning}" for code, meaning in exit_codes.MEANINGS.items())
-    parser = _Parser(
+    parser = Parser(
         prog="seatrial",
         usage="seatrial VERB ...",
         description="Identify an underwater vehicle's hydrodynamics from a dive, and fly the better for it.",
@@ -185,9 +176,5 @@ def _complain(sentence: str, code: int, error: str = "") -> int:
         report = reports.Report(reports.ERROR, 1.0, printable(" ".join(sentence.split()), "?"), stage=error)
         print(reports.line(report), end="", file=sys.stderr)
         return code
-    line = printable(f"seatrial: {' '.join(sentence.split())}", "?")
-    if sys.stderr.isatty():
-        width = shutil.get_terminal_size().columns
-        line = textwrap.fill(line, width, break_long_words=False, break_on_hyphens=False)
-    print(line, file=sys.stderr)
+    say(f"seatrial: {' '.join(sentence.split())}")
     return code

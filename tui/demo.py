@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from bridge.parameters import parameters_of
+from bridge.onboard.parameters import parameters_of
 from bridge.simulator.missions import mission_named
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import VehicleFile, load_vehicle

@@ -15,10 +15,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 from bridge import schema
 from bridge.errors import ConfigError, LogError, SeatrialError
-from bridge.file_size import read_small
-from bridge.new_file import whole
+from bridge.files import read_small, whole
 from bridge.plain import from_json
-from bridge.printable import printable
+from bridge.text import printable
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.dives.folder import About, DiveFolder, list_folders
 from gcs_plugin.dives.order import GLANCE, began, is_date, order, recordings

@@ -5,9 +5,9 @@ from pathlib import Path
 
 from bridge.clock import Clock
 from bridge.errors import LogError
-from bridge.link.base import Link
-from bridge.ring.whole import WHOLE
-from bridge.tlog import of_those_that_hold_frames, read_tlog
+from bridge.links.link import Link
+from bridge.wire.tlog import of_those_that_hold_frames, read_tlog
+from bridge.wire.whole import WHOLE
 from gcs_plugin.dives.folder import About, DiveFolder, new_folder
 from gcs_plugin.fetch.boots import Boot, boots_heard, newest, of_dive
 from gcs_plugin.fetch.fetching import Fetching, fetch

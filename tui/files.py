@@ -11,12 +11,13 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from bridge import reports
+from bridge import exit_codes, reports
+from bridge.command_line import check_folder
 from bridge.errors import LogError, ParamUnwritten
+from bridge.exit_codes import UsageError
 from bridge.vehicle.config import CONFIGS, load_vehicle
 from gcs_plugin.params.files import sidecar_path
-from tui import exit_codes, show
-from tui.exit_codes import UsageError
+from tui import show
 from tui.show import STANDARD_OUTPUT, replace_file
 
 PARAMETER_SUFFIXES = (".param", ".parm", ".params")
@@ -65,24 +66,6 @@ def check_new_folder(option: str, target: str) -> None:
     if Path(target).exists():
         raise UsageError(f"{option} {target}: exists already and is never overwritten; name another folder")
     check_folder(option, target)
-
-
-def check_folder(option: str, target: str) -> None:
-    """Raise UsageError if `option` names neither a folder nor a path at which a folder can be made."""
-    path = Path(target)
-    place = next(above for above in (path, *path.absolute().parents) if os.path.lexists(above))
-    if place.is_symlink() and not place.exists():
-        raise UsageError(f"{option} {target}: {place} is a link that leads nowhere; name another")
-    if not place.is_dir():
-        raise UsageError(f"{option} {target}: {place} is no folder; name another")
-    if not os.access(place, os.W_OK):
-        raise UsageError(f"{option} {target}: can't be written there; name another place")
-
-
-def check_no_folder(option: str, target: str) -> None:
-    """Raise UsageError if a folder is at the file path named by `option`."""
-    if Path(target).is_dir():
-        raise UsageError(f"{option} {target}: is a folder; name a file")
 
 
 def check_inputs_stay(arguments: argparse.Namespace) -> None:

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from bridge import reports
-from bridge.new_file import clear_way
+from bridge.files import clear_way
 from bridge.plain import from_json
 from bridge.reports import Report
 from gcs_plugin.job import Job
@@ -32,8 +32,8 @@ LEAVES = ("--json", "--param", "--report", "--accept")
 class Done:
     """How a verb ended.
 
-    Its exit code (`tui.exit_codes`), its result as written to `--json`, None if there is none, its last lines of output
-    other than progress, its errors, and the names of their classes.
+    Its exit code (`bridge.exit_codes`), its result as written to `--json`, None if there is none, its last lines of
+    output other than progress, its errors, and the names of their classes.
     """
 
     code: int

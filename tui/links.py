@@ -6,12 +6,12 @@ from typing import Final
 
 from bridge.clock import Clock
 from bridge.errors import LinkError, LinkLost
-from bridge.link.base import Link
-from bridge.link.reconnecting import Aside, Reconnecting, unheard
+from bridge.exit_codes import UsageError
+from bridge.links.link import Link
+from bridge.links.reconnecting import Aside, Reconnecting, unheard
 from gcs_plugin.peers import KnownVehicle
 from gcs_plugin.recording.link import among
 from gcs_plugin.recording.state import FRESH_S, Holding, hangs, held, held_beside, how_to_end, hung
-from tui.exit_codes import UsageError
 
 LOOK_EVERY_S: Final = 0.1
 LOOKS: Final = 25
@@ -155,9 +155,9 @@ def link_for(spec: str | None, open_one: Callable[[str], Link] | None = None) ->
     recording signs. Raises UsageError if nothing is named and nothing runs, LinkError if the link can't be opened,
     for example because a recording that hangs holds it.
     """
-    from bridge.link.open import open_link
+    from bridge.links.addresses import of_link
+    from bridge.links.open import open_link
     from tui import show
-    from tui.secured import of_link
 
     holding = usable_now() if spec is None else holder_of(spec)
     if holding is None and spec is None:
@@ -199,7 +199,7 @@ def coming_back(
     `lost` gets the reason for each loss, each sentence once. A link through a recording comes back only through a
     recording: a program that took the vehicle's port meanwhile would keep the next recording from it.
     """
-    from bridge.link.open import open_link
+    from bridge.links.open import open_link
 
     holding = None if spec is None else holder_of(spec)
     second = spec if holding is not None and not _is_first(holding) else None
@@ -218,7 +218,7 @@ def coming_back(
 
 def _of_recording(holding: Holding | None) -> Link:
     """The link that a recording serves. Raises LinkError if there is no recording, or it serves nobody."""
-    from bridge.link.open import open_link
+    from bridge.links.open import open_link
 
     if holding is None or not holding.hub:
         raise LinkError("no recording runs that could be listened to; start `seatrial record`")

@@ -9,9 +9,9 @@ from typing import Final
 
 from bridge.clock import SystemClock
 from bridge.errors import LogError, SeatrialError
-from bridge.new_file import replacing
-from bridge.ring.whole import WHOLE
-from bridge.tlog import load_recording, of_those_that_hold_frames, read_tlog
+from bridge.files import replacing
+from bridge.wire.tlog import load_recording, of_those_that_hold_frames, read_tlog
+from bridge.wire.whole import WHOLE
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.holes import Hole
 from gcs_plugin.fetch.whole import Whole, made_whole, refuse_recorded, remade, renew

@@ -28,7 +28,7 @@ def add_figures(parser: argparse.ArgumentParser) -> None:
 
 def check(arguments: argparse.Namespace) -> None:
     """Raise UsageError, before anything is read, if the figures could not be written."""
-    from tui.files import check_folder
+    from bridge.command_line import check_folder
 
     if arguments.figures:
         check_folder("--figures", arguments.figures)

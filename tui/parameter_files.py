@@ -8,15 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bridge.errors import ParamError
-from bridge.file_size import read_small
-from bridge.parameter_row import to_float32
-from bridge.parameters import bounds
+from bridge.exit_codes import UsageError
+from bridge.files import read_small
 from bridge.plain import from_json
 from bridge.schema import why_unread
-from bridge.vehicle.accepted_effect import AcceptedEffect
 from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, OF_HULL
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from bridge.vehicle.effect_coefficients import effect_coefficients
+from bridge.vehicle.effect_coefficients import AcceptedEffect, effect_coefficients
+from bridge.vehicle.parameters import bounds, to_float32
 from gcs_plugin.params import float32
 from gcs_plugin.params.comparison import Wanted, wanted_by
 from gcs_plugin.params.files import (
@@ -30,7 +29,6 @@ from gcs_plugin.params.files import (
 from gcs_plugin.params.identified import doubt_lines, doubted_in, write_with_sidecar
 from gcs_plugin.params.plan import coefficient_of, parameters_from_identification
 from identify.identification import Outcome
-from tui.exit_codes import UsageError
 
 if TYPE_CHECKING:
     from identify.diagnose.result import Diagnosis

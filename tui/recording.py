@@ -9,8 +9,9 @@ from typing import Any
 
 from bridge.clock import Clock, EvenClock
 from bridge.errors import LogError
-from bridge.silences import way_to_mend
-from bridge.tlog import TlogWriter
+from bridge.links.secured import Opener
+from bridge.wire.silences import way_to_mend
+from bridge.wire.tlog import TlogWriter
 from gcs_plugin.dives.conditions import NOTHING_SAID
 from gcs_plugin.dives.folder import About, DiveFolder, last_conditions, new_folder, utc_text
 from gcs_plugin.recording.recorder import Count, Notice, Recorded, Recorder
@@ -18,7 +19,6 @@ from gcs_plugin.recording.state import HeardVehicle, Holding, held, release, wri
 from gcs_plugin.watch import words
 from tui import show
 from tui.links import words_of
-from tui.secured import Opener
 
 
 @dataclass(frozen=True)

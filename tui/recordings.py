@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bridge.errors import ConfigError
+from bridge.exit_codes import UsageError
 from bridge.vehicle.config import CONFIGS
 from gcs_plugin.dives.folder import About, DiveFolder
-from tui.exit_codes import UsageError
 
 if TYPE_CHECKING:
     from gcs_plugin.dives.conditions import Conditions

@@ -9,7 +9,6 @@ import json
 import math
 import os
 import sys
-import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -26,9 +25,9 @@ from rich.segment import Segment
 from bridge import reports
 from bridge.clock import Clock, SystemClock
 from bridge.errors import LogError
-from bridge.new_file import to_disk, whole
-from bridge.printable import printable
+from bridge.files import to_disk, whole
 from bridge.reports import Written
+from bridge.text import MARK, printable, wrapped
 from identify.progress import NO_VALUES, Steps, Values
 
 STANDARD_OUTPUT = "-"
@@ -39,9 +38,6 @@ RULE = Box("    \n    \n ── \n    \n    \n    \n    \n    \n")
 """Nothing but a rule below the headings."""
 LONGEST_WORD = 20
 """Longer words of a heading or of the last column may be broken."""
-
-
-MARK = "?"
 
 
 class Tell(Protocol):
@@ -98,14 +94,6 @@ def _has_width(console: Console) -> bool:
 def say(console: Console, sentence: str) -> None:
     """Print a sentence, wrapped between words if lines have a width; a longer word, such as a path, stays whole."""
     console.print(wrapped(sentence, console.width) if _has_width(console) else sentence, soft_wrap=True)
-
-
-def wrapped(text: str, width: int) -> str:
-    """Wrap `text` into lines of `width`, broken between words."""
-    return "\n".join(
-        textwrap.fill(line, width, break_long_words=False, break_on_hyphens=False)
-        for line in text.split("\n")
-    )
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,12 @@ from typing import Final
 
 from bridge.clock import Clock
 from bridge.errors import LinkError
-from bridge.framing import Encoder, Framer
-from bridge.link.base import Link
+from bridge.exit_codes import UsageError
+from bridge.links.link import Link
+from bridge.wire.framing import Encoder, Framer
 from gcs_plugin.feedforward import Switch
 from gcs_plugin.modes import OffMarks
 from gcs_plugin.peers import GROUND_STATION, Peers, ground_heartbeat
-from tui.exit_codes import UsageError
 from tui.recording import StatusTexts
 
 POLL_S: Final = 0.02

@@ -6,11 +6,11 @@ from pathlib import Path
 
 from bridge.clock import Clock
 from bridge.errors import LinkError
-from bridge.framing import Framer
-from bridge.link.base import Link
-from bridge.tlog import TlogWriter
+from bridge.links.link import Link
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import thrust_curve
+from bridge.wire.framing import Framer
+from bridge.wire.tlog import TlogWriter
 from gcs_plugin.dives.folder import about_vehicle, new_folder
 from gcs_plugin.doctor.checks import Finding, ok
 from gcs_plugin.doctor.latency import wet_findings

@@ -13,8 +13,8 @@ from bench.field.autopilot_filter import VelocityFilter, estimated, reckoned
 from bench.field.dive import EACH, STEP_S
 from bench.field.mission import TICK_S
 from bench.field.simulate import Flown, Sensors
-from bridge.framing import Encoder
 from bridge.vehicle.config import GRAVITY_M_S2, Water
+from bridge.wire.framing import Encoder
 
 Array = NDArray[np.float64]
 

@@ -1,20 +1,201 @@
-"""Decides who is let in on a signed link, and when the crew must hear of a sender that is refused.
+"""MAVLink 2 signing, as the MAVLink guide defines it: signatures, their times, and who is let in.
 
-Anyone can invent senders, so memory and messages are bounded. Each reason for a refusal has its own places. Within a
-reason, senders that signed correctly before, or that this side was set to follow, have places apart from strangers.
-Strangers of one kind thus take no places of another. All senders of a kind that find no place share one message.
+Thirteen bytes after the checksum: the link's number, the time in steps of 10 us since 2015 in 6 bytes (little
+endian), and the first 6 bytes of SHA-256 over key, header, payload, checksum, link and time.
+
+A frame is refused if its stream (system, component, link) sent that time or a later one before, or if it is more than
+a minute behind the newest time known here: this computer's clock, or a later time that was received. Outgoing frames
+take the newest time as well, so that a side whose clock is behind learns the time from the first frame that it
+accepts.
 """
 
+import hashlib
+import hmac
+import json
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from enum import Enum
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Final
+
+from fastcrc.crc16 import mcrf4xx
 
 from bridge.clock import Clock
-from bridge.framing import Frame
-from bridge.signing.frame import is_of, is_signed, link_and_time, signed, unsigned
+from bridge.errors import FrameError
+from bridge.files import read_small, whole
+from bridge.plain import from_json
 from bridge.signing.key import SigningKey
-from bridge.signing.times import Refusal, Times
+from bridge.wire.framing import MAGIC_2, SIGNATURE_BYTES, SIGNED, Frame
+
+FLAGS_AT: Final = 2
+HEADER_BYTES: Final = 10
+DIGEST_BYTES: Final = 6
+TIME_BYTES: Final = 6
+
+
+def is_signed(raw: bytes) -> bool:
+    """Whether a complete frame carries a signature, of any key."""
+    return raw[0] == MAGIC_2 and bool(raw[FLAGS_AT] & SIGNED)
+
+
+def signed(raw: bytes, secret: bytes, link: int, time: int) -> bytes:
+    """Return a complete frame signed with `secret` (32 bytes); it replaces a signature that the frame carries.
+
+    link: 0 to 255; time: steps of 10 us since 2015, below 2^48. Raises FrameError for MAVLink 1, which has no room
+    for a signature.
+    """
+    if raw[0] != MAGIC_2:
+        raise FrameError("a frame of MAVLink 1 can't be signed; let what sends it speak MAVLink 2")
+    stamped = _flagged(unsigned(raw)) + bytes((link,)) + time.to_bytes(TIME_BYTES, "little")
+    return stamped + _digest(secret, stamped)
+
+
+def unsigned(raw: bytes) -> bytes:
+    """Return a complete frame without its signature; its checksum stays as right or wrong as it was."""
+    return _flagged(raw[:-SIGNATURE_BYTES]) if is_signed(raw) else raw
+
+
+def is_of(raw: bytes, secret: bytes) -> bool:
+    """Whether the signature of a signed frame was made with `secret`."""
+    return hmac.compare_digest(_digest(secret, raw[:-DIGEST_BYTES]), raw[-DIGEST_BYTES:])
+
+
+def link_and_time(raw: bytes) -> tuple[int, int]:
+    """Return the link number and the time (steps of 10 us since 2015) in a frame's signature."""
+    return raw[-SIGNATURE_BYTES], int.from_bytes(raw[-DIGEST_BYTES - TIME_BYTES : -DIGEST_BYTES], "little")
+
+
+def _digest(secret: bytes, stamped: bytes) -> bytes:
+    return hashlib.sha256(secret + stamped).digest()[:DIGEST_BYTES]
+
+
+def _flagged(raw: bytes) -> bytes:
+    """Return a frame without signature, with its signed flag inverted and its checksum changed accordingly."""
+    end = HEADER_BYTES + raw[1]
+    checksum = int.from_bytes(raw[end : end + 2], "little") ^ _turned(raw[1])
+    flags = bytes((raw[FLAGS_AT] ^ SIGNED,))
+    return raw[:FLAGS_AT] + flags + raw[FLAGS_AT + 1 : end] + checksum.to_bytes(2, "little")
+
+
+@lru_cache(maxsize=256)
+def _turned(size: int) -> int:
+    """XOR change of the checksum when the signed flag is inverted, for a payload of `size` bytes.
+
+    A CRC is linear: the change depends only on the position of the flag, so that a frame with an unknown id can be
+    signed too.
+    """
+    zeros = bytes(HEADER_BYTES + size)
+    return int(mcrf4xx(zeros[: FLAGS_AT - 1] + bytes((SIGNED,)) + zeros[FLAGS_AT:]) ^ mcrf4xx(zeros))
+
+
+EPOCH_UNIX_S: Final = 1_420_070_400  # 2015-01-01
+STEPS_A_S: Final = 100_000
+MINUTE: Final = 60 * STEPS_A_S
+LATEST: Final = (1 << 48) - 1
+KEEP_EVERY_S: Final = 60.0
+
+Stream = tuple[int, int, int]
+"""System, component and link number."""
+
+
+class Refusal(Enum):
+    """Why a frame is not let in. In messages, the value follows a number of frames."""
+
+    UNSIGNED = "unsigned"
+    OTHER_KEY = "of another key"
+    REPLAYED = "replayed or late"
+    OLD = "a minute old"
+
+
+class Times:
+    """The times of one link. `file` keeps them over restarts; without a file they are forgotten.
+
+    `fault` says why they can't be kept, "" if they can.
+    """
+
+    def __init__(self, clock: Clock, file: Path | None = None) -> None:
+        self.fault = ""
+        self._clock, self._file = clock, file
+        self._sent, self._heard = _kept(file) if file else (0, {})
+        self._newest = max(self._heard.values(), default=0)
+        self._reserved = self._sent
+        self._keep_due_s = clock.boot_s()
+
+    def next(self) -> int:
+        """Return the time for the next outgoing frame, later than all before."""
+        self._sent = min(max(self._now(), self._sent + 1), LATEST)
+        # The file already holds a time that is later than any sent before the next save: a killed program repeats none.
+        if self._sent >= self._reserved:
+            self._reserved = self._sent + MINUTE
+            self._keep()
+        return self._sent
+
+    def take(self, stream: Stream, time: int) -> Refusal | None:
+        """Accept the time of a frame whose signature is right, or return why the frame is refused."""
+        if time <= self._heard.get(stream, -1):
+            return Refusal.REPLAYED
+        if time + MINUTE < self._now():
+            return Refusal.OLD
+        self._heard[stream] = time
+        self._newest = max(self._newest, time)
+        if self._clock.boot_s() >= self._keep_due_s:
+            self._keep()
+        return None
+
+    def knows(self, system: int) -> bool:
+        """Whether a frame of that system was ever accepted."""
+        return any(heard == system for heard, _, _ in self._heard)
+
+    def close(self) -> None:
+        """Save the times as they are now."""
+        self._reserved = self._sent
+        self._keep()
+
+    def _now(self) -> int:
+        clock = round((self._clock.unix_s() - EPOCH_UNIX_S) * STEPS_A_S)
+        return max(clock, self._newest, 0)
+
+    def _keep(self) -> None:
+        self._keep_due_s = self._clock.boot_s() + KEEP_EVERY_S
+        if self._file is None:
+            return
+        heard = {" ".join(map(str, stream)): time for stream, time in self._heard.items()}
+        try:
+            self._file.parent.mkdir(parents=True, exist_ok=True)
+            with whole(self._file) as file:
+                file.write(json.dumps({"sent": self._reserved, "heard": heard}).encode())
+            self.fault = ""
+        except OSError as error:
+            self.fault = (
+                f"{self._file}: the times of signatures can't be kept ({error.strerror}), so that after a restart "
+                "a frame of the last minute could be replayed; check the disk"
+            )
+
+
+def _kept(file: Path) -> tuple[int, dict[Stream, int]]:
+    """Return the kept times: the last that may have been sent, and the last heard of each stream.
+
+    If the file is absent or invalid they are 0 and {}: the clock serves then.
+    """
+    try:
+        kept = from_json(read_small(file))
+        return _time(kept["sent"]), {_stream(name): _time(time) for name, time in kept["heard"].items()}
+    except (OSError, ValueError, LookupError, TypeError, AttributeError):
+        return 0, {}
+
+
+def _time(told: Any) -> int:
+    if isinstance(told, bool) or not isinstance(told, int) or not 0 <= told <= LATEST:
+        raise ValueError
+    return told
+
+
+def _stream(name: str) -> Stream:
+    system, component, link = map(int, name.split())
+    return system, component, link
+
 
 RADIO_STATUS: Final = 109
 """Status of a radio, which holds no key; the guide lets this message in unsigned."""

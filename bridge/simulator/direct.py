@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.navigation import Navigation, unwrapped, yaw_of
 from bridge.simulator.missions import Mission
 from bridge.simulator.plant import Plant, Stretch
 from bridge.simulator.truth import Truth, load_truth
@@ -15,6 +14,7 @@ from bridge.vehicle.autopilot import RATE_HZ, Actuation, Autopilot
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.controller import GAINS
 from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.navigation import Navigation, unwrapped, yaw_of
 from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
 
 Array = NDArray[np.float64]

@@ -9,20 +9,20 @@ from collections.abc import Callable, Sequence
 
 from bridge.clock import Clock, SimulatedClock
 from bridge.errors import ParamRejected
-from bridge.link.base import Link
-from bridge.link.memory import memory_pair
-from bridge.motor_test import MotorTests
-from bridge.parameters import MODE, ParameterServer, vehicle_table
-from bridge.service import Bridge
+from bridge.links.link import Link
+from bridge.links.memory import memory_pair
+from bridge.onboard.orders import MotorTests
+from bridge.onboard.parameters import ParameterServer
+from bridge.onboard.service import Bridge
 from bridge.simulator.body import SimulatedBody, Start
 from bridge.simulator.missions import Mission
-from bridge.simulator.noise import TYPICAL, NoiseLevels
 from bridge.simulator.plant import Stretch
 from bridge.simulator.truth import Truth
-from bridge.simulator.world import Chunk
+from bridge.simulator.world import TYPICAL, Chunk, NoiseLevels
 from bridge.vehicle.autopilot import RATE_HZ, Autopilot
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.parameters import MODE, vehicle_table
 from bridge.vehicle.references import Reference
 
 TICK_S = 1 / RATE_HZ

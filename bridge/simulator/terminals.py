@@ -7,12 +7,12 @@ from threading import Event, Thread
 
 from bridge.clock import Clock
 from bridge.errors import LinkLost
-from bridge.link.base import Link
-from bridge.link.pseudo import open_pty
-from bridge.parameters import ParameterServer
-from bridge.ports import run_ports
+from bridge.links.descriptor import open_pty
+from bridge.links.link import Link
+from bridge.onboard.parameters import ParameterServer
+from bridge.onboard.ports import run_ports
+from bridge.onboard.service import Bridge
 from bridge.sensors.bar30 import FakeBar30, I2cBus
-from bridge.service import Bridge
 from bridge.simulator.body import SimulatedBody, Start
 from bridge.simulator.dive import arm_for_mission, control
 from bridge.simulator.missions import Mission

@@ -7,18 +7,24 @@ from pathlib import Path
 
 import numpy as np
 
-from bridge.navigation import OLDEST_S, Navigation, known_at
-from bridge.vehicle.accepted_effects import known_effects
+from bridge.vehicle.accepted_effects import Supply, known_effects
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Vehicle
 from bridge.vehicle.controller import GAINS, Controller, load_gains
-from bridge.vehicle.feedforward import FEEDFORWARD_DOFS, FeedForward, Lead, Mode, Slope, feedforward, silent
-from bridge.vehicle.onset import Onset
-from bridge.vehicle.pulses import Array, Pulses
+from bridge.vehicle.feedforward import (
+    FEEDFORWARD_DOFS,
+    FeedForward,
+    Lead,
+    Mode,
+    Onset,
+    Slope,
+    feedforward,
+    silent,
+)
+from bridge.vehicle.navigation import OLDEST_S, Navigation, known_at
 from bridge.vehicle.references import ZERO6, Push, Reference, Six, Trail
 from bridge.vehicle.shadow import NONE_FLOWN, Shadow
-from bridge.vehicle.supply import Supply
-from bridge.vehicle.thrusters import NEUTRAL_US, Allocator, thrust_curve
+from bridge.vehicle.thrusters import NEUTRAL_US, Allocator, Array, Pulses, thrust_curve
 
 RATE_HZ = 20.0
 HOLD_AFTER_S = 5.0  # long enough for a DVL to regain bottom lock

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from bridge import schema
 from bridge.errors import ConfigError
-from bridge.navigation import Navigation
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import CONFIGS, Configuration
+from bridge.vehicle.navigation import Navigation
 from bridge.vehicle.references import Reference, Six
 
 GAINS = CONFIGS / "gains.yaml"

@@ -119,3 +119,14 @@ def _gain(name: str, group: Group, sentence: str) -> EffectCoefficient:
 
 OF_ANY_VEHICLE = {coefficient.name: coefficient for coefficient in _bounded(1e5, 1e4, 58, 1e5)}
 """All coefficient names, with bounds wide enough for any vehicle, for as many thrusters as the telemetry can carry."""
+
+
+@dataclass(frozen=True)
+class AcceptedEffect:
+    """An effect of the library by name and label, with its library parameters in SI units; `number`: its thruster,
+    from 1, or 0 for all."""
+
+    name: str
+    label: str
+    parameters: dict[str, float]
+    number: int = 0

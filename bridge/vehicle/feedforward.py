@@ -1,6 +1,7 @@
 """The feed-forward term: tau_ff = M nu_dot_d + D nu_d in surge, sway and yaw (paper eqs 14 to 16, M total).
 
-The yaw term includes the inertia, which the paper left out. Accepted effects of the hull are added.
+The yaw term includes the inertia, which the paper left out. Accepted effects of the hull are added. All that comes
+with the feed-forward fades in, so that raising FF_MODE makes no thruster jump.
 """
 
 import math
@@ -8,6 +9,10 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from types import MappingProxyType
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import BY_NAME, DOFS, QUADRATICS
 from bridge.vehicle.references import ZERO6, Reference, Six
@@ -178,3 +183,28 @@ def _fault(coefficients: Mapping[str, float], name: str) -> str:
     if not bounds.low <= value <= bounds.high:
         return f"{name} {value:g} out of bounds"
     return ""
+
+
+Blended = TypeVar("Blended", float, NDArray[np.float64])
+
+
+class Onset:
+    """A share that rises from 0 to 1 as fast as `Slope` lets the feed-forward grow, and drops to 0 at once when it is
+    off.
+
+    It fades in the changes that accompany the feed-forward's wrench: thrusts that compensate losses or jump over the
+    dead zone, and a stiffer PID.
+    """
+
+    def __init__(self) -> None:
+        self.share = 0.0
+
+    def step(self, is_applied: bool, dt_s: float) -> None:
+        """Advance by a tick that comes `dt_s` after the previous one; a late tick counts for no more than `Slope`
+        allows."""
+        grown = self.share + SLOPE_PER_S * min(max(dt_s, 0.0), LONGEST_TICK_S)
+        self.share = min(grown, 1.0) if is_applied else 0.0
+
+    def between(self, without: Blended, with_it: Blended) -> Blended:
+        """Blend the two values by the current share; exact to the last bit at 0 and 1."""
+        return (1.0 - self.share) * without + self.share * with_it

@@ -3,8 +3,9 @@
 import argparse
 from collections.abc import Iterator
 
+from bridge import exit_codes
 from docs.make.markdown import MADE, code, table
-from tui import cli, exit_codes
+from tui import cli
 
 
 def page() -> str:

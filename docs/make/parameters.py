@@ -1,10 +1,10 @@
 """docs/reference/parameters.md: the parameters that a vehicle holds, with units and bounds."""
 
-from bridge.parameters import ACTIVE, COMMIT, MODE, VERSION, bounds
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS, DOFS
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.effect_coefficients import effect_coefficients
 from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.parameters import ACTIVE, COMMIT, MODE, VERSION, bounds
 from docs.make.markdown import MADE, code, number, table
 
 EXAMPLE = "ruvifist:hovering"

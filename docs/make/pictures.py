@@ -14,8 +14,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from bridge.tlog import read_tlog
 from bridge.vehicle.config import CONFIGS, load_vehicle
+from bridge.wire.tlog import read_tlog
 from gcs_plugin.recording.state import held
 from gcs_plugin.watch.watcher import Watcher
 from tui.app.app import SeatrialApp

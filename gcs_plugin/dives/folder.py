@@ -13,9 +13,9 @@ import yaml
 
 from bridge import schema
 from bridge.errors import ConfigError, LogError
-from bridge.new_file import whole
-from bridge.ring.whole import WHOLE, standing_for
+from bridge.files import whole
 from bridge.vehicle.config import VehicleFile
+from bridge.wire.whole import WHOLE, standing_for
 from gcs_plugin.dives.conditions import NOTHING_SAID, Conditions
 from gcs_plugin.dives.order import number, order, recordings
 from gcs_plugin.locks import HeldTlog, alone_in

@@ -14,13 +14,13 @@ from pathlib import Path
 from stat import S_ISREG
 from typing import Final
 
-from bridge.dates import OLDEST_UNIX_S, date_in_name
+from bridge.clock import OLDEST_UNIX_S, date_in_name
 from bridge.errors import LogError
-from bridge.file_size import read_small
-from bridge.framing import MAGIC_1, MAGIC_2
+from bridge.files import read_small
 from bridge.plain import from_json
-from bridge.ring.whole import standing_for
-from bridge.tlog import LATEST_US, next_record
+from bridge.wire.framing import MAGIC_1, MAGIC_2
+from bridge.wire.tlog import LATEST_US, next_record
+from bridge.wire.whole import standing_for
 
 GLANCE: Final = ".glance.json"
 """File in which `seatrial dives` caches its reading of a recording, including the start time of the dive."""

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from bridge.clock import Clock
 from bridge.errors import LogError
-from bridge.framing import Frame, frame_at, unchecked_frame_at
-from bridge.tlog import Record, of_those_that_hold_frames, read_tlog
+from bridge.wire.framing import Frame, frame_at, unchecked_frame_at
+from bridge.wire.tlog import Record, of_those_that_hold_frames, read_tlog
 
 LONGEST_WAIT_S = 0.1
 

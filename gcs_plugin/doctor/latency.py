@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from bridge.framing import Frame
 from bridge.vehicle.config import Configuration, Vehicle, VehicleFile
 from bridge.vehicle.thrusters import Curve, thrust_curve
+from bridge.wire.framing import Frame
 from gcs_plugin.doctor import response
 from gcs_plugin.doctor.checks import Finding, ok, warn
 from gcs_plugin.doctor.wet import LABELS, Diagnosis, diagnose, findings

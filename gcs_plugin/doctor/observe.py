@@ -7,11 +7,11 @@ from typing import Final
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import Clock
-from bridge.framing import Encoder, Frame, Framer, decode
-from bridge.link.base import Link
-from bridge.messages.readings import Reading
-from bridge.messages.readings import decode as decode_reading
-from bridge.printable import printable
+from bridge.links.link import Link
+from bridge.text import printable
+from bridge.wire.framing import Encoder, Frame, Framer, decode
+from bridge.wire.readings import Reading
+from bridge.wire.readings import decode as decode_reading
 from gcs_plugin.peers import GROUND_STATION, Peers, Reception
 
 POLL_S: Final = 0.05

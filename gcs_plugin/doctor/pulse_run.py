@@ -12,10 +12,10 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import Clock
 from bridge.errors import ConfigError, LinkError
-from bridge.framing import Encoder, Frame, Framer, decode
-from bridge.link.base import Link
-from bridge.printable import printable
+from bridge.links.link import Link
+from bridge.text import printable
 from bridge.vehicle.thrusters import NEUTRAL_US
+from bridge.wire.framing import Encoder, Frame, Framer, decode
 from gcs_plugin.doctor.pulses import LEAST_GAP_S, MotorTest, Orders, PlannedPulse, orders_for
 from gcs_plugin.peers import GROUND_STATION, Heartbeat, Peers, heartbeat_of
 

@@ -9,10 +9,10 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import Clock
 from bridge.errors import ConfigError, LinkError, LinkTimeout
-from bridge.framing import Encoder, Framer, decode
-from bridge.link.base import Link
+from bridge.links.link import Link
 from bridge.vehicle.config import Configuration, Vehicle
 from bridge.vehicle.thrusters import NEUTRAL_US, Curve, allocation_matrix
+from bridge.wire.framing import Encoder, Framer, decode
 from gcs_plugin.doctor.response import nominal
 from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
 

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import LogError
-from bridge.framing import Frame
-from bridge.framing import decode as decode_message
-from bridge.messages.readings import decode
 from bridge.vehicle.thrusters import NEUTRAL_US
+from bridge.wire.framing import Frame
+from bridge.wire.framing import decode as decode_message
+from bridge.wire.readings import decode
 
 Array = NDArray[np.float64]
 OFF_NEUTRAL_US: Final = 15.0

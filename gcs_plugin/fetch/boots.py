@@ -10,8 +10,8 @@ from typing import Final
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import LogError
-from bridge.framing import Frame, decode
-from bridge.ring.segments import Segment
+from bridge.wire.framing import Frame, decode
+from bridge.wire.segments import Segment
 from gcs_plugin.fetch.requests import Listing
 
 MARGIN_MS: Final = 10_000

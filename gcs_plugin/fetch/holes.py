@@ -13,8 +13,8 @@ from typing import Final
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.framing import MAGIC_2, decode, frame_at, message_id_at
-from bridge.silences import LEAST_S, silences
+from bridge.wire.framing import MAGIC_2, decode, frame_at, message_id_at
+from bridge.wire.silences import LEAST_S, silences
 
 _SYSTEM_TIME: Final[int] = dialect.MAVLINK_MSG_ID_SYSTEM_TIME
 

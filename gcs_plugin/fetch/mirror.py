@@ -15,10 +15,9 @@ from pathlib import Path
 from typing import BinaryIO, Final
 
 from bridge.errors import LogError
-from bridge.file_size import is_own_file
-from bridge.ftp.server import crc32
-from bridge.new_file import PART, open_own, remedy
-from bridge.tlog import MOST_BYTES, STAMP_BYTES, next_record
+from bridge.files import PART, is_own_file, open_own, remedy
+from bridge.onboard.file_server import crc32
+from bridge.wire.tlog import MOST_BYTES, STAMP_BYTES, next_record
 from gcs_plugin.locks import locked
 
 Stretch = tuple[int, int]

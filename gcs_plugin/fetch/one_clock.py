@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.clock_line import ClockLine, fit_clock
 from bridge.errors import LogError
+from bridge.wire.clock_line import ClockLine, fit_clock
 
 BLOCK_US: Final = 10_000_000
 BACK_US: Final = 50_000

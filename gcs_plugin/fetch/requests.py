@@ -11,8 +11,8 @@ from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from bridge.ftp.packet import Packet
-from bridge.ring.segments import Segment, segment_named
+from bridge.wire.ftp import Packet
+from bridge.wire.segments import Segment, segment_named
 
 MOST_A_S: Final = 800.0
 """Requests per second, of some 27 bytes each: the hub of a recording takes 32 kB a second from each of its clients."""

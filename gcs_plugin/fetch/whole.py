@@ -20,15 +20,13 @@ from typing import Final
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.clock_line import ClockLine
 from bridge.errors import LogError, NothingRecorded
-from bridge.file_size import size_to_read
-from bridge.framing import Frame, message_id_at
-from bridge.new_file import PART, replacing
-from bridge.ring.made_since import lacked
-from bridge.ring.segments import segment_named
-from bridge.ring.whole import WHOLE
-from bridge.tlog import GZIP, TlogReader, load_recording, of_those_that_hold_frames, read_tlog, record_of
+from bridge.files import PART, replacing, size_to_read
+from bridge.wire.clock_line import ClockLine
+from bridge.wire.framing import Frame, message_id_at
+from bridge.wire.segments import segment_named
+from bridge.wire.tlog import GZIP, TlogReader, load_recording, of_those_that_hold_frames, read_tlog, record_of
+from bridge.wire.whole import WHOLE, lacked
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.holes import Hole, as_sent, holes_in, lost_in
 from gcs_plugin.fetch.mirror import damaged_before

@@ -17,10 +17,10 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SystemClock
 from bridge.errors import ConfigError, LinkError, SeatrialError
-from bridge.framing import Frame, Framer
-from bridge.messages.readings import decode as decode_reading
-from bridge.printable import printable
+from bridge.text import printable
 from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.wire.framing import Frame, Framer
+from bridge.wire.readings import decode as decode_reading
 from gcs_plugin.fleet import Fleet
 from gcs_plugin.mavproxy import words as typed
 from gcs_plugin.mavproxy.parameters import Parameters

@@ -16,9 +16,9 @@ from typing import Final
 
 from bridge.clock import Clock, EvenClock
 from bridge.errors import LinkError, LogError, SeatrialError
-from bridge.framing import Frame
-from bridge.tlog import TlogWriter
 from bridge.vehicle.config import VehicleFile
+from bridge.wire.framing import Frame
+from bridge.wire.tlog import TlogWriter
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, new_folder
 from gcs_plugin.mavproxy.words import newest_dive
 from gcs_plugin.recording import orders

@@ -6,9 +6,9 @@ from typing import Any, Final
 
 from bridge.clock import Clock
 from bridge.errors import ParamRejected
-from bridge.framing import Frame
-from bridge.parameters import ACTIVE
 from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.parameters import ACTIVE
+from bridge.wire.framing import Frame
 from gcs_plugin.feedforward import Switch
 from gcs_plugin.fleet import Fleet, News
 from gcs_plugin.mavproxy.parameters import ARMED

@@ -9,8 +9,7 @@ from typing import Any, Final
 
 from bridge.clock import Clock
 from bridge.errors import ConfigError, SeatrialError
-from bridge.file_size import read_small
-from bridge.new_file import clear_way
+from bridge.files import clear_way, read_small
 from bridge.plain import from_json
 from bridge.reports import ERROR, Report, read
 from bridge.vehicle.config import load_vehicle

@@ -7,8 +7,8 @@ from typing import Final
 
 from bridge.clock import Clock
 from bridge.errors import LinkError, LinkLost, LinkTimeout
-from bridge.framing import Encoder, Framer
-from bridge.link.base import Link
+from bridge.links.link import Link
+from bridge.wire.framing import Encoder, Framer
 from gcs_plugin.fleet import Fleet, News
 from gcs_plugin.params.deadline import Timing
 from gcs_plugin.params.receipt import Receipt

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from bridge.errors import ParamRejected, ParamUnknown
-from bridge.parameters import ACTIVE, MODE
 from bridge.vehicle.effect_coefficients import EffectCoefficient
+from bridge.vehicle.parameters import ACTIVE, MODE
 from gcs_plugin.params.files import Interval, Sidecar, read_parameters, read_sidecar, sidecar_path, system_of
 from gcs_plugin.params.last_accepted import (
     AcceptedValue,

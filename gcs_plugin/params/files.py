@@ -13,12 +13,11 @@ from typing import Any, Final
 
 from bridge import schema
 from bridge.errors import ConfigError, ParamRejected, ParamUnwritten
-from bridge.file_size import read_small, size_to_read
-from bridge.new_file import to_disk, whole
+from bridge.files import read_small, size_to_read, to_disk, whole
 from bridge.plain import from_json
-from bridge.printable import printable
 from bridge.schema import why_unread
-from bridge.vehicle.accepted_effect import AcceptedEffect
+from bridge.text import printable
+from bridge.vehicle.effect_coefficients import AcceptedEffect
 from gcs_plugin.params import float32
 
 LARGEST_FILE_BYTES: Final = 4_000_000

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from bridge.errors import ParamUnwritten
-from bridge.printable import as_clause
+from bridge.text import as_clause
 from bridge.vehicle.coefficients import OF_HULL
 from bridge.vehicle.config import VehicleFile
 from gcs_plugin.params.files import Sidecar, intervals_of, write_parameters, write_sidecar

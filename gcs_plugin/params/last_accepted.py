@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from bridge.errors import ParamError, ParamRejected
-from bridge.file_size import read_small
-from bridge.parameters import ACTIVE
+from bridge.files import read_small
 from bridge.plain import from_json
+from bridge.vehicle.parameters import ACTIVE
 from gcs_plugin.params import float32
 from gcs_plugin.params.files import (
     Interval,

@@ -12,10 +12,18 @@ from enum import Enum
 from typing import Any, Final
 
 from bridge.errors import ParamRejected, ParamUnknown
-from bridge.parameters import ACTIVE, APPLYING_MODES, COMMIT, LEAST_DAMPING_PER_S, MODE, VERSION, set_crc
 from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, MASSES, OF_HULL, QUADRATICS, Coefficient
 from bridge.vehicle.effect_coefficients import OF_ANY_VEHICLE, EffectCoefficient
 from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.parameters import (
+    ACTIVE,
+    APPLYING_MODES,
+    COMMIT,
+    LEAST_DAMPING_PER_S,
+    MODE,
+    VERSION,
+    set_crc,
+)
 from gcs_plugin.params import float32
 
 MODES: Final = (0.0, 1.0, 2.0, 3.0)

@@ -9,9 +9,9 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final
 
-from bridge.parameters import LEAST_DAMPING_PER_S, MODE
 from bridge.vehicle.coefficients import BY_NAME, DOFS, QUADRATICS, Coefficient
 from bridge.vehicle.feedforward import AXES, Mode
+from bridge.vehicle.parameters import LEAST_DAMPING_PER_S, MODE
 from gcs_plugin.modes import word
 from gcs_plugin.params.files import Interval
 from gcs_plugin.params.last_accepted import AcceptedValue

@@ -19,9 +19,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, Final
 
 from bridge.errors import ParamRejected
-from bridge.file_size import read_small
-from bridge.folder_sync import sync_folder
-from bridge.new_file import open_own
+from bridge.files import open_own, read_small, sync_folder
 from bridge.plain import from_json
 from gcs_plugin.locks import locked
 from gcs_plugin.params.files import (

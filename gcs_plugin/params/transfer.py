@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Final
 
-from bridge.parameters import COMMIT, MODE
+from bridge.vehicle.parameters import COMMIT, MODE
 from gcs_plugin.params import float32
 from gcs_plugin.params.deadline import RoundTrips, Timing, is_past, retry_delay_s
 

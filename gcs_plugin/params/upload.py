@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Final
 
-from bridge.parameters import ACTIVE, COMMIT, MODE, set_crc
+from bridge.vehicle.parameters import ACTIVE, COMMIT, MODE, set_crc
 from gcs_plugin.params import float32
 from gcs_plugin.params.deadline import RoundTrips, Timing, deadline_s
 from gcs_plugin.params.plan import Plan, Verdict, is_staged

@@ -18,7 +18,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import Clock
 from bridge.errors import LinkError
-from bridge.framing import Encoder, Frame, Framer
+from bridge.wire.framing import Encoder, Frame, Framer
 from gcs_plugin.peers import GROUND_STATION
 
 PLACES: Final = 32

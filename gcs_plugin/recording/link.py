@@ -6,11 +6,11 @@ from typing import Final
 
 from bridge.clock import Clock
 from bridge.errors import LinkError, LinkSpecError
-from bridge.framing import Frame, Framer
-from bridge.link.base import Link
-from bridge.link.open import parse_link
-from bridge.link.receive_buffer import ReceiveBuffer
-from bridge.link.reconnecting import Aside
+from bridge.links.addresses import parse_link
+from bridge.links.link import Link
+from bridge.links.reconnecting import Aside
+from bridge.links.udp import ReceiveBuffer
+from bridge.wire.framing import Frame, Framer
 
 IDLE_FLUSH_S: Final = 0.5
 REOPEN_EVERY_S: Final = 1.0

@@ -12,7 +12,7 @@ from typing import Final
 
 from bridge.clock import Clock
 from bridge.errors import LinkError, LogError
-from bridge.new_file import whole
+from bridge.files import whole
 from gcs_plugin.recording.state import Holding, hangs, held, hung, state_file
 
 PATIENCE_S: Final = 15.0

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import Final, Protocol
 
 from bridge.clock import Clock
-from bridge.framing import Encoder, Frame
-from bridge.link.base import Link
-from bridge.secret import carries_key
+from bridge.links.link import Link
+from bridge.wire.framing import Encoder, Frame
+from bridge.wire.redaction import carries_key
 from gcs_plugin.peers import CROWDED, KnownVehicle, Peers, Reception, ground_heartbeat
 from gcs_plugin.recording.files import DiskLeft, Kept, RecordedFiles, Writer
 from gcs_plugin.recording.link import RecordedLink

@@ -1,4 +1,4 @@
-"""The longest silence of a dive's vehicle, known while the dive is recorded, by the rules of `bridge.silences`.
+"""The longest silence of a dive's vehicle, known while the dive is recorded, by the rules of `bridge.wire.silences`.
 
 Boot times are from SYSTEM_TIME, which vehicles send once a second.
 """
@@ -11,8 +11,8 @@ from typing import Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.framing import Frame
-from bridge.silences import LEAST_S, ROUND, Pause, Spacing, of_clocks, unheard
+from bridge.wire.framing import Frame
+from bridge.wire.silences import LEAST_S, ROUND, Pause, Spacing, of_clocks, unheard
 from gcs_plugin.peers import MOST_PEERS, Peer, Source
 
 MOST_PAUSES: Final = 1000

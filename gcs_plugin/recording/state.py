@@ -14,8 +14,7 @@ from typing import Final
 
 from bridge import schema
 from bridge.errors import ConfigError, LogError
-from bridge.file_size import read_small
-from bridge.new_file import whole
+from bridge.files import read_small, whole
 from bridge.plain import from_json
 
 FRESH_S: Final = 10.0

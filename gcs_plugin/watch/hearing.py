@@ -1,6 +1,6 @@
 """Messages as signals, and a channel for each signal: who sends it, how often, and since when it has no value.
 
-The signals are those of `bridge.messages`, and: `rates` (3, rad/s), `velocity` (3, m/s, body axes), `velocity_ned`
+The signals are those of `bridge.wire.readings`, and: `rates` (3, rad/s), `velocity` (3, m/s, body axes), `velocity_ned`
 (3, earth axes, from an autopilot's filter), `depth` (m, as stated). Rank 0 is the best source of a signal.
 """
 
@@ -11,9 +11,9 @@ from typing import Any, Final, NamedTuple
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.framing import Frame
-from bridge.messages.readings import TABLE
-from bridge.messages.readings import decode as decode_reading
+from bridge.wire.framing import Frame
+from bridge.wire.readings import TABLE
+from bridge.wire.readings import decode as decode_reading
 
 Values = tuple[float, ...]
 Wire = tuple[Any, ...]

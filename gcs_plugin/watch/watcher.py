@@ -11,10 +11,10 @@ from typing import Final
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import ConfigError
-from bridge.framing import Frame, decode
-from bridge.parameters import ACTIVE, COMMIT
-from bridge.status_codes import CrewText, Topic
 from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.parameters import ACTIVE, COMMIT
+from bridge.wire.framing import Frame, decode
+from bridge.wire.status_codes import CrewText, Topic
 from gcs_plugin.peers import GONE_S, GROUND_STATION, Heartbeat, Peer, Peers, Source
 from gcs_plugin.watch.hearing import FROM_ANYONE, TELLING, Channel, Values, heard
 from gcs_plugin.watch.picture import Armed, LinkRow, Picture, Said

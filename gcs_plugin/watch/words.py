@@ -6,9 +6,9 @@ from typing import Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.framing import Frame, decode
-from bridge.printable import printable
-from bridge.status_codes import CrewText, decoded
+from bridge.text import printable
+from bridge.wire.framing import Frame, decode
+from bridge.wire.status_codes import CrewText, decoded
 
 PIECE_CHARACTERS: Final = 50
 LONGEST_CHARACTERS: Final = 1000

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from bridge.errors import ConfigError, FitError, SeatrialError
-from bridge.file_size import check_small
+from bridge.files import check_small
 from bridge.vehicle.config import CONFIGS, VehicleFile
 
 _COUNTS = (
@@ -48,11 +48,8 @@ PLACE = Path(__file__).resolve().parents[2]
 ANSWERING = (
     "bench/reproduce/paper.py",
     "bridge/*.py",
-    "bridge/ftp/contents.py",
-    "bridge/ftp/packet.py",
-    "bridge/ring/made_since.py",
-    "bridge/ring/whole.py",
     "bridge/vehicle/*.py",
+    "bridge/wire/*.py",
     "configs/columns/*.yaml",
     "configs/thrusters/*.csv",
     "identify/*.py",

@@ -12,7 +12,7 @@ from datetime import UTC, datetime
 from itertools import combinations
 from typing import Any
 
-from bridge.dates import date_in_name
+from bridge.clock import date_in_name
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS, MASSES
 from identify.batch.jobs import Result
 from identify.identification import Culprit, Doubt, Outcome

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bridge.errors import LogError
-from bridge.file_size import ODD, size_to_read
+from bridge.files import ODD, size_to_read
 from bridge.plain import from_json
 from identify.batch.jobs import Job, Result
 

@@ -21,9 +21,9 @@ from pathlib import Path
 from typing import Any
 
 from bridge.errors import LogError
-from bridge.file_size import check_small, read_small
-from bridge.framing import Encoder
-from bridge.messages.readings import Reading, encode
+from bridge.files import check_small, read_small
+from bridge.wire.framing import Encoder
+from bridge.wire.readings import Reading, encode
 from identify.challenge.case import Case, check_of, dive_of, draw_case
 from identify.dive import Dive, Signal
 

@@ -11,15 +11,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.parameters import bounds
-from bridge.vehicle.accepted_effect import AcceptedEffect
 from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, DOFS, MASSES, OF_HULL
 from bridge.vehicle.config import Configuration
 from bridge.vehicle.effect_coefficients import (
     ASTERN,
     QUADRATIC,
+    AcceptedEffect,
     effect_coefficients,
 )
+from bridge.vehicle.parameters import bounds
 from identify.checks.controller import READINGS
 from identify.checks.fit import drag_doubts, late_doubts
 from identify.diagnose.candidates import Cause

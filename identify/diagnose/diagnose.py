@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.accepted_effect import AcceptedEffect
 from bridge.vehicle.coefficients import BY_NAME, DOFS
 from bridge.vehicle.config import Prior, VehicleFile
+from bridge.vehicle.effect_coefficients import AcceptedEffect
 from identify.diagnose.accepted import beside_all, likely_accepted, log_stds
 from identify.diagnose.changed import (
     Simulator,

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.dates import date_in_name
+from bridge.clock import date_in_name
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, OF_HULL, Coefficient
 from bridge.vehicle.config import VehicleFile
 from identify.checks.contradictions import contradictions

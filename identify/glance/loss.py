@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import LogError
-from bridge.silences import LEAST_S, ROUND, Spacing, pauses, unheard
+from bridge.wire.silences import LEAST_S, ROUND, Spacing, pauses, unheard
 from identify.ingest.frames import Fields, Frames, Rows, load_frames, message_id
 from identify.ingest.messages import (
     REBOOT_S,

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import LogError
-from bridge.tlog import load_bytes
+from bridge.wire.tlog import load_bytes
 from identify.checks.impossible import tame
 from identify.dive import Array, Signal
 from identify.ingest import rotation

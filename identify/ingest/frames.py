@@ -1,8 +1,8 @@
 """MAVLink frames of a recording as arrays, found by a compiled walk and decoded by message id.
 
 A frame is a row of `Frames`; a field of all messages of an id becomes an array when it is asked for. The walk agrees
-byte for byte with `bridge.framing.frame_at`. It stops at the first record that is not a frame of a known id with the
-right checksum, and leaves that record to `bridge.tlog.next_record`.
+byte for byte with `framing.frame_at`. It stops at the first record that is not a frame of a known id with the
+right checksum, and leaves that record to `bridge.wire.tlog.next_record`.
 """
 
 from collections import Counter
@@ -18,8 +18,8 @@ from numba import njit
 from numpy.typing import NDArray
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.framing import CRC_EXTRA, FULL_BYTES, MAGIC_1, MAGIC_2, SIGNATURE_BYTES
-from bridge.tlog import (
+from bridge.wire.framing import CRC_EXTRA, FULL_BYTES, MAGIC_1, MAGIC_2, SIGNATURE_BYTES
+from bridge.wire.tlog import (
     LATEST_US,
     OUTLIER_US,
     STAMP_BYTES,
@@ -350,7 +350,7 @@ def _starts(data: bytes, content: Bytes, counts: Counter[str]) -> tuple[Rows, li
 
 
 def mended_stamps(stamp_us: Rows, counts: Counter[str]) -> Rows:
-    """Stamps (n,) in us, with LOST stamps and outliers replaced as by `bridge.tlog.mended`."""
+    """Stamps (n,) in us, with LOST stamps and outliers replaced as by `bridge.wire.tlog.mended`."""
     known = stamp_us != LOST
     before = np.concatenate(([LOST], stamp_us[:-1]))
     after = np.append(stamp_us[known], LATEST_US)[np.cumsum(known)]

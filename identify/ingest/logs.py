@@ -19,8 +19,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.clock_line import NORMAL, ClockLine, fit_clock
 from bridge.errors import LogError
+from bridge.wire.clock_line import NORMAL, ClockLine, fit_clock
 from identify.dive import Array, Signal
 from identify.ingest import rotation
 from identify.ingest.dataflash import read_log

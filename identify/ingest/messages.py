@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import LogError
-from bridge.silences import Silence, longest, silences, way_to_mend
+from bridge.wire.silences import Silence, longest, silences, way_to_mend
 from identify.checks.impossible import WILD_S, tame
 from identify.dive import Array, Kind, Note
 from identify.ingest.frames import Fields, Frames, Rows

@@ -8,13 +8,12 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from bridge import tlog
-from bridge.dates import OLDEST_UNIX_S, date_in_name
+from bridge.clock import OLDEST_UNIX_S, date_in_name
 from bridge.errors import LogError
-from bridge.ring.made_since import lacked, lacked_words
-from bridge.ring.whole import standing_for
-from bridge.tlog import load_bytes
 from bridge.vehicle.config import VehicleFile
+from bridge.wire import tlog
+from bridge.wire.tlog import load_bytes
+from bridge.wire.whole import lacked, lacked_words, standing_for
 from identify.checks.frozen import without_frozen
 from identify.checks.gaps import gaps
 from identify.checks.impossible import without_impossible, without_repeated

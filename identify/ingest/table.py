@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from bridge import schema
 from bridge.errors import ConfigError, LogError
-from bridge.tlog import load_bytes
 from bridge.vehicle.config import CONFIGS, GRAVITY_M_S2
+from bridge.wire.tlog import load_bytes
 from identify.dive import Array, Signal
 from identify.ingest import rotation
 from identify.ingest.commands import spread

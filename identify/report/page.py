@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bridge.errors import LogError
-from bridge.new_file import whole
+from bridge.files import whole
 from identify.report import traces
 from identify.report.plot import STYLE
 from identify.report.traces import Traces

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from bridge.errors import FitError, SeatrialError
-from bridge.new_file import to_disk, whole
+from bridge.files import to_disk, whole
 from bridge.reports import ERROR, PAGE, Report, line
 from bridge.vehicle.config import CONFIGS, load_vehicle
 from identify.progress import Step

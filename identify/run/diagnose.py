@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from bridge.errors import ConfigError, FitError, LogError
-from bridge.vehicle.accepted_effect import AcceptedEffect
 from bridge.vehicle.config import Prior, VehicleFile
+from bridge.vehicle.effect_coefficients import AcceptedEffect
 from identify.diagnose import diagnose as search
 from identify.diagnose import wording
 from identify.diagnose.result import Diagnosis, Finding, by_axis, plain

@@ -13,13 +13,14 @@ import batch_jobs
 import pytest
 from dask_cluster import cluster
 
-from bridge.framing import Framer
+from bridge import exit_codes
 from bridge.simulator.dive import simulate_dive
 from bridge.simulator.missions import Mission, rest, run
-from bridge.tlog import TlogWriter
 from bridge.vehicle.config import Prior
+from bridge.wire.framing import Framer
+from bridge.wire.tlog import TlogWriter
 from identify.batch.work import identify
-from tui import cli, exit_codes
+from tui import cli
 from tui.commands import batch
 
 MISSION = Mission(

@@ -5,7 +5,7 @@ import gzip
 import batch_jobs
 import pytest
 
-from bridge.dates import date_in_name
+from bridge.clock import date_in_name
 from bridge.errors import LogError
 from identify.batch.jobs import Recording, Result
 from identify.batch.recordings import Relation, find_recordings, name_of, told_apart, with_beginnings

@@ -32,9 +32,9 @@ from bench.station import table
 from bench.steady import Held, held, lines, steady_errors
 from bench.tracking import truly
 from bridge.errors import LogError
-from bridge.framing import Encoder
 from bridge.simulator.missions import Leg
 from bridge.vehicle.config import load_vehicle
+from bridge.wire.framing import Encoder
 from identify.dive import Dive, Signal
 from identify.estimators.table import SIDE_BY_SIDE
 from identify.identification import Z95

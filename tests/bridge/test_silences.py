@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bridge.silences import Silence, longest, silences
+from bridge.wire.silences import Silence, longest, silences
 
 
 def heard(sent_s, kept=None, arrives=lambda sent_s: sent_s, booted_s=0.0, clock_every=1):

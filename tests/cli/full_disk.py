@@ -4,7 +4,7 @@ import errno
 import io
 import os
 
-from bridge import new_file
+from bridge import files
 
 
 class Full(io.BytesIO):
@@ -16,11 +16,11 @@ class Full(io.BytesIO):
 
 def fill(monkeypatch, folder, ending=""):
     """Let no file below `folder` whose name has that ending take a byte."""
-    open_new = new_file.open_new
+    open_new = files.open_new
 
     def opened(path):
         made = open_new(path)
-        name = path.name.removesuffix(new_file.PART).removesuffix(f".{os.getpid()}")
+        name = path.name.removesuffix(files.PART).removesuffix(f".{os.getpid()}")
         if not path.absolute().is_relative_to(folder.absolute()):
             return made
         if not name.endswith(ending):
@@ -28,4 +28,4 @@ def fill(monkeypatch, folder, ending=""):
         made.close()
         return Full()
 
-    monkeypatch.setattr(new_file, "open_new", opened)
+    monkeypatch.setattr(files, "open_new", opened)

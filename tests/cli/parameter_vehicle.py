@@ -4,13 +4,13 @@ from contextlib import contextmanager
 
 from fakes.vehicle import FakeVehicle
 
-from bridge.framing import Framer, decode
+from bridge.wire.framing import Framer, decode
 
 
 def at_any_link(monkeypatch, store=None):
     """A vehicle at the end of whatever link is opened from now on."""
     vehicle = FakeVehicle(store=store)
-    monkeypatch.setattr("bridge.link.open.open_link", lambda _: vehicle)
+    monkeypatch.setattr("bridge.links.open.open_link", lambda _: vehicle)
     monkeypatch.setattr("bridge.clock.SystemClock", lambda: vehicle.clock)
     return vehicle
 

@@ -10,6 +10,7 @@ import pytest
 from full_disk import fill
 from test_diagnose_command import DRAG, diagnosis
 
+from bridge import exit_codes
 from bridge.reports import UNKEPT
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import dive_of, draw_case
@@ -17,7 +18,7 @@ from identify.challenge.seal import tlog_of
 from identify.estimators.table import estimator
 from identify.ingest.open import read_dive
 from identify.report.page import Report
-from tui import cli, exit_codes
+from tui import cli
 from tui.job import work
 
 CASE = draw_case(300_001, kind="none", seconds=30.0)

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from tui import cli, exit_codes
+from bridge import exit_codes
+from tui import cli
 
 ROOT = Path(__file__).resolve().parents[2]
 VEHICLE = str(ROOT / "tests" / "data" / "vehicles" / "survey.yaml")

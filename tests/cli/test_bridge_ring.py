@@ -2,9 +2,10 @@
 
 from pathlib import Path
 
-from bridge.ring.segments import segments_in
-from bridge.tlog import read_tlog
-from tui import cli, exit_codes
+from bridge import exit_codes
+from bridge.wire.segments import segments_in
+from bridge.wire.tlog import read_tlog
+from tui import cli
 
 VEHICLE = str(Path(__file__).resolve().parents[1] / "data" / "vehicles" / "hovering.yaml")
 

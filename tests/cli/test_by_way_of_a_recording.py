@@ -11,13 +11,15 @@ import yaml
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from waiting import until
 
+from bridge import exit_codes
 from bridge.errors import LinkError
-from bridge.framing import Encoder, decode
-from bridge.link.memory import memory_pair
-from bridge.link.open import open_link
-from bridge.parameters import parameters_of
-from bridge.tlog import read_tlog
+from bridge.exit_codes import UsageError
+from bridge.links.memory import memory_pair
+from bridge.links.open import open_link
+from bridge.onboard.parameters import parameters_of
 from bridge.vehicle.config import load_vehicle
+from bridge.wire.framing import Encoder, decode
+from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.folder import About, new_folder
 from gcs_plugin.recording.hub import FULL, Hub
 from gcs_plugin.recording.link import same_link
@@ -25,8 +27,7 @@ from gcs_plugin.recording.recorder import Recorder
 from gcs_plugin.recording.state import Holding, held, state_file, write_holding
 from gcs_plugin.simulated import afloat
 from identify.ingest.open import read_dive
-from tui import cli, exit_codes
-from tui.exit_codes import UsageError
+from tui import cli
 from tui.links import link_for
 
 LINK = "udpin:127.0.0.1:14550"
@@ -46,7 +47,7 @@ def holding(unix_s, **changed):
 def opened(monkeypatch):
     """The names of the links that were opened."""
     names = []
-    monkeypatch.setattr("bridge.link.open.open_link", names.append)
+    monkeypatch.setattr("bridge.links.open.open_link", names.append)
     return names
 
 
@@ -180,7 +181,7 @@ def at_sea(monkeypatch, tmp_path):
         before_sync=lambda: None,
     )  # fmt: skip
     monkeypatch.setattr("bridge.clock.SystemClock", lambda: clock)
-    monkeypatch.setattr("bridge.link.open.open_link", lambda _: Seat(recorder, hub))
+    monkeypatch.setattr("bridge.links.open.open_link", lambda _: Seat(recorder, hub))
     write_holding(holding(clock.unix_s(), hub=hub.address, folder=str(folder.path)))
     yield parameters, folder, recorder
     recorder.close()
@@ -268,7 +269,7 @@ class Recording:
     def __init__(self, monkeypatch, out, *words):
         near, self.far = memory_pair()
         monkeypatch.setattr(
-            "bridge.link.open.open_link", lambda spec: near if spec == LINK else open_link(spec)
+            "bridge.links.open.open_link", lambda spec: near if spec == LINK else open_link(spec)
         )
         line = ["record", "--link", LINK, "--out", str(out), "--name", "x", "--seconds", "60", *words]
         self.codes = []
@@ -303,7 +304,7 @@ def ends(monkeypatch):
         worker.join()
         assert clock.boot_s() < seconds
 
-    monkeypatch.setattr("tui.running.until_stopped", until_stopped)
+    monkeypatch.setattr("bridge.command_line.until_stopped", until_stopped)
     monkeypatch.setattr("gcs_plugin.recording.recorder.SYNC_EVERY_S", 0.01)
     yield end
     end.set()

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from bridge import exit_codes
 from bridge.errors import ConfigError, FitError, LinkLost, LogError, ParamUnverified
-from tui import cli, exit_codes
+from tui import cli
 
 ROOT = Path(__file__).resolve().parents[2]
 COMMANDS = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")

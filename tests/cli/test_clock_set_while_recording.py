@@ -7,14 +7,15 @@ from pathlib import Path
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from bridge import exit_codes
 from bridge.clock import SimulatedClock
-from bridge.framing import Encoder
-from bridge.link.memory import memory_pair
-from bridge.tlog import read_tlog
+from bridge.links.memory import memory_pair
+from bridge.wire.framing import Encoder
+from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.folder import About, DiveFolder
 from gcs_plugin.recording.recorder import Recorder
 from gcs_plugin.recording.state import held
-from tui import cli, exit_codes
+from tui import cli
 from tui.links import known_now
 from tui.recording import RecordedDives, RecordingState
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from bridge import exit_codes
 from bridge.errors import ConfigError, FitError
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import Case, check_of, dive_of, draw_case
@@ -25,7 +26,7 @@ from identify.effects.library import library
 from identify.effects.rigid_body import ADDED_PAYLOAD
 from identify.ingest.open import OVERLAPPING, PIECE, SAME, of_one_dive
 from identify.run.diagnose import effects_without
-from tui import cli, exit_codes
+from tui import cli
 from tui.answers import tell_diagnosis
 from tui.commands.diagnose import _sends
 

@@ -18,8 +18,8 @@ import pytest
 from figures import keep
 from waiting import until
 
-from bridge.framing import Encoder
-from bridge.tlog import of_those_that_hold_frames, read_tlog
+from bridge.wire.framing import Encoder
+from bridge.wire.tlog import of_those_that_hold_frames, read_tlog
 from gcs_plugin.dives.folder import list_folders
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="no limit of a running process can be set")

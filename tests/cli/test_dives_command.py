@@ -9,13 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bridge.framing import Encoder
-from bridge.messages.readings import Reading, encode
-from bridge.tlog import TlogWriter
+from bridge import exit_codes
 from bridge.vehicle.config import load_vehicle
+from bridge.wire.framing import Encoder
+from bridge.wire.readings import Reading, encode
+from bridge.wire.tlog import TlogWriter
 from gcs_plugin.dives.folder import About, DiveFolder, Event, new_folder
 from identify.ingest.open import read_dive
-from tui import cli, dive_list, exit_codes
+from tui import cli, dive_list
 from tui.dive_list import GLANCE, AxisSpan, Glance, letters, row_of, short_name
 
 BOOT_US = 1_790_000_000_000_000

@@ -5,14 +5,15 @@ from dataclasses import replace
 
 import pytest
 
+from bridge import exit_codes
 from bridge.clock import SimulatedClock
 from bridge.errors import LogError
-from bridge.link.memory import memory_pair
+from bridge.links.memory import memory_pair
 from bridge.simulator.body import Start
 from bridge.simulator.dive import SimulatedVehicle
-from bridge.tlog import TlogWriter
 from bridge.vehicle.config import load_vehicle
-from tui import cli, exit_codes
+from bridge.wire.tlog import TlogWriter
+from tui import cli
 
 
 class Afloat:
@@ -66,7 +67,7 @@ def findings(monkeypatch, tmp_path, capsys):
     """Run the doctor on a link: its exit code and its findings by name."""
 
     def run(link, *words):
-        monkeypatch.setattr("bridge.link.open.open_link", lambda _: link)
+        monkeypatch.setattr("bridge.links.open.open_link", lambda _: link)
         monkeypatch.setattr("bridge.clock.SystemClock", lambda: link.clock)
         code = cli.main(["doctor", "--link", "any", "--out", str(tmp_path), "--json", "-", *words])
         return code, {finding["name"]: finding for finding in json.loads(capsys.readouterr().out)}
@@ -117,7 +118,7 @@ def test_the_wet_check_names_two_swapped_thrusters(findings):
 
 def test_a_vehicle_that_goes_silent_in_the_wet_check_is_the_link_that_failed(monkeypatch, tmp_path, capsys):
     link = Afloat()
-    monkeypatch.setattr("bridge.link.open.open_link", lambda _: link)
+    monkeypatch.setattr("bridge.links.open.open_link", lambda _: link)
     monkeypatch.setattr("bridge.clock.SystemClock", lambda: link.clock)
     listen = link.read
     monkeypatch.setattr(
@@ -137,7 +138,7 @@ def wet(monkeypatch, tmp_path):
     """Run the wet check on a link: its exit code."""
 
     def run(link):
-        monkeypatch.setattr("bridge.link.open.open_link", lambda _: link)
+        monkeypatch.setattr("bridge.links.open.open_link", lambda _: link)
         monkeypatch.setattr("bridge.clock.SystemClock", lambda: link.clock)
         line = ["doctor", "--link", "any", "--vehicle", "ruvifist:hovering", "--out", str(tmp_path), "--wet"]
         return cli.main([*line, "--confirm", "ruvifist"])
@@ -186,7 +187,7 @@ def test_an_armed_vehicle_is_not_checked_and_stays_as_it_is(wet, capsys):
 @pytest.mark.parametrize("words", [(), ("--confirm", "bluerov2")])
 def test_no_thruster_turns_without_the_vehicles_name(monkeypatch, tmp_path, words, capsys):
     link = Afloat()
-    monkeypatch.setattr("bridge.link.open.open_link", lambda _: link)
+    monkeypatch.setattr("bridge.links.open.open_link", lambda _: link)
     monkeypatch.setattr("bridge.clock.SystemClock", lambda: link.clock)
     monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
     line = ["doctor", "--link", "any", "--vehicle", "ruvifist:hovering", "--out", str(tmp_path), "--wet"]

@@ -10,19 +10,21 @@ from types import SimpleNamespace
 import pytest
 from full_disk import fill
 
-from bridge.parameters import ParameterServer, vehicle_table
-from bridge.vehicle.accepted_effect import AcceptedEffect
+from bridge import exit_codes
+from bridge.exit_codes import UsageError
+from bridge.onboard.parameters import ParameterServer
 from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.effect_coefficients import AcceptedEffect
+from bridge.vehicle.parameters import vehicle_table
 from gcs_plugin.params.files import Sidecar, read_sidecar, write_sidecar
 from identify.diagnose.candidates import Cause
 from identify.diagnose.result import NOTHING, Accepted, Finding, Value
 from identify.dive import Dive
 from identify.effects.environment import waves
 from identify.identification import Doubt, Outcome
-from tui import cli, exit_codes
+from tui import cli
 from tui.accepted import accepted_before, accepted_truth
 from tui.commands.diagnose import accept
-from tui.exit_codes import UsageError
 from tui.parameter_files import Leave, accepted_model, targets_of
 
 BUNDLED = Path(__file__).resolve().parents[2] / "configs" / "vehicles"

@@ -7,22 +7,22 @@ import threading
 import pytest
 from diving_vehicle import Dive
 
+from bridge import exit_codes
 from bridge.clock import SystemClock
-from bridge.ring.files import Bounds
-from bridge.ring.segments import segments_in
-from bridge.ring.whole import WHOLE
-from bridge.signing.gate import Gate
+from bridge.onboard.ring import Bounds
+from bridge.signing.gate import Gate, Times
 from bridge.signing.key import SigningKey, write_key
 from bridge.signing.link import SignedLink
-from bridge.signing.times import Times
-from bridge.tlog import read_tlog
+from bridge.wire.segments import segments_in
+from bridge.wire.tlog import read_tlog
+from bridge.wire.whole import WHOLE
 from gcs_plugin.dives.folder import new_folder
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.recording.hub import Hub
 from gcs_plugin.recording.recorder import Recorder
 from gcs_plugin.recording.state import Holding, write_holding
-from tui import cli, exit_codes
+from tui import cli
 from tui.fetched import MIRROR
 
 pytestmark = pytest.mark.usefixtures("switched_off")
@@ -121,7 +121,7 @@ def test_over_a_signed_link_it_takes_the_key_and_the_dive_that_it_makes_is_not_s
     monkeypatch.chdir(tmp_path)
     signed = SignedDive(tmp_path / "ring", bounds=Bounds(10_000_000, 4000))
     signed.dive(5.0)
-    monkeypatch.setattr("bridge.link.open.open_link", lambda _: signed)
+    monkeypatch.setattr("bridge.links.open.open_link", lambda _: signed)
     write_key(tmp_path / "lake.key", KEY)
     words = ["fetch", "--new", "--link", "udpin:127.0.0.1:14550", "--json", "came.json"]
     assert cli.main([*words, "--sign-key", "lake.key"]) == exit_codes.DONE

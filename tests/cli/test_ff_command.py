@@ -8,9 +8,10 @@ import pytest
 from fakes.vehicle import FakeVehicle
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from bridge import exit_codes
 from gcs_plugin.modes import OffMarks
 from gcs_plugin.recording.state import HeardVehicle, Holding, write_holding
-from tui import cli, exit_codes
+from tui import cli
 
 
 def afloat(clock=None, system=1):
@@ -37,7 +38,7 @@ class Terminal:
 @pytest.fixture
 def vehicle(monkeypatch):
     vehicle = afloat()
-    monkeypatch.setattr("bridge.link.open.open_link", lambda _: vehicle)
+    monkeypatch.setattr("bridge.links.open.open_link", lambda _: vehicle)
     monkeypatch.setattr("bridge.clock.SystemClock", lambda: vehicle.clock)
     monkeypatch.setattr("tui.switching.REOPEN_EVERY_S", 0.0)
     return vehicle

@@ -13,19 +13,20 @@ import pytest
 import sketches
 from pymavlink.dialects.v20.ardupilotmega import MAVLINK_MSG_ID_NAMED_VALUE_FLOAT
 
+from bridge import exit_codes
 from bridge.errors import FitError
-from bridge.framing import Encoder, decode
+from bridge.exit_codes import UsageError
 from bridge.reports import read
-from bridge.tlog import TlogWriter, read_tlog
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS
 from bridge.vehicle.config import load_vehicle
+from bridge.wire.framing import Encoder, decode
+from bridge.wire.tlog import TlogWriter, read_tlog
 from identify.challenge.seal import tlog_of
 from identify.dive import Dive, Signal
 from identify.identification import Identification, Outcome, estimate
 from identify.ingest.open import read_dive
-from tui import cli, exit_codes
+from tui import cli
 from tui.commands import identify as command
-from tui.exit_codes import UsageError
 from tui.parameter_files import Leave, targets_of_identification
 
 ROOT = Path(__file__).resolve().parents[2]

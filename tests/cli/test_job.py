@@ -8,10 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from bridge import exit_codes
 from bridge.reports import FORM, VARIABLE, Report, Written, line, read
 from identify.challenge.case import dive_of, draw_case
 from identify.challenge.seal import tlog_of
-from tui import exit_codes, show
+from tui import show
 from tui.job import Done, work
 
 

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 from autopilot_log import Turning, heard, logged
 
-from bridge.ring.whole import WHOLE
-from tui import cli, exit_codes
+from bridge import exit_codes
+from bridge.wire.whole import WHOLE
+from tui import cli
 
 
 @pytest.fixture

@@ -12,14 +12,15 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from waiting import until
 
+from bridge import exit_codes
 from bridge.clock import SystemClock
-from bridge.framing import Encoder, Framer
-from bridge.link.open import open_link
-from bridge.tlog import read_tlog
+from bridge.links.open import open_link
+from bridge.wire.framing import Encoder, Framer
+from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.conditions import Conditions
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.recording.state import held
-from tui import cli, exit_codes
+from tui import cli
 
 
 def now():

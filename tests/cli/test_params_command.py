@@ -8,10 +8,9 @@ import params_line
 import pytest
 from params_line import DESPITE_HALF, run, with_intervals
 
-from bridge import reports
-from bridge.framing import Framer, decode
+from bridge import exit_codes, reports
+from bridge.wire.framing import Framer, decode
 from gcs_plugin.params.files import read_sidecar
-from tui import exit_codes
 
 vehicle = params_line.vehicle
 file = params_line.file

@@ -13,9 +13,10 @@ from full_disk import fill
 from parameter_vehicle import GroundKilledError, at_any_link, dying_at
 from params_line import DESPITE_HALF, run, with_intervals
 
-from bridge.parameters import set_crc
+from bridge import exit_codes
+from bridge.vehicle.parameters import set_crc
 from gcs_plugin.params.files import read_sidecar
-from tui import cli, exit_codes
+from tui import cli
 
 vehicle = params_line.vehicle
 file = params_line.file

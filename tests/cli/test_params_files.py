@@ -8,6 +8,7 @@ import pytest
 from fakes.vehicle import VEHICLE
 from params_line import DESPITE_HALF, identified, run, with_sidecar
 
+from bridge import exit_codes
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.params.files import (
     Sidecar,
@@ -19,7 +20,6 @@ from gcs_plugin.params.files import (
 )
 from gcs_plugin.params.identified import write_identified
 from identify.identification import Doubt, Identification, Outcome, estimate
-from tui import exit_codes
 
 vehicle = params_line.vehicle
 file = params_line.file

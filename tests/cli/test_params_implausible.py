@@ -7,9 +7,9 @@ import pytest
 from fakes.vehicle import VEHICLE
 from params_line import DESPITE_HALF, run
 
+from bridge import exit_codes
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.params.files import Interval, Sidecar, write_parameters, write_sidecar
-from tui import exit_codes
 
 vehicle = params_line.vehicle
 file = params_line.file

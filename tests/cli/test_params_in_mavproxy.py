@@ -4,10 +4,11 @@ server, in simulated time."""
 import pytest
 from parameter_vehicle import at_any_link
 
+from bridge import exit_codes
 from bridge.errors import ParamRejected
-from bridge.framing import Encoder, Framer
+from bridge.wire.framing import Encoder, Framer
 from gcs_plugin.fleet import Fleet
-from tui import cli, exit_codes
+from tui import cli
 
 in_mavproxy = pytest.importorskip("gcs_plugin.mavproxy.parameters", reason="MAVProxy is not installed")
 

@@ -9,15 +9,16 @@ import numpy as np
 import pytest
 import yaml
 
+from bridge import exit_codes
 from bridge.errors import ConfigError
 from bridge.schema import build
 from bridge.vehicle.config import Prior, Vehicle, load_vehicle
-from bridge.vehicle.prior_text import with_priors_written
 from gcs_plugin.params.files import Interval, Sidecar, write_sidecar
 from identify.identification import Identification, Outcome, estimate
 from identify.priors import with_priors
-from tui import cli, exit_codes
+from tui import cli
 from tui.accepted import doubted_of
+from tui.commands.prior import with_priors_written
 
 BUNDLED = Path(__file__).resolve().parents[2] / "configs" / "vehicles" / "ruvifist.yaml"
 

@@ -15,8 +15,8 @@ import pytest
 from figures import keep
 from waiting import until
 
-from bridge.framing import Encoder, Framer
-from bridge.tlog import load_bytes, read_tlog
+from bridge.wire.framing import Encoder, Framer
+from bridge.wire.tlog import load_bytes, read_tlog
 from gcs_plugin.dives.folder import list_folders
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -13,10 +13,10 @@ from test_bridge_ring import VEHICLE
 from test_next_dive_command import Vehicle
 from waiting import until
 
-from bridge.ring.segments import segments_in
-from bridge.tlog import of_those_that_hold_frames, read_tlog
+from bridge import exit_codes
+from bridge.wire.segments import segments_in
+from bridge.wire.tlog import of_those_that_hold_frames, read_tlog
 from gcs_plugin.dives.folder import list_folders
-from tui import exit_codes
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="nobody deletes an open file there")
 

@@ -11,13 +11,14 @@ import pytest
 from full_disk import fill
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.answers import status_texts
-from bridge.framing import Encoder
-from bridge.link.memory import memory_pair
-from bridge.tlog import TlogWriter, read_tlog
+from bridge import exit_codes
+from bridge.links.memory import memory_pair
+from bridge.onboard.orders import status_texts
+from bridge.wire.framing import Encoder
+from bridge.wire.tlog import TlogWriter, read_tlog
 from gcs_plugin.dives.conditions import Conditions
 from gcs_plugin.dives.folder import About, list_folders, new_folder
-from tui import cli, exit_codes
+from tui import cli
 
 BOOT_US = 1_790_000_000_000_000
 
@@ -45,7 +46,7 @@ def recording(tmp_path):
 def far_end(monkeypatch):
     """The other end of the link that the next verb opens."""
     near, far = memory_pair()
-    monkeypatch.setattr("bridge.link.open.open_link", lambda _: near)
+    monkeypatch.setattr("bridge.links.open.open_link", lambda _: near)
     return far
 
 

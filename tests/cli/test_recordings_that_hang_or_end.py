@@ -9,10 +9,11 @@ from dataclasses import replace
 
 import pytest
 
+from bridge import exit_codes
 from bridge.clock import SimulatedClock, SystemClock
 from bridge.errors import LinkError, LinkLost
 from gcs_plugin.recording.state import Holding, held, hung, release, write_holding
-from tui import cli, exit_codes
+from tui import cli
 from tui.links import ByWay, link_for
 
 LINK, FAR = "udpin:127.0.0.1:14550", "udpout:127.0.0.1:14559"

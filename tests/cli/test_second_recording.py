@@ -6,13 +6,14 @@ import socket
 import pytest
 from diving_vehicle import Dive
 
+from bridge import exit_codes
 from bridge.clock import SystemClock
 from bridge.errors import LinkError, LinkLost
-from bridge.link.open import open_link
+from bridge.links.open import open_link
 from gcs_plugin.dives.folder import new_folder
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.recording.state import Holding, held, held_beside, release, state_file, write_holding
-from tui import cli, exit_codes, links
+from tui import cli, links
 from tui.links import ByWay, coming_back, link_for, recordings_now, refuse_second
 
 pytestmark = pytest.mark.usefixtures("switched_off")
@@ -49,7 +50,7 @@ def opened(monkeypatch):
         names.append(name)
         return Dead(name)
 
-    monkeypatch.setattr("bridge.link.open.open_link", one)
+    monkeypatch.setattr("bridge.links.open.open_link", one)
     return names
 
 

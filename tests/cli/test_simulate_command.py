@@ -6,18 +6,19 @@ from pathlib import Path
 
 import pytest
 
+from bridge import exit_codes
 from bridge.clock import SystemClock
-from bridge.framing import Framer
-from bridge.link.memory import memory_pair
-from bridge.tlog import read_tlog
+from bridge.links.memory import memory_pair
 from bridge.vehicle.config import CONFIGS
+from bridge.wire.framing import Framer
+from bridge.wire.tlog import read_tlog
 from gcs_plugin import simulated
 from gcs_plugin.dives.folder import load_folder
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.plan import make_plan
 from gcs_plugin.params.session import Order
 from identify.ingest.open import read_dive
-from tui import cli, exit_codes
+from tui import cli
 
 LEGS = """
 name: a short one
@@ -83,7 +84,7 @@ def test_feed_forward_without_parameters_is_refused_before_a_folder_is_made(tmp_
 
 def test_what_is_uploaded_to_an_idle_vehicle_flies_in_the_dive_after(tmp_path, mission, monkeypatch, capsys):
     near, far = memory_pair()
-    monkeypatch.setattr("bridge.link.open.open_link", lambda _: near)
+    monkeypatch.setattr("bridge.links.open.open_link", lambda _: near)
     store = str(tmp_path / "memory.json")
     receipts = []
 
@@ -95,7 +96,7 @@ def test_what_is_uploaded_to_an_idle_vehicle_flies_in_the_dive_after(tmp_path, m
         stop.set()
         vehicle.join()
 
-    monkeypatch.setattr("tui.running.until_stopped", until_the_ground_is_done)
+    monkeypatch.setattr("bridge.command_line.until_stopped", until_the_ground_is_done)
     line = [
         "simulate",
         "--vehicle",
@@ -179,7 +180,7 @@ def test_a_dive_that_ends_has_no_such_event(tmp_path, mission, capsys):
 
 def bridge(tmp_path, monkeypatch, sensors, seconds="1.5"):
     near, _ = memory_pair()
-    monkeypatch.setattr("tui.commands.bridge.lasting", lambda *_: near)
+    monkeypatch.setattr("bridge.onboard.program.lasting", lambda *_: near)
     vehicle = tmp_path / "some.yaml"
     vehicle.write_text(
         f"name: some\nsensors: {sensors}\nconfigurations:\n  only:\n    dry_mass_kg: 10\n    inertia_kgm2: [1, 1, 1]\n"
@@ -224,8 +225,8 @@ def test_a_device_that_comes_back_is_told_and_one_port_is_enough(tmp_path, monke
         made[0].device_faults = {"dvl": "dvl silent: check cable"}
         each(1.0)
 
-    monkeypatch.setattr("bridge.service.Bridge", make)
-    monkeypatch.setattr("tui.running.until_stopped", steps)
+    monkeypatch.setattr("bridge.onboard.service.Bridge", make)
+    monkeypatch.setattr("bridge.command_line.until_stopped", steps)
     sensors = "{imu: {kind: mti300, port: /dev/ttyNone}, dvl: {kind: wayfinder, port: /dev/ttyGone}}"
     assert bridge(tmp_path, monkeypatch, sensors) == exit_codes.DONE
     assert capsys.readouterr().err.splitlines() == [
@@ -237,7 +238,7 @@ def test_a_device_that_comes_back_is_told_and_one_port_is_enough(tmp_path, monke
 
 def test_the_bridge_beats_on_its_link_though_no_sensor_is_there(tmp_path, monkeypatch):
     near, far = memory_pair()
-    monkeypatch.setattr("bridge.link.open.open_link", lambda _: near)
+    monkeypatch.setattr("bridge.links.open.open_link", lambda _: near)
     vehicle = tmp_path / "bare.yaml"
     vehicle.write_text(
         "name: bare\nconfigurations:\n  only:\n    dry_mass_kg: 10\n    inertia_kgm2: [1, 1, 1]\n"

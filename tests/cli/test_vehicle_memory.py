@@ -5,9 +5,10 @@ from pathlib import Path
 import pytest
 from fakes.vehicle import VEHICLE, FakeVehicle
 
-from bridge.parameters import parameters_of
+from bridge import exit_codes
+from bridge.onboard.parameters import parameters_of
 from bridge.vehicle.config import load_vehicle
-from tui import cli, exit_codes
+from tui import cli
 
 NONE_IN_FORCE = "no set is in force on the vehicle (FF_ACTIVE is 0)"
 
@@ -34,7 +35,7 @@ class Edited(FakeVehicle):
 def vehicle(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     vehicle = Edited(tmp_path)
-    monkeypatch.setattr("bridge.link.open.open_link", lambda _: vehicle)
+    monkeypatch.setattr("bridge.links.open.open_link", lambda _: vehicle)
     monkeypatch.setattr("bridge.clock.SystemClock", lambda: vehicle.clock)
     (tmp_path / "ours.param").write_text("FF1_M_U,111.5\nFF1_D_U,56.25\n", encoding="utf-8")
     return vehicle

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from bench.missions.mission import draw_one
-from bridge.vehicle.accepted_effect import AcceptedEffect
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, MASSES
 from bridge.vehicle.config import Prior
+from bridge.vehicle.effect_coefficients import AcceptedEffect
 from identify.challenge.case import dive_of, draw_case
 from identify.checks.controller import unrecorded
 from identify.diagnose import accepted as diagnose_accepted

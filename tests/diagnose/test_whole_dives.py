@@ -10,12 +10,12 @@ import pytest
 from soak import rest_in_soak
 
 from bench.field.draw import draw
-from bridge.framing import Framer
 from bridge.simulator.dive import simulate_dive
 from bridge.simulator.missions import validation
-from bridge.tlog import TlogWriter
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.thrusters import shaft_speed
+from bridge.wire.framing import Framer
+from bridge.wire.tlog import TlogWriter
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.candidates import Cause
 from identify.diagnose.diagnose import diagnose

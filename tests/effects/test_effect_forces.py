@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bridge.vehicle.accepted_effects import Losses
 from bridge.vehicle.config import GRAVITY_M_S2
 from bridge.vehicle.dynamics import coriolis, restoring
 from bridge.vehicle.feedforward import hull_wrench
 from bridge.vehicle.references import Reference
-from bridge.vehicle.thruster_losses import Losses
 from identify.effects import actuators, environment, hydrodynamics, rigid_body, sensors, supply
 from identify.effects.course import Course
 from identify.effects.effect import Effect

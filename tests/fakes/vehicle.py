@@ -6,14 +6,15 @@ from typing import NamedTuple
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.answers import status_texts
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkLost
-from bridge.framing import Encoder, Framer, decode
-from bridge.messages.readings import Reading, encode
-from bridge.parameters import ParameterServer, vehicle_table
-from bridge.status_codes import Topic, coded
+from bridge.onboard.orders import status_texts
+from bridge.onboard.parameters import ParameterServer
 from bridge.vehicle.config import Configuration, Thruster, Vehicle, load_vehicle
+from bridge.vehicle.parameters import vehicle_table
+from bridge.wire.framing import Encoder, Framer, decode
+from bridge.wire.readings import Reading, encode
+from bridge.wire.status_codes import Topic, coded
 
 VEHICLE = str(Path(__file__).resolve().parents[1] / "data" / "vehicles" / "hovering.yaml")
 NEVER = float("inf")

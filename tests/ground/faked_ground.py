@@ -6,7 +6,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LogError
-from bridge.framing import Encoder
+from bridge.wire.framing import Encoder
 from gcs_plugin.recording.recorder import Recorder
 
 

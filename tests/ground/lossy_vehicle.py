@@ -7,7 +7,7 @@ import struct
 import zlib
 from dataclasses import dataclass, field
 
-from bridge.parameters import ACTIVE, COMMIT
+from bridge.vehicle.parameters import ACTIVE, COMMIT
 from gcs_plugin.params import float32
 from gcs_plugin.params.listing import ReadIndex, ReadList
 from gcs_plugin.params.plan import is_staged

@@ -10,18 +10,18 @@ import pytest
 from diving_vehicle import Dive
 from test_merge_recordings import all_frames, heard_by, raws
 
+from bridge import exit_codes
 from bridge.errors import LogError
-from bridge.framing import Encoder
-from bridge.ftp.contents import FILE_TRANSFER
-from bridge.ring.made_since import lacked
-from bridge.ring.whole import WHOLE
+from bridge.wire.framing import Encoder
+from bridge.wire.redaction import FILE_TRANSFER
+from bridge.wire.whole import WHOLE, lacked
 from gcs_plugin import locks
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.locks import HeldTlog, alone_at, holder_of, is_written
 from gcs_plugin.peers import ground_heartbeat
 from gcs_plugin.recording.state import Holding, release, write_holding
-from tui import cli, exit_codes, merging
+from tui import cli, merging
 from tui.fetched import Fetcher
 from tui.merging import merge
 

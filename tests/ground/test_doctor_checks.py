@@ -8,9 +8,9 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkTimeout
-from bridge.framing import Encoder, Framer, decode
-from bridge.messages.readings import Reading, encode
 from bridge.vehicle.config import load_vehicle
+from bridge.wire.framing import Encoder, Framer, decode
+from bridge.wire.readings import Reading, encode
 from gcs_plugin.doctor.checks import (
     Level,
     check_disk,

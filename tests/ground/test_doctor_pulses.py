@@ -5,10 +5,10 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
 from bridge.errors import ConfigError, LinkError
-from bridge.framing import Encoder, Framer, decode
-from bridge.messages.readings import Reading, encode
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.thrusters import thrust_curve
+from bridge.wire.framing import Encoder, Framer, decode
+from bridge.wire.readings import Reading, encode
 from gcs_plugin.doctor.pulse_run import confirm, run_pulses
 from gcs_plugin.doctor.pulses import MotorTest, duration_s, pulses
 from gcs_plugin.doctor.wet_record import find_pulses, record_of

@@ -9,11 +9,11 @@ from soak import rest_in_soak
 from wet_dive import turned, wet_check
 
 from bridge.errors import ConfigError, LogError
-from bridge.framing import Encoder, Framer
-from bridge.messages.readings import Reading, encode
 from bridge.sensors.mounting import mounting_matrix, rotation_matrix
 from bridge.vehicle.config import Mounting, load_vehicle
 from bridge.vehicle.thrusters import thrust_curve
+from bridge.wire.framing import Encoder, Framer
+from bridge.wire.readings import Reading, encode
 from gcs_plugin.doctor import turns
 from gcs_plugin.doctor.checks import Level, worst
 from gcs_plugin.doctor.latency import latencies, latency_findings, wet_findings

@@ -5,12 +5,12 @@ from diving_vehicle import BAD, Dive
 from soak import rest_in_soak
 
 from bridge.errors import LinkError, LinkTimeout, LogError
-from bridge.framing import Encoder
-from bridge.ftp.packet import Op, Packet
-from bridge.ring.files import Bounds
-from bridge.ring.segments import Segment, segments_in
-from bridge.ring.whole import WHOLE
-from bridge.tlog import read_tlog
+from bridge.onboard.ring import Bounds
+from bridge.wire.framing import Encoder
+from bridge.wire.ftp import Op, Packet
+from bridge.wire.segments import Segment, segments_in
+from bridge.wire.tlog import read_tlog
+from bridge.wire.whole import WHOLE
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.dives.replay import Reel
 from gcs_plugin.fetch.boots import Boot, newest, of_dive

@@ -8,12 +8,13 @@ from fakes.vehicle import SMALL, FakeVehicle
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
-from bridge.framing import Encoder, Framer
-from bridge.link.lossy import Lossy
-from bridge.messages.readings import Reading
-from bridge.parameters import ParameterServer, vehicle_table
+from bridge.links.lossy import Lossy
+from bridge.onboard.parameters import ParameterServer
 from bridge.vehicle.config import Vehicle
 from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.parameters import vehicle_table
+from bridge.wire.framing import Encoder, Framer
+from bridge.wire.readings import Reading
 from gcs_plugin.feedforward import Switch
 from gcs_plugin.peers import GROUND_STATION, KnownVehicle, Peers
 

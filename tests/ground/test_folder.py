@@ -11,7 +11,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import ConfigError, LogError
-from bridge.framing import Encoder
+from bridge.wire.framing import Encoder
 from gcs_plugin.dives.conditions import (
     NAMES,
     NOTHING_SAID,

@@ -7,11 +7,11 @@ from diving_vehicle import Dive
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from test_merge_recordings import of_it
 
-from bridge.framing import Encoder, message_id_at
-from bridge.new_file import PART
-from bridge.ring.segments import Segment, segments_in
-from bridge.ring.whole import WHOLE
-from bridge.tlog import read_tlog, record_of
+from bridge.files import PART
+from bridge.wire.framing import Encoder, message_id_at
+from bridge.wire.segments import Segment, segments_in
+from bridge.wire.tlog import read_tlog, record_of
+from bridge.wire.whole import WHOLE
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.holes import Hole, as_sent, holes_in, lost_in
 from gcs_plugin.fetch.mirror import damaged_before
@@ -153,7 +153,7 @@ def test_a_recording_that_overlaps_nothing_is_refused_and_the_next_goes_in(tmp_p
     folder = dive_of(tmp_path, of_it(clockless, 0.0, 18.0) + of_it(clockless, 79.0))
     for name, (begins_s, ends_s) in {"bridge": (10.0, 40.0), "far": (50.0, 70.0)}.items():
         write_records(tmp_path / f"{name}.tlog", of_it(clockless, begins_s, ends_s))
-    refused, taken = merge_all(folder, [tmp_path / "far.tlog", tmp_path / "bridge.tlog"])
+    refused, taken = merge_all(folder, [tmp_path / "far.tlog", tmp_path / "bridge.wire.tlog"])
     assert isinstance(taken, Merged)
     assert isinstance(refused, Refused)
     assert refused.file.name == "far.tlog"

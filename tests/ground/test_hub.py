@@ -7,8 +7,8 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkError, LinkLost
-from bridge.framing import Encoder, Framer, decode
-from bridge.link.open import open_link
+from bridge.links.open import open_link
+from bridge.wire.framing import Encoder, Framer, decode
 from gcs_plugin.recording import hub as hubs
 from gcs_plugin.recording.hub import Hub
 from tui.links import ByWay

@@ -18,13 +18,14 @@ from time import monotonic
 
 import pytest
 
+from bridge import exit_codes
 from bridge.errors import LogError
-from bridge.framing import Framer
 from bridge.simulator.dive import simulate_dive
 from bridge.simulator.missions import Leg, Mission, rest
-from bridge.tlog import TlogWriter, read_tlog
 from bridge.vehicle.config import load_vehicle
-from tui import cli, exit_codes
+from bridge.wire.framing import Framer
+from bridge.wire.tlog import TlogWriter, read_tlog
+from tui import cli
 
 MAVPROXY = shutil.which("mavproxy.py", path=str(Path(sys.executable).parent)) or shutil.which("mavproxy.py")
 DEADLINE_S = 60.0

@@ -10,10 +10,10 @@ from diving_vehicle import Dive
 from soak import rows_rest_in_soak
 
 from bridge.errors import LogError
-from bridge.framing import Encoder
-from bridge.ring.segments import Segment
-from bridge.ring.whole import WHOLE
-from bridge.tlog import read_tlog
+from bridge.wire.framing import Encoder
+from bridge.wire.segments import Segment
+from bridge.wire.tlog import read_tlog
+from bridge.wire.whole import WHOLE
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.whole import made_whole, write_records
 from gcs_plugin.peers import ground_heartbeat

@@ -5,8 +5,8 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LogError
-from bridge.framing import Encoder
-from bridge.link.memory import memory_pair
+from bridge.links.memory import memory_pair
+from bridge.wire.framing import Encoder
 from gcs_plugin.recording.recorder import Count, Recorder
 
 

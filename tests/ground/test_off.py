@@ -7,10 +7,10 @@ from soak import rest_in_soak
 from test_ff_switch import STEP_S, Both, Craft, drive, heard_before
 
 from bridge.clock import SimulatedClock
-from bridge.framing import Encoder, Framer
-from bridge.link.lossy import Lossy
-from bridge.messages.readings import Reading, encode
+from bridge.links.lossy import Lossy
 from bridge.vehicle.feedforward import Mode
+from bridge.wire.framing import Encoder, Framer
+from bridge.wire.readings import Reading, encode
 from gcs_plugin.feedforward import Switch
 from gcs_plugin.fleet import Fleet
 from gcs_plugin.mavproxy.switching import Switching

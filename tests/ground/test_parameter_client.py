@@ -10,10 +10,10 @@ from soak import rest_in_soak
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkError, LinkTimeout, ParamRejected, ParamUnknown, ParamUnverified
-from bridge.framing import Encoder
-from bridge.link.lossy import Lossy
-from bridge.parameters import set_crc
+from bridge.links.lossy import Lossy
 from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.parameters import set_crc
+from bridge.wire.framing import Encoder
 from gcs_plugin.feedforward import Switch
 from gcs_plugin.modes import OffMarks
 from gcs_plugin.params.client import ParameterClient

@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 
 from bridge.errors import ParamRejected, ParamUnknown
-from bridge.parameters import set_crc
+from bridge.vehicle.parameters import set_crc
 from gcs_plugin.params import float32
 from gcs_plugin.params.comparison import compared, wanted_by
 from gcs_plugin.params.files import (

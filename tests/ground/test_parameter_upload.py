@@ -4,7 +4,7 @@ import pytest
 from lossy_vehicle import SOURCE, Faults, LossyVehicle, crc_of
 
 from bridge.errors import ParamRejected
-from bridge.parameters import ACTIVE
+from bridge.vehicle.parameters import ACTIVE
 from gcs_plugin.params.deadline import Timing
 from gcs_plugin.params.plan import make_plan
 from gcs_plugin.params.receipt import NONE_YET, Turn, begin, new_preimage, newest

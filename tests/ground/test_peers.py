@@ -7,8 +7,8 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from soak import rest_in_soak
 
 from bridge.errors import LinkError, LinkTimeout
-from bridge.framing import Encoder, Frame, Framer
-from bridge.messages.readings import Reading, encode
+from bridge.wire.framing import Encoder, Frame, Framer
+from bridge.wire.readings import Reading, encode
 from gcs_plugin.fleet import Fleet
 from gcs_plugin.peers import KnownVehicle, Peers, newest
 from gcs_plugin.watch.watcher import LinkRows, Watcher

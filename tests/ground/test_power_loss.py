@@ -6,12 +6,11 @@ import shutil
 import pytest
 
 from bridge.clock import SimulatedClock
-from bridge.framing import Encoder
-from bridge.link.memory import memory_pair
-from bridge.ring.files import Bounds, RingFiles
-from bridge.ring.keeper import RingKeeper
-from bridge.ring.segments import segments_in
-from bridge.tlog import read_tlog
+from bridge.links.memory import memory_pair
+from bridge.onboard.ring import Bounds, RingFiles, RingKeeper
+from bridge.wire.framing import Encoder
+from bridge.wire.segments import segments_in
+from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.folder import DiveFolder, new_folder
 from gcs_plugin.recording.recorder import Recorder
 

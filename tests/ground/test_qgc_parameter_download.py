@@ -14,12 +14,13 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
-from bridge.framing import Encoder, Framer, decode
-from bridge.link.lossy import Lossy
-from bridge.link.memory import memory_pair
-from bridge.parameters import ParameterServer, vehicle_table
-from bridge.service import Bridge
+from bridge.links.lossy import Lossy
+from bridge.links.memory import memory_pair
+from bridge.onboard.parameters import ParameterServer
+from bridge.onboard.service import Bridge
 from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.parameters import vehicle_table
+from bridge.wire.framing import Encoder, Framer, decode
 
 STATION, EVERYBODY = (255, 190), 0
 LIST_AGAIN_S, MOST_LISTS = 5.0, 5

@@ -10,9 +10,9 @@ from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from bridge.clock import SimulatedClock, SystemClock
 from bridge.errors import LinkLost, LogError
-from bridge.framing import Encoder, Framer
-from bridge.link.memory import memory_pair
-from bridge.tlog import TlogWriter, read_tlog
+from bridge.links.memory import memory_pair
+from bridge.wire.framing import Encoder, Framer
+from bridge.wire.tlog import TlogWriter, read_tlog
 from gcs_plugin.dives.folder import new_folder
 from gcs_plugin.peers import GROUND_STATION, Peers
 from gcs_plugin.recording.recorder import Recorder
@@ -111,11 +111,11 @@ KILLED = """
 import sys
 from pathlib import Path
 from bridge.clock import SystemClock
-from bridge.link.memory import memory_pair
-from bridge.tlog import TlogWriter
+from bridge.links.memory import memory_pair
+from bridge.wire.tlog import TlogWriter
 from gcs_plugin.recording.recorder import Recorder
 from pymavlink.dialects.v20 import ardupilotmega as dialect
-from bridge.framing import Encoder
+from bridge.wire.framing import Encoder
 ours, theirs = memory_pair()
 file = TlogWriter(Path(sys.argv[1]))
 recorder = Recorder([ours], lambda n: file, SystemClock(), lambda: 1 << 40, lambda n: None)

@@ -7,8 +7,8 @@ import pytest
 from faked_ground import Disk, FakeLink, Ground, frames_of
 
 from bridge.clock import SimulatedClock, SystemClock
-from bridge.link.memory import memory_pair
-from bridge.tlog import TlogWriter, of_those_that_hold_frames, read_tlog
+from bridge.links.memory import memory_pair
+from bridge.wire.tlog import TlogWriter, of_those_that_hold_frames, read_tlog
 from gcs_plugin.dives.folder import About, new_folder
 from gcs_plugin.recording.files import DiskLeft
 from gcs_plugin.recording.recorder import Recorder

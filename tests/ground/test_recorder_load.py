@@ -11,10 +11,10 @@ import pytest
 from figures import keep
 
 from bridge.clock import SystemClock
-from bridge.framing import Encoder
-from bridge.link.open import open_link
-from bridge.link.pseudo import open_pty
-from bridge.tlog import TlogWriter, read_tlog
+from bridge.links.descriptor import open_pty
+from bridge.links.open import open_link
+from bridge.wire.framing import Encoder
+from bridge.wire.tlog import TlogWriter, read_tlog
 from gcs_plugin.recording.recorder import Recorder
 
 STEADY, BURST = "2000:600", "10000:5"
@@ -24,7 +24,7 @@ QUIET_S, AT_LAST_S = 1.0, 60.0
 
 SENDER = """
 import os, select, socket, struct, sys, time
-from bridge.framing import Encoder
+from bridge.wire.framing import Encoder
 kind, where = sys.argv[1:3]
 if kind == "udp":
     sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)

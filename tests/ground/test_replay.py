@@ -5,8 +5,8 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LogError
-from bridge.framing import Encoder, Framer
-from bridge.tlog import TlogWriter, read_tlog
+from bridge.wire.framing import Encoder, Framer
+from bridge.wire.tlog import TlogWriter, read_tlog
 from gcs_plugin.dives.replay import Pace, Player, Reel, schedule
 
 

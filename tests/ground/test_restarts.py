@@ -8,9 +8,9 @@ from faked_ground import Ground
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
-from bridge.framing import Encoder, Framer
-from bridge.link.lossy import Lossy
-from bridge.link.memory import memory_pair
+from bridge.links.lossy import Lossy
+from bridge.links.memory import memory_pair
+from bridge.wire.framing import Encoder, Framer
 from gcs_plugin.peers import Peers
 
 UNIX_S = 1_790_000_000.0  # 14:13:20 UTC

@@ -14,12 +14,12 @@ from autopilot_log import Turning, heard, logged
 from fuzz_streams import RING_FILE, payload
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge import parameter_store
-from bridge.framing import Encoder
+from bridge.onboard import store
 from bridge.simulator.missions import load_mission
-from bridge.tlog import read_tlog
 from bridge.vehicle.config import CONFIGS, ThrustCurve, load_vehicle
 from bridge.vehicle.controller import load_gains
+from bridge.wire.framing import Encoder
+from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.whole import newest_frames
 from gcs_plugin.params.files import read_parameters, read_sidecar, write_sidecar
@@ -257,7 +257,7 @@ def recorded_beside() -> tuple[bytes, bytes]:
 
 
 def stored(folder: Path) -> Any:
-    return parameter_store.load(folder / "stored.json")
+    return store.load(folder / "stored.json")
 
 
 def receipts(folder: Path) -> Any:

@@ -14,13 +14,11 @@ from fastcrc import crc8, crc32
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
-from bridge.drivers import make_parser
-from bridge.framing import FULL_BYTES, Encoder, Framer, decode
-from bridge.ftp.packet import Op, Packet
-from bridge.ftp.server import FileServer
-from bridge.link.memory import memory_pair
-from bridge.messages import readings
-from bridge.parameters import ParameterServer, vehicle_table
+from bridge.links.memory import memory_pair
+from bridge.onboard.file_server import FileServer
+from bridge.onboard.parameters import ParameterServer
+from bridge.onboard.service import Bridge
+from bridge.sensors.drivers import make_parser
 from bridge.sensors.esc import encode_esc
 from bridge.sensors.kvh1750 import encode_kvh1750
 from bridge.sensors.kvh1760 import encode_kvh1760
@@ -29,8 +27,11 @@ from bridge.sensors.ublox import encode_nav_pvt, encode_nmea, encode_ubx
 from bridge.sensors.waterlink import encode_sentence
 from bridge.sensors.wayfinder import encode_packet, encode_wayfinder
 from bridge.sensors.xsens import encode_message, encode_mtdata2, encode_xsens
-from bridge.service import Bridge
 from bridge.vehicle.config import Device, load_vehicle
+from bridge.vehicle.parameters import vehicle_table
+from bridge.wire import readings
+from bridge.wire.framing import FULL_BYTES, Encoder, Framer, decode
+from bridge.wire.ftp import Op, Packet
 from gcs_plugin.peers import Peers
 from gcs_plugin.recording.hub import Hub
 from gcs_plugin.watch.hearing import TELLING

@@ -10,11 +10,10 @@ from fuzz_bytes import TELLING
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
-from bridge.framing import Encoder, Framer
-from bridge.ftp.files import Segments
-from bridge.ftp.packet import Fault, Op, Packet, acknowledged, decode, refused
-from bridge.ftp.server import FileServer
-from bridge.ring.segments import Segment
+from bridge.onboard.file_server import FileServer, Segments
+from bridge.wire.framing import Encoder, Framer
+from bridge.wire.ftp import Fault, Op, Packet, acknowledged, decode, refused
+from bridge.wire.segments import Segment
 from gcs_plugin.peers import GROUND_STATION
 
 VEHICLE = (1, 191)

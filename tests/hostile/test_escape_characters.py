@@ -9,10 +9,10 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from textual.app import App
 
-from bridge.framing import Encoder, Framer
-from bridge.printable import printable
-from bridge.tlog import TlogWriter
+from bridge.text import printable
 from bridge.vehicle.config import CONFIGS, load_vehicle
+from bridge.wire.framing import Encoder, Framer
+from bridge.wire.tlog import TlogWriter
 from gcs_plugin.dives.folder import About, DiveFolder, Event
 from gcs_plugin.params.files import read_parameters, write_parameters
 from gcs_plugin.watch.words import StatusTexts

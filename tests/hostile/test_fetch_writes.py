@@ -20,9 +20,9 @@ from test_fetching import (
 )
 
 from bridge.errors import LogError
-from bridge.new_file import PART, remedy
-from bridge.ring.whole import WHOLE
-from bridge.tlog import STAMP_BYTES, read_tlog, record_of
+from bridge.files import PART, remedy
+from bridge.wire.tlog import STAMP_BYTES, read_tlog, record_of
+from bridge.wire.whole import WHOLE
 from gcs_plugin.dives.folder import About, DiveFolder
 from gcs_plugin.fetch.mirror import LOCK, doubtful
 from gcs_plugin.fetch.whole import newest_frames

@@ -16,12 +16,12 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from test_fuzz import LONG, MOST_MORE_MB, SHORT, most_mb, soon
 
 from bridge.errors import LinkError, LinkTimeout, LogError, SeatrialError
-from bridge.framing import Encoder
-from bridge.ftp.packet import Fault, Op, Packet, acknowledged, refused
-from bridge.ftp.server import crc32
-from bridge.ring.segments import Segment
-from bridge.ring.whole import WHOLE
-from bridge.tlog import read_tlog
+from bridge.onboard.file_server import crc32
+from bridge.wire.framing import Encoder
+from bridge.wire.ftp import Fault, Op, Packet, acknowledged, refused
+from bridge.wire.segments import Segment
+from bridge.wire.tlog import read_tlog
+from bridge.wire.whole import WHOLE
 from gcs_plugin.dives.folder import About, DiveFolder
 from gcs_plugin.fetch.fetching import Fetching, fetch
 from gcs_plugin.fetch.mirror import Mirror

@@ -12,20 +12,20 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from soak import rest_in_soak
 from test_fetching import KEPT, LONGEST_S, PATIENCE_S, SEGMENTS, VEHICLE, heard, ring, segment
 
+from bridge import exit_codes
 from bridge.clock import SimulatedClock
-from bridge.framing import CRC_EXTRA, Encoder, Framer, decode
-from bridge.ftp.contents import without_contents
-from bridge.ftp.packet import Fault, Op, Packet, acknowledged, refused
-from bridge.ftp.packet import decode as packet_of
-from bridge.link.memory import memory_pair
-from bridge.ring.whole import WHOLE
-from bridge.secret import carries_key, without_key
-from bridge.tlog import TlogWriter, read_tlog, record_of
+from bridge.links.memory import memory_pair
+from bridge.wire.framing import CRC_EXTRA, Encoder, Framer, decode
+from bridge.wire.ftp import Fault, Op, Packet, acknowledged, refused
+from bridge.wire.ftp import decode as packet_of
+from bridge.wire.redaction import carries_key, without_contents, without_key
+from bridge.wire.tlog import TlogWriter, read_tlog, record_of
+from bridge.wire.whole import WHOLE
 from gcs_plugin.dives.folder import About, DiveFolder
 from gcs_plugin.dives.replay import Reel
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.recording.recorder import Notice, Recorder
-from tui import cli, exit_codes
+from tui import cli
 from tui.commands.import_ import DAMAGE_OUT, _copy
 from tui.fetched import Fetcher
 
@@ -309,7 +309,7 @@ def test_a_replay_sends_none_and_says_how_many_it_left_out(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     ours, theirs = memory_pair()
-    monkeypatch.setattr("bridge.link.open.open_link", lambda _: ours)
+    monkeypatch.setattr("bridge.links.open.open_link", lambda _: ours)
     words = ["replay", str(foreign(tmp_path / "other.tlog")), "--link", "any", "--speed", "1e6"]
     assert cli.main(words) == exit_codes.DONE
     data = b""

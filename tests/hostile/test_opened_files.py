@@ -16,16 +16,16 @@ import pytest
 from fuzz_files import IDENTIFIED
 from fuzz_files import identification as fuzz_files_identification
 
-from bridge import parameter_store
 from bridge.clock import SimulatedClock
 from bridge.errors import ConfigError, LogError, ParamError, ParamRejected, SeatrialError
-from bridge.file_size import read_small
-from bridge.ftp.files import Segments
-from bridge.new_file import clear_way, open_new
-from bridge.ring.segments import Segment, segments_in
+from bridge.exit_codes import UsageError
+from bridge.files import clear_way, open_new, read_small
+from bridge.onboard import store
+from bridge.onboard.file_server import Segments
 from bridge.schema import load_yaml
-from bridge.tlog import load_bytes
 from bridge.vehicle.config import CONFIGS, load_vehicle
+from bridge.wire.segments import Segment, segments_in
+from bridge.wire.tlog import load_bytes
 from gcs_plugin.dives.folder import About, DiveFolder
 from gcs_plugin.dives.order import GLANCE
 from gcs_plugin.fetch.mirror import Mirror
@@ -47,7 +47,6 @@ from tui.app.screens.identify_lines import load_identified, places
 from tui.commands.challenge import _answer
 from tui.commands.plan import check_plan, identification
 from tui.dive_list import row_of
-from tui.exit_codes import UsageError
 from tui.job import work
 from tui.parameter_files import Leave, read_identification, targets_of_identification
 from tui.recordings import vehicle_named
@@ -283,7 +282,7 @@ def shut(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
 JSON: dict[str, tuple[Callable[[Path], Any], type[SeatrialError]]] = {
     "an identification": (read_identification, UsageError),
     "what a plan starts from": (lambda path: identification(str(path)), UsageError),
-    "what a vehicle keeps": (parameter_store.load, ParamError),
+    "what a vehicle keeps": (store.load, ParamError),
     "an answer to a case": (_answer, LogError),
 }
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
-from bridge.framing import Encoder
+from bridge.wire.framing import Encoder
 
 BOOT_UNIX_S = 1_790_000_000.0
 NAN = float("nan")

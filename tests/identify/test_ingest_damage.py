@@ -25,10 +25,10 @@ from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from bridge.errors import LogError
-from bridge.framing import CRC_EXTRA, Encoder
-from bridge.secret import KEY_AT, SETUP_SIGNING
-from bridge.tlog import TlogReader
 from bridge.vehicle.config import load_vehicle
+from bridge.wire.framing import CRC_EXTRA, Encoder
+from bridge.wire.redaction import KEY_AT, SETUP_SIGNING
+from bridge.wire.tlog import TlogReader
 from identify.ingest.frames import Fields, load_frames, locate, message_id
 from identify.ingest.open import read_dive
 

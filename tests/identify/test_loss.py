@@ -4,9 +4,9 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from bridge.errors import LogError
-from bridge.framing import Encoder
-from bridge.ftp.contents import FILE_TRANSFER
-from bridge.tlog import TlogWriter
+from bridge.wire.framing import Encoder
+from bridge.wire.redaction import FILE_TRANSFER
+from bridge.wire.tlog import TlogWriter
 from identify.glance.loss import Loss, loss_of
 
 BOOT_US = 1_790_000_000_000_000

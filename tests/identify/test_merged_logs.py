@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from autopilot_log import Turning, heard, logged
 
-from bridge.clock_line import fit_clock
 from bridge.errors import LogError
+from bridge.wire.clock_line import fit_clock
 from identify.dive import Signal
 from identify.ingest.logs import in_holes, match, merged
 from identify.ingest.open import identity_of, read_dive, recording_files

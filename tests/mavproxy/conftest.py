@@ -7,7 +7,8 @@ import pytest
 from console import MAVPROXY, Console
 from second_vehicle import SecondVehicle, free_port
 
-from tui import cli, exit_codes
+from bridge import exit_codes
+from tui import cli
 
 LEGS = """
 name: there and back

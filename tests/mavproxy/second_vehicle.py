@@ -5,10 +5,11 @@ import socket
 import threading
 
 from bridge.clock import SystemClock
-from bridge.link.open import open_link
-from bridge.parameters import ParameterServer, vehicle_table
-from bridge.service import Bridge
+from bridge.links.open import open_link
+from bridge.onboard.parameters import ParameterServer
+from bridge.onboard.service import Bridge
 from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.parameters import vehicle_table
 
 STEP_S = 0.05
 

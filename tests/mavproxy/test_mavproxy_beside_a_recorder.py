@@ -10,7 +10,7 @@ from console import MAVPROXY, Console
 from second_vehicle import SecondVehicle, free_port
 
 from bridge.clock import SystemClock
-from bridge.tlog import read_tlog
+from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.folder import load_folder
 from gcs_plugin.recording.state import held
 

@@ -7,8 +7,9 @@ from types import SimpleNamespace
 import pytest
 
 from bridge.clock import SimulatedClock
-from bridge.parameters import ParameterServer, vehicle_table
+from bridge.onboard.parameters import ParameterServer
 from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.parameters import vehicle_table
 from gcs_plugin.fleet import News
 
 parameters = pytest.importorskip("gcs_plugin.mavproxy.parameters", reason="MAVProxy is not installed")

@@ -7,7 +7,7 @@ import pytest
 from console import write
 from waiting import until
 
-from bridge.tlog import read_tlog
+from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.folder import load_folder
 from gcs_plugin.params.files import read_parameters
 

@@ -13,7 +13,7 @@ from mutants import drawn, mutants_of
 ROOT = Path(__file__).resolve().parents[2]
 JUDGES = {
     "bridge/vehicle": (
-        "tests/vehicle", "tests/wire/test_parameters.py", "tests/wire/test_parameters_by_hull.py",
+        "tests/vehicle", "tests/wire/test_parameter_server.py", "tests/wire/test_parameters_by_hull.py",
         "tests/simulator", "tests/effects", "tests/planning",
     ),
     "gcs_plugin/params": ("tests/ground", "tests/cli", "tests/hostile", "tests/tui_app"),

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bridge.parameters import parameters_of
+from bridge.onboard.parameters import parameters_of
 from bridge.simulator.missions import load_mission
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import load_vehicle

@@ -10,13 +10,13 @@ import pytest
 from soak import rows_rest_in_soak
 
 from bridge.errors import ConfigError, FitError
-from bridge.navigation import Navigation
 from bridge.simulator.direct import QUIET, simulate_truth
 from bridge.simulator.missions import Leg, Mission, load_mission, rest, survey
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.autopilot import Autopilot
 from bridge.vehicle.config import Prior, VehicleFile, load_vehicle
 from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.navigation import Navigation
 from bridge.vehicle.references import Reference
 from identify.planning.knowledge import (
     NAMES,

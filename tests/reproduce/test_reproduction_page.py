@@ -18,15 +18,16 @@ from bench.reproduce.dives import TURN_RAD, Trial, carrying, identified, legs, w
 from bench.reproduce.paper import PaperOptions
 from bench.reproduce.run import Reproduction, planned
 from bench.reproduce.sections import campaign_section
+from bridge import exit_codes
 from bridge.errors import FitError, ParamRejected
-from bridge.parameters import bounds
 from bridge.simulator.missions import Mission, rest, run, turn
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.parameters import bounds
 from gcs_plugin.job import side_by_side
 from identify.report.page import render_report
-from tui import cli, exit_codes, show
+from tui import cli, show
 from tui.commands.reproduce import options
 
 TINY = PaperOptions(hidden=4, depth=1, epochs=40, batch=32, threads=1)

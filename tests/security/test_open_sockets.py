@@ -12,18 +12,20 @@ from pathlib import Path
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+import bridge.onboard.ports  # noqa: F401  (before any test replaces what it imports)
 from bridge.clock import SimulatedClock, SystemClock
-from bridge.framing import Encoder
-from bridge.link.memory import memory_pair
-from bridge.link.open import open_link
+from bridge.links.addresses import listening, of_link, of_served
+from bridge.links.memory import memory_pair
+from bridge.links.open import open_link
+from bridge.links.secured import Opener, on_words
+from bridge.onboard.program import sockets
 from bridge.vehicle.config import Device, load_vehicle
+from bridge.wire.framing import Encoder
 from gcs_plugin.recording.hub import Hub
 from gcs_plugin.recording.state import Holding, write_holding
 from tui import cli
 from tui.commands import tui as app
-from tui.commands.bridge import sockets
 from tui.links import link_for
-from tui.secured import Opener, listening, of_link, of_served, on_words
 
 
 def own_sockets():
@@ -72,7 +74,7 @@ def test_a_recording_lists_every_socket_that_it_has(tmp_path, monkeypatch, capsy
         stop.set()
         work(stop)
 
-    monkeypatch.setattr("tui.running.until_stopped", looked)
+    monkeypatch.setattr("bridge.command_line.until_stopped", looked)
     with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
@@ -149,8 +151,8 @@ def at_once(tmp_path, monkeypatch):
 
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("bridge.link.open.open_link", ended)
-    monkeypatch.setattr("tui.running.until_stopped", looked)
+    monkeypatch.setattr("bridge.links.open.open_link", ended)
+    monkeypatch.setattr("bridge.command_line.until_stopped", looked)
     monkeypatch.setattr("tui.commands.simulate.dive", lambda *_: 0)
     frame = Encoder(1, 1).encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3))
     (tmp_path / "dive.tlog").write_bytes((1_790_000_000_000_000).to_bytes(8, "big") + frame)
@@ -210,7 +212,7 @@ def recording(clock, folder):
 def test_by_way_of_a_recording_the_way_to_it_is_listed(tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     write_holding(recording(SystemClock(), "dives/a"))
-    monkeypatch.setattr("bridge.link.open.open_link", lambda _: memory_pair()[0])
+    monkeypatch.setattr("bridge.links.open.open_link", lambda _: memory_pair()[0])
     link_for(None)
     assert listed(capsys.readouterr().err) == [
         "open: a port of its own (TCP): what it serves, with 127.0.0.1 port 4711 and nobody else"

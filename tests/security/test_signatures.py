@@ -9,11 +9,19 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
 from bridge.errors import ConfigError, FrameError
-from bridge.framing import CRC_EXTRA, Encoder, Frame, Framer, decode
-from bridge.signing.frame import is_of, is_signed, link_and_time, signed, unsigned
-from bridge.signing.gate import Gate
+from bridge.signing.gate import (
+    EPOCH_UNIX_S,
+    STEPS_A_S,
+    Gate,
+    Times,
+    is_of,
+    is_signed,
+    link_and_time,
+    signed,
+    unsigned,
+)
 from bridge.signing.key import SigningKey, new_key, of_passphrase, read_key, write_key
-from bridge.signing.times import EPOCH_UNIX_S, STEPS_A_S, Times
+from bridge.wire.framing import CRC_EXTRA, Encoder, Frame, Framer, decode
 
 SECRET = hashlib.sha256(b"one").digest()
 OTHER = hashlib.sha256(b"another").digest()

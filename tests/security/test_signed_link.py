@@ -4,13 +4,11 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
-from bridge.framing import Encoder, Framer
-from bridge.link.memory import MemoryLink, memory_pair
-from bridge.signing.frame import is_signed, signed
-from bridge.signing.gate import Gate, Trouble
+from bridge.links.memory import MemoryLink, memory_pair
+from bridge.signing.gate import EPOCH_UNIX_S, STEPS_A_S, Gate, Refusal, Times, Trouble, is_signed, signed
 from bridge.signing.key import SigningKey, new_key
 from bridge.signing.link import SignedLink
-from bridge.signing.times import EPOCH_UNIX_S, STEPS_A_S, Refusal, Times
+from bridge.wire.framing import Encoder, Framer
 
 BEAT = dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3)
 KEY = SigningKey(bytes(range(32)))

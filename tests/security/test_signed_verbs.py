@@ -5,14 +5,15 @@ import json
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+import bridge.onboard.ports  # noqa: F401  (before any test replaces what it imports)
+from bridge import exit_codes
 from bridge.errors import LinkError
-from bridge.framing import Encoder, Framer
-from bridge.link.memory import memory_pair
-from bridge.signing.frame import is_of, is_signed, signed
+from bridge.links.memory import memory_pair
+from bridge.signing.gate import EPOCH_UNIX_S, STEPS_A_S, is_of, is_signed, signed
 from bridge.signing.key import new_key, read_key, write_key
-from bridge.signing.times import EPOCH_UNIX_S, STEPS_A_S
-from bridge.tlog import read_tlog
-from tui import cli, exit_codes
+from bridge.wire.framing import Encoder, Framer
+from bridge.wire.tlog import read_tlog
+from tui import cli
 from tui.app import recorder as app_recorder
 
 BEAT = dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3)
@@ -34,8 +35,8 @@ def far_end(monkeypatch):
             raise LinkError(f"{spec}: is not there; plug it in")
         return near
 
-    monkeypatch.setattr("bridge.link.open.open_link", opened)
-    monkeypatch.setattr("bridge.ports.open_link", opened)
+    monkeypatch.setattr("bridge.links.open.open_link", opened)
+    monkeypatch.setattr("bridge.onboard.ports.open_link", opened)
     return far
 
 

@@ -11,28 +11,26 @@ from hypothesis import strategies as st
 from sensor_streams import bytewise, fed, flips, largest_buffer, random_chunks, splits
 
 from bridge.sensors.clockfit import ClockFit
-from bridge.sensors.mtdata2 import (
+from bridge.sensors.samples import ImuSample
+from bridge.sensors.xsens import (
     ACCELERATION,
+    ERROR,
+    GO_TO_CONFIG,
+    GO_TO_MEASUREMENT,
     MAGNETIC_FIELD,
+    ORIENTATION_VALID,
     PACKET_COUNTER,
     QUATERNION,
     RATE_OF_TURN,
     STATUS_WORD,
     TEMPERATURE,
-    encode_numbers,
-    layout_of,
-)
-from bridge.sensors.samples import ImuSample
-from bridge.sensors.xsens import (
-    ERROR,
-    GO_TO_CONFIG,
-    GO_TO_MEASUREMENT,
-    ORIENTATION_VALID,
     XsensParser,
     encode_message,
     encode_mtdata2,
+    encode_numbers,
     encode_output_configuration,
     encode_xsens,
+    layout_of,
 )
 
 CW = bytes.fromhex(

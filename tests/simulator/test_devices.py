@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from bridge.clock import SystemClock
-from bridge.link.memory import memory_pair
-from bridge.navigation import Navigation
-from bridge.parameters import ParameterServer, vehicle_table
+from bridge.links.memory import memory_pair
+from bridge.onboard.parameters import ParameterServer
+from bridge.onboard.service import Bridge
 from bridge.sensors.kvh1750 import Kvh1750Parser
 from bridge.sensors.kvh1760 import Kvh1760Parser
 from bridge.sensors.mounting import to_body
@@ -18,18 +18,15 @@ from bridge.sensors.samples import DvlSample, FogBlock, ImuSample
 from bridge.sensors.waterlink import WaterlinkJsonParser, WaterlinkSerialParser
 from bridge.sensors.wayfinder import WayfinderParser
 from bridge.sensors.xsens import XsensParser
-from bridge.service import Bridge
-from bridge.simulator.ancillary import SimulatedBar30
-from bridge.simulator.body import SimulatedBody
-from bridge.simulator.devices import SimulatedImu, a50, dsp1750, dsp1760, wayfinder
-from bridge.simulator.instruments import Instruments
+from bridge.simulator.body import Instruments, SimulatedBody
+from bridge.simulator.devices import SimulatedBar30, SimulatedImu, a50, dsp1750, dsp1760, wayfinder
 from bridge.simulator.missions import Leg, Mission
-from bridge.simulator.motion import moments, motion_at
-from bridge.simulator.noise import QUIET, NoiseLevels
-from bridge.simulator.plant import Stretch
+from bridge.simulator.plant import Stretch, moments, motion_at
 from bridge.simulator.terminals import dive_in_real_time
-from bridge.simulator.world import Chunk, Surroundings
+from bridge.simulator.world import QUIET, Chunk, NoiseLevels, Surroundings
 from bridge.vehicle.config import Device, Mounting, Sensors, ThrustCurve, Water, load_vehicle
+from bridge.vehicle.navigation import Navigation
+from bridge.vehicle.parameters import vehicle_table
 
 SENSORS = load_vehicle("ruvifist").vehicle.sensors
 WORLD = Surroundings(QUIET, Water(), ThrustCurve(), 1_790_000_000.0)

@@ -4,12 +4,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bridge.navigation import yaw_of
 from bridge.simulator.direct import QUIET, TruthRun, simulate_truth
 from bridge.simulator.missions import Mission, rest, run, turn, validation
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.navigation import yaw_of
 
 FILE = load_vehicle("ruvifist")
 OUT = Mission("out", tuple(rest("still", 2.0) + run("run", 0.4, 0.0, 6.0)))

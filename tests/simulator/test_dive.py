@@ -12,20 +12,21 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from soak import rest_in_soak
 
 from bridge.errors import ParamRejected
-from bridge.framing import Encoder, Framer, decode
-from bridge.link.memory import memory_pair
-from bridge.parameters import COMMIT, ParameterServer, vehicle_table
+from bridge.links.memory import memory_pair
+from bridge.onboard.parameters import ParameterServer
 from bridge.simulator.body import Start
 from bridge.simulator.direct import simulate_truth
 from bridge.simulator.dive import SimulatedVehicle, real_time, simulate_dive
 from bridge.simulator.missions import Leg, Mission, dive, rest, run, turn
-from bridge.simulator.noise import QUIET
 from bridge.simulator.truth import load_truth
-from bridge.status_codes import CrewText, Topic, decoded
+from bridge.simulator.world import QUIET
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.parameters import COMMIT, vehicle_table
 from bridge.vehicle.references import Reference
 from bridge.vehicle.thrusters import allocation_matrix, shaft_speed, thrust_curve
+from bridge.wire.framing import Encoder, Framer, decode
+from bridge.wire.status_codes import CrewText, Topic, decoded
 
 FILE = load_vehicle("ruvifist")
 HOVERING = FILE.vehicle.configurations["hovering"]
@@ -221,7 +222,7 @@ def test_a_pace_of_twice_real_time_waits_for_half_the_time_that_is_left_and_neve
 
 
 def test_a_vehicles_computer_never_loads_the_compiler() -> None:
-    program = "import sys, bridge.ports, bridge.vehicle.autopilot; sys.exit('numba' in sys.modules)"
+    program = "import sys, bridge.onboard.ports, bridge.vehicle.autopilot; sys.exit('numba' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.framing import Encoder
+from bridge.wire.framing import Encoder
 
 FAULT_EVERY_S = 1.0
 LONGEST_CUT_S = 3.0

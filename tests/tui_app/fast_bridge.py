@@ -12,13 +12,13 @@ from pathlib import Path
 
 from plugged_devices import Devices
 
-from bridge.link.open import open_link
-from bridge.parameters import ParameterServer, vehicle_table
-from bridge.ports import run_ports
-from bridge.ring.files import Bounds
-from bridge.ring.keeper import ring_in
-from bridge.service import Bridge
+from bridge.links.open import open_link
+from bridge.onboard.parameters import ParameterServer
+from bridge.onboard.ports import run_ports
+from bridge.onboard.ring import Bounds, ring_in
+from bridge.onboard.service import Bridge
 from bridge.vehicle.config import Configuration, Thruster, Vehicle
+from bridge.vehicle.parameters import vehicle_table
 
 RING = Bounds(total=20_000_000, segment=1_000_000)
 FAULT_EVERY_S = 0.3

@@ -7,11 +7,11 @@ import threading
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SystemClock
-from bridge.framing import Encoder, Framer, decode
-from bridge.link.open import open_link
-from bridge.messages.readings import Reading, encode
-from bridge.messages.readings import decode as reading_of
-from bridge.tlog import TlogWriter, read_tlog
+from bridge.links.open import open_link
+from bridge.wire.framing import Encoder, Framer, decode
+from bridge.wire.readings import Reading, encode
+from bridge.wire.readings import decode as reading_of
+from bridge.wire.tlog import TlogWriter, read_tlog
 from gcs_plugin.dives.replay import Player
 
 LENGTH_S = 90

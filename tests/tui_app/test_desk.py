@@ -8,12 +8,12 @@ from dataclasses import asdict
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from bridge import exit_codes
 from bridge.errors import ConfigError
-from bridge.framing import Encoder
 from bridge.reports import Report
 from bridge.vehicle.config import CONFIGS
+from bridge.wire.framing import Encoder
 from gcs_plugin.dives.folder import About, DiveFolder
-from tui import exit_codes
 from tui.app.desk import Desk, can_check, check_dives
 from tui.app.jobs import Jobs
 from tui.dive_list import VERSION, Glance, dive_folders

@@ -12,8 +12,8 @@ from made_view import FixedViews
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from screen_text import made, pressed, run, text
 
-from bridge.framing import Encoder
 from bridge.reports import UNKEPT, Report
+from bridge.wire.framing import Encoder
 from tui.app.drawing import width
 from tui.app.jobs import Jobs
 from tui.app.screens import diagnose_lines

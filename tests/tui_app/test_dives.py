@@ -13,7 +13,7 @@ from screen_text import made, pressed, run, text
 from textual import events
 from textual.widgets import Input
 
-from bridge.framing import Encoder
+from bridge.wire.framing import Encoder
 from gcs_plugin.dives.conditions import Conditions
 from gcs_plugin.dives.folder import DiveFolder
 from tui.app.drawing import width

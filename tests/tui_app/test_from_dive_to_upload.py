@@ -18,12 +18,13 @@ from screen_text import made, settled, text
 from waiting import until
 
 from bench.station import VEHICLE, by_the_recording
+from bridge import exit_codes
 from bridge.clock import SystemClock
-from bridge.link.open import open_link
+from bridge.links.open import open_link
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.recording.state import held
-from tui import cli, exit_codes
+from tui import cli
 from tui.app import recorder
 from tui.app.desk import Desk
 

@@ -7,9 +7,9 @@ from made_view import view
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
-from bridge.framing import Encoder
-from bridge.link.memory import memory_pair
-from bridge.tlog import read_tlog
+from bridge.links.memory import memory_pair
+from bridge.wire.framing import Encoder
+from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.folder import About, new_folder
 from gcs_plugin.recording.recorder import Recorder
 from tui.app import recorder as of_app
@@ -47,7 +47,7 @@ class At:
     def __init__(self, folder, monkeypatch):
         self.folder, self.disk, self.clock = new_folder(folder, 0.0, ""), Disk(), SimulatedClock()
         self.sent, self._vehicle = 0, Encoder(1, 1)
-        monkeypatch.setattr("bridge.tlog.os.write", self.disk.write)
+        monkeypatch.setattr("bridge.wire.tlog.os.write", self.disk.write)
         here, self._there = memory_pair()
         self.recorder = Recorder(
             [here],

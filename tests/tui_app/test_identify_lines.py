@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from made_identified import DOUBT, PAGE, REASON, answer, identified, leave, passes
 
+from bridge import exit_codes
 from bridge.vehicle.coefficients import BY_NAME
 from gcs_plugin.params.last_accepted import AcceptedValue
-from tui import exit_codes
 from tui.app.drawing import width
 from tui.app.jobs import JobState
 from tui.app.screens import identify_lines

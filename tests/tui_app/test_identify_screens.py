@@ -12,9 +12,9 @@ from made_identified import PAGE, answer, leave, passes
 from made_view import UNIX_S, FixedViews
 from screen_text import made, pressed, run, text
 
+from bridge import exit_codes
 from bridge.reports import UNKEPT, Report
 from gcs_plugin.dives.folder import About, DiveFolder
-from tui import exit_codes
 from tui.app.screens.dives import DivesScreen
 from tui.app.screens.identify import IdentifyScreen
 from tui.app.screens.identify_lines import places, words_for

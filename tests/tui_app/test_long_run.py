@@ -16,7 +16,7 @@ from figures import keep
 from tmux import NEEDS_TMUX, ROOT, Tmux, alone
 from waiting import until
 
-from bridge.tlog import of_those_that_hold_frames, read_tlog
+from bridge.wire.tlog import of_those_that_hold_frames, read_tlog
 from gcs_plugin.dives.folder import list_folders
 from gcs_plugin.recording.state import held
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from tmux import NEEDS_TMUX, Tmux, alone
 
-from bridge.tlog import read_tlog
+from bridge.wire.tlog import read_tlog
 from gcs_plugin.recording.state import held
 
 pytestmark = [pytest.mark.slow, NEEDS_TMUX]

@@ -6,8 +6,8 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from bridge.clock import SimulatedClock
-from bridge.framing import Encoder, Framer
-from bridge.messages.readings import Reading, encode
+from bridge.wire.framing import Encoder, Framer
+from bridge.wire.readings import Reading, encode
 from gcs_plugin.watch.picture import Freshness
 from gcs_plugin.watch.watcher import Watcher
 from tui.app.header import pieces

@@ -8,7 +8,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkLost
-from bridge.framing import Encoder, Framer, decode
+from bridge.wire.framing import Encoder, Framer, decode
 from gcs_plugin.peers import GROUND_STATION, KnownVehicle, Peers, ground_heartbeat
 from gcs_plugin.watch.watcher import Watcher
 from tui.app.station import LinkSource, Station

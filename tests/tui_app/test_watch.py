@@ -12,8 +12,8 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from screen_text import check, looks, made, pressed, run, strips, text
 from soak import rest_in_soak
 
-from bridge.framing import Encoder
-from bridge.tlog import TlogWriter
+from bridge.wire.framing import Encoder
+from bridge.wire.tlog import TlogWriter
 from gcs_plugin.watch.picture import Armed, Condition, Freshness, Said
 from tui.app.drawing import width
 from tui.app.screens.panes import SensorTable, sensors, signed_bar, thrusters, thrusters_heading, words, worst

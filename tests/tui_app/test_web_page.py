@@ -7,9 +7,9 @@ import pytest
 from aiohttp import ClientSession, WSServerHandshakeError
 
 from bridge.errors import LinkError
+from bridge.links.addresses import is_loopback
 from tui import cli
 from tui.commands import tui
-from tui.secured import is_loopback
 from tui.web.server import PageServer, in_url, refusal, warning
 
 

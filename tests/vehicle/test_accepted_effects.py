@@ -10,18 +10,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from soak import rest_in_soak
 
-from bridge.navigation import Navigation
 from bridge.simulator.direct import simulate_truth
 from bridge.simulator.missions import mission_named
 from bridge.simulator.truth import Truth, load_truth
-from bridge.vehicle.accepted_effects import known_effects
+from bridge.vehicle.accepted_effects import Losses, Supply, VoltageLaw, known_effects
 from bridge.vehicle.autopilot import Autopilot
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.effect_coefficients import OF_ANY_VEHICLE, effect_coefficients
 from bridge.vehicle.feedforward import Mode, feedforward
+from bridge.vehicle.navigation import Navigation
 from bridge.vehicle.references import Reference
-from bridge.vehicle.supply import Supply, VoltageLaw
-from bridge.vehicle.thruster_losses import Losses
 from bridge.vehicle.thrusters import thrust_curve
 
 FILE = load_vehicle("ruvifist")

@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bridge.errors import ConfigError
-from bridge.navigation import Navigation, Navigator, known_at, unwrapped, yaw_of
 from bridge.sensors.samples import NAN3, DvlSample, ImuSample, PressureSample, Quaternion
 from bridge.vehicle.config import Configuration, Device, Mounting, Sensors, Thruster, Vehicle, Water
 from bridge.vehicle.controller import GAINS, Controller, Gains, GainTable, load_gains, roll_pitch
+from bridge.vehicle.navigation import Navigation, Navigator, known_at, unwrapped, yaw_of
 from bridge.vehicle.references import DoubleS, Reference, Trail
 
 BODY = Configuration(10.0, (1.0, 2.0, 4.0), (Thruster((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),))

@@ -21,20 +21,20 @@ from hypothesis.stateful import (
 
 from bridge.clock import SimulatedClock
 from bridge.errors import ParamError
-from bridge.framing import Encoder
-from bridge.link.memory import memory_pair
-from bridge.navigation import Navigation
-from bridge.parameter_row import to_float32
-from bridge.parameters import ParameterServer, set_crc, vehicle_table
-from bridge.service import Bridge
+from bridge.links.memory import memory_pair
+from bridge.onboard.parameters import ParameterServer
+from bridge.onboard.service import Bridge
 from bridge.simulator.truth import load_truth
-from bridge.status_codes import Topic, decoded
 from bridge.vehicle.autopilot import RATE_HZ, Actuation, Autopilot
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.feedforward import FEEDFORWARD_DOFS, Mode
+from bridge.vehicle.navigation import Navigation
+from bridge.vehicle.parameters import set_crc, to_float32, vehicle_table
 from bridge.vehicle.references import Reference
 from bridge.vehicle.thrusters import Allocator, thrust_curve
+from bridge.wire.framing import Encoder
+from bridge.wire.status_codes import Topic, decoded
 
 FILE = load_vehicle("ruvifist")
 SHAPE = FILE.vehicle.configurations["hovering"]
@@ -115,7 +115,7 @@ class Modes(RuleBasedStateMachine):
 
     def write(self, name: str, value: float) -> bool:
         """A write to the vehicle; whether it was taken."""
-        full = patch("bridge.parameter_store.save", side_effect=ParamError("full"))
+        full = patch("bridge.onboard.store.save", side_effect=ParamError("full"))
         with full if self.disk_is_full else nullcontext():
             return self.server.write(name, value, self.armed) is None
 

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from bridge.errors import ConfigError
 from bridge.vehicle.config import CONFIGS, Configuration, ThrustCurve, Thruster, load_vehicle
-from bridge.vehicle.pulses import Pulses
 from bridge.vehicle.thrusters import (
     Allocator,
     Curve,
+    Pulses,
     QuadraticCurve,
     allocation_matrix,
     shaft_speed,

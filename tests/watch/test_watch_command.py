@@ -12,14 +12,15 @@ from pymavlink.dialects.v20 import ardupilotmega as mav
 from rich.console import Console
 from vehicle_on_air import LEVEL, NO_LOCK, STILL, OnAir, dvl, heartbeat, imu
 
+from bridge import exit_codes
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkLost
-from bridge.framing import Encoder
-from bridge.messages.readings import Reading, encode
 from bridge.vehicle.config import load_vehicle
+from bridge.wire.framing import Encoder
+from bridge.wire.readings import Reading, encode
 from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.watcher import Watcher
-from tui import cli, exit_codes, links, watched
+from tui import cli, links, watched
 from tui.commands.watch import Look, code, screen
 
 RUVIFIST = load_vehicle("ruvifist")
@@ -179,7 +180,7 @@ def on_link(monkeypatch):
     monkeypatch.setattr("tui.links.holding_now", lambda: None)
     monkeypatch.setattr("bridge.clock.SystemClock", lambda: clock)
     monkeypatch.setattr(
-        "tui.running.until_stopped", lambda work, _clock, _seconds, each: (work(stop), each(1.0))
+        "bridge.command_line.until_stopped", lambda work, _clock, _seconds, each: (work(stop), each(1.0))
     )
     return chunks
 
@@ -251,7 +252,7 @@ class Ground:
         self.links = {name: Switched(name, encoder) for name in (FIRST, SECOND, SPEC)}
         self.opened = []
         monkeypatch.setattr(links, "holding_now", lambda: self.holding)
-        monkeypatch.setattr("bridge.link.open.open_link", self.open)
+        monkeypatch.setattr("bridge.links.open.open_link", self.open)
 
     def open(self, name):
         self.opened.append(name)

@@ -6,9 +6,9 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mav
 from vehicle_on_air import LINK, NO_LOCK, OnAir, dvl, imu
 
-from bridge.answers import status_texts
-from bridge.status_codes import Topic, coded
+from bridge.onboard.orders import status_texts
 from bridge.vehicle.config import load_vehicle
+from bridge.wire.status_codes import Topic, coded
 from gcs_plugin.watch.picture import Armed, Condition, Freshness
 from gcs_plugin.watch.watcher import Watcher
 
@@ -303,7 +303,7 @@ def test_a_damaged_frame_and_an_unknown_one_change_nothing(watcher, vehicle):
 
 
 def vehicle_frames(raw: bytes):
-    from bridge.framing import Frame
+    from bridge.wire.framing import Frame
 
     return [Frame(raw, 0, 1, 1, raw[4], False)]
 

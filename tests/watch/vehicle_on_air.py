@@ -5,8 +5,8 @@ from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
-from bridge.framing import Encoder, Frame, Framer
-from bridge.messages.readings import Reading, encode
+from bridge.wire.framing import Encoder, Frame, Framer
+from bridge.wire.readings import Reading, encode
 from gcs_plugin.watch.watcher import Watcher
 
 LINK = "udpin:127.0.0.1:14550"

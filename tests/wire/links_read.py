@@ -2,7 +2,7 @@
 
 import socket
 
-from bridge.link.base import Link
+from bridge.links.link import Link
 
 SOON_S = 30.0
 

@@ -6,16 +6,17 @@ from typing import Any
 import numpy as np
 
 from bridge.clock import SimulatedClock
-from bridge.framing import Encoder, Framer, decode
-from bridge.link.memory import memory_pair
-from bridge.messages import readings
-from bridge.messages.readings import Reading
-from bridge.parameters import ParameterServer, vehicle_table
+from bridge.links.memory import memory_pair
+from bridge.onboard.parameters import ParameterServer
+from bridge.onboard.service import Bridge
 from bridge.sensors.samples import FogBlock, ImuSample
-from bridge.service import Bridge
 from bridge.vehicle.autopilot import Actuation
 from bridge.vehicle.config import Configuration, Device, Mounting, Sensors, Thruster, Vehicle
+from bridge.vehicle.parameters import vehicle_table
 from bridge.vehicle.references import Reference
+from bridge.wire import readings
+from bridge.wire.framing import Encoder, Framer, decode
+from bridge.wire.readings import Reading
 
 SIX = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
 LEVEL_NORTH_ENU = (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge import framing
-from bridge.framing import ESC_STATUS, Encoder, Framer, decode
+from bridge.wire import framing
+from bridge.wire.framing import ESC_STATUS, Encoder, Framer, decode
 
 BATTERY = [16000] + [65535] * 9
 

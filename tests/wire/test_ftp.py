@@ -13,13 +13,11 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from service_rig import Rig
 
 from bridge.clock import SystemClock
-from bridge.framing import Encoder, Framer, decode
-from bridge.ftp import server as server_module
-from bridge.ftp.aside import ServedAside
-from bridge.ftp.files import Segments
-from bridge.ftp.packet import Fault, Op, Packet
-from bridge.ftp.packet import decode as unpacked
-from bridge.ftp.server import FileServer, crc32
+from bridge.onboard import file_server as server_module
+from bridge.onboard.file_server import FileServer, Segments, ServedAside, crc32
+from bridge.wire.framing import Encoder, Framer, decode
+from bridge.wire.ftp import Fault, Op, Packet
+from bridge.wire.ftp import decode as unpacked
 
 FIRST = "000001-0000000a-000001-0000000000.tlog"
 SECOND = "000001-0000000a-000002-0000060000.tlog"

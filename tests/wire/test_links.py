@@ -10,15 +10,15 @@ from links_read import SOON_S, free_port, read_exactly
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkError, LinkLost
-from bridge.framing import Encoder, Framer
-from bridge.link.base import Link
-from bridge.link.lossy import Lossy
-from bridge.link.memory import memory_pair
-from bridge.link.open import open_link
-from bridge.link.pseudo import open_pty
-from bridge.link.reconnecting import Aside, Reconnecting, next_retry_s
-from bridge.link.tcp import TcpServer, open_tcpin
-from bridge.link.udp import UdpLink
+from bridge.links.descriptor import open_pty
+from bridge.links.link import Link
+from bridge.links.lossy import Lossy
+from bridge.links.memory import memory_pair
+from bridge.links.open import open_link
+from bridge.links.reconnecting import Aside, Reconnecting, next_retry_s
+from bridge.links.tcp import TcpServer, open_tcpin
+from bridge.links.udp import UdpLink
+from bridge.wire.framing import Encoder, Framer
 
 
 @pytest.mark.parametrize(

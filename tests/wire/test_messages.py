@@ -12,15 +12,15 @@ from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import FrameError
-from bridge.framing import Encoder, Framer
-from bridge.framing import decode as framing_decode
-from bridge.framing import decode as pymavlink_decode
-from bridge.messages import compose
-from bridge.messages.readings import TABLE, Reading, decode, encode
+from bridge.onboard import telemetry
 from bridge.sensors.samples import NAN3, DvlSample, GnssSample, ImuSample, PressureSample
-from bridge.tlog import read_tlog
 from bridge.vehicle.autopilot import Actuation
 from bridge.vehicle.references import Reference
+from bridge.wire.framing import Encoder, Framer
+from bridge.wire.framing import decode as framing_decode
+from bridge.wire.framing import decode as pymavlink_decode
+from bridge.wire.readings import TABLE, Reading, decode, encode
+from bridge.wire.tlog import read_tlog
 from identify.ingest.frames import Fields, Frames
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared"
@@ -166,7 +166,7 @@ def test_a_control_tick_is_told_whole() -> None:
     six = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
     reference = Reference(six, tuple(2 * v for v in six), 7.5, 0.5)
     tick = Actuation(3.0, six, six, six, six, reference, (1500.0, 1600.0), 2, 1)
-    told = {r.signal: r for r in compose.actuation_readings(tick)}
+    told = {r.signal: r for r in telemetry.actuation_readings(tick)}
     assert set(told) == {"pwm", "tau_pid", "tau_ff", "tau_cmd", "nu_fb", "nu_ref"}
     got, m = over_the_wire(told["nu_ref"])
     assert got is not None
@@ -178,15 +178,15 @@ def test_a_control_tick_is_told_whole() -> None:
 
 def test_samples_become_the_readings_that_tell_them() -> None:
     imu = ImuSample(1.0, (0.0, 0.0, -9.81), (0.1, 0.2, 0.3), (1.0, 0.0, 0.0, 0.0))
-    assert compose.imu_reading(imu).values[:6] == (0.0, 0.0, -9.81, 0.1, 0.2, 0.3)
-    attitude = compose.attitude_reading(imu)
+    assert telemetry.imu_reading(imu).values[:6] == (0.0, 0.0, -9.81, 0.1, 0.2, 0.3)
+    attitude = telemetry.attitude_reading(imu)
     assert attitude is not None
     assert attitude.values == (1.0, 0.0, 0.0, 0.0, 0.1, 0.2, 0.3)
-    assert compose.attitude_reading(ImuSample(1.0, NAN3, NAN3)) is None
-    assert [r.signal for r in compose.dvl_readings(DvlSample(1.0, NAN3, NAN, NAN))] == ["dvl"]
-    assert [r.signal for r in compose.dvl_readings(DvlSample(1.0, NAN3, NAN, 2.0))] == ["dvl", "altitude"]
-    assert compose.pressure_reading(PressureSample(1.0, 1e5, 15.0)).values == (1e5, 15.0)
-    fix = compose.gnss_reading(GnssSample(1.0, 3, 45.0, 12.0, 1.0, 2.5, 0.5, 1.0, 9))
+    assert telemetry.attitude_reading(ImuSample(1.0, NAN3, NAN3)) is None
+    assert [r.signal for r in telemetry.dvl_readings(DvlSample(1.0, NAN3, NAN, NAN))] == ["dvl"]
+    assert [r.signal for r in telemetry.dvl_readings(DvlSample(1.0, NAN3, NAN, 2.0))] == ["dvl", "altitude"]
+    assert telemetry.pressure_reading(PressureSample(1.0, 1e5, 15.0)).values == (1e5, 15.0)
+    fix = telemetry.gnss_reading(GnssSample(1.0, 3, 45.0, 12.0, 1.0, 2.5, 0.5, 1.0, 9))
     assert fix.values == (3.0, 45.0, 12.0, 1.0, 2.5, 0.5, 1.0, 9.0)
 
 

@@ -5,11 +5,10 @@ import math
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.answers import answer_command
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkError, LinkTimeout
-from bridge.framing import Encoder, Framer, decode
-from bridge.motor_test import MotorTests
+from bridge.onboard.orders import MotorTests, answer_command
+from bridge.wire.framing import Encoder, Framer, decode
 from gcs_plugin.doctor.pulses import arm, disarm
 
 ACCEPTED, DENIED = dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_DENIED

@@ -9,7 +9,7 @@ from typing import BinaryIO
 import pytest
 
 from bridge.errors import ConfigError, LogError
-from bridge.new_file import replacing, whole
+from bridge.files import replacing, whole
 from bridge.schema import load_yaml
 
 Writer = Callable[[Path], AbstractContextManager[BinaryIO]]

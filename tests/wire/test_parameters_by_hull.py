@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from bridge.parameter_memory import OF_ANOTHER, OF_NONE
-from bridge.parameters import ParameterServer, vehicle_table
-from bridge.status_codes import Topic, coded
+from bridge.onboard.parameters import ParameterServer
+from bridge.onboard.store import OF_ANOTHER, OF_NONE, hull_mark
 from bridge.vehicle.config import Configuration, Device, Prior, Sensors, ThrustCurve, Thruster, Vehicle, Water
-from bridge.vehicle.hull import hull_mark
+from bridge.vehicle.parameters import vehicle_table
+from bridge.wire.status_codes import Topic, coded
 
 SHAPE = Configuration(
     dry_mass_kg=72.0,

@@ -13,19 +13,20 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SystemClock
-from bridge.drivers import greeting, make_parser
 from bridge.errors import ConfigError, LinkError
-from bridge.framing import Frame, Framer, decode
-from bridge.link.base import Link
-from bridge.link.memory import memory_pair
-from bridge.link.pseudo import open_pty
-from bridge.messages import readings
-from bridge.parameters import ParameterServer, vehicle_table
-from bridge.ports import Arrival, Inbox, Losses, port_spec, run_ports
+from bridge.links.descriptor import open_pty
+from bridge.links.link import Link
+from bridge.links.memory import memory_pair
+from bridge.onboard.parameters import ParameterServer
+from bridge.onboard.ports import Arrival, Inbox, Losses, port_spec, run_ports
+from bridge.onboard.service import Bridge
 from bridge.sensors.bar30 import FakeBar30, I2cBus
+from bridge.sensors.drivers import greeting, make_parser
 from bridge.sensors.kvh1750 import encode_kvh1750
-from bridge.service import Bridge
 from bridge.vehicle.config import Configuration, Device, Sensors, Thruster, Vehicle
+from bridge.vehicle.parameters import vehicle_table
+from bridge.wire import readings
+from bridge.wire.framing import Frame, Framer, decode
 
 WITHIN_S = 60.0
 
@@ -161,7 +162,7 @@ def test_steps_that_take_longer_than_their_period_leave_no_sensor_unheard() -> N
 
 
 def test_what_arrives_while_the_loop_hangs_is_counted_and_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("bridge.ports.MOST_WAITING", 2)
+    monkeypatch.setattr("bridge.onboard.ports.MOST_WAITING", 2)
     hung = threading.Event()
     device, path = open_pty()
     craft = vehicle(fog=Device("kvh1750", port=path))
@@ -227,7 +228,7 @@ class FullInbox(Inbox):
 
 
 def test_a_fault_that_found_no_room_is_told_again(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("bridge.ports.Inbox", FullInbox)
+    monkeypatch.setattr("bridge.onboard.ports.Inbox", FullInbox)
     with running(vehicle(fog=Device("kvh1750", port=str(tmp_path / "ttyFOG")))) as (ground, _):
         assert "fog: there is no port" in ground.text("there is no port")
 

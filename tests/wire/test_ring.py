@@ -13,13 +13,12 @@ from service_rig import Rig, imu
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LogError
-from bridge.framing import Encoder, Framer, decode
-from bridge.messages.readings import Reading, encode
-from bridge.ring import keeper as keeper_module
-from bridge.ring.files import Bounds, RingFiles
-from bridge.ring.keeper import RingKeeper
-from bridge.ring.segments import Segment, segment_named, segments_in
-from bridge.tlog import read_tlog
+from bridge.onboard import ring as keeper_module
+from bridge.onboard.ring import Bounds, RingFiles, RingKeeper
+from bridge.wire.framing import Encoder, Framer, decode
+from bridge.wire.readings import Reading, encode
+from bridge.wire.segments import Segment, segment_named, segments_in
+from bridge.wire.tlog import read_tlog
 
 SMALL = Bounds(total=4000, segment=1000)
 
@@ -237,8 +236,8 @@ WRITES = """
 import sys
 from pathlib import Path
 from bridge.clock import SystemClock
-from bridge.ring.files import Bounds
-from bridge.ring.keeper import ring_in
+from bridge.onboard.ring import Bounds
+from bridge.onboard.ring import ring_in
 from test_ring import frames
 
 clock = SystemClock()

@@ -8,8 +8,7 @@ import pytest
 from test_ring import SMALL, frames, held
 
 from bridge.clock import SimulatedClock
-from bridge.ring.files import RingFiles
-from bridge.ring.keeper import RingKeeper
+from bridge.onboard.ring import RingFiles, RingKeeper
 
 STATUSTEXT_BYTES = 50
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from service_rig import ALL, SIX, Rig, acted, fog, imu, vehicle
 
-from bridge.messages.readings import Reading
+from bridge.onboard.service import Bridge
 from bridge.sensors.kvh1750 import encode_kvh1750
 from bridge.sensors.samples import NAN3, DvlSample, EscSample, FogBlock, GnssSample, PressureSample
 from bridge.sensors.wayfinder import encode_packet
-from bridge.service import Bridge
 from bridge.vehicle.config import Device, Mounting
+from bridge.wire.readings import Reading
 
 
 def test_once_a_second_it_says_that_it_lives_its_clock_its_mode_and_its_configuration() -> None:

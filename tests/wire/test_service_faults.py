@@ -8,13 +8,14 @@ from service_rig import Rig, acted, fog, vehicle
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkLost
-from bridge.framing import Framer
-from bridge.link.memory import MemoryLink
-from bridge.link.reconnecting import Reconnecting
-from bridge.parameters import ParameterServer, vehicle_table
+from bridge.links.memory import MemoryLink
+from bridge.links.reconnecting import Reconnecting
+from bridge.onboard.parameters import ParameterServer
+from bridge.onboard.service import Bridge
 from bridge.sensors.samples import DvlSample, PressureSample
-from bridge.service import Bridge
 from bridge.vehicle.config import Device
+from bridge.vehicle.parameters import vehicle_table
+from bridge.wire.framing import Framer
 
 
 class BrokenLink:

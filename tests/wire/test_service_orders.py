@@ -7,14 +7,15 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from service_rig import Rig
 
-from bridge.framing import Encoder, Framer
-from bridge.ground import Ground
-from bridge.link.memory import memory_pair
-from bridge.parameters import Refusal
-from bridge.service import Bridge
-from bridge.status_codes import CrewText, Topic, decoded
-from tui import cli, exit_codes
-from tui.commands.bridge import ground
+from bridge import exit_codes
+from bridge.links.memory import memory_pair
+from bridge.onboard.orders import Ground
+from bridge.onboard.parameters import Refusal
+from bridge.onboard.program import ground
+from bridge.onboard.service import Bridge
+from bridge.wire.framing import Encoder, Framer
+from bridge.wire.status_codes import CrewText, Topic, decoded
+from tui import cli
 
 
 def test_timesync_is_answered_on_the_link_that_asked_with_both_clocks() -> None:

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bridge.status_codes import CrewText, Topic, coded, decoded
+from bridge.wire.status_codes import CrewText, Topic, coded, decoded
 
 
 @given(st.sampled_from(Topic), st.text(max_size=80), st.none() | st.integers(0, 2**32 - 1))

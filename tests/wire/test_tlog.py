@@ -12,8 +12,8 @@ from pymavlink import mavutil
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import LogError
-from bridge.framing import Encoder
-from bridge.tlog import TlogReader, TlogWriter, read_tlog
+from bridge.wire.framing import Encoder
+from bridge.wire.tlog import TlogReader, TlogWriter, read_tlog
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared"
 START_US = 1_790_000_000_000_000
@@ -75,8 +75,8 @@ def test_a_full_disk_is_an_error_that_names_the_file() -> None:
 
 def test_a_killed_writer_loses_nothing_that_it_had_acknowledged(tmp_path: Path) -> None:
     code = (
-        "import sys; from pathlib import Path; from bridge.tlog import TlogWriter\n"
-        "from bridge.framing import Encoder\n"
+        "import sys; from pathlib import Path; from bridge.wire.tlog import TlogWriter\n"
+        "from bridge.wire.framing import Encoder\n"
         "w, e = TlogWriter(Path(sys.argv[1])), Encoder(1, 1)\n"
         "for i in range(10**6):\n"
         "    w.write(1790000000000000 + i, e.frame(0, b'123456789'))\n"

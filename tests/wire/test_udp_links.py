@@ -11,11 +11,10 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkLost
-from bridge.framing import Encoder, Framer
-from bridge.link.base import Link
-from bridge.link.open import open_link
-from bridge.link.receive_buffer import ReceiveBuffer
-from bridge.link.udp import UdpLink, source_of
+from bridge.links.link import Link
+from bridge.links.open import open_link
+from bridge.links.udp import ReceiveBuffer, UdpLink, source_of
+from bridge.wire.framing import Encoder, Framer
 from gcs_plugin.recording.link import WARN_EVERY_S, RecordedLink
 
 
@@ -78,7 +77,7 @@ def test_udpout_without_a_route_opens_all_the_same(monkeypatch: pytest.MonkeyPat
     def unreachable(*_: object) -> str:
         raise OSError(errno.ENETUNREACH, "Network is unreachable")
 
-    monkeypatch.setattr("bridge.link.udp._own_towards", unreachable)
+    monkeypatch.setattr("bridge.links.udp._own_towards", unreachable)
     ground = open_link("udpin:127.0.0.1:0")
     assert isinstance(ground, UdpLink)
     vehicle = open_link(f"udpout:127.0.0.1:{ground.port}")

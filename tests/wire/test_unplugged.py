@@ -18,10 +18,11 @@ from service_rig import vehicle
 from waiting import until
 
 from bridge.clock import SimulatedClock, SystemClock
-from bridge.parameters import ParameterServer, vehicle_table
-from bridge.ports import run_ports
-from bridge.service import Bridge
+from bridge.onboard.parameters import ParameterServer
+from bridge.onboard.ports import run_ports
+from bridge.onboard.service import Bridge
 from bridge.vehicle.config import Device
+from bridge.vehicle.parameters import vehicle_table
 
 SHORT, LONG = 3, 100
 BACK_WITHIN_S = 3.0

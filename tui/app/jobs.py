@@ -13,11 +13,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
+from bridge import exit_codes
 from bridge.errors import ConfigError
-from bridge.file_size import read_small
+from bridge.files import read_small
 from bridge.plain import from_json
 from bridge.reports import PAGE, UNKEPT, Report
-from tui import exit_codes, job
+from tui import job
 from tui.app.drawing import Line, Lines, apart, bar, cut, wrapped
 from tui.job import Done
 

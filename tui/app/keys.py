@@ -17,10 +17,11 @@ from textual.actions import parse
 from textual.binding import Binding
 from textual.keys import KEY_NAME_REPLACEMENTS, Keys
 
+from bridge import exit_codes
 from bridge.errors import ConfigError
 from bridge.reports import Report
 from bridge.schema import load_yaml
-from tui import exit_codes, job
+from tui import job
 from tui.job import Done
 
 MODIFIERS: Final = frozenset({"ctrl", "shift", "alt", "super", "hyper", "meta"})

@@ -9,9 +9,9 @@ from collections.abc import Callable
 from typing import Final
 
 from bridge.clock import Clock
-from bridge.framing import Encoder, Frame, Framer
-from bridge.link.base import Link
-from bridge.link.reconnecting import Aside, Reconnecting
+from bridge.links.link import Link
+from bridge.links.reconnecting import Aside, Reconnecting
+from bridge.wire.framing import Encoder, Frame, Framer
 from gcs_plugin.feedforward import Switch
 from gcs_plugin.modes import OffMarks
 from gcs_plugin.peers import GROUND_STATION, KnownVehicle

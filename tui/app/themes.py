@@ -15,8 +15,7 @@ from textual.color import Color
 from textual.filter import LineFilter
 from textual.theme import Theme
 
-from bridge.file_size import read_small
-from bridge.new_file import whole
+from bridge.files import read_small, whole
 from bridge.plain import from_json
 from gcs_plugin.recording.state import state_file
 from tui.app.drawing import ROLES, Role

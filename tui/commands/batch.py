@@ -7,8 +7,9 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes
-from tui.arguments import PAPER, size
+from bridge import exit_codes
+from bridge.command_line import size
+from tui.arguments import PAPER
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -93,8 +94,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 def check(arguments: argparse.Namespace) -> None:
     """Raise UsageError for contradicting options, and for outputs that can't be written."""
+    from bridge.command_line import check_folder
     from identify.estimators.table import METHODS
-    from tui.files import check_files, check_folder
+    from tui.files import check_files
     from tui.show import STANDARD_OUTPUT
 
     if arguments.method not in (*METHODS, "paper"):
@@ -112,8 +114,9 @@ def check(arguments: argparse.Namespace) -> None:
 def engine(arguments: argparse.Namespace) -> "Engine":
     """Return the engine: this computer's cores, or a cluster; Dask is imported only for a cluster."""
     if arguments.scheduler:
+        from bridge.links.addresses import of_link
+        from bridge.text import say
         from identify.batch.cluster import run_on_cluster
-        from tui.secured import of_link, say
 
         for sentence in of_link(f"tcp:{arguments.scheduler.partition('://')[2]}", "the scheduler"):
             say(sentence)

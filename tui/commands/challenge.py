@@ -4,8 +4,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tui import exit_codes
-from tui.arguments import seed, size
+from bridge import exit_codes
+from bridge.command_line import seed, size
 
 if TYPE_CHECKING:
     from identify.challenge.score import Answer, Rate, Score
@@ -79,7 +79,7 @@ def _seal(arguments: argparse.Namespace) -> int:
 
 def _answer(path: Path) -> "Answer | None":
     from bridge.errors import LogError
-    from bridge.file_size import check_small
+    from bridge.files import check_small
     from identify.challenge.score import read_answer
 
     try:

@@ -5,7 +5,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes
+from bridge import exit_codes
 
 if TYPE_CHECKING:
     from gcs_plugin.dives.folder import About, DiveFolder

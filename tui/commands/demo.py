@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bench.reproduce.published import TABLE_5
-from tui import exit_codes
-from tui.arguments import seed
+from bridge import exit_codes
+from bridge.command_line import seed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -30,10 +30,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
+    from bridge.command_line import check_folder
     from gcs_plugin.dives.folder import new_folder
     from identify.validate import METHOD, compare
     from tui import demo, show
-    from tui.files import check_file, check_folder
+    from tui.files import check_file
 
     check_file("--json", arguments.json)
     check_folder("--out", arguments.out)

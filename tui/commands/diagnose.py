@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes
+from bridge import exit_codes
 from tui.arguments import add_vehicle
 from tui.pages import add_figures
 

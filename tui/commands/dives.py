@@ -5,7 +5,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tui import exit_codes
+from bridge import exit_codes
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -4,14 +4,15 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, secured
-from tui.arguments import seconds
+from bridge import exit_codes
+from bridge.command_line import seconds
+from bridge.links import secured
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from bridge.clock import Clock
-    from bridge.link.base import Link
+    from bridge.links.link import Link
     from bridge.vehicle.config import Vehicle, VehicleFile
     from gcs_plugin.doctor.checks import Finding
     from gcs_plugin.doctor.observe import Observed
@@ -48,9 +49,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
+    from bridge.command_line import check_folder
     from bridge.vehicle.config import load_vehicle
     from gcs_plugin.doctor.checks import findings_against_wet
-    from tui.files import check_file, check_folder
+    from tui.files import check_file
     from tui.links import link_for, serving_now
     from tui.wet_check import confirmed
 
@@ -176,8 +178,8 @@ def disk(folder: Path) -> "Finding":
 
 def ports(vehicle: "Vehicle") -> list["Finding"]:
     """Findings on whether the ports in the vehicle file exist on this computer."""
-    from bridge.drivers import speaks_tcp
     from bridge.sensors.bar30 import parse_i2c_port
+    from bridge.sensors.drivers import speaks_tcp
     from gcs_plugin.doctor.checks import fail, ok
 
     findings = []

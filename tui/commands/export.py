@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tui import exit_codes
+from bridge import exit_codes
 from tui.show import STANDARD_OUTPUT
 
 if TYPE_CHECKING:

@@ -4,8 +4,10 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, secured
-from tui.arguments import above_zero, seconds
+from bridge import exit_codes
+from bridge.command_line import above_zero, seconds
+from bridge.links import secured
+from bridge.text import say_warning
 
 if TYPE_CHECKING:
     from bridge.clock import Clock
@@ -56,15 +58,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
+    from bridge.command_line import check_folder
     from bridge.errors import LinkError, LogError
+    from bridge.exit_codes import UsageError
     from bridge.vehicle.config import load_vehicle
     from gcs_plugin.dives.folder import About, about_vehicle
     from gcs_plugin.fetch.boots import NOTHING_OF_IT
     from gcs_plugin.params.client import ParameterClient
     from tui import show
-    from tui.exit_codes import UsageError
     from tui.fetched import Fetcher
-    from tui.files import check_file, check_folder
+    from tui.files import check_file
     from tui.links import coming_back, link_for
 
     check_file("--json", arguments.json)
@@ -79,7 +82,7 @@ def run(arguments: argparse.Namespace) -> int:
     opener = secured.Opener(arguments.sign_key, clock, secured.on_words, system=arguments.system)
     folder = None if arguments.new else dive_of(arguments, clock)
     first = link_for(arguments.link, opener.open)
-    link = coming_back(first, arguments.link, clock, opener.open, secured.say_warning)
+    link = coming_back(first, arguments.link, clock, opener.open, say_warning)
     try:
         with show.progress("fetching") as tell:
             fetcher = Fetcher(link, clock, arguments.patience, tell)
@@ -131,10 +134,10 @@ def dive_of(arguments: argparse.Namespace, clock: "Clock") -> "DiveFolder":
     """
     import time
 
+    from bridge.exit_codes import UsageError
     from gcs_plugin.dives.folder import list_folders, load_folder
     from gcs_plugin.recording import orders
     from tui import show
-    from tui.exit_codes import UsageError
     from tui.links import holder_of, holding_now, usable_now
 
     holding = holding_now() if arguments.dive else usable_now()

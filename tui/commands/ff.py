@@ -3,14 +3,15 @@
 import argparse
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, secured
-from tui.arguments import seconds
+from bridge import exit_codes
+from bridge.command_line import seconds
+from bridge.links import secured
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from bridge.clock import Clock
-    from bridge.link.base import Link
+    from bridge.links.link import Link
     from bridge.vehicle.feedforward import Mode
     from gcs_plugin.feedforward import Switch
 
@@ -130,8 +131,8 @@ def permitted(
 ) -> tuple[int, float] | None:
     """Return the vehicle's system and mode, or None if the user declines. Raises ParamError if it refuses the mode."""
     from bridge.errors import ParamRejected
-    from bridge.framing import Encoder
-    from bridge.parameters import ACTIVE, MODE
+    from bridge.vehicle.parameters import ACTIVE, MODE
+    from bridge.wire.framing import Encoder
     from gcs_plugin.modes import word
     from gcs_plugin.params.client import ParameterClient
     from gcs_plugin.params.plan import make_plan

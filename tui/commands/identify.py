@@ -5,8 +5,9 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes
-from tui.arguments import add_vehicle, size
+from bridge import exit_codes
+from bridge.command_line import size
+from tui.arguments import add_vehicle
 from tui.pages import add_figures
 
 if TYPE_CHECKING:

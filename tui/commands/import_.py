@@ -5,7 +5,7 @@ import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tui import exit_codes
+from bridge import exit_codes
 
 if TYPE_CHECKING:
     from bridge.vehicle.config import VehicleFile
@@ -116,7 +116,7 @@ def _is_tlog(path: Path) -> bool:
 
 def _copy(source: Path, out: Path) -> None:
     """Copy the recording: the intact frames of a tlog, which are read without signing keys, any other file as it is."""
-    from bridge.tlog import read_tlog
+    from bridge.wire.tlog import read_tlog
     from gcs_plugin.fetch.whole import write_records
 
     if _is_tlog(source):
@@ -128,7 +128,7 @@ def _copy(source: Path, out: Path) -> None:
 
 def _copy_bytes(source: Path, made: Path) -> None:
     """Copy the bytes to disk. Raises LogError naming the copy, since the source was read in full just before."""
-    from bridge.new_file import replacing
+    from bridge.files import replacing
 
     with source.open("rb") as read, replacing(made, "import again") as written:
         shutil.copyfileobj(read, written)

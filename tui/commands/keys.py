@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from tui import exit_codes
+from bridge import exit_codes
 from tui.arguments import actions_of
 
 EXAMPLE = "seatrial keys make seatrial.key"

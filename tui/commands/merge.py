@@ -2,7 +2,7 @@
 
 import argparse
 
-from tui import exit_codes
+from bridge import exit_codes
 
 EXAMPLE = "seatrial merge dives/2026-11-20T0912Z-hovering 00000042.BIN"
 

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from tui import exit_codes
+from bridge import exit_codes
 
 EXAMPLE = 'seatrial note "tether caught on the ladder"'
 
@@ -17,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
-    from bridge.printable import printable
+    from bridge.text import printable
     from gcs_plugin.dives.folder import DiveFolder, load_folder
     from tui import show
     from tui.links import usable_now

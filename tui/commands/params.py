@@ -7,8 +7,10 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, secured
-from tui.arguments import actions_of, seconds
+from bridge import exit_codes
+from bridge.command_line import seconds
+from bridge.links import secured
+from tui.arguments import actions_of
 
 if TYPE_CHECKING:
     from gcs_plugin.params.client import ParameterClient
@@ -94,7 +96,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def check_outputs(arguments: argparse.Namespace) -> None:
     """Raise UsageError if an output file could not be written."""
-    from tui.files import PARAMETER_SUFFIXES, check_file, check_files, check_folder
+    from bridge.command_line import check_folder
+    from tui.files import PARAMETER_SUFFIXES, check_file, check_files
 
     output = getattr(arguments, "out", None)
     check_files({"--json": arguments.json, "--out": output})
@@ -156,7 +159,7 @@ class Watch:
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from bridge.errors import ParamError
-    from bridge.framing import Encoder
+    from bridge.wire.framing import Encoder
     from gcs_plugin.params.client import ParameterClient
     from gcs_plugin.params.comparison import left_behind, planned, planned_back
     from gcs_plugin.params.files import check_system

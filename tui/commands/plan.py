@@ -6,8 +6,8 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tui import exit_codes
-from tui.arguments import above_zero
+from bridge import exit_codes
+from bridge.command_line import above_zero
 
 if TYPE_CHECKING:
     from bridge.vehicle.config import VehicleFile
@@ -132,7 +132,7 @@ def _known(file: "VehicleFile", source: str | None, columns: str | None) -> "Div
 
 def check_plan(path: str) -> None:
     """Raise UsageError if the path holds a file that `plan` did not write."""
-    from bridge.file_size import size_to_read
+    from bridge.files import size_to_read
     from identify.planning.writing import TITLE
 
     out = Path(path)
@@ -147,7 +147,7 @@ def _begins(path: Path, words: bytes) -> bool:
 
 def identification(path: str) -> dict[str, Any]:
     """Read the JSON of a single identification. Raises UsageError for any other file."""
-    from bridge.file_size import read_small
+    from bridge.files import read_small
     from bridge.plain import from_json
     from bridge.schema import why_unread
 

@@ -5,8 +5,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tui import exit_codes, secured
-from tui.arguments import seconds
+from bridge import exit_codes
+from bridge.command_line import seconds
+from bridge.links import secured
 
 if TYPE_CHECKING:
     import threading
@@ -73,8 +74,9 @@ def hub_port(text: str) -> int | None:
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
+    from bridge.command_line import check_folder
     from gcs_plugin.recording.hub import Hub
-    from tui.files import check_file, check_folder
+    from tui.files import check_file
     from tui.links import refuse_second
 
     check_file("--json", arguments.json)
@@ -117,6 +119,7 @@ def order(arguments: argparse.Namespace, clock: "Clock") -> int:
 
 def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> int:
     """Record until stopped, and report the result."""
+    from bridge.command_line import until_stopped
     from bridge.errors import LogError
     from bridge.vehicle.config import load_vehicle
     from gcs_plugin.dives.folder import About, about_vehicle
@@ -125,7 +128,6 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
     from gcs_plugin.recording.recorder import Notice
     from tui import show
     from tui.recording import RecordedDives, RecordingState, TellingRecorder
-    from tui.running import until_stopped
 
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
     opener = secured.Opener(
@@ -226,7 +228,7 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
 
 def sockets(links: "Sequence[str]", hub: "Hub | None") -> list[str]:
     """Sentences on the open network sockets."""
-    from tui.secured import of_links, of_served
+    from bridge.links.addresses import of_links, of_served
 
     served = [of_served(hub.address)] if hub else []
     return [*of_links(links, "a link that is recorded"), *served]

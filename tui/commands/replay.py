@@ -4,7 +4,8 @@ import argparse
 from itertools import chain
 from pathlib import Path
 
-from tui import exit_codes, secured
+from bridge import exit_codes
+from bridge.links import secured
 
 EXAMPLE = "seatrial replay dives/2026-11-20T0912Z-hovering --link udpout:127.0.0.1:14550 --speed 4"
 
@@ -23,8 +24,8 @@ def run(arguments: argparse.Namespace) -> int:
     import time
 
     from bridge.clock import SystemClock
-    from bridge.secret import carries_key
-    from bridge.tlog import of_those_that_hold_frames, read_tlog
+    from bridge.wire.redaction import carries_key
+    from bridge.wire.tlog import of_those_that_hold_frames, read_tlog
     from gcs_plugin.dives.folder import load_folder
     from gcs_plugin.dives.replay import Pace, Player
     from tui import show

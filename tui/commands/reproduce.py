@@ -5,8 +5,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes
-from tui.arguments import seed, size
+from bridge import exit_codes
+from bridge.command_line import seed, size
 from tui.pages import add_figures
 
 if TYPE_CHECKING:
@@ -43,9 +43,10 @@ def run(arguments: argparse.Namespace) -> int:
     from bench.reproduce.comparisons import validation
     from bench.reproduce.run import reproduce
     from bridge.clock import SystemClock
+    from bridge.command_line import check_folder
     from gcs_plugin.dives.folder import new_folder
     from tui import pages, show
-    from tui.files import Files, check_file, check_folder
+    from tui.files import Files, check_file
 
     check_file("--json", arguments.json)
     check_folder("--out", arguments.out)

@@ -4,16 +4,18 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, secured
-from tui.arguments import seconds, seed
+from bridge import exit_codes
+from bridge.command_line import seconds, seed
+from bridge.links import secured
+from bridge.text import say, say_warning
 
 if TYPE_CHECKING:
     import threading
     from collections.abc import Callable, Sequence
 
     from bridge.clock import SystemClock
-    from bridge.link.base import Link
-    from bridge.parameters import ParameterServer
+    from bridge.links.link import Link
+    from bridge.onboard.parameters import ParameterServer
     from bridge.signing.gate import Trouble
     from bridge.simulator.missions import Mission
     from bridge.vehicle.config import VehicleFile
@@ -76,11 +78,12 @@ def speed(text: str) -> float:
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
+    from bridge.command_line import check_folder, check_no_folder
     from bridge.errors import ConfigError
-    from bridge.parameters import parameters_of
+    from bridge.onboard.parameters import parameters_of
     from bridge.simulator.missions import mission_named
     from bridge.vehicle.config import load_vehicle
-    from tui.files import check_file, check_folder, check_no_folder
+    from tui.files import check_file
 
     check_file("--json", arguments.json)
     if arguments.parameters:
@@ -106,7 +109,7 @@ def run(arguments: argparse.Namespace) -> int:
     store = Path(arguments.parameters) if arguments.parameters else None
     parameters = parameters_of(file, store)
     if parameters.trouble:
-        secured.say_warning(parameters.trouble)
+        say_warning(parameters.trouble)
     clock, troubles = SystemClock(), Troubles()
     opener = secured.Opener(arguments.sign_key, clock, troubles, listed=secured.later)
     links = [opener.open(spec) for spec in arguments.link]
@@ -122,10 +125,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 def list_sockets(links: "Sequence[str]") -> None:
     """Print which network sockets are open."""
-    from tui.secured import of_links
+    from bridge.links.addresses import of_links
 
     for sentence in of_links(links, "a link to the ground"):
-        secured.say(sentence)
+        say(sentence)
 
 
 class Troubles:
@@ -218,10 +221,10 @@ def idle(
     troubles: "Troubles",
 ) -> int:
     """Stay afloat and disarmed, and answer on the links, until the user stops it."""
+    from bridge.command_line import until_stopped
     from bridge.simulator.body import Start
     from bridge.simulator.dive import SimulatedVehicle, real_time
     from tui import show
-    from tui.running import until_stopped
 
     if not links:
         raise exit_codes.UsageError("--mission idle waits for a ground on a link; give --link SPEC")

@@ -6,11 +6,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, secured
-from tui.arguments import above_zero, port
+from bridge import exit_codes
+from bridge.command_line import above_zero, port
+from bridge.links import secured
+from bridge.text import say
 
 if TYPE_CHECKING:
-    from bridge.link.base import Link
+    from bridge.links.link import Link
 
 EXAMPLE = "seatrial tui --link udpin:127.0.0.1:14550 --vehicle ruvifist"
 MOST_FPS = 30.0
@@ -79,10 +81,10 @@ def _serve(arguments: argparse.Namespace) -> int:
     import sys
 
     from bridge.clock import SystemClock
+    from bridge.links.addresses import listening
     from tui import show
     from tui.app.keys import load_keymap
     from tui.app.screens.table import PLACES
-    from tui.secured import listening
     from tui.web.server import PageServer, in_url, warning
 
     if arguments.unrecorded or arguments.view_only:
@@ -117,27 +119,27 @@ def _serve(arguments: argparse.Namespace) -> int:
 
 def list_recording() -> None:
     """Print the network sockets that the running recording holds open."""
+    from bridge.links.addresses import of_links, of_served
     from tui.links import holding_now, words_of
-    from tui.secured import of_links, of_served
 
     if (holding := holding_now()) is not None:
-        secured.say(f"{words_of(holding)} goes on by itself, and has")
+        say(f"{words_of(holding)} goes on by itself, and has")
         for sentence in (of_served(holding.hub), *of_links(holding.links, "a link that is recorded")):
-            secured.say(sentence)
+            say(sentence)
 
 
 def list_sockets(arguments: argparse.Namespace) -> None:
     """Print the open network sockets; a terminal shows them before and after the app."""
+    from bridge.links.addresses import of_links
     from tui.links import holding_now
-    from tui.secured import of_links
 
     if arguments.unrecorded:
         for sentence in of_links(arguments.link, "the link"):
-            secured.say(sentence)
+            say(sentence)
     elif (holding := holding_now()) is not None:
         list_recording()
         for sentence in of_links([holding.hub], "what it serves"):
-            secured.say(sentence)
+            say(sentence)
 
 
 def _show(arguments: argparse.Namespace) -> int:
@@ -238,7 +240,7 @@ def _open(
 
     from bridge.clock import SystemClock
     from bridge.errors import LinkError
-    from bridge.link.open import open_link
+    from bridge.links.open import open_link
     from gcs_plugin.recording.state import hangs, held, hung
     from tui.app import recorder
     from tui.links import ByWay, holds, words_of

@@ -4,8 +4,9 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, secured
-from tui.arguments import seconds
+from bridge import exit_codes
+from bridge.command_line import seconds
+from bridge.links import secured
 
 if TYPE_CHECKING:
     import threading
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
     from bridge.clock import Clock
-    from bridge.link.reconnecting import Reconnecting
+    from bridge.links.reconnecting import Reconnecting
     from bridge.vehicle.config import VehicleFile
     from gcs_plugin.recording.state import Holding
     from gcs_plugin.watch.picture import Picture
@@ -121,7 +122,7 @@ class Look:
 
     def listen(self, stop: "threading.Event") -> None:
         """Read the link until `stop` is set."""
-        from bridge.framing import Framer
+        from bridge.wire.framing import Framer
 
         framer = Framer()
         due_s = self._clock.boot_s() + EVERY_S
@@ -139,7 +140,7 @@ class Look:
 
 def _quietly(looked: Look, seconds: float) -> None:
     from bridge.clock import SystemClock
-    from tui.running import until_stopped
+    from bridge.command_line import until_stopped
 
     until_stopped(looked.listen, SystemClock(), seconds, lambda _: None)
 
@@ -148,10 +149,10 @@ def _shown(looked: Look, arguments: argparse.Namespace) -> None:
     from rich.live import Live
 
     from bridge.clock import SystemClock
+    from bridge.command_line import until_stopped
     from gcs_plugin.dives.folder import utc_text
     from tui import show, watched
     from tui.links import holding_now
-    from tui.running import until_stopped
 
     console, clock = show.results(arguments.json), SystemClock()
     shown = looked.picture

@@ -18,7 +18,7 @@ from aiohttp import web
 from textual_serve.server import Server
 
 from bridge.errors import LinkError
-from tui.secured import is_loopback
+from bridge.links.addresses import is_loopback
 
 PAGE: Final = Path(__file__).with_name("page")
 MOST_VISITORS: Final = 4

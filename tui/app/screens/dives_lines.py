@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from bridge.errors import LogError
-from bridge.printable import printable
+from bridge.text import printable
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from gcs_plugin.dives.order import began, length_s
 from tui.app.drawing import (

@@ -7,8 +7,8 @@ from typing import ClassVar, Final
 from textual.app import ComposeResult
 from textual.containers import VerticalScroll
 
+from bridge import exit_codes
 from bridge.reports import Report
-from tui import exit_codes
 from tui.app.drawing import Lines, hanging, heading
 from tui.app.header import Tab
 from tui.app.jobs import JobState

@@ -8,8 +8,9 @@ from typing import Any, Final
 
 import numpy as np
 
+from bridge import exit_codes
 from bridge.errors import ParamError
-from bridge.file_size import read_small
+from bridge.files import read_small
 from bridge.plain import from_json
 from bridge.reports import PAGE, UNKEPT, Report
 from bridge.vehicle.coefficients import OF_HULL
@@ -18,7 +19,6 @@ from gcs_plugin.params.last_accepted import last_accepted
 from gcs_plugin.params.plan import coefficient_of
 from gcs_plugin.watch.picture import Array
 from identify.words import capital
-from tui import exit_codes
 from tui.app.curves import ACROSS, AXIS_CELLS, BLANK, Dots, braille, dots, dotted, framed
 from tui.app.drawing import (
     Line,

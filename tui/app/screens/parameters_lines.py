@@ -4,9 +4,9 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
+from bridge import exit_codes
 from bridge.reports import APPLIED, WRITING, Written
 from gcs_plugin.params.upload import Stage
-from tui import exit_codes
 from tui.app.drawing import NOTHING, Line, Lines, Role, Span, ago, cut, heading, wrapped
 from tui.app.jobs import JobState, progress
 from tui.app.screens.transfer import Comparison, Entry

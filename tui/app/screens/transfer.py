@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from bridge.errors import ConfigError
+from bridge.exit_codes import NothingLeft
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.params.last_accepted import last_accepted
 from gcs_plugin.params.plausible import half_a_model, other_half
@@ -15,7 +16,6 @@ from gcs_plugin.watch.picture import Armed, Picture
 from tui.app.desk import Desk
 from tui.app.jobs import JobState
 from tui.app.view import STALE_S
-from tui.exit_codes import NothingLeft
 
 ARMED: Final = "ARMED"
 DOUBTED: Final = "DOUBTED"

@@ -1,1 +1,0 @@
-"""Links that carry bytes: serial, UDP, TCP, memory, and a lossy link with switches. See `base.Link`."""

@@ -1,0 +1,123 @@
+"""The names of links, the addresses in them, and which networks reach a socket of this program."""
+
+import errno
+import fcntl
+import ipaddress
+import socket
+import struct
+from collections.abc import Iterable
+from contextlib import suppress
+from typing import Final
+
+from bridge.errors import LinkError, LinkSpecError
+from bridge.links.descriptor import DEFAULT_BAUD
+
+LOOPBACK: Final = "127.0.0.1"
+FORMS: Final = (
+    "serial:/dev/ttyUSB0:115200, udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT or tcpin:HOST:PORT"
+)
+PROTOCOL: Final = {"udpin": "UDP", "tcpin": "TCP", "udpout": "UDP", "tcp": "TCP"}
+EVERY_ADDRESS: Final = ("0.0.0.0", "::")
+SIOCGIFADDR = 0x8915  # Linux: the IPv4 address of an interface
+FIRST_FREE_PORT = 1024
+
+
+def parse_link(spec: str) -> tuple[str, str, int]:
+    """Return kind, serial port or host, and baud rate or port number of a link's name. Raises LinkSpecError."""
+    kind, _, address = spec.partition(":")
+    if kind == "serial" and address:
+        return kind, *_port_and_baud(address)
+    if kind in PROTOCOL and address:
+        return kind, *_host_and_port(spec, address)
+    raise LinkSpecError(f"'{spec}' is not a link; give {FORMS}")
+
+
+def _port_and_baud(rest: str) -> tuple[str, int]:
+    # Names under /dev/serial/by-path hold colons themselves.
+    port, _, baud = rest.rpartition(":")
+    return (port, int(baud)) if port and baud.isdecimal() else (rest, DEFAULT_BAUD)
+
+
+def _host_and_port(spec: str, rest: str) -> tuple[str, int]:
+    host, _, port = rest.rpartition(":")
+    if not port.isdecimal() or not 0 <= int(port) <= 65535:
+        raise LinkSpecError(f"'{spec}': '{port}' is not a port number from 0 to 65535; give {FORMS}")
+    return host or LOOPBACK, int(port)
+
+
+def own_addresses() -> list[str]:
+    """Return the IPv4 addresses of this computer, as far as its system reports them."""
+    addresses = []
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        for _, interface in socket.if_nameindex():
+            with suppress(OSError):
+                asked = struct.pack("256s", interface.encode()[:15])
+                addresses.append(socket.inet_ntoa(fcntl.ioctl(probe.fileno(), SIOCGIFADDR, asked)[20:24]))
+    return addresses or ["127.0.0.1"]
+
+
+def no_listener(name: str, host: str, port: int, error: OSError) -> LinkError:
+    """Return the error of a link that can't listen at `host` and `port`."""
+    if isinstance(error, socket.gaierror):
+        return LinkError(f"{name}: the host '{host}' is unknown ({error.strerror}); check the name")
+    if error.errno == errno.EADDRNOTAVAIL:
+        kind = name.partition(":")[0]
+        other = {"udpin": "udpout", "tcpin": "tcp"}[kind]
+        return LinkError(
+            f"{name}: this computer has no address {host}; it has {', '.join(own_addresses())}: give one of these "
+            f"(0.0.0.0 for all), or {other}:{host}:{port} where {host} is the other side"
+        )
+    if error.errno == errno.EACCES and port < FIRST_FREE_PORT:
+        return LinkError(f"{name}: port {port} is kept for the system; give one from {FIRST_FREE_PORT} on")
+    return LinkError(
+        f"{name}: can't listen there ({error.strerror}); another program does: where that is a recording, give as "
+        "--link the hub that it names at its start; else stop it, or give another port"
+    )
+
+
+def is_loopback(host: str) -> bool:
+    """Whether only this computer reaches the address."""
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def whence(host: str) -> str:
+    """The networks that reach an address of this computer."""
+    if is_loopback(host):
+        return "this computer alone"
+    return "every network of this computer" if host in EVERY_ADDRESS else f"the network of {host}"
+
+
+def listening(protocol: str, host: str, port: int, what: str) -> str:
+    """Sentence about a socket that accepts anyone who reaches it."""
+    number = f"port {port}" if port else "a free port"
+    return f"open: {host} {number} ({protocol}): {what}, reachable from {whence(host)}"
+
+
+def of_link(spec: str, what: str) -> list[str]:
+    """Sentence about the socket of a link; none for a serial port."""
+    try:
+        kind, host, port = parse_link(spec)
+    except LinkSpecError:
+        return []
+    if kind == "serial":
+        return []
+    protocol = PROTOCOL[kind]
+    if kind in ("udpin", "tcpin"):
+        return [listening(protocol, host, port, what)]
+    return [f"open: a port of its own ({protocol}): {what}, with {host} port {port} and nobody else"]
+
+
+def of_links(specs: Iterable[str], what: str) -> list[str]:
+    """The sentences about the sockets of several links."""
+    return [sentence for spec in specs for sentence in of_link(spec, what)]
+
+
+def of_served(hub: str) -> str:
+    """Sentence about the socket on which a recording serves the link `hub` to others. Raises LinkSpecError."""
+    _, host, port = parse_link(hub)
+    return listening("TCP", host, port, "what is recorded, for params, doctor, ff and others")

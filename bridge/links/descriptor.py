@@ -1,0 +1,131 @@
+"""Links over a file descriptor: serial ports (8N1, held by one program only), pseudo-terminals, TCP connections."""
+
+import errno
+import os
+import pty
+import select
+import tty
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+import serial
+
+from bridge.errors import LinkError, LinkLost
+
+READ_BYTES = 65536
+BACKLOG_BYTES = 65536
+
+
+class DescriptorLink:
+    """Reads and writes a non-blocking descriptor; `release` closes the object that owns it.
+
+    A peer that takes no bytes never stalls the writer: unsent bytes wait, up to `BACKLOG_BYTES`. Beyond that, new
+    data is dropped whole and counted in `counts["dropped"]`.
+    """
+
+    def __init__(self, name: str, descriptor: int, release: Callable[[], None]) -> None:
+        self.name = name
+        self.counts: Counter[str] = Counter()
+        self._descriptor = descriptor
+        self._release = release
+        self._backlog = b""
+        # Reused for each read: a new buffer every time would fragment the memory of the reading thread.
+        self._read_into = memoryview(bytearray(READ_BYTES))
+        os.set_blocking(descriptor, False)
+
+    def read(self, timeout_s: float) -> bytes:
+        self._check_open()
+        try:
+            self._send_backlog()
+        except OSError:
+            # A peer that accepts no more bytes may have said why: read that first, and then its end.
+            self._backlog = b""
+        try:
+            ready, _, _ = select.select([self._descriptor], [], [], max(0.0, timeout_s))
+            if not ready:
+                return b""
+            count = os.readv(self._descriptor, [self._read_into])
+        except BlockingIOError:
+            return b""
+        except (OSError, ValueError) as error:
+            raise self._lost(error) from None
+        if not count:
+            raise LinkLost(f"{self.name}: the other side has gone; plug it in or start it again")
+        return bytes(self._read_into[:count])
+
+    def write(self, data: bytes) -> None:
+        self._check_open()
+        if len(self._backlog) + len(data) > BACKLOG_BYTES:
+            self.counts["dropped"] += 1
+        else:
+            self._backlog += data
+        try:
+            self._send_backlog()
+        except (OSError, ValueError) as error:
+            raise self._lost(error) from None
+
+    def close(self) -> None:
+        if self._descriptor >= 0:
+            self._descriptor = -1
+            self._release()
+
+    def _send_backlog(self) -> None:
+        while self._backlog:
+            try:
+                sent = os.write(self._descriptor, self._backlog)
+            except BlockingIOError:
+                return
+            self._backlog = self._backlog[sent:]
+
+    def _check_open(self) -> None:
+        if self._descriptor < 0:
+            raise LinkLost(f"{self.name}: is closed; open it again")
+
+    def _lost(self, error: OSError | ValueError) -> LinkLost:
+        reason = getattr(error, "strerror", None) or str(error)
+        return LinkLost(f"{self.name}: the other side has gone ({reason}); plug it in or start it again")
+
+
+DEFAULT_BAUD = 115200
+
+
+def open_serial(port: str, baud: int = DEFAULT_BAUD) -> DescriptorLink:
+    """Open the serial port `port`. Raises LinkError if it is absent, busy, forbidden or no serial port."""
+    name = f"serial:{port}:{baud}"
+    try:
+        opened: Any = serial.Serial(port, baud, timeout=0, exclusive=True)
+    except serial.SerialException as error:
+        raise LinkError(f"{name}: {_reason(port, error)}") from None
+    except ValueError as error:
+        raise LinkError(f"{name}: can't be set up ({error}); check the baud rate") from None
+    except OSError as error:
+        raise LinkError(f"{name}: can't be opened ({error.strerror}); check the port") from None
+    return DescriptorLink(name, opened.fileno(), opened.close)
+
+
+def _reason(port: str, error: serial.SerialException) -> str:
+    code = error.errno
+    if code == errno.ENOENT:
+        return f"there is no port {port}; check the cable and the name (ls /dev/tty*)"
+    if code == errno.EACCES:
+        return "permission denied; join the group that owns the port (often `dialout`) and log in again"
+    if code in (errno.EBUSY, errno.EAGAIN):
+        return "another program holds the port; stop that program, or give another port"
+    return f"can't be opened ({error}); check that it is a serial port"
+
+
+def open_pty() -> tuple[DescriptorLink, str]:
+    """Return the device's end, and the path of the port for a reader to open; raw bytes both ways.
+
+    Closing the device's end pulls the plug: the reader's port is lost.
+    """
+    master, slave = pty.openpty()
+    tty.setraw(slave)
+    path = os.ttyname(slave)
+
+    def release() -> None:
+        os.close(slave)
+        os.close(master)
+
+    return DescriptorLink(f"pty:{path}", master, release), path

@@ -1,0 +1,338 @@
+"""A read-only MAVLink FTP server of the recordings on board, and the thread that runs it.
+
+A session is only a name: no file is held open, and opening a file twice gives the same session. Answers to each link
+keep within its pace, as telemetry has priority. Requests that find no room are dropped, and asked for again.
+"""
+
+import zlib
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from queue import Empty, Full, Queue
+from threading import Event, Thread
+from typing import Final, Protocol
+
+from bridge.clock import Clock
+from bridge.files import is_own_file
+from bridge.wire.ftp import DATA_BYTES, Fault, Op, Packet, acknowledged, decode, refused
+from bridge.wire.segments import segment_named, segments_in
+
+
+class Files(Protocol):
+    """Files in one folder. All methods raise OSError if the disk fails, FileNotFoundError for an unknown name."""
+
+    def sizes(self) -> list[tuple[str, int]]:
+        """Name and size in bytes of each file, in order."""
+        ...
+
+    def read(self, name: str, offset: int, size: int) -> bytes:
+        """Return up to `size` bytes from `offset` on; b"" at the end."""
+        ...
+
+
+class Segments:
+    """The segments of a ring in `folder`. Any other name counts as missing, so that no path leads out of it."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def sizes(self) -> list[tuple[str, int]]:
+        try:
+            return [(segment.name, size) for segment, size in segments_in(self._folder)]
+        except FileNotFoundError:  # nothing was kept yet
+            return []
+
+    def read(self, name: str, offset: int, size: int) -> bytes:
+        path = self._folder / name
+        if segment_named(name) is None or not is_own_file(path):
+            raise FileNotFoundError(name)
+        with path.open("rb", buffering=0) as file:
+            file.seek(offset)
+            return file.read(size)
+
+
+Peer = tuple[int, int, int]
+"""Link number, and the client's system and component."""
+
+MOST_SESSIONS: Final = 16
+MOST_WAITING: Final = 256
+MOST_LISTINGS: Final = 8
+IDLE_S: Final = 30.0
+BURST_PACKETS: Final = 64
+CRC_BYTES_A_STEP: Final = 1 << 18
+LONGEST_SAVING_S: Final = 0.1
+FRAME_BYTES: Final = 27
+"""Bytes on the wire around a packet's data."""
+
+_WRITES: Final = frozenset(
+    (Op.CREATE, Op.WRITE, Op.REMOVE, Op.MAKE_FOLDER, Op.REMOVE_FOLDER, Op.OPEN_WRITE, Op.TRUNCATE, Op.RENAME)
+)
+
+
+@dataclass
+class _Session:
+    """A file that a peer reads. `burst` is its burst request, advanced to the packet that is due next.
+
+    `left` is the number of packets left in the burst.
+    """
+
+    peer: Peer
+    name: str
+    used_s: float
+    burst: Packet | None = None
+    left: int = 0
+
+
+@dataclass
+class _Lane:
+    """One link: its waiting requests, and how many bytes may be sent now."""
+
+    earned_s: float
+    allowed: float
+    asked: deque[tuple[Peer, Packet]] = field(default_factory=deque)
+
+
+@dataclass
+class _Sum:
+    """A checksum in progress."""
+
+    peer: Peer
+    asked: Packet
+    name: str
+    offset: int = 0
+    crc: int = 0xFFFFFFFF
+
+
+class FileServer:
+    """Offers `files` for reading. `pace(link)` is the allowed bytes per second on the link with that number."""
+
+    def __init__(self, files: Files, pace: Callable[[int], float]) -> None:
+        self._files, self._pace = files, pace
+        self._sessions: dict[int, _Session] = {}
+        self._lanes: dict[int, _Lane] = {}
+        self._listings: dict[Peer, list[str]] = {}
+        self._sums: list[_Sum] = []
+
+    def hear(self, peer: Peer, payload: bytes, now_s: float) -> None:
+        """Take a packet that arrived; its answer comes from a later `due`."""
+        lane = self._lanes.setdefault(peer[0], _Lane(now_s, self._most_saved(peer[0])))
+        if len(lane.asked) < MOST_WAITING:
+            lane.asked.append((peer, decode(payload)))
+
+    def due(self, now_s: float) -> list[tuple[Peer, bytes]]:
+        """Return the packets to send now, each with its peer."""
+        for number in [n for n, session in self._sessions.items() if session.used_s < now_s - IDLE_S]:
+            del self._sessions[number]
+        out: list[tuple[Peer, bytes]] = []
+        for link, lane in self._lanes.items():
+            earned = max(0.0, now_s - lane.earned_s) * self._pace(link)
+            lane.allowed = min(lane.allowed + earned, self._most_saved(link))
+            lane.earned_s = now_s
+            for peer, packet in self._lane_due(link, lane, now_s):
+                raw = packet.encode()
+                lane.allowed -= len(raw) + FRAME_BYTES
+                out.append((peer, raw))
+        return out + [(peer, packet.encode()) for peer, packet in self._summed()]
+
+    def _most_saved(self, link: int) -> float:
+        """Most bytes that may be sent at once: at least one packet, even at a slow pace."""
+        return max(self._pace(link) * LONGEST_SAVING_S, float(DATA_BYTES + FRAME_BYTES))
+
+    def _lane_due(self, link: int, lane: _Lane, now_s: float) -> Iterator[tuple[Peer, Packet]]:
+        while lane.asked and (lane.allowed > 0 or _is_free(lane.asked[0][1])):
+            peer, asked = lane.asked.popleft()
+            answer = self._answer(peer, asked, now_s)
+            if answer is not None:
+                yield peer, answer
+        bursting = deque(
+            number for number, reading in self._sessions.items() if reading.peer[0] == link and reading.burst
+        )
+        while bursting and lane.allowed > 0:
+            number = bursting.popleft()
+            session = self._sessions[number]
+            yield session.peer, self._burst_next(session, now_s)
+            if session.burst is not None:
+                bursting.append(number)
+
+    def _answer(self, peer: Peer, asked: Packet, now_s: float) -> Packet | None:
+        """Return the answer to a request; None if it gets none, or gets it later."""
+        try:
+            if asked.op == Op.LIST:
+                return self._listed(peer, asked)
+            if asked.op == Op.OPEN_READ:
+                return self._opened(peer, asked, now_s)
+            if asked.op == Op.CRC32:
+                return self._begin_sum(peer, asked)
+            if asked.op in (Op.READ, Op.BURST, Op.TERMINATE):
+                return self._of_session(peer, asked, now_s)
+        except FileNotFoundError:
+            return refused(asked, Fault.NOT_FOUND)
+        except OSError:
+            return refused(asked, Fault.FAIL)
+        if asked.op == Op.RESET:
+            self._sessions = {n: session for n, session in self._sessions.items() if session.peer != peer}
+            return acknowledged(asked)
+        if asked.op in (Op.ACK, Op.NAK):  # never answered: two servers would answer each other without end
+            return None
+        return refused(asked, Fault.PROTECTED if asked.op in _WRITES else Fault.UNKNOWN)
+
+    def _listed(self, peer: Peer, asked: Packet) -> Packet:
+        if _name(asked.data) not in ("", "."):
+            raise FileNotFoundError
+        # The list stays as it was at its begin: if it changed, a client that lists by index could miss a file.
+        if asked.offset == 0 or peer not in self._listings:
+            if len(self._listings) >= MOST_LISTINGS:
+                self._listings.pop(next(iter(self._listings)), None)
+            self._listings[peer] = [f"F{name}\t{size}\0" for name, size in self._files.sizes()]
+        data = b""
+        for entry in self._listings[peer][asked.offset :]:
+            if len(data) + len(entry) > DATA_BYTES:
+                break
+            data += entry.encode("ascii")
+        return acknowledged(asked, data) if data else refused(asked, Fault.END)
+
+    def _opened(self, peer: Peer, asked: Packet, now_s: float) -> Packet:
+        name = _name(asked.data)
+        size = dict(self._files.sizes()).get(name)
+        if size is None:
+            raise FileNotFoundError
+        same = (n for n, session in self._sessions.items() if (session.peer, session.name) == (peer, name))
+        free = (n for n in range(MOST_SESSIONS) if n not in self._sessions)
+        # A session whose TERMINATE was lost gives room to the next session of its own peer.
+        oldest_first = sorted(
+            (session.used_s, n) for n, session in self._sessions.items() if session.peer == peer
+        )
+        number = next(same, next(free, oldest_first[0][1] if oldest_first else None))
+        if number is None:
+            return refused(asked, Fault.NO_SESSIONS)
+        self._sessions[number] = _Session(peer, name, now_s)
+        return acknowledged(asked, min(size, 0xFFFFFFFF).to_bytes(4, "little"), 0, number)
+
+    def _of_session(self, peer: Peer, asked: Packet, now_s: float) -> Packet | None:
+        session = self._sessions.get(asked.session)
+        if asked.op == Op.TERMINATE:
+            if session is not None and session.peer == peer:
+                del self._sessions[asked.session]
+            return acknowledged(asked)
+        if session is None or session.peer != peer:
+            return refused(asked, Fault.SESSION)
+        if not 0 < asked.size <= DATA_BYTES:
+            return refused(asked, Fault.SIZE)
+        session.used_s = now_s
+        if asked.op == Op.BURST:
+            session.burst, session.left = asked, BURST_PACKETS
+            return None
+        data = self._files.read(session.name, asked.offset, asked.size)
+        return acknowledged(asked, data) if data else refused(asked, Fault.END)
+
+    def _burst_next(self, session: _Session, now_s: float) -> Packet:
+        asked = session.burst
+        assert asked is not None
+        session.used_s, session.burst = now_s, None
+        session.left -= 1
+        try:
+            data = self._files.read(session.name, asked.offset, asked.size)
+        except FileNotFoundError:
+            return refused(asked, Fault.NOT_FOUND)
+        except OSError:
+            return refused(asked, Fault.FAIL)
+        if not data:
+            return refused(asked, Fault.END)
+        complete = len(data) < asked.size or session.left == 0
+        if not complete:
+            session.burst = replace(
+                asked, sequence=asked.sequence + 1 & 0xFFFF, offset=asked.offset + len(data)
+            )
+        return replace(acknowledged(asked, data), complete=complete)
+
+    def _begin_sum(self, peer: Peer, asked: Packet) -> Packet | None:
+        name = _name(asked.data)
+        self._files.read(name, 0, 1)
+        if len(self._sums) >= MOST_LISTINGS:
+            return refused(asked, Fault.FAIL)
+        for pending in self._sums:
+            if (pending.peer, pending.name) == (peer, name):  # asked again: the work done so far is kept
+                pending.asked = asked
+                return None
+        self._sums.append(_Sum(peer, asked, name))
+        return None
+
+    def _summed(self) -> list[tuple[Peer, Packet]]:
+        """Continue the first checksum by a piece; return its answer once it is complete."""
+        if not self._sums:
+            return []
+        work = self._sums[0]
+        try:
+            data = self._files.read(work.name, work.offset, CRC_BYTES_A_STEP)
+        except OSError:
+            del self._sums[0]
+            return [(work.peer, refused(work.asked, Fault.FAIL))]
+        work.crc, work.offset = zlib.crc32(data, work.crc), work.offset + len(data)
+        if data:
+            return []
+        del self._sums[0]
+        return [(work.peer, acknowledged(work.asked, (work.crc ^ 0xFFFFFFFF).to_bytes(4, "little")))]
+
+
+def crc32(data: bytes, crc: int = 0) -> int:
+    """Checksum of MAVLink FTP: zlib's, but begun at 0 and not inverted at the end. `crc` is the checksum so far."""
+    return zlib.crc32(data, crc ^ 0xFFFFFFFF) ^ 0xFFFFFFFF
+
+
+def _name(data: bytes) -> str:
+    """Name of a path at the root. Bytes other than ASCII are replaced, so that such a name matches no file."""
+    return data.split(b"\0")[0].decode("ascii", "replace").removeprefix("/")
+
+
+def _is_free(asked: Packet) -> bool:
+    """Whether a request is refused at once, whatever the pace: no client should wait for that."""
+    return asked.op in _WRITES or (asked.op == Op.OPEN_READ and asked.data.startswith(b"@"))
+
+
+TICK_S: Final = 0.02
+MOST_HEARD: Final = 512
+MOST_ANSWERS: Final = 512
+ENDING_S: Final = 3.0
+
+
+class ServedAside:
+    """Offers `hear` and `due` of a `FileServer` that return at once; a thread does the work.
+
+    Answers are ready at a later call of `due`.
+    """
+
+    def __init__(self, server: FileServer, clock: Clock) -> None:
+        self._server, self._clock = server, clock
+        self._heard: Queue[tuple[Peer, bytes]] = Queue(MOST_HEARD)
+        self._answers: deque[tuple[Peer, bytes]] = deque()
+        self._stop = Event()
+        self._thread = Thread(target=self._run, name="file server", daemon=True)
+        self._thread.start()
+
+    def hear(self, peer: Peer, payload: bytes, now_s: float) -> None:
+        """Queue a packet that arrived. A packet that finds no room is dropped, and asked for again."""
+        del now_s
+        with suppress(Full):
+            self._heard.put_nowait((peer, payload))
+
+    def due(self, now_s: float) -> list[tuple[Peer, bytes]]:
+        """Return the answers that are ready to send."""
+        del now_s
+        return [self._answers.popleft() for _ in range(len(self._answers))]
+
+    def close(self) -> None:
+        """End the thread; a disk that stalls is not waited for long."""
+        self._stop.set()
+        self._thread.join(ENDING_S)
+
+    def _run(self) -> None:
+        while not self._stop.is_set():
+            with suppress(Empty):
+                self._server.hear(*self._heard.get(timeout=TICK_S), self._clock.boot_s())
+                for _ in range(self._heard.qsize()):
+                    self._server.hear(*self._heard.get_nowait(), self._clock.boot_s())
+            # No more answers are made while the loop does not fetch them.
+            if len(self._answers) < MOST_ANSWERS:
+                self._answers.extend(self._server.due(self._clock.boot_s()))

@@ -1,0 +1,160 @@
+"""Orders and questions of the ground, other than on parameters: arming, motor tests, TIMESYNC, file transfers.
+
+Orders are taken from one address only, and no faster than a `Pace` allows; any other request is refused.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.vehicle.thrusters import NEUTRAL_US
+
+STATION_SYSTEM = 255
+
+
+@dataclass(frozen=True, slots=True)
+class Ground:
+    """MAVLink address whose writes and commands are accepted; `component` None accepts all of the system."""
+
+    system: int = STATION_SYSTEM
+    component: int | None = None
+
+    def gives(self, system: int, component: int) -> bool:
+        """Whether an order from this address comes from the ground."""
+        return system == self.system and self.component in (None, component)
+
+    def __str__(self) -> str:
+        return f"system {self.system}" + ("" if self.component is None else f", component {self.component}")
+
+
+TELL_EVERY_S: Final = 10.0
+
+
+class Pace:
+    """Allows `burst` actions at once, and `rate_hz` a second in the long run."""
+
+    def __init__(self, rate_hz: float, burst: int, now_s: float) -> None:
+        self._rate_hz, self._burst = rate_hz, burst
+        self._left, self._asked_s, self._tell_s = float(burst), now_s, now_s
+
+    def allows(self, now_s: float) -> bool:
+        """Whether one more action is allowed now; an allowed action is counted."""
+        earned = (now_s - self._asked_s) * self._rate_hz
+        self._left, self._asked_s = min(float(self._burst), self._left + earned), now_s
+        if self._left < 1.0:
+            return False
+        self._left -= 1.0
+        return True
+
+    def to_be_told(self, now_s: float) -> bool:
+        """Whether to tell the crew now that the limit was exceeded: at most once every `TELL_EVERY_S`."""
+        if now_s < self._tell_s:
+            return False
+        self._tell_s = now_s + TELL_EVERY_S
+        return True
+
+
+_FTP_NAK: Final = 129
+_FTP_UNKNOWN_COMMAND: Final = 7
+
+Arm = Callable[[bool], bool]
+Test = Callable[[Any], int]
+
+
+def answer_timesync(message: Any, boot_s: float) -> list[Any]:
+    """Return the answer to a TIMESYNC request, which has tc1 = 0; [] for another system's answer."""
+    if message.tc1 != 0:
+        return []
+    return [dialect.MAVLink_timesync_message(round(boot_s * 1e9), message.ts1)]
+
+
+def no_test(_: Any) -> int:
+    """MAV_RESULT of a motor test if no program on board turns thrusters."""
+    return int(dialect.MAV_RESULT_UNSUPPORTED)
+
+
+def answer_command(message: Any, arm: Arm, test: Test = no_test) -> list[Any]:
+    """Return the COMMAND_ACK to a COMMAND_LONG that was addressed here.
+
+    `arm` returns whether it did as asked, `test` returns the MAV_RESULT of a motor test.
+    """
+    if message.command == dialect.MAV_CMD_DO_MOTOR_TEST:
+        result = test(message)
+    elif message.command != dialect.MAV_CMD_COMPONENT_ARM_DISARM:
+        result = dialect.MAV_RESULT_UNSUPPORTED
+    elif message.param1 not in (0.0, 1.0):
+        result = dialect.MAV_RESULT_DENIED
+    else:
+        result = dialect.MAV_RESULT_ACCEPTED if arm(message.param1 == 1.0) else dialect.MAV_RESULT_DENIED
+    sender = message.get_srcSystem(), message.get_srcComponent()
+    return [dialect.MAVLink_command_ack_message(message.command, result, 0, 0, *sender)]
+
+
+def deny_command(message: Any) -> list[Any]:
+    """Return the COMMAND_ACK that denies a COMMAND_LONG of a sender that may not give orders here."""
+    sender = message.get_srcSystem(), message.get_srcComponent()
+    return [dialect.MAVLink_command_ack_message(message.command, dialect.MAV_RESULT_DENIED, 0, 0, *sender)]
+
+
+def answer_file_transfer(message: Any) -> list[Any]:
+    """Refuse a file transfer at once.
+
+    A ground station that asks for parameters as a file then requests them one by one.
+    """
+    asked = message.payload
+    sequence = (asked[0] | asked[1] << 8) + 1 & 0xFFFF
+    head = [sequence & 0xFF, sequence >> 8, asked[2], _FTP_NAK, 1, asked[3], 0, 0, 0, 0, 0, 0]
+    payload = [*head, _FTP_UNKNOWN_COMMAND]
+    payload += [0] * (251 - len(payload))
+    sender = message.get_srcSystem(), message.get_srcComponent()
+    return [dialect.MAVLink_file_transfer_protocol_message(0, *sender, payload)]
+
+
+def status_texts(text: str, severity: int, number: int) -> list[Any]:
+    """Return a STATUSTEXT of any length in pieces of 50 bytes; `number` (1 to 65535) joins those of a long text."""
+    data = text.encode("ascii", errors="replace")
+    pieces = [data[i : i + 50] for i in range(0, len(data), 50)] or [b""]
+    together = number if len(pieces) > 1 else 0
+    return [
+        dialect.MAVLink_statustext_message(severity, piece, together, i) for i, piece in enumerate(pieces)
+    ]
+
+
+LOWEST_US: Final = 1100.0
+HIGHEST_US: Final = 1900.0
+LONGEST_S: Final = 3.0
+
+
+class MotorTests:
+    """The running motor test. It ends by itself, so that a lost link leaves no thruster turning."""
+
+    def __init__(self, thrusters: int) -> None:
+        self._thrusters = thrusters
+        self._running: tuple[int, float, float] | None = None
+
+    def ask(self, message: Any, armed: bool, now_s: float) -> int:
+        """Start, replace or (at neutral) end a test as COMMAND_LONG asks; return the MAV_RESULT."""
+        thruster, kind, pwm_us, for_s = message.param1, message.param2, message.param3, message.param4
+        numbers = (thruster, pwm_us, for_s)
+        if kind != dialect.MOTOR_TEST_THROTTLE_PWM or not all(map(math.isfinite, numbers)):
+            return int(dialect.MAV_RESULT_DENIED)
+        if thruster not in range(1, self._thrusters + 1) or not 0.0 <= for_s <= LONGEST_S:
+            return int(dialect.MAV_RESULT_DENIED)
+        if not LOWEST_US <= pwm_us <= HIGHEST_US:
+            return int(dialect.MAV_RESULT_DENIED)
+        if not armed:
+            return int(dialect.MAV_RESULT_TEMPORARILY_REJECTED)
+        self._running = int(thruster) - 1, pwm_us, now_s + for_s
+        return int(dialect.MAV_RESULT_ACCEPTED)
+
+    def pwm_us(self, armed: bool, now_s: float) -> tuple[float, ...]:
+        """Pulse widths (us) of all thrusters now: neutral except for the thruster under test."""
+        widths = [NEUTRAL_US] * self._thrusters
+        if not armed or (self._running is not None and now_s >= self._running[2]):
+            self._running = None
+        if self._running is not None:
+            widths[self._running[0]] = self._running[1]
+        return tuple(widths)

@@ -1,0 +1,242 @@
+"""Runs the bridge in real time: a thread per port reads bytes with their arrival time, one loop does the rest.
+
+A port that is lost, or not there yet, is retried again and again; the other ports go on. If the loop is far behind,
+new arrivals are dropped, counted in the bridge's `counts["arrivals lost"]`, and reported.
+"""
+
+import math
+import queue
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from threading import Event, Lock, Thread
+from typing import Final
+
+from bridge.clock import Clock
+from bridge.errors import LinkError
+from bridge.links.link import Link
+from bridge.links.open import open_link
+from bridge.links.reconnecting import FIRST_RETRY_S, Reconnecting, next_retry_s
+from bridge.onboard.service import Bridge
+from bridge.sensors.bar30 import Bar30, I2cBus, SmbusBus, parse_i2c_port
+from bridge.sensors.drivers import greeting, speaks_tcp
+from bridge.sensors.samples import PressureSample
+from bridge.vehicle.autopilot import RATE_HZ
+from bridge.vehicle.config import Device, Vehicle
+
+READ_S: Final = 0.2
+MOST_WAITING: Final = 10_000
+LONGEST_LAG_S: Final = 1.0
+TELL_LOST_EVERY_S: Final = 10.0
+DEPTH_RATE_HZ: Final = 10.0
+NO_PORT: Final = "the vehicle file names no port; add it there"
+
+OpenBus = Callable[[int], I2cBus]
+
+
+@dataclass(frozen=True, slots=True)
+class Arrival:
+    """Input of a port at `time_s`: bytes, a sample, or the fault that prevents both ("": it works again)."""
+
+    slot: str
+    time_s: float
+    data: bytes = b""
+    sample: PressureSample | None = None
+    fault: str | None = None
+
+
+Put = Callable[[Arrival], bool]
+
+
+class Inbox:
+    """Bounded queue of arrivals from the ports' threads to the loop. Arrivals that find no room are counted."""
+
+    def __init__(self, most: int) -> None:
+        self._queue: queue.Queue[Arrival] = queue.Queue(most)
+        self._lock = Lock()
+        self._lost = 0
+
+    def put(self, arrival: Arrival) -> bool:
+        """Queue an arrival; False if there is no room. A loop that far behind is better off skipping some."""
+        try:
+            self._queue.put_nowait(arrival)
+        except queue.Full:
+            with self._lock:
+                self._lost += 1
+            return False
+        return True
+
+    def waiting(self) -> Iterator[Arrival]:
+        """Yield the arrivals that are queued now."""
+        for _ in range(self._queue.qsize()):
+            yield self._queue.get()
+
+    def next(self, timeout_s: float) -> Iterator[Arrival]:
+        """Yield the next arrival, or nothing if none comes in time."""
+        with suppress(queue.Empty):
+            yield self._queue.get(timeout=timeout_s)
+
+    def take_lost(self) -> int:
+        """Return the number of arrivals that found no room since the last call."""
+        with self._lock:
+            lost, self._lost = self._lost, 0
+        return lost
+
+
+class Losses:
+    """Texts about lost arrivals for the crew: the first at once, then at most one every `TELL_LOST_EVERY_S`."""
+
+    def __init__(self) -> None:
+        self._untold = 0
+        self._due_s = -math.inf
+
+    def told(self, lost: int, now_s: float) -> str:
+        """Add `lost` arrivals and return the text that is due now, "" for none."""
+        self._untold += lost
+        if not self._untold or now_s < self._due_s:
+            return ""
+        said, self._untold, self._due_s = self._untold, 0, now_s + TELL_LOST_EVERY_S
+        return f"computer too slow: {said} sensor reads lost"
+
+
+def run_ports(
+    bridge: Bridge,
+    vehicle: Vehicle,
+    clock: Clock,
+    stop: Event,
+    *,
+    act: Callable[[], None] = lambda: None,
+    open_bus: OpenBus = SmbusBus,
+) -> None:
+    """Read all devices in the vehicle file until `stop` is set; `act` runs before each step of the bridge.
+
+    A device without a port is reported and left out. Raises ConfigError if a port's name or a device's rate can't be
+    used.
+    """
+    inbox = Inbox(MOST_WAITING)
+    devices = vehicle.sensors.present()
+    for slot, device in devices.items():
+        if not device.port:
+            bridge.port_fault(slot, NO_PORT)
+    readers = [
+        Thread(target=reader, name=f"read {slot}", daemon=True)
+        for slot, device in devices.items()
+        if device.port
+        for reader in (_reader(slot, device, clock, stop, inbox.put, open_bus),)
+    ]
+    for thread in readers:
+        thread.start()
+    try:
+        _work(bridge, clock, stop, inbox, act)
+    finally:
+        stop.set()
+        for thread in readers:
+            thread.join()
+
+
+def port_spec(device: Device) -> str:
+    """Return the link name for a device's port."""
+    return device.port if speaks_tcp(device) else f"serial:{device.port}:{device.baud}"
+
+
+def _work(bridge: Bridge, clock: Clock, stop: Event, inbox: Inbox, act: Callable[[], None]) -> None:
+    losses = Losses()
+    due_s = clock.boot_s()
+    while not stop.is_set():
+        # Queued arrivals come first: steps that take longer than their period must not leave sensors unread.
+        for arrival in inbox.waiting():
+            _give(bridge, arrival)
+        wait_s = due_s - clock.boot_s()
+        if wait_s <= 0:
+            lost = inbox.take_lost()
+            bridge.counts["arrivals lost"] += lost
+            text = losses.told(lost, clock.boot_s())
+            if text:
+                bridge.say(text)
+            act()
+            bridge.step()
+            due_s = max(due_s + 1 / RATE_HZ, clock.boot_s() - LONGEST_LAG_S)
+            continue
+        for arrival in inbox.next(wait_s):
+            _give(bridge, arrival)
+
+
+def _give(bridge: Bridge, arrival: Arrival) -> None:
+    if arrival.fault is not None:
+        bridge.port_fault(arrival.slot, arrival.fault)
+    elif arrival.sample is not None:
+        bridge.accept(arrival.slot, (arrival.sample,))
+    else:
+        bridge.receive(arrival.slot, arrival.data, arrival.time_s)
+
+
+def _reader(
+    slot: str, device: Device, clock: Clock, stop: Event, put: Put, open_bus: OpenBus
+) -> Callable[[], None]:
+    if device.kind == "bar30":
+        number, address = parse_i2c_port(device.port)
+        return lambda: _poll_depth(slot, device, lambda: open_bus(number), address, clock, stop, put)
+    words = greeting(device)
+    return lambda: _read_stream(slot, device, words, clock, stop, put)
+
+
+def _read_stream(slot: str, device: Device, words: bytes, clock: Clock, stop: Event, put: Put) -> None:
+    def connect() -> Link:
+        link = open_link(port_spec(device))
+        if words:
+            link.write(words)
+        return link
+
+    spec = port_spec(device)
+    port = Reconnecting(connect, clock, spec)
+    reported = ""
+    while not stop.is_set():
+        data = port.read(READ_S)
+        fault = port.fault
+        # A fault that finds no room is put again: otherwise the crew would never hear of it.
+        if fault != reported and put(Arrival(slot, clock.boot_s(), fault=fault.removeprefix(f"{spec}: "))):
+            reported = fault
+        if data:
+            put(Arrival(slot, clock.boot_s(), data))
+    port.close()
+
+
+def _poll_depth(
+    slot: str,
+    device: Device,
+    connect: Callable[[], I2cBus],
+    address: int,
+    clock: Clock,
+    stop: Event,
+    put: Put,
+) -> None:
+    period_s = 1 / (device.rate_hz or DEPTH_RATE_HZ)
+    bus: I2cBus | None = None
+    sensor: Bar30 | None = None
+    retry_s, reported = FIRST_RETRY_S, ""
+    while not stop.is_set():
+        begun_s = clock.boot_s()
+        try:
+            bus = bus or connect()
+            sensor = sensor or Bar30(bus, time.sleep, address)
+            sample = sensor.measure(clock)
+        except LinkError as error:
+            # The bus is reopened too: an adapter that was unplugged leaves a dead bus behind.
+            if bus is not None:
+                bus.close()
+            bus = sensor = None
+            fault = str(error)
+            if fault != reported and put(Arrival(slot, clock.boot_s(), fault=fault)):
+                reported = fault
+            stop.wait(retry_s)
+            retry_s = next_retry_s(retry_s)
+            continue
+        retry_s = FIRST_RETRY_S
+        if reported and put(Arrival(slot, clock.boot_s(), fault="")):
+            reported = ""
+        if sample is not None:
+            put(Arrival(slot, sample.time_s, sample=sample))
+        stop.wait(max(0.0, begun_s + period_s - clock.boot_s()))
+    if bus is not None:
+        bus.close()

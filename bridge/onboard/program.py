@@ -1,0 +1,274 @@
+"""The vehicle's program, on real ports: its options, and how it runs. `seatrial bridge` is the same."""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from bridge import command_line, exit_codes
+from bridge.errors import SeatrialError
+from bridge.links import secured
+from bridge.text import say, say_warning
+
+if TYPE_CHECKING:
+    import threading
+    from collections.abc import Callable, Sequence
+
+    from bridge.clock import Clock
+    from bridge.links.link import Link
+    from bridge.onboard.file_server import ServedAside
+    from bridge.onboard.orders import Ground
+    from bridge.onboard.ring import RingKeeper
+    from bridge.signing.gate import Trouble
+    from bridge.vehicle.config import Vehicle
+
+OPTIONS: Final = "--vehicle ruvifist:hovering --link serial:/dev/ttyS0:115200"
+MEGABYTE: Final = 1_000_000
+TOTAL_MB: Final = 1000
+SEGMENT_MB: Final = 4
+FEWEST_SEGMENTS: Final = 4
+MOST_SEGMENT_MB: Final = 4000
+"""MAVLink FTP reaches 4 GiB into a file."""
+NETWORK_BYTES_S: Final = 200_000.0
+SERIAL_SHARE: Final = 0.25
+"""Share of a serial port's capacity; the telemetry keeps the rest."""
+BITS_A_BYTE: Final = 10
+
+
+def main(argv: "Sequence[str] | None" = None) -> int:
+    """Run the program with these words of a command line and return its exit code."""
+    parser = command_line.Parser(
+        prog="seatrial-bridge",
+        description="Run on the vehicle: read its sensors, stream MAVLink, hold its parameters.",
+        epilog=f"example:\n  seatrial-bridge {OPTIONS}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add_arguments(parser)
+    try:
+        return run(parser.parse_args(sys.argv[1:] if argv is None else argv))
+    except SystemExit as stop:
+        return int(stop.code or 0)
+    except SeatrialError as error:
+        say(f"seatrial-bridge: {error}")
+        return exit_codes.of(error)
+    except OSError as error:
+        say(
+            f"seatrial-bridge: {error.filename or 'the disk'}: {error.strerror or error}; check path, rights and disk"
+        )
+        return exit_codes.BAD_INPUT
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--vehicle", required=True, metavar="FILE[:CONFIGURATION]", help="which sensors, on which ports"
+    )
+    parser.add_argument(
+        "--link", required=True, action="append", metavar="SPEC", help="where to stream; may be given again"
+    )
+    parser.add_argument(
+        "--parameters",
+        metavar="FILE",
+        help="where the vehicle keeps its parameters (default: ~/.local/state/seatrial/VEHICLE.json)",
+    )
+    parser.add_argument(
+        "--ring",
+        metavar="FOLDER",
+        help="keep all that is sent in this folder as well, for dives without a link; the oldest goes first",
+    )
+    parser.add_argument(
+        "--ring-mb",
+        type=command_line.size,
+        default=TOTAL_MB,
+        metavar="N",
+        help=f"how large the ring may become, in MB (default: {TOTAL_MB}, some ten hours)",
+    )
+    parser.add_argument(
+        "--segment-mb",
+        type=command_line.size,
+        default=SEGMENT_MB,
+        metavar="N",
+        help=f"how large each of its files may become, in MB (default: {SEGMENT_MB})",
+    )
+    parser.add_argument(
+        "--ground",
+        type=ground,
+        metavar="SYSTEM[:COMPONENT]",
+        help="whose orders and parameter writes are taken (default: 255, any component)",
+    )
+    secured.add_argument(parser)
+    parser.add_argument(
+        "--seconds", type=command_line.seconds, metavar="N", help="stop after so long (default: at Ctrl-C)"
+    )
+
+
+def ground(text: str) -> "Ground":
+    """Parse a MAVLink address, SYSTEM or SYSTEM:COMPONENT, each from 1 to 255."""
+    from bridge.onboard.orders import Ground
+
+    given = [int(part) if part.isdecimal() else 0 for part in text.split(":")]
+    if len(given) > 2 or not all(1 <= number <= 255 for number in given):
+        raise argparse.ArgumentTypeError(f"'{text}' is no SYSTEM or SYSTEM:COMPONENT, each from 1 to 255")
+    return Ground(*given)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from bridge.clock import SystemClock
+    from bridge.onboard.orders import Ground
+    from bridge.onboard.parameters import parameters_of
+    from bridge.onboard.ports import run_ports
+    from bridge.onboard.service import Bridge
+    from bridge.vehicle.config import load_vehicle
+
+    if arguments.parameters:
+        command_line.check_folder("--parameters", str(Path(arguments.parameters).parent))
+        command_line.check_no_folder("--parameters", arguments.parameters)
+    file = load_vehicle(arguments.vehicle)
+    vehicle = file.vehicle
+    configuration = file.configuration or next(iter(vehicle.configurations))
+    clock = SystemClock()
+    ring = ring_for(arguments, clock)
+
+    def refused(trouble: "Trouble") -> None:
+        say_warning(trouble.sentence)
+        # A ground without the key receives this too: anyone can read the vehicle's messages.
+        bridge.say(trouble.brief)
+
+    station = arguments.ground or Ground()
+    opener = secured.Opener(arguments.sign_key, clock, refused, listed=secured.later, system=station.system)
+    links = [lasting(spec, clock, opener.open) for spec in arguments.link]
+    store = Path(arguments.parameters) if arguments.parameters else default_store(vehicle)
+    parameters = parameters_of(file, store)
+    if parameters.trouble:
+        say_warning(parameters.trouble)
+    files = files_for(arguments, clock)
+    bridge = Bridge(
+        vehicle,
+        clock,
+        links,
+        parameters,
+        veh_cfg=vehicle.veh_cfg(configuration),
+        ground=station,
+        ring=ring,
+        files=files,
+    )
+    known: dict[str, str] = {}
+
+    def work(stop: "threading.Event") -> None:
+        kept = (
+            f"up to {arguments.ring_mb} MB kept in {arguments.ring}"
+            if arguments.ring
+            else "nothing is kept on board (see --ring)"
+        )
+        say(
+            f"{vehicle.name}, configuration {configuration}: streaming on {', '.join(arguments.link)}; "
+            f"parameters in {store}; {kept}; Ctrl-C ends it"
+        )
+        say(f"orders are taken from {station} alone")
+        for sentence in sockets(arguments.link, vehicle):
+            say(sentence)
+        if opener.way:
+            say(opener.way)
+        run_ports(bridge, vehicle, clock, stop)
+
+    def each(_: float) -> None:
+        faults = bridge.link_faults | bridge.device_faults
+        for name, fault in faults.items():
+            if known.get(name) != fault:
+                say_warning(fault)
+        for name in known.keys() - faults.keys():
+            say(f"{name} is back")
+        known.clear()
+        known.update(faults)
+
+    if ring is not None:
+        ring.tell = say_warning
+        ring.begin()
+    try:
+        command_line.until_stopped(work, clock, arguments.seconds, each)
+    finally:
+        if files is not None:
+            files.close()
+        if ring is not None:
+            ring.close()
+        for link in links:
+            link.close()
+    devices = vehicle.sensors.present()
+    if devices and all(bridge.device_faults.get(slot, "").startswith(f"{slot}: ") for slot in devices):
+        say(f"no device's port could be opened ({', '.join(devices)}); nothing was read")
+        return exit_codes.LINK
+    return exit_codes.DONE
+
+
+def ring_for(arguments: argparse.Namespace, clock: "Clock") -> "RingKeeper | None":
+    """Make the ring that the options ask for, not yet begun; None without one.
+
+    Raises UsageError for an unusable folder or sizes.
+    """
+    from bridge.onboard.ring import Bounds, ring_in
+
+    if arguments.ring is None:
+        return None
+    command_line.check_folder("--ring", arguments.ring)
+    if arguments.ring_mb < FEWEST_SEGMENTS * arguments.segment_mb:
+        raise exit_codes.UsageError(
+            f"--ring-mb {arguments.ring_mb}: holds fewer than {FEWEST_SEGMENTS} files of "
+            f"--segment-mb {arguments.segment_mb}; give more, or make the files smaller"
+        )
+    if arguments.segment_mb > MOST_SEGMENT_MB:
+        raise exit_codes.UsageError(
+            f"--segment-mb {arguments.segment_mb}: MAVLink FTP reaches no more than {MOST_SEGMENT_MB} MB into a file; "
+            "make the files smaller"
+        )
+    bounds = Bounds(arguments.ring_mb * MEGABYTE, arguments.segment_mb * MEGABYTE)
+    return ring_in(Path(arguments.ring), bounds, clock)
+
+
+def files_for(arguments: argparse.Namespace, clock: "Clock") -> "ServedAside | None":
+    """Make the server of the ring's files on the bridge's links, at each link's own pace; None without a ring."""
+    from bridge.onboard.file_server import FileServer, Segments, ServedAside
+
+    if arguments.ring is None:
+        return None
+    paces = [pace_of(spec) for spec in arguments.link]
+    return ServedAside(FileServer(Segments(Path(arguments.ring)), lambda link: paces[link]), clock)
+
+
+def pace_of(spec: str) -> float:
+    """Bytes per second of files that a link may carry in addition to its telemetry."""
+    from bridge.links.addresses import parse_link
+
+    kind, _, number = parse_link(spec)
+    return SERIAL_SHARE * number / BITS_A_BYTE if kind == "serial" else NETWORK_BYTES_S
+
+
+def sockets(links: "Sequence[str]", vehicle: "Vehicle") -> list[str]:
+    """Sentences on the open network sockets: links, and the devices that speak TCP."""
+    from bridge.links.addresses import of_link, of_links
+    from bridge.onboard.ports import port_spec
+    from bridge.sensors.drivers import speaks_tcp
+
+    devices = [
+        of_link(port_spec(device), f"the {slot}")
+        for slot, device in vehicle.sensors.present().items()
+        if device.port and speaks_tcp(device)
+    ]
+    return [
+        *of_links(links, "a link to the ground"),
+        *(sentence for sentences in devices for sentence in sentences),
+    ]
+
+
+def lasting(spec: str, clock: "Clock", open_one: "Callable[[str], Link]") -> "Link":
+    """A link that must open now and later reconnects by itself without holding up the sensors. Raises LinkError."""
+    from bridge.links.reconnecting import Aside, Reconnecting
+
+    first = [open_one(spec)]
+    again = Aside(lambda: open_one(spec), spec)
+    return Reconnecting(lambda: first.pop() if first else again(), clock, spec)
+
+
+def default_store(vehicle: "Vehicle") -> Path:
+    """Default path of a vehicle's parameter store."""
+    state = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
+    return Path(state) / "seatrial" / f"{vehicle.name}.json"

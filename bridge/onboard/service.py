@@ -1,0 +1,388 @@
+"""The bridge: device bytes in, frames of the telemetry contract out, answers to the ground.
+
+It has no thread and no clock of its own. The caller (`ports` in real time, the simulator in lock-step) passes in
+bytes with their arrival time and calls `step` at the control rate.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import Any, Final, Protocol
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.clock import Clock
+from bridge.errors import FrameError
+from bridge.links.link import Link
+from bridge.onboard import telemetry
+from bridge.onboard.device_faults import SensorWatch
+from bridge.onboard.orders import (
+    Ground,
+    MotorTests,
+    Pace,
+    answer_command,
+    answer_file_transfer,
+    answer_timesync,
+    deny_command,
+    no_test,
+    status_texts,
+)
+from bridge.onboard.parameters import ParameterServer
+from bridge.onboard.sides import Sides
+from bridge.onboard.telemetry import FogMean, ImuMean, ThrustFeedback
+from bridge.sensors.drivers import make_parser
+from bridge.sensors.mounting import to_body
+from bridge.sensors.samples import (
+    DvlSample,
+    EscSample,
+    FogBlock,
+    GnssSample,
+    ImuSample,
+    Parser,
+    PressureSample,
+    Sample,
+)
+from bridge.vehicle.autopilot import Actuation
+from bridge.vehicle.config import Vehicle
+from bridge.vehicle.navigation import Navigation, Navigator
+from bridge.vehicle.parameters import APPLYING_MODES, COMMIT, MODE
+from bridge.wire.framing import Encoder, Frame, decode
+from bridge.wire.readings import Reading, encode
+from bridge.wire.status_codes import Topic, coded
+
+BEAT_S: Final = 1.0
+MOST_VALUES_A_STEP: Final = 5  # 100 parameter values a second at 20 Hz: 4 kB/s
+DENIALS_HZ, MOST_DENIALS = 10.0, 50  # an order and a few retries; a flood of orders gets no flood of denials
+STRANGER_AGAIN_S, STRANGERS_EVERY_S = 10.0, 1.0
+WRITES_HZ, MOST_WRITES = 200.0, 1000  # a set of all parameters at once, but no more than the loop can answer
+STORES_HZ, MOST_STORES = 5.0, 50  # writes that wait for the disk
+
+_QUESTIONS: Final = frozenset(
+    (
+        dialect.MAVLINK_MSG_ID_PARAM_REQUEST_LIST,
+        dialect.MAVLINK_MSG_ID_PARAM_REQUEST_READ,
+        dialect.MAVLINK_MSG_ID_PARAM_SET,
+        dialect.MAVLINK_MSG_ID_COMMAND_LONG,
+        dialect.MAVLINK_MSG_ID_TIMESYNC,
+        dialect.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL,
+    )
+)
+_FTP: Final[int] = dialect.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL
+_FTP_TARGET_BYTES: Final = 3  # network, system, component
+_ORDERS: Final = frozenset(("PARAM_SET", "COMMAND_LONG"))
+
+
+class Ring(Protocol):
+    """Keeps the sent frames on board. No method waits for the disk."""
+
+    @property
+    def identity(self) -> int:
+        """Identity of this boot, different from that of any other boot; sent once a second as BOOT_ID."""
+        ...
+
+    def put(self, unix_us: int, boot_s: float, frames: Sequence[bytes]) -> None:
+        """Take over complete frames that are being sent now."""
+        ...
+
+    def take_texts(self) -> list[str]:
+        """Return the ring's new messages for the crew."""
+        ...
+
+
+class FileAnswers(Protocol):
+    """Answers MAVLink FTP. A peer is (link number, system, component). No method waits for the disk."""
+
+    def hear(self, peer: tuple[int, int, int], payload: bytes, now_s: float) -> None:
+        """Take a packet that arrived."""
+        ...
+
+    def due(self, now_s: float) -> list[tuple[tuple[int, int, int], bytes]]:
+        """Return the packets to send now, each with its peer."""
+        ...
+
+
+class Bridge:
+    """Bridge of one vehicle. It takes orders (parameter writes, arming, motor tests) only from `ground`.
+
+    `ring` keeps the sent frames, with or without a link; None keeps nothing. `files` answers MAVLink FTP; None
+    refuses FTP requests. `motor_tests` is set by the program that drives the thrusters while no mission runs, and
+    stays None if no program does. `counts`: "unfit" (readings that fit no message), "refused" (orders from
+    strangers), "too fast" (dropped parameter writes).
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        clock: Clock,
+        links: Sequence[Link],
+        parameters: ParameterServer,
+        *,
+        veh_cfg: int | None = None,
+        imu_rate_hz: float = 50.0,
+        fog_rate_hz: float = 40.0,
+        ground: Ground = Ground(),  # noqa: B008 (frozen)
+        ring: Ring | None = None,
+        files: FileAnswers | None = None,
+    ) -> None:
+        self.counts: Counter[str] = Counter()
+        self.parsers: dict[str, Parser] = {}
+        self.armed = False
+        self.motor_tests: MotorTests | None = None
+        self._vehicle = vehicle
+        self._clock = clock
+        self._sides = Sides(links, self.say)
+        self._parameters = parameters
+        self._ground = ground
+        self._ring, self._files = ring, files
+        # The ring's stamps run on the boot clock: setting the date in mid-dive can't turn them back.
+        self._unix_at_boot_s = clock.unix_s() - clock.boot_s()
+        self._encoder = Encoder(parameters.system, parameters.component)
+        self._devices = vehicle.sensors.present()
+        self._navigator = Navigator(vehicle)
+        self._imu_mean, self._fog_mean = ImuMean(imu_rate_hz), FogMean(fog_rate_hz)
+        self._feedback = ThrustFeedback()
+        self._watch = SensorWatch(self._devices, clock.boot_s())
+        self._veh_cfg = vehicle.veh_cfg(next(iter(vehicle.configurations))) if veh_cfg is None else veh_cfg
+        self._attitude: ImuSample | None = None
+        self._queue: list[bytes] = []
+        self._beat_due_s = clock.boot_s()
+        self._text_number = 0
+        self._strangers: dict[str, float] = {}
+        self._stranger_due_s = clock.boot_s()
+        self._writes = Pace(WRITES_HZ, MOST_WRITES, clock.boot_s())
+        self._denials = Pace(DENIALS_HZ, MOST_DENIALS, clock.boot_s())
+        self._stores = Pace(STORES_HZ, MOST_STORES, clock.boot_s())
+        thrusters = max(len(shape.thrusters) for shape in vehicle.configurations.values())
+        for slot, device in self._devices.items():
+            parser = make_parser(device, thrusters)
+            if parser is not None:
+                self.parsers[slot] = parser
+
+    @property
+    def navigation(self) -> Navigation:
+        """Latest values of all sensors."""
+        return replace(self._navigator.navigation, voltage_v=self._feedback.voltage_v(self._clock.boot_s()))
+
+    @property
+    def link_faults(self) -> dict[str, str]:
+        """Why links do not work, by link name."""
+        return self._sides.faults
+
+    @property
+    def device_faults(self) -> dict[str, str]:
+        """Faults of devices by slot as of the last `step`, a sentence each: no port, silent, or senseless bytes."""
+        return self._watch.faults
+
+    def port_fault(self, slot: str, fault: str) -> None:
+        """Note why the port of the device in `slot` can't be read and what to do; "" once it can be read."""
+        if fault:
+            self._watch.port_failed(slot, fault)
+        else:
+            self._watch.port_opened(slot, self._clock.boot_s())
+
+    def receive(self, slot: str, data: bytes, time_s: float) -> None:
+        """Take bytes of the device in `slot` (dvl, imu, fog, esc, gnss); the last byte arrived at `time_s`."""
+        self._watch.bytes_came(slot, time_s)
+        self.accept(slot, self.parsers[slot].feed(data, time_s))
+
+    def accept(self, slot: str, samples: Iterable[Sample]) -> None:
+        """Take samples of the device in `slot`, in the device's own axes."""
+        mounting = self._devices[slot].mounting
+        for sample in samples:
+            self._watch.sample_came(slot, self._clock.boot_s())
+            self._take(to_body(sample, mounting))
+
+    def publish(self, actuation: Actuation) -> None:
+        """Send the controller's actuation of this tick."""
+        self._veh_cfg = actuation.veh_cfg
+        self._feedback.command(actuation.pwm_us)
+        for reading in telemetry.actuation_readings(actuation):
+            self._send(reading)
+
+    def rest(self) -> tuple[float, ...]:
+        """Return the pulse widths (us) of a tick without a mission, neutral or for a motor test, and send them.
+
+        Needs `motor_tests`.
+        """
+        assert self.motor_tests is not None
+        now_s = self._clock.boot_s()
+        pwm_us = self.motor_tests.pwm_us(self.armed, now_s)
+        self._feedback.command(pwm_us)
+        self._send(Reading("pwm", now_s, pwm_us))
+        return pwm_us
+
+    def say(self, text: str, severity: int = dialect.MAV_SEVERITY_WARNING) -> None:
+        """Send the crew a text (STATUSTEXT)."""
+        self._text_number = self._text_number % 65535 + 1
+        for message in status_texts(text, severity, self._text_number):
+            self._queue.append(self._encoder.encode(message))
+
+    def arm(self, wanted: bool) -> bool:
+        """Arm or disarm. If arming is refused, send the reason to the crew and return False."""
+        if wanted and self._parameters.mode in APPLYING_MODES and not self._parameters.active_crc:
+            self.say("arming refused: FF_MODE needs an active set")
+            return False
+        self.armed = wanted
+        return True
+
+    def step(self) -> None:
+        """Read the links, answer, and send everything that is due. Call at the control rate."""
+        now_s = self._clock.boot_s()
+        for number, frame in self._sides.heard(now_s):
+            self._hear(number, frame)
+        for message in self._parameters.step(MOST_VALUES_A_STEP):
+            self._queue.append(self._encoder.encode(message))
+        if self._attitude is not None:
+            reading = telemetry.attitude_reading(self._attitude)
+            self._attitude = None
+            if reading is not None:
+                self._send(reading)
+        rpm = self._feedback.rpm_reading()
+        if rpm is not None:
+            self._send(rpm)
+        if now_s >= self._beat_due_s:
+            self._beat_due_s = max(self._beat_due_s + BEAT_S, now_s)
+            self._beat(now_s)
+        ring_texts = self._ring.take_texts() if self._ring else ()
+        for text in (*self._parameters.take_texts(), *self._watch.texts(now_s), *ring_texts):
+            self.say(text)
+        for text in self._parameters.take_news():
+            self.say(text, dialect.MAV_SEVERITY_NOTICE)
+        self._flush()
+
+    def _take(self, sample: Sample) -> None:
+        if isinstance(sample, ImuSample):
+            self._navigator.take_imu(sample)
+            if sample.attitude is not None:
+                self._attitude = sample
+            mean = self._imu_mean.take(sample)
+            if mean is not None:
+                self._send(telemetry.imu_reading(mean))
+        elif isinstance(sample, FogBlock):
+            for middle_s, rate in self._fog_mean.take(sample):
+                self._navigator.take_yaw_rate(middle_s, rate)
+                self._send(Reading("fog", middle_s, (rate,)))
+        elif isinstance(sample, DvlSample):
+            self._navigator.take_dvl(sample)
+            for reading in telemetry.dvl_readings(sample):
+                self._send(reading)
+        elif isinstance(sample, PressureSample):
+            self._navigator.take_pressure(sample)
+            self._send(telemetry.pressure_reading(sample))
+        elif isinstance(sample, EscSample):
+            self._feedback.take(sample)
+        elif isinstance(sample, GnssSample):
+            self._send(telemetry.gnss_reading(sample))
+
+    def _send(self, reading: Reading) -> None:
+        try:
+            number, payload = encode(reading)
+        except FrameError:
+            self.counts["unfit"] += 1
+            return
+        self._queue.append(self._encoder.frame(number, payload))
+
+    def _beat(self, now_s: float) -> None:
+        self._send(Reading("alive", now_s, (float(self.armed), *self._kind())))
+        self._send(Reading("clock", now_s, (self._clock.unix_s(),)))
+        self._send(Reading("ff_mode", now_s, (float(self._parameters.mode),)))
+        self._send(Reading("veh_cfg", now_s, (float(self._veh_cfg),)))
+        if self._ring is not None:
+            boot_id = dialect.MAVLink_named_value_int_message(
+                round(now_s * 1e3), b"BOOT_ID", self._ring.identity
+            )
+            self._queue.append(self._encoder.encode(boot_id))
+        battery = self._feedback.battery_reading(now_s)
+        if battery is not None:
+            self._send(battery)
+
+    def _kind(self) -> tuple[float, float]:
+        if self._encoder.component == dialect.MAV_COMP_ID_ONBOARD_COMPUTER:
+            return float(dialect.MAV_TYPE_ONBOARD_CONTROLLER), float(dialect.MAV_AUTOPILOT_INVALID)
+        return float(dialect.MAV_TYPE_SUBMARINE), float(dialect.MAV_AUTOPILOT_GENERIC)
+
+    def _hear(self, number: int, frame: Frame) -> None:
+        """Handle a frame that arrived on the link with this number."""
+        own_address = (self._encoder.system, self._encoder.component)
+        if frame.message_id not in _QUESTIONS or (frame.system, frame.component) == own_address:
+            return
+        message = decode(frame)
+        if message is None:
+            return
+        if message.get_type() == "TIMESYNC":
+            # Only the link that asked can use the answer: it measures the round trip.
+            answers = answer_timesync(message, self._clock.boot_s())
+            self._sides.write(number, [self._encoder.encode(answer) for answer in answers])
+        elif message.get_type() == "FILE_TRANSFER_PROTOCOL" and self._files is not None:
+            if (message.target_system, message.target_component) == own_address:
+                peer = (number, frame.system, frame.component)
+                self._files.hear(peer, frame.payload[_FTP_TARGET_BYTES:], self._clock.boot_s())
+        else:
+            self._queue += [self._encoder.encode(answer) for answer in self._answers(message)]
+
+    def _answers(self, message: Any) -> list[Any]:
+        kind = message.get_type()
+        target = message.target_system, message.target_component
+        mine = target == (self._encoder.system, self._encoder.component)
+        source = Ground(message.get_srcSystem(), message.get_srcComponent())
+        if kind in _ORDERS and mine and not self._ground.gives(source.system, message.get_srcComponent()):
+            return self._refuse(source, message)
+        if kind == "PARAM_SET" and mine and not self._may_write(message):
+            return []
+        if kind == "COMMAND_LONG":
+            return answer_command(message, self.arm, self._test) if mine else []
+        if kind == "FILE_TRANSFER_PROTOCOL":
+            return answer_file_transfer(message) if mine else []
+        return self._parameters.handle(message, self.armed)
+
+    def _test(self, message: Any) -> int:
+        if self.motor_tests is None:
+            return no_test(message)
+        return self.motor_tests.ask(message, self.armed, self._clock.boot_s())
+
+    def _may_write(self, message: Any) -> bool:
+        """Whether the loop and the disk can keep up with this write. FF_MODE 0 (off) is always accepted."""
+        if message.param_id == MODE and message.param_value == 0.0:
+            return True
+        now_s = self._clock.boot_s()
+        pace = self._stores if message.param_id in (MODE, COMMIT) else self._writes
+        if pace.allows(now_s):
+            return True
+        self.counts["too fast"] += 1
+        if pace.to_be_told(now_s):
+            self.say("writes come too fast: some are dropped")
+        return False
+
+    def _refuse(self, source: Ground, message: Any) -> list[Any]:
+        """Deny a stranger's order and report it, again after a while for a crew that missed the first report."""
+        self.counts["refused"] += 1
+        now_s = self._clock.boot_s()
+        # A stranger in the ground's own system is named with its component, any other by its system alone.
+        stranger = str(source if source.system == self._ground.system else Ground(source.system))
+        if now_s >= max(self._strangers.get(stranger, now_s), self._stranger_due_s):
+            self._strangers[stranger] = now_s + STRANGER_AGAIN_S
+            self._stranger_due_s = now_s + STRANGERS_EVERY_S
+            self.say(coded(Topic.STRANGER, f"orders from {stranger} are refused", source.system))
+        if not self._denials.allows(now_s):
+            return []
+        return self._parameters.deny(message) if message.get_type() == "PARAM_SET" else deny_command(message)
+
+    def _flush(self) -> None:
+        queue, self._queue = self._queue, []
+        if self._ring is not None:
+            now_s = self._clock.boot_s()
+            self._ring.put(round((self._unix_at_boot_s + now_s) * 1e6), now_s, queue)
+        self._sides.write_all(queue)
+        self._send_files()
+        self._sides.end_step()
+
+    def _send_files(self) -> None:
+        """Send FTP answers only to the link that asked, never into the ring, which would fill with itself."""
+        if self._files is None:
+            return
+        by_link: dict[int, list[bytes]] = {}
+        for (number, *target), payload in self._files.due(self._clock.boot_s()):
+            frame = self._encoder.frame(_FTP, bytes((0, *target)) + payload)
+            by_link.setdefault(number, []).append(frame)
+        for number, frames in by_link.items():
+            self._sides.write(number, frames)

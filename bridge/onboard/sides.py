@@ -1,0 +1,115 @@
+"""The links of a bridge: frames in from each, bytes out to all. Reports once that a link failed or is back."""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+from bridge.errors import LinkError
+from bridge.links.link import Link
+from bridge.wire.framing import Frame, Framer
+
+LARGEST_WRITE: Final = 1200  # fits a datagram on every network
+PAUSE_S: Final = 0.2
+MOST_READS_A_STEP: Final = 64
+
+
+@dataclass
+class _Side:
+    """One link with its own framer. `fault` is why it fails, "" after a whole step without failure.
+
+    `dropped` is the number of its lost writes that the crew knows of.
+    """
+
+    link: Link
+    framer: Framer = field(default_factory=Framer)
+    heard_s: float = 0.0
+    fault: str = ""
+    failed: bool = False
+    dropped: int = 0
+
+
+class Sides:
+    """Links by number; `say` tells the crew when a link is lost or back."""
+
+    def __init__(self, links: Sequence[Link], say: Callable[[str], None]) -> None:
+        self._sides = [_Side(link) for link in links]
+        self._say = say
+
+    @property
+    def faults(self) -> dict[str, str]:
+        """Why links do not work, by link name."""
+        return {side.link.name: side.fault for side in self._sides if side.fault}
+
+    def heard(self, now_s: float) -> Iterator[tuple[int, Frame]]:
+        """Yield the frames that arrived since the last call, each with its link's number.
+
+        A flood is not read to its end.
+        """
+        for number, side in enumerate(self._sides):
+            for _ in range(MOST_READS_A_STEP):
+                try:
+                    data = side.link.read(0.0)
+                except LinkError as error:
+                    self._failed(side, str(error))
+                    break
+                if not data:
+                    # A link that reconnects by itself raises nothing: its `fault` says that it is away.
+                    away = getattr(side.link, "fault", "")
+                    if away:
+                        self._failed(side, away)
+                    if now_s - side.heard_s > PAUSE_S:
+                        yield from ((number, frame) for frame in side.framer.flush())
+                    break
+                side.heard_s = now_s
+                yield from ((number, frame) for frame in side.framer.feed(data))
+
+    def write(self, number: int, frames: Sequence[bytes]) -> None:
+        """Send frames on one link, in as few writes as can carry them."""
+        for data in _batches(frames):
+            self._write(self._sides[number], data)
+
+    def write_all(self, frames: Sequence[bytes]) -> None:
+        """Send frames on every link."""
+        for data in _batches(frames):
+            for side in self._sides:
+                self._write(side, data)
+
+    def end_step(self) -> None:
+        """Report the failed links that worked again for a whole step."""
+        for side in self._sides:
+            if side.fault and not side.failed:
+                self._is_back(side)
+            side.failed = False
+
+    def _write(self, side: _Side, data: bytes) -> None:
+        try:
+            side.link.write(data)
+        except LinkError as error:
+            self._failed(side, str(error))
+
+    def _is_back(self, side: _Side) -> None:
+        # A link that reconnects by itself counts the writes that were lost meanwhile.
+        dropped = getattr(side.link, "counts", Counter())["dropped"]
+        lost = f", {dropped - side.dropped} writes lost" if dropped > side.dropped else ""
+        self._say(f"link back: {side.link.name}{lost}")
+        side.fault, side.dropped = "", dropped
+
+    def _failed(self, side: _Side, fault: str) -> None:
+        if not side.fault:
+            self._say(f"link lost: {side.link.name}")
+        side.fault, side.failed = fault, True
+
+
+def _batches(frames: Sequence[bytes]) -> Iterable[bytes]:
+    """Yield the frames in order, joined up to the size of one write."""
+    batch: list[bytes] = []
+    size = 0
+    for frame in frames:
+        if size + len(frame) > LARGEST_WRITE and batch:
+            yield b"".join(batch)
+            batch, size = [], 0
+        batch.append(frame)
+        size += len(frame)
+    if batch:
+        yield b"".join(batch)

@@ -1,0 +1,55 @@
+"""Text for people: harmless on any screen, wrapped, said to the crew.
+
+A vehicle, a file or a name may hold characters that steer a terminal.
+"""
+
+import os
+import shutil
+import sys
+import textwrap
+import unicodedata
+from typing import Final
+
+MARK: Final = "?"
+"""Printed for a character that could steer the terminal."""
+
+
+def printable(text: str, mark: str = "", keep: str = "") -> str:
+    """Return `text` with `mark` for each character not in `keep` that could steer a terminal or hide in it.
+
+    These are control characters (ESC, C1, line ends), characters that turn the direction of writing, and surrogates.
+    """
+    if text.isascii() and text.isprintable():
+        return text
+    return "".join(c if c in keep or _is_harmless(c) else mark for c in text)
+
+
+def _is_harmless(character: str) -> bool:
+    return character.isprintable() or unicodedata.category(character) == "Zs"
+
+
+def as_clause(sentence: str) -> str:
+    """A sentence for use inside another: without its stop, and small at its beginning, unless that is a name."""
+    clause = sentence.rstrip(".")
+    return f"{clause[0].lower()}{clause[1:]}" if clause[1:2].islower() or clause[1:2] == " " else clause
+
+
+def say(sentence: str) -> None:
+    """Say something to the crew on standard error, wrapped between words if lines have a width."""
+    line = printable(sentence, MARK, "\n\t")
+    if sys.stderr.isatty() or os.environ.get("COLUMNS", "").isdigit():
+        line = wrapped(line, shutil.get_terminal_size().columns)
+    print(line, file=sys.stderr)
+
+
+def say_warning(sentence: str) -> None:
+    """Warn the crew on standard error."""
+    say(f"warning: {sentence}")
+
+
+def wrapped(text: str, width: int) -> str:
+    """Wrap `text` into lines of `width`, broken between words; a longer word, such as a path, stays whole."""
+    return "\n".join(
+        textwrap.fill(line, width, break_long_words=False, break_on_hyphens=False)
+        for line in text.split("\n")
+    )
