@@ -39,6 +39,11 @@ class SensorWatch:
         """Current faults by slot, as sentences; healthy devices are left out."""
         return {slot: device.fault for slot, device in self._devices.items() if device.fault}
 
+    @property
+    def closed(self) -> frozenset[str]:
+        """Slots whose device's port can't be read."""
+        return frozenset(slot for slot, device in self._devices.items() if device.port_fault)
+
     def port_failed(self, slot: str, fault: str) -> None:
         """Note that a device's port can't be opened or was lost; `fault` says why and what to do."""
         self._devices[slot].port_fault, self._devices[slot].open_s = fault, math.inf

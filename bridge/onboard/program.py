@@ -194,7 +194,7 @@ def run(arguments: argparse.Namespace) -> int:
         for link in links:
             link.close()
     devices = vehicle.sensors.present()
-    if devices and all(bridge.device_faults.get(slot, "").startswith(f"{slot}: ") for slot in devices):
+    if devices and bridge.closed_ports >= set(devices):
         say(f"no device's port could be opened ({', '.join(devices)}); nothing was read")
         return exit_codes.LINK
     return exit_codes.DONE

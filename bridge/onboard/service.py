@@ -173,6 +173,11 @@ class Bridge:
         """Faults of devices by slot as of the last `step`, a sentence each: no port, silent, or senseless bytes."""
         return self._watch.faults
 
+    @property
+    def closed_ports(self) -> frozenset[str]:
+        """Slots whose device's port can't be read."""
+        return self._watch.closed
+
     def port_fault(self, slot: str, fault: str) -> None:
         """Note why the port of the device in `slot` can't be read and what to do; "" once it can be read."""
         if fault:
