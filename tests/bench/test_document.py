@@ -452,7 +452,6 @@ def test_a_mean_speed_that_so_few_legs_do_not_prove_is_said_to_be_so() -> None:
 def test_the_true_dive_has_the_true_velocities_and_no_gyro_beside_them() -> None:
     one = _dived(np.full((10, 6), 0.3))
     true = truly(one)
-    assert true.velocity is not None
     assert true.gyro is not None
     assert true.fog is None
     assert (true.velocity.value == 0.3).all()

@@ -210,7 +210,6 @@ def test_true_parameters_follow_a_calm_dive_closer_than_wrong_ones() -> None:
 
 def test_windows_start_at_readings_and_end_within_the_dive() -> None:
     mission = draw_one(100_003)
-    assert mission.dive.velocity is not None
     begin = starts(mission.dive, mission.file)
     assert len(begin) > 3
     assert np.isin(begin.time_s, mission.dive.velocity.time_s).all()

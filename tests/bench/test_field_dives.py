@@ -191,7 +191,6 @@ def test_a_written_dive_is_read_as_any_other_recording(tmp_path: Any) -> None:
     assert dive.velocity_is_filtered
     assert dive.tau_cmd is None
     assert dive.nu_fb is None
-    assert dive.pwm is not None
     assert dive.pwm.value.shape[1] == len(one.vehicle.configuration.thrusters)
 
 

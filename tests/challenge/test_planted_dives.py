@@ -64,7 +64,6 @@ def test_its_attitude_stays_a_rotation(honest: Case) -> None:
 def test_its_controller_follows_the_mission(honest: Case) -> None:
     state = honest.simulated(0)[1].ticks.state
     reference = dive_of(honest).nu_ref
-    assert reference is not None
     assert np.std(reference.value[:, 0]) > 0.1
     assert np.std(state[:, 7] - reference.value[:, 0]) < 0.5 * np.std(reference.value[:, 0])
 
@@ -245,7 +244,6 @@ def test_a_dive_feels_the_drawn_force_and_nothing_else_that_is_missing() -> None
 
     site, simulated = replace(case, planted=(Planted("drawn_force", {}, apply, 1.0),)).simulated(0)
     missing, ticks = missing_wrench(site, simulated), simulated.ticks
-    assert simulated.dive.pwm is not None
     there = simulated.dive.pwm.time_s > 30.0
     wanted = np.zeros_like(missing)
     wanted[there, 1] = 3.0 * np.abs(ticks.state[there, 7])

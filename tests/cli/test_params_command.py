@@ -142,7 +142,6 @@ def test_what_was_verified_is_kept_as_accepted_and_diff_tells_it(vehicle, file, 
     assert run("upload", file, "--yes") == exit_codes.DONE
     (accepted,) = (tmp_path / "receipts").glob("*-accepted.param")
     kept = read_sidecar(accepted)
-    assert kept is not None
     assert kept.intervals["FF1_M_U"].high95 == 121.5
     vehicle.server.write("FF1_M_U", 101.5, armed=False)
     capsys.readouterr()

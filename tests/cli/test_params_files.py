@@ -128,7 +128,6 @@ def test_a_parameter_file_and_its_sidecar_keep_what_is_doubted(tmp_path):
     write_identified(path, found.to_json(), load_vehicle(VEHICLE))
     assert "# M_u is doubted: no rate of turn was recorded\n" in path.read_text(encoding="utf-8")
     sidecar = read_sidecar(path)
-    assert sidecar is not None
     assert sidecar.doubted == {"M_u": "no rate of turn was recorded"}
 
 

@@ -66,13 +66,11 @@ def test_a_weight_is_taken_for_a_push_in_any_direction_up_to_half_a_per_cent(
     fits = [fit_of(best, THRUST_BIAS), fit_of(best - less, NET_BUOYANCY)]
     for some in (fits, fits[::-1]):
         found = search._simplest(some, fit_of(0.0))
-        assert found is not None
         assert found.causes[-1].effect is taken
 
 
 def test_of_causes_of_several_numbers_the_best_is_taken() -> None:
     found = search._simplest([fit_of(2000.0, THRUST_BIAS), fit_of(1999.0, STEADY_CURRENT)], fit_of(0.0))
-    assert found is not None
     assert found.causes[-1].effect is THRUST_BIAS
     assert search._simplest([], fit_of(0.0)) is None
 
@@ -348,7 +346,6 @@ def turned_by_waves(seed: int) -> Case:
     (plant,) = case.planted
     w, x, y, z = simulated.ticks.state[:, 3:7].T
     heading = np.unwrap(np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z)))
-    assert simulated.dive.pwm is not None
     at_s = simulated.dive.pwm.time_s
 
     def apply(site: Site, rng: np.random.Generator) -> None:

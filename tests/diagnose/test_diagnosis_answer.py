@@ -242,7 +242,6 @@ def test_a_large_disturbance_is_looked_at_on_one_spot_and_with_the_thrusters_off
 
 def test_what_to_dive_next_is_what_tells_apart_the_causes_that_are_alike():
     more = next_of([found("battery_sag", also=("fouling",))], LIBRARY)
-    assert more is not None
     assert more.splits == ("battery_sag", "fouling")
     assert "a coast-down" in more.manoeuvres
     assert "the voltage" in more.sensors

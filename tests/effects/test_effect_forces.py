@@ -21,7 +21,6 @@ DRY_KG = 72.0
 
 def wrench(effect: Effect, course: Course, *values: float, at: int = -1) -> np.ndarray:
     found = effect.act(course, np.array(values)).wrench
-    assert found is not None
     return found[at]
 
 

@@ -21,14 +21,12 @@ SURGE = np.array([1.0, 1, 1, 1, 0, 0, 0, 0])
 def pushed(effect: Effect, course: Course, *values: float, at: int = -1) -> np.ndarray:
     """The wrench that it adds at an instant, and by default in the end."""
     found = effect.act(course, np.array(values)).wrench
-    assert found is not None
     return found[at]
 
 
 def more(effect: Effect, course: Course, *values: float, at: int = -1) -> np.ndarray:
     """What each thruster gives more, by an effect that shaft speeds show."""
     found = effect.act(course, np.array(values)).shaft_n
-    assert found is not None
     return found[at]
 
 
@@ -233,7 +231,6 @@ def test_shafts_show_what_a_saturation_takes_and_nothing_where_they_are_not_reco
 ) -> None:
     asked = course(asked_n=[30.0, -30.0, 5.0, 0, 0, 0, 0, 0])
     act = SATURATION.act(asked, np.array([12.0]))
-    assert act.shaft_n is not None
     rpm = 60 * shaft_speed(CURVE, asked.thrust_n + act.shaft_n)
     rpm[:, 7] = np.nan
     seen = thrust_by_shaft(CURVE, rpm) - asked.thrust_n

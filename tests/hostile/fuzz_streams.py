@@ -216,7 +216,6 @@ def asked(rng: random.Random) -> bytes:
 def sensor(kind: str, port: str = "/dev/ttyUSB0") -> Callable[[], Feed]:
     def make() -> Feed:
         parser = make_parser(Device(kind, port=port), 2)
-        assert parser is not None
         return parser.feed
 
     return make

@@ -44,8 +44,6 @@ def test_the_key_is_zeros_and_all_else_is_as_it_was(signed: bool) -> None:
     raw = setup(signed=signed)
     kept = without_key(raw)
     before, after = (decode(Framer().feed(frame)[0]) for frame in (raw, kept))
-    assert before is not None
-    assert after is not None
     assert bytes(before.secret_key) == KEY
     expected = before.to_dict() | {"secret_key": [0] * 32}
     assert after.to_dict() == expected
@@ -146,7 +144,6 @@ def framed(packet: Packet, is_old: bool = False, signed: bool = False) -> bytes:
 def packet_in(raw: bytes) -> Packet:
     (frame,) = Framer().feed(raw) or Framer().flush()
     message = decode(frame)
-    assert message is not None
     assert (frame.system, frame.component) == (1, 191)
     assert (message.target_network, message.target_system, message.target_component) == (0, 255, 190)
     return packet_of(bytes(message.payload))

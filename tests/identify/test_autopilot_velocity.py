@@ -70,7 +70,6 @@ def test_a_velocity_that_was_told_late_is_turned_by_the_attitude_of_its_own_time
         "turned", Path("turned"), "", Signal(time_s, told), attitude=attitude, velocity_is_filtered=True
     )
     found = dated_back(dive, late_s, 0.0).velocity
-    assert found is not None
     assert found.time_s == pytest.approx(time_s - late_s)
     truth = to_body(attitude.value, north_east_down)
     inside = slice(20, -20)
@@ -166,7 +165,6 @@ def test_thrusts_make_the_wrench_behind_rounded_pulses(tmp_path: Path) -> None:
     dive = read_dive(tmp_path / "dive.tlog.gz", None, file)
     (kind,) = file.vehicle.configurations
     shape = file.vehicle.configurations[kind]
-    assert dive.pwm is not None
     curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
     asked = Signal(dive.pwm.time_s, curve.thrust(dive.pwm.value[:, : len(shape.thrusters)]))
     found = unrounded_thrusts(asked, dive, file, kind)

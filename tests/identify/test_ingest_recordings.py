@@ -35,7 +35,6 @@ SHARED = Path(__file__).resolve().parents[2].parent / "shared"
 
 def test_every_signal_of_the_contract_arrives_in_si_units(tmp_path: Path) -> None:
     dive = read_dive(write(tmp_path / "a.tlog", recording(contract_dive())))
-    assert dive.velocity is not None
     assert dive.velocity.time_s == pytest.approx(5.0 + np.arange(100) / 10)
     assert dive.velocity.value[50] == pytest.approx([1.0, 0.2, -0.1])
     expected = {
@@ -61,7 +60,6 @@ def test_the_configuration_is_that_of_most_of_the_dive_and_none_if_no_number_was
 
 def test_a_dvl_without_bottom_lock_stays_unknown(tmp_path: Path) -> None:
     dive = read_dive(write(tmp_path / "a.tlog", recording(contract_dive())))
-    assert dive.velocity is not None
     assert np.isnan(dive.velocity.value[3]).all()
     assert np.isfinite(dive.velocity.value[4]).all()
 
@@ -70,8 +68,6 @@ def test_fog_and_imu_are_told_apart_and_fields_that_are_not_new_are_left_out(tmp
     stale = (5.55, 1, 1, imu(5.55, 0, 0b000111, (9.0, 9.0, 9.0)))
     said = sorted([*contract_dive(), stale], key=lambda m: m[0])
     dive = read_dive(write(tmp_path / "a.tlog", recording(said)))
-    assert dive.gyro is not None
-    assert dive.specific_force is not None
     assert 9.0 not in dive.gyro.value
     assert 5.55 in dive.specific_force.time_s
 
@@ -115,9 +111,7 @@ def test_mavlink_1_frames_are_read(tmp_path: Path) -> None:
                 old, force_mavlink1=True
             )
     dive = read_dive(write(tmp_path / "a.tlog", records))
-    assert dive.pwm is not None
     assert dive.pwm.value[7] == pytest.approx([1500, 1700])
-    assert dive.attitude is not None
     assert dive.attitude.value[0] == pytest.approx([np.cos(0.25), 0, 0, np.sin(0.25)])
 
 
@@ -142,22 +136,16 @@ def test_a_dive_made_elsewhere_is_read_whole() -> None:
         "veh_cfg",
         "rpm",
     }
-    assert dive.velocity is not None
     assert dive.velocity.rate_hz == pytest.approx(10.0)
-    assert dive.fog is not None
-    assert dive.gyro is not None
     assert np.abs(dive.fog.value[:, 0] - dive.gyro.value[:, 2]).mean() < 0.01
-    assert dive.specific_force is not None
     assert dive.specific_force.value[:, 2].mean() == pytest.approx(-9.81, abs=0.02)
 
 
 @pytest.mark.parametrize("name", ["2023-04-18.tlog", "small.tlog"])
 def test_real_dives_with_slow_commands_are_read_and_judged(name: str) -> None:
     dive = read_dive(shared("data", "ardusub_dives", name))
-    assert dive.pwm is not None
     assert dive.pwm.rate_hz == pytest.approx(2.0, abs=0.1)
     assert any("too slow" in note for note in dive.notes)
-    assert dive.specific_force is not None
     assert np.linalg.norm(dive.specific_force.value, axis=1).mean() == pytest.approx(9.8, abs=0.3)
 
 
@@ -187,21 +175,16 @@ def ardusub_dive(boot_s: float = 0.0) -> list[Stamped]:
 
 def test_ardusub_velocity_is_turned_from_north_east_down_into_body_axes(tmp_path: Path) -> None:
     dive = read_dive(write(tmp_path / "a.tlog", recording(ardusub_dive())))
-    assert dive.velocity is not None
     assert dive.velocity.value[40] == pytest.approx([0.0, -1.0, 0.2], abs=1e-6)
     assert dive.velocity_is_filtered
-    assert dive.depth is not None
     assert dive.depth.value[0] == pytest.approx([2.5])
-    assert dive.gyro is not None
     # The rates of ATTITUDE, by which the autopilot steers, and not those of an IMU told as often.
     assert dive.gyro.value[0] == pytest.approx([0, 0, 0.1])
-    assert dive.armed is not None
     assert dive.armed.value[:, 0].tolist() == [0.0] * 5 + [1.0] * 5
 
 
 def test_servo_outputs_end_at_the_first_that_is_never_driven(tmp_path: Path) -> None:
     dive = read_dive(write(tmp_path / "a.tlog", recording(ardusub_dive())))
-    assert dive.pwm is not None
     assert dive.pwm.value[0] == pytest.approx([1500, 1600])
 
 
@@ -224,7 +207,6 @@ def test_unused_outputs_may_all_be_no_number(tmp_path: Path) -> None:
 def test_the_32_bit_microseconds_of_servo_outputs_are_unwrapped(tmp_path: Path) -> None:
     boot_s = 2 * 4294.967296 - 5.0
     dive = read_dive(write(tmp_path / "a.tlog", recording(ardusub_dive(boot_s))))
-    assert dive.pwm is not None
     assert dive.pwm.time_s == pytest.approx(boot_s + np.arange(100) / 10, abs=1e-4)
 
 
@@ -238,7 +220,6 @@ def test_position_deltas_of_a_dvl_driver_come_before_the_filtered_velocity(tmp_p
         said.append((t, 255, 0, delta))
     said.sort(key=lambda m: m[0])
     dive = read_dive(write(tmp_path / "a.tlog", recording(said)))
-    assert dive.velocity is not None
     assert dive.velocity.value[10] == pytest.approx([0.5, 0.0, 0.1], abs=1e-6)
     assert dive.velocity.time_s[10] == pytest.approx(0.95, abs=1e-3)
     assert not dive.velocity_is_filtered
@@ -254,8 +235,6 @@ def test_a_bridge_beside_an_autopilot_is_put_on_one_clock(tmp_path: Path) -> Non
         said.append((t, 1, 1, servos(round((t + 60) * 1e6), [1500, 1600])))
         said.append((t, 1, 1, mav.MAVLink_scaled_pressure2_message(int((t + 60) * 1e3), 1100.0, 0, 2000)))
     dive = read_dive(write(tmp_path / "a.tlog", recording(said)))
-    assert dive.pwm is not None
-    assert dive.velocity is not None
     assert dive.pwm.time_s == pytest.approx(dive.velocity.time_s, abs=1e-3)
 
 
@@ -293,17 +272,13 @@ def test_units_instances_and_unused_outputs_come_out_right(tmp_path: Path) -> No
     path = tmp_path / "dive.BIN"
     path.write_bytes(log())
     dive = read_dive(path)
-    assert dive.attitude is not None
     half_roll = np.deg2rad(0.05 * 10) / 2
     c, s = np.cos(np.pi / 4), np.sin(np.pi / 4)
     expected = [c * np.cos(half_roll), c * np.sin(half_roll), s * np.sin(half_roll), s * np.cos(half_roll)]
     assert dive.attitude.value[10] == pytest.approx(expected, abs=1e-9)
     assert dive.attitude.time_s[10] == pytest.approx(3.0)
-    assert dive.pwm is not None
     assert dive.pwm.value[3] == pytest.approx([1503, 1400])
-    assert dive.gyro is not None
     assert dive.gyro.value.tolist() == [[0.0, 0.0, 0.25]] * 40
-    assert dive.armed is not None
     assert dive.armed.held_at(np.array([2.5, 4.5]))[:, 0].tolist() == [0.0, 1.0]
 
 
@@ -345,9 +320,6 @@ def test_a_real_log_agrees_with_pymavlink(capfd: pytest.CaptureFixture[str]) -> 
         theirs[message.get_type()].append((message.TimeUS * 1e-6, *(getattr(message, f) for f in fields)))
     reader.filehandle.close()
     capfd.readouterr()
-    assert dive.pwm is not None
-    assert dive.depth is not None
-    assert dive.velocity is not None
     outputs, depth, north = (np.array(theirs[name]) for name in ("RCOU", "CTUN", "XKF1"))
     assert np.column_stack((dive.pwm.time_s, dive.pwm.value[:, [0, 5]])) == pytest.approx(outputs)
     assert dive.depth.value[:, 0] == pytest.approx(-depth[:, 1])
@@ -364,7 +336,6 @@ def test_a_restart_leaves_the_longest_run(tmp_path: Path) -> None:
     dive = read_dive(write(tmp_path / "a.tlog", recording([*contract_dive(6), *later])))
     assert dive.velocity is not None
     assert len(dive.velocity) == 100
-    assert dive.armed is not None
     assert dive.armed.time_s[0] == pytest.approx(5.0, abs=0.05)
     assert any("restarted 1 time" in note for note in dive.notes)
 

@@ -33,15 +33,11 @@ def table(tmp_path: Path, rows: str, columns: str = MAP) -> tuple[Path, Path]:
 def test_units_offsets_and_scales_are_applied_in_that_order(tmp_path: Path) -> None:
     rows = "0,50,-20,100,90,1500,1600,3,1\n100,,0,100,90,1500,1600,4,2\n"
     dive = read_dive(*table(tmp_path, rows))
-    assert dive.velocity is not None
     assert dive.velocity.time_s.tolist() == [0.0, 0.1]
     assert dive.velocity.value[0] == pytest.approx([0.5, -0.2, 0.0])
     assert np.isnan(dive.velocity.value[1, 0])
-    assert dive.attitude is not None
     assert dive.attitude.value[0] == pytest.approx([np.cos(np.pi / 4), 0, 0, np.sin(np.pi / 4)])
-    assert dive.gyro is not None
     assert dive.gyro.value[0] == pytest.approx([0, 0, -np.pi / 2])
-    assert dive.tau_cmd is not None
     assert dive.tau_cmd.value[1] == pytest.approx([4, 0, 0, 0, 0, 2])
     assert "From the tank." in dive.notes
 
@@ -49,9 +45,6 @@ def test_units_offsets_and_scales_are_applied_in_that_order(tmp_path: Path) -> N
 def test_a_row_that_leaves_a_signal_empty_holds_no_sample_of_it(tmp_path: Path) -> None:
     rows = "0,50,-20,100,90,1500,1600,3,1\n50,,,,,1500,1700,,\n100,nan,nan,100,90,,,4,2\n"
     dive = read_dive(*table(tmp_path, rows))
-    assert dive.velocity is not None
-    assert dive.attitude is not None
-    assert dive.pwm is not None
     assert dive.velocity.time_s.tolist() == dive.attitude.time_s.tolist() == [0.0, 0.1]
     assert np.isnan(dive.velocity.value[1, :2]).all()
     assert dive.pwm.time_s.tolist() == [0.0, 0.05]
@@ -68,7 +61,6 @@ def test_a_cut_last_row_is_left_out_and_said(tmp_path: Path) -> None:
 def test_rows_of_one_time_count_once(tmp_path: Path) -> None:
     row = "1,1,0,0,1500,1500,0,0\n"
     dive = read_dive(*table(tmp_path, f"0,{row}100,{row}100,{row}50,{row}"))
-    assert dive.pwm is not None
     assert dive.pwm.time_s.tolist() == [0.0, 0.05, 0.1]
     assert any("1 rows" in note for note in dive.notes)
 
@@ -90,10 +82,8 @@ def test_rows_of_one_time_that_hold_a_signal_each_are_one_row(tmp_path: Path) ->
 def test_of_rows_of_one_time_that_clash_the_first_is_kept_and_the_rest_counted(tmp_path: Path) -> None:
     first, clash, fits = "0,50,-20,,,,,,\n", "0,60,-20,100,90,,,,\n", "0,50,-20,,,1500,1600,,\n"
     dive = read_dive(*table(tmp_path, f"{first}{clash}{fits}100,50,-20,,,1500,1600,,\n"))
-    assert dive.velocity is not None
     assert dive.velocity.value[0, 0] == 0.5
     assert dive.attitude is None or len(dive.attitude) == 0
-    assert dive.pwm is not None
     assert dive.pwm.time_s.tolist() == [0.0, 0.1]
     assert any("1 rows without a time of their own" in note for note in dive.notes)
 
@@ -151,7 +141,6 @@ def test_commands_that_hold_by_the_map_are_told_up_to_the_end(tmp_path: Path) ->
     data.write_text(rows)
     columns.write_text(map_text)
     pwm = read_dive(data, columns).pwm
-    assert pwm is not None
     assert pwm.held_at(np.array([0.0, 0.95, 1.0, 3.9, 4.0]))[:, 0].tolist() == [1500, 1500, 1600, 1600, 1600]
     assert pwm.rate_hz == pytest.approx(10.0)
 
@@ -162,7 +151,6 @@ def test_bolt_tables_are_read_and_what_they_lack_is_said(name: str) -> None:
     if not path.exists():
         pytest.skip(f"{path} is not here")
     dive = read_dive(path, Path("bolt"))
-    assert dive.pwm is not None
     assert dive.pwm.value.shape[1] == 8
     notes = " ".join(dive.notes)
     assert "No velocity is recorded" in notes
@@ -176,7 +164,6 @@ def test_fossen_runs_give_motion_but_no_force() -> None:
     dive = read_dive(path, Path("fossen_otter"))
     assert dive.velocity is not None
     assert len(dive.velocity) == 6000
-    assert dive.rpm is not None
     # The file's propeller speeds are rad/s.
     assert dive.rpm.value[1] == pytest.approx(np.array([-3.301362, 52.247483]) * 30 / np.pi, rel=1e-6)
     assert any("nothing can be identified" in note for note in dive.notes)

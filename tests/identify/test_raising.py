@@ -115,7 +115,6 @@ def test_the_limits_lie_at_the_square_root_of_the_factor_of_two_that_was_flown(
 
 def test_a_force_that_no_feed_forward_knows_is_unlike() -> None:
     dive = flown(Mode.SHADOW)
-    assert dive.tau_pid is not None
     pushed = dive.tau_pid.value.copy()
     pushed[:, 0] += 20.0 * np.sin(2 * np.pi * dive.tau_pid.time_s / 12.0)
     found = judged(replace(dive, tau_pid=Signal(dive.tau_pid.time_s, pushed)))
@@ -124,7 +123,6 @@ def test_a_force_that_no_feed_forward_knows_is_unlike() -> None:
 
 def test_an_axis_that_the_feed_forward_leaves_at_zero_is_no_go_and_says_what_to_read() -> None:
     dive = flown(Mode.SHADOW)
-    assert dive.tau_ff is not None
     zeroed = dive.tau_ff.value.copy()
     zeroed[:, 1] = 0.0
     found = judged(replace(dive, tau_ff=Signal(dive.tau_ff.time_s, zeroed)))
@@ -144,7 +142,6 @@ def test_a_dive_at_rest_is_no_go() -> None:
 
 def test_a_force_that_the_thrusters_hardly_have_is_no_go() -> None:
     dive = flown(Mode.SHADOW)
-    assert dive.tau_ff is not None
     assert dive.tau_pid is not None
     much = {"tau_ff": Signal(dive.tau_ff.time_s, 6 * dive.tau_ff.value)}
     assert "thrusters" in failed(judged(replace(dive, **much)))
@@ -163,9 +160,6 @@ def test_nothing_is_said_of_a_recording_without_a_mode_or_a_reference() -> None:
 
 def test_of_a_dive_in_two_modes_the_longer_part_is_judged() -> None:
     shadow, off = flown(Mode.SHADOW), flown(Mode.BOTH, damping=2.0)
-    assert shadow.ff_mode is not None
-    assert shadow.tau_ff is not None
-    assert off.tau_ff is not None
     late = shadow.ff_mode.time_s > 120.0
     mode = np.where(late, 3.0, 1.0)[:, None]
     fed = np.where(late[:, None], off.tau_ff.value, shadow.tau_ff.value)
@@ -193,7 +187,6 @@ def test_feed_forward_alone_is_judged_by_the_papers_errors() -> None:
 
 def _on_course(dive: Dive, share: float) -> Dive:
     """Going at a share of what the reference asks for, without delay."""
-    assert dive.nu_ref is not None
     time_s, wanted = dive.nu_ref.time_s, share * dive.nu_ref.value[:, :6]
     return replace(dive, velocity=Signal(time_s, wanted[:, :3]), gyro=Signal(time_s, wanted[:, 3:]))
 
@@ -201,7 +194,6 @@ def _on_course(dive: Dive, share: float) -> Dive:
 @pytest.mark.parametrize(("share", "go"), [(0.4, True), (0.6, False)])
 def test_with_both_the_pid_must_have_little_left_to_do(share: float, go: bool) -> None:
     dive = flown(Mode.BOTH)
-    assert dive.tau_ff is not None
     left = Signal(dive.tau_ff.time_s, share * dive.tau_ff.value)
     found = judged(replace(dive, tau_pid=left))
     assert found.go is go
@@ -212,7 +204,6 @@ def test_with_both_the_pid_must_have_little_left_to_do(share: float, go: bool) -
 def test_what_a_dive_does_not_show_is_neither_go_nor_no_go() -> None:
     rng = np.random.default_rng(1)
     dive = flown(Mode.SHADOW)
-    assert dive.tau_pid is not None
     # Slow noise of the size of the yaw's inertial moment, which hardly matters beside its damping.
     rough = np.convolve(rng.standard_normal(len(dive.tau_pid)), np.ones(40) / 40**0.5, "same")
     pid = dive.tau_pid.value.copy()
@@ -255,9 +246,7 @@ def test_the_part_in_which_the_reference_moves_for_longest_is_judged_and_told() 
     dive = in_modes((Mode.OFF, 62.0), (Mode.SHADOW, 180.0))
     found = in_one_mode(dive)
     assert found.mode is Mode.SHADOW
-    assert found.dive.nu_ref is not None
     assert found.dive.nu_ref.time_s[0] == pytest.approx(62.0, abs=1 / RATE_HZ)
-    assert found.changed is not None
     assert found.changed.passed
     assert found.changed.words == (
         "changed in the dive (off 62 s, shadow 117 s); judged is the part in shadow of 117 s"
@@ -268,7 +257,6 @@ def test_the_part_in_which_the_reference_moves_for_longest_is_judged_and_told() 
 def test_a_long_wait_in_another_mode_is_not_taken_for_the_dive() -> None:
     assert in_one_mode(in_modes((Mode.SHADOW, 66.0), (Mode.OFF, 180.0))).mode is Mode.OFF
     still = in_modes((Mode.OFF, 5.0), (Mode.SHADOW, 65.0), (Mode.OFF, 180.0))
-    assert still.nu_ref is not None
     rest = still.nu_ref.value.copy()
     rest[still.nu_ref.time_s > 65.0] = 0.0
     assert in_one_mode(replace(still, nu_ref=Signal(still.nu_ref.time_s, rest))).mode is Mode.SHADOW
@@ -291,11 +279,9 @@ def test_off_after_the_mission_is_no_failure() -> None:
 
 def test_a_mode_that_nobody_knows_is_named_by_its_number() -> None:
     dive = flown(Mode.SHADOW)
-    assert dive.ff_mode is not None
     value = dive.ff_mode.value.copy()
     value[-20:] = 9.0
     found = in_one_mode(replace(dive, ff_mode=Signal(dive.ff_mode.time_s, value)))
-    assert found.changed is not None
     assert "mode 9 1 s" in found.changed.words
 
 

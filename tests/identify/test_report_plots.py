@@ -229,8 +229,6 @@ def circling(samples: int) -> Dive:
 
 def test_start_and_end_have_one_label_where_two_would_overprint():
     closed, part = track(circling(2400)), track(circling(2400).between(0.0, 60.0))
-    assert closed is not None
-    assert part is not None
     assert closed.draw(10.0).axes[0].get_legend_handles_labels()[1] == ["start and end"]
     assert part.draw(10.0).axes[0].get_legend_handles_labels()[1] == ["start", "end"]
 
@@ -238,7 +236,6 @@ def test_start_and_end_have_one_label_where_two_would_overprint():
 @pytest.mark.parametrize("samples", [500, 2399, 9729, 40_000])
 def test_a_circle_is_drawn_whole_and_round(samples):
     drawn = track(circling(samples))
-    assert drawn is not None
     svg = inline(drawn.draw, "path", "k").partition('<svg class="column-picture"')[0]
     path = max(re.findall(r'<path d="([^"]*)"', svg), key=len)
     (points,) = strokes(path)

@@ -33,7 +33,6 @@ def with_curve(**changes):
 def test_a_delay_up_to_a_second_is_found_and_the_values_are_those_with_it(late_s):
     found = estimate(recorded(late_s), FILE, "only", network_tasks.quiet)
     told = found.thrust_delay
-    assert told is not None
     assert told.low95_s < late_s < told.high95_s
     assert told.high95_s - told.low95_s < 0.02
     assert found["M_u"].low95 < closed_loop.MASS < found["M_u"].high95

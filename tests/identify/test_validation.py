@@ -49,7 +49,6 @@ def dive(offset_m_s: float = 0.0, lag_s: float = 0.0) -> Dive:
 
 def test_a_constant_error_is_found_in_every_phase() -> None:
     surge = tracking_errors(dive(offset_m_s=-0.02)).axis("surge")
-    assert surge is not None
     assert [surge.phase(name) for name in PHASES] == pytest.approx([0.02] * 4)
     assert surge.unit == "m/s"
 
@@ -75,7 +74,6 @@ def test_going_backwards_speeds_up_with_a_negative_derivative() -> None:
 @pytest.mark.parametrize("lag_s", [0.0, 0.3, 1.0])
 def test_a_late_response_shows_its_delay_and_errors_only_while_the_speed_changes(lag_s: float) -> None:
     surge = tracking_errors(dive(lag_s=lag_s)).axis("surge")
-    assert surge is not None
     assert surge.delay_s == pytest.approx(lag_s, abs=0.01)
     # While speeding up the mean error is the reference's rise over the delay.
     assert surge.acceleration == pytest.approx(0.4 / RISE_S * lag_s, rel=0.15, abs=1e-9)
@@ -90,7 +88,6 @@ def test_the_delay_of_a_response_that_never_moves_is_unknown() -> None:
 
 def noisy(sigma_m_s: float, seed: int, **how: float) -> Dive:
     whole = dive(**how)
-    assert whole.velocity is not None
     noise = sigma_m_s * np.random.default_rng(seed).standard_normal(whole.velocity.value.shape)
     return replace(whole, velocity=Signal(whole.velocity.time_s, whole.velocity.value + noise))
 
@@ -116,16 +113,11 @@ def test_the_error_of_the_mean_speed_is_told_by_speed_and_positive_where_it_goes
     None
 ):
     ahead, astern = dive(offset_m_s=0.01), dive(offset_m_s=0.03)
-    assert ahead.nu_ref is not None
-    assert ahead.velocity is not None
-    assert astern.nu_ref is not None
-    assert astern.velocity is not None
     time_s = np.concatenate([ahead.nu_ref.time_s, 40.0 + astern.nu_ref.time_s])
     reference = np.concatenate([ahead.nu_ref.value, -astern.nu_ref.value])
     velocity = np.concatenate([ahead.velocity.value, -astern.velocity.value])
     both = Dive("d", Path("d"), "0", velocity=Signal(time_s, velocity), nu_ref=Signal(time_s, reference))
     surge = tracking_errors(both).axis("surge")
-    assert surge is not None
     (at,) = surge.speeds
     assert (at.speed, at.runs) == (pytest.approx(0.4), 2)
     assert (at.error, at.standard_error) == pytest.approx((0.02, 0.01), abs=1e-6)
@@ -133,25 +125,21 @@ def test_the_error_of_the_mean_speed_is_told_by_speed_and_positive_where_it_goes
 
 def test_a_speed_held_for_less_than_two_seconds_is_no_speed_held() -> None:
     short = tracking_errors(dive(offset_m_s=0.01).between(0.0, 11.5)).axis("surge")
-    assert short is not None
     assert short.steady_state == pytest.approx(0.01)
     assert short.speeds == ()
 
 
 def test_wrenches_are_taken_in_steady_state() -> None:
     surge = tracking_errors(dive()).axis("surge")
-    assert surge is not None
     assert (surge.pid_effort, surge.pid_magnitude, surge.pid_minus_ff) == pytest.approx((-5.0, 5.0, 8.0))
 
 
 def test_samples_without_bottom_lock_count_for_nothing() -> None:
     whole = dive(offset_m_s=0.02)
-    assert whole.velocity is not None
     value = whole.velocity.value.copy()
     value[::3] = np.nan
     gappy = replace(whole, velocity=Signal(whole.velocity.time_s, value))
     surge = tracking_errors(gappy).axis("surge")
-    assert surge is not None
     assert surge.overall == pytest.approx(0.02)
 
 
@@ -164,7 +152,6 @@ def test_a_linear_heading_reference_has_only_a_steady_state() -> None:
     gyro[:, 2] = reference[:, 5] + 0.01
     turning = Dive("d", Path("d"), "0", nu_ref=Signal(time_s, reference), gyro=Signal(time_s, gyro))
     yaw = tracking_errors(turning).axis("yaw")
-    assert yaw is not None
     assert yaw.steady_state == pytest.approx(0.01)
     assert math.isnan(yaw.acceleration)
     assert math.isnan(yaw.pid_effort)
@@ -172,12 +159,10 @@ def test_a_linear_heading_reference_has_only_a_steady_state() -> None:
 
 def test_the_transducer_s_lever_arm_is_taken_out() -> None:
     turning = dive()
-    assert turning.gyro is not None
     assert turning.velocity is not None
     gyro = np.tile([0.0, 0.0, 0.2], (len(turning.gyro), 1))
     turning = replace(turning, gyro=Signal(turning.gyro.time_s, gyro))
     surge = tracking_errors(turning, lever_m=(0.0, 0.5, 0.0)).axis("surge")
-    assert surge is not None
     assert surge.overall == pytest.approx(0.1)
 
 
@@ -208,7 +193,6 @@ def test_curves_are_means_of_what_was_recorded() -> None:
 
 def test_the_dvl_is_carried_to_the_origin() -> None:
     whole = dive()
-    assert whole.gyro is not None
     turning = whole.gyro.value + np.array([0.0, 0.0, 0.1])
     (surge,) = followed(replace(whole, gyro=Signal(whole.gyro.time_s, turning)), (0.0, 0.5, 0.0))
     # A transducer half a metre to starboard runs 0.05 m/s slower than a body that turns to starboard.
@@ -217,7 +201,6 @@ def test_the_dvl_is_carried_to_the_origin() -> None:
 
 def test_a_gap_stays_a_gap_and_a_slow_signal_is_held() -> None:
     whole = dive()
-    assert whole.velocity is not None
     value = whole.velocity.value.copy()
     out = (whole.velocity.time_s > 12.0) & (whole.velocity.time_s < 16.0)
     value[out] = np.nan
@@ -246,7 +229,6 @@ def test_they_are_written_in_few_digits() -> None:
 
 def test_what_was_written_is_read_back_and_a_gap_stays_one() -> None:
     whole = dive(offset_m_s=1 / 3)
-    assert whole.velocity is not None
     value = whole.velocity.value.copy()
     value[len(value) // 2 :] = np.nan
     (surge,) = followed(replace(whole, velocity=Signal(whole.velocity.time_s, value)), points=50)

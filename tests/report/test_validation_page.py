@@ -118,22 +118,18 @@ def test_errors_of_dives_are_laid_over_one_another_from_where_the_reference_firs
 
 def test_the_error_is_measured_less_wanted_without_the_sensor_s_noise():
     dive = moving("pid", 0.0)
-    assert dive.velocity is not None
     noise = np.random.default_rng(1).normal(0.0, 0.02, dive.velocity.value.shape)
     line = error_line(
         0, replace(dive, velocity=Signal(dive.velocity.time_s, dive.velocity.value + 0.1 + noise)), AT_ORIGIN
     )
-    assert line is not None
     assert line.y.mean() == pytest.approx(0.1, abs=0.002)
     assert line.y.std() < 0.02 * math.sqrt(4 * 0.5 / dive.velocity.rate_hz)
 
 
 def test_the_error_is_that_of_the_origin_where_the_dvl_sits_aside():
     dive = moving("pid", 0.0)
-    assert dive.gyro is not None
     turning = Signal(dive.gyro.time_s, np.tile([0.0, 0.0, 0.5], (len(dive.gyro), 1)))
     line = error_line(0, replace(dive, gyro=turning), (0.0, 0.2, 0.0))
-    assert line is not None
     assert line.y == pytest.approx(np.full(len(line.y), 0.1), abs=1e-6)
 
 

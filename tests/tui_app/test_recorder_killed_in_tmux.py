@@ -57,7 +57,6 @@ def app(tmp_path, vehicle):
 def recorder():
     """The process that records, and the folder that it records into."""
     holding = held(time.time())
-    assert holding is not None
     return holding.pid, Path(holding.folder)
 
 

@@ -63,7 +63,6 @@ def test_a_frame_is_read_as_the_message_that_was_packed() -> None:
             True,
         )
         decoded = decode(frame)
-        assert decoded is not None
         assert decoded.to_dict() == message.to_dict()
 
 

@@ -68,7 +68,6 @@ def over_the_wire(reading: Reading) -> tuple[Reading | None, dict[str, Any]]:
     """The reading as it comes back, and the fields that pymavlink sees."""
     (frame,) = Framer().feed(Encoder(1, 1).frame(*encode(reading)))
     message = pymavlink_decode(frame)
-    assert message is not None
     return decode(frame), message.to_dict()
 
 
@@ -87,7 +86,6 @@ def test_what_is_encoded_is_decoded_as_float32(row: Any, data: st.DataObject) ->
     values = data.draw(VALUES[row.name])
     time_s = data.draw(st.integers(0, 4_000_000)) / 1000
     got, _ = over_the_wire(Reading(row.name, time_s, values))
-    assert got is not None
     assert got.signal == row.name
     assert got.time_s == time_s or (math.isnan(got.time_s) and row.name in ("battery", "alive"))
     assert all(same(a, b) for a, b in zip(got.values, values, strict=True))
@@ -140,7 +138,6 @@ def test_no_bottom_lock_is_nan_and_quality_minus_1_even_if_one_axis_still_speaks
     reading, m = over_the_wire(Reading("dvl", 2.0, (0.5, NAN, 0.0, 0.1)))
     assert m["quality"] == -1
     assert all(math.isnan(m[axis]) for axis in ("vx", "vy", "vz"))
-    assert reading is not None
     assert all(math.isnan(v) for v in reading.values[:3])
 
 
@@ -151,7 +148,6 @@ def test_a_foreign_dvl_that_says_zero_velocity_and_failed_has_no_velocity() -> N
     )
     (frame,) = Framer().feed(Encoder(1, 1).encode(odometry))
     reading = decode(frame)
-    assert reading is not None
     assert all(math.isnan(v) for v in reading.values[:3])
 
 
@@ -169,7 +165,6 @@ def test_a_control_tick_is_told_whole() -> None:
     told = {r.signal: r for r in telemetry.actuation_readings(tick)}
     assert set(told) == {"pwm", "tau_pid", "tau_ff", "tau_cmd", "nu_fb", "nu_ref"}
     got, m = over_the_wire(told["nu_ref"])
-    assert got is not None
     assert got.values == (*six, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 7.5, 0.5)
     assert (m["name"], m["array_id"], m["time_usec"]) == ("NU_REF", 256, 3_000_000)
     _, m = over_the_wire(told["pwm"])
@@ -180,7 +175,6 @@ def test_samples_become_the_readings_that_tell_them() -> None:
     imu = ImuSample(1.0, (0.0, 0.0, -9.81), (0.1, 0.2, 0.3), (1.0, 0.0, 0.0, 0.0))
     assert telemetry.imu_reading(imu).values[:6] == (0.0, 0.0, -9.81, 0.1, 0.2, 0.3)
     attitude = telemetry.attitude_reading(imu)
-    assert attitude is not None
     assert attitude.values == (1.0, 0.0, 0.0, 0.0, 0.1, 0.2, 0.3)
     assert telemetry.attitude_reading(ImuSample(1.0, NAN3, NAN3)) is None
     assert [r.signal for r in telemetry.dvl_readings(DvlSample(1.0, NAN3, NAN, NAN))] == ["dvl"]
@@ -223,7 +217,6 @@ def test_a_foreign_recording_of_the_contract_is_understood_signal_by_signal() ->
     first: dict[str, Reading] = {}
     for _, frame in read_tlog(path):
         reading = decode(frame)
-        assert reading is not None
         first.setdefault(reading.signal, reading)
         if len(first) == len(TABLE) - 1:
             break

@@ -257,7 +257,6 @@ def killed_ring(folder: Path, after: int) -> int:
         stdout=subprocess.PIPE,
         env=os.environ | {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path])},
     ) as process:
-        assert process.stdout is not None
         said = process.stdout.read(after)
         process.send_signal(signal.SIGKILL)
         said += process.stdout.read()

@@ -84,7 +84,6 @@ def test_a_killed_writer_loses_nothing_that_it_had_acknowledged(tmp_path: Path) 
     )
     path = tmp_path / "dive.tlog"
     child = subprocess.Popen([sys.executable, "-c", code, str(path)], stdout=subprocess.PIPE)
-    assert child.stdout is not None
     acknowledged = [int(child.stdout.readline()) for _ in range(300)]
     child.kill()
     rest = child.stdout.read().split(b"\n")[:-1]
