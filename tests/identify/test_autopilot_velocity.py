@@ -91,6 +91,7 @@ def test_lateness_and_smoothing_of_a_drawn_field_dive_are_found(tmp_path: Path) 
     assert found.velocity_smoothing_s == pytest.approx(true.smooth_s, abs=0.05)
 
 
+@pytest.mark.soak
 def test_of_thrusters_that_follow_slowly_no_smoothing_is_made(tmp_path: Path) -> None:
     """By 0.3 s more than the vehicle file says: taken for smoothing it comes to 0.2 s more of that."""
     case = draw(11, 4, "thruster_lag", size=1.5, seconds=240.0)

@@ -29,6 +29,7 @@ def fit(dive):
     return estimate(dive, FILE, "only", network_tasks.quiet)
 
 
+@pytest.mark.soak
 def test_mass_and_damping_lie_in_their_intervals_as_often_as_they_should():
     inside, errors = closed_loop.hits(fit, seconds=90.0)
     assert inside >= 53
