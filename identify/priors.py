@@ -236,14 +236,14 @@ def _contradiction(near: Mapping[str, Prior], known: Mapping[str, Known]) -> Dou
     return Doubt(tuple(near), problem, remedy, Outcome.DISAGREES)
 
 
-def _of_this_dive(own: Collection[str]) -> tuple[Doubt, ...]:
-    if not own:
+def _of_this_dive(names: Collection[str]) -> tuple[Doubt, ...]:
+    if not names:
         return ()
     problem, remedy = (
-        f"The vehicle file's priors of {', '.join(own)} rest on this very dive, by themselves or through a later one",
+        f"The vehicle file's priors of {', '.join(names)} rest on this very dive, by themselves or through a later one",
         "they were left out, for a dive does not confirm itself.",
     )
-    return (Doubt(tuple(own), problem, remedy, culprit=Culprit.PRIOR),)
+    return (Doubt(tuple(names), problem, remedy, culprit=Culprit.PRIOR),)
 
 
 def _source(prior: Prior) -> str:

@@ -149,12 +149,12 @@ def _aged(name: str, value: float, relative_std: float, widen: float | None, ori
     )
 
 
-def _some(path: Path, found: dict[str, Prior]) -> dict[str, Prior]:
-    if not found:
+def _some(path: Path, priors: dict[str, Prior]) -> dict[str, Prior]:
+    if not priors:
         raise UsageError(
             f"{path}: holds no identifiable parameter with an interval given the thrust; identify anew, or dive again"
         )
-    return found
+    return priors
 
 
 def _positive(value: Any) -> bool:

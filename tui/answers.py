@@ -93,44 +93,44 @@ def _row(parameter: Estimate, reasons: Sequence[str], priors: bool) -> tuple[str
     )
 
 
-def tell_against(console: Console, found: Against) -> None:
+def tell_against(console: Console, comparison: Against) -> None:
     """Print the verdict on a simulator, then all other sentences, indented."""
-    show.say(console, against.verdict_sentence(found))
+    show.say(console, against.verdict_sentence(comparison))
     for line in (
-        *against.cause_lines(found),
-        *against.lines(found),
-        *(f"Where: {line}." for line in wording.where_lines(found.vehicle)),
-        *wording.shrink_lines(found.vehicle),
-        *wording.next_lines(found.vehicle),
-        *found.vehicle.notes,
-        *(f"Of the simulator: {note}" for note in found.simulator.notes),
+        *against.cause_lines(comparison),
+        *against.lines(comparison),
+        *(f"Where: {line}." for line in wording.where_lines(comparison.vehicle)),
+        *wording.shrink_lines(comparison.vehicle),
+        *wording.next_lines(comparison.vehicle),
+        *comparison.vehicle.notes,
+        *(f"Of the simulator: {note}" for note in comparison.simulator.notes),
     ):
         show.say(console, f"  {line}")
 
 
-def tell_diagnosis(console: Console, found: Diagnosis) -> None:
+def tell_diagnosis(console: Console, diagnosis: Diagnosis) -> None:
     """Print the verdict, the causes and their parameters, where the gap lies, how far it shrinks, the next dive."""
-    show.say(console, wording.verdict_sentence(found))
+    show.say(console, wording.verdict_sentence(diagnosis))
     lines = (
-        *wording.cause_lines(found),
-        *wording.character_lines(found),
-        *_where(found),
-        *wording.disturbance_line(found.gap.disturbance),
-        *wording.shrink_lines(found),
-        *wording.gain_lines(found),
-        *wording.next_lines(found),
-        *found.notes,
+        *wording.cause_lines(diagnosis),
+        *wording.character_lines(diagnosis),
+        *_where(diagnosis),
+        *wording.disturbance_line(diagnosis.gap.disturbance),
+        *wording.shrink_lines(diagnosis),
+        *wording.gain_lines(diagnosis),
+        *wording.next_lines(diagnosis),
+        *diagnosis.notes,
     )
     for line in lines:
         show.say(console, f"  {line}")
 
 
-def _where(found: Diagnosis) -> tuple[str, ...]:
+def _where(diagnosis: Diagnosis) -> tuple[str, ...]:
     """Lines on the largest parts of the gap; none when the verdict is "no_gap"."""
-    if found.verdict == "no_gap":
+    if diagnosis.verdict == "no_gap":
         return ()
-    lines = (f"Where: {line}." for line in wording.where_lines(found))
-    return (*lines, *filter(None, (wording.where_note(found.gap),)))
+    lines = (f"Where: {line}." for line in wording.where_lines(diagnosis))
+    return (*lines, *filter(None, (wording.where_note(diagnosis.gap),)))
 
 
 PARAMETERS_WIDE = 4

@@ -154,12 +154,12 @@ def _validation(
     return read_dive(folder.path, None, file)
 
 
-def inside(one: Campaign) -> dict[str, bool]:
+def inside(campaign: Campaign) -> dict[str, bool]:
     """For each identifiable coefficient, whether its 95 % interval contains the truth."""
     return {
-        p.name: p.low95 <= one.truth[p.name] <= p.high95
-        for p in one.identification.parameters
-        if p.identifiable and p.name in one.truth
+        p.name: p.low95 <= campaign.truth[p.name] <= p.high95
+        for p in campaign.identification.parameters
+        if p.identifiable and p.name in campaign.truth
     }
 
 

@@ -125,17 +125,17 @@ def _frames(folder: DiveFolder, file: Path) -> Merged:
     return Merged(file, into, _came(file, into, merged_frames))
 
 
-def _came(file: Path, into: Path, found: Whole) -> str:
+def _came(file: Path, into: Path, whole: Whole) -> str:
     """Describe the result of a merge."""
-    begins_us, ends_us = found.records[0][0], found.records[-1][0]
-    lacking = lacking_words(found.holes, found.lost)
+    begins_us, ends_us = whole.records[0][0], whole.records[-1][0]
+    lacking = lacking_words(whole.holes, whole.lost)
     subject = "what there is of the dive is" if lacking else "the dive is whole"
     sentences = [
-        f"{file.name}: its clock {found.clock.words(begins_us * 1e-6, ends_us * 1e-6)}",
-        f"{found.missing} of {len(found.records)} frames had not been heard; {subject} in {into}",
+        f"{file.name}: its clock {whole.clock.words(begins_us * 1e-6, ends_us * 1e-6)}",
+        f"{whole.missing} of {len(whole.records)} frames had not been heard; {subject} in {into}",
         f"{lacking}; {MORE}" if lacking else "",
-        guessed_words(found.guessed),
-        beyond_words(found.beyond),
+        guessed_words(whole.guessed),
+        beyond_words(whole.beyond),
     ]
     return " ".join(f"{sentence}." for sentence in sentences if sentence)
 

@@ -201,7 +201,7 @@ def check_outcome(path: Path, outcome: str, leave: Leave, done: str) -> None:
 
 def write_accepted(
     path: Path,
-    found: "Diagnosis",
+    diagnosis: "Diagnosis",
     dive: "Dive",
     file: VehicleFile,
     doubted: Mapping[str, str],
@@ -212,8 +212,8 @@ def write_accepted(
     `doubted`: the recording's evidence against values, by coefficient, and `by_recording` the outcome it leads to. If
     a gap is left that no cause explains, the outcome is that data and model disagree. Raises ParamRejected.
     """
-    accepted, configuration = found.accepted, found.configuration
-    outcome = Outcome.DISAGREES if found.verdict in ("partly", "unknown") else by_recording
+    accepted, configuration = diagnosis.accepted, diagnosis.configuration
+    outcome = Outcome.DISAGREES if diagnosis.verdict in ("partly", "unknown") else by_recording
     veh_cfg = file.vehicle.veh_cfg(configuration)
     shape = file.vehicle.configurations[configuration]
     ids = {item.name: item.parameter_id(veh_cfg) for item in COEFFICIENTS}

@@ -32,14 +32,14 @@ def parse_link(spec: str) -> tuple[str, str, int]:
     raise LinkSpecError(f"'{spec}' is not a link; give {FORMS}")
 
 
-def _port_and_baud(rest: str) -> tuple[str, int]:
+def _port_and_baud(spec: str) -> tuple[str, int]:
     # Names under /dev/serial/by-path hold colons themselves.
-    port, _, baud = rest.rpartition(":")
-    return (port, int(baud)) if port and baud.isdecimal() else (rest, DEFAULT_BAUD)
+    port, _, baud = spec.rpartition(":")
+    return (port, int(baud)) if port and baud.isdecimal() else (spec, DEFAULT_BAUD)
 
 
-def _host_and_port(spec: str, rest: str) -> tuple[str, int]:
-    host, _, port = rest.rpartition(":")
+def _host_and_port(spec: str, tail: str) -> tuple[str, int]:
+    host, _, port = tail.rpartition(":")
     if not port.isdecimal() or not 0 <= int(port) <= 65535:
         raise LinkSpecError(f"'{spec}': '{port}' is not a port number from 0 to 65535; give {FORMS}")
     return host or LOOPBACK, int(port)

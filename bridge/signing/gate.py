@@ -186,10 +186,10 @@ def _kept(file: Path) -> tuple[int, dict[Stream, int]]:
         return 0, {}
 
 
-def _time(told: Any) -> int:
-    if isinstance(told, bool) or not isinstance(told, int) or not 0 <= told <= LATEST:
+def _time(value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= LATEST:
         raise ValueError
-    return told
+    return value
 
 
 def _stream(name: str) -> Stream:

@@ -74,20 +74,20 @@ def silences(arrival_s: Array, boot_s: Array, number: Rows) -> tuple[Silence, ..
     return tuple(Silence(pause.begins_s, pause.seconds) for pause in missed)
 
 
-def unheard(found: Sequence[Pause], spacing: Spacing) -> list[Pause]:
+def unheard(pauses: Sequence[Pause], spacing: Spacing) -> list[Pause]:
     """Return the pauses in which a sender went on unheard; `spacing` is that of all other steps.
 
     One in 256 silences ends with the next sequence number by chance, so a single pause that does is no proof of a
     sender that is silent by design.
     """
-    meant = [pause for pause in found if pause.goes_on]
+    meant = [pause for pause in pauses if pause.goes_on]
     if len(meant) == 1 and spacing.seconds:
         meant = []
     total_s = spacing.seconds + sum(pause.seconds for pause in meant)
     squares = spacing.squares + sum(pause.seconds**2 for pause in meant)
     # The mean step at a random instant, not of a random frame: a burst of frames does not make a sender fast.
     least_s = max(LEAST_S, TIMES_USUAL * squares / total_s if total_s else 0.0)
-    return [pause for pause in found if pause not in meant and pause.seconds > least_s]
+    return [pause for pause in pauses if pause not in meant and pause.seconds > least_s]
 
 
 def pauses(arrival_s: Array, boot_s: Array, number: Rows, least_s: float = LEAST_S) -> list[Pause]:
@@ -128,9 +128,9 @@ def of_clocks(begins_s: float, step_s: float, before_s: float, after_s: float) -
     return max(0.0, step_s + after_s - before_s), False
 
 
-def longest(found: Iterable[Silence]) -> Silence | None:
+def longest(silences: Iterable[Silence]) -> Silence | None:
     """Return the longest silence, or None if there are none."""
-    return max(found, key=lambda silence: silence.seconds, default=None)
+    return max(silences, key=lambda silence: silence.seconds, default=None)
 
 
 def way_to_mend(ring: bool) -> str:
@@ -140,14 +140,14 @@ def way_to_mend(ring: bool) -> str:
     return "another recording of the dive may have it, see `seatrial merge`"
 
 
-def _jumps(steps_s: Array, told: Rows, ahead_s: Array, least_s: float) -> list[int]:
+def _jumps(steps_s: Array, stated: Rows, ahead_s: Array, least_s: float) -> list[int]:
     """Rows without a pause by arrival after which the boot clock advances by over LEAST_S more than the arrivals."""
     rows: list[int] = []
     further = np.flatnonzero(np.diff(ahead_s) > LEAST_S)
     if len(further) > MOST:  # two clocks alternate, and neither is evidence of a pause
         return rows
     for at in further.tolist():
-        between = steps_s[told[at] : told[at + 1]]
+        between = steps_s[stated[at] : stated[at + 1]]
         if between.max() <= least_s:
-            rows.append(int(told[at] + np.argmax(between)))
+            rows.append(int(stated[at] + np.argmax(between)))
     return rows

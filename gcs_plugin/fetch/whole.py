@@ -209,7 +209,7 @@ def _forward(path: Path) -> list[tuple[int, Frame]]:
 
 
 def _span(
-    both: Collection[int], own: Sequence[tuple[int, int | None]], dated: Sequence[int]
+    both: Collection[int], mine: Sequence[tuple[int, int | None]], dated: Sequence[int]
 ) -> tuple[int, int]:
     """First and last place of the dive in the vehicle's recording.
 
@@ -218,8 +218,8 @@ def _span(
     with the first frame sent after that time. The end is found in the same way.
     """
     first, last = min(both, default=len(dated)), max(both, default=-1)
-    begins_us, begins = min(own, key=itemgetter(0), default=(0, first))
-    ends_us, ends = max(own, key=itemgetter(0), default=(0, last))
+    begins_us, begins = min(mine, key=itemgetter(0), default=(0, first))
+    ends_us, ends = max(mine, key=itemgetter(0), default=(0, last))
     if begins is None:
         first = min(first, bisect_left(dated, begins_us))
     if ends is None:

@@ -57,7 +57,7 @@ class Work:
         for option in OPTIONS[function]:
             value = getattr(at, option)
             if option != "param":
-                words += [word for one in _each(value) for word in (f"--{option}", one)]
+                words += [word for piece in _each(value) for word in (f"--{option}", piece)]
         if function == "diagnose":
             words += _conditions(Path(at.check), "check-") if at.check else []
             words += ["--without", TETHER] if _of(dive).tether_out_m == 0.0 else []
@@ -148,13 +148,13 @@ def identified_lines(answer: Mapping[str, Any]) -> Iterator[str]:
 
 def diagnosed_lines(answer: Mapping[str, Any]) -> Iterator[str]:
     """A diagnosis's JSON: the verdict, the causes with their values, the next dive, notes."""
-    told = answer["told"]
-    yield told["verdict"]
-    for cause in told["causes"]:
+    texts = answer["told"]
+    yield texts["verdict"]
+    for cause in texts["causes"]:
         yield f"  {cause['sentence']}"
         yield from (f"    {value}" for value in cause["values"])
     yield from (
-        f"  {line}" for line in (*told["character"], *told["disturbance"], *told["next"], *told["notes"])
+        f"  {line}" for line in (*texts["character"], *texts["disturbance"], *texts["next"], *texts["notes"])
     )
 
 

@@ -60,7 +60,7 @@ class Found:
     def beginnings_of(self, path: Path) -> tuple[Recording, ...]:
         """Recordings that are a beginning of the one at `path`, longest first."""
         parts = (t.recording for t in self.twins if t.counted == path and t.recording is not None)
-        return tuple(sorted(parts, key=lambda one: -one.size_bytes))
+        return tuple(sorted(parts, key=lambda item: -item.size_bytes))
 
     def with_beginning(self, failed: Path, why: str, instead: Recording) -> "Found":
         """A copy in which the recording at `failed`, which gave nothing, is replaced by its beginning `instead`."""
@@ -127,19 +127,19 @@ def told_apart(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
 def _cut(recordings: Iterable[Recording]) -> list[Twin]:
     """Twins for recordings that are the beginning of another: copies that were cut, or made before the dive's end."""
     alike: dict[str, list[Recording]] = {}
-    for one in recordings:
-        alike.setdefault(one.opening, []).append(one)
+    for recording in recordings:
+        alike.setdefault(recording.opening, []).append(recording)
     alike.pop("", None)
     twins = []
     for group in alike.values():
         complete: list[tuple[Recording, bytes]] = []
-        for one in sorted(group, key=lambda one: -one.size_bytes) if len(group) > 1 else ():
-            data = contents(one.files)
+        for recording in sorted(group, key=lambda item: -item.size_bytes) if len(group) > 1 else ():
+            data = contents(recording.files)
             longer = next((longer_one for longer_one, held in complete if held.startswith(data)), None)
             if longer is None:
-                complete.append((one, data))
+                complete.append((recording, data))
             else:
-                twins.append(Twin(one.path, longer.path, Relation.BEGINNING, one))
+                twins.append(Twin(recording.path, longer.path, Relation.BEGINNING, recording))
     return twins
 
 
@@ -185,7 +185,7 @@ Work = Callable[[Sequence[Recording]], list[Result]]
 """Runs recordings and returns the result of each."""
 
 
-def with_beginnings(found: Found, results: Sequence[Result], work: Work) -> tuple[Found, list[Result]]:
+def with_beginnings(recordings: Found, results: Sequence[Result], work: Work) -> tuple[Found, list[Result]]:
     """Replace each recording without a value by the longest of its shorter copies that gives a value.
 
     If no shorter copy gives a value, the recording stays, with the reason why it gave none. `results` are those of
@@ -194,7 +194,7 @@ def with_beginnings(found: Found, results: Sequence[Result], work: Work) -> tupl
     by_source = {result.source: result for result in results}
     left = {}
     for source, result in by_source.items():
-        reason, beginnings = _nothing(result), list(found.beginnings_of(Path(source)))
+        reason, beginnings = _nothing(result), list(recordings.beginnings_of(Path(source)))
         if reason and beginnings:
             left[source] = reason, beginnings
     while left:
@@ -203,11 +203,11 @@ def with_beginnings(found: Found, results: Sequence[Result], work: Work) -> tupl
         for source, part in tried.items():
             result, (why, parts) = came[str(part.path)], left[source]
             if not _nothing(result):
-                found = found.with_beginning(Path(source), why, part)
+                recordings = recordings.with_beginning(Path(source), why, part)
                 by_source[source] = result
             if not parts or not _nothing(result):
                 del left[source]
-    return found, list(by_source.values())
+    return recordings, list(by_source.values())
 
 
 def _nothing(result: Result) -> str:

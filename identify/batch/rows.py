@@ -208,6 +208,6 @@ def _correlation(names: Sequence[str], covariance: Mapping[str, Any]) -> dict[fr
     return correlations
 
 
-def _why_nothing(found: Mapping[str, Any]) -> str:
-    reasons = dict.fromkeys(p.get("reason") or found["outcome"] for p in found["parameters"])
+def _why_nothing(answer: Mapping[str, Any]) -> str:
+    reasons = dict.fromkeys(p.get("reason") or answer["outcome"] for p in answer["parameters"])
     return "; ".join(reasons)

@@ -99,7 +99,7 @@ class Standing:
 
 
 def run_batch(
-    jobs: Sequence[Job], cache: Cache, engine: Engine, told: Callable[[Standing], None]
+    jobs: Sequence[Job], cache: Cache, engine: Engine, progress: Callable[[Standing], None]
 ) -> list[Result]:
     """Results of all jobs, once per key. `told` is called with the progress at the start and after each new result.
 
@@ -117,7 +117,7 @@ def run_batch(
 
     def tell() -> None:
         failed = sum(result.answer is None for result in results.values())
-        told(Standing(known + len(todo), known, len(results) - known, failed))
+        progress(Standing(known + len(todo), known, len(results) - known, failed))
 
     tell()
     if todo:

@@ -219,7 +219,7 @@ def _regression(site: Site, simulated: Simulated, course: Course) -> _Planted:
 
 
 def _fit(
-    effects: Sequence[Effect], own: Sequence[Parameters], to: _Planted
+    effects: Sequence[Effect], starting: Sequence[Parameters], to: _Planted
 ) -> tuple[float, tuple[tuple[Effect, Array], ...]]:
     """Cost of the library's forms `effects` fitted together to the planted wrench, and their best parameter values."""
     ends = np.cumsum([0, *(len(effect.parameters) for effect in effects)])
@@ -240,7 +240,7 @@ def _fit(
     low, high = np.array([p.low for p in parameters]), np.array([p.high for p in parameters])
     drawn = [
         effect_values.get(p.name, p.start)
-        for effect, effect_values in zip(effects, own, strict=True)
+        for effect, effect_values in zip(effects, starting, strict=True)
         for p in effect.parameters
     ]
     starts = np.array([drawn, [p.start for p in parameters]])

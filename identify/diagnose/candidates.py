@@ -208,15 +208,15 @@ def _possible(course: Course, cause: Cause) -> Iterator[Act]:
     yield act.each(lambda part: growing * part)
 
 
-def _by_thrust(course: Course, cause: Cause, own: Act) -> Iterator[Act]:
+def _by_thrust(course: Course, cause: Cause, act: Act) -> Iterator[Act]:
     """The cause's act at the accelerations due to each axis's thrust alone.
 
     A closed loop biases a mass there, and a misplaced thruster would absorb the error.
     """
-    if own.wrench is None:
+    if act.wrench is None:
         return
     still = cause.act(replace(course, nu_dot=np.zeros_like(course.nu_dot))).wrench
-    if still is None or not np.any(own.wrench - still):
+    if still is None or not np.any(act.wrench - still):
         return
     pushed = course.wrench_of(course.thrust_n) / np.maximum(course.mass, 1e-9)
     for dof in range(3):

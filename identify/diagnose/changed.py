@@ -425,9 +425,9 @@ def priors_of(simulator: Simulator) -> dict[str, Prior]:
     }
 
 
-def _nearest(value: Value, own: float) -> float:
+def _nearest(value: Value, value_here: float) -> float:
     """The logarithm of the value nearest to `own` within the interval."""
-    return float(np.log(np.clip(own, value.low95, value.high95)))
+    return float(np.log(np.clip(value_here, value.low95, value.high95)))
 
 
 def simulator_of(diagnosis: Diagnosis) -> Simulator:

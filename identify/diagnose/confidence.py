@@ -116,8 +116,8 @@ def in_other_forms(weighing: Weighing, fit: Fitted, nominal: Blocks) -> Array:
     """
     rows, course = weighing.rows, weighing.now.course
     m, k = nominal.width, len(fit.at)
-    own = nominal.beside(rows.nuisance.blocks_of(fit.slopes))
-    table, shares, less = own, [np.zeros(0)], [np.zeros((k, 0))]
+    nuisance = nominal.beside(rows.nuisance.blocks_of(fit.slopes))
+    table, shares, less = nuisance, [np.zeros(0)], [np.zeros((k, 0))]
     for index, cause in enumerate(fit.causes):
         own_act, others = cause.act(course), list(other_forms(course, cause))
         places = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == index]

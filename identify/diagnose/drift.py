@@ -262,15 +262,15 @@ def _sines(course: Course) -> Array:
     return out
 
 
-def _least_squares(own: Array, shared: Array, value: Array) -> tuple[Array, Array]:
+def _least_squares(separate: Array, shared: Array, value: Array) -> tuple[Array, Array]:
     """Fits of each row of `own` (d, n) together with the rows `shared` (k, n).
 
     Returns the sizes (d, 1 + k), 0 if undetermined, and the mean squares of the residuals (d,).
     """
-    rows = np.vstack([own, shared])
+    rows = np.vstack([separate, shared])
     length = np.sqrt(np.mean(rows**2, axis=1))
     unit = rows / np.where(length > 0, length, 1.0)[:, None]
-    square, right, count = unit @ unit.T, unit @ value, len(own)
+    square, right, count = unit @ unit.T, unit @ value, len(separate)
     sizes, left = np.zeros((count, 1 + len(shared))), np.zeros(count)
     for k in range(count):
         of = np.r_[k, count : len(rows)]

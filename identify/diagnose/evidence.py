@@ -171,8 +171,8 @@ def projected_out(
     """
     (by_left, off_left), (by_right, off_right) = left, right
     shares = np.concatenate([np.broadcast_to(off_left, by_left.shape), by_left], axis=1)
-    rest = by_right - known @ off_right
-    taken = shares.mT @ np.concatenate([rest, np.broadcast_to(off_right, rest.shape)], axis=1)
+    remainder = by_right - known @ off_right
+    taken = shares.mT @ np.concatenate([remainder, np.broadcast_to(off_right, remainder.shape)], axis=1)
     return np.asarray(np.subtract(products, taken, out=taken))
 
 

@@ -72,18 +72,22 @@ def _prewhitened(values: Array, rows: NDArray[np.intp], by_lag: Array) -> None:
     loop vectorises however few columns there are.
     """
     width, order = values.shape[1], len(by_lag)
-    own, left = np.empty((order + ROWS) * width), np.empty(ROWS * width)
+    lagged, left = np.empty((order + ROWS) * width), np.empty(ROWS * width)
     for end in range(len(rows), 0, -ROWS):
         start = max(end - ROWS, 0)
         first = max(start - order, 0)
         for k in range(end - first):
             for c in range(width):
-                own[k * width + c] = values[rows[first + k], c]
+                lagged[k * width + c] = values[rows[first + k], c]
         offset, size = (start - first) * width, (end - start) * width
-        left[:size] = own[offset : offset + size]
+        left[:size] = lagged[offset : offset + size]
         for lag in range(1, order + 1):
             without = min(max(lag - start, 0) * width, size)
-            share, later, earlier = by_lag[lag - 1], left[without:size], own[offset - lag * width + without :]
+            share, later, earlier = (
+                by_lag[lag - 1],
+                left[without:size],
+                lagged[offset - lag * width + without :],
+            )
             for at in range(len(later)):
                 later[at] -= share * earlier[at]
         for k in range(end - start):

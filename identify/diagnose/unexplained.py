@@ -340,7 +340,9 @@ def _lines(axis: _Axis, course: Course, at_sea: bool) -> list[_Weighed]:
     forces = [cluster_forces.forces() for cluster_forces in clusters_left]
     sums = axis.sums(course, [*np.vstack(forces)])
     ends = np.cumsum([len(cluster_forces) for cluster_forces in forces]).tolist()
-    weighed = [sums.evidence(range(end - len(own), end)) for own, end in zip(forces, ends, strict=True)]
+    weighed = [
+        sums.evidence(range(end - len(of_line), end)) for of_line, end in zip(forces, ends, strict=True)
+    ]
     gains = [
         cluster_forces.gain - cluster.price_nats
         for cluster_forces, cluster in zip(weighed, clusters_left, strict=True)

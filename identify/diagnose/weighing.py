@@ -252,8 +252,8 @@ class Weighing:
     def _weighed_beside(self, fit: Fitted, more: Blocks) -> CandidateEquations:
         key = more.width, tuple(key_of(cause) for cause in fit.causes)
         if key not in self._besides:
-            own = self.rows.nuisance.blocks_of(np.column_stack([fit.value, fit.slopes]))
-            self._besides[key] = self._beside(own.beside(more))
+            nuisance = self.rows.nuisance.blocks_of(np.column_stack([fit.value, fit.slopes]))
+            self._besides[key] = self._beside(nuisance.beside(more))
         return self._besides[key]
 
     def _beside(self, new: Blocks) -> CandidateEquations:
@@ -434,7 +434,7 @@ class FormRemainder:
         dense = columns.dense()
         return np.asarray(dense - known.times(square @ known.crossed(dense)))
 
-    def _shared(self, own: Array, others: Array) -> float:
+    def _shared(self, remainder: Array, others: Array) -> float:
         """Cauchy-Schwarz bound, in nats, of a column's overlap with others, by their squares in each cell."""
-        both = np.sqrt(own * others).sum()
-        return 0.5 * float(both**2 / max(own.sum(), 1e-300))
+        both = np.sqrt(remainder * others).sum()
+        return 0.5 * float(both**2 / max(remainder.sum(), 1e-300))

@@ -94,15 +94,15 @@ def gradient_and_information(
                 push[c] = columns[i, c]
             _move_response(tables[0, step[i]], response, push, linear_lanes)
         if np.isfinite(reading[i]):
-            own, share = noise[channel[i]], scale[i] * scale[i]
+            variance, share = noise[channel[i]], scale[i] * scale[i]
             # The compiler vectorises only loops without a choice of the state that is read.
             if state_read[i] == VELOCITY:
-                _, k = gains(_covariance(cov, 0), True, own[0] * share)
-                _tell(mean, cov, reading[i], own, share, error[count], spread[count], True, run_lanes)
+                _, k = gains(_covariance(cov, 0), True, variance[0] * share)
+                _tell(mean, cov, reading[i], variance, share, error[count], spread[count], True, run_lanes)
                 _tell_response(response, k, answer[count], True, linear_lanes)
             else:
-                _, k = gains(_covariance(cov, 0), False, own[0] * share)
-                _tell(mean, cov, reading[i], own, share, error[count], spread[count], False, run_lanes)
+                _, k = gains(_covariance(cov, 0), False, variance[0] * share)
+                _tell(mean, cov, reading[i], variance, share, error[count], spread[count], False, run_lanes)
                 _tell_response(response, k, answer[count], False, linear_lanes)
             count += 1
         if state_read[i] == INCREMENT:

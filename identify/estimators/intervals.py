@@ -86,9 +86,9 @@ def _directions(covariance: Array, levels: list[int]) -> Iterator[Array]:
         yield covariance[:, levels] @ axis / np.sqrt(variance)
 
 
-def _known(precision: Array, rest: NDArray[np.intp]) -> tuple[float, Array]:
+def _known(precision: Array, others: NDArray[np.intp]) -> tuple[float, Array]:
     """Log determinant of the precision of `rest`, and the log variances (k,), given the levels."""
-    block = precision[np.ix_(rest, rest)]
+    block = precision[np.ix_(others, others)]
     return float(np.linalg.slogdet(block)[1]), np.log(np.diag(np.linalg.inv(block)))
 
 

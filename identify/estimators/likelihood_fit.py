@@ -196,15 +196,15 @@ def axis_fits(joint: JointLikelihood, maximum: Maximum) -> dict[int, AxisFit]:
     return fits
 
 
-def _with_others_word(problem: AxisLikelihood, own: Maximum) -> AxisLikelihood:
+def _with_others_word(problem: AxisLikelihood, maximum: Maximum) -> AxisLikelihood:
     """The axis's likelihood with the other axes' estimate of its mass, chosen so that its maximum, too, lies at
     `own`."""
-    gradient, information = alone(problem, own.theta)
-    mass, prior = float(np.exp(own.theta[MASS])), problem.prior_precision[MASS]
-    precision = max(float(own.information[MASS, MASS] - information[MASS, MASS]), 0.0) / mass**2
+    gradient, information = alone(problem, maximum.theta)
+    mass, prior = float(np.exp(maximum.theta[MASS])), problem.prior_precision[MASS]
+    precision = max(float(maximum.information[MASS, MASS] - information[MASS, MASS]), 0.0) / mass**2
     if precision == 0.0:
         return problem
-    pull = prior * (own.theta[MASS] - problem.prior_mean[MASS]) - gradient[MASS]
+    pull = prior * (maximum.theta[MASS] - problem.prior_mean[MASS]) - gradient[MASS]
     return replace(problem, word=(mass + float(pull) / (mass * precision), precision))
 
 

@@ -79,13 +79,13 @@ class Match:
     within_s: float
 
 
-def match(own: dict[str, Any], other: dict[str, Any]) -> Match:
+def match(mine: dict[str, Any], other: dict[str, Any]) -> Match:
     """Relate the clock of `other` to that of `own`, both fields of a dive, by rates of turn and by attitude.
 
     The more accurate of the two results is taken. Raises LogError, worded as the end of a sentence, if neither gives
     a result or if the two recordings disagree in either.
     """
-    kinds = ((_rates(own, kind), _rates(other, kind)) for kind in ("gyro", "attitude"))
+    kinds = ((_rates(mine, kind), _rates(other, kind)) for kind in ("gyro", "attitude"))
     pairs = [(a, b) for a, b in kinds if a is not None and b is not None]
     if not pairs:
         raise LogError(
@@ -106,15 +106,15 @@ def match(own: dict[str, Any], other: dict[str, Any]) -> Match:
     return best
 
 
-def _match(own: Signal, other: Signal) -> Match | None:
+def _match(mine: Signal, other: Signal) -> Match | None:
     """Compare by one kind of reading; None if it gives no result. Raises LogError if the recordings disagree."""
-    shifted = _shift(own, other)
+    shifted = _shift(mine, other)
     if shifted is None:
         return None
     shift_s, alike, overlap_s = shifted
     # The faster signal is interpolated at the samples of the slower one.
-    swapped = own.rate_hz > other.rate_hz
-    slow, fast = (other, own) if swapped else (own, other)
+    swapped = mine.rate_hz > other.rate_hz
+    slow, fast = (other, mine) if swapped else (mine, other)
     time_s, ahead_s, std_s = _delays(slow, fast, -shift_s if swapped else shift_s)
     if swapped:
         time_s, ahead_s = time_s + ahead_s, -ahead_s
@@ -122,7 +122,7 @@ def _match(own: Signal, other: Signal) -> Match | None:
     scatter_s = NORMAL * float(np.median(np.abs(ahead_s - line.ahead_s(time_s))))
     if scatter_s > max(MOST_SCATTER_S, MOST_SCATTERS * float(np.median(std_s))):
         raise LogError(STRANGERS)
-    span_s = max(own.time_s[0], other.time_s[0] - shift_s), min(own.time_s[-1], other.time_s[-1] - shift_s)
+    span_s = max(mine.time_s[0], other.time_s[0] - shift_s), min(mine.time_s[-1], other.time_s[-1] - shift_s)
     return Match(line, alike, overlap_s, line.within_s(*span_s))
 
 
@@ -150,13 +150,13 @@ def _rates_of_turn(attitude: Signal) -> Signal | None:
     return Signal(middle_s[near], turn[near] / step_s[near, None])
 
 
-def _shift(own: Signal, other: Signal) -> tuple[float, float, float] | None:
+def _shift(mine: Signal, other: Signal) -> tuple[float, float, float] | None:
     """Lead of `other` to a tenth of a second, the correlation there, and the time in which both hold readings.
 
     None if they have too little in common. Raises LogError if they do not agree.
     """
-    start_s, start_other_s = own.time_s[0], other.time_s[0]
-    (a, has_a), (b, has_b) = _grid(own), _grid(other)
+    start_s, start_other_s = mine.time_s[0], other.time_s[0]
+    (a, has_a), (b, has_b) = _grid(mine), _grid(other)
     size = 1 << int(len(has_a) + len(has_b)).bit_length()
 
     def spectrum(x: Array) -> NDArray[np.complex128]:
@@ -238,23 +238,23 @@ def _delays(slow: Signal, fast: Signal, shift_s: float) -> tuple[Array, Array, A
 
 def _delay(part: Signal, around: Signal, shift_s: float) -> tuple[float, float] | None:
     """Least-squares delay near `shift_s` and its standard error in s; None if the two do not agree there."""
-    own = part.value - part.value.mean(axis=0)
+    mine = part.value - part.value.mean(axis=0)
 
     def off(delay_s: float) -> Array:
         there = around.at(part.time_s + delay_s)
-        apart: Array = there - there.mean(axis=0) - own
+        apart: Array = there - there.mean(axis=0) - mine
         return apart
 
     tries = shift_s + np.arange(-SEARCH_S, SEARCH_S + GRID_S / 2, GRID_S / 2)
     delay_s = float(tries[np.argmin([float((off(candidate_s) ** 2).sum()) for candidate_s in tries])])
-    slope, left = own, own
+    slope, left = mine, mine
     for _ in range(STEPS):
         left = off(delay_s)
         half_s = GRID_S / 4
         slope = (off(delay_s + half_s) - off(delay_s - half_s)) / (2 * half_s)
         step_s = float((slope * left).sum() / max(float((slope**2).sum()), 1e-12))
         delay_s -= float(np.clip(step_s, -GRID_S / 2, GRID_S / 2))
-    if abs(delay_s - shift_s) > SEARCH_S or (left**2).sum() > (1 - ALIKE) * 2 * (own**2).sum():
+    if abs(delay_s - shift_s) > SEARCH_S or (left**2).sum() > (1 - ALIKE) * 2 * (mine**2).sum():
         return None
     # Residuals of neighbouring readings in a turn are correlated, so fewer of them are independent.
     std_s = float(np.sqrt(left.var() * _alike_next(left) / max(float((slope**2).sum()), 1e-12)))
@@ -406,34 +406,34 @@ def _filled(
     return out | {"notes": (*fields["notes"], " ".join(sentences))}
 
 
-def in_holes(own: Signal, other: Signal) -> NDArray[np.bool_]:
+def in_holes(mine: Signal, other: Signal) -> NDArray[np.bool_]:
     """Which readings (n,) of `other` lie in holes of `own`.
 
     A hole lies between two readings of `own` that are more than two steps of `other` apart, before the first reading
     or after the last. A reading within half a step of `other` of a reading of `own` is left out.
     """
     step_s = 1.0 / other.rate_hz if other.rate_hz else np.inf
-    after = np.searchsorted(own.time_s, other.time_s)
-    edges_s = np.concatenate(([-np.inf], own.time_s, [np.inf]))
+    after = np.searchsorted(mine.time_s, other.time_s)
+    edges_s = np.concatenate(([-np.inf], mine.time_s, [np.inf]))
     before_s, after_s = edges_s[after], edges_s[after + 1]
     near_s = np.minimum(other.time_s - before_s, after_s - other.time_s)
     return np.asarray((after_s - before_s > 2 * step_s) & (near_s > step_s / 2))
 
 
-def _as_own(name: str, own: Signal, other: Signal) -> Signal | None:
+def _as_own(name: str, mine: Signal, other: Signal) -> Signal | None:
     """`other` in the columns of `own`; None if the two disagree on the readings that both have.
 
     Outputs beyond the logged ones keep the last command that was heard.
     """
     value = other.value
-    width = own.value.shape[1]
+    width = mine.value.shape[1]
     if name == "pwm" and value.shape[1] < width:
-        value = np.column_stack((value, own.held_at(other.time_s)[:, value.shape[1] :]))
+        value = np.column_stack((value, mine.held_at(other.time_s)[:, value.shape[1] :]))
     value = value[:, :width]
     if name == "attitude":
-        value = np.where((value * own.at(other.time_s)).sum(axis=1, keepdims=True) < 0, -value, value)
+        value = np.where((value * mine.at(other.time_s)).sum(axis=1, keepdims=True) < 0, -value, value)
     alike = Signal(other.time_s, value)
-    inside = own.between(other.time_s[0], np.nextafter(other.time_s[-1], np.inf))
+    inside = mine.between(other.time_s[0], np.nextafter(other.time_s[-1], np.inf))
     size = np.maximum(np.nanstd(inside.value, axis=0), 1e-6) if len(inside) else np.ones(width)
     apart = np.abs(alike.at(inside.time_s) - inside.value) / size
     apart = apart[np.isfinite(apart).all(axis=1)]
@@ -442,7 +442,7 @@ def _as_own(name: str, own: Signal, other: Signal) -> Signal | None:
     return alike
 
 
-def _together(own: Signal, new: Signal) -> Signal:
-    time_s = np.concatenate((own.time_s, new.time_s))
+def _together(mine: Signal, new: Signal) -> Signal:
+    time_s = np.concatenate((mine.time_s, new.time_s))
     order = np.argsort(time_s, kind="stable")
-    return Signal(time_s[order], np.concatenate((own.value, new.value))[order])
+    return Signal(time_s[order], np.concatenate((mine.value, new.value))[order])

@@ -100,11 +100,11 @@ class Tank:
 
     def dive(self, legs: list[Leg]) -> Trial:
         """Simulate the legs between two rests."""
-        rest = [Leg("rest", "rest", REST_S)]
+        pause = [Leg("rest", "rest", REST_S)]
         run = simulate_truth(
             self._file,
             self._configuration,
-            Mission("trial", (*rest, *legs, *rest), START_DEPTH_M),
+            Mission("trial", (*pause, *legs, *pause), START_DEPTH_M),
             seed=0,
             noise=QUIET,
             truth=self._truth,

@@ -110,14 +110,14 @@ def mission_text(proposal: Proposal, title: str, command: str, tank: Tank) -> st
     lines = [f"{TITLE} {title}", f"# Dive it in simulation: {command}", "#"]
     lines += [f"# {line}" for sentence in ADVICE for line in _broken(sentence)]
     lines += ["name: plan", f"start_depth_m: {START_DEPTH_M:g}", "legs:"]
-    rest = "  " + Step(REST_S, "rest", "rest").line()
+    pause = "  " + Step(REST_S, "rest", "rest").line()
     for number, part in enumerate(proposal.parts, start=1):
-        lines += [rest, f"  # {number}. {instruction(part)}"]
+        lines += [pause, f"  # {number}. {instruction(part)}"]
         lines += [f"  #    {line}" for line in _broken(f"By hand: {part.manoeuvre.by_hand}.")]
         if at_thrusters := pulses(part.manoeuvre, tank):
             lines += [f"  #    {line}" for line in _broken(f"Pulse widths, us: {at_thrusters}.")]
         lines += ["  " + step.line() for step in part.manoeuvre.steps]
-    return "\n".join([*lines, rest, ""])
+    return "\n".join([*lines, pause, ""])
 
 
 def to_json(proposal: Proposal, knowledge: Knowledge, limits: Limits) -> dict[str, Any]:

@@ -63,7 +63,7 @@ def diagnose(
     if check is not None and check.source.exists() and dive.source.exists():
         refuse_the_same(check, dive)
     try:
-        found = search.diagnose(
+        searched_fit = search.diagnose(
             dive,
             file,
             configuration,
@@ -77,8 +77,8 @@ def diagnose(
         if check is not None and error.of == check.source:
             raise FitError(error.reason, of=f"the check dive {check.source}") from None
         raise
-    found = replace(found, notes=(*before.notes, *notes, *found.notes))
-    return Diagnosed(dive, file, check, found)
+    searched_fit = replace(searched_fit, notes=(*before.notes, *notes, *searched_fit.notes))
+    return Diagnosed(dive, file, check, searched_fit)
 
 
 def refuse_the_same(check: Dive, dive: Dive) -> None:
@@ -103,34 +103,34 @@ def effects_without(names: Collection[str], configuration: str, file: VehicleFil
     return tuple(effect for effect in effects if effect.name not in names)
 
 
-def with_words(found: Diagnosis, check: str = "") -> dict[str, Any]:
+def with_words(diagnosis: Diagnosis, check: str = "") -> dict[str, Any]:
     """Add `told` to `plain`: sentences, evidence in nats, drifts of the dive itself. `check`: the check dive."""
-    after = [item.total for item in found.gap.after if item.horizon_s == wording.DRIFT_S]
+    after = [item.total for item in diagnosis.gap.after if item.horizon_s == wording.DRIFT_S]
     more = {
-        "dive": found.dive,
+        "dive": diagnosis.dive,
         "check": check,
-        "configuration": found.configuration,
-        "verdict": wording.verdict_sentence(found),
+        "configuration": diagnosis.configuration,
+        "verdict": wording.verdict_sentence(diagnosis),
         "after": after[0] if after else None,
-        "causes": [_cause(item) for item in found.findings],
+        "causes": [_cause(item) for item in diagnosis.findings],
         "tried": [
             {"name": wording.candidate_words(item.effect), "gain_nats": item.gain_nats, "why": item.why}
-            for item in found.tried
+            for item in diagnosis.tried
             if not item.accepted and item.gain_nats > 0
         ],
         "heldout": None
-        if found.heldout is None
+        if diagnosis.heldout is None
         else {
-            "before": found.heldout.before,
-            "after": found.heldout.after,
-            "by_axis": by_axis(found.heldout),
+            "before": diagnosis.heldout.before,
+            "after": diagnosis.heldout.after,
+            "by_axis": by_axis(diagnosis.heldout),
         },
-        "disturbance": wording.disturbance_line(found.gap.disturbance),
-        "character": wording.character_lines(found),
-        "next": wording.next_lines(found),
-        "notes": found.notes,
+        "disturbance": wording.disturbance_line(diagnosis.gap.disturbance),
+        "character": wording.character_lines(diagnosis),
+        "next": wording.next_lines(diagnosis),
+        "notes": diagnosis.notes,
     }
-    return {**plain(found), "told": more}
+    return {**plain(diagnosis), "told": more}
 
 
 def _cause(finding: Finding) -> dict[str, Any]:

@@ -149,7 +149,9 @@ def duration(seconds: float) -> str:
     return f"{minutes} min" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
 
 
-def finish(arguments: argparse.Namespace, file: "VehicleFile", found: "Found", rows: "Sequence[Row]") -> int:
+def finish(
+    arguments: argparse.Namespace, file: "VehicleFile", recordings: "Found", rows: "Sequence[Row]"
+) -> int:
     """Show and write the results of the batch, and return the exit code."""
     from identify.batch.drift import drift_of
     from identify.batch.page import batch_report
@@ -160,8 +162,8 @@ def finish(arguments: argparse.Namespace, file: "VehicleFile", found: "Found", r
     from tui.files import Files
 
     drifts = {name: drift_of(group) for name, group in by_configuration(rows).items()}
-    tell(arguments, found, rows, drifts)
-    twins = [(str(twin.path), twin.why, str(twin.counted)) for twin in found.twins]
+    tell(arguments, recordings, rows, drifts)
+    twins = [(str(twin.path), twin.why, str(twin.counted)) for twin in recordings.twins]
     with Files() as files:
         files.attempt(partial(write_csv, rows, arguments.csv))
         files.json(
@@ -195,7 +197,7 @@ def finish(arguments: argparse.Namespace, file: "VehicleFile", found: "Found", r
 
 
 def tell(
-    arguments: argparse.Namespace, found: "Found", rows: "Sequence[Row]", drifts: "Mapping[str, Drift]"
+    arguments: argparse.Namespace, recordings: "Found", rows: "Sequence[Row]", drifts: "Mapping[str, Drift]"
 ) -> None:
     """Print the tables and sentences to the terminal."""
     from identify.batch.rows import by_configuration
@@ -212,7 +214,7 @@ def tell(
         if drift.trends:
             show.put(console, trend_table(drift, configuration))
         show.say(console, f"{configuration}: {drift.sentence}")
-    for twin in found.twins:
+    for twin in recordings.twins:
         show.say(console, f"counted once: {twin.path} {twin.why} {twin.counted}")
 
 

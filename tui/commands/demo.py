@@ -66,23 +66,23 @@ def identified_tables(done: "Demo") -> "list[Table]":
     from tui import demo, show
 
     tables = []
-    for one in done.campaigns:
-        holds = demo.inside(one)
-        dry_kg = done.file.vehicle.configurations[one.configuration].dry_mass_kg
+    for campaign in done.campaigns:
+        holds = demo.inside(campaign)
+        dry_kg = done.file.vehicle.configurations[campaign.configuration].dry_mass_kg
         rows = [
             (
                 f"{p.name}, {p.unit}",
                 show.number(p.value),
                 f"{show.number(p.low95)} to {show.number(p.high95)}",
-                show.number(one.truth[p.name]),
+                show.number(campaign.truth[p.name]),
                 "inside" if holds[p.name] else "outside",
             )
-            for p in one.identification.parameters
+            for p in campaign.identification.parameters
             if p.name in holds
         ]
         tables.append(
             show.table(
-                f"{one.configuration}: identified and true parameters (masses total: dry {dry_kg:g} kg, and added)",
+                f"{campaign.configuration}: identified and true parameters (masses: dry {dry_kg:g} kg, and added)",
                 ("parameter", "identified", "95 % interval", "true", "truth is"),
                 rows,
                 numbers=("identified", "95 % interval", "true"),

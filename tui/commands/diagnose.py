@@ -109,7 +109,7 @@ def run(arguments: argparse.Namespace) -> int:
             notes=[f"{remark}." for remark in (*remarks, *why)],
             progress=progress,
         )
-    found = done.diagnosis
+    result = done.diagnosis
     # Write the files first: the reader of the table may leave before its end.
     with Files() as files:
         files.json(done.to_json(), arguments.json)
@@ -117,21 +117,21 @@ def run(arguments: argparse.Namespace) -> int:
             from identify.report.diagnosis import diagnosis_report
 
             dives = [dive for dive in (done.dive, done.check) if dive is not None]
-            pages.publish(files, arguments, partial(diagnosis_report, found), dives, done.file)
-        if found.prediction is not None and arguments.predict:
+            pages.publish(files, arguments, partial(diagnosis_report, result), dives, done.file)
+        if result.prediction is not None and arguments.predict:
             foretold = f"velocities of the check dive: {arguments.predict}"
-            files.text(Path(arguments.predict), csv_of(found.prediction), foretold)
+            files.text(Path(arguments.predict), csv_of(result.prediction), foretold)
         if arguments.accept:
-            accepted = partial(accept, Path(arguments.accept), found, done.dive, done.file)
+            accepted = partial(accept, Path(arguments.accept), result, done.dive, done.file)
             files.attempt(lambda: files.written.extend(accepted()))
         console = show.results(arguments.json)
-        tell_diagnosis(console, found)
+        tell_diagnosis(console, result)
         for sentence in files.written:
             show.say(console, sentence)
     return files.code(exit_codes.DONE)
 
 
-def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") -> tuple[str, ...]:
+def accept(path: Path, diagnosis: "Diagnosis", dive: "Dive", file: "VehicleFile") -> tuple[str, ...]:
     """Write the accepted model as a parameter file; return sentences on the effects that the feed-forward can't
     compensate and on how to upload the file. Without an accepted effect no file is written.
     """
@@ -143,49 +143,51 @@ def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") ->
     from identify.identification import Outcome, worst
     from tui.parameter_files import write_accepted
 
-    if found.first:
+    if diagnosis.first:
         return (
             f"{path} was not written: the motion does not go the way the thrust pushes; mend how the sensors or the "
             "thrusters are said to be mounted first.",
         )
-    if not found.accepted.effects:
-        return (f"{path} was not written: {none_accepted(found.findings)}.",)
-    if not found.accepted.tells:
+    if not diagnosis.accepted.effects:
+        return (f"{path} was not written: {none_accepted(diagnosis.findings)}.",)
+    if not diagnosis.accepted.tells:
         return (
-            *found.accepted.sentences,
+            *diagnosis.accepted.sentences,
             f"{path} was not written: nothing is left of it that could be sent.",
         )
-    fitted = found.accepted.values.keys()
+    fitted = diagnosis.accepted.values.keys()
     of_recording = [
         doubt
-        for doubt in contradictions(dive, file, found.configuration, fitted)
+        for doubt in contradictions(dive, file, diagnosis.configuration, fitted)
         if not fitted.isdisjoint(doubt.about)
     ]
-    doubts = [*found.accepted.doubts, *of_recording]
-    doubted = {name: why for name, why in clauses(doubts, BY_NAME).items() if name in found.accepted.values}
+    doubts = [*diagnosis.accepted.doubts, *of_recording]
+    doubted = {
+        name: why for name, why in clauses(doubts, BY_NAME).items() if name in diagnosis.accepted.values
+    }
     outcome = worst(doubt.outcome for doubt in doubts)
-    write_accepted(path, found, dive, file, doubted, outcome)
-    how = f"accepted: {path}; {_sends(path, found)}"
-    if found.verdict in ("partly", "unknown"):
+    write_accepted(path, diagnosis, dive, file, doubted, outcome)
+    how = f"accepted: {path}; {_sends(path, diagnosis)}"
+    if diagnosis.verdict in ("partly", "unknown"):
         how += " with --despite-doubts, because something is left that no cause explains"
     elif outcome is not Outcome.CONVERGED:
         contradicted = worst(doubt.outcome for doubt in of_recording) is not Outcome.CONVERGED
         why = "the recording contradicts itself" if contradicted else "the model does not fit the dive"
         how += f" with --despite-doubts, because {why}"
-    return (*found.accepted.sentences, *doubt_lines(doubted, tuple(doubted)), how)
+    return (*diagnosis.accepted.sentences, *doubt_lines(doubted, tuple(doubted)), how)
 
 
-def _sends(path: Path, found: "Diagnosis") -> str:
+def _sends(path: Path, diagnosis: "Diagnosis") -> str:
     """Describe the effect of uploading the file to the vehicle."""
     from bridge.vehicle.coefficients import BY_NAME
     from identify.diagnose.wording import sorted_by_likelihood
 
-    likely, _ = sorted_by_likelihood(found.findings)
+    likely, _ = sorted_by_likelihood(diagnosis.findings)
     upload = f"seatrial params upload {path} sends"
     by_masses = any(finding.cause.effect.feedforward == "nominal" for finding in likely)
-    if by_masses or any(name not in BY_NAME for name in found.accepted.values):
+    if by_masses or any(name not in BY_NAME for name in diagnosis.accepted.values):
         return f"{upload} it to the vehicle"
-    if not found.accepted.values:
+    if not diagnosis.accepted.values:
         return "nothing in it is for the vehicle; export and simulate --accepted take it"
     return (
         "the feed-forward can make up for none of its causes; "

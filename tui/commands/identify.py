@@ -80,15 +80,15 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.method is None:
         methods = usual_methods(file, chosen)
     estimates = {name: estimator_of(name, arguments.network, curves) for name in methods}
-    found = [
+    result = [
         identified(reading, configuration, estimates)
         for reading, configuration in zip(readings, chosen, strict=True)
     ]
-    results = [each.to_json() for each in found]
+    results = [each.to_json() for each in result]
     console = show.results(arguments.json)
     with Files() as files:
         files.json(results[0] if len(results) == 1 else results, arguments.json)
-        if arguments.param and found[0].answer.values():
+        if arguments.param and result[0].answer.values():
             from gcs_plugin.params.identified import write_identified
 
             param = partial(write_identified, Path(arguments.param), results[0], file)
@@ -97,7 +97,7 @@ def run(arguments: argparse.Namespace) -> int:
         try:
             for sentence in (remark for reading in readings for remark in reading.remarks):
                 show.say(console, sentence)
-            for each in found:
+            for each in result:
                 tell(console, each.dive, each.answer)
                 for comparison in each.comparisons:
                     tell_comparison(console, comparison)
@@ -105,11 +105,11 @@ def run(arguments: argparse.Namespace) -> int:
             if pages.wanted(arguments):
                 from identify.report.identification import identification_report
 
-                page = partial(identification_report, found, curves)
-                pages.publish(files, arguments, page, [each.dive for each in found], file)
+                page = partial(identification_report, result, curves)
+                pages.publish(files, arguments, page, [each.dive for each in result], file)
         for sentence in files.written:
             show.say(console, sentence)
-    converged = all(each.answer.outcome is Outcome.CONVERGED for each in found)
+    converged = all(each.answer.outcome is Outcome.CONVERGED for each in result)
     return files.code(exit_codes.DONE if converged else exit_codes.NO)
 
 

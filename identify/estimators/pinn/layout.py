@@ -46,7 +46,7 @@ class Readings:
     scale: Array
 
 
-def readings_in(axis: Axis, channel: int, time_s: Array, width: int, own: int, place: int) -> Readings:
+def readings_in(axis: Axis, channel: int, time_s: Array, width: int, first: int, place: int) -> Readings:
     """Return the readings of a channel of an axis between the nodes' times; readings in the same interval become
     their mean.
 
@@ -65,14 +65,14 @@ def readings_in(axis: Axis, channel: int, time_s: Array, width: int, own: int, p
     if reads == POSITION:
         bow = 0.5 * s * (1 - s) * h
         before[:, place], after[:, place] = 1 - s, s
-        before[:, own], after[:, own] = bow, -bow
+        before[:, first], after[:, first] = bow, -bow
         swung = curved = np.zeros(len(at))
     elif reads == INCREMENT:
         # Increments are summed below to the interval's whole increment; each reading is a share of it.
-        before[:, own] = after[:, own] = 0.5 * h
+        before[:, first] = after[:, first] = 0.5 * h
         swung, curved = 0.5 * h, h**2 / 12
     else:
-        before[:, own], after[:, own] = 1 - s, s
+        before[:, first], after[:, first] = 1 - s, s
         swung, curved = 1 - np.abs(2 * s - 1), 0.5 * s * (1 - s) * h
     number = np.bincount(k, minlength=count).astype(np.float64)
     total, step_s = np.maximum(number, 1.0), np.diff(time_s)
@@ -350,18 +350,18 @@ def balance(known: Interval, given: Coefficients, state: Tensor) -> Balance:
     )
 
 
-def by_coefficients(known: Interval, given: Coefficients, state: Tensor, own: Balance) -> Tensor:
+def by_coefficients(known: Interval, given: Coefficients, state: Tensor, balance: Balance) -> Tensor:
     """Slopes (N, n, 6 + 2 n) of the balance `own` at `state` in masses, dampings and trims."""
     axes, n = list(known.dofs), len(known.dofs)
     h = known.step_s[:, None]
     mass, gain = given.mass[axes], state[1:, :n] - state[:-1, :n]
     eye = torch.eye(n, dtype=state.dtype, device=state.device)
-    in_mass = h[:, :, None] * own.by_mass
+    in_mass = h[:, :, None] * balance.by_mass
     in_mass[:, range(n), axes] += gain
     # The lighter the vehicle, the further its velocity swings and bends.
-    in_mass[:, :, axes] -= own.by_mean * (own.swung / mass**2)[:, None, :]
-    in_damping = h[:, :, None] * torch.diag_embed(own.mean[:, axes])
-    in_damping = in_damping + own.by_mean * (h / 12 * gain / mass)[:, None, :]
+    in_mass[:, :, axes] -= balance.by_mean * (balance.swung / mass**2)[:, None, :]
+    in_damping = h[:, :, None] * torch.diag_embed(balance.mean[:, axes])
+    in_damping = in_damping + balance.by_mean * (h / 12 * gain / mass)[:, None, :]
     return torch.cat([in_mass, in_damping, -h[:, :, None] * eye.expand(len(h), n, n)], dim=2)
 
 
