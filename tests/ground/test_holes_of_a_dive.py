@@ -153,7 +153,7 @@ def test_a_recording_that_overlaps_nothing_is_refused_and_the_next_goes_in(tmp_p
     folder = dive_of(tmp_path, of_it(clockless, 0.0, 18.0) + of_it(clockless, 79.0))
     for name, (begins_s, ends_s) in {"bridge": (10.0, 40.0), "far": (50.0, 70.0)}.items():
         write_records(tmp_path / f"{name}.tlog", of_it(clockless, begins_s, ends_s))
-    refused, taken = merge_all(folder, [tmp_path / "far.tlog", tmp_path / "bridge.wire.tlog"])
+    refused, taken = merge_all(folder, [tmp_path / "far.tlog", tmp_path / "bridge.tlog"])
     assert isinstance(taken, Merged)
     assert isinstance(refused, Refused)
     assert refused.file.name == "far.tlog"
