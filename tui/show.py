@@ -126,9 +126,11 @@ class Table:
         )
         for heading, cells in zip(self.columns, self.widths(width), strict=True):
             right = heading in self.numbers
-            shape.add_column(heading, width=cells, justify="right" if right else "left", overflow="fold")
+            shape.add_column(
+                harmless(heading), width=cells, justify="right" if right else "left", overflow="fold"
+            )
         for row, style in zip_longest(self.rows, styles):
-            shape.add_row(*row, style=style)
+            shape.add_row(*map(harmless, row), style=style)
         return shape
 
     def lines(self, width: int) -> list[str]:
