@@ -82,11 +82,11 @@ class _Kept:
     active_crc: int | None
 
 
-def keep_accepted(receipt: Receipt, sidecar: Sidecar | None, whole: bool) -> Path | None:
+def keep_accepted(receipt: Receipt, sidecar: Sidecar | None, complete: bool) -> Path | None:
     """Write the verified values of a good receipt to TIME-accepted.param, with the part of `sidecar` about them.
 
     Returns the path, or None if nothing is kept: the receipt is not good, is a roll back, or has no verified line.
-    `whole`: all lines of the source were sent, so that its effects hold too. Raises ParamUnwritten if the files can't
+    `complete`: all lines of the source were sent, so its effects hold too. Raises ParamUnwritten if the files can't
     be written.
     """
     values = {line.name: line.target for line in receipt.lines if line.outcome in _HELD}
@@ -103,7 +103,7 @@ def keep_accepted(receipt: Receipt, sidecar: Sidecar | None, whole: bool) -> Pat
                 sidecar,
                 intervals={name: known for name, known in sidecar.intervals.items() if name in values},
                 doubted={name: why for name, why in sidecar.doubted.items() if name in coefficients},
-                effects=sidecar.effects if whole else (),
+                effects=sidecar.effects if complete else (),
             ),
         )
     return path

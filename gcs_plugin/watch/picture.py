@@ -1,7 +1,4 @@
-"""The state of a vehicle at an instant, as an operator sees it. SI units; ages and rates by arrival on the ground.
-
-How old a value may be: after 3 expected periods it is stale, after 10 it is gone.
-"""
+"""The state of a vehicle at an instant, as an operator sees it. SI units; ages and rates by arrival on the ground."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,7 +12,7 @@ Array = NDArray[np.float64]
 
 
 class Freshness(Enum):
-    """How old a value is: older than 3 expected periods is stale, older than 10 (or never heard) is gone."""
+    """How old a value is, in periods of its expected rate: see `freshness`."""
 
     FRESH = "fresh"
     STALE = "stale"
@@ -133,7 +130,9 @@ class Picture:
 
 
 STALE_PERIODS: Final = 3.0
+"""An older value is stale."""
 GONE_PERIODS: Final = 10.0
+"""An older value is gone."""
 SHORTEST_PERIOD_S: Final = 0.1
 """Links deliver frames in batches: a faster signal is not stale after a pause of a few of its own periods."""
 
