@@ -1,4 +1,4 @@
-"""Shared by the command lines: options checked before anything begins, and a run until it is stopped.
+"""Shared by the command lines: options and actions, checked before anything begins, and a run until it is stopped.
 
 argparse turns a ValueError or an ArgumentTypeError of an option's type into its own sentence.
 """
@@ -8,7 +8,7 @@ import math
 import os
 import signal
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NoReturn
@@ -78,6 +78,35 @@ def _whole(text: str, least: int) -> int:
     if value < least:
         raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from {least}")
     return value
+
+
+def add_vehicle(parser: argparse.ArgumentParser) -> None:
+    """Add `--vehicle`, the vehicle file of a dive."""
+    parser.add_argument(
+        "--vehicle",
+        required=True,
+        metavar="FILE[:CONFIGURATION]",
+        help="the vehicle file, or the name of one in configs/vehicles; the recording's VEH_CFG chooses the"
+        " configuration where none is named",
+    )
+
+
+def actions_of(
+    parser: argparse.ArgumentParser, actions: Mapping[str, tuple[str, str]]
+) -> Iterator[tuple[str, argparse.ArgumentParser]]:
+    """Add and yield a parser for each action of a command, by name; `actions` has a sentence and an example each."""
+    parsers = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
+    for name, (sentence, example) in actions.items():
+        yield (
+            name,
+            parsers.add_parser(
+                name,
+                help=sentence,
+                description=f"{sentence[0].upper()}{sentence[1:]}.",
+                epilog=f"example:\n  {example}",
+                formatter_class=argparse.RawDescriptionHelpFormatter,
+            ),
+        )
 
 
 def check_folder(option: str, target: str) -> None:

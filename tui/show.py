@@ -1,4 +1,4 @@
-"""Output of the verbs: tables and sentences for people, progress while they wait, JSON for programs.
+"""Output of the verbs: tables, sentences and questions for people, progress while they wait, JSON for programs.
 
 Results go to standard output, everything else to standard error; if `--json -` claims standard output, the tables go
 to standard error as well.
@@ -9,12 +9,13 @@ import json
 import math
 import os
 import sys
+import threading
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import rich.table
 from rich.box import Box
@@ -25,10 +26,14 @@ from rich.segment import Segment
 from bridge import reports
 from bridge.clock import Clock, SystemClock
 from bridge.errors import LogError
+from bridge.exit_codes import UsageError
 from bridge.files import to_disk, whole
 from bridge.reports import Written
 from bridge.text import MARK, printable, wrapped
 from identify.progress import NO_VALUES, Steps, Values
+
+if TYPE_CHECKING:
+    from gcs_plugin.params.client import ParameterClient
 
 STANDARD_OUTPUT = "-"
 LINE_EVERY_S = 5.0
@@ -89,6 +94,30 @@ def _console(*, to_errors: bool) -> Console:
 def _has_width(console: Console) -> bool:
     """Whether lines have a certain width: at a terminal, or set by COLUMNS."""
     return console.is_terminal or os.environ.get("COLUMNS", "").isdigit()
+
+
+def asked(client: "ParameterClient", question: str, to_do: str) -> str:
+    """Return the answer typed. Raises UsageError if stdin is no terminal; `to_do` says what --yes would do."""
+    if not sys.stdin.isatty():
+        raise UsageError(
+            f"nobody to ask, standard input is no terminal; give --yes to {to_do} without asking"
+        )
+    print(harmless(question), end="", file=sys.stderr, flush=True)
+    with _listening(client):
+        return sys.stdin.readline().strip()
+
+
+@contextmanager
+def _listening(client: "ParameterClient") -> Iterator[None]:
+    """Keep reading the link meanwhile: otherwise old data passes for new later, or a hub drops this program as slow."""
+    stop = threading.Event()
+    thread = threading.Thread(target=client.listen, args=(stop,), name="listen", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        thread.join()
 
 
 def say(console: Console, sentence: str) -> None:

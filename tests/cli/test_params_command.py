@@ -287,7 +287,7 @@ def test_what_is_put_in_force_without_a_write_is_asked_for_as_well(vehicle, file
     vehicle.server.write("FF1_M_U", 111.5, armed=False)
     vehicle.server.write("FF1_D_U", 56.25, armed=False)
     asked = []
-    monkeypatch.setattr("tui.running.asked", lambda _client, question, _does: asked.append(question) or "no")
+    monkeypatch.setattr("tui.show.asked", lambda _client, question, _does: asked.append(question) or "no")
     assert run("upload", file) == exit_codes.INTERRUPTED
     assert asked == ["put 2 parameters in force? [yes/no] "]
     assert vehicle.server.active_crc == 0

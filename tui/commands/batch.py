@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from bridge import exit_codes
 from bridge.command_line import size
-from tui.arguments import PAPER
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -26,6 +25,8 @@ if TYPE_CHECKING:
 EXAMPLE = "seatrial batch dives --vehicle ruvifist --out batch --csv dives.csv"
 
 PAGE, KEPT = "trends.html", "results.jsonl"
+PAPER = "bench.reproduce.paper"
+"""Module of the source paper's method, offered as `paper`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

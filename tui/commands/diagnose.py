@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bridge import exit_codes
-from tui.arguments import add_vehicle
+from bridge.command_line import add_vehicle
 from tui.pages import add_figures
 
 if TYPE_CHECKING:

@@ -137,7 +137,7 @@ def permitted(
     from gcs_plugin.params.client import ParameterClient
     from gcs_plugin.params.plan import make_plan
     from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
-    from tui.running import asked
+    from tui.show import asked
 
     # A vehicle that listens on UDP learns the ground's address from this message.
     link.write(Encoder(*GROUND_STATION).encode(ground_heartbeat()))

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from bridge import exit_codes
-from tui.arguments import actions_of
+from bridge.command_line import actions_of
 
 EXAMPLE = "seatrial keys make seatrial.key"
 ACTIONS = {

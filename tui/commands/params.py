@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bridge import exit_codes
-from bridge.command_line import seconds
+from bridge.command_line import actions_of, seconds
 from bridge.links import secured
-from tui.arguments import actions_of
 
 if TYPE_CHECKING:
     from gcs_plugin.params.client import ParameterClient
@@ -319,6 +318,6 @@ def apply(
 
 def agreed(client: "ParameterClient", question: str) -> bool:
     """Whether the user types yes. Raises UsageError if nobody can be asked."""
-    from tui.running import asked
+    from tui.show import asked
 
     return asked(client, f"{question} [yes/no] ", "write").lower() in ("y", "yes")
