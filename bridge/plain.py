@@ -29,6 +29,11 @@ def from_json(text: str | bytes) -> Any:
         raise ValueError("nests too deeply") from None
 
 
+def is_number(value: Any) -> bool:
+    """Whether a value read is a finite number."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
 def _whole(digits: str) -> int:
     if len(digits) > MOST_DIGITS:
         raise ValueError(f"a number of {len(digits)} digits")

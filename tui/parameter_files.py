@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from bridge.errors import ParamError
 from bridge.exit_codes import UsageError
 from bridge.files import read_small
-from bridge.plain import from_json
+from bridge.plain import from_json, is_number
 from bridge.schema import why_unread
 from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, OF_HULL
 from bridge.vehicle.config import VehicleFile, load_vehicle
@@ -292,7 +292,7 @@ def _is_identification(data: Mapping[str, Any]) -> bool:
         and isinstance(vehicle, dict)
         and {"name", "sha256"} <= set(vehicle)
         and isinstance(thrust, dict)
-        and _is_number(thrust.get("shift", 0.0))
+        and is_number(thrust.get("shift", 0.0))
     )
 
 
@@ -304,12 +304,8 @@ def _is_estimate(data: Any) -> bool:
     return (
         isinstance(data, dict)
         and isinstance(data.get("name"), str)
-        and all(data.get(key) is None or _is_number(data[key]) for key in ("low95", "high95"))
+        and all(data.get(key) is None or is_number(data[key]) for key in ("low95", "high95"))
     )
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -7,7 +7,6 @@ file, and it is in force again when its hull is back.
 
 import hashlib
 import json
-import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,7 +17,7 @@ import numpy as np
 
 from bridge.errors import ParamError
 from bridge.files import read_small, sync_folder
-from bridge.plain import from_json
+from bridge.plain import from_json, is_number
 from bridge.vehicle.config import Vehicle
 from bridge.vehicle.parameters import Parameter, to_float32
 from bridge.vehicle.thrusters import thrust_curve
@@ -130,18 +129,14 @@ def put_aside(path: Path) -> Path:
 
 
 def _checked(data: Any) -> Stored | None:
-    if not isinstance(data, dict) or set(data) != {"mode", "active"} or not _is_number(data["mode"]):
+    if not isinstance(data, dict) or set(data) != {"mode", "active"} or not is_number(data["mode"]):
         return None
     active = data["active"]
     if active is None:
         return Stored(float(data["mode"]), None)
-    if not isinstance(active, dict) or not all(_is_number(value) for value in active.values()):
+    if not isinstance(active, dict) or not all(is_number(value) for value in active.values()):
         return None
     return Stored(float(data["mode"]), {name: float(value) for name, value in active.items()})
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 OF_ANOTHER: Final = (

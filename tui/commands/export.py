@@ -1,12 +1,12 @@
 """`seatrial export`: write the identified model in the formats of other simulators, and list the parts left out."""
 
 import argparse
-import math
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from bridge import exit_codes
+from bridge.plain import is_number
 from tui.show import STANDARD_OUTPUT
 
 if TYPE_CHECKING:
@@ -138,14 +138,14 @@ def _identified(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model
         if isinstance(parameter, dict)
         and parameter.get("name") in OF_HULL
         and parameter.get("identifiable") is True
-        and _is_number(parameter.get("value"))
+        and is_number(parameter.get("value"))
     }
     if not known:
         raise exit_codes.UsageError(f"{path}: holds no identifiable parameter; dive again, and identify that")
     intervals = {
         name: (float(parameter["low95"]), float(parameter["high95"]))
         for name, parameter in known.items()
-        if _is_number(parameter.get("low95")) and _is_number(parameter.get("high95"))
+        if is_number(parameter.get("low95")) and is_number(parameter.get("high95"))
     }
     values = {name: float(parameter["value"]) for name, parameter in known.items()}
     doubted = {name: why for name, why in doubted_in(data).items() if name in known}
@@ -174,7 +174,3 @@ def _accepted(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model, 
     shape = accepted.file.vehicle.configurations[accepted.configuration]
     effects = library(shape, accepted.file.vehicle.thrust_curve.lag_s)
     return with_effects(model, accepted.effects, effects), doubted
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
