@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from bridge.errors import ConfigError
 from bridge.sensors.clockfit import ClockFit
-from bridge.sensors.samples import FogBlock, Sample
+from bridge.sensors.samples import FogBlock, Sample, skip
 
 Rotation = Literal["delta", "rate"]
 
@@ -104,7 +104,7 @@ class Kvh1760Parser:
             layout = _LAYOUTS.get(buffer[at + 3])
             if layout is None:
                 self.counts["unknown"] += 1
-                at = self._skip(at)
+                at = skip(self.counts, at)
                 continue
             stop = at + layout.size
             if stop > len(buffer):
@@ -112,7 +112,7 @@ class Kvh1760Parser:
             frame = bytes(buffer[at:stop])
             if crc32.mpeg_2(frame[:-4]) != int.from_bytes(frame[-4:], "big"):
                 self.counts["checksum"] += 1
-                at = self._skip(at)
+                at = skip(self.counts, at)
                 continue
             at = stop
             rotation, status, sequence, _temperature = layout.unpack(frame)
@@ -128,10 +128,6 @@ class Kvh1760Parser:
         if not rates:
             return []
         return [FogBlock(self._stamps(numbers, time_s - self._latency_s), np.array(rates), np.array(valid))]
-
-    def _skip(self, at: int) -> int:
-        self.counts["skipped bytes"] += 1
-        return at + 1
 
     def _count(self, sequence: int) -> None:
         """Advance the frame number, counting missing frames too."""

@@ -20,7 +20,7 @@ import struct
 from collections import Counter
 from datetime import datetime
 
-from bridge.sensors.samples import DvlSample, Sample, Vector3
+from bridge.sensors.samples import DvlSample, Sample, Vector3, skip
 
 ENTER_COMMAND_MODE = 0x0000000F  # stops pinging
 EXIT_COMMAND_MODE = 0x00000010  # starts pinging
@@ -136,20 +136,20 @@ class WayfinderParser:
             length = int.from_bytes(buffer[at + 3 : at + 5], "little")
             if not _OVERHEAD + 4 <= length <= _MAX_PACKET:
                 self.counts["overlong" if length > _MAX_PACKET else "length"] += 1
-                at = self._skip(at)
+                at = skip(self.counts, at)
                 continue
             if len(buffer) - at < 9:
                 break
             if int.from_bytes(buffer[at + 7 : at + 9], "little") != length - _OVERHEAD:
                 self.counts["length"] += 1
-                at = self._skip(at)
+                at = skip(self.counts, at)
                 continue
             if len(buffer) - at < length:
                 break
             packet = bytes(buffer[at : at + length])
             if sum(packet[:-2]) & 0xFFFF != int.from_bytes(packet[-2:], "little"):
                 self.counts["checksum"] += 1
-                at = self._skip(at)
+                at = skip(self.counts, at)
                 continue
             at += length
             sample = self._application(packet[5:-2], time_s)
@@ -157,10 +157,6 @@ class WayfinderParser:
                 samples.append(sample)
         del buffer[:at]
         return samples
-
-    def _skip(self, at: int) -> int:
-        self.counts["skipped bytes"] += 1
-        return at + 1
 
     def _application(self, application: bytes, time_s: float) -> DvlSample | None:
         version, kind = application[0], application[1]

@@ -21,7 +21,7 @@ from operator import itemgetter
 from typing import Any
 
 from bridge.sensors.clockfit import ClockFit
-from bridge.sensors.samples import ImuSample, Quaternion, Sample, Vector3
+from bridge.sensors.samples import ImuSample, Quaternion, Sample, Vector3, skip
 
 TEMPERATURE = 0x0810
 PACKET_COUNTER = 0x1020
@@ -232,7 +232,7 @@ class XsensParser:
                 head, length = 6, buffer[at + 4] << 8 | buffer[at + 5]
                 if length > _MAX_DATA:
                     self.counts["overlong"] += 1
-                    at = self._skip(at)
+                    at = skip(self.counts, at)
                     continue
             stop = at + head + length + 1
             if stop > end:
@@ -240,7 +240,7 @@ class XsensParser:
             frame = bytes(buffer[at + 1 : stop])
             if sum(frame) & 0xFF:
                 self.counts["checksum"] += 1
-                at = self._skip(at)
+                at = skip(self.counts, at)
                 continue
             at = stop
             if frame[1] == MT_DATA2:
@@ -251,10 +251,6 @@ class XsensParser:
                 self._other(frame[1])
         del buffer[:at]
         return samples
-
-    def _skip(self, at: int) -> int:
-        self.counts["skipped bytes"] += 1
-        return at + 1
 
     def _other(self, message: int) -> None:
         if message == ERROR:
