@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 from bridge.errors import ConfigError
 from bridge.exit_codes import UsageError
 from bridge.vehicle.config import CONFIGS
-from gcs_plugin.dives.folder import About, DiveFolder
+from gcs_plugin.dives.folder import About, conditions_of
 
 if TYPE_CHECKING:
-    from gcs_plugin.dives.conditions import Conditions
     from identify.run.recordings import Recording
 
 TETHER = "tether"
@@ -63,16 +62,12 @@ def recording_at(path: Path) -> "Recording":
     """A dive folder, or a recording in it, with the conditions of its `dive.yaml`."""
     from identify.run.recordings import Recording
 
-    conditions = _conditions(path)
+    conditions = conditions_of(path)
     return Recording(path, conditions.density_kg_m3, conditions.carried_kg)
 
 
 def ruled_out(dive: Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Effects that the `dive.yaml` rules out as causes of a dive's gap, and the reason, in sentences."""
-    if _conditions(dive).tether_out_m != 0.0:
+    if conditions_of(dive).tether_out_m != 0.0:
         return (), ()
     return (TETHER,), (f"{dive.name}: no tether was out, so a tether is not among the causes",)
-
-
-def _conditions(dive: Path) -> "Conditions":
-    return DiveFolder(dive if dive.is_dir() else dive.parent).about().conditions

@@ -222,3 +222,8 @@ def last_conditions(root: Path, before: Path | None = None) -> Conditions:
         if conditions != NOTHING_SAID:
             return conditions
     return NOTHING_SAID
+
+
+def conditions_of(dive: Path) -> Conditions:
+    """Conditions of a dive folder, or of a recording in it. Raises ConfigError if its `dive.yaml` is damaged."""
+    return DiveFolder(dive if dive.is_dir() else dive.parent).about().conditions

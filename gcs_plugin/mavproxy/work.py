@@ -13,7 +13,7 @@ from bridge.files import clear_way, read_small
 from bridge.plain import from_json
 from bridge.reports import ERROR, Report, read
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.dives.folder import DiveFolder
+from gcs_plugin.dives.folder import DiveFolder, conditions_of
 from gcs_plugin.job import Job
 from gcs_plugin.params.identified import write_identified
 
@@ -60,7 +60,7 @@ class Work:
                 words += [word for piece in _each(value) for word in (f"--{option}", piece)]
         if function == "diagnose":
             words += _conditions(Path(at.check), "check-") if at.check else []
-            words += ["--without", TETHER] if _of(dive).tether_out_m == 0.0 else []
+            words += ["--without", TETHER] if conditions_of(dive).tether_out_m == 0.0 else []
         self._of, self._at, self._tenths = function, at, {}
         self._job = Job(f"{function} {dive}", words, self._clock.boot_s())
         self._say(f"{function}: {dive}, in a process of its own; `seatrial cancel` ends it")
@@ -181,14 +181,10 @@ def _each(value: str | list[str] | None) -> list[str]:
 
 def _conditions(dive: Path, prefix: str) -> list[str]:
     """Options for the conditions of a dive."""
-    conditions = _of(dive)
+    conditions = conditions_of(dive)
     density = conditions.density_kg_m3
     words = [] if density is None else [f"--{prefix}density", str(density)]
     return [*words, f"--{prefix}carried", str(conditions.carried_kg)] if conditions.carried_kg else words
-
-
-def _of(dive: Path) -> Any:
-    return DiveFolder(dive if dive.is_dir() else dive.parent).about().conditions
 
 
 def _vehicle_of(dive: Path) -> str:
