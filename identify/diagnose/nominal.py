@@ -210,7 +210,7 @@ def nominal_of(
         replace(start.joint, problems=problems), start.theta, built.motion, filtered
     )
     motion = _smoothed(joint, theta, built.motion)
-    mass, damping = _coefficients(joint, theta)
+    mass, damping = coefficients(joint, theta)
     course = course_of(dive, file, configuration, predicted(joint, theta, motion), mass, damping)
     course = replace(_known_course(course, joint, theta, ()), drift=motion.nu[:, :3])
     seen = witnesses(dive, file, course)
@@ -313,7 +313,7 @@ def refitted(nominal: Nominal, acts: Sequence[Act], near: Nominal | None = None)
     problems = tuple(_without_acts(problem, acts, nominal.course, at.axis) for problem, at in pairs)
     joint = replace(nominal.joint, problems=problems)
     joint, theta, log_posterior = _maximised(joint, near.theta, nominal.motion, nominal.filtered, passes=1)
-    mass, damping = _coefficients(joint, theta)
+    mass, damping = coefficients(joint, theta)
     motion = _smoothed(joint, theta, nominal.motion)
     at = predicted(joint, theta, motion)
     course = replace(nominal.course, nu=at.nu, nu_dot=at.nu_dot, mass=mass, damping=damping)
@@ -459,7 +459,7 @@ def _unsmoothed(course: Course, joint: JointLikelihood) -> Course:
     return replace(course, nu=nu, nu_dot=nu_dot)
 
 
-def _coefficients(joint: JointLikelihood, theta: Array) -> tuple[Array, Array]:
+def coefficients(joint: JointLikelihood, theta: Array) -> tuple[Array, Array]:
     """Total masses and linear dampings (6,); 0 damping for an axis that is not fitted."""
     damping = np.zeros(6)
     for problem, place in zip(joint.problems, joint.places, strict=True):

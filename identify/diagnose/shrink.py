@@ -17,14 +17,13 @@ from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.candidates import Cause
 from identify.diagnose.drift import Baseline, baseline_of, floors_of
 from identify.diagnose.evidence import SCARCE, inverse
-from identify.diagnose.nominal import Nominal, refitted
+from identify.diagnose.nominal import Nominal, coefficients, refitted
 from identify.diagnose.regression import Regression, mean_places, piece_s, regression_of
 from identify.diagnose.result import AxisShrink, Prediction, Shrink
 from identify.diagnose.search import Explanation
 from identify.diagnose.simulation import (
     Simulation,
     beyond_motion_of,
-    coefficients,
     logarithms,
     simulation_of,
     slope_of,

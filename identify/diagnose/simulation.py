@@ -13,7 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from identify.diagnose.candidates import Cause
-from identify.diagnose.nominal import Nominal, quadratic_of
+from identify.diagnose.nominal import Nominal, coefficients, quadratic_of
 from identify.effects.course import Course
 from identify.effects.effect import Act
 from identify.estimators.innovations import POSITION
@@ -218,14 +218,6 @@ def simulation_of(
         lacking[grid],
         total_slope,
     )
-
-
-def coefficients(joint: JointLikelihood, theta: Array) -> tuple[Array, Array]:
-    """Total masses and linear dampings (6,); no damping for an axis that is not fitted."""
-    damping = np.zeros(6)
-    for problem, place in zip(joint.problems, joint.places, strict=True):
-        damping[problem.axis.dof] = np.exp(theta[place.start + DAMPING])
-    return joint.at(theta)[0].masses, damping
 
 
 def logarithms(joint: JointLikelihood) -> set[int]:
