@@ -13,6 +13,7 @@ from typing import Any
 from rich.progress import track
 
 from bridge.errors import LogError
+from gcs_plugin.job import end_with_parent
 
 Data = dict[str, Any]
 Job = Callable[[], Data]
@@ -86,11 +87,4 @@ def _take_one_core() -> None:
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
+    threading.Thread(target=end_with_parent, daemon=True).start()

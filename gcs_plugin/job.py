@@ -134,11 +134,11 @@ def side_by_side(
 def _join(shares: "multiprocessing.Queue[tuple[str, float]]") -> None:
     global _shares
     _shares = shares
-    threading.Thread(target=_leave_with_parent, daemon=True).start()
+    threading.Thread(target=end_with_parent, daemon=True).start()
 
 
-def _leave_with_parent() -> None:
-    """End this process when its parent is gone: nobody waits for the job then."""
+def end_with_parent() -> None:
+    """End this process when its parent is gone: nobody waits for its results then."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()
