@@ -1,11 +1,9 @@
-"""The source paper's fit with noise in the acceleration: how far too low its mass comes out, as table and figure.
+"""Downward bias of the source paper's mass by noise in the acceleration, by noise level and cut-off: table and figure.
 
-Downward bias of the paper's mass due to noise in the measured acceleration, by noise level and filter cut-off.
-
-For white noise of variance s^2 in the acceleration a, independent of it, least squares gives the fraction var a /
-(var a + s^2) of the mass: the errors-in-variables bias (Fuller 1987, section 1.1). The table uses the paper's survey,
-392 m: four legs at each of 0.5, 0.4, 0.3 and 0.2 m/s, double-S changes of 5 s, a turn in place after each, 10 Hz. The
-dynamics are exactly linear, so the bias has no other cause.
+For white noise of variance s^2 in the acceleration a, independent of it, least squares gives the fraction var a / (var
+a + s^2) of the mass: the errors-in-variables bias (Fuller 1987, section 1.1). The table uses the paper's survey, 392 m:
+four legs at each of 0.5, 0.4, 0.3 and 0.2 m/s, double-S changes of 5 s, a turn in place after each, 10 Hz. The dynamics
+are exactly linear, so the bias has no other cause.
 """
 
 from collections.abc import Sequence

@@ -2,4 +2,8 @@
 
 `sensors` device bytes to samples · `vehicle` model, controller, feed-forward · `wire` frames and recordings · `links`,
 `signing` what carries them · `onboard` the program · `simulator` a vehicle that stands in for the sea.
+
+`clock` the boot clock, dates in names · `files` other people's files read with care, ours written whole · `plain`,
+`schema` untrusted YAML and JSON, and dataclasses made of it · `text` text harmless on any screen · `reports` lines of
+JSON between programs · `command_line` options, and a run until it is stopped · `errors`, `exit_codes` how it ends.
 """

@@ -1,1 +1,9 @@
-"""The ground station: record, replay, parameters (plan, apply, verify, roll back), doctor, the MAVProxy adapter."""
+"""The ground station: records, keeps the parameters, checks the vehicle; no identification.
+
+`recording` links to files · `dives` dive folders · `fetch` the vehicle's own recording · `watch` the vehicle now ·
+`doctor` checks · `params` files, plan, upload, roll back · `mavproxy` all of this inside MAVProxy.
+
+`peers` who speaks on the links · `fleet` which vehicle orders go to · `feedforward` switches the feed-forward · `modes`
+its modes, and the marks of OFF orders · `locks` between programs · `job` work in processes of its own · `simulated` the
+simulated vehicle seen from the ground.
+"""

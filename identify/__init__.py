@@ -1,1 +1,12 @@
-"""Identification from dives: dive (the dataset), ingest (.tlog, .BIN, CSV to dive), estimators, validate, report."""
+"""Identification and diagnosis from dives.
+
+`run` the functions behind the verbs · `ingest` files to a dive · `checks` contradictions of a recording · `estimators`
+the methods · `effects` what a plain model leaves out · `diagnose` the gap and its causes · `planning` the next dive ·
+`batch` campaigns · `glance` quick looks · `report`, `export` pages and other simulators' files · `challenge` sealed
+dives.
+
+`dive` the dataset · `forces` its wrench · `filters` low-pass and derivatives · `fixes` surface fixes against dead
+reckoning · `identifiability` coefficients that a dive can separate · `identification` the result · `priors` knowledge
+from before · `comparison` of two methods · `validate` tracking errors · `side_by_side` threads · `progress` of long
+work · `words` numbers and lists for readers.
+"""

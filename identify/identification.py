@@ -1,6 +1,5 @@
-"""The result of an estimator: coefficients with intervals, an outcome in a sentence, and the provenance.
-
-Quantities fitted beside the coefficients of an axis: noise levels, time constants and trim forces, by name.
+"""The result of an estimator: coefficients with intervals, fitted nuisance, doubts, an outcome in a sentence, the
+provenance.
 """
 
 import math

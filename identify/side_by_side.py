@@ -1,14 +1,8 @@
-"""Runs work on several items at once, on all processors; the numerical kernels hold no lock while they run.
+"""Work in threads of one process, on all processors; numerical kernels hold no lock while they run.
 
 The caller works too, and idle threads help it, one for each further processor. So work does not multiply however deep
-the calls are nested, and no call waits for a thread.
-
-Runs several pieces of work at once in threads of one process; numerical kernels release Python's lock meanwhile.
-
-Computes once a result that several methods need when they run in parallel on one dive: the first caller computes it,
-the others wait.
-
-The result is kept only while somebody holds it, so a method that runs alone computes everything itself.
+the calls are nested, and no call waits for a thread. A `Shared` result is computed by its first caller and kept only
+while somebody holds it.
 """
 
 import os

@@ -37,6 +37,65 @@ def test_every_folder_says_what_its_modules_are_for(folder: Path) -> None:
     assert len(text) > 30
 
 
+INITS = sorted(
+    path for path in ROOT.glob("*/**/__init__.py") if not path.relative_to(ROOT).parts[0].startswith(".")
+)
+PAGES = sorted([*(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "howto").glob("*.md")])
+FILES = {
+    path.name for room in (*ROOMS, "bench", "bundle", "docs", "tests") for path in (ROOT / room).rglob("*.py")
+}
+
+
+def docstring(init: Path) -> str:
+    return ast.get_docstring(ast.parse(init.read_text(encoding="utf-8"))) or ""
+
+
+def modules(folder: Path) -> set[str]:
+    """Names of the modules and packages of a folder."""
+    files = {path.stem for path in folder.glob("*.py")}
+    return files - {"__init__", "__main__"} | {path.parent.name for path in folder.glob("*/__init__.py")}
+
+
+def is_module(dotted: str) -> bool:
+    path = ROOT / dotted.replace(".", "/")
+    return path.is_dir() or path.with_suffix(".py").is_file()
+
+
+def files_missing(text: str) -> list[str]:
+    """Files NAME.py and FOLDER/NAME.py in backquotes that are not in the tree."""
+    named = re.findall(r"`([a-z_0-9/]+\.py)`", text)
+    return [name for name in named if not ((ROOT / name).is_file() if "/" in name else name in FILES)]
+
+
+@pytest.mark.parametrize("init", INITS, ids=lambda init: str(init.relative_to(ROOT).parent))
+def test_every_module_that_a_folder_names_is_there(init: Path) -> None:
+    text, room = docstring(init), init.relative_to(ROOT).parts[0]
+    names = re.findall(r"`([a-z_0-9]+)`", text)
+    assert [name for name in names if name not in modules(init.parent)] == []
+    dotted = re.findall(rf"`((?:{'|'.join(ROOMS)}|{room})(?:\.[a-z_0-9]+)+)`", text)
+    assert [name for name in dotted if not is_module(name)] == []
+    assert files_missing(text) == []
+
+
+@pytest.mark.parametrize(
+    "init",
+    [init for init in INITS if init.relative_to(ROOT).parts[0] in ROOMS],
+    ids=lambda init: str(init.relative_to(ROOT).parent),
+)
+def test_every_module_of_a_folder_is_named(init: Path) -> None:
+    if init.parent.name == "commands":  # a module for each verb
+        return
+    named = set(re.findall(r"`([a-z_0-9]+)`", docstring(init)))
+    assert {
+        name for name in modules(init.parent) - named if name.removesuffix("_lines") not in named
+    } == set()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_every_file_that_a_page_names_is_there(page: Path) -> None:
+    assert files_missing(page.read_text(encoding="utf-8")) == []
+
+
 def test_every_module_that_the_map_names_is_there() -> None:
     named = re.findall(r"`((?:bridge|gcs_plugin|identify|tui)/[a-z_/]+)(?:\.[\w*]+)*`", MAP)
     assert len(named) > 15

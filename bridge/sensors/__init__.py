@@ -1,6 +1,8 @@
-"""Sensor drivers, one file per device: an `encode` function and a parser whose `feed(data, time_s)` returns samples.
+"""Sensor drivers, one file per device: a function that encodes and a parser whose `feed(data, time_s)` returns samples.
 
-The files do no I/O. `samples` holds the sample types of all devices, in the device's own axes and SI units;
-`mounting` turns them into the vehicle's axes. Malformed bytes give no sample and raise nothing; the parser counts
-them by reason in `counts`.
+`waterlink`, `wayfinder` DVL · `xsens` IMU · `kvh1750`, `kvh1760` fibre-optic gyros · `bar30` pressure · `ublox` GNSS ·
+`esc` shaft speed · `drivers` the driver of each device · `samples` sample types, in the device's own axes and SI units
+· `mounting` turns them into the vehicle's axes · `clockfit` a device's counter to time of arrival.
+
+The drivers do no I/O. Malformed bytes give no sample and raise nothing; the parser counts them by reason.
 """

@@ -1,7 +1,7 @@
 """Water Linked A50 and A125 DVL: JSON reports over TCP (port 16171), or ASCII sentences over a serial line.
 
-Source: Water Linked's documentation of the protocols (docs/dvl/dvl-protocol.md; serial 2.6.x, json_v3.1). A sentence
-ends in `*` and two hex digits: CRC-8, polynomial 0x07, of everything before the `*`.
+Source: Water Linked's documentation of the protocols (github waterlinked/docs, dvl-protocol.md; serial 2.6.x,
+json_v3.1). A sentence ends in `*` and two hex digits: CRC-8, polynomial 0x07, of everything before the `*`.
 
 Axes: x forward (the side of the LED), y right, z down.
 

@@ -1,1 +1,5 @@
-"""MAVLink 2 signing: only senders with the key are heard; a key is in a file that only its owner can read."""
+"""MAVLink 2 signing: only senders with the key are heard.
+
+`key` the key's file, which only its owner can read · `gate` signatures, their times, who is let in · `link` links with
+and without a key.
+"""

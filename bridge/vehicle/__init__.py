@@ -1,2 +1,8 @@
-"""The vehicle model and its control: configuration, coefficients, dynamics, thrusters, references, controller and
-feed-forward."""
+"""The vehicle model and its control.
+
+`config` the vehicle file · `coefficients`, `effect_coefficients` names, units and bounds of the linear model and of
+effects beyond it · `parameters` the table of both, and its checksum · `dynamics` Fossen's equations · `thrusters` PWM
+to thrust and back · `navigation` the state from samples · `references` speed profiles · `controller` the PID ·
+`feedforward` the model's part of the thrust · `accepted_effects` losses of thrusters, a falling supply · `shadow`
+judges the feed-forward before it acts · `autopilot` one control tick.
+"""

@@ -1,1 +1,5 @@
-"""Dive folders: what is in them, their order and length, conditions, replay."""
+"""Dive folders.
+
+`folder` names, `dive.yaml`, the folders of a place · `order` recordings and lengths of dives, in order · `conditions`
+water, tether, ballast · `replay` a recording in its own timing.
+"""

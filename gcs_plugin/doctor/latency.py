@@ -1,10 +1,8 @@
-"""Estimate each sensor's latency from its response to the commanded thrust, through a first-order model.
+"""Each sensor's latency by its response to the commanded thrust; and the frames of a wet check as findings.
 
 A speed x responds to a force F as x' = F - x / T. The time constant T of the real vehicle is unknown, so it is fitted
-together with the latency over all pulses at once; for each pair, the best gain and offset follow by least squares.
-Only axes without a righting moment are used: surge, sway and heave for the DVL, yaw for the gyros.
-
-Turn the frames of a wet check, live or recorded, into findings.
+together with the latency over all pulses at once; for each pair, the best gain and offset follow by least squares. Only
+axes without a righting moment are used: surge, sway and heave for the DVL, yaw for the gyros.
 """
 
 from collections.abc import Callable, Iterable, Sequence

@@ -1,1 +1,6 @@
-"""Fetch the parts of a dive that the vehicle recorded and the ground never heard, over the same link."""
+"""Fetches the parts of a dive that the vehicle recorded and the ground never heard, over the same link.
+
+`requests` MAVLink FTP over a bad link · `fetching` list, bytes and checksum of segments · `mirror` the ground's copy of
+the ring · `boots` which segments belong to a dive · `one_clock` a recording put on another's clock · `holes` order of
+merged frames, and gaps · `whole` the complete recording.
+"""

@@ -1,7 +1,7 @@
-"""The plan of an upload, made before anything is sent: which lines change, are already set, or can't be written.
+"""The plan of an upload, made before anything is sent: lines that change, are set already or can't be written.
 
-Here too: the parameters that an identification's JSON stands for, and the messages about values that a vehicle holds in
-staging but does not fly.
+With it, the parameters that an identification's JSON stands for, and notes on values in staging that a vehicle does not
+fly.
 """
 
 import math

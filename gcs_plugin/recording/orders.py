@@ -1,4 +1,4 @@
-"""Orders to the running recording: begin the next dive, or end. Passed in a small file next to that of `holder`.
+"""Orders to the running recording: begin the next dive, or end. Passed in a small file next to that of `state`.
 
 A file is used, not a signal, since Windows has no signal that a process could handle and go on.
 """

@@ -41,8 +41,7 @@ class Holding:
     rejected; `sign_key` is the key file, "" for none. `waiting` frames could not be written yet, for the reason
     `unwritten`, "" if all frames are in a file.
     `began_utc` is on the recording's clock, as its stamps are, which nobody sets; `set_by_s` is how far this computer's
-    clock was set ahead of it since. `vehicles` are those that an OFF must go to, see
-    `known_vehicles`.
+    clock was set ahead of it since. `vehicles` are those that an OFF must go to.
     """
 
     pid: int

@@ -1,5 +1,6 @@
 """What an operator sees of a vehicle now: frames -> `Picture`. No I/O, and time is an argument.
 
-`picture` defines the types; `freshness` ages; `traces` holds the last minute; `hearing` maps messages to signals,
-ArduSub's included; `sensors` judges them; `words` reads STATUSTEXT, `links` the senders; `watcher` combines all.
+`hearing` messages as signals, ArduSub's included · `sensors` the table of sensors, judged · `quantities` values, traces
+of the last minute, thrusters · `words` STATUSTEXT · `picture` the types, and how old a value may be · `watcher`
+combines all.
 """

@@ -1,6 +1,6 @@
-"""Runs a batch on a Dask cluster: the scheduler hands parcels to workers and reassigns those of a worker that died.
+"""A batch on a Dask cluster: jobs as parcels of bytes, for computers that do not see our disk.
 
-Packs a job as bytes, with its recording, vehicle file and tables, for a computer that does not see our disk.
+The scheduler reassigns the parcels of a worker that died.
 """
 
 import logging

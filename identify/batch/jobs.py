@@ -1,8 +1,7 @@
-"""Jobs (a function's name, a recording, a vehicle) and their results. Both are sent to other processes.
+"""Jobs (a function's name, a recording, a vehicle) and their results, both sent to other processes, and the version of
+seatrial that made them.
 
-Limits each process to one thread: with as many processes as cores, a second thread would have no core.
-
-Identifies this seatrial by its release and a hash of the code that makes answers, so that changed code shows.
+Each process has one thread: with as many processes as cores, a second would have no core.
 """
 
 import hashlib

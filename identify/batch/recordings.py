@@ -1,6 +1,5 @@
-"""Finds the recordings that DIVES (files, folders, patterns) mean, and counts each only once.
-
-Falls back to a shorter copy of a recording when the longest copy gives no result.
+"""The recordings that DIVES (files, folders, patterns) mean, each counted once; a shorter copy if the longest gives no
+result.
 """
 
 import glob

@@ -1,6 +1,5 @@
-"""Table of a batch: one row per dive, by date, with its identified values; written as CSV and as data for JSON.
-
-Reads the doubts that an identification raised about its own values from its JSON.
+"""Table of a batch: a row per dive, by date, with its identified values and the doubts about them; written as CSV and
+JSON.
 """
 
 import csv

@@ -1,7 +1,4 @@
-"""Runs a batch: takes known results from the cache, runs the other jobs, and caches their results as they arrive.
-
-Results of a batch kept on disk as one JSON line each, so that an interrupted batch can go on.
-"""
+"""Runs a batch: known results from the cache, the other jobs, their results into the cache, so that it can go on."""
 
 import json
 import os

@@ -1,15 +1,13 @@
-"""Fits a straight line to values over dates, weighted by their standard errors, and tests its slope.
+"""Straight lines through values over dates, weighted by their standard errors; and all masses, or all dampings, as a
+series.
 
 Dives differ by more than their own intervals say (ballast, currents, manoeuvres). The values are therefore taken to
-scatter about the line by a common variance in addition to their own, chosen such that the weighted sum of squared
-residuals equals its expectation (Paule and Mandel 1982, there for a mean, here for a line). The slope is tested by
-Student's t with n - 2 degrees of freedom (Knapp and Hartung 2003).
+scatter about the line by a common variance in addition to their own, such that the weighted sum of squared residuals
+equals its expectation (Paule and Mandel 1982, there for a mean). The slope is tested by Student's t with n - 2 degrees
+of freedom (Knapp and Hartung 2003).
 
-Combines several coefficients of a vehicle into a series: how all masses, or all dampings, change from dive to dive.
-
-An identification knows forces only through the thruster curve. If the real thrust is k times the curve's, every mass
-and every damping comes out 1/k times its true value. Their logarithms then shift together, while the logarithm of
-damping over mass stays.
+If the real thrust is k times the curve's, every mass and every damping comes out 1/k times its true value: their
+logarithms shift together, and that of damping over mass stays.
 """
 
 import math

@@ -1,6 +1,6 @@
 """Simulates a dive of the planted vehicle, compiled: body, thrusters, sensors and controller in lock-step.
 
-Controller of the planted vehicle, compiled: PI on velocity with feed-forward, and hold of heading and depth.
+The controller is PI on velocity with feed-forward, and holds heading and depth.
 """
 
 from typing import NamedTuple

@@ -1,13 +1,13 @@
-"""Expresses a planted effect in the library's parameters: those whose form comes nearest to it over the dive's motion.
+"""Expresses a planted effect in the library's parameters, those whose form comes nearest over the dive's motion, and
+its size.
 
-A planted effect has another form than the library's, so none of its own numbers is a parameter of the library: which
-quadratic drag equals a drag with the power 1.8 depends on the speeds of the dive. The nearest parameters are those of
-a least-squares fit to the planted wrench, with each degree of freedom scaled by its disturbance. Masses and dampings
-are free in the fit, because a diagnosis fits them to the same dive (White 1982: the limit of a fit with another
-form). A sea is expressed as a single sine of the same power, whatever its spectrum. Wrong readings are planted in the
-library's own form.
+A planted effect has another form than the library's: the quadratic drag that equals a drag with the power 1.8 depends
+on the speeds of the dive. The nearest parameters are a least-squares fit to the planted wrench, each degree of freedom
+scaled by its disturbance, with masses and dampings free, as in a diagnosis of the same dive (White 1982: the limit of a
+fit with another form). A sea is expressed as a single sine of the same power, whatever its spectrum. Wrong readings are
+planted in the library's own form.
 
-True size of a hidden effect: the force and reading errors that it adds and that a refit does not absorb.
+The true size is the force and the reading errors that a refit does not absorb.
 """
 
 from collections.abc import Sequence

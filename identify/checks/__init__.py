@@ -1,1 +1,6 @@
-"""Checks of a recording against itself and its fit: a module for each contradiction, `contradictions` lists them."""
+"""Checks of a recording against itself and its fit.
+
+`contradictions` the list of all · `controller` used other readings than those recorded · `descent` depth against the
+DVL · `heading`, `levelling` attitude against the gyro · `scales` between two sensors · `frozen`, `impossible` readings
+to remove · `gaps` what a recording lacks · `fit` doubts about a fit.
+"""

@@ -1,7 +1,7 @@
 """Compares roll and pitch of the attitude with the gyro's rates, to find a wrong sign, axis or time stamp.
 
 A vehicle that is held level rolls and pitches quickly, by fractions of a degree. So windows are short here, and a
-difference that noise may explain raises no doubt. Heading turns far and slowly; `turning` checks it.
+difference that noise may explain raises no doubt. Heading turns far and slowly; `heading` checks it.
 """
 
 from dataclasses import dataclass

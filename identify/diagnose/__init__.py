@@ -1,1 +1,11 @@
-"""The gap between model and sea: where it lies, which effect causes it, how far it shrinks."""
+"""The gap between model and sea: where it lies, which effect causes it, how far it shrinks.
+
+`diagnose` runs it all. Before: `recording` checks · `mounting` does velocity follow thrust · `nominal` the fitted model
+· `changed` since an earlier acceptance. The gap: `simulation` open loop · `drift` over seconds, noise floor, plain
+baseline · `gap` by place and axis · `slow`, `rhythms` slow and periodic forces.
+
+The causes: `innovations`, `witnesses` what filters and other sensors show · `regression` the dive as linear equations ·
+`candidates` what is tried · `evidence`, `weighing`, `search` how it is chosen · `confidence` intervals and presence ·
+`unexplained` what is left. The answer: `shrink` · `verdict` · `result` the types · `wording` sentences · `accepted` for
+the feed-forward · `against` a simulator.
+"""

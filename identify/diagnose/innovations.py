@@ -1,14 +1,12 @@
-"""The innovations of an axis: responses to forces and reading errors unknown to its filter, and prewhitening.
+"""Innovations of the axes: their responses to unmodelled forces and reading errors, their prewhitening, and predicted
+motion.
 
-A disturbance that is not of first order leaves the innovations autocorrelated. Standard errors that ignore this are
-too small, and the first slow effect tried would seem to explain them (Klein and Morelli 2016, section 5.3, on
-coloured residuals). An autoregression of each channel on its own ORDER earlier innovations prewhitens both sides of
-the regression; it does nothing to white innovations.
+A disturbance that is not of first order leaves the innovations autocorrelated, and standard errors too small: the first
+slow effect tried would seem to explain them (Klein and Morelli 2016, section 5.3, on coloured residuals). An
+autoregression of each channel on its own ORDER earlier innovations prewhitens both sides of the regression.
 
-Velocities and accelerations predicted by the filters from earlier readings alone, and the course made of them.
-
-A regressor of an innovation must not depend on it. A velocity smoothed over the whole dive does, and any force
-computed from it would predict the innovations even without a gap.
+A regressor of an innovation must not depend on it. So velocities and the course are those that the filters predict from
+earlier readings alone, not velocities smoothed over the whole dive.
 """
 
 from collections.abc import Sequence

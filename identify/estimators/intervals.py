@@ -1,30 +1,17 @@
-"""Intervals beyond the parabola: uncertain noise levels, a profile of the likelihood, linear and quadratic drag
-together.
+"""Intervals of a fit beyond the information at its maximum: uncertain noise levels, likelihoods that are no parabola.
 
-Effect of the noise levels' own uncertainty on all other parameters.
+Fisher information takes the noise levels as known. On a short dive the disturbance is known to some ten per cent, and
+its likeliest level is too low. The levels therefore move to their posterior mean, all else integrated out (restricted
+maximum likelihood, Harville 1977, section 3, by Laplace's approximation), all other parameters follow, and each
+variance becomes its mean over the levels. For a normal sample of n that enlarges the variance of its mean by 1 + 3 / n,
+as in Student's distribution.
 
-Fisher information at the most likely noise levels takes those levels as known. They are not: on a short dive the
-disturbance is known to some ten per cent, and the most likely level is too low, because the fitted forces have
-explained part of it away, and because larger levels are less unlikely than smaller ones. Both effects are corrected
-to second order about the maximum. The levels move to their posterior mean, all else integrated out (restricted
-maximum likelihood, Harville 1977, section 3, by Laplace's approximation; the skewness from the slope on both sides);
-all other parameters follow; and each variance becomes its mean over the levels. For a normal sample of n this
-enlarges the variance of its mean by 1 + 3 / n, as in Student's distribution.
+A 95 % interval ends where the likelihood, maximised over all else, has fallen by 1.96^2 / 2 (Barndorff-Nielsen and Cox
+1994, section 3.5): by one scoring step for a coefficient that is known well, by a climb for one known loosely, and
+again at twice the distance, as there may be a second summit.
 
-Interval of a coefficient on either side, if the likelihood is not a parabola.
-
-A 95 % interval ends where the likelihood, maximised over all else, has fallen by 1.96^2 / 2 (Barndorff-Nielsen and
-Cox 1994, section 3.5). For a coefficient that is known well, one scoring step of all other parameters gives the fall
-at the parabola's end; to first order, the true end is further out by a factor of 1.96 over the root of twice the
-fall. For a coefficient that is known loosely, all other parameters are climbed there, and again at twice the
-distance: there may be a second summit next to the first.
-
-Joint knowledge of linear and quadratic damping of a hull, for dives at few speeds that can't separate the two.
-
-The fit is in logarithms, and so is the knowledge of a coefficient that is known well. If a damping is known loosely,
-it may as well be zero, which a logarithm can't express. Drag is linear in its coefficients, so its likelihood is a
-parabola in them. Their mean and covariance are those of a normal distribution truncated to positive values (Johnson,
-Kotz and Balakrishnan 1994, section 13.10.1), and truncating one of them moves all that is correlated with it.
+Linear and quadratic damping that a dive can't separate are known in their values, not their logarithms: a normal
+distribution truncated to positive values (Johnson, Kotz and Balakrishnan 1994, section 13.10.1).
 """
 
 from collections.abc import Iterator

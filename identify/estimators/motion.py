@@ -1,10 +1,8 @@
-"""Velocities on a uniform grid, with their Coriolis forces, integrals and means over any interval.
+"""Motion of a dive on a uniform grid: velocities, Coriolis forces, integrals, means; velocities smoothed for products.
 
-Velocities without their white noise, for the forces that are products of velocities.
-
-A smoothing spline's equivalent filter, 1 / (1 + (f / f_c)^4) (Silverman 1984), runs over a uniform grid. The corner
-f_c minimises generalised cross-validation (Craven and Wahba 1979), so each signal is smoothed according to its own
-noise: a noisy sway velocity a lot, a clean gyro hardly.
+The smoothing is a spline's equivalent filter, 1 / (1 + (f / f_c)^4) (Silverman 1984). The corner f_c minimises
+generalised cross-validation (Craven and Wahba 1979), so each signal is smoothed by its own noise: a noisy sway velocity
+a lot, a clean gyro hardly.
 """
 
 from dataclasses import dataclass

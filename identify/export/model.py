@@ -1,14 +1,10 @@
-"""`Model`: all known dynamics of a vehicle, to be written for another simulator. Body frame FRD, earth NED.
+"""`Model`: all known dynamics of a vehicle, to be written for another simulator; conversion of axes, and XML.
 
 M nu_dot + C(nu) nu + (D + D_q |nu|) nu + g(eta) = tau, with diagonal M, D and D_q about the origin (Fossen 2011, eqs
 6.1 to 6.3). Unknown values are zero; unknown masses and dampings are named.
 
-Converts to the body and earth axes of other simulators: FRD to FLU, NED to ENU, and a direction to angles.
-
-A rotation by 180 degrees about x takes FRD to FLU: y and z change sign, and so do the moments and rates about them. A
-diagonal matrix of masses or dampings stays the same.
-
-XML for other simulators: elements, and numbers that read back exactly.
+Body FRD, earth NED. A rotation by 180 degrees about x takes FRD to FLU: y and z change sign, and so do the moments and
+rates about them; diagonal matrices stay the same.
 """
 
 import math

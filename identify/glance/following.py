@@ -1,7 +1,4 @@
-"""Computes the curves of a dive against its reference (the source paper's Figs 10 to 17).
-
-Curves that show how a dive followed its reference, for one axis, with few points, and their form in a file.
-"""
+"""Curves of how a dive followed its reference, axis by axis, with few points (the source paper's Figs 10 to 17)."""
 
 import math
 from collections.abc import Mapping

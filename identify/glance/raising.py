@@ -19,10 +19,8 @@ An axis that was not driven is not judged: the feed-forward gives nothing there 
 
 Feed-forward alone (FF_MODE 2) has no PID to compare with and is judged by its tracking errors, as in the paper: up to
 twice the paper's share of the speed (Figs 12, 13: 0.0212 m/s of 0.5 while accelerating, 0.0336 m/s at constant
-speed). With both (3) there is nothing to raise: the PID's force at a held speed must be at most half of the feed-
-forward's.
-
-Compares the mass and damping in a feed-forward with those that the PID's force shows; see `raising`.
+speed). With both (3) there is nothing to raise: the PID's force at a held speed must be at most half of the
+feed-forward's.
 """
 
 from typing import Final

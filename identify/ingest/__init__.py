@@ -1,5 +1,6 @@
-"""Reads recordings into dives: `open` chooses the reader; `tlog`, `dataflash` and `table` each read one format.
+"""Reads recordings into dives.
 
-`frames` decodes MAVLink by message id, `messages` selects the vehicle's own messages and puts them on its boot clock,
-`rotation` turns vectors between axes, `gaps` lists what a recording lacks.
+`open` chooses the reader · `tlog`, `dataflash`, `table` each read one format · `logs` adds an autopilot's own log ·
+`frames` decodes MAVLink by message id · `messages` one vehicle's messages on its boot clock · `runs` the run of a
+recording with restarts · `commands` thrust that is not known · `rotation` attitude and axes.
 """

@@ -1,14 +1,11 @@
 """Adds an autopilot's own log to the telemetry of a dive, on the telemetry's clock.
 
-Readings that were heard stay as they are. The log supplies missing signals. It also fills holes in signals that the
-autopilot logged more often than they arrived, if log and telemetry agree on the readings that both have.
+Readings that were heard stay as they are. The log supplies missing signals, and fills holes in signals that it has more
+often than they arrived, if log and telemetry agree on the readings that both have.
 
-Relates the clocks of two recordings of a dive by the vehicle's turns, which both recorded.
-
-First, of all possible shifts, the shift at which the rates of turn of both agree (normalised cross-correlation of the
-common readings). Then, for windows of ten seconds in which the vehicle turned, the delay that brings both closest
-together (least squares), and a line through these delays. If they do not agree, the recordings are of two vehicles or
-of two dives.
+The clocks are related by the vehicle's turns, first by the shift at which the rates of turn of both agree (normalised
+cross-correlation), then by a line through the delays (least squares) of windows of ten seconds in which the vehicle
+turned. If the delays do not agree, the recordings are of two vehicles or of two dives.
 """
 
 from collections.abc import Sequence

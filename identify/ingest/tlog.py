@@ -1,10 +1,8 @@
 """Reads a dive from a `.tlog`: messages of the telemetry contract, version 1, otherwise ArduSub's own messages.
 
-Velocity of a `.tlog` from the best message available, with the axes and interval that the message implies.
-
-MAVLink's definitions: ODOMETRY has the velocity in the axes of `child_frame_id`; VISION_POSITION_DELTA has a change
-of position over `time_delta_usec`, in the body's axes at its end; VISION_SPEED_ESTIMATE and LOCAL_POSITION_NED have
-the velocity north-east-down.
+Velocity is that of the best message available, in the axes that MAVLink defines: ODOMETRY in those of `child_frame_id`;
+VISION_POSITION_DELTA as a change of position over `time_delta_usec`, in the body's axes at its end;
+VISION_SPEED_ESTIMATE and LOCAL_POSITION_NED north-east-down.
 """
 
 from collections.abc import Sequence

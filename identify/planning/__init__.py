@@ -1,2 +1,5 @@
-"""The next dive: what is known of a vehicle (`knowledge`), what a manoeuvre would add to it, and manoeuvres proposed
-within limits of time, space, speed and thrust (`propose`), written as a mission (`writing`)."""
+"""The next dive.
+
+`knowledge` what is known of a vehicle, and what a motion would add · `manoeuvres` what can be dived · `limits` of time,
+space, speed and thrust, and trials · `propose` chooses · `writing` the mission, for a crew and for `seatrial simulate`.
+"""

@@ -1,5 +1,6 @@
-"""The HTML report, a single self-contained page: `page` writes it, `sections` builds its parts.
+"""The HTML report, a single self-contained page.
 
-theme (colours, style sheet), text (escaping, numbers), plot, picture, figures, track, tracking, whiteness, tables,
-nuisance, diagnosis, diagnosis_figures, heatmap, bars, validation, grouped, provenance, paper
+Pages: `identification` · `diagnosis` with `diagnosis_figures` · `validation`. Parts: `page` the page and its provenance
+· `sections` · `tables` · `figures` · `traces` curves to zoom · `tracking` errors and curves against a reference.
+Drawing: `plot` with matplotlib · `picture` SVG for the page, files for a paper.
 """

@@ -1,8 +1,6 @@
-"""Figures of a report, each from arrays to a `Figure`. Times are seconds from the start of the dive.
+"""Figures of a report, each from arrays to a `Figure`: signals, intervals, the path by dead reckoning, innovations.
 
-The path of a dive over the ground, by dead reckoning.
-
-Checks a filter's innovations for whiteness: over time, and by their autocorrelation.
+Times are seconds from the start of the dive.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,6 +1,5 @@
-"""Data of a report, and the single HTML page that shows it: no network, no script, no further files.
-
-Last part of every page: its inputs with their hashes, software versions, settings.
+"""A report and the single HTML page that shows it, with its inputs, versions and settings: no network, no script, no
+further files.
 """
 
 import re

@@ -1,7 +1,4 @@
-"""Renders figures: inline SVG in the reader's colours for the page; SVG and PNG files for a paper.
-
-Writes the figures of a page as files for a paper: SVG and PNG, a column wide, named by their content.
-"""
+"""Figures drawn: inline SVG in the reader's colours for the page; SVG and PNG files, a column wide, for a paper."""
 
 import io
 import re

@@ -1,6 +1,5 @@
-"""Tables of a report, each from a type of the chain to a `Table`.
-
-Noise levels, time constants and trims in words and units: a row for each axis, a column for each quantity.
+"""Tables of a report, each from a type of the chain to a `Table`: parameters, signals, noise levels, time constants,
+trims.
 """
 
 import math

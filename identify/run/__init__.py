@@ -1,1 +1,4 @@
-"""The plain functions behind the verbs, with typed steps and results: `identify`, `diagnose`, `validate`, `plan`."""
+"""The functions behind the verbs, with typed steps and results.
+
+`identify` · `diagnose` · `validate` · `plan` · `recordings` how all of them read dives.
+"""

@@ -1,5 +1,5 @@
 """Vectors: REPORT and the sentences of DOCUMENTED are the examples of Water Linked's own documentation of the
-protocols (docs/dvl/dvl-protocol.md), REPORT with every field and with numbers cut to six places."""
+protocols (github waterlinked/docs, dvl-protocol.md), REPORT with every field and with numbers cut to six places."""
 
 import json
 import math

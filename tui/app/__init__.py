@@ -1,9 +1,7 @@
-"""The terminal app: `app` ties it together; `screens` show a `view`, which `station` makes in a thread of its own.
+"""The terminal app: `app` ties it together; `screens` show a `view`, made by `station` in a thread of its own.
 
-drawing, curves    lines of text with roles, and braille, apart from Textual
-themes, keys       the looks of the roles; the table of actions, the keymap and the view-only gate
-desk, jobs         what the screens share, and the verbs that run
-view, header       the state at one instant, and the lines on top of every screen
-station, recorder  the link, and the recording that outlives the app
-terminal, in_turn  how fast the terminal draws, how the app dies; keys one after the other
+`drawing`, `curves` lines of text with roles, and braille, apart from Textual · `themes` looks of the roles · `keys` the
+table of actions, the keymap, the view-only gate · `in_turn` keys one after the other · `desk` what the screens share ·
+`jobs` the verbs that run · `header` the lines on top of every screen · `recorder` the recording, which outlives the app
+· `terminal` how fast it draws, and how the app dies.
 """

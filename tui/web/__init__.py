@@ -1,1 +1,1 @@
-"""The app in a browser: a page, and an app of its own for each browser that opens it."""
+"""The app in a browser: `server` gives a page, and an app of its own to each browser that opens it."""

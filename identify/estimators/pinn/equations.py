@@ -2,14 +2,11 @@
 
 The loss is minus twice the log of the probability of all readings, given coefficients and noise levels:
 
-    |data residual|^2 + |physics residual|^2 + |disturbance|^2, each over its variance, + log det of its curvature,
+    |data residual|^2 + |physics residual|^2 + |disturbance|^2, each over its variance, + log det of its curvature.
 
 The last term appears because the weights are integrated out and not merely fitted (Laplace's approximation, exact if
-the model is linear); without it a disturbance would be traded for mass. The loss's slope follows from Fisher's
-identity: it is the slope of the expected loss under the network's own uncertainty, which the selected inverse of the
-equations gives.
-
-Slopes of the residuals of a pull in the raw parameters.
+the model is linear); without it a disturbance would be traded for mass. The loss's slope is that of the expected loss
+under the network's own uncertainty (Fisher's identity), which the selected inverse of the equations gives.
 """
 
 from collections.abc import Callable
