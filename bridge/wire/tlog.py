@@ -30,51 +30,6 @@ from bridge.wire.framing import (
 )
 from bridge.wire.redaction import without_contents, without_key
 
-COPIED_BYTES: Final = 1 << 20
-DELETED_ONCE_CLOSED: Final = (".nfs", ".fuse_hidden")
-"""Prefixes to which network disks rename a file that is deleted while open."""
-
-
-def _see(file: int, path: Path) -> None:
-    """Raise TakenAway if the open `file` is no longer at `path`, OSError if that can't be determined."""
-    here, place = os.fstat(file), _place(file)
-    with contextlib.suppress(FileNotFoundError, NotADirectoryError):
-        there = path.stat()
-        if os.path.samestat(here, there):
-            return
-        # Some network disks give a file a new number each time it is examined.
-        if there.st_dev == here.st_dev and place == os.path.realpath(path):
-            return
-    deleted = here.st_nlink == 0 or os.path.basename(place).startswith(DELETED_ONCE_CLOSED)
-    raise TakenAway(path, None if deleted else place)
-
-
-def _write_again(file: int, path: Path) -> int:
-    """Copy the open `file` to a new file at `path` and return that, open. Raises OSError, and then leaves no file."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    new = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o644)
-    try:
-        at = 0
-        while piece := os.pread(file, COPIED_BYTES, at):
-            at += os.write(new, piece)
-        os.fsync(new)
-    except OSError:
-        os.close(new)
-        with contextlib.suppress(OSError):
-            path.unlink()
-        raise
-    return new
-
-
-def _place(file: int) -> str:
-    """Current path of an open file as far as the system reports it, otherwise "elsewhere"."""
-    try:
-        place = os.readlink(f"/proc/self/fd/{file}")
-    except OSError:
-        return "elsewhere"
-    return place if os.path.exists(place) else "elsewhere"
-
-
 Record = tuple[int, Frame]
 T = TypeVar("T")
 
@@ -89,6 +44,11 @@ needs several bytes of memory for each byte of the file, and a gzip file may dec
 MOST_FOLDS: Final = 100  # recordings and tables compress about fourfold; no real file is this uniform
 FEW_BYTES: Final = 1 << 24
 _STAMP = struct.Struct(">Q")
+_END: Final = (0, Frame(b"", 0, 0, 0, 0, False))
+
+COPIED_BYTES: Final = 1 << 20
+DELETED_ONCE_CLOSED: Final = (".nfs", ".fuse_hidden")
+"""Prefixes to which network disks rename a file that is deleted while open."""
 
 
 def record_of(unix_us: int, raw: bytes) -> bytes:
@@ -170,6 +130,46 @@ class TlogWriter:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+def _see(file: int, path: Path) -> None:
+    """Raise TakenAway if the open `file` is no longer at `path`, OSError if that can't be determined."""
+    here, place = os.fstat(file), _place(file)
+    with contextlib.suppress(FileNotFoundError, NotADirectoryError):
+        there = path.stat()
+        if os.path.samestat(here, there):
+            return
+        # Some network disks give a file a new number each time it is examined.
+        if there.st_dev == here.st_dev and place == os.path.realpath(path):
+            return
+    deleted = here.st_nlink == 0 or os.path.basename(place).startswith(DELETED_ONCE_CLOSED)
+    raise TakenAway(path, None if deleted else place)
+
+
+def _write_again(file: int, path: Path) -> int:
+    """Copy the open `file` to a new file at `path` and return that, open. Raises OSError, and then leaves no file."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    new = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o644)
+    try:
+        at = 0
+        while piece := os.pread(file, COPIED_BYTES, at):
+            at += os.write(new, piece)
+        os.fsync(new)
+    except OSError:
+        os.close(new)
+        with contextlib.suppress(OSError):
+            path.unlink()
+        raise
+    return new
+
+
+def _place(file: int) -> str:
+    """Current path of an open file as far as the system reports it, otherwise "elsewhere"."""
+    try:
+        place = os.readlink(f"/proc/self/fd/{file}")
+    except OSError:
+        return "elsewhere"
+    return place if os.path.exists(place) else "elsewhere"
 
 
 def read_tlog(path: Path) -> Iterator[Record]:
@@ -378,9 +378,6 @@ def _mend_stamps(records: Iterator[tuple[int | None, Frame]], counts: Counter[st
                 counts["stamps mended"] += 1
             yield before, earlier
         waiting = [(stamp, frame)]
-
-
-_END: Final = (0, Frame(b"", 0, 0, 0, 0, False))
 
 
 def mended(stamp: int | None, before: int | None, following: int | None) -> int:

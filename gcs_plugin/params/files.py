@@ -23,6 +23,8 @@ from gcs_plugin.params import float32
 LARGEST_FILE_BYTES: Final = 4_000_000
 NAME_LENGTH: Final = 16
 REAL32: Final = 9
+FORMAT: Final = 1
+"""Format of the sidecar."""
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _LINE_END = re.compile(r"\r\n|\n|\r")
@@ -248,9 +250,6 @@ def unwritten(path: Path, error: OSError) -> ParamUnwritten:
     if not path.parent.is_dir():
         return ParamUnwritten(f"{path}: {path.parent} is no folder; choose another place")
     return ParamUnwritten(f"{path}: can't be written ({error.strerror}); choose another place")
-
-
-FORMAT: Final = 1
 
 
 @dataclass(frozen=True)

@@ -36,6 +36,32 @@ explanation."""
 EARLIER_SHARE = 0.5
 """Use of readings before their stamps is accepted only if it reduces the residual to less than this share."""
 
+HEAVE = 2
+
+LARGEST_UNEXPLAINED = 0.25
+"""Share of the controller's wrench that may remain unexplained by recorded readings: rounding and late readings cause
+this much."""
+
+LARGEST_FOREIGN = 0.5
+"""Residual of NU_FB after a filter of the recorded velocity, as a share of the velocity sensor's noise, that is still
+allowed."""
+
+WINDOW_S = 10.0
+STEERED = 0.02
+"""A command that changes by more than this share of its standard deviation is not mere rounding of pulses."""
+
+OPEN_SHARE = 0.05
+"""A window is left out if the controller commanded exactly zero for more than this share of it."""
+
+READINGS = (*["velocity"] * 2, "velocity or depth", *["attitude or rate of turn"] * 3)
+STAMPED_S = 0.5e-3 + 1e-6
+"""Depth and attitude are stamped in whole milliseconds, so a reading that a controller used may seem later than its
+wrench."""
+
+AFTER_S = 1.0
+"""Time skipped at the start of a frozen stretch: by then a filter's response to the readings before it has died
+away."""
+
 
 @dataclass(frozen=True)
 class Fed:
@@ -76,7 +102,6 @@ def stamp_doubts(dive: Dive) -> tuple[Doubt, ...]:
     late_ms = 1000 * float(np.median(list(early.values())))
     problem, remedy = (
         f"The controller used velocities (NU_FB) some {late_ms:.0f} ms before the recording says that they were read",
-        ""
         "the DVL's stamps are late by that or more, and masses come out too large by it; mend the DVL's clock, or its "
         "latency in the vehicle file: seatrial doctor --wet tells how late each sensor is.",
     )
@@ -90,9 +115,8 @@ def filtered_doubts(dive: Dive) -> tuple[Doubt, ...]:
         return ()
     problem, remedy = (
         "Velocity comes from the autopilot's own filter, which smooths and delays it",
-        "by how much is fitted, but "
-        "masses in surge, sway and heave may be off by a few per cent more than their intervals; record the DVL's own "
-        "readings.",
+        "by how much is fitted, but masses in surge, sway and heave may be off by a few per cent more than their "
+        "intervals; record the DVL's own readings.",
     )
     return (Doubt(tuple(mass.name for mass in MASSES[:3]), problem, remedy),)
 
@@ -183,33 +207,6 @@ def white_noise(read: Array) -> float:
 def spread(value: Array) -> float:
     """Standard deviation of the normal bulk of the values, from the median absolute deviation."""
     return float(1.4826 * np.median(np.abs(value - np.median(value))))
-
-
-HEAVE = 2
-
-LARGEST_UNEXPLAINED = 0.25
-"""Share of the controller's wrench that may remain unexplained by recorded readings: rounding and late readings cause
-this much."""
-
-LARGEST_FOREIGN = 0.5
-"""Residual of NU_FB after a filter of the recorded velocity, as a share of the velocity sensor's noise, that is still
-allowed."""
-
-WINDOW_S = 10.0
-STEERED = 0.02
-"""A command that changes by more than this share of its standard deviation is not mere rounding of pulses."""
-
-OPEN_SHARE = 0.05
-"""A window is left out if the controller commanded exactly zero for more than this share of it."""
-
-READINGS = (*["velocity"] * 2, "velocity or depth", *["attitude or rate of turn"] * 3)
-STAMPED_S = 0.5e-3 + 1e-6
-"""Depth and attitude are stamped in whole milliseconds, so a reading that a controller used may seem later than its
-wrench."""
-
-AFTER_S = 1.0
-"""Time skipped at the start of a frozen stretch: by then a filter's response to the readings before it has died
-away."""
 
 
 @dataclass(frozen=True)

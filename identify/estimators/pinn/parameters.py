@@ -35,6 +35,14 @@ from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.pinn.layout import Coefficients
 from identify.estimators.scoring import climb
 
+Array = NDArray[np.float64]
+
+NEAR = 1.0
+"""Convergence limit, in nats, of the joint climb of all axes before the network starts, or after it has ended."""
+
+HALF_WIDTH = 1e-4
+"""Half-width of the central difference in the logarithm of a time constant."""
+
 
 @dataclass(frozen=True)
 class Raw:
@@ -100,9 +108,6 @@ def raw_of(shape: Configuration, dofs: tuple[int, ...], device: torch.device) ->
 
 DISTURBANCE_SPREAD, TIME_SPREAD = 3.0, 1.0
 """Standard deviations of the priors on the logarithms: they matter only if a dive has no information."""
-
-HALF_WIDTH = 1e-4
-"""Half-width of the central difference in the logarithm of a time constant."""
 
 
 @dataclass(frozen=True)
@@ -179,12 +184,6 @@ def _drift(moments: Moments, step_s: Tensor, time_s: Tensor) -> tuple[Tensor, Te
     lost = 1 - kept**2
     drift = (moments.d11 - 2 * kept * moments.d01 + kept**2 * moments.d00) / lost
     return drift.sum(dim=1) + moments.first, 0.5 * lost.log().sum(dim=1)
-
-
-Array = NDArray[np.float64]
-
-NEAR = 1.0
-"""Convergence limit, in nats, of the joint climb of all axes before the network starts, or after it has ended."""
 
 
 @dataclass(frozen=True)
