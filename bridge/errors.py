@@ -22,7 +22,11 @@ from pathlib import Path
 
 
 class SeatrialError(Exception):
-    """Base of all errors raised on purpose; its text is shown to the user as it is."""
+    """Base of all errors raised on purpose; its text, the reason after the object `of`, is shown as it is."""
+
+    def __init__(self, reason: str, of: object = "") -> None:
+        self.reason, self.of = reason, of
+        super().__init__(f"{of}: {reason}" if of else reason)
 
 
 class ConfigError(SeatrialError):
@@ -83,14 +87,8 @@ class TakenAway(LogError):
     def __init__(self, path: Path, place: str | None) -> None:
         self.path, self.place = path, place
         event = "was deleted" if place is None else f"was moved ({place})"
-        super().__init__(
-            f"{path}: {event} while it was written; a new file is begun in the folder, made anew"
-        )
+        super().__init__(f"{event} while it was written; a new file is begun in the folder, made anew", path)
 
 
 class FitError(SeatrialError):
-    """An identification can't be made from the recording `of`, for a reason; the text names both."""
-
-    def __init__(self, reason: str, of: object = "") -> None:
-        self.reason, self.of = reason, of
-        super().__init__(f"{of}: {reason}" if of else reason)
+    """An identification can't be made from the recording `of`."""

@@ -12,7 +12,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.errors import LinkError, LinkTimeout
 from bridge.links.link import Link
 from bridge.wire.framing import Frame, decode
-from gcs_plugin.peers import COMPANIONS_MAY_FOLLOW_S, HasPeers, Peers, Reception, Source, parameter_holder
+from gcs_plugin.peers import COMPANIONS_MAY_FOLLOW_S, Peers, Reception, Source, parameter_holder
 
 SILENT_S: Final = 6.0
 """A vehicle without a HEARTBEAT for longer counts as absent: a false alarm once in a thousand, at 30 % loss of 1 Hz."""
@@ -44,15 +44,15 @@ class Fleet:
     vehicle.
     """
 
-    def __init__(self, link: HasPeers | None = None) -> None:
+    def __init__(self, link: Link | None = None) -> None:
         self.chosen: int | None = None
         self.peers = Peers(link)
         self._links_s: dict[str, float] = {}
 
-    def on_frame(self, frame: Frame, link: Link, time_s: float) -> News | None:
-        """A frame arrived on `link`; return its message if the parameter code uses that kind, otherwise None."""
-        self._links_s[link.name] = time_s
-        peer = self.peers.on_frame(frame, link.name, time_s)
+    def on_frame(self, frame: Frame, link: str, time_s: float) -> News | None:
+        """A frame arrived on the link of that name; return its message if the parameter code uses it, else None."""
+        self._links_s[link] = time_s
+        peer = self.peers.on_frame(frame, link, time_s)
         message = decode(frame) if peer is not None and frame.message_id in _USED else None
         return None if peer is None or message is None else News(peer.source, message, peer.rebooted)
 

@@ -14,10 +14,11 @@ import struct
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import Final, Protocol
+from typing import Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from bridge.links.link import Link
 from bridge.vehicle.parameters import MODE
 from bridge.wire.framing import Frame
 from bridge.wire.silences import BACK_S
@@ -398,13 +399,6 @@ class Peer:
         return " and ".join(sorted({clock.current.link, clock.left.link}))
 
 
-class HasPeers(Protocol):
-    """The part of a link used here: a link that knows its peers lists the addresses that they share as `contested`."""
-
-    @property
-    def name(self) -> str: ...
-
-
 class Peers:
     """The table, of at most MOST_PEERS components. `link`, if given, is asked which addresses its peers share.
 
@@ -413,7 +407,7 @@ class Peers:
     place are counted in `left_out`, by link.
     """
 
-    def __init__(self, link: HasPeers | None = None) -> None:
+    def __init__(self, link: Link | None = None) -> None:
         self._link = link
         self._now_s = 0.0
         self._peers: dict[Source, Peer] = {}
@@ -481,7 +475,7 @@ class Peers:
 
     def fault(self, system: int | None = None) -> str:
         """Why no orders may be sent to a system, or to any (two vehicles share its address); "" if they may."""
-        contested: frozenset[Source] = getattr(self._link, "contested", frozenset())
+        contested = self._link.contested if self._link is not None else frozenset()
         for source, peer in sorted(self._peers.items()):
             if peer.is_station or system not in (None, source[0]):
                 continue

@@ -2,11 +2,10 @@
 
 import shutil
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from bridge.clock import SimulatedClock
-from bridge.links.link import Link
+from bridge.links.link import Link, Wrapper
 from bridge.links.memory import memory_pair
 from bridge.onboard.parameters import ParameterServer, parameters_of
 from bridge.simulator.body import Start
@@ -126,27 +125,20 @@ def _elsewhere(_unix_s: float, _data: bytes) -> None:
     """Ignore the frames of a tick: they reach the recorder through a link."""
 
 
-@dataclass(frozen=True)
-class AlongsideLink:
+class AlongsideLink(Wrapper):
     """The ground's end of a link to an idle simulated vehicle, which keeps running while the ground waits for it."""
 
-    vehicle: SimulatedVehicle
-    ground: Link
-    name: str = "simulated"
+    def __init__(self, vehicle: SimulatedVehicle, ground: Link) -> None:
+        super().__init__(ground)
+        self.name, self.vehicle = "simulated", vehicle
 
     def read(self, timeout_s: float) -> bytes:
         until_s = self.vehicle.clock.boot_s() + timeout_s
-        data = self.ground.read(0.0)
+        data = self._link.read(0.0)
         while not data and self.vehicle.clock.boot_s() < until_s:
             self.vehicle.tick(None)
-            data = self.ground.read(0.0)
+            data = self._link.read(0.0)
         return data
-
-    def write(self, data: bytes) -> None:
-        self.ground.write(data)
-
-    def close(self) -> None:
-        self.ground.close()
 
 
 def afloat(

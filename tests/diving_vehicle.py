@@ -3,6 +3,7 @@
 import random
 
 import numpy as np
+from fakes.vehicle import QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
@@ -51,7 +52,7 @@ class Boot:
         return self.unix_at_boot_s + self.boot_s()
 
 
-class Dive:
+class Dive(QuietLink):
     """Vehicle, link and ground. It is a link itself: whose read lets time pass, as the ground's real one does."""
 
     name = "memory:vehicle"
@@ -109,9 +110,6 @@ class Dive:
 
     def write(self, data):
         self.link.write(data)
-
-    def close(self):
-        pass
 
     def kept(self):
         """All frames of the ring, oldest first."""

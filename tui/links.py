@@ -21,7 +21,7 @@ SILENT_S: Final = 3.0
 LOOK_AGAIN_S: Final = 1.0
 
 
-class ByWay:
+class ByWay(Link):
     """A link to a recording's hub, named after the recorded links: the hub's port says nothing to the user.
 
     Its loss is reported by cause: the recording has ended, hangs, or has dropped this program. `wait` lets time pass.

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from bridge.clock import Clock
 from bridge.errors import LinkError
-from bridge.links.link import Link
+from bridge.links.link import Link, Wrapper
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import thrust_curve
 from bridge.wire.framing import Framer
@@ -21,30 +21,19 @@ from tui.show import harmless
 Progress = Callable[[int, int], None]
 
 
-class Recorded:
+class Recorded(Wrapper):
     """A link whose received frames are also written to a recording."""
 
     def __init__(self, link: Link, writer: TlogWriter, clock: Clock) -> None:
-        self.name = link.name
-        self._link, self._writer, self._clock = link, writer, clock
+        super().__init__(link)
+        self._writer, self._clock = writer, clock
         self._framer = Framer()
-
-    @property
-    def contested(self) -> frozenset[tuple[int, int]]:
-        """MAVLink sources that several peers use at once, if the link can detect them."""
-        return getattr(self._link, "contested", frozenset())
 
     def read(self, timeout_s: float) -> bytes:
         data = self._link.read(timeout_s)
         for frame in self._framer.feed(data):
             self._writer.write(round(self._clock.unix_s() * 1e6), frame.raw)
         return data
-
-    def write(self, data: bytes) -> None:
-        self._link.write(data)
-
-    def close(self) -> None:
-        self._link.close()
 
 
 def wet_check(

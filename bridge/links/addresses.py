@@ -59,19 +59,21 @@ def own_addresses() -> list[str]:
 def no_listener(name: str, host: str, port: int, error: OSError) -> LinkError:
     """Return the error of a link that can't listen at `host` and `port`."""
     if isinstance(error, socket.gaierror):
-        return LinkError(f"{name}: the host '{host}' is unknown ({error.strerror}); check the name")
+        return LinkError(f"the host '{host}' is unknown ({error.strerror}); check the name", name)
     if error.errno == errno.EADDRNOTAVAIL:
         kind = name.partition(":")[0]
         other = {"udpin": "udpout", "tcpin": "tcp"}[kind]
         return LinkError(
-            f"{name}: this computer has no address {host}; it has {', '.join(own_addresses())}: give one of these "
-            f"(0.0.0.0 for all), or {other}:{host}:{port} where {host} is the other side"
+            f"this computer has no address {host}; it has {', '.join(own_addresses())}: give one of these "
+            f"(0.0.0.0 for all), or {other}:{host}:{port} where {host} is the other side",
+            name,
         )
     if error.errno == errno.EACCES and port < FIRST_FREE_PORT:
-        return LinkError(f"{name}: port {port} is kept for the system; give one from {FIRST_FREE_PORT} on")
+        return LinkError(f"port {port} is kept for the system; give one from {FIRST_FREE_PORT} on", name)
     return LinkError(
-        f"{name}: can't listen there ({error.strerror}); another program does: where that is a recording, give as "
-        "--link the hub that it names at its start; else stop it, or give another port"
+        f"can't listen there ({error.strerror}); another program does: where that is a recording, give as "
+        "--link the hub that it names at its start; else stop it, or give another port",
+        name,
     )
 
 

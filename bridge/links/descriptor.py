@@ -5,28 +5,27 @@ import os
 import pty
 import select
 import tty
-from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
 import serial
 
 from bridge.errors import LinkError, LinkLost
+from bridge.links.link import Link
 
 READ_BYTES = 65536
 BACKLOG_BYTES = 65536
 
 
-class DescriptorLink:
+class DescriptorLink(Link):
     """Reads and writes a non-blocking descriptor; `release` closes the object that owns it.
 
     A peer that takes no bytes never stalls the writer: unsent bytes wait, up to `BACKLOG_BYTES`. Beyond that, new
-    data is dropped whole and counted in `counts["dropped"]`.
+    data is dropped whole and counted in `dropped`.
     """
 
     def __init__(self, name: str, descriptor: int, release: Callable[[], None]) -> None:
         self.name = name
-        self.counts: Counter[str] = Counter()
         self._descriptor = descriptor
         self._release = release
         self._backlog = b""
@@ -51,13 +50,13 @@ class DescriptorLink:
         except (OSError, ValueError) as error:
             raise self._lost(error) from None
         if not count:
-            raise LinkLost(f"{self.name}: the other side has gone; plug it in or start it again")
+            raise LinkLost("the other side has gone; plug it in or start it again", self.name)
         return bytes(self._read_into[:count])
 
     def write(self, data: bytes) -> None:
         self._check_open()
         if len(self._backlog) + len(data) > BACKLOG_BYTES:
-            self.counts["dropped"] += 1
+            self.dropped += 1
         else:
             self._backlog += data
         try:
@@ -80,11 +79,11 @@ class DescriptorLink:
 
     def _check_open(self) -> None:
         if self._descriptor < 0:
-            raise LinkLost(f"{self.name}: is closed; open it again")
+            raise LinkLost("is closed; open it again", self.name)
 
     def _lost(self, error: OSError | ValueError) -> LinkLost:
         reason = getattr(error, "strerror", None) or str(error)
-        return LinkLost(f"{self.name}: the other side has gone ({reason}); plug it in or start it again")
+        return LinkLost(f"the other side has gone ({reason}); plug it in or start it again", self.name)
 
 
 DEFAULT_BAUD = 115200
@@ -96,11 +95,11 @@ def open_serial(port: str, baud: int = DEFAULT_BAUD) -> DescriptorLink:
     try:
         opened: Any = serial.Serial(port, baud, timeout=0, exclusive=True)
     except serial.SerialException as error:
-        raise LinkError(f"{name}: {_reason(port, error)}") from None
+        raise LinkError(_reason(port, error), name) from None
     except ValueError as error:
-        raise LinkError(f"{name}: can't be set up ({error}); check the baud rate") from None
+        raise LinkError(f"can't be set up ({error}); check the baud rate", name) from None
     except OSError as error:
-        raise LinkError(f"{name}: can't be opened ({error.strerror}); check the port") from None
+        raise LinkError(f"can't be opened ({error.strerror}); check the port", name) from None
     return DescriptorLink(name, opened.fileno(), opened.close)
 
 

@@ -4,7 +4,7 @@ import random
 from dataclasses import dataclass
 
 from bridge.clock import Clock
-from bridge.links.link import Link
+from bridge.links.link import Link, Wrapper
 from bridge.wire.framing import Framer
 
 OVERTAKEN_S = 0.2
@@ -22,7 +22,7 @@ class Faults:
     cut: bool = False
 
 
-class Lossy:
+class Lossy(Wrapper):
     """Wraps a link. Written frames suffer the faults `outgoing`, read frames `incoming`; both start as given."""
 
     def __init__(
@@ -37,10 +37,10 @@ class Lossy:
         corrupt: float = 0.0,
         delay_s: float = 0.0,
     ) -> None:
+        super().__init__(link)
         self.name = f"lossy {link.name}"
         self.outgoing = Faults(loss, duplicate, reorder, corrupt, delay_s)
         self.incoming = Faults(loss, duplicate, reorder, corrupt, delay_s)
-        self._link = link
         self._clock = clock
         self._out = _Way(self.outgoing, rng)
         self._in = _Way(self.incoming, rng)
@@ -53,9 +53,6 @@ class Lossy:
     def write(self, data: bytes) -> None:
         self._out.take(data, self._clock.boot_s())
         self._send_due()
-
-    def close(self) -> None:
-        self._link.close()
 
     def _send_due(self) -> None:
         for raw in self._out.due(self._clock.boot_s()):

@@ -4,9 +4,10 @@ from collections import deque
 from threading import Condition
 
 from bridge.errors import LinkLost
+from bridge.links.link import Link
 
 
-class MemoryLink:
+class MemoryLink(Link):
     """One end of `memory_pair`. Chunks are handed over as they were written, without a copy."""
 
     def __init__(self, name: str, inbox: deque[bytes], outbox: deque[bytes], changed: Condition) -> None:
@@ -28,13 +29,13 @@ class MemoryLink:
                     self._changed.wait_for(lambda: bool(self._inbox) or not self._alive(), timeout_s)
             if not self._inbox:
                 if not self._alive():
-                    raise LinkLost(f"{self.name}: the other end was closed; open a new pair")
+                    raise LinkLost("the other end was closed; open a new pair", self.name)
                 return b""
         return self._inbox.popleft()
 
     def write(self, data: bytes) -> None:
         if not self._alive():
-            raise LinkLost(f"{self.name}: the other end was closed; open a new pair")
+            raise LinkLost("the other end was closed; open a new pair", self.name)
         self._outbox.append(data)
         with self._changed:
             self._changed.notify_all()

@@ -1,6 +1,5 @@
 """A link that comes back after a port was unplugged or a peer was restarted."""
 
-from collections import Counter
 from collections.abc import Callable
 from queue import Empty, SimpleQueue
 from threading import Event, Thread
@@ -23,11 +22,12 @@ def unheard(_: str) -> None:
     """Ignore a loss: the listener if none was given."""
 
 
-class Reconnecting:
+class Reconnecting(Link):
     """Opens its link by `factory`, again and again with back-off; reads and writes raise no LinkError.
 
-    `fault` is the sentence of the last failure while the link is away, "" while it works. Data written meanwhile is
-    lost, and each such write is counted in `counts["dropped"]`. `lost` is called with the reason when a working link
+    `fault` is the sentence of the last failure while the link is away, "" while it works, and `reason` the same without
+    the link's name. Data written meanwhile is
+    lost, and each such write is counted in `dropped`. `lost` is called with the reason when a working link
     is lost, once for each sentence.
     """
 
@@ -39,8 +39,7 @@ class Reconnecting:
         lost: Callable[[str], None] = unheard,
     ) -> None:
         self.name = name
-        self.fault = ""
-        self.counts: Counter[str] = Counter()
+        self.reason = ""
         self._factory = factory
         self._clock = clock
         self._lost, self._told = lost, set[str]()
@@ -63,12 +62,12 @@ class Reconnecting:
     def write(self, data: bytes) -> None:
         link = self._opened()
         if link is None:
-            self.counts["dropped"] += 1
+            self.dropped += 1
             return
         try:
             link.write(data)
         except LinkError as error:
-            self.counts["dropped"] += 1
+            self.dropped += 1
             self._lose(link, error)
 
     def close(self) -> None:
@@ -84,7 +83,8 @@ class Reconnecting:
             except LinkError as error:
                 self._wait_after(error)
             else:
-                self.name, self.fault, self._retry_s = self._link.name, "", FIRST_RETRY_S
+                self.name, self._retry_s = self._link.name, FIRST_RETRY_S
+                self.fault = self.reason = ""
         return self._link
 
     def _lose(self, link: Link, error: LinkError) -> None:
@@ -96,7 +96,7 @@ class Reconnecting:
         self._wait_after(error)
 
     def _wait_after(self, error: LinkError) -> None:
-        self.fault = str(error)
+        self.fault, self.reason = str(error), error.reason
         self._due_s = self._clock.boot_s() + self._retry_s
         self._retry_s = next_retry_s(self._retry_s)
 
@@ -105,12 +105,12 @@ class Aside:
     """A factory that opens its links in a thread, for a caller that must not wait for a network.
 
     A call returns the link that has been opened since. While there is none, it raises LinkError within `PATIENCE_S`,
-    with the sentence of the last failure. One reader only.
+    with the reason of the last failure. One reader only.
     """
 
     def __init__(self, factory: Callable[[], Link], name: str) -> None:
         self._factory = factory
-        self._fault = f"{name}: is being opened; wait"
+        self._last = LinkError("is being opened; wait", name)
         self._answers: SimpleQueue[Link | LinkError] = SimpleQueue()
         self._busy = False
 
@@ -121,10 +121,10 @@ class Aside:
         try:
             answer = self._answers.get(timeout=PATIENCE_S)
         except Empty:
-            raise LinkError(self._fault) from None
+            raise LinkError(self._last.reason, self._last.of) from None
         self._busy = False
         if isinstance(answer, LinkError):
-            self._fault = str(answer)
+            self._last = answer
             raise answer
         return answer
 

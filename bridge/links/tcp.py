@@ -5,6 +5,7 @@ import socket
 from bridge.errors import LinkError, LinkLost
 from bridge.links.addresses import no_listener
 from bridge.links.descriptor import DescriptorLink
+from bridge.links.link import Link
 
 CONNECT_S = 2.0  # plus the longest pause between tries: a device is back 3 s after its cable
 
@@ -15,10 +16,10 @@ def open_tcp(host: str, port: int) -> DescriptorLink:
     try:
         sock = socket.create_connection((host, port), CONNECT_S)
     except ConnectionRefusedError:
-        raise LinkError(f"{name}: refused, nobody listens there; start the other side first") from None
+        raise LinkError("refused, nobody listens there; start the other side first", name) from None
     except OSError as error:
         reason = error.strerror or "no answer"
-        raise LinkError(f"{name}: can't connect ({reason}); check the address and the network") from None
+        raise LinkError(f"can't connect ({reason}); check the address and the network", name) from None
     return _connection(name, sock)
 
 
@@ -32,7 +33,7 @@ def _connection(name: str, sock: socket.socket) -> DescriptorLink:
     return DescriptorLink(name, sock.fileno(), sock.close)
 
 
-class TcpServer:
+class TcpServer(Link):
     """A listening link: serves the first peer that connects until it leaves, then the next."""
 
     def __init__(self, name: str, listener: socket.socket) -> None:
@@ -77,7 +78,7 @@ class TcpServer:
         except (BlockingIOError, TimeoutError):
             return
         except OSError as error:
-            raise LinkLost(f"{self.name}: no longer listens ({error.strerror}); open it again") from None
+            raise LinkLost(f"no longer listens ({error.strerror}); open it again", self.name) from None
         self._peer = _connection(self.name, sock)
 
     def _drop(self) -> None:

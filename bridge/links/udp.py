@@ -15,6 +15,7 @@ from typing import Any, Final
 
 from bridge.errors import LinkError, LinkLost
 from bridge.links.addresses import no_listener
+from bridge.links.link import Link
 
 # Over a second of 10 000 short datagrams a second, each with 768 B of the system's own (Linux doubles this size).
 ASKED_BYTES: Final = 4 << 20
@@ -114,7 +115,7 @@ def source_of(datagram: bytes) -> Source | None:
     return (datagram[3], datagram[4]) if len(datagram) > 4 and datagram[0] == MAVLINK_1 else None
 
 
-class UdpLink:
+class UdpLink(Link):
     """A datagram socket; `read` returns all waiting datagrams. Without `peer` it answers all peers that spoke.
 
     Of those it answers the `MOST_PEERS` heard last, and no peer that never began a datagram with a MAVLink frame. The
@@ -124,7 +125,7 @@ class UdpLink:
 
     def __init__(self, name: str, sock: socket.socket, peer: Address | None) -> None:
         self.name = name
-        self.buffer = ReceiveBuffer(sock)
+        self.buffer: ReceiveBuffer = ReceiveBuffer(sock)
         self._socket = sock
         self._peers: list[Address] = [] if peer is None else [peer]
         self._learns = peer is None
@@ -161,7 +162,6 @@ class UdpLink:
 
     @property
     def contested(self) -> frozenset[Source]:
-        """MAVLink sources as which several peers speak in turns: an order to such a source reaches all of them."""
         return frozenset(source for source, speaker in self._speakers.items() if speaker.contested)
 
     def _waiting(self) -> list[bytes]:
@@ -199,7 +199,7 @@ class UdpLink:
     def _lost(self, error: OSError | ValueError) -> LinkLost:
         reason = getattr(error, "strerror", None) or str(error)
         return LinkLost(
-            f"{self.name}: the network does not carry it ({reason}); check the address and the network"
+            f"the network does not carry it ({reason}); check the address and the network", self.name
         )
 
 
@@ -221,7 +221,7 @@ def open_udpout(host: str, port: int) -> UdpLink:
     try:
         family, peer = _resolved(host, port)
     except OSError as error:
-        raise LinkError(f"{name}: the host '{host}' is unknown ({error.strerror}); check the name") from None
+        raise LinkError(f"the host '{host}' is unknown ({error.strerror}); check the name", name) from None
     sock = socket.socket(family, socket.SOCK_DGRAM)
     # Without a route to the peer yet, the system chooses the address with the first outgoing datagram.
     with suppress(OSError):

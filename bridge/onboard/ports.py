@@ -188,14 +188,13 @@ def _read_stream(slot: str, device: Device, words: bytes, clock: Clock, stop: Ev
             link.write(words)
         return link
 
-    spec = port_spec(device)
-    port = Reconnecting(connect, clock, spec)
+    port = Reconnecting(connect, clock, port_spec(device))
     reported = ""
     while not stop.is_set():
         data = port.read(READ_S)
-        fault = port.fault
+        fault = port.reason
         # A fault that finds no room is put again: otherwise the crew would never hear of it.
-        if fault != reported and put(Arrival(slot, clock.boot_s(), fault=fault.removeprefix(f"{spec}: "))):
+        if fault != reported and put(Arrival(slot, clock.boot_s(), fault=fault)):
             reported = fault
         if data:
             put(Arrival(slot, clock.boot_s(), data))

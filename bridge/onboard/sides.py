@@ -1,6 +1,5 @@
 """The links of a bridge: frames in from each, bytes out to all. Reports once that a link failed or is back."""
 
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Final
@@ -55,9 +54,8 @@ class Sides:
                     break
                 if not data:
                     # A link that reconnects by itself raises nothing: its `fault` says that it is away.
-                    away = getattr(side.link, "fault", "")
-                    if away:
-                        self._failed(side, away)
+                    if side.link.fault:
+                        self._failed(side, side.link.fault)
                     if now_s - side.heard_s > PAUSE_S:
                         yield from ((number, frame) for frame in side.framer.flush())
                     break
@@ -90,7 +88,7 @@ class Sides:
 
     def _is_back(self, side: _Side) -> None:
         # A link that reconnects by itself counts the writes that were lost meanwhile.
-        dropped = getattr(side.link, "counts", Counter())["dropped"]
+        dropped = side.link.dropped
         lost = f", {dropped - side.dropped} writes lost" if dropped > side.dropped else ""
         self._say(f"link back: {side.link.name}{lost}")
         side.fault, side.dropped = "", dropped

@@ -1,13 +1,11 @@
 """Links with and without a key: a signed link hears only senders with the key; the other warns if its peer signs."""
 
-from collections import Counter
 from collections.abc import Callable
 from typing import Final
 
 from bridge.clock import Clock
 from bridge.errors import FrameError
-from bridge.links.link import Link
-from bridge.links.udp import ReceiveBuffer
+from bridge.links.link import Link, Wrapper
 from bridge.signing.gate import Gate, is_signed
 from bridge.wire.framing import Framer, measure
 
@@ -15,31 +13,20 @@ MOST_LOOKED_AT: Final = 200
 """Number of frames that are examined: a system that signs does so in each of its frames."""
 
 
-class KeylessLink:
+class KeylessLink(Wrapper):
     """Passes all bytes on unchanged. Calls `tell` once, with a sentence, if a system signs its frames."""
 
     def __init__(self, link: Link, tell: Callable[[str], None]) -> None:
-        self.name = link.name
-        self._link, self._tell = link, tell
+        super().__init__(link)
+        self._tell = tell
         self._framer: Framer | None = Framer()
         self._looked_at = 0
-
-    @property
-    def contested(self) -> frozenset[tuple[int, int]]:
-        """Sources as which several peers speak, as known to the wrapped link."""
-        return getattr(self._link, "contested", frozenset())
 
     def read(self, timeout_s: float) -> bytes:
         data = self._link.read(timeout_s)
         if self._framer is not None and data:
             self._look(self._framer, data)
         return data
-
-    def write(self, data: bytes) -> None:
-        self._link.write(data)
-
-    def close(self) -> None:
-        self._link.close()
 
     def _look(self, framer: Framer, data: bytes) -> None:
         for frame in framer.feed(data):
@@ -60,29 +47,18 @@ MOST_REFUSED_A_READ: Final = 64
 PAUSE_S: Final = 0.5
 
 
-class SignedLink:
+class SignedLink(Wrapper):
     """Checks incoming frames and passes them on without their signature; signs outgoing frames.
 
     Incoming bytes that are no frame are not passed on. Outgoing bytes that are no frame, and frames that can't be
-    signed, are not sent; `counts["dropped"]` counts these.
+    signed, are not sent; `dropped` counts these.
     """
 
     def __init__(self, link: Link, gate: Gate, clock: Clock) -> None:
-        self.name = link.name
-        self.counts: Counter[str] = Counter()
-        self._link, self._gate, self._clock = link, gate, clock
+        super().__init__(link)
+        self._gate, self._clock = gate, clock
         self._framer = Framer()
         self._heard_s = clock.boot_s()
-
-    @property
-    def contested(self) -> frozenset[tuple[int, int]]:
-        """Sources as which several peers speak, as known to the wrapped link."""
-        return getattr(self._link, "contested", frozenset())
-
-    @property
-    def buffer(self) -> ReceiveBuffer | None:
-        """The receive buffer of the wrapped link, None if it has none of its own."""
-        return getattr(self._link, "buffer", None)
 
     def read(self, timeout_s: float) -> bytes:
         # A stranger's datagrams must not delay those of the vehicle.
@@ -101,7 +77,7 @@ class SignedLink:
         while place < len(data):
             size = measure(data, place)
             if size <= 0 or place + size > len(data):
-                self.counts["dropped"] += 1
+                self.dropped += 1
                 break
             out = self._signed(data[place : place + size])
             if len(batch) + len(out) > LARGEST_WRITE:
@@ -131,5 +107,5 @@ class SignedLink:
         try:
             return self._gate.out(raw)
         except FrameError:
-            self.counts["dropped"] += 1
+            self.dropped += 1
             return b""

@@ -246,17 +246,18 @@ def load_bytes(path: Path) -> tuple[bytes, bool]:
     try:
         size = size_to_read(path)
         if size is None:
-            raise LogError(f"{path}: is no file; take it away")
+            raise LogError("is no file; take it away", path)
         if size > MOST_BYTES:
             raise LogError(
-                f"{path}: {size / 1e9:.1f} GB is more than the {MOST_BYTES / 1e9:.1f} GB that are read of a file, "
-                "which hold a dive of a day; give a part of it"
+                f"{size / 1e9:.1f} GB is more than the {MOST_BYTES / 1e9:.1f} GB that are read of a file, "
+                "which hold a dive of a day; give a part of it",
+                path,
             )
         data = path.read_bytes()
     except FileNotFoundError:
-        raise LogError(f"{path}: no such file; check the name") from None
+        raise LogError("no such file; check the name", path) from None
     except OSError as error:
-        raise LogError(f"{path}: can't be read ({error.strerror}); give a recording that can") from None
+        raise LogError(f"can't be read ({error.strerror}); give a recording that can", path) from None
     if not data.startswith(GZIP):
         return data, True
     return _unfold(data)

@@ -35,7 +35,7 @@ MOST_WAITING: Final = 10_000
 
 
 class Tap:
-    """A link of MAVProxy, with the data that passed since the last call; a `Link` only by its name."""
+    """A link of MAVProxy, with the data that passed since the last call."""
 
     def __init__(self, connection: Any) -> None:
         self.connection = connection
@@ -64,18 +64,6 @@ class Tap:
             sent, data = self._chunks.popleft()
             frames += [(sent, frame) for frame in self._framers[sent].feed(data)]
         return frames
-
-    def read(self, timeout_s: float) -> bytes:
-        """Return nothing: `take` has the frames."""
-        del timeout_s
-        return b""
-
-    def write(self, data: bytes) -> None:
-        """Send bytes on the link."""
-        self.connection.write(data)
-
-    def close(self) -> None:
-        """Do nothing: the link is MAVProxy's."""
 
     def _read_through(self, *words: Any, **named: Any) -> Any:
         data = self._recv(*words, **named)
@@ -222,7 +210,7 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
             if sent:
                 continue
             self._switching.on_frame(frame)
-            news = self._fleet.on_frame(frame, tap, now_s)
+            news = self._fleet.on_frame(frame, tap.name, now_s)
             if news is not None and getattr(news.message, "target_system", 0) in (
                 0,
                 self.settings.source_system,

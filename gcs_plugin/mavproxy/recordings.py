@@ -16,6 +16,7 @@ from typing import Final
 
 from bridge.clock import Clock, EvenClock
 from bridge.errors import LinkError, LogError, SeatrialError
+from bridge.links.link import Link
 from bridge.vehicle.config import VehicleFile
 from bridge.wire.framing import Frame
 from bridge.wire.tlog import TlogWriter
@@ -29,7 +30,7 @@ from gcs_plugin.recording.state import Holding, held
 TELL_RATE_AFTER_S: Final = 5.0
 
 
-class _Frames:
+class _Frames(Link):
     """The link that the recorder reads: the frames of all links in the order in which they passed."""
 
     name = "MAVProxy"
@@ -45,7 +46,7 @@ class _Frames:
 
     def write(self, data: bytes) -> None:
         raise LinkError(
-            f"{self.name}: {len(data)} bytes can't be sent here; nothing is, a recording only listens"
+            f"{len(data)} bytes can't be sent here; nothing is, a recording only listens", self.name
         )
 
     def close(self) -> None:

@@ -161,7 +161,7 @@ class ParameterClient:
     def _receive(self) -> list[News]:
         frames = self._framer.feed(self._link.read(POLL_S))
         now_s = self._clock.boot_s()
-        heard = (self._fleet.on_frame(frame, self._link, now_s) for frame in frames)
+        heard = (self._fleet.on_frame(frame, self._link.name, now_s) for frame in frames)
         return [news for news in heard if news is not None]
 
     def _candidates(self, system: int | None) -> list[Source]:

@@ -98,7 +98,7 @@ class RecordedLink:
 
     @property
     def _buffer(self) -> ReceiveBuffer | None:
-        return getattr(self._link, "buffer", None)
+        return self._link.buffer if self._link is not None else None
 
     def _lose(self, error: LinkError) -> None:
         self._say("error", str(error))

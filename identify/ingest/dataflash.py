@@ -65,14 +65,14 @@ def read_log(path: Path) -> tuple[dict[str, Any], dict[str, float]]:
     """
     data, _ = load_bytes(path)
     if not data:
-        raise LogError(f"{path}: is empty; nothing was recorded in it")
+        raise LogError("is empty; nothing was recorded in it", path)
     formats, starts, skipped = _index(data)
     if not starts:
-        raise LogError(f"{path}: holds no DataFlash records; give a .BIN from an ArduPilot vehicle")
+        raise LogError("holds no DataFlash records; give a .BIN from an ArduPilot vehicle", path)
     log = _Log(np.frombuffer(data, np.uint8), formats, starts)
     signals = _signals(log)
     if not signals:
-        raise LogError(f"{path}: holds no attitude, motion or thruster records; log more with LOG_BITMASK")
+        raise LogError("holds no attitude, motion or thruster records; log more with LOG_BITMASK", path)
     counts = {formats[kind].name: len(positions) for kind, positions in starts.items()}
     notes = (f"{skipped} of {len(data)} bytes are damaged and were skipped.",) if skipped else ()
     filtered = "velocity" in signals and log.table("VISO") is None

@@ -299,8 +299,7 @@ def with_logs(fields: dict[str, Any], heard: Sequence[Path], logs: Sequence[Path
         try:
             fields = merged(fields, heard, log)
         except LogError as error:
-            reason = str(error).removeprefix(f"{log}: ")
-            fields = fields | {"notes": (*fields["notes"], f"{log.name} is left out: {reason}.")}
+            fields = fields | {"notes": (*fields["notes"], f"{log.name} is left out: {error.reason}.")}
     return fields
 
 
@@ -310,7 +309,7 @@ def merged(fields: dict[str, Any], heard: Sequence[Path], log: Path) -> dict[str
     try:
         line, known = _clock(fields, theirs, parameters, heard)
     except LogError as error:
-        raise LogError(f"{log}: {error}") from None
+        raise LogError(str(error), log) from None
     start_s, end_s = _span(fields)
     moved = {
         name: Signal(line.here_s(signal.time_s), signal.value).between(start_s, end_s)

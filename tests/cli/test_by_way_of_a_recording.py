@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from fakes.vehicle import QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from waiting import until
 
@@ -149,7 +150,7 @@ def test_a_second_recording_of_one_link_is_refused_with_who_records_it(running, 
     assert list(tmp_path.iterdir()) == []
 
 
-class Seat:
+class Seat(QuietLink):
     """A client of the hub that lets the whole of it live on, vehicle and recorder, whenever it reads."""
 
     def __init__(self, recorder, hub):

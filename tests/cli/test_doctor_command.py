@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 
 import pytest
+from fakes.vehicle import QuietLink
 
 from bridge import exit_codes
 from bridge.clock import SimulatedClock
@@ -16,7 +17,7 @@ from bridge.wire.tlog import TlogWriter
 from tui import cli
 
 
-class Afloat:
+class Afloat(QuietLink):
     """A link to an idle vehicle; reading it lets simulated time pass."""
 
     name = "memory:afloat"
@@ -39,11 +40,8 @@ class Afloat:
     def write(self, data):
         self._far.write(data)
 
-    def close(self):
-        pass
 
-
-class Silent:
+class Silent(QuietLink):
     """A link on which nobody speaks."""
 
     name = "memory:silent"
@@ -54,12 +52,6 @@ class Silent:
     def read(self, timeout_s):
         self.clock.advance_to(self.clock.now_s + timeout_s)
         return b""
-
-    def write(self, data):
-        pass
-
-    def close(self):
-        pass
 
 
 @pytest.fixture

@@ -48,7 +48,7 @@ class Mavproxy:
         for message in self.parameters.tick():
             self.vehicle.write(self._encoder.encode(message))
         for frame in self._framer.feed(self.vehicle.read(STEP_S)):
-            news = self.fleet.on_frame(frame, self.vehicle, self.vehicle.clock.now_s)
+            news = self.fleet.on_frame(frame, self.vehicle.name, self.vehicle.clock.now_s)
             if news is not None:
                 self.parameters.on_news(news)
 

@@ -8,6 +8,7 @@ import sys
 from dataclasses import replace
 
 import pytest
+from fakes.vehicle import QuietLink
 
 from bridge import exit_codes
 from bridge.clock import SimulatedClock, SystemClock
@@ -84,7 +85,7 @@ def test_a_link_that_it_never_held_fails_in_its_own_words():
         link_for("serial:/dev/of_nobody")
 
 
-class Course:
+class Course(QuietLink):
     """The hub of a recording as a client has it, by a clock that stands till somebody waits for something."""
 
     name = HUB

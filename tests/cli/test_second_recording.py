@@ -5,6 +5,7 @@ import socket
 
 import pytest
 from diving_vehicle import Dive
+from fakes.vehicle import QuietLink
 
 from bridge import exit_codes
 from bridge.clock import SystemClock
@@ -54,7 +55,7 @@ def opened(monkeypatch):
     return names
 
 
-class Dead:
+class Dead(QuietLink):
     """A link that is lost at once."""
 
     def __init__(self, name):
@@ -64,9 +65,6 @@ class Dead:
         raise LinkLost("gone")
 
     write = read
-
-    def close(self):
-        pass
 
 
 def test_both_are_told_the_first_first_and_the_second_takes_its_place(two):

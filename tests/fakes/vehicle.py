@@ -8,6 +8,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkLost
+from bridge.links.link import Link
 from bridge.onboard.orders import status_texts
 from bridge.onboard.parameters import ParameterServer
 from bridge.vehicle.config import Configuration, Thruster, Vehicle, load_vehicle
@@ -38,7 +39,23 @@ class Set(NamedTuple):
     value: float
 
 
-class FakeVehicle:
+class QuietLink(Link):
+    """A link that hears nothing and takes all that is written."""
+
+    name, contested = "quiet:", frozenset()
+
+    def read(self, timeout_s):
+        del timeout_s
+        return b""
+
+    def write(self, data):
+        pass
+
+    def close(self):
+        pass
+
+
+class FakeVehicle(QuietLink):
     """A link to a vehicle; its faults are attributes.
 
     With `steps`, a read lets time pass for as long as it waits. `drops` are the names of parameters whose writes are

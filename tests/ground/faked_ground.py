@@ -2,6 +2,7 @@
 
 from collections import deque
 
+from fakes.vehicle import QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
@@ -15,7 +16,7 @@ def frames_of(count, system=1):
     return [encoder.encode(dialect.MAVLink_system_time_message(0, n)) for n in range(count)]
 
 
-class FakeLink:
+class FakeLink(QuietLink):
     """Gives what is in `chunks`; an exception in it is raised."""
 
     def __init__(self, name="fake:"):

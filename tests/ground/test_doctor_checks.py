@@ -4,6 +4,7 @@ import math
 import re
 
 import pytest
+from fakes.vehicle import QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
@@ -46,7 +47,7 @@ RATES = {
 }
 
 
-class Talker:
+class Talker(QuietLink):
     """A link on which a healthy vehicle talks, in simulated time; `rates` and the rest can be spoilt."""
 
     name = "talker:"

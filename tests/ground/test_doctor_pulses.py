@@ -1,6 +1,7 @@
 """The pulses of the wet check as orders to a vehicle: never without a yes, never on against trouble."""
 
 import pytest
+from fakes.vehicle import QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
@@ -17,7 +18,7 @@ FILE = load_vehicle("ruvifist")
 PLANNED = pulses(FILE.vehicle, "hovering", thrust_curve(FILE.vehicle.thrust_curve, FILE.path.parent))
 
 
-class ObedientVehicle:
+class ObedientVehicle(QuietLink):
     """Turns its thrusters as ordered, for as long as ordered; its faults are attributes."""
 
     name = "obedient:"
@@ -157,7 +158,6 @@ def test_a_vehicle_that_was_disarmed_is_told_with_likely_causes_and_its_own_last
 
 
 def test_a_second_vehicle_with_the_same_id_stops_the_thrusters(vehicle):
-    vehicle.contested = frozenset()
     vehicle.at[PLANNED[2].start_s + 0.3] = lambda v: setattr(v, "contested", frozenset(((1, 1),)))
     with pytest.raises(LinkError, match="two vehicles beat as system 1"):
         run(vehicle)

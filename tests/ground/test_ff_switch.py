@@ -4,7 +4,7 @@ import random
 from dataclasses import replace
 
 import pytest
-from fakes.vehicle import SMALL, FakeVehicle
+from fakes.vehicle import SMALL, FakeVehicle, QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
@@ -33,7 +33,7 @@ class Craft(FakeVehicle):
         )  # fmt: skip
 
 
-class Both:
+class Both(QuietLink):
     """Several vehicles on one link."""
 
     name = "both:"

@@ -3,6 +3,7 @@
 import random
 
 import pytest
+from fakes.vehicle import QuietLink
 from soak import rest_in_soak
 from test_ff_switch import STEP_S, Both, Craft, drive, heard_before
 
@@ -46,7 +47,7 @@ class Ground:
             self.link.write(self.encoder.encode(message))
 
 
-class Port:
+class Port(QuietLink):
     """What one program hears of the vehicle, as by a hub: all that it says."""
 
     name = "port:"
@@ -60,9 +61,6 @@ class Port:
 
     def write(self, data):
         self.craft.write(data)
-
-    def close(self):
-        pass
 
 
 def fight(seed, off_after_s, mode=Mode.BOTH, before=0.0, loss=0.0, seconds=40.0):
@@ -219,15 +217,13 @@ def test_none_is_silent_while_one_that_is_heard_is_waited_for(clock):
 
 
 class Sea:
-    name = "udpin:1"
-
     def __init__(self):
         self.clock, self.fleet, self.said = SimulatedClock(50.0), Fleet(), []
         self.switching = Switching(self.fleet, self.clock, self.said.append)
 
     def tells_its_mode(self, system):
         for frame in Framer().feed(Encoder(system, 1).frame(*encode(Reading("ff_mode", 0.0, (3.0,))))):
-            self.fleet.on_frame(frame, self, self.clock.now_s)
+            self.fleet.on_frame(frame, "udpin:1", self.clock.now_s)
             self.switching.on_frame(frame)
 
     def orders(self):

@@ -19,12 +19,6 @@ FULL, MORE = 3000, (4000, 10_000)
 A_MEGABYTE = 1_000_000
 
 
-class Line:
-    """A link that only has a name."""
-
-    name = LINK
-
-
 def only(peers, now_s=0.0):
     (reception,) = peers.receptions(LINK, now_s)
     return reception
@@ -172,7 +166,7 @@ def made_up(first, count):
 
 def fleet():
     heard = Fleet()
-    return lambda frame, time_s: heard.on_frame(frame, Line(), time_s)
+    return lambda frame, time_s: heard.on_frame(frame, LINK, time_s)
 
 
 def watcher():
@@ -202,11 +196,11 @@ def test_made_up_addresses_fill_no_memory(make, more):
 def test_the_vehicle_that_was_there_first_is_meant_whoever_makes_up_addresses():
     fleet, now_s = Fleet(), 0.0
     for frame in (*frames_of((1, 1)), *made_up(0, FULL)):
-        fleet.on_frame(frame, Line(), now_s)
+        fleet.on_frame(frame, LINK, now_s)
     for _ in range(5):
         now_s += 1.0
         for frame in frames_of((1, 1)):
-            fleet.on_frame(frame, Line(), now_s)
+            fleet.on_frame(frame, LINK, now_s)
     fleet.choose(1, now_s)
     assert fleet.meant(now_s) == (1, 1)
 
@@ -262,27 +256,11 @@ SUBMARINE, COMPANION, STATION = (
 NO_AUTOPILOT = dialect.MAV_AUTOPILOT_INVALID
 
 
-class Quiet:
-    """A link that only has a name."""
-
-    def __init__(self, name="udpin:1"):
-        self.name = name
-
-    def read(self, _):
-        return b""
-
-    def write(self, _):
-        raise AssertionError("a fleet never sends")
-
-    def close(self):
-        pass
-
-
 class World:
     """A fleet that hears what is said at `now_s`."""
 
     def __init__(self):
-        self.fleet, self.link, self.now_s, self.encoders = Fleet(), Quiet(), 100.0, {}
+        self.fleet, self.link, self.now_s, self.encoders = Fleet(), LINK, 100.0, {}
 
     def say(self, source, message, link=None):
         raw = self.encoders.setdefault(source, Encoder(*source)).encode(message)
@@ -364,7 +342,7 @@ def test_two_vehicles_under_one_address_are_ordered_nothing(world):
 
 
 def test_one_vehicle_on_two_links_is_no_pair_of_twins(world):
-    other, encoder = Quiet("udpin:2"), Encoder(1, 1)
+    other, encoder = "udpin:2", Encoder(1, 1)
     for late in range(400):
         (frame,) = Framer().feed(encoder.encode(dialect.MAVLink_system_time_message(0, 1000 * late)))
         world.fleet.on_frame(frame, world.link, world.now_s + late)
@@ -374,7 +352,7 @@ def test_one_vehicle_on_two_links_is_no_pair_of_twins(world):
 
 
 def test_two_vehicles_under_one_address_on_a_link_each_are_ordered_nothing(world):
-    other = Quiet("udpin:2")
+    other = "udpin:2"
     for turn in range(8):
         world.beat((1, 1))
         world.beat((1, 1), link=other)
@@ -393,9 +371,9 @@ def test_a_start_anew_is_told(world):
 
 
 def test_a_link_that_is_long_gone_is_told_of_no_more(world):
-    world.beat((1, 1), link=Quiet("tcp:old"))
+    world.beat((1, 1), link="tcp:old")
     for later_s in (1.0, 299.0, 1.5):
         world.now_s += later_s
-        world.beat((1, 1), link=Quiet("tcp:new"))
+        world.beat((1, 1), link="tcp:new")
     assert [name for name, _ in world.fleet.sources(world.now_s)] == ["tcp:new"]
     assert (world.fleet.link_of((1, 1)), world.fleet.link_of((9, 9))) == ("tcp:new", "")

@@ -5,6 +5,7 @@ from itertools import chain
 
 import pytest
 from faked_ground import Ground
+from fakes.vehicle import QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
@@ -314,7 +315,7 @@ def test_gaps_in_one_run_of_sequence_numbers_are_no_second_vehicle():
 
 
 def test_what_the_link_knows_of_its_peers_counts():
-    class Udp:
+    class Udp(QuietLink):
         name = "memory:a"
         contested = frozenset(((1, 1), (3, 1)))
 

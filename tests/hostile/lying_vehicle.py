@@ -10,6 +10,7 @@ from fuzz_bytes import TELLING
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
+from bridge.links.link import Link
 from bridge.onboard.file_server import FileServer, Segments
 from bridge.wire.framing import Encoder, Framer
 from bridge.wire.ftp import Fault, Op, Packet, acknowledged, decode, refused
@@ -161,7 +162,7 @@ class Crafted:
         return true if lie is None else lie(asked, true, rng)
 
 
-class Vehicle:
+class Vehicle(Link):
     """Answers from the ring in `folder` by way of `lie`, and nothing more once it has said `most_bytes`.
 
     Whoever still asks after `longest_s` hangs.

@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from fakes.vehicle import QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 import bridge.onboard.ports  # noqa: F401  (before any test replaces what it imports)
@@ -120,7 +121,7 @@ def test_no_verb_that_opens_a_link_is_left_out_here():
     assert found == {line.split()[0] for line in VERBS} | {"tui"}
 
 
-class Ended:
+class Ended(QuietLink):
     """A link that ends whoever reads or writes it, as Ctrl-C does."""
 
     def __init__(self, link):

@@ -3,6 +3,7 @@
 import time
 
 import pytest
+from fakes.vehicle import QuietLink
 from made_view import SENSORS, picture
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
@@ -229,7 +230,7 @@ def test_the_thread_reads_until_it_is_stopped_and_closes_the_link():
     assert source.closed
 
 
-class FakeLink:
+class FakeLink(QuietLink):
     """Gives what is put in, or is lost."""
 
     def __init__(self, data, name="fake:1"):
@@ -244,9 +245,6 @@ class FakeLink:
 
     def write(self, data):
         self.written.append(data)
-
-    def close(self):
-        pass
 
 
 def frames_until(source, clock, count, turns=500):

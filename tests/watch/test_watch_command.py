@@ -8,6 +8,7 @@ import threading
 from dataclasses import replace
 
 import pytest
+from fakes.vehicle import QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as mav
 from rich.console import Console
 from vehicle_on_air import LEVEL, NO_LOCK, STILL, OnAir, dvl, heartbeat, imu
@@ -54,10 +55,10 @@ def healthy(watcher):
     return watcher
 
 
-class Played:
+class Played(QuietLink):
     """A link that gives a chunk a step, each a tenth of a second after the one before, and then stops its reader."""
 
-    name, fault = "played", ""
+    name = "played"
 
     def __init__(self, chunks, clock, stop):
         self.chunks, self.clock, self.stop = list(chunks), clock, stop
@@ -226,7 +227,7 @@ FIRST, SECOND = "tcp:127.0.0.1:40001", "tcp:127.0.0.1:40002"
 HOLDING = Holding(7, FIRST, (SPEC,), "dives/a", "2026-11-20T09:12:03Z", 1, 1, 0, 7200.0, (), 0.0)
 
 
-class Switched:
+class Switched(QuietLink):
     """A link that beats at each read while it is `on`, is lost where it is not, and counts its reads."""
 
     def __init__(self, name, encoder):

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from fakes.vehicle import QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
@@ -78,7 +79,7 @@ def test_a_bridge_without_thrusters_says_that_it_knows_no_motor_test():
     assert answer.result == dialect.MAV_RESULT_UNSUPPORTED
 
 
-class Vehicle:
+class Vehicle(QuietLink):
     """Answers arming with `result`, or not at all where that is None."""
 
     name = "memory:vehicle"

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from fakes.vehicle import QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from service_rig import Rig, acted, fog, vehicle
 
@@ -18,7 +19,7 @@ from bridge.vehicle.parameters import vehicle_table
 from bridge.wire.framing import Framer
 
 
-class BrokenLink:
+class BrokenLink(QuietLink):
     """A link with switches."""
 
     name = "serial:/dev/ttyX"
@@ -38,8 +39,6 @@ class BrokenLink:
         if self.writes_fail:
             raise LinkLost("gone")
         self.written += data
-
-    def close(self) -> None: ...
 
 
 @pytest.mark.parametrize(("reads_fail", "writes_fail"), [(True, True), (True, False), (False, True)])
@@ -86,7 +85,7 @@ def test_a_link_that_mends_itself_is_told_lost_once_while_it_is_away() -> None:
     assert bridge.link_faults == {"serial:/dev/ttyX": "there is no port"}
     plugged.append(BrokenLink())
     plugged[0].reads_fail = plugged[0].writes_fail = False
-    dropped = link.counts["dropped"]
+    dropped = link.dropped
     assert dropped > 0
     rig.clock.advance_to(5.0)
     bridge.step()
