@@ -14,6 +14,7 @@ from bridge.errors import LinkLost
 from bridge.links.link import Link
 from bridge.links.open import open_link
 from bridge.links.udp import ReceiveBuffer, UdpLink, source_of
+from bridge.signing.link import KeylessLink
 from bridge.wire.framing import Encoder, Framer
 from gcs_plugin.recording.link import WARN_EVERY_S, RecordedLink
 
@@ -208,7 +209,7 @@ def test_what_this_computer_lost_is_told_at_once_and_then_now_and_then(
 ) -> None:
     link, _ = ends
     clock, said = SimulatedClock(), list[str]()
-    recorded = RecordedLink(link, clock, lambda _, words: said.append(words))
+    recorded = RecordedLink(KeylessLink(link, said.append), clock, lambda _, words: said.append(words))
     recorded.look()
     assert said == []
     for dropped in (3, 4, 5):
