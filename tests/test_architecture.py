@@ -102,5 +102,13 @@ def test_every_module_that_the_map_names_is_there() -> None:
     assert [name for name in named if not ((ROOT / name).is_dir() or (ROOT / f"{name}.py").is_file())] == []
 
 
+def test_every_folder_of_the_tests_is_on_the_map() -> None:
+    section = MAP.split("## Tests")[1].split("## ")[0]
+    folders = {
+        path.name for path in (ROOT / "tests").iterdir() if any(path.glob("*.*")) and path.name[0] not in "_."
+    }
+    assert folders - set(re.findall(r"`(?:tests/)?([a-z_]+)`", section)) == set()
+
+
 def test_the_map_is_one_page() -> None:
     assert len(MAP.splitlines()) < 80
