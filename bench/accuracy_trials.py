@@ -17,7 +17,7 @@ from bench.remembered import Data, Job, Remembered
 from bench.stamp import BASELINES, LEARNT, MISSIONS, stamp
 from bench.trial import BOUND, OWN, bound_job, method_job
 from identify.estimators.table import METHODS as PRODUCT
-from identify.identification import Z95
+from identify.statistics import Z95
 
 ORDER = ("likelihood", "pinn", *OWN)
 SEEDS_AT_MOST = {"PySINDy weak": 100}

@@ -4,7 +4,7 @@ from collections.abc import Hashable, Sequence
 
 import numpy as np
 
-from identify.identification import Z95
+from identify.statistics import Z95
 
 
 def wilson(rate: float, count: float) -> tuple[float, float]:

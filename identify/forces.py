@@ -22,6 +22,7 @@ from bridge.vehicle.config import CONFIGS, Configuration, ThrustCurve, Vehicle, 
 from bridge.vehicle.thrusters import NEUTRAL_US, allocation_matrix, thrust_curve
 from identify.dive import Array, Dive, Signal
 from identify.ingest.commands import held_commands, never_known, sampled_slowly
+from identify.statistics import bulk_std
 
 NOTABLE_DIFFERENCE = 0.05
 LEAST_WRENCH = 1e-3
@@ -235,7 +236,7 @@ def unrounded(asked: Array, variance: Array) -> Array:
         past = np.lib.stride_tricks.sliding_window_view(np.pad(recorded, (LAST - 1, 0), mode="edge"), LAST)
         level = np.median(past, axis=1)
         beyond = recorded - level
-        spread = (1.4826 * float(np.median(np.abs(beyond)))) ** 2
+        spread = bulk_std(beyond) ** 2
         believed = 1.0 - hidden / max(spread, hidden)
         small = 1.0 - hidden / np.maximum(beyond**2, hidden)
         share = np.where(beyond**2 > FAR**2 * hidden, 1.0, np.maximum(believed, small))

@@ -19,7 +19,6 @@ from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, OF_HULL
 from bridge.vehicle.config import Configuration
 from identify.identification import (
     LARGEST_RELATIVE_STD,
-    Z95,
     Doubt,
     DragForce,
     Estimate,
@@ -29,6 +28,7 @@ from identify.identification import (
     Outcome,
     Partner,
 )
+from identify.statistics import Z95
 from identify.words import capital
 
 Array = NDArray[np.float64]

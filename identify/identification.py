@@ -15,6 +15,7 @@ from bridge.text import as_clause
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, BY_NAME, DOFS, MASSES, OF_HULL
 from bridge.vehicle.config import Configuration
 from identify.dive import Signal
+from identify.statistics import Z95
 
 WRITTEN = {"n": "N", "nm": "N m", "s": "s", "m_s": "m/s", "rad_s": "rad/s", "m": "m", "rad": "rad"}
 """The units of these quantities as the names of a file have them, and as a reader does."""
@@ -69,7 +70,6 @@ def _force(dof: int) -> str:
     return "n" if dof < 3 else "nm"
 
 
-Z95 = 1.959963984540054
 LARGEST_RELATIVE_STD = 0.30
 """A coefficient with a larger relative standard error is called not identifiable."""
 

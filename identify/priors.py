@@ -19,7 +19,6 @@ from bridge.vehicle.coefficients import OF_HULL
 from bridge.vehicle.config import Prior, dive_mark
 from identify.identification import (
     LARGEST_RELATIVE_STD,
-    Z95,
     Culprit,
     Doubt,
     Estimate,
@@ -27,6 +26,7 @@ from identify.identification import (
     Outcome,
     ThrustScale,
 )
+from identify.statistics import Z95
 
 Array = NDArray[np.float64]
 

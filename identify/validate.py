@@ -21,6 +21,7 @@ from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Vector3
 from identify.dive import Array, Dive, Signal
 from identify.filters import ORDER, low_pass
+from identify.statistics import bulk_std
 
 AXES = (0, 1, 5)
 PHASES = ("Acceleration", "Steady state", "Deceleration", "Overall")
@@ -221,7 +222,7 @@ def _low(time_s: Array, error: Array) -> tuple[Array, float]:
     x = np.linspace(0.0, top, 2001)
     gain = 1 / (1 + x ** (2 * ORDER))
     passed, taken = float(np.mean(gain**2)), float(np.mean((1 - gain) ** 2))
-    sigma = 1.4826 * float(np.median(np.abs(error - smooth)))
+    sigma = bulk_std(error - smooth)
     return smooth, sigma * math.sqrt(passed / taken)
 
 

@@ -21,8 +21,9 @@ from gcs_plugin.params.files import read_sidecar
 from gcs_plugin.params.identified import doubt_lines, doubted_in
 from identify.effects.effect import SIMULATED
 from identify.effects.library import library
-from identify.identification import Z95, Outcome
+from identify.identification import Outcome
 from identify.run.diagnose import Before
+from identify.statistics import Z95
 from tui.parameter_files import Leave, accepted_model, check_outcome, read_identification
 
 AGEING = {"mass": 0.03, "damping": 0.10, "quadratic": 0.10}

@@ -17,6 +17,7 @@ from identify.dive import Dive
 from identify.filters import AlignedDive, aligned
 from identify.identification import Estimate, Identification, Outcome
 from identify.identification import estimate as one_estimate
+from identify.statistics import Z95
 
 Array = NDArray[np.float64]
 
@@ -32,8 +33,6 @@ PRODUCTS = (
 
 LEAST_DRIVE = 1e-3
 """An axis whose thrust has less spread than this share of one thruster's limit (N, or N m) counts as not pushed."""
-
-Z95 = 1.959963984540054
 
 
 @dataclass(frozen=True)

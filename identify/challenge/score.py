@@ -12,8 +12,8 @@ from typing import Any
 from bridge.errors import LogError
 from identify.challenge.plants import ABSORBED
 from identify.challenge.vehicles import LAG_S
+from identify.statistics import Z95
 
-Z95 = 1.959964
 CLEAR = 0.5
 """Size over the noise floor from which an effect counts as clear."""
 

@@ -18,6 +18,7 @@ from identify.forces import wrench
 from identify.identification import Doubt, Outcome
 from identify.ingest.rotation import euler_angles
 from identify.side_by_side import side_by_side
+from identify.statistics import left_of, spread
 from identify.words import axes_named, capital, listed
 
 TAPS = 8
@@ -204,11 +205,6 @@ def white_noise(read: Array) -> float:
     return spread(np.diff(read, 2)) / float(np.sqrt(6.0)) if len(read) > TAPS else 0.0
 
 
-def spread(value: Array) -> float:
-    """Standard deviation of the normal bulk of the values, from the median absolute deviation."""
-    return float(1.4826 * np.median(np.abs(value - np.median(value))))
-
-
 @dataclass(frozen=True)
 class Unrecorded:
     """Evidence that the controller of a degree of freedom used a reading that the recording lacks."""
@@ -359,10 +355,9 @@ def _went_on(dive: Dive, dof: int, stretches: Sequence[tuple[float, float]]) -> 
     if len(table) < 2 * TAPS:
         return False
     turning, fed = table[:, 3:], table[:, dof]
-    fitted, *_ = np.linalg.lstsq(turning, fed, rcond=None)
     read = np.zeros((0, 3)) if dive.velocity is None else dive.velocity.value
     noise = white_noise(read[np.isfinite(read[:, dof]), dof])
-    return spread(fed - turning @ fitted) > max(LARGEST_FOREIGN * noise, SAME)
+    return spread(left_of(turning, fed)) > max(LARGEST_FOREIGN * noise, SAME)
 
 
 def unexplained_wrench(dive: Dive, dof: int, water: Water) -> float | None:

@@ -16,7 +16,6 @@ from identify.checks.scales import (
     Scale,
     edge_means,
     integral,
-    left_of,
     scale_of,
     well_read,
     whole,
@@ -24,6 +23,7 @@ from identify.checks.scales import (
 from identify.dive import Array, Dive, Signal
 from identify.identification import Doubt, Outcome
 from identify.ingest.rotation import euler_angles
+from identify.statistics import left_of
 from identify.words import capital
 
 WINDOW_S, EDGE_S = 1.0, 0.25

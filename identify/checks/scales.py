@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.dive import Array, Signal
+from identify.statistics import left_of
 
 LEAST_READ = 0.8
 """Share of the usual number of readings that a window must have."""
@@ -99,9 +100,3 @@ def edge_means(time_s: Array, value: Array, edges_s: Array, edge_s: float = EDGE
     first, last = np.searchsorted(time_s, edges_s - edge_s), np.searchsorted(time_s, edges_s + edge_s)
     count = (last - first)[:, None]
     return np.where(count > 0, (total[last] - total[first]) / np.maximum(count, 1), np.nan)
-
-
-def left_of(columns: Array, value: Array) -> Array:
-    """Residual of a value, (n,) or (n, k), after a least-squares fit of the columns of `columns`."""
-    fitted, *_ = np.linalg.lstsq(columns, value, rcond=None)
-    return np.asarray(value - columns @ fitted)

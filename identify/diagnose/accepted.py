@@ -35,7 +35,8 @@ from identify.effects.course import Course
 from identify.effects.effect import Compensation, Effect
 from identify.estimators.likelihood_axis import DAMPING, MASS
 from identify.estimators.misfit import Multiplier, doubts_of, timing_of
-from identify.identification import Z95, Culprit, Doubt
+from identify.identification import Culprit, Doubt
+from identify.statistics import Z95
 from identify.words import capital, listed
 
 Array = NDArray[np.float64]

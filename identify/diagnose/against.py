@@ -21,7 +21,7 @@ from identify.diagnose.verdict import LIKELY
 from identify.diagnose.wording import sorted_by_likelihood
 from identify.dive import Dive
 from identify.effects.effect import Effect
-from identify.identification import Z95
+from identify.statistics import Z95
 from identify.words import capital, listed, significant
 
 DRIFT_S = 5.0

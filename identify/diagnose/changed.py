@@ -31,7 +31,7 @@ from identify.diagnose.wording import SINCE, effect_words, value_words
 from identify.effects.course import Course
 from identify.effects.effect import Act, Effect, Told
 from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
-from identify.identification import Z95
+from identify.statistics import Z95
 from identify.words import listed
 
 Array = NDArray[np.float64]

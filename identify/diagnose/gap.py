@@ -16,6 +16,7 @@ from identify.diagnose.simulation import Simulation
 from identify.diagnose.unexplained import Parity, Timing, Unexplained, Variable, of_other_speeds, unit_forces
 from identify.effects.course import Course
 from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
+from identify.statistics import left_of
 
 Array = NDArray[np.float64]
 
@@ -122,9 +123,7 @@ def with_unexplained(missing: Missing, left: Unexplained, noise: Nominal, every:
     for shape, size, gain in zip(left.shapes, left.forces, left.gains, strict=True):
         dof = shape.dof
         nu, nu_dot = course.nu[::every, dof], course.nu_dot[::every, dof]
-        beyond = size * _least_squares_residual(
-            shape.force[::every], np.column_stack([nu, nu_dot, np.ones(len(nu))])
-        )
+        beyond = size * left_of(np.column_stack([nu, nu_dot, np.ones(len(nu))]), shape.force[::every])
         square = (beyond / force[dof]) ** 2
         most = 2.0 * gain * 2.0 * memory_s[dof] / seconds
         power[:, dof] += square * min(1.0, most / max(float(np.mean(square)), 1e-300))
@@ -151,11 +150,6 @@ def _time_constants_s(noise: Nominal) -> dict[int, float]:
         problem.axis.dof: float(np.exp(noise.theta[place][TIME_CONSTANT]))
         for problem, place in zip(noise.joint.problems, noise.joint.places, strict=True)
     }
-
-
-def _least_squares_residual(value: Array, columns: Array) -> Array:
-    fitted, *_ = np.linalg.lstsq(columns, value, rcond=None)
-    return np.asarray(value - columns @ fitted)
 
 
 def _without_scale(wrong: Array, nu: Array) -> Array:

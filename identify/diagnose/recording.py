@@ -26,8 +26,8 @@ from identify.effects.effect import OWN_VELOCITY, PULSES, QUICK_COMMANDS
 from identify.estimators.refusals import refuse_unpushed, solvable
 from identify.forces import tells_thrusters
 from identify.identifiability import MOST_ADDED
-from identify.identification import Z95
 from identify.ingest.commands import sampled_slowly
+from identify.statistics import Z95
 from identify.words import listed, significant
 
 Array = NDArray[np.float64]

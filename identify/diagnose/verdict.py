@@ -34,8 +34,8 @@ from identify.effects.course import Course
 from identify.effects.effect import Effect
 from identify.effects.sensors import WRONG_FEEDBACK_LOG
 from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
-from identify.identification import Z95
 from identify.side_by_side import side_by_side
+from identify.statistics import Z95, left_of
 
 FORM_SHARE = 0.02
 """Share of the causes' nats that a form's remainder may reach: a form right to a seventh of its force leaves as
@@ -307,9 +307,7 @@ def braking_of(causes: Sequence[Cause], now: Nominal) -> Array:
 
 
 def _beyond_refit(force: Array, course: Course, dof: int) -> Array:
-    columns = np.column_stack([course.nu[:, dof], course.nu_dot[:, dof]])
-    fitted, *_ = np.linalg.lstsq(columns, force, rcond=None)
-    return np.asarray(force - columns @ fitted)
+    return left_of(np.column_stack([course.nu[:, dof], course.nu_dot[:, dof]]), force)
 
 
 def _error(force: Array, mass: float, braking: Array, step_s: float) -> Array:

@@ -19,6 +19,7 @@ from identify.effects.course import Course, delayed, lagged, thrust_by_shaft
 from identify.effects.effect import Act
 from identify.estimators.readings import steers_unheard, tumbles
 from identify.ingest.rotation import euler_angles
+from identify.statistics import bulk_std
 
 Array = NDArray[np.float64]
 
@@ -116,12 +117,8 @@ def weighed_witness(witness: Witness, acts: Sequence[Act], course: Course) -> We
         left -= witness.known @ np.linalg.lstsq(witness.known, left, rcond=None)[0]
     floor = 1e-6 + LEAST_SHARE * witness.size
     small = witness.size <= np.median(witness.size)
-    base = np.hypot(1.4826 * float(np.median(np.abs(left[small]))), 1e-6)
-    large = (
-        1.4826 * float(np.median(np.abs(left[~small]) / np.maximum(witness.size[~small], 1e-9)))
-        if (~small).any()
-        else 0.0
-    )
+    base = np.hypot(bulk_std(left[small]), 1e-6)
+    large = bulk_std(left[~small] / np.maximum(witness.size[~small], 1e-9)) if (~small).any() else 0.0
     std = np.maximum(np.hypot(base, large * witness.size), floor)
     std = np.hypot(std, witness.timing_std)
     scaled = np.clip(left / std, -4.0, 4.0)

@@ -37,7 +37,6 @@ from identify.estimators.misfit import Admitted, Doubts, admitted, timing_of
 from identify.identifiability import with_bounds, with_drag_forces, with_identifiability
 from identify.identification import (
     LARGEST_RELATIVE_STD,
-    Z95,
     Doubt,
     Estimate,
     Identification,
@@ -51,6 +50,7 @@ from identify.identification import (
 from identify.identification import estimate as as_estimate
 from identify.ingest.open import utc
 from identify.priors import with_priors
+from identify.statistics import Z95
 
 Array = NDArray[np.float64]
 

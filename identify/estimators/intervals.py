@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from identify.estimators.likelihood_axis import DAMPING, DISTURBANCE, TIME_CONSTANT
 from identify.estimators.likelihood_joint import JointLikelihood, alone
 from identify.estimators.scoring import Maximum, Problem, Score, climb, log_posterior
-from identify.identification import Z95
+from identify.statistics import Z95
 
 Array = NDArray[np.float64]
 

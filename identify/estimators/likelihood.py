@@ -29,8 +29,9 @@ from identify.estimators.misfit import Doubts, doubts_of
 from identify.estimators.refusals import long_enough
 from identify.estimators.timing import shared_axes, with_delay
 from identify.forces import wrench
-from identify.identification import Z95, Doubt, Estimate, Identification, Information, Nuisance
+from identify.identification import Doubt, Estimate, Identification, Information, Nuisance
 from identify.progress import Progress
+from identify.statistics import Z95
 
 Array = NDArray[np.float64]
 

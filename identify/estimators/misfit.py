@@ -18,7 +18,7 @@ from identify.estimators.lateness import LATER_S, by_lateness
 from identify.estimators.likelihood_axis import DAMPING, AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.scoring import climb
-from identify.identification import Z95
+from identify.statistics import Z95
 
 Array = NDArray[np.float64]
 

@@ -24,9 +24,10 @@ from identify.estimators.readings import YAW
 from identify.estimators.refusals import lasting, refuse_unpushed, too_short
 from identify.estimators.scoring import climb
 from identify.forces import WrenchHistory, wrench
-from identify.identification import Z95, ThrustDelay
+from identify.identification import ThrustDelay
 from identify.ingest.rotation import attitude_at, to_body
 from identify.side_by_side import shared, side_by_side
+from identify.statistics import Z95
 
 Array = NDArray[np.float64]
 

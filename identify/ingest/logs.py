@@ -17,12 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import LogError
-from bridge.wire.clock_line import NORMAL, ClockLine, fit_clock
+from bridge.wire.clock_line import ClockLine, fit_clock
 from identify.dive import Array, Signal
 from identify.ingest import rotation
 from identify.ingest.dataflash import read_log
 from identify.ingest.frames import load_frames
 from identify.ingest.messages import vehicle_runs, vehicle_system
+from identify.statistics import bulk_std
 from identify.words import listed
 
 GRID_S: Final = 0.1
@@ -116,7 +117,7 @@ def _match(mine: Signal, other: Signal) -> Match | None:
     if swapped:
         time_s, ahead_s = time_s + ahead_s, -ahead_s
     line = fit_clock(time_s, ahead_s, std_s)
-    scatter_s = NORMAL * float(np.median(np.abs(ahead_s - line.ahead_s(time_s))))
+    scatter_s = bulk_std(ahead_s - line.ahead_s(time_s))
     if scatter_s > max(MOST_SCATTER_S, MOST_SCATTERS * float(np.median(std_s))):
         raise LogError(STRANGERS)
     span_s = max(mine.time_s[0], other.time_s[0] - shift_s), min(mine.time_s[-1], other.time_s[-1] - shift_s)

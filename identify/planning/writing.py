@@ -14,8 +14,8 @@ from identify.planning.knowledge import NAMES, Knowledge
 from identify.planning.limits import REST_S, START_DEPTH_M, Limits, Tank
 from identify.planning.manoeuvres import WAYS, Manoeuvre
 from identify.planning.propose import Part, Proposal
+from identify.statistics import Z95
 
-Z95 = 1.959963984540054
 NOTABLE_M = 0.05
 NO_ROOM = "stays in place"
 DOUBT_MARK = "*"

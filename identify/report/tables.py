@@ -9,8 +9,9 @@ import numpy as np
 
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, DOFS, OF_HULL
 from identify.dive import Dive, Signal
-from identify.identification import NEGLIGIBLE_CORRELATION, WRITTEN, Z95, Estimate, Nuisance, Quantity
+from identify.identification import NEGLIGIBLE_CORRELATION, WRITTEN, Estimate, Nuisance, Quantity
 from identify.report.page import Table
+from identify.statistics import Z95
 from identify.words import (
     MISSING,
     count,

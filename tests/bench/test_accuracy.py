@@ -26,7 +26,7 @@ from bench.tally import inside95, median_ratio, root_mean_square, tally
 from bridge.errors import FitError
 from identify.estimators.likelihood import estimate
 from identify.estimators.table import estimator
-from identify.identification import Z95 as IDENTIFICATION_Z95
+from identify.statistics import Z95 as IDENTIFICATION_Z95
 
 Z95 = 1.959963984540054
 

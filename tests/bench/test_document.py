@@ -37,7 +37,7 @@ from bridge.vehicle.config import load_vehicle
 from bridge.wire.framing import Encoder
 from identify.dive import Dive, Signal
 from identify.estimators.table import SIDE_BY_SIDE
-from identify.identification import Z95
+from identify.statistics import Z95
 
 
 def test_one_section_is_replaced_and_the_others_stay() -> None:

@@ -28,8 +28,8 @@ from identify.dive import Signal
 from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE_SHIFTED, SATURATION, thruster_lag
 from identify.effects.course import thrust_by_shaft
 from identify.effects.hydrodynamics import QUADRATIC_DRAG
-from identify.identification import Z95
 from identify.ingest.open import read_dive
+from identify.statistics import Z95
 
 ROOT = Path(__file__).resolve().parents[2]
 SHARED = ROOT.parent / "shared"

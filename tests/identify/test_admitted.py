@@ -24,8 +24,9 @@ from identify.estimators.misfit import (
     timing_of,
 )
 from identify.estimators.table import estimator
-from identify.identification import Z95, Outcome
+from identify.identification import Outcome
 from identify.ingest.open import read_dive
+from identify.statistics import Z95
 
 ROOT = Path(__file__).resolve().parents[2]
 OPEN_2 = ROOT.parent / "shared" / "sealed" / "open_2" / "dive.tlog.gz"

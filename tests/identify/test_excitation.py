@@ -16,7 +16,7 @@ from identify.dive import Dive, Signal
 from identify.estimators.refusals import common_s, lasting, long_enough, too_short
 from identify.estimators.table import METHODS, estimator
 from identify.glance.excitation import excitation, spans
-from identify.identification import Z95
+from identify.statistics import Z95
 
 FILE = closed_loop.vehicle_file()
 HEAVY = load_vehicle("bluerov2_heavy")

@@ -14,7 +14,7 @@ from identify.estimators.likelihood_axis import DAMPING, DISTURBANCE, MASS, TIME
 from identify.estimators.likelihood_fit import regressed, rough_maximum
 from identify.estimators.likelihood_joint import alone
 from identify.estimators.scoring import Maximum, climb, log_posterior, weigh
-from identify.identification import Z95
+from identify.statistics import Z95
 
 SHAPE = closed_loop.vehicle_file().vehicle.configurations["only"]
 

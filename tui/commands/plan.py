@@ -258,7 +258,7 @@ def interval_table(proposal: "Proposal", knowledge: "Knowledge") -> "Table":
 
 def _share(relative_std: float) -> str:
     """Half of the 95 % interval as a share of the value."""
-    from identify.planning.writing import Z95
+    from identify.statistics import Z95
     from tui import show
 
     return f"{show.number(100 * Z95 * relative_std, 2)} %" if math.isfinite(relative_std) else "unknown"

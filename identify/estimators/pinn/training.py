@@ -36,8 +36,8 @@ from identify.estimators.pinn.parameters import (
     slope,
 )
 from identify.estimators.refusals import no_solution
-from identify.identification import Z95
 from identify.progress import Progress
+from identify.statistics import Z95
 
 SETTLED, LEVELS_SETTLED, LEVEL_SHARE = 0.1, 1.0, 0.02
 """Training ends with a step in which no coefficient moves by more than SETTLED of its standard error, and no noise
