@@ -19,7 +19,7 @@ from bridge.simulator.dive import TICK_S, WARM_UP_S, SimulatedVehicle, arm_for_m
 from bridge.simulator.missions import Mission, mission_named
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import MODE
 from bridge.wire.framing import Framer
 from bridge.wire.tlog import TlogWriter

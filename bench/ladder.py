@@ -25,7 +25,7 @@ from bridge.simulator.direct import simulate_truth
 from bridge.simulator.missions import mission_named
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.controller import GAINS
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from identify.estimators.table import DEFAULT
 from identify.validate import phases
 

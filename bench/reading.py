@@ -13,7 +13,7 @@ from bench.stamp import LEARNT, SIMULATED, stamp
 from bench.words import paragraph
 from bridge.simulator.missions import load_mission
 from bridge.vehicle.config import load_vehicle
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from bridge.wire.tlog import TlogReader
 from identify.ingest.open import read_dive
 

@@ -17,7 +17,7 @@ from bench.campaigns import CONFIGURATIONS, Dived, dived
 from bench.remembered import Data, Remembered
 from bench.stamp import LEARNT, SIMULATED, stamp
 from bridge.simulator.missions import mission_named
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
 from identify.estimators.table import DEFAULT
 from identify.validate import PHASES, tracking_errors

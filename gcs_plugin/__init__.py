@@ -4,6 +4,6 @@
 `doctor` checks · `params` files, plan, upload, roll back · `mavproxy` all of this inside MAVProxy.
 
 `peers` who speaks on the links · `fleet` which vehicle orders go to · `feedforward` switches the feed-forward · `modes`
-its modes, and the marks of OFF orders · `locks` between programs · `job` work in processes of its own · `simulated` the
-simulated vehicle seen from the ground.
+the marks of OFF orders · `locks` between programs · `job` work in processes of its own · `simulated` the simulated
+vehicle seen from the ground.
 """

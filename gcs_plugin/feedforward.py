@@ -24,13 +24,13 @@ from typing import Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode, word_of
 from bridge.vehicle.parameters import MODE
 from bridge.wire.framing import Frame, decode
 from bridge.wire.readings import Reading
 from bridge.wire.readings import decode as decode_reading
 from bridge.wire.status_codes import CrewText, Topic
-from gcs_plugin.modes import sent_text, word
+from gcs_plugin.modes import sent_text
 from gcs_plugin.params.deadline import Timing
 from gcs_plugin.params.session import NO_INDEX
 from gcs_plugin.params.transfer import DOES_NOT_EXIST, ERROR_SENTENCES, Source
@@ -254,9 +254,9 @@ class SwitchedVehicle:
             self.stage, self.due_s = Stage.SEND, self.last_s + SEND_EVERY_S
 
     def words(self, now_s: float) -> str:
-        wanted = word(self.mode)
+        wanted = word_of(self.mode)
         if self.stage is Stage.DONE and self.telemetry is not None and self.telemetry != self.mode:
-            return f"was {wanted}, as read back; its telemetry says {word(self.telemetry)} now"
+            return f"was {wanted}, as read back; its telemetry says {word_of(self.telemetry)} now"
         if self.stage is Stage.DONE:
             how = "as answered" if self.contested else "as read back and as its telemetry says"
             return f"{wanted}, {how}"
@@ -274,11 +274,11 @@ class SwitchedVehicle:
         if self.answer is None or silent_s >= SHOW_SILENCE_S:
             parts.append(f"no answer for {silent_s:.1f} s")
         elif self.answer != self.mode:
-            parts.append(f"it answers {word(self.answer)}{f' ({self.against()})' if self.refusal else ''}")
+            parts.append(f"it answers {word_of(self.answer)}{f' ({self.against()})' if self.refusal else ''}")
         if self.telemetry is None and now_s - self.first_s >= SHOW_SILENCE_S:
             parts.append("no telemetry of it")
         elif self.telemetry is not None and self.telemetry != self.mode:
-            parts.append(f"its telemetry says {word(self.telemetry)}")
+            parts.append(f"its telemetry says {word_of(self.telemetry)}")
         if self.stage is not Stage.SEND:
             parts.append(f"it says {wanted}, being read back")
         return ", ".join(parts)
@@ -447,11 +447,11 @@ class Switch:
 
     @property
     def _way_given(self) -> str:
-        raised = word(self.mode)
+        raised = word_of(self.mode)
         if self.overruled:
             return f"OFF was ordered meanwhile and wins: {raised} is sent no more; look, and ask again if need be"
         lowered = "; ".join(
-            f"vehicle {n}: it says {word(v.other or 0.0)} after {word(self.mode if v.taken else v.was)}"
+            f"vehicle {n}: it says {word_of(v.other or 0.0)} after {word_of(self.mode if v.taken else v.was)}"
             for n, v in sorted(self._vehicles.items())
             if v.lowered
         )

@@ -1,4 +1,4 @@
-"""The feed-forward's modes for operators: their names, and the marks of OFF orders on this computer.
+"""Orders of the feed-forward's modes: the marks of OFF orders on this computer.
 
 OFF wins: a program that raises the feed-forward yields to one that orders OFF meanwhile. It would see that order only
 through the vehicle's reports, which may be the same as before. So a program that sends OFF first touches a small file
@@ -11,22 +11,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import MODE
 from gcs_plugin.recording.state import state_file
-
-WORDS: Final = {Mode.OFF: "off", Mode.SHADOW: "shadow", Mode.ALONE: "only", Mode.BOTH: "both"}
-"""Operators' name of each mode."""
 
 
 def sent_text(count: int) -> str:
     """Text for a number of sends."""
     return "sent once" if count == 1 else f"sent {count} times"
-
-
-def word(value: float) -> str:
-    """Operators' name of an FF_MODE value; the number itself if it is no mode."""
-    return next((text for mode, text in WORDS.items() if mode == value), f"{value:g}")
 
 
 WAIT_S: Final = 0.05

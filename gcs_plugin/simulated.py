@@ -13,7 +13,7 @@ from bridge.simulator.dive import WARM_UP_S, SimulatedVehicle, simulate_dive
 from bridge.simulator.missions import Mission
 from bridge.simulator.truth import Truth, load_truth
 from bridge.vehicle.config import VehicleFile
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from gcs_plugin.dives.folder import DiveFolder, about_vehicle, new_folder
 from gcs_plugin.recording.recorder import Recorder
 

@@ -183,7 +183,7 @@ def switched() -> Any:
     from test_ff_switch import Craft, drive
 
     from bridge.clock import SimulatedClock
-    from bridge.vehicle.feedforward import Mode
+    from bridge.vehicle.mode import Mode
     from gcs_plugin.feedforward import Switch
 
     outcomes = []

@@ -34,7 +34,7 @@ VERBS = {
     "plan": "propose what to dive next, and how well each parameter would be known after it",
     "prior": "take what was identified and accepted into the vehicle file, as known before the next dive",
     "params": "show, compare, upload and roll back the parameters of a vehicle",
-    "ff": "switch the feed-forward of a vehicle: off, shadow, only or both",
+    "ff": "switch the feed-forward of a vehicle: off, shadow, ff or both",
     "export": "write the identified model in the files of other simulators",
     "diagnose": "say where model and recording differ, what causes it, and how far that shrinks the difference",
     "validate": "tracking errors of dives in acceleration, steady state and deceleration",

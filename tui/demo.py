@@ -11,7 +11,7 @@ from bridge.onboard.parameters import parameters_of
 from bridge.simulator.missions import mission_named
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from gcs_plugin import simulated
 from gcs_plugin.job import side_by_side
 from gcs_plugin.params.client import ParameterClient

@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from bridge.vehicle.mode import word_of
 from gcs_plugin.watch.picture import Armed, Condition, Freshness, LinkRow, Picture, SensorRow, Trace
 from tui import show
 
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
 GONE = "--"
 NO_READING = "none"
 DECIMALS = {"m/s": 2, "rad/s": 3, "m": 2, "V": 1, "A": 1}
-MODES = ("off", "shadow", "only", "both")
 SEVERITIES = ("emergency", "alert", "critical", "error", "warning", "notice", "info", "debug")
 VELOCITIES = ("u", "v", "w", "r")
 POOR = (Condition.BAD, Condition.MISSING)
@@ -78,8 +78,9 @@ def mode_words(picture: Picture) -> str:
     mode = picture.ff_mode
     if mode is None:
         return ""
-    name = MODES[mode] if 0 <= mode < len(MODES) else str(mode)
-    return f"FF {name}" + (f" {picture.ff_mode_age_s:.0f} s ago" if picture.ff_mode_age_s > 3.0 else "")
+    return f"FF {word_of(mode)}" + (
+        f" {picture.ff_mode_age_s:.0f} s ago" if picture.ff_mode_age_s > 3.0 else ""
+    )
 
 
 def recording_words(holding: "Holding | None") -> str:

@@ -25,7 +25,7 @@ from bridge.simulator.missions import HeadingReference, Leg, Mission, mission_na
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import COMMIT, bounds
 from gcs_plugin import simulated
 from identify.dive import Dive

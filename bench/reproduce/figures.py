@@ -8,7 +8,7 @@ import numpy as np
 from bench.reproduce.dives import REST_S, Campaign
 from bench.reproduce.measures import heading, span
 from bridge.vehicle.coefficients import BY_NAME, DOFS
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
 from identify.report.figures import TIME_TITLE, signal_line, time_panel
 from identify.report.page import Figure

@@ -9,7 +9,7 @@ from bench.reproduce import dives
 from bench.reproduce.dives import CONFIGURATIONS, VEHICLE, Campaign, Trial, campaign
 from bench.reproduce.paper import PaperOptions
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from gcs_plugin.job import side_by_side
 from identify.dive import Dive
 from identify.identification import Identification

@@ -9,14 +9,14 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from enum import IntEnum
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import ParamError
 from bridge.onboard.store import UNTOLD, Memory, hull_mark
 from bridge.vehicle.config import VehicleFile
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import (
     ACTIVE,
     APPLYING_MODES,
@@ -31,8 +31,6 @@ from bridge.vehicle.parameters import (
 from bridge.vehicle.shadow import NONE_FLOWN
 from bridge.wire.readings import CONTRACT_VERSION
 from bridge.wire.status_codes import Topic, coded
-
-_SAID_AS: Final = {Mode.ALONE: "only", Mode.BOTH: "both"}
 
 
 class Refusal(IntEnum):
@@ -165,7 +163,7 @@ class ParameterServer:
         texts, self._texts = self._texts, []
         came_up, self._came_up_acting = self._came_up_acting, False
         if came_up and self._mode in APPLYING_MODES:
-            texts.append(f"FF {_SAID_AS[Mode(self.mode)]}: acts once armed")
+            texts.append(f"FF {Mode(self.mode).word}: acts once armed")
         return texts
 
     def take_news(self) -> list[str]:

@@ -13,7 +13,7 @@ from bridge.simulator.truth import Truth, load_truth
 from bridge.vehicle.autopilot import RATE_HZ, Actuation, Autopilot
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.controller import GAINS
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import Navigation, unwrapped, yaw_of
 from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
 

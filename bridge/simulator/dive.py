@@ -21,7 +21,7 @@ from bridge.simulator.truth import Truth
 from bridge.simulator.world import TYPICAL, Chunk, NoiseLevels
 from bridge.vehicle.autopilot import RATE_HZ, Autopilot
 from bridge.vehicle.config import VehicleFile
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import MODE, vehicle_table
 from bridge.vehicle.references import Reference
 

@@ -11,16 +11,8 @@ from bridge.vehicle.accepted_effects import Supply, known_effects
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Vehicle
 from bridge.vehicle.controller import GAINS, Controller, load_gains
-from bridge.vehicle.feedforward import (
-    FEEDFORWARD_DOFS,
-    FeedForward,
-    Lead,
-    Mode,
-    Onset,
-    Slope,
-    feedforward,
-    silent,
-)
+from bridge.vehicle.feedforward import FEEDFORWARD_DOFS, FeedForward, Lead, Onset, Slope, feedforward, silent
+from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import OLDEST_S, Navigation, known_at
 from bridge.vehicle.references import ZERO6, Push, Reference, Six, Trail
 from bridge.vehicle.shadow import NONE_FLOWN, Shadow

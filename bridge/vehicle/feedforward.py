@@ -7,7 +7,6 @@ with the feed-forward fades in, so that raising FF_MODE makes no thruster jump.
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from enum import IntEnum
 from types import MappingProxyType
 from typing import TypeVar
 
@@ -23,31 +22,6 @@ LEAD_SHARE = 0.1
 SLOPE_PER_S = 2.0
 LONGEST_TICK_S = 0.1
 NO_EFFECTS: Mapping[str, float] = MappingProxyType({})
-
-
-class Mode(IntEnum):
-    """FF_MODE: whether the feed-forward is applied, and whether the PID of its axes is."""
-
-    OFF = 0
-    SHADOW = 1
-    ALONE = 2
-    BOTH = 3
-
-    @property
-    def applies_feedforward(self) -> bool:
-        return self in (Mode.ALONE, Mode.BOTH)
-
-    @property
-    def applies_pid(self) -> bool:
-        """Whether the PID acts in surge, sway and yaw; the PID of heave, roll and pitch always does."""
-        return self is not Mode.ALONE
-
-    def raises(self, before: "Mode") -> bool:
-        """Whether this mode relies more on the feed-forward than `before` did: it now acts, or acts without the PID."""
-        return _LEFT_TO_IT[self] > _LEFT_TO_IT[before]
-
-
-_LEFT_TO_IT = {Mode.OFF: 0, Mode.SHADOW: 0, Mode.BOTH: 1, Mode.ALONE: 2}
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,7 @@ from bridge.clock import SystemClock
 from bridge.errors import ConfigError, LinkError, SeatrialError
 from bridge.text import printable
 from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.mode import word_of
 from bridge.wire.framing import Frame, Framer
 from bridge.wire.readings import decode as decode_reading
 from gcs_plugin.fleet import Fleet
@@ -27,7 +28,6 @@ from gcs_plugin.mavproxy.parameters import Parameters
 from gcs_plugin.mavproxy.recordings import Recordings
 from gcs_plugin.mavproxy.switching import Switching
 from gcs_plugin.mavproxy.work import Work
-from gcs_plugin.modes import word
 
 PAUSE_S: Final = 0.5
 MOST_WAITING: Final = 10_000
@@ -253,7 +253,7 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
             if self._fleet.is_vehicle(source):
                 lines.append("ARMED" if self._fleet.armed(health.system) else "disarmed")
                 if health.system in self._ff_mode:
-                    lines.append(f"feed-forward {word(self._ff_mode[health.system])}")
+                    lines.append(f"feed-forward {word_of(self._ff_mode[health.system])}")
             self.say_line(", ".join(lines))
         if not sources:
             self.say_line("nothing heard yet")

@@ -6,16 +6,15 @@ from typing import Any, Final
 
 from bridge.clock import Clock
 from bridge.errors import ParamRejected
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import BY_WORD, Mode
 from bridge.vehicle.parameters import ACTIVE
 from bridge.wire.framing import Frame
 from gcs_plugin.feedforward import Switch
 from gcs_plugin.fleet import Fleet, News
 from gcs_plugin.mavproxy.parameters import ARMED
-from gcs_plugin.modes import WORDS, OffMarks, OffOrders
+from gcs_plugin.modes import OffMarks, OffOrders
 from gcs_plugin.params.transfer import Source
 
-MODES: Final = {word: mode for mode, word in WORDS.items()}
 SHOW_EVERY_S: Final = 2.0
 GIVE_UP_S: Final = 30.0
 """For any mode except off: switching to off never gives up by itself."""
@@ -39,15 +38,15 @@ class Switching:
     def command(self, words: list[str]) -> bool:
         """Handle `ff WORDS`; False for an unknown command. Raises SeatrialError."""
         match words:
-            case [mode] if MODES.get(mode) is Mode.OFF:
+            case [mode] if BY_WORD.get(mode) is Mode.OFF:
                 # Off needs no confirmation. It goes to the vehicle chosen, otherwise to every vehicle that is or was
                 # heard.
                 self._begin(
                     Switch(Mode.OFF, self._fleet.chosen, self._fleet.peers.known(self._clock.boot_s()))
                 )
-            case [mode] if mode in MODES:
+            case [mode] if mode in BY_WORD:
                 self._ask(mode)
-            case ["yes", mode, *armed] if mode in MODES and armed in ([], [ARMED]):
+            case ["yes", mode, *armed] if mode in BY_WORD and armed in ([], [ARMED]):
                 self._agree(mode, bool(armed))
             case _:
                 return False
@@ -105,11 +104,11 @@ class Switching:
         now_s = self._clock.boot_s()
         source = self._fleet.meant(now_s)
         system = source[0]
-        if MODES[mode].applies_feedforward and self._active.get(source) == 0.0:
+        if BY_WORD[mode].applies_feedforward and self._active.get(source) == 0.0:
             raise ParamRejected(
                 f"vehicle {system} has no parameters in force to feed forward; upload some first"
             )
-        self._asked, self._orders = (MODES[mode], system, now_s), OffOrders()
+        self._asked, self._orders = (BY_WORD[mode], system, now_s), OffOrders()
         armed = self._fleet.armed(system)
         self._say(
             f"to set the feed-forward of vehicle {system}{', which is ARMED,' if armed else ''} to {mode}:"
@@ -120,7 +119,7 @@ class Switching:
         now_s = self._clock.boot_s()
         system, _ = self._fleet.meant(now_s)
         asked, self._asked = self._asked, None
-        if asked is None or asked[:2] != (MODES[mode], system) or now_s - asked[2] > AGREE_WITHIN_S:
+        if asked is None or asked[:2] != (BY_WORD[mode], system) or now_s - asked[2] > AGREE_WITHIN_S:
             raise ParamRejected(
                 f"`seatrial ff {mode}` comes first, within {AGREE_WITHIN_S:.0f} s; nothing was sent"
             )
@@ -129,13 +128,13 @@ class Switching:
             raise ParamRejected(
                 f"the vehicle is ARMED; to set it all the same: seatrial ff yes {mode} {ARMED}"
             )
-        self._begin(Switch(MODES[mode], system))
+        self._begin(Switch(BY_WORD[mode], system))
 
     def _begin(self, switch: Switch) -> None:
         self._switch, self._asked = switch, None
         self._began_s = self._shown_s = self._clock.boot_s()
         self._lacking_s = None
-        self._say(f"ff: {WORDS[switch.mode]}, sent until the vehicle says so")
+        self._say(f"ff: {switch.mode.word}, sent until the vehicle says so")
 
     def _end(self, how: str) -> None:
         assert self._switch is not None

@@ -14,7 +14,7 @@ from typing import Any, Final
 from bridge.errors import ParamRejected, ParamUnknown
 from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, MASSES, OF_HULL, QUADRATICS, Coefficient
 from bridge.vehicle.effect_coefficients import OF_ANY_VEHICLE, EffectCoefficient
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import (
     ACTIVE,
     APPLYING_MODES,

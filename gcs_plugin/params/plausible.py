@@ -10,9 +10,9 @@ from types import MappingProxyType
 from typing import Final
 
 from bridge.vehicle.coefficients import BY_NAME, DOFS, QUADRATICS, Coefficient
-from bridge.vehicle.feedforward import AXES, Mode
+from bridge.vehicle.feedforward import AXES
+from bridge.vehicle.mode import Mode, word_of
 from bridge.vehicle.parameters import LEAST_DAMPING_PER_S, MODE
-from gcs_plugin.modes import word
 from gcs_plugin.params.files import Interval
 from gcs_plugin.params.last_accepted import AcceptedValue
 from gcs_plugin.params.plan import TAKES_EFFECT, Plan, Row, coefficient_of, value_text
@@ -177,5 +177,5 @@ def _against_raising(row: Row) -> str:
         return ""
     if not Mode(int(row.target)).raises(Mode(int(row.present))):
         return ""
-    now, then = word(row.present), word(row.target)
+    now, then = word_of(row.present), word_of(row.target)
     return f"raises the feed-forward from {now} to {then}, which no file does by the way: seatrial ff {then}"

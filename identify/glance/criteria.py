@@ -6,11 +6,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from identify.dive import Dive
 from identify.words import capital
 
-WORDS: Final = {Mode.OFF: "off", Mode.SHADOW: "shadow", Mode.ALONE: "only", Mode.BOTH: "both"}
 MARKS: Final = {True: "ok", False: "no", None: "unknown"}
 ANEW: Final = "identify from this dive, upload, and dive in shadow again"
 
@@ -49,7 +48,7 @@ class Raising:
             mends = dict.fromkeys(criterion.mend for criterion in failed)
             back = "lower the feed-forward to shadow" if self.flown.applies_feedforward else "don't raise it"
             return f"NO-GO, {back}: {_listed(failed)}. {capital('; '.join(mends))}."
-        flown, to = WORDS[self.flown], WORDS[self.to]
+        flown, to = self.flown.word, self.to.word
         unknown = [criterion for criterion in self.criteria if criterion.passed is None]
         remark = f" Not known from this dive: {_listed(unknown)}." if unknown else ""
         if self.flown is self.to:
@@ -59,8 +58,8 @@ class Raising:
     def to_json(self) -> dict[str, Any]:
         return {
             "go": self.go,
-            "from": WORDS[self.flown],
-            "to": WORDS[self.to],
+            "from": self.flown.word,
+            "to": self.to.word,
             "sentence": self.sentence,
             "criteria": [
                 {"what": criterion.what, "passed": criterion.passed, "words": criterion.words}
@@ -137,4 +136,4 @@ def _applies(mode: int) -> bool:
 
 
 def _word(mode: int) -> str:
-    return WORDS[Mode(mode)] if mode in set(Mode) else f"mode {mode}"
+    return Mode(mode).word if mode in set(Mode) else f"mode {mode}"

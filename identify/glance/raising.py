@@ -31,7 +31,8 @@ from numpy.typing import NDArray
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile
-from bridge.vehicle.feedforward import FEEDFORWARD_DOFS, Mode
+from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
+from bridge.vehicle.mode import Mode
 from bridge.vehicle.thrusters import Allocator, thrust_curve
 from identify.dive import Array, Dive
 from identify.filters import AlignedDive, aligned, low_pass

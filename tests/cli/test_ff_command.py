@@ -196,7 +196,7 @@ def test_of_two_vehicles_with_one_address_off_is_done_as_answered_and_says_that_
     assert "vehicle 1: off, as answered; but two vehicles answer: memory:vehicle: two vehicles beat" in shown
 
 
-@pytest.mark.parametrize(("word", "mode"), [("shadow", 1), ("only", 2), ("both", 3)])
+@pytest.mark.parametrize(("word", "mode"), [("shadow", 1), ("ff", 2), ("both", 3)])
 def test_a_disarmed_vehicle_is_switched_for_who_says_yes(vehicle, monkeypatch, word, mode, capsys):
     vehicle.give_a_model()
     monkeypatch.setattr("sys.stdin", Terminal("yes\n"))
@@ -286,7 +286,7 @@ def test_without_a_terminal_nobody_is_asked(vehicle, monkeypatch, capsys):
     assert vehicle.sets == []
 
 
-@pytest.mark.parametrize("word", ["only", "both"])
+@pytest.mark.parametrize("word", ["ff", "both"])
 def test_a_vehicle_without_a_model_gets_no_mode_that_applies_one(vehicle, word, capsys):
     assert run(word, "--yes") == exit_codes.NO
     assert "no parameters in force to feed forward" in capsys.readouterr().err
@@ -359,7 +359,7 @@ def test_a_link_that_is_lost_ends_every_mode_but_off(vehicle, capsys):
 
 def test_an_unknown_mode_is_wrong_usage(capsys):
     assert cli.main(["ff", "on"]) == exit_codes.BAD_INPUT
-    assert "'off', 'shadow', 'only', 'both'" in capsys.readouterr().err
+    assert "'off', 'shadow', 'ff', 'both'" in capsys.readouterr().err
 
 
 def test_in_a_terminal_what_the_vehicle_says_stands_on_a_line_of_its_own(vehicle, monkeypatch, capsys):

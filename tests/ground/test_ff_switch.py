@@ -11,7 +11,7 @@ from bridge.clock import SimulatedClock
 from bridge.links.lossy import Lossy
 from bridge.onboard.parameters import ParameterServer
 from bridge.vehicle.config import Vehicle
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import vehicle_table
 from bridge.wire.framing import Encoder, Framer
 from bridge.wire.readings import Reading

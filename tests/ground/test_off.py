@@ -9,7 +9,7 @@ from test_ff_switch import STEP_S, Both, Craft, drive, heard_before
 
 from bridge.clock import SimulatedClock
 from bridge.links.lossy import Lossy
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from bridge.wire.framing import Encoder, Framer
 from bridge.wire.readings import Reading, encode
 from gcs_plugin.feedforward import Switch

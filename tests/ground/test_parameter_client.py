@@ -11,7 +11,7 @@ from soak import rest_in_soak
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkError, LinkTimeout, ParamRejected, ParamUnknown, ParamUnverified
 from bridge.links.lossy import Lossy
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import set_crc
 from bridge.wire.framing import Encoder
 from gcs_plugin.feedforward import Switch

@@ -406,7 +406,7 @@ def test_a_damping_by_which_the_vehicle_would_coast_for_hours_is_no_value_to_wri
     assert judged({"FF1_D_U": 0.0091, "FF1_D_R": 0.0009}) == {}
 
 
-WORDS = {0.0: "off", 1.0: "shadow", 2.0: "only", 3.0: "both"}
+WORDS = {0.0: "off", 1.0: "shadow", 2.0: "ff", 3.0: "both"}
 RAISED = [(now, then) for now in (0.0, 1.0) for then in (2.0, 3.0)] + [(3.0, 2.0)]
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bridge.vehicle.config import load_vehicle
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from bridge.vehicle.references import DoubleS
 from identify.dive import Array, Dive, Signal
 from identify.glance.criteria import Criterion, Raising, in_one_mode

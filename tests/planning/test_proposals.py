@@ -15,7 +15,7 @@ from bridge.simulator.missions import Leg, Mission, load_mission, rest, survey
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.autopilot import Autopilot
 from bridge.vehicle.config import Prior, VehicleFile, load_vehicle
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import Navigation
 from bridge.vehicle.references import Reference
 from identify.planning.knowledge import (

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bridge.vehicle.config import load_vehicle
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
 from identify.glance.criteria import Criterion, Raising
 from identify.report.page import Figure, Report, render_report

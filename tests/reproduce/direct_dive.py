@@ -7,7 +7,7 @@ import numpy as np
 from bridge.simulator.direct import simulate_truth
 from bridge.simulator.missions import Mission
 from bridge.vehicle.config import VehicleFile
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
 
 

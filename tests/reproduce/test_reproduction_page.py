@@ -23,7 +23,7 @@ from bridge.errors import FitError, ParamRejected
 from bridge.simulator.missions import Mission, rest, run, turn
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import load_vehicle
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import bounds
 from gcs_plugin.job import side_by_side
 from identify.report.page import render_report

@@ -8,7 +8,7 @@ from bridge.simulator.direct import QUIET, TruthRun, simulate_truth
 from bridge.simulator.missions import Mission, rest, run, turn, validation
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import yaw_of
 
 FILE = load_vehicle("ruvifist")

@@ -21,7 +21,7 @@ from bridge.simulator.missions import Leg, Mission, dive, rest, run, turn
 from bridge.simulator.truth import load_truth
 from bridge.simulator.world import QUIET
 from bridge.vehicle.config import load_vehicle
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import COMMIT, vehicle_table
 from bridge.vehicle.references import Reference
 from bridge.vehicle.thrusters import allocation_matrix, shaft_speed, thrust_curve

@@ -125,7 +125,7 @@ def test_no_recording_and_a_short_disk_are_inverse():
     [
         (0, 0.5, "FF off"),
         (1, 0.5, "FF shadow"),
-        (2, 0.5, "FF only"),
+        (2, 0.5, "FF ff"),
         (3, 0.5, "FF both"),
         (None, 0.5, "FF --"),
     ],

@@ -72,7 +72,7 @@ def test_the_verdict_is_that_of_the_dive_that_is_looked_at(tmp_path):
         await pressed(pilot, "6")
         assert "raised from shadow to both" in seen(app)
         await pressed(pilot, "m")
-        assert "raised from only to both" in seen(app)
+        assert "raised from ff to both" in seen(app)
         assert CHECK in seen(app)
 
     run(made(FixedViews(), desk=validated_desk(tmp_path)), WIDE, work)

@@ -17,7 +17,8 @@ from bridge.vehicle.accepted_effects import Losses, Supply, VoltageLaw, known_ef
 from bridge.vehicle.autopilot import Autopilot
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.effect_coefficients import OF_ANY_VEHICLE, effect_coefficients
-from bridge.vehicle.feedforward import Mode, feedforward
+from bridge.vehicle.feedforward import feedforward
+from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import Navigation
 from bridge.vehicle.references import Reference
 from bridge.vehicle.thrusters import thrust_curve

@@ -7,7 +7,7 @@ import pytest
 
 from bridge.vehicle.autopilot import Actuation, Autopilot
 from bridge.vehicle.config import load_vehicle
-from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import Navigation
 from bridge.vehicle.references import Reference
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bridge.vehicle.feedforward import Lead, Mode, Slope, feedforward
+from bridge.vehicle.feedforward import Lead, Slope, feedforward
+from bridge.vehicle.mode import Mode
 from bridge.vehicle.references import Reference, Six
 from bridge.vehicle.shadow import NONE_FLOWN, Shadow
 

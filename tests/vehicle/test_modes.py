@@ -28,7 +28,8 @@ from bridge.simulator.truth import load_truth
 from bridge.vehicle.autopilot import RATE_HZ, Actuation, Autopilot
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import load_vehicle
-from bridge.vehicle.feedforward import FEEDFORWARD_DOFS, Mode
+from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
+from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import Navigation
 from bridge.vehicle.parameters import set_crc, to_float32, vehicle_table
 from bridge.vehicle.references import Reference

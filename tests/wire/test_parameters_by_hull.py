@@ -229,7 +229,7 @@ def test_the_mark_of_a_hull_stays_what_it_was_from_one_version_to_the_next(tmp_p
 
 
 @pytest.mark.parametrize(
-    ("mode", "said"), [(0, []), (1, []), (2, ["FF only: acts once armed"]), (3, BOTH_ACTS)]
+    ("mode", "said"), [(0, []), (1, []), (2, ["FF ff: acts once armed"]), (3, BOTH_ACTS)]
 )
 def test_a_vehicle_says_at_its_start_once_that_the_feed_forward_acts(
     path: Path, mode: int, said: list[str]

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from bridge.vehicle.mode import word_of
 from gcs_plugin.modes import sent_text
 from gcs_plugin.recording.state import how_to_end
 from gcs_plugin.watch.picture import Armed, LinkRow, Picture
@@ -19,7 +20,6 @@ RECORDER_SILENT_S: Final = 5.0
 FIRST_LOOK_S: Final = 5.0
 """A younger dive has not been checked yet: whether data arrives is unknown."""
 APART: Final = ("  │  ", " │ ", "  ")
-FF_MODES: Final = ("off", "shadow", "only", "both")
 SHAPES: Final[dict[Armed, tuple[str, Role]]] = {
     Armed.UNKNOWN: (" ? ARMED STATE UNKNOWN ", "lost"),
     Armed.DISARMED: (" □ DISARMED ", "plain"),
@@ -169,14 +169,10 @@ def _feedforward(view: View) -> Piece:
     mode, age_s = view.picture.ff_mode, view.picture.ff_mode_age_s
     if mode is None or age_s > GONE_S:
         return Piece(5, "quiet", ("FF --",))
-    word = _mode_word(mode)
+    word = word_of(mode)
     if age_s > STALE_S:
         return Piece(5, "stale", (f"FF {word} {ago(age_s)}", "FF --"))
     return Piece(5, "plain", (f"FF {word}",))
-
-
-def _mode_word(mode: int) -> str:
-    return FF_MODES[mode] if 0 <= mode < len(FF_MODES) else f"{mode}?"
 
 
 def _forced(forcing: Forcing, view: View) -> Piece:
@@ -191,7 +187,7 @@ def _forced(forcing: Forcing, view: View) -> Piece:
     mode, age_s = picture.ff_mode, picture.ff_mode_age_s
     is_now = "FF --"
     if mode is not None and age_s <= GONE_S:
-        is_now = f"FF {'was ' if age_s > STALE_S else ''}{_mode_word(mode)}"
+        is_now = f"FF {'was ' if age_s > STALE_S else ''}{word_of(mode)}"
     shown = picture.links[0].system if picture.links else None
     other_systems = [system for system in forcing.waits_for if system != shown]
     addressees = f" of {' and '.join(map(str, other_systems))}" if other_systems else ""

@@ -6,21 +6,21 @@ from typing import TYPE_CHECKING
 from bridge import exit_codes
 from bridge.command_line import seconds
 from bridge.links import secured
+from bridge.vehicle.mode import BY_WORD, Mode, word_of
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from bridge.clock import Clock
     from bridge.links.link import Link
-    from bridge.vehicle.feedforward import Mode
     from gcs_plugin.feedforward import Switch
 
 EXAMPLE = "seatrial ff off --link udpin:127.0.0.1:14550"
 MODES = {
-    "off": "the PID alone: asks nothing, and is sent until the vehicle says so",
-    "shadow": "the feed-forward is worked out and told, not applied",
-    "only": "the feed-forward without the PID of its axes",
-    "both": "the feed-forward and the PID",
+    Mode.OFF: "the PID alone: asks nothing, and is sent until the vehicle says so",
+    Mode.SHADOW: "the feed-forward is worked out and told, not applied",
+    Mode.ALONE: "the feed-forward without the PID of its axes",
+    Mode.BOTH: "the feed-forward and the PID",
 }
 PATIENCE_S = 15.0
 LACKING_S = 10.0
@@ -31,8 +31,8 @@ TELL_EVERY_S = 2.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    modes = "; ".join(f"{name}, {sentence}" for name, sentence in MODES.items())
-    parser.add_argument("mode", choices=MODES, metavar="MODE", help=modes)
+    modes = "; ".join(f"{mode.word}, {sentence}" for mode, sentence in MODES.items())
+    parser.add_argument("mode", choices=BY_WORD, metavar="MODE", help=modes)
     parser.add_argument(
         "--link", metavar="SPEC", help="the link to the vehicle (default: that of the recording that runs)"
     )
@@ -55,13 +55,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
-    from bridge.vehicle.feedforward import Mode
-    from gcs_plugin.modes import WORDS
     from tui.files import check_file
     from tui.links import link_for
 
     check_file("--json", arguments.json)
-    mode = next(mode for mode, word in WORDS.items() if word == arguments.mode)
+    mode = BY_WORD[arguments.mode]
     clock = SystemClock()
     opener = secured.Opener(arguments.sign_key, clock, secured.on_words, system=arguments.system)
     link = link_for(arguments.link, opener.open)
@@ -75,7 +73,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 def switch_off(arguments: argparse.Namespace, link: "Link", clock: "Clock", opener: secured.Opener) -> int:
     """Switch the feed-forward off, and keep sending: only the vehicle's confirmation, the user or --seconds ends it."""
-    from bridge.vehicle.feedforward import Mode
     from gcs_plugin.feedforward import Switch
     from tui import show
     from tui.links import known_now, link_for
@@ -133,7 +130,6 @@ def permitted(
     from bridge.errors import ParamRejected
     from bridge.vehicle.parameters import ACTIVE, MODE
     from bridge.wire.framing import Encoder
-    from gcs_plugin.modes import word
     from gcs_plugin.params.client import ParameterClient
     from gcs_plugin.params.plan import make_plan
     from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
@@ -151,14 +147,14 @@ def permitted(
         )
     if arguments.yes:
         return system, present[MODE]
-    change = f"feed-forward of vehicle {system} from {word(present[MODE])} to {word(mode)}"
+    change = f"feed-forward of vehicle {system} from {word_of(present[MODE])} to {word_of(mode)}"
     if not client.armed:
         agreed = asked(client, f"{change}? [yes/no] ", "switch").lower() in ("y", "yes")
         if agreed and client.armed:
             raise ParamRejected(f"vehicle {system} was armed meanwhile; nothing was sent, look and ask again")
         return (system, present[MODE]) if agreed else None
-    typed = asked(client, f"{change}, and it is ARMED; type {word(mode)} to do it: ", "switch")
-    return (system, present[MODE]) if typed == word(mode) else None
+    typed = asked(client, f"{change}, and it is ARMED; type {word_of(mode)} to do it: ", "switch")
+    return (system, present[MODE]) if typed == word_of(mode) else None
 
 
 class Course:
@@ -208,13 +204,14 @@ class Course:
 
     def told(self, json: str | None) -> int:
         """Report the outcome and return the exit code."""
-        from gcs_plugin.modes import sent_text, word
+        from bridge.vehicle.mode import word_of
+        from gcs_plugin.modes import sent_text
         from tui import show
 
         switch, took_s = self._switch, self._clock.boot_s() - self._start_s
         show.say(show.results(json), f"{switch.words} ({sent_text(switch.sent)} in {took_s:.1f} s)")
         outcome = {
-            "mode": word(switch.mode),
+            "mode": word_of(switch.mode),
             "done": switch.done,
             "sent": switch.sent,
             "seconds": took_s,

@@ -8,6 +8,7 @@ from bridge import exit_codes
 from bridge.command_line import seconds, seed
 from bridge.links import secured
 from bridge.text import say, say_warning
+from bridge.vehicle.mode import BY_WORD, Mode
 
 if TYPE_CHECKING:
     import threading
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 
 EXAMPLE = "seatrial simulate --vehicle ruvifist:survey --mission survey --seed 1"
 
-MODES = {"off": 0, "shadow": 1, "ff": 2, "both": 3}
 IDLE = "idle"
 IDLE_DEPTH_M = 0.2
 
@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--out", default="dives", metavar="FOLDER", help="takes the dive folder (default: dives)"
     )
     parser.add_argument("--seed", type=seed, default=1, help="of noise and disturbance (default: 1)")
-    parser.add_argument("--mode", choices=MODES, help="what the feed-forward does (default: as stored)")
+    parser.add_argument("--mode", choices=BY_WORD, help="what the feed-forward does (default: as stored)")
     parser.add_argument(
         "--heading",
         choices=("smooth", "linear"),
@@ -166,13 +166,12 @@ def dive(
     import math
 
     from bridge.simulator.dive import real_time
-    from bridge.vehicle.feedforward import Mode
     from gcs_plugin import simulated
     from tui import show
     from tui.accepted import accepted_truth
 
     times = arguments.speed or (1.0 if links else math.inf)
-    if Mode(MODES.get(arguments.mode, parameters.mode)).applies_feedforward and not parameters.active_crc:
+    if Mode(BY_WORD.get(arguments.mode, parameters.mode)).applies_feedforward and not parameters.active_crc:
         raise exit_codes.UsageError(
             f"--mode {arguments.mode or parameters.mode}: the simulated vehicle has no parameters to feed forward; "
             "upload some first into the --parameters FILE of an idle one, or give the vehicle file a 'model'"
@@ -192,7 +191,7 @@ def dive(
             # Faster than real time, the dive starts earlier so that it ends now and not in the future.
             unix_s=unix_s - simulated.lasts_s(mission) * max(0.0, 1.0 - 1.0 / times),
             parameters=parameters,
-            mode=Mode(MODES[arguments.mode]) if arguments.mode else None,
+            mode=BY_WORD.get(arguments.mode),
             truth=truth,
             progress=lambda share: tell(share, f"{share * mission.duration_s:.0f} s of {mission.name}"),
             links=links,

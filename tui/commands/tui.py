@@ -147,7 +147,7 @@ def _show(arguments: argparse.Namespace) -> int:
 
     from bridge.clock import SystemClock
     from bridge.vehicle.config import load_vehicle
-    from bridge.vehicle.feedforward import Mode
+    from bridge.vehicle.mode import Mode
     from gcs_plugin.feedforward import Switch
     from gcs_plugin.peers import newest
     from gcs_plugin.watch.watcher import Watcher
