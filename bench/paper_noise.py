@@ -26,6 +26,17 @@ TRUE_MASS_KG, TRUE_DAMPING = 96.4, 42.13
 NOISE_M_S2 = (0.0, 0.005, 0.01, 0.02, 0.04)
 CUTOFFS_HZ = (5.0, 2.0, 1.0, 0.5, 0.2)
 
+SOURCES = (
+    "bench/paper_noise.py",
+    "bridge/vehicle",
+    "identify/dive.py",
+    "bench/paper_noise.py",
+    "bench/reproduce/paper.py",
+    "identify/filters.py",
+)
+SEED = 1
+DRAWN_HZ = (5.0, 1.0, 0.5, 0.2)
+
 
 @dataclass(frozen=True)
 class NoiseTable:
@@ -77,18 +88,6 @@ def surge_mass(nu: Array, nu_dot: Array, tau: Array) -> float:
     data = Samples(nu6, nu_dot6, tau6, np.zeros_like(nu6), (0,))
     fixed = dict.fromkeys(("M_v", "M_w", "I_p", "I_q", "I_r", "D_v", "D_w", "D_p", "D_q", "D_r"), 0.0)
     return closed_form(data, fixed)["M_u"]
-
-
-SOURCES = (
-    "bench/paper_noise.py",
-    "bridge/vehicle",
-    "identify/dive.py",
-    "bench/paper_noise.py",
-    "bench/reproduce/paper.py",
-    "identify/filters.py",
-)
-SEED = 1
-DRAWN_HZ = (5.0, 1.0, 0.5, 0.2)
 
 
 def page(figure: Path) -> str:

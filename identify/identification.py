@@ -20,6 +20,12 @@ from identify.statistics import Z95
 WRITTEN = {"n": "N", "nm": "N m", "s": "s", "m_s": "m/s", "rad_s": "rad/s", "m": "m", "rad": "rad"}
 """The units of these quantities as the names of a file have them, and as a reader does."""
 
+LARGEST_RELATIVE_STD = 0.30
+"""A coefficient with a larger relative standard error is called not identifiable."""
+
+NEGLIGIBLE_CORRELATION = 0.1
+"""Correlations up to this size are ignored."""
+
 
 class Quantity(Enum):
     """What was fitted; the value is its part of the name."""
@@ -68,10 +74,6 @@ def noise(dof: int, channel: str, of_place: bool) -> Nuisance:
 
 def _force(dof: int) -> str:
     return "n" if dof < 3 else "nm"
-
-
-LARGEST_RELATIVE_STD = 0.30
-"""A coefficient with a larger relative standard error is called not identifiable."""
 
 
 class Outcome(Enum):
@@ -140,10 +142,6 @@ class Information:
 
     of: tuple[str, ...]
     matrix: NDArray[np.float64]
-
-
-NEGLIGIBLE_CORRELATION = 0.1
-"""Correlations up to this size are ignored."""
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,15 @@ DIVE, VEHICLE, COLUMNS = Path("dive"), Path("vehicle"), Path("columns")
 FAST = 1
 """Compression level of zlib: a recording shrinks by a third in a quarter of a second."""
 
+ANSWER_WITHIN_S = 10.0
+WORKERS_WITHIN_S = 30.0
+LOOK_EVERY_S = 1.0
+LARGEST_PARCEL = "4GiB"
+AHEAD = 2
+"""Parcels in flight per worker thread: enough that no thread waits for the network, few enough to limit memory."""
+
+KEPT = "finished dives are kept, run the same again to go on"
+
 
 @dataclass(frozen=True)
 class Item:
@@ -114,16 +123,6 @@ def run_parcel(parcel: Parcel) -> Result:
 def _with_table(file: VehicleFile, name: str) -> VehicleFile:
     curve = replace(file.vehicle.thrust_curve, file=name)
     return replace(file, vehicle=replace(file.vehicle, thrust_curve=curve))
-
-
-ANSWER_WITHIN_S = 10.0
-WORKERS_WITHIN_S = 30.0
-LOOK_EVERY_S = 1.0
-LARGEST_PARCEL = "4GiB"
-AHEAD = 2
-"""Parcels in flight per worker thread: enough that no thread waits for the network, few enough to limit memory."""
-
-KEPT = "finished dives are kept, run the same again to go on"
 
 
 def run_on_cluster(

@@ -10,6 +10,15 @@ from numpy.typing import NDArray
 from identify.challenge.site import Planted, Site, sized
 from identify.challenge.vehicles import DrawnVehicle
 
+Plant = Callable[[np.random.Generator, DrawnVehicle, float], Planted]
+
+Array = NDArray[np.float64]
+
+SHORTEST_S, LONGEST_S = 300.0, 600.0
+REST_S = 8.0
+SINK_M_S = 0.12
+LEVELS = (0.35, 0.55, 0.8, 1.0)
+
 
 def vortex_shedding(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
     """A side force whose frequency rises with speed (Strouhal number 0.2, diameter 0.2 to 0.4 m)."""
@@ -114,8 +123,6 @@ def ballast_pump(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -
     return Planted("ballast_pump", {}, apply, size, novel=True)
 
 
-Plant = Callable[[np.random.Generator, DrawnVehicle, float], Planted]
-
 NOVEL: dict[str, Plant] = {
     plant.__name__: plant
     for plant in (
@@ -123,14 +130,6 @@ NOVEL: dict[str, Plant] = {
     )
 }  # fmt: skip
 """By name. No answer may give these names."""
-
-
-Array = NDArray[np.float64]
-
-SHORTEST_S, LONGEST_S = 300.0, 600.0
-REST_S = 8.0
-SINK_M_S = 0.12
-LEVELS = (0.35, 0.55, 0.8, 1.0)
 
 
 @dataclass(frozen=True)

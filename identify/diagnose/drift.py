@@ -30,6 +30,15 @@ EVERY_S = 1.0
 DRAWN_S = 2400.0
 """Total length of the drawn dives, s, for floors known to about 3 %."""
 
+DELAYS_S = np.arange(51) * 0.02
+"""Delays of the asked thrust that are tried, s."""
+
+TERMS = 5
+THRUST, LINEAR, QUADRATIC, RIGHTING, TRIM = range(TERMS)
+
+RIGHTED = (3, 4)
+"""Roll and pitch."""
+
 
 @dataclass(frozen=True)
 class Drift:
@@ -188,16 +197,6 @@ def _coloured_motion(
         if state_read[i] == INCREMENT:
             x = 0.0
     return true, place, pushed, read
-
-
-DELAYS_S = np.arange(51) * 0.02
-"""Delays of the asked thrust that are tried, s."""
-
-TERMS = 5
-THRUST, LINEAR, QUADRATIC, RIGHTING, TRIM = range(TERMS)
-
-RIGHTED = (3, 4)
-"""Roll and pitch."""
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,32 @@ LARGEST_SHIFT = 1.0
 
 LARGEST_LOG_WIDENING = 0.7
 
+NEAREST, FURTHEST = 0.7, 2.0
+"""Smallest and largest factor on the parabola's end that is accepted."""
+
+ENDLESS = 4.0
+"""Factor for an end that is not reached even at twice the parabola's end."""
+
+LOOSE, HOPELESS = 0.1, 0.3
+"""Range of standard errors, of logarithms, in which all other parameters are climbed."""
+
+LONG_TAIL = 1.2
+"""If the parabola through the fall at twice the end is wider by this factor, its width replaces the nearer end."""
+
+NEARLY = 0.05
+"""Convergence limit, in nats, of the climb of all other parameters."""
+
+PIN = 1e9
+
+LOOSE_DRAG = 0.25
+"""Standard error of a logarithm above which a drag is stated as a number."""
+
+VAGUE = 2.0
+"""Prior standard deviation of a drag, as a share of the start value of its climb."""
+
+SURELY = 5.0
+"""Standard errors from 0 beyond which the negative part of a normal distribution is negligible."""
+
 
 def integrated(joint: JointLikelihood, theta: Array) -> tuple[Array, Array]:
     """Shift to be added to the maximum theta (p,), and factors on its standard deviations (p,)."""
@@ -77,24 +103,6 @@ def _known(precision: Array, others: NDArray[np.intp]) -> tuple[float, Array]:
     """Log determinant of the precision of `rest`, and the log variances (k,), given the levels."""
     block = precision[np.ix_(others, others)]
     return float(np.linalg.slogdet(block)[1]), np.log(np.diag(np.linalg.inv(block)))
-
-
-NEAREST, FURTHEST = 0.7, 2.0
-"""Smallest and largest factor on the parabola's end that is accepted."""
-
-ENDLESS = 4.0
-"""Factor for an end that is not reached even at twice the parabola's end."""
-
-LOOSE, HOPELESS = 0.1, 0.3
-"""Range of standard errors, of logarithms, in which all other parameters are climbed."""
-
-LONG_TAIL = 1.2
-"""If the parabola through the fall at twice the end is wider by this factor, its width replaces the nearer end."""
-
-NEARLY = 0.05
-"""Convergence limit, in nats, of the climb of all other parameters."""
-
-PIN = 1e9
 
 
 @dataclass(frozen=True)
@@ -172,16 +180,6 @@ def _searched(problem: Problem, maximum: Array, step: Array, place: int, top: fl
         first = ENDLESS if far <= Z95 else 1.0 + (Z95 - near) / (far - near)
     tail = 2.0 * Z95 / max(far, 1e-6)
     return float(np.clip(tail if tail > LONG_TAIL * first else first, NEAREST, ENDLESS))
-
-
-LOOSE_DRAG = 0.25
-"""Standard error of a logarithm above which a drag is stated as a number."""
-
-VAGUE = 2.0
-"""Prior standard deviation of a drag, as a share of the start value of its climb."""
-
-SURELY = 5.0
-"""Standard errors from 0 beyond which the negative part of a normal distribution is negligible."""
 
 
 @dataclass(frozen=True)

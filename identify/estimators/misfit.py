@@ -22,6 +22,17 @@ from identify.statistics import Z95
 
 Array = NDArray[np.float64]
 
+DOUBTFUL_SCORE = 5.0
+DEAF_NOISE = 1e6
+
+STAMPED_S = 0.5e-3
+"""Standard error of the time at which forces act relative to readings: many stamps are whole milliseconds, and a
+computer's tasks wait for each other. If masses are known to a tenth of a per cent, this is most of the uncertainty."""
+
+TURNS, SETTLED = 6, 0.1
+"""The forces are computed from the speeds and the lateness of the latest fit, at most TURNS times, or until no
+coefficient moves by more than SETTLED of its standard error."""
+
 
 @dataclass(frozen=True)
 class Multiplier:
@@ -110,10 +121,6 @@ def _tested(pull: float, left: float, leaning: Array) -> Multiplier:
     if not left > 0:
         return Multiplier(0.0, 0.0, 0.0 * leaning)
     return Multiplier(pull / math.sqrt(left), pull / left, leaning)
-
-
-DOUBTFUL_SCORE = 5.0
-DEAF_NOISE = 1e6
 
 
 @dataclass(frozen=True)
@@ -211,15 +218,6 @@ def simulated_speed(problem: AxisLikelihood, theta: Array) -> Array:
     predicted = ((problem.reading - error) / axis.scale)[moving]
     speed: Array = np.interp(axis.time_s, axis.time_s[moving], predicted)
     return speed
-
-
-STAMPED_S = 0.5e-3
-"""Standard error of the time at which forces act relative to readings: many stamps are whole milliseconds, and a
-computer's tasks wait for each other. If masses are known to a tenth of a per cent, this is most of the uncertainty."""
-
-TURNS, SETTLED = 6, 0.1
-"""The forces are computed from the speeds and the lateness of the latest fit, at most TURNS times, or until no
-coefficient moves by more than SETTLED of its standard error."""
 
 
 @dataclass(frozen=True)

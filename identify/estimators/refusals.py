@@ -18,6 +18,19 @@ from identify.words import axes_named
 
 SHORTEST_DIVE_S = 20.0
 
+FASTEST = 100.0
+"""m/s, and rad/s: no underwater vehicle moves so fast, and such readings drown all others."""
+
+Array = NDArray[np.float64]
+
+BRAKED_S = 10.0
+"""Longest time constant of a vehicle, mass over damping. Without added mass it overestimates the speed."""
+
+LEAST_M_S, LEAST_RAD_S = 0.005, 0.01
+"""Smallest speed under thrust that a DVL or a gyro resolves."""
+
+DRIVEN = {0: LEAST_M_S, 1: LEAST_M_S, 2: LEAST_M_S, 3: LEAST_RAD_S, 4: LEAST_RAD_S, 5: LEAST_RAD_S}
+
 
 def lasting(dive: Dive) -> None:
     """Raise FitError if no axis was read for long enough. A battery's voltage may be logged after all else ended."""
@@ -74,10 +87,6 @@ def common_s(dive: Dive, dof: int) -> float:
     )
 
 
-FASTEST = 100.0
-"""m/s, and rad/s: no underwater vehicle moves so fast, and such readings drown all others."""
-
-
 @contextmanager
 def solvable(dive: Dive) -> Iterator[None]:
     """Context that raises FitError if the computation within meets a matrix without an inverse, or ends with a value
@@ -129,17 +138,6 @@ def _fastest(dive: Dive) -> dict[int, float]:
             if known.any():
                 largest[dof] = max(largest.get(dof, 0.0), float(np.abs(known).max()))
     return largest
-
-
-Array = NDArray[np.float64]
-
-BRAKED_S = 10.0
-"""Longest time constant of a vehicle, mass over damping. Without added mass it overestimates the speed."""
-
-LEAST_M_S, LEAST_RAD_S = 0.005, 0.01
-"""Smallest speed under thrust that a DVL or a gyro resolves."""
-
-DRIVEN = {0: LEAST_M_S, 1: LEAST_M_S, 2: LEAST_M_S, 3: LEAST_RAD_S, 4: LEAST_RAD_S, 5: LEAST_RAD_S}
 
 
 def refuse_unpushed(dive: Dive, file: VehicleFile, configuration: str) -> None:

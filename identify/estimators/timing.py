@@ -52,6 +52,46 @@ FALL = 0.5 * Z95**2
 FLAT = 0.5, 8.0
 """If the fall, in nats, is between these, the parabola is trusted to say where the likelihood has fallen by FALL."""
 
+LATE_S = (0.0, 0.1, 0.2, 0.35, 0.5)
+"""Start values of the velocity's delay, half of it from smoothing, to be compared by surge and sway."""
+
+LEAST, MOST = np.array([-0.1, 0.0, 0.0]), np.array([0.8, 0.5, 1.0])
+"""Bounds of lateness, smoothing and thrust delay, s. Lateness may be negative, because the stamps of pulses and of
+velocities may differ too."""
+
+DELAYS_S = (0.0, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0)
+"""Start values of the thrust delay, to be compared by yaw, which no velocity filter hides."""
+
+LAGS_S = (0.05, 0.1, 0.2, 0.3, 0.45)
+"""Extra lags of the thrusters beyond the vehicle file, tried if yaw finds the thrust late by LATE_ENOUGH_S. A
+filter's smoothing can't be separated from a lag, and only yaw distinguishes a lag from a delay."""
+
+LATE_ENOUGH_S = 0.03
+LIKELIER = 3.0
+"""A lag must be this much more likely than a delay in yaw, in nats."""
+
+SURGE, SWAY = 0, 1
+
+DELAY_SPREAD_S = 0.1
+"""Prior standard deviation of the thrust delay about its assumed value."""
+
+ROUGH_S = 150.0
+"""Length of the middle part of a dive: enough to choose start values."""
+
+FAR = 30.0
+"""A grid search stops after two successive values this many nats below the best."""
+
+ENOUGH = 0.5
+"""Convergence limit of the climbs here, in nats."""
+
+APART = 10.0
+"""Loss of log posterior, in nats, that a new date may cause by itself, because it divides the same readings into
+other steps."""
+
+TURNS, LONGEST_TURN_S, SETTLED_S = 8, 0.2, 0.005
+"""Limits of the search. An axis with hardly any information on its timing may ask for any step; none is longer than
+LONGEST_TURN_S."""
+
 
 @dataclass
 class _Profile:
@@ -153,47 +193,6 @@ def _parabola(at: Array, tops: Array) -> tuple[float, float]:
     if bend >= 0.0:
         return float(at[int(np.argmax(tops))]), 0.25 * float(at[2] - at[0])
     return float(at[1] - 0.5 * slope / bend), float(np.sqrt(-FALL / bend))
-
-
-LATE_S = (0.0, 0.1, 0.2, 0.35, 0.5)
-"""Start values of the velocity's delay, half of it from smoothing, to be compared by surge and sway."""
-
-LEAST, MOST = np.array([-0.1, 0.0, 0.0]), np.array([0.8, 0.5, 1.0])
-"""Bounds of lateness, smoothing and thrust delay, s. Lateness may be negative, because the stamps of pulses and of
-velocities may differ too."""
-
-DELAYS_S = (0.0, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0)
-"""Start values of the thrust delay, to be compared by yaw, which no velocity filter hides."""
-
-LAGS_S = (0.05, 0.1, 0.2, 0.3, 0.45)
-"""Extra lags of the thrusters beyond the vehicle file, tried if yaw finds the thrust late by LATE_ENOUGH_S. A
-filter's smoothing can't be separated from a lag, and only yaw distinguishes a lag from a delay."""
-
-LATE_ENOUGH_S = 0.03
-LIKELIER = 3.0
-"""A lag must be this much more likely than a delay in yaw, in nats."""
-
-SURGE, SWAY = 0, 1
-
-DELAY_SPREAD_S = 0.1
-"""Prior standard deviation of the thrust delay about its assumed value."""
-
-ROUGH_S = 150.0
-"""Length of the middle part of a dive: enough to choose start values."""
-
-FAR = 30.0
-"""A grid search stops after two successive values this many nats below the best."""
-
-ENOUGH = 0.5
-"""Convergence limit of the climbs here, in nats."""
-
-APART = 10.0
-"""Loss of log posterior, in nats, that a new date may cause by itself, because it divides the same readings into
-other steps."""
-
-TURNS, LONGEST_TURN_S, SETTLED_S = 8, 0.2, 0.005
-"""Limits of the search. An axis with hardly any information on its timing may ask for any step; none is longer than
-LONGEST_TURN_S."""
 
 
 def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:

@@ -51,6 +51,13 @@ MEMORY_S: Final = 4.0
 
 Mask = NDArray[np.bool_]
 
+MOST_THRUST: Final = 0.8
+OF_THE_TIME: Final = 0.99
+PAPER_STEADY, PAPER_SPEEDING_UP = 0.0336 / 0.5, 0.0212 / 0.5
+MOST_OF_PAPER: Final = 2.0
+MOST_LEFT: Final = 0.5
+NO_REACH: Final = 1e-6
+
 
 def beside_pid(
     dof: int, reference: Array, fed: Array, pid: Array, motion: AlignedDive, of: Phases
@@ -114,14 +121,6 @@ def _likeness(a: Array, b: Array) -> float:
     a, b = a - a.mean(), b - b.mean()
     size = float(np.sqrt((a @ a) * (b @ b)))
     return float(a @ b) / size if size > 0 else 0.0
-
-
-MOST_THRUST: Final = 0.8
-OF_THE_TIME: Final = 0.99
-PAPER_STEADY, PAPER_SPEEDING_UP = 0.0336 / 0.5, 0.0212 / 0.5
-MOST_OF_PAPER: Final = 2.0
-MOST_LEFT: Final = 0.5
-NO_REACH: Final = 1e-6
 
 
 def go_no_go(dive: Dive, file: VehicleFile, configuration: str) -> Raising | None:

@@ -62,6 +62,23 @@ STRANGERS: Final = (
     "it turned otherwise than the vehicle of this dive did: it is of another vehicle, or of another dive"
 )
 
+ENDING: Final = ".bin"
+ARDUPILOT: Final = 3
+SYSTEM_NAMES: Final = ("SYSID_THISMAV", "MAV_SYSID")
+"""Parameter with the autopilot's system id, before version 4.7 and since."""
+SAME_S: Final = 0.2
+"""Largest apparent difference between two times of the same clock: messages are dated when they are sent."""
+APART: Final = 0.3
+"""Largest median difference between two signals that agree, over the standard deviation of the heard signal."""
+
+WORDS: Final = {
+    "velocity": "velocity", "gyro": "rates of turn", "specific_force": "acceleration", "attitude": "attitude",
+    "depth": "depth", "altitude": "altitude", "pwm": "thruster commands", "voltage": "voltage", "armed": "arming",
+    "gnss": "position",
+}  # fmt: skip
+WHOLE_ONLY: Final = ("armed", "gnss")
+"""Signals taken only if nothing of them was heard; their holes are not filled."""
+
 
 @dataclass(frozen=True)
 class Match:
@@ -265,24 +282,6 @@ def _alike_next(left: Array) -> float:
     correlation = float((left[1:] * left[:-1]).sum()) / power if power > 0 else 0.0
     correlation = min(max(correlation, 0.0), 0.9)
     return (1 + correlation) / (1 - correlation)
-
-
-ENDING: Final = ".bin"
-ARDUPILOT: Final = 3
-SYSTEM_NAMES: Final = ("SYSID_THISMAV", "MAV_SYSID")
-"""Parameter with the autopilot's system id, before version 4.7 and since."""
-SAME_S: Final = 0.2
-"""Largest apparent difference between two times of the same clock: messages are dated when they are sent."""
-APART: Final = 0.3
-"""Largest median difference between two signals that agree, over the standard deviation of the heard signal."""
-
-WORDS: Final = {
-    "velocity": "velocity", "gyro": "rates of turn", "specific_force": "acceleration", "attitude": "attitude",
-    "depth": "depth", "altitude": "altitude", "pwm": "thruster commands", "voltage": "voltage", "armed": "arming",
-    "gnss": "position",
-}  # fmt: skip
-WHOLE_ONLY: Final = ("armed", "gnss")
-"""Signals taken only if nothing of them was heard; their holes are not filled."""
 
 
 def logs_beside(folder: Path) -> list[Path]:

@@ -28,6 +28,20 @@ OF_BODY, OF_EARTH = (BODY_NED, BODY_OFFSET_NED, BODY_FRD), (LOCAL_NED, LOCAL_OFF
 FUSED = (3, 5, 8)
 """MAV_ESTIMATOR_TYPEs that smooth, because they fuse accelerations: visual-inertial, the same with GPS, autopilot."""
 
+CONTRACT_VERSION = 1
+GYRO_BITS, ACCELERATION_BITS, FOG_BIT = 0b111000, 0b000111, 0b100000
+DOWNWARD = 25
+ARMED = 128
+AUTOPILOTS = (3, 12, 0)  # ArduPilot, PX4, generic
+FIX_2D = 2
+HAS_DATE_S = 1e9
+MILLI_G = GRAVITY_M_S2 * 1e-3
+
+_ARRAYS = {"TAU_PID": 6, "TAU_FF": 6, "TAU_CMD": 6, "NU_FB": 6, "NU_REF": 14}
+
+AS_OFTEN = 0.9
+"""Messages of equal rate differ in number by less than this share, because some of each are lost."""
+
 
 @dataclass(frozen=True)
 class Told:
@@ -104,21 +118,6 @@ def _turned(
     inside = (time_s >= attitude.time_s[0]) & (time_s <= attitude.time_s[-1])
     quaternion = rotation.attitude_at(attitude, time_s)
     return _where(time_s, rotation.to_body(quaternion, north_east_down), inside & good)
-
-
-CONTRACT_VERSION = 1
-GYRO_BITS, ACCELERATION_BITS, FOG_BIT = 0b111000, 0b000111, 0b100000
-DOWNWARD = 25
-ARMED = 128
-AUTOPILOTS = (3, 12, 0)  # ArduPilot, PX4, generic
-FIX_2D = 2
-HAS_DATE_S = 1e9
-MILLI_G = GRAVITY_M_S2 * 1e-3
-
-_ARRAYS = {"TAU_PID": 6, "TAU_FF": 6, "TAU_CMD": 6, "NU_FB": 6, "NU_REF": 14}
-
-AS_OFTEN = 0.9
-"""Messages of equal rate differ in number by less than this share, because some of each are lost."""
 
 
 def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:

@@ -30,6 +30,14 @@ GAP_PERIODS = 5.0
 REST_US = 1500.0
 OUTLIER_MEDIANS, OUTLIER_PERCENT = 4.0, 25.0
 
+HEIGHT_IN = 4.0
+LABEL_SHARE = 0.15
+"""Start and end closer than this share of the path's extent share an entry in the legend."""
+
+LAGS = 40
+LEAST_REACH = 0.2
+"""Least extent of the autocorrelation's axis, so that noise is not magnified."""
+
 
 def signal_line(signal: Signal, column: int, start_s: float, label: str = "", style: int = 0) -> Line:
     """A column against time, broken at silences of the signal."""
@@ -195,11 +203,6 @@ def training(dive: str, curves: Mapping[str, Array], units: Mapping[str, str]) -
     )
 
 
-HEIGHT_IN = 4.0
-LABEL_SHARE = 0.15
-"""Start and end closer than this share of the path's extent share an entry in the legend."""
-
-
 def track(dive: Dive) -> Figure | None:
     """Path over the ground by dead reckoning, north up; None without velocity or attitude."""
     if dive.velocity is None or dive.attitude is None or len(dive.velocity) < 2 or not len(dive.attitude):
@@ -240,11 +243,6 @@ def dead_reckon(velocity: Signal, attitude: Signal) -> tuple[Array, Array]:
     east = np.concatenate(([0.0], np.cumsum((rate_e[1:] + rate_e[:-1]) / 2 * step_s)))
     north = np.concatenate(([0.0], np.cumsum((rate_n[1:] + rate_n[:-1]) / 2 * step_s)))
     return east, north
-
-
-LAGS = 40
-LEAST_REACH = 0.2
-"""Least extent of the autocorrelation's axis, so that noise is not magnified."""
 
 
 def innovations(dive: str, name: str, normalised: Signal) -> Figure:

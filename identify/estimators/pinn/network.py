@@ -32,6 +32,15 @@ FIRST_VELOCITY_STD, FIRST_POSITION_STD = 1.0, 10.0
 GATE_SIGMA = 6.0
 """A reading is wild if it is further off the network's value than this many standard deviations."""
 
+T = TypeVar("T")
+
+AT_A_TIME = 1024
+"""Intervals per stretch on a processor: shorter stretches cost more in calls than they save in memory. A card takes
+all at once."""
+
+MOST_CORES = 4
+"""The work between the stretches runs on one core alone: more cores than these would wait for it."""
+
 
 @dataclass(frozen=True)
 class Data:
@@ -262,16 +271,6 @@ def between(data: Data, cut: slice) -> Data:
         scale=data.scale[cut],
         known=data.known[cut],
     )
-
-
-T = TypeVar("T")
-
-AT_A_TIME = 1024
-"""Intervals per stretch on a processor: shorter stretches cost more in calls than they save in memory. A card takes
-all at once."""
-
-MOST_CORES = 4
-"""The work between the stretches runs on one core alone: more cores than these would wait for it."""
 
 
 @dataclass(frozen=True)

@@ -66,6 +66,19 @@ UPHILL, LEAST_SHARE = 5e-3, 0.01
 """Largest rise of the loss that is accepted in a pass, and the smallest share of a step that is tried against a
 larger rise."""
 
+Array = NDArray[np.float64]
+
+FINEST_S, COARSEST_S, MANY_INSTANTS = 0.05, 0.1, 6000
+"""Step between two instants of the network: fine enough to follow a light vehicle's roll within a second. In a dive
+of more than MANY_INSTANTS it is coarser, because time grows with the number of instants, and the loss of accuracy is
+then small."""
+
+MOST_TRAININGS = 6
+"""Each training leaves out the readings that are wild at the end of the training before, until they stay the same."""
+
+USUAL_PASSES = 8
+"""For the progress bar alone."""
+
 
 @dataclass(frozen=True)
 class Point:
@@ -193,9 +206,6 @@ def _bent(inverse: Tensor, pairs: list[tuple[Tensor, Tensor]]) -> Tensor:
     return inverse
 
 
-Array = NDArray[np.float64]
-
-
 @dataclass(frozen=True)
 class Guide:
     """The filters of the fitted axes `dofs`, ascending, in the network's parameters. `share` (C,): intervals read per
@@ -250,18 +260,6 @@ class Guide:
         parts = (values[list(self.dofs)], values[6 : 6 + n], values[6 + n :])
         levels = (noise.disturbance, noise.time_constant_s, noise.sensor)
         return Levels(*(part.cpu().numpy() for part in (*parts, *levels)))
-
-
-FINEST_S, COARSEST_S, MANY_INSTANTS = 0.05, 0.1, 6000
-"""Step between two instants of the network: fine enough to follow a light vehicle's roll within a second. In a dive
-of more than MANY_INSTANTS it is coarser, because time grows with the number of instants, and the loss of accuracy is
-then small."""
-
-MOST_TRAININGS = 6
-"""Each training leaves out the readings that are wild at the end of the training before, until they stay the same."""
-
-USUAL_PASSES = 8
-"""For the progress bar alone."""
 
 
 @dataclass(frozen=True)
