@@ -207,6 +207,14 @@ def test_a_disarmed_vehicle_is_switched_for_who_says_yes(vehicle, monkeypatch, w
     assert f"vehicle 1: {word}, as read back" in shown.out
 
 
+def test_only_orders_the_feed_forward_alone_too(vehicle, monkeypatch, capsys):
+    vehicle.give_a_model()
+    monkeypatch.setattr("sys.stdin", Terminal("yes\n"))
+    assert run("only") == exit_codes.DONE
+    assert vehicle.server.mode == 2
+    assert "from off to ff? [yes/no]" in capsys.readouterr().err
+
+
 def test_off_of_another_program_while_the_question_stands_wins_and_nothing_is_sent(
     vehicle, monkeypatch, capsys
 ):

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from bridge import exit_codes
 from bridge.command_line import seconds
 from bridge.links import secured
-from bridge.vehicle.mode import BY_WORD, Mode, word_of
+from bridge.vehicle.mode import ORDERS, Mode, word_of
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -32,7 +32,7 @@ TELL_EVERY_S = 2.0
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     modes = "; ".join(f"{mode.word}, {sentence}" for mode, sentence in MODES.items())
-    parser.add_argument("mode", choices=BY_WORD, metavar="MODE", help=modes)
+    parser.add_argument("mode", choices=ORDERS, metavar="MODE", help=modes)
     parser.add_argument(
         "--link", metavar="SPEC", help="the link to the vehicle (default: that of the recording that runs)"
     )
@@ -59,7 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
     from tui.links import link_for
 
     check_file("--json", arguments.json)
-    mode = BY_WORD[arguments.mode]
+    mode = ORDERS[arguments.mode]
     clock = SystemClock()
     opener = secured.Opener(arguments.sign_key, clock, secured.on_words, system=arguments.system)
     link = link_for(arguments.link, opener.open)
