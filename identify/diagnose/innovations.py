@@ -10,7 +10,7 @@ earlier readings alone, not velocities smoothed over the whole dive.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -24,8 +24,9 @@ from identify.diagnose.evidence import Block
 from identify.dive import Dive, Signal
 from identify.effects.course import Course
 from identify.effects.effect import Act
+from identify.estimators.axes import Axis
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
-from identify.estimators.lateness import behind_filter
+from identify.estimators.lateness import FilteredForce, behind_filter
 from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.motion import Motion
@@ -320,15 +321,9 @@ def predicted(joint: JointLikelihood, theta: Array, motion: Motion) -> Predicted
         theta_axis, dof = theta[place], problem.axis.dof
         state = problem.means(theta_axis)
         time_s = problem.axis.time_s
-        just_before = motion.time_s - APART_S
-        last = np.maximum(np.searchsorted(time_s, just_before, side="left") - 1, 0)
-        # A step that ends later may hold a command that responds to a reading at this time.
+        last = np.maximum(np.searchsorted(time_s, motion.time_s - APART_S, side="left") - 1, 0)
         force = problem.mean_force(theta_axis).mean(axis=1)
-        step = np.minimum(np.searchsorted(time_s, just_before, side="left"), len(time_s) - 1)
-        step = np.where(time_s[step] <= motion.time_s + APART_S, step, np.maximum(step - 1, 0))
-        # Of several readings at one time only the first ends a step of nonzero length.
-        lasting = np.maximum.accumulate(np.where(problem.axis.step_s > 0, np.arange(len(time_s)), 0))
-        step = lasting[step]
+        step = _last_step(problem.axis, motion.time_s)
         force_now, mass = force[step], np.exp(theta_axis[MASS])
         quadratic = problem.axis.quadratic + problem.quadratic(theta_axis)
         damping = np.exp(theta_axis[DAMPING]) + quadratic * problem.slope[step]
@@ -337,6 +332,33 @@ def predicted(joint: JointLikelihood, theta: Array, motion: Motion) -> Predicted
         since = np.clip(motion.time_s - time_s[last], 0.0, 5 * step_s)
         nu[:, dof], nu_dot[:, dof] = speed + rate * since, rate
     return Predicted(motion.time_s, np.asfortranarray(nu), np.asfortranarray(nu_dot))
+
+
+def _last_step(axis: Axis, at_s: Array) -> NDArray[np.intp]:
+    """The last step of an axis (m,) that has ended by each time; the first step before its end."""
+    just_before = at_s - APART_S
+    step = np.minimum(np.searchsorted(axis.time_s, just_before, side="left"), len(axis.time_s) - 1)
+    # A step that ends later may hold a command that responds to a reading at this time.
+    step = np.where(axis.time_s[step] <= at_s + APART_S, step, np.maximum(step - 1, 0))
+    # Of several readings at one time only the first ends a step of nonzero length.
+    lasting = np.maximum.accumulate(np.where(axis.step_s > 0, np.arange(len(axis.time_s)), 0))
+    return np.asarray(lasting[step])
+
+
+def by_present_thrust(course: Course, joint: JointLikelihood) -> Course:
+    """The predicted course with the accelerations due to the thrust of each instant.
+
+    `predicted` takes the mean force of the step before, which is late by up to a step and a half. A controller that
+    answers noisy readings makes thrust so quick that a late acceleration loses most of what it tells, and thrusters
+    that sit elsewhere would pass for a centre of mass that does.
+    """
+    thrust, nu_dot = course.wrench_of(course.thrust_n), course.nu_dot.copy(order="F")
+    for axis in (problem.axis for problem in joint.problems):
+        pushed = FilteredForce(course.time_s, thrust[:, axis.dof]).behind(axis.smoothing_s)
+        step = _last_step(axis, course.time_s)
+        late = pushed.mean_between(axis.time_s[step] - axis.step_s[step], axis.time_s[step])
+        nu_dot[:, axis.dof] += (pushed.force - late) / course.mass[axis.dof]
+    return replace(course, nu_dot=nu_dot)
 
 
 def mean_before(time_s: Array, values: Array, start_s: Array, end_s: Array) -> Array:

@@ -14,7 +14,7 @@ from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
 from identify.checks.controller import unrecorded
 from identify.diagnose.candidates import Cause
-from identify.diagnose.innovations import course_of, mean_before, predicted, reading_error
+from identify.diagnose.innovations import by_present_thrust, course_of, mean_before, predicted, reading_error
 from identify.diagnose.mounting import mirrored, swapped
 from identify.diagnose.regression import steady_trims
 from identify.diagnose.witnesses import Witness, witnesses
@@ -432,14 +432,14 @@ def quadratic_of(joint: JointLikelihood, theta: Array) -> Array:
 
 
 def _known_course(course: Course, joint: JointLikelihood, theta: Array, acts: Sequence[Act]) -> Course:
-    """The course with quadratic drag, water and the motion before an autopilot's smoothing, by the filters and the
-    acts."""
+    """The course with quadratic drag, water, accelerations by the thrust of each instant, and the motion before an
+    autopilot's smoothing, by the filters and the acts."""
     quadratic = quadratic_of(joint, theta)
     for problem in joint.problems:
         quadratic[problem.axis.dof] += problem.axis.quadratic
     moving = [act.water for act in acts if act.water is not None]
     course = replace(course, quadratic=quadratic, water=np.asarray(sum(moving)) if moving else None)
-    return _unsmoothed(course, joint)
+    return _unsmoothed(by_present_thrust(course, joint), joint)
 
 
 def _unsmoothed(course: Course, joint: JointLikelihood) -> Course:
