@@ -2,6 +2,6 @@
 
 `truth` true parameters of the vehicle · `plant` the body, `kernel` its compiled inner loop · `missions` the missions
 to dive · `world` noise and water, `devices` motion to bytes · `body` plant and devices · `dive` the whole chain in
-lock-step · `terminals` the same in real time over pseudo-terminals · `direct` without any bytes. No other package
+lock-step · `direct` without any bytes. No other package
 imports it at start-up: numba takes a second to load.
 """

@@ -300,14 +300,6 @@ def test_what_is_encoded_is_what_is_parsed(raw, first):
     np.testing.assert_array_equal(parsed, rates[:-1])
 
 
-@settings(max_examples=40, deadline=None)
-@given(st.lists(st.binary(max_size=200), max_size=10))
-def test_no_bytes_raise(chunks):
-    parser = Kvh1750Parser()
-    rates_of(parser, chunks)
-    assert all(count > 0 for count in parser.counts.values())
-
-
 def test_memory_stays_bounded_in_noise():
     assert largest_buffer(Kvh1750Parser, random.Random(1)) < 72
     assert largest_buffer(Kvh1750Parser, random.Random(1), alphabet=bytes((0x10, 0x50, 0x90, 0xD0, 0))) < 72

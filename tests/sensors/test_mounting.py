@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from bridge.sensors.clockfit import ClockFit
 from bridge.sensors.mounting import mounting_matrix, quaternion_of, rotation_matrix, to_body
 from bridge.sensors.samples import NAN3, DvlSample, FogBlock, ImuSample, PressureSample
+from bridge.sensors.streams import ClockFit
 from bridge.vehicle.config import Mounting
 
 LABEL_UP = Mounting(rotation_deg=(180.0, 0.0, 0.0))

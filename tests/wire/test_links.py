@@ -6,13 +6,13 @@ import socket
 import threading
 
 import pytest
+from fakes.lossy import Lossy
 from links_read import SOON_S, free_port, read_exactly
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkError, LinkLost
 from bridge.links.descriptor import open_pty
 from bridge.links.link import Link
-from bridge.links.lossy import Lossy
 from bridge.links.memory import memory_pair
 from bridge.links.open import open_link
 from bridge.links.reconnecting import Aside, Reconnecting, next_retry_s
