@@ -9,18 +9,19 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
 from bridge.errors import ConfigError, FrameError
-from bridge.signing.gate import (
-    EPOCH_UNIX_S,
-    STEPS_A_S,
-    Gate,
-    Times,
+from bridge.signing.key import (
+    SigningKey,
     is_of,
     is_signed,
     link_and_time,
+    new_key,
+    of_passphrase,
+    read_key,
     signed,
     unsigned,
+    write_key,
 )
-from bridge.signing.key import SigningKey, new_key, of_passphrase, read_key, write_key
+from bridge.signing.link import EPOCH_UNIX_S, STEPS_A_S, Gate, Times
 from bridge.wire.framing import CRC_EXTRA, Encoder, Frame, Framer, decode
 
 SECRET = hashlib.sha256(b"one").digest()

@@ -14,9 +14,18 @@ from bridge.sensors.waterlink import WaterlinkJsonParser, WaterlinkSerialParser
 from bridge.sensors.wayfinder import WayfinderParser
 from bridge.sensors.xsens import XsensParser
 from bridge.simulator.body import Instruments
-from bridge.simulator.devices import SimulatedBar30, SimulatedImu, a50, dsp1750, dsp1760, wayfinder
+from bridge.simulator.devices import (
+    Chunk,
+    SimulatedBar30,
+    SimulatedImu,
+    Surroundings,
+    a50,
+    dsp1750,
+    dsp1760,
+    wayfinder,
+)
 from bridge.simulator.plant import Stretch, moments, motion_at
-from bridge.simulator.world import QUIET, Chunk, NoiseLevels, Surroundings
+from bridge.simulator.truth import QUIET, NoiseLevels
 from bridge.vehicle.config import Device, Mounting, Sensors, ThrustCurve, Water, load_vehicle
 
 SENSORS = load_vehicle("ruvifist").vehicle.sensors

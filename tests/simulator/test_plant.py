@@ -9,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bridge.errors import ConfigError
-from bridge.simulator.kernel import derivative
-from bridge.simulator.plant import Plant
+from bridge.simulator.plant import Plant, derivative
 from bridge.simulator.truth import Truth, load_truth
 from bridge.vehicle.config import CONFIGS, Configuration, ThrustCurve, Thruster, load_vehicle
 from bridge.vehicle.dynamics import acceleration, restoring

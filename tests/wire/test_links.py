@@ -11,12 +11,11 @@ from links_read import SOON_S, free_port, read_exactly
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkError, LinkLost
-from bridge.links.descriptor import open_pty
+from bridge.links.descriptor import TcpServer, open_pty, open_tcpin
 from bridge.links.link import Link
 from bridge.links.memory import memory_pair
 from bridge.links.open import open_link
 from bridge.links.reconnecting import Aside, Reconnecting, next_retry_s
-from bridge.links.tcp import TcpServer, open_tcpin
 from bridge.links.udp import UdpLink
 from bridge.wire.framing import Encoder, Framer
 
