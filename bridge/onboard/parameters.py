@@ -14,7 +14,7 @@ from typing import Any
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import ParamError
-from bridge.onboard.store import UNTOLD, Memory, hull_mark
+from bridge.onboard.store import Memory, hull_mark
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import (
@@ -61,7 +61,7 @@ class ParameterServer:
         store_path: Path | None,
         table: Sequence[Parameter],
         *,
-        hull: str = UNTOLD,
+        hull: str = "",
         system: int = 1,
         component: int = 1,
     ) -> None:
@@ -80,7 +80,7 @@ class ParameterServer:
         self._active = self._committed
         if self._active is None and any(defaults.values()) and not self._memory.why:
             self._active = defaults
-        self._staged = dict(self._active or self._memory.offered or defaults)
+        self._staged = dict(self._active or defaults)
         self._by_configuration = self._sorted_by_configuration()
         self._cursor = 0
         self._to_list = 0
