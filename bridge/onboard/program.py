@@ -182,7 +182,6 @@ def run(arguments: argparse.Namespace) -> int:
         known.update(faults)
 
     if ring is not None:
-        ring.tell = say_warning
         ring.begin()
     try:
         command_line.until_stopped(work, clock, arguments.seconds, each)
