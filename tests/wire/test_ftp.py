@@ -128,13 +128,6 @@ def test_no_checksum_is_told_of_a_file_that_is_no_segment_of_the_ring(server, fo
     assert fault_of(answers[:1]) == Fault.NOT_FOUND
 
 
-@pytest.mark.parametrize("name", ["../secret", "notes.txt", f"../ring/{FIRST}", f"./{FIRST}", FIRST[:-5]])
-def test_a_ring_reads_a_file_by_its_bare_name_alone(folder, name) -> None:
-    with pytest.raises(FileNotFoundError):
-        Segments(folder).read(name, 0, 10)
-    assert Segments(folder).read(FIRST, 0, 10) == HELD[FIRST][:10]
-
-
 def test_a_link_in_the_ring_is_not_followed(server, folder) -> None:
     name = "000001-0000000a-000003-0000000000.tlog"
     (folder / name).symlink_to(folder.parent / "secret")

@@ -271,10 +271,6 @@ def test_the_list_is_paced_and_a_second_request_misses_nothing() -> None:
     assert {m.param_index for m in second} == set(range(ALL))
 
 
-def test_other_messages_are_not_its_business() -> None:
-    assert ask(server(), dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)) == []
-
-
 def test_a_staged_set_is_active_only_once_its_crc_is_committed() -> None:
     target = server()
     fill(target)
@@ -325,19 +321,6 @@ def test_a_set_is_committed_while_armed_where_the_feed_forward_does_not_act(mode
     target.write("FF_MODE", mode, True)
     assert target.write("FF_COMMIT", float(target.staged_crc), True) is None
     assert target.active_crc == target.staged_crc
-
-
-def test_the_feed_forward_can_be_switched_while_armed_once_a_set_is_active_and_shadow_was_good() -> None:
-    target = server()
-    target.unproven = lambda: ""
-    assert target.write("FF_MODE", 2.0, False) is None
-    assert target.write("FF_MODE", 0.0, True) is None
-    assert target.write("FF_MODE", 1.0, True) is None
-    assert target.write("FF_MODE", 3.0, True) is Refusal.DENIED
-    fill(target)
-    assert target.write("FF_COMMIT", float(target.staged_crc), False) is None
-    assert target.write("FF_MODE", 3.0, True) is None
-    assert target.mode == 3
 
 
 @pytest.mark.parametrize(
@@ -423,18 +406,6 @@ def test_an_accepted_effect_is_staged_committed_and_kept_like_any_coefficient(tm
     }
     assert "Y_vv" not in again
     assert "T_astern" not in again
-
-
-@pytest.mark.parametrize(
-    ("name", "unfit"),
-    [("FF0_X_UU", -1.0), ("FF0_X_UU", 1e6), ("FF0_T1_GAIN", 0.2), ("FF0_T1_GAIN", 2.1), ("FF0_T_START", 11.0),
-     ("FF0_T_VOLT", 1.0), ("FF0_T_ASTERN", -0.5), ("FF0_Y_R", 1e4)],
-)  # fmt: skip
-def test_an_effect_that_no_vehicle_of_this_thrust_can_have_is_refused(name: str, unfit: float) -> None:
-    target = server()
-    assert target.write(name, unfit, False) is Refusal.OUT_OF_RANGE
-    assert target.write(name, 0.0, False) is None
-    assert target.write("FF0_T2_GAIN", 0.8, False) is Refusal.UNKNOWN
 
 
 @pytest.mark.parametrize(

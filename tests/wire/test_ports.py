@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
+from service_rig import in_real_time, vehicle
 
 from bridge.clock import SystemClock
 from bridge.errors import ConfigError, LinkError
@@ -23,21 +24,12 @@ from bridge.onboard.service import Bridge
 from bridge.sensors.bar30 import FakeBar30, I2cBus
 from bridge.sensors.drivers import greeting, make_parser
 from bridge.sensors.kvh1750 import encode_kvh1750
-from bridge.vehicle.config import Configuration, Device, Sensors, Thruster, Vehicle
+from bridge.vehicle.config import Device, Vehicle
 from bridge.vehicle.parameters import vehicle_table
 from bridge.wire import readings
 from bridge.wire.framing import Frame, Framer, decode
 
 WITHIN_S = 60.0
-
-
-def vehicle(**sensors: Device) -> Vehicle:
-    shape = Configuration(
-        dry_mass_kg=72.0,
-        inertia_kgm2=(2.0, 9.0, 10.0),
-        thrusters=(Thruster((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),),
-    )
-    return Vehicle("test", {"only": shape}, sensors=Sensors(**sensors))
 
 
 class Ground:
@@ -98,25 +90,14 @@ def running(
 def bridging(
     craft: Vehicle, bus: I2cBus | None = None, act: Callable[[], None] = lambda: None
 ) -> Iterator[tuple[Bridge, Ground, SystemClock]]:
-    clock, stop = SystemClock(), threading.Event()
-    near, far = memory_pair()
-    bridge = Bridge(craft, clock, [near], ParameterServer(None, vehicle_table(craft)))
-
     def open_bus(number: int) -> I2cBus:
         if bus is None:
             raise LinkError(f"/dev/i2c-{number} can't be opened")
         return bus
 
-    thread = threading.Thread(
-        target=run_ports, args=(bridge, craft, clock, stop), kwargs={"act": act, "open_bus": open_bus}
-    )
-    thread.start()
-    try:
+    near, far = memory_pair()
+    with in_real_time(craft, [near], open_bus, act) as (bridge, clock):
         yield bridge, Ground(far), clock
-    finally:
-        stop.set()
-        thread.join(WITHIN_S)
-        assert not thread.is_alive()
 
 
 @contextmanager
