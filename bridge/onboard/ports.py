@@ -67,37 +67,19 @@ class Inbox:
             return False
         return True
 
-    def waiting(self) -> Iterator[Arrival]:
-        """Yield the arrivals that are queued now."""
-        for _ in range(self._queue.qsize()):
-            yield self._queue.get()
-
-    def next(self, timeout_s: float) -> Iterator[Arrival]:
-        """Yield the next arrival, or nothing if none comes in time."""
+    def take(self, timeout_s: float) -> Iterator[Arrival]:
+        """Yield the arrivals that are queued now; if there are none, the next if it comes in time."""
         with suppress(queue.Empty):
-            yield self._queue.get(timeout=timeout_s)
+            if self._queue.empty() and timeout_s > 0:
+                yield self._queue.get(timeout=timeout_s)
+            for _ in range(self._queue.qsize()):
+                yield self._queue.get_nowait()
 
     def take_lost(self) -> int:
         """Return the number of arrivals that found no room since the last call."""
         with self._lock:
             lost, self._lost = self._lost, 0
         return lost
-
-
-class Losses:
-    """Texts about lost arrivals for the crew: the first at once, then at most one every `TELL_LOST_EVERY_S`."""
-
-    def __init__(self) -> None:
-        self._untold = 0
-        self._due_s = -math.inf
-
-    def told(self, lost: int, now_s: float) -> str:
-        """Add `lost` arrivals and return the text that is due now, "" for none."""
-        self._untold += lost
-        if not self._untold or now_s < self._due_s:
-            return ""
-        said, self._untold, self._due_s = self._untold, 0, now_s + TELL_LOST_EVERY_S
-        return f"computer too slow: {said} sensor reads lost"
 
 
 def run_ports(
@@ -141,25 +123,23 @@ def port_spec(device: Device) -> str:
 
 
 def _work(bridge: Bridge, clock: Clock, stop: Event, inbox: Inbox, act: Callable[[], None]) -> None:
-    losses = Losses()
     due_s = clock.boot_s()
+    lost, tell_lost_s = 0, -math.inf
     while not stop.is_set():
         # Queued arrivals come first: steps that take longer than their period must not leave sensors unread.
-        for arrival in inbox.waiting():
+        for arrival in inbox.take(due_s - clock.boot_s()):
             _give(bridge, arrival)
-        wait_s = due_s - clock.boot_s()
-        if wait_s <= 0:
-            lost = inbox.take_lost()
-            bridge.counts["arrivals lost"] += lost
-            text = losses.told(lost, clock.boot_s())
-            if text:
-                bridge.say(text)
-            act()
-            bridge.step()
-            due_s = max(due_s + 1 / RATE_HZ, clock.boot_s() - LONGEST_LAG_S)
+        now_s = clock.boot_s()
+        if now_s < due_s:
             continue
-        for arrival in inbox.next(wait_s):
-            _give(bridge, arrival)
+        lost += inbox.take_lost()
+        if lost and now_s >= tell_lost_s:
+            bridge.counts["arrivals lost"] += lost
+            bridge.say(f"computer too slow: {lost} sensor reads lost")
+            lost, tell_lost_s = 0, now_s + TELL_LOST_EVERY_S
+        act()
+        bridge.step()
+        due_s = max(due_s + 1 / RATE_HZ, clock.boot_s() - LONGEST_LAG_S)
 
 
 def _give(bridge: Bridge, arrival: Arrival) -> None:

@@ -7,6 +7,7 @@ bytes with their arrival time and calls `step` at the control rate.
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -24,7 +25,6 @@ from bridge.onboard.orders import (
     answer_file_transfer,
     answer_timesync,
     deny_command,
-    no_test,
     status_texts,
 )
 from bridge.onboard.parameters import ParameterServer
@@ -310,15 +310,12 @@ class Bridge:
         if kind == "PARAM_SET" and mine and not self._may_write(message):
             return []
         if kind == "COMMAND_LONG":
-            return answer_command(message, self.arm, self._test) if mine else []
+            tests = self.motor_tests
+            test = tests and partial(tests.ask, armed=self.armed, now_s=self._clock.boot_s())
+            return answer_command(message, self.arm, test) if mine else []
         if kind == "FILE_TRANSFER_PROTOCOL":
             return answer_file_transfer(message) if mine else []
         return self._parameters.handle(message, self.armed)
-
-    def _test(self, message: Any) -> int:
-        if self.motor_tests is None:
-            return no_test(message)
-        return self.motor_tests.ask(message, self.armed, self._clock.boot_s())
 
     def _may_write(self, message: Any) -> bool:
         """Whether the loop and the disk can keep up with this write. FF_MODE 0 (off) is always accepted."""

@@ -19,7 +19,7 @@ from bridge.links.descriptor import open_pty
 from bridge.links.link import Link
 from bridge.links.memory import memory_pair
 from bridge.onboard.parameters import ParameterServer
-from bridge.onboard.ports import Arrival, Inbox, Losses, port_spec, run_ports
+from bridge.onboard.ports import Arrival, Inbox, port_spec, run_ports
 from bridge.onboard.service import Bridge
 from bridge.sensors.bar30 import FakeBar30, I2cBus
 from bridge.sensors.drivers import greeting, make_parser
@@ -182,18 +182,8 @@ def test_an_inbox_drops_what_has_no_room_and_counts_it_once() -> None:
     inbox = Inbox(2)
     assert [inbox.put(Arrival("fog", float(i))) for i in range(5)] == [True, True, False, False, False]
     assert (inbox.take_lost(), inbox.take_lost()) == (3, 0)
-    assert [arrival.time_s for arrival in inbox.waiting()] == [0.0, 1.0]
-    assert list(inbox.next(0.0)) == []
-
-
-def test_losses_are_told_at_once_and_then_every_ten_seconds_in_sum() -> None:
-    losses = Losses()
-    said = {t: losses.told(lost, float(t)) for t, lost in enumerate([0, 3, 2, *[0] * 7, 1, *[0] * 20])}
-    assert {t: text for t, text in said.items() if text} == {
-        1: "computer too slow: 3 sensor reads lost",
-        11: "computer too slow: 3 sensor reads lost",
-    }
-    assert len(losses.told(999_999, 99.0)) <= 50
+    assert [arrival.time_s for arrival in inbox.take(0.0)] == [0.0, 1.0]
+    assert list(inbox.take(0.01)) == []
 
 
 class FullInbox(Inbox):
