@@ -31,7 +31,7 @@ class Ground:
         return f"system {self.system}" + ("" if self.component is None else f", component {self.component}")
 
 
-TELL_EVERY_S: Final = 10.0
+REPORT_EVERY_S: Final = 10.0
 
 
 class Pace:
@@ -39,7 +39,7 @@ class Pace:
 
     def __init__(self, rate_hz: float, burst: int, now_s: float) -> None:
         self._rate_hz, self._burst = rate_hz, burst
-        self._left, self._asked_s, self._tell_s = float(burst), now_s, now_s
+        self._left, self._asked_s, self._report_s = float(burst), now_s, now_s
 
     def allows(self, now_s: float) -> bool:
         """Whether one more action is allowed now; an allowed action is counted."""
@@ -50,11 +50,11 @@ class Pace:
         self._left -= 1.0
         return True
 
-    def to_be_told(self, now_s: float) -> bool:
-        """Whether to tell the crew now that the limit was exceeded: at most once every `TELL_EVERY_S`."""
-        if now_s < self._tell_s:
+    def to_be_reported(self, now_s: float) -> bool:
+        """Whether to report now that the limit was exceeded: at most once every `REPORT_EVERY_S`."""
+        if now_s < self._report_s:
             return False
-        self._tell_s = now_s + TELL_EVERY_S
+        self._report_s = now_s + REPORT_EVERY_S
         return True
 
 

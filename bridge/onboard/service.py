@@ -311,7 +311,8 @@ class Bridge:
             return []
         if kind == "COMMAND_LONG":
             tests = self.motor_tests
-            test = tests and partial(tests.ask, armed=self.armed, now_s=self._clock.boot_s())
+            now_s = self._clock.boot_s()
+            test = None if tests is None else partial(tests.ask, armed=self.armed, now_s=now_s)
             return answer_command(message, self.arm, test) if mine else []
         if kind == "FILE_TRANSFER_PROTOCOL":
             return answer_file_transfer(message) if mine else []
@@ -326,7 +327,7 @@ class Bridge:
         if pace.allows(now_s):
             return True
         self.counts["too fast"] += 1
-        if pace.to_be_told(now_s):
+        if pace.to_be_reported(now_s):
             self.say("writes come too fast: some are dropped")
         return False
 
