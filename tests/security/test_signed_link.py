@@ -107,15 +107,6 @@ def test_a_frame_signed_sixty_seconds_ago_is_let_in_and_one_ten_microseconds_old
     assert side.gate.counts == {Refusal.OLD: 1}
 
 
-def test_a_frame_that_was_never_heard_is_refused_once_the_clock_is_past_its_minute(side):
-    signed_at = side.now()
-    side.waits(60.0)
-    assert side.arrives(signed_at, link=0)
-    side.waits(1.0)
-    assert side.arrives(signed_at, link=1) == b""
-    assert side.gate.counts == {Refusal.OLD: 1}
-
-
 def test_streams_of_two_links_have_times_of_their_own(side):
     now = side.now()
     assert side.arrives(now, link=0)

@@ -156,15 +156,6 @@ def test_any_cut_and_any_insertion_relocks_and_the_result_does_not_depend_on_the
     assert rates.size > 150 - 30 - (lost + len(junk)) // 6
 
 
-def test_random_noise_between_stretches_ends_in_a_new_lock():
-    rng = random.Random(6)
-    for _ in range(50):
-        tail = encode_kvh1750(sine(100))
-        parser = Kvh1750Parser()
-        rates = rates_of(parser, random_chunks(rng.randbytes(500) + tail, rng))
-        assert np.isin(sine(100)[30:-1], rates).all()
-
-
 def test_a_frame_that_the_device_calls_invalid_is_flagged_and_so_is_the_one_that_it_should_confirm():
     valid = np.ones(30, dtype=bool)
     valid[12] = False
