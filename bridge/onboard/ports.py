@@ -161,6 +161,19 @@ def _reader(
     return lambda: _read_stream(slot, device, words, clock, stop, put)
 
 
+def _fault_reports(slot: str, clock: Clock, put: Put) -> Callable[[str], None]:
+    """Return a function that takes the present fault, "" for none, and puts it each time that it has changed."""
+    reported = ""
+
+    def report(fault: str) -> None:
+        nonlocal reported
+        # A fault that finds no room is put again: otherwise the crew would never hear of it.
+        if fault != reported and put(Arrival(slot, clock.boot_s(), fault=fault)):
+            reported = fault
+
+    return report
+
+
 def _read_stream(slot: str, device: Device, words: bytes, clock: Clock, stop: Event, put: Put) -> None:
     def connect() -> Link:
         link = open_link(port_spec(device))
@@ -168,14 +181,10 @@ def _read_stream(slot: str, device: Device, words: bytes, clock: Clock, stop: Ev
             link.write(words)
         return link
 
-    port = Reconnecting(connect, clock, port_spec(device))
-    reported = ""
+    port, report = Reconnecting(connect, clock, port_spec(device)), _fault_reports(slot, clock, put)
     while not stop.is_set():
         data = port.read(READ_S)
-        fault = port.reason
-        # A fault that finds no room is put again: otherwise the crew would never hear of it.
-        if fault != reported and put(Arrival(slot, clock.boot_s(), fault=fault)):
-            reported = fault
+        report(port.reason)
         if data:
             put(Arrival(slot, clock.boot_s(), data))
     port.close()
@@ -193,7 +202,7 @@ def _poll_depth(
     period_s = 1 / (device.rate_hz or DEPTH_RATE_HZ)
     bus: I2cBus | None = None
     sensor: Bar30 | None = None
-    retry_s, reported = FIRST_RETRY_S, ""
+    retry_s, report = FIRST_RETRY_S, _fault_reports(slot, clock, put)
     while not stop.is_set():
         begun_s = clock.boot_s()
         try:
@@ -205,15 +214,12 @@ def _poll_depth(
             if bus is not None:
                 bus.close()
             bus = sensor = None
-            fault = str(error)
-            if fault != reported and put(Arrival(slot, clock.boot_s(), fault=fault)):
-                reported = fault
+            report(str(error))
             stop.wait(retry_s)
             retry_s = next_retry_s(retry_s)
             continue
         retry_s = FIRST_RETRY_S
-        if reported and put(Arrival(slot, clock.boot_s(), fault="")):
-            reported = ""
+        report("")
         if sample is not None:
             put(Arrival(slot, sample.time_s, sample=sample))
         stop.wait(max(0.0, begun_s + period_s - clock.boot_s()))
