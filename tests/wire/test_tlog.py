@@ -147,36 +147,36 @@ def test_one_flipped_bit_in_a_thousand_bytes_costs_only_the_frames_it_hit(tmp_pa
     assert 0 < reader.counts["checksum"] + reader.counts["unknown"] <= len(hurt)
 
 
+LOG = records(12)
+HEAD, TAIL = to_bytes(LOG[:5]), to_bytes(LOG[5:])
+SET = [(stamp + (86_400_000_000 if 4 <= i < 8 else 0), raw) for i, (stamp, raw) in enumerate(LOG)]
+
+
 @pytest.mark.parametrize(
-    "junk", [b"\xfd" * 37, b"\x00" * 11, bytes(range(256)), unknown_frame(bytes(9))[:-4]]
+    ("data", "expected"),
+    [
+        *((HEAD + junk + TAIL, LOG) for junk in (b"\xfd" * 37, b"\x00" * 11, bytes(range(256)))),
+        (HEAD + unknown_frame(bytes(9))[:-4] + TAIL, LOG),
+        (HEAD + TAIL[20:], LOG[:5] + LOG[6:]),
+        (HEAD + TAIL[1:], [*LOG[:5], (LOG[4][0], LOG[5][1]), *LOG[6:]]),
+        (to_bytes(SET), SET),
+    ],
+    ids=[
+        "inserted",
+        "zeros",
+        "all bytes",
+        "cut frame",
+        "missing",
+        "stamp without a byte",
+        "clock set meanwhile",
+    ],
 )
-def test_inserted_bytes_cost_no_record(tmp_path: Path, junk: bytes) -> None:
-    log = records(12)
-    path = tmp_path / "inserted.tlog"
-    path.write_bytes(to_bytes(log[:5]) + junk + to_bytes(log[5:]))
-    assert read(path) == log
-
-
-def test_missing_bytes_cost_one_record(tmp_path: Path) -> None:
-    log = records(12)
-    head, tail = to_bytes(log[:5]), to_bytes(log[5:])
-    path = tmp_path / "missing.tlog"
-    path.write_bytes(head + tail[20:])
-    assert read(path) == log[:5] + log[6:]
-
-
-def test_a_stamp_that_lost_a_byte_takes_its_neighbours_time(tmp_path: Path) -> None:
-    log = records(12)
-    path = tmp_path / "stamp.tlog"
-    path.write_bytes(to_bytes(log[:5]) + to_bytes(log[5:])[1:])
-    assert read(path) == [*log[:5], (log[4][0], log[5][1]), *log[6:]]
-
-
-def test_a_clock_that_was_set_during_the_dive_is_left_as_it_was(tmp_path: Path) -> None:
-    log = [(stamp + (86_400_000_000 if 4 <= i < 8 else 0), raw) for i, (stamp, raw) in enumerate(records(12))]
-    path = tmp_path / "steps.tlog"
-    path.write_bytes(to_bytes(log))
-    assert read(path) == log
+def test_damage_costs_the_record_that_it_hits_alone_and_a_lost_stamp_is_its_neighbours(
+    tmp_path, data, expected
+):
+    path = tmp_path / "dive.tlog"
+    path.write_bytes(data)
+    assert read(path) == expected
 
 
 def test_an_unknown_id_is_kept_unchecked(tmp_path: Path) -> None:
