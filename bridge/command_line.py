@@ -30,18 +30,12 @@ class Parser(argparse.ArgumentParser):
 
 def seconds(text: str) -> float:
     """A positive number of seconds."""
-    value = _number(text)
-    if not value > 0:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a number of seconds above 0")
-    return value
+    return _above_zero(text, "a number of seconds")
 
 
 def above_zero(text: str) -> float:
     """A positive number."""
-    value = _number(text)
-    if not value > 0:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a number above 0")
-    return value
+    return _above_zero(text, "a number")
 
 
 def seed(text: str) -> int:
@@ -62,12 +56,14 @@ def port(text: str) -> int:
     return value
 
 
-def _number(text: str) -> float:
+def _above_zero(text: str, what: str) -> float:
     try:
         value = float(text)
     except ValueError:
         value = math.nan
-    return value if math.isfinite(value) else math.nan
+    if not 0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"'{text}' is not {what} above 0")
+    return value
 
 
 def _whole(text: str, least: int) -> int:

@@ -3,11 +3,11 @@
 import random
 
 import numpy as np
+from fakes.lossy import Lossy
 from fakes.vehicle import QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
-from bridge.links.lossy import Lossy
 from bridge.links.memory import memory_pair
 from bridge.onboard.file_server import FileServer, Segments
 from bridge.onboard.parameters import ParameterServer

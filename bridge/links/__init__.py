@@ -1,5 +1,5 @@
 """Links that carry bytes: `link` their interface, `open` by name, `secured` with the option `--sign-key`.
 
-`descriptor` serial ports and pseudo-terminals · `tcp`, `udp` networks · `memory` within a process · `lossy` with
-switches for faults · `reconnecting` comes back by itself · `addresses` names of links and who reaches them.
+`descriptor` serial ports, pseudo-terminals and TCP · `udp` · `memory` within a process · `reconnecting`
+comes back by itself · `addresses` names of links and who reaches them.
 """

@@ -10,8 +10,8 @@ from contextlib import suppress
 from typing import Final
 
 from bridge.errors import LinkError, LinkSpecError
-from bridge.links.descriptor import DEFAULT_BAUD
 
+DEFAULT_BAUD: Final = 115200
 LOOPBACK: Final = "127.0.0.1"
 FORMS: Final = (
     "serial:/dev/ttyUSB0:115200, udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT or tcpin:HOST:PORT"

@@ -3,9 +3,8 @@
 from collections.abc import Callable
 
 from bridge.links.addresses import parse_link
-from bridge.links.descriptor import open_serial
+from bridge.links.descriptor import open_serial, open_tcp, open_tcpin
 from bridge.links.link import Link
-from bridge.links.tcp import open_tcp, open_tcpin
 from bridge.links.udp import open_udpin, open_udpout
 
 _NETWORK: dict[str, Callable[[str, int], Link]] = {

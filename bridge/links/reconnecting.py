@@ -42,7 +42,7 @@ class Reconnecting(Link):
         self.reason = ""
         self._factory = factory
         self._clock = clock
-        self._lost, self._told = lost, set[str]()
+        self._lost, self._reported = lost, set[str]()
         self._link: Link | None = None
         self._retry_s = FIRST_RETRY_S
         self._due_s = clock.boot_s()
@@ -90,8 +90,8 @@ class Reconnecting(Link):
     def _lose(self, link: Link, error: LinkError) -> None:
         link.close()
         self._link = None
-        if str(error) not in self._told:
-            self._told.add(str(error))
+        if str(error) not in self._reported:
+            self._reported.add(str(error))
             self._lost(str(error))
         self._wait_after(error)
 

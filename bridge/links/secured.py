@@ -12,7 +12,7 @@ from bridge.text import say, say_warning
 if TYPE_CHECKING:
     from bridge.clock import Clock
     from bridge.links.link import Link
-    from bridge.signing.gate import Gate, Trouble
+    from bridge.signing.link import Gate, Trouble
 
 OPTION = "--sign-key"
 
@@ -31,9 +31,7 @@ class Opener:
 
     `tell` is called about a system of which no frame is accepted, `warn` if the other side signs and this side has no
     key. `listed` gets a sentence about each socket when it is first opened; by default the sentence goes to the crew,
-    `later` ignores it for a caller that lists its sockets afterwards. `system` is the system that the verb was asked
-    to speak with: if it is refused, the crew learns of it, however many others are refused. Raises ConfigError if the
-    key can't be read.
+    `later` ignores it for a caller that lists its sockets afterwards. Raises ConfigError if the key can't be read.
     """
 
     def __init__(
@@ -43,11 +41,9 @@ class Opener:
         tell: "Callable[[Trouble], None]",
         warn: "Callable[[str], None] | None" = None,
         listed: "Callable[[str], None] | None" = None,
-        system: int | None = None,
     ) -> None:
         self._warn = warn or say_warning
         self._listed = listed or say
-        self._system = system
         self._opened: set[str] = set()
         self.gates: dict[str, Gate] = {}
         self._clock, self._tell = clock, tell
@@ -92,13 +88,13 @@ class Opener:
         return f"links are signed with the key {self._key.fingerprint}" if self._key else ""
 
     def _gate(self, spec: str) -> "Gate":
-        from bridge.signing.gate import Gate, Times
+        from bridge.signing.link import Gate, Times
 
         assert self._key is not None
         if spec not in self.gates:
             times = Times(self._clock, times_file(self._key.fingerprint, spec))
             number = len(self.gates)
-            self.gates[spec] = Gate(spec, self._key, times, self._clock, self._tell, number, self._system)
+            self.gates[spec] = Gate(spec, self._key, times, self._clock, self._tell, number)
         return self.gates[spec]
 
 

@@ -14,7 +14,7 @@ SILENT_S = 3.0
 class _Device:
     """State of one device. `to_check`: what to check if its bytes make no sense.
 
-    `open_s`: when its port opened, inf while it has none. `told`: the kind of fault that the crew knows of.
+    `open_s`: when its port opened, inf while it has none. `reported`: the kind of fault that the crew knows of.
     """
 
     to_check: str
@@ -23,7 +23,7 @@ class _Device:
     open_s: float
     port_fault: str = ""
     fault: str = ""
-    told: str = ""
+    reported: str = ""
 
 
 class SensorWatch:
@@ -66,9 +66,9 @@ class SensorWatch:
                 continue
             device.fault = text
             # The wording of a fault may change while it lasts; the crew hears of each kind once.
-            if kind != device.told:
+            if kind != device.reported:
                 texts.append(text or f"{slot} is back")
-            device.told = kind
+            device.reported = kind
         return texts
 
 

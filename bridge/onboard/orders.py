@@ -11,6 +11,7 @@ from typing import Any, Final
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.vehicle.thrusters import NEUTRAL_US
+from bridge.wire.ftp import PAYLOAD_BYTES, Fault, decode, refused
 
 STATION_SYSTEM = 255
 
@@ -30,7 +31,7 @@ class Ground:
         return f"system {self.system}" + ("" if self.component is None else f", component {self.component}")
 
 
-TELL_EVERY_S: Final = 10.0
+REPORT_EVERY_S: Final = 10.0
 
 
 class Pace:
@@ -38,7 +39,7 @@ class Pace:
 
     def __init__(self, rate_hz: float, burst: int, now_s: float) -> None:
         self._rate_hz, self._burst = rate_hz, burst
-        self._left, self._asked_s, self._tell_s = float(burst), now_s, now_s
+        self._left, self._asked_s, self._report_s = float(burst), now_s, now_s
 
     def allows(self, now_s: float) -> bool:
         """Whether one more action is allowed now; an allowed action is counted."""
@@ -49,16 +50,13 @@ class Pace:
         self._left -= 1.0
         return True
 
-    def to_be_told(self, now_s: float) -> bool:
-        """Whether to tell the crew now that the limit was exceeded: at most once every `TELL_EVERY_S`."""
-        if now_s < self._tell_s:
+    def to_be_reported(self, now_s: float) -> bool:
+        """Whether to report now that the limit was exceeded: at most once every `REPORT_EVERY_S`."""
+        if now_s < self._report_s:
             return False
-        self._tell_s = now_s + TELL_EVERY_S
+        self._report_s = now_s + REPORT_EVERY_S
         return True
 
-
-_FTP_NAK: Final = 129
-_FTP_UNKNOWN_COMMAND: Final = 7
 
 Arm = Callable[[bool], bool]
 Test = Callable[[Any], int]
@@ -71,32 +69,29 @@ def answer_timesync(message: Any, boot_s: float) -> list[Any]:
     return [dialect.MAVLink_timesync_message(round(boot_s * 1e9), message.ts1)]
 
 
-def no_test(_: Any) -> int:
-    """MAV_RESULT of a motor test if no program on board turns thrusters."""
-    return int(dialect.MAV_RESULT_UNSUPPORTED)
-
-
-def answer_command(message: Any, arm: Arm, test: Test = no_test) -> list[Any]:
+def answer_command(message: Any, arm: Arm, test: Test | None = None) -> list[Any]:
     """Return the COMMAND_ACK to a COMMAND_LONG that was addressed here.
 
-    `arm` returns whether it did as asked, `test` returns the MAV_RESULT of a motor test.
+    `arm` returns whether it did as asked, `test` returns the MAV_RESULT of a motor test; None if no program on board
+    turns thrusters.
     """
-    if message.command == dialect.MAV_CMD_DO_MOTOR_TEST:
-        result = test(message)
-    elif message.command != dialect.MAV_CMD_COMPONENT_ARM_DISARM:
-        result = dialect.MAV_RESULT_UNSUPPORTED
-    elif message.param1 not in (0.0, 1.0):
-        result = dialect.MAV_RESULT_DENIED
-    else:
-        result = dialect.MAV_RESULT_ACCEPTED if arm(message.param1 == 1.0) else dialect.MAV_RESULT_DENIED
-    sender = message.get_srcSystem(), message.get_srcComponent()
-    return [dialect.MAVLink_command_ack_message(message.command, result, 0, 0, *sender)]
+    if message.command == dialect.MAV_CMD_DO_MOTOR_TEST and test is not None:
+        return _acknowledged(message, test(message))
+    if message.command != dialect.MAV_CMD_COMPONENT_ARM_DISARM:
+        return _acknowledged(message, dialect.MAV_RESULT_UNSUPPORTED)
+    if message.param1 not in (0.0, 1.0) or not arm(message.param1 == 1.0):
+        return deny_command(message)
+    return _acknowledged(message, dialect.MAV_RESULT_ACCEPTED)
 
 
 def deny_command(message: Any) -> list[Any]:
-    """Return the COMMAND_ACK that denies a COMMAND_LONG of a sender that may not give orders here."""
+    """Return the COMMAND_ACK that denies a COMMAND_LONG, as to a sender that may not give orders here."""
+    return _acknowledged(message, dialect.MAV_RESULT_DENIED)
+
+
+def _acknowledged(message: Any, result: int) -> list[Any]:
     sender = message.get_srcSystem(), message.get_srcComponent()
-    return [dialect.MAVLink_command_ack_message(message.command, dialect.MAV_RESULT_DENIED, 0, 0, *sender)]
+    return [dialect.MAVLink_command_ack_message(message.command, result, 0, 0, *sender)]
 
 
 def answer_file_transfer(message: Any) -> list[Any]:
@@ -104,13 +99,10 @@ def answer_file_transfer(message: Any) -> list[Any]:
 
     A ground station that asks for parameters as a file then requests them one by one.
     """
-    asked = message.payload
-    sequence = (asked[0] | asked[1] << 8) + 1 & 0xFFFF
-    head = [sequence & 0xFF, sequence >> 8, asked[2], _FTP_NAK, 1, asked[3], 0, 0, 0, 0, 0, 0]
-    payload = [*head, _FTP_UNKNOWN_COMMAND]
-    payload += [0] * (251 - len(payload))
+    answer = refused(decode(bytes(message.payload)), Fault.UNKNOWN).encode()
     sender = message.get_srcSystem(), message.get_srcComponent()
-    return [dialect.MAVLink_file_transfer_protocol_message(0, *sender, payload)]
+    payload = answer.ljust(PAYLOAD_BYTES, b"\0")
+    return [dialect.MAVLink_file_transfer_protocol_message(0, *sender, list(payload))]
 
 
 def status_texts(text: str, severity: int, number: int) -> list[Any]:

@@ -14,7 +14,7 @@ from typing import Any
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import ParamError
-from bridge.onboard.store import UNTOLD, Memory, hull_mark
+from bridge.onboard.store import Memory, hull_mark
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import (
@@ -61,7 +61,7 @@ class ParameterServer:
         store_path: Path | None,
         table: Sequence[Parameter],
         *,
-        hull: str = UNTOLD,
+        hull: str = "",
         system: int = 1,
         component: int = 1,
     ) -> None:
@@ -80,7 +80,7 @@ class ParameterServer:
         self._active = self._committed
         if self._active is None and any(defaults.values()) and not self._memory.why:
             self._active = defaults
-        self._staged = dict(self._active or self._memory.offered or defaults)
+        self._staged = dict(self._active or defaults)
         self._by_configuration = self._sorted_by_configuration()
         self._cursor = 0
         self._to_list = 0
@@ -150,7 +150,7 @@ class ParameterServer:
         count = min(most, self._to_list)
         values = []
         for _ in range(count):
-            values.append(self._told(self.names[self._cursor]))
+            values.append(self._value_message(self.names[self._cursor]))
             self._cursor = (self._cursor + 1) % len(self.names)
         self._to_list -= count
         return values
@@ -224,7 +224,7 @@ class ParameterServer:
             name = self.names[index] if index < len(self.names) else ""
         if name not in self.names:
             return [self._error(message, Refusal.UNKNOWN)]
-        return [self._told(name)]
+        return [self._value_message(name)]
 
     def _set(self, message: Any, armed: bool) -> list[Any]:
         name = message.param_id
@@ -234,15 +234,15 @@ class ParameterServer:
             refusal = self.write(name, message.param_value, armed)
         answers = [] if refusal is None else [self._error(message, refusal)]
         # A refused write is also answered with the current value: not all clients know PARAM_ERROR.
-        return answers if refusal is Refusal.UNKNOWN else [*answers, self._told(name)]
+        return answers if refusal is Refusal.UNKNOWN else [*answers, self._value_message(name)]
 
     def deny(self, message: Any) -> list[Any]:
         """Return the answers to a PARAM_SET of a sender that may write nothing: the refusal and the current value."""
         if message.param_id not in self.names:
             return [self._error(message, Refusal.UNKNOWN)]
-        return [self._error(message, Refusal.DENIED), self._told(message.param_id)]
+        return [self._error(message, Refusal.DENIED), self._value_message(message.param_id)]
 
-    def _told(self, name: str) -> Any:
+    def _value_message(self, name: str) -> Any:
         return dialect.MAVLink_param_value_message(
             name.encode(),
             self.value(name),

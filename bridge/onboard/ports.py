@@ -67,37 +67,19 @@ class Inbox:
             return False
         return True
 
-    def waiting(self) -> Iterator[Arrival]:
-        """Yield the arrivals that are queued now."""
-        for _ in range(self._queue.qsize()):
-            yield self._queue.get()
-
-    def next(self, timeout_s: float) -> Iterator[Arrival]:
-        """Yield the next arrival, or nothing if none comes in time."""
+    def take(self, timeout_s: float) -> Iterator[Arrival]:
+        """Yield the arrivals that are queued now; if there are none, the next if it comes in time."""
         with suppress(queue.Empty):
-            yield self._queue.get(timeout=timeout_s)
+            if self._queue.empty() and timeout_s > 0:
+                yield self._queue.get(timeout=timeout_s)
+            for _ in range(self._queue.qsize()):
+                yield self._queue.get_nowait()
 
     def take_lost(self) -> int:
         """Return the number of arrivals that found no room since the last call."""
         with self._lock:
             lost, self._lost = self._lost, 0
         return lost
-
-
-class Losses:
-    """Texts about lost arrivals for the crew: the first at once, then at most one every `TELL_LOST_EVERY_S`."""
-
-    def __init__(self) -> None:
-        self._untold = 0
-        self._due_s = -math.inf
-
-    def told(self, lost: int, now_s: float) -> str:
-        """Add `lost` arrivals and return the text that is due now, "" for none."""
-        self._untold += lost
-        if not self._untold or now_s < self._due_s:
-            return ""
-        said, self._untold, self._due_s = self._untold, 0, now_s + TELL_LOST_EVERY_S
-        return f"computer too slow: {said} sensor reads lost"
 
 
 def run_ports(
@@ -141,25 +123,23 @@ def port_spec(device: Device) -> str:
 
 
 def _work(bridge: Bridge, clock: Clock, stop: Event, inbox: Inbox, act: Callable[[], None]) -> None:
-    losses = Losses()
     due_s = clock.boot_s()
+    lost, tell_lost_s = 0, -math.inf
     while not stop.is_set():
         # Queued arrivals come first: steps that take longer than their period must not leave sensors unread.
-        for arrival in inbox.waiting():
+        for arrival in inbox.take(due_s - clock.boot_s()):
             _give(bridge, arrival)
-        wait_s = due_s - clock.boot_s()
-        if wait_s <= 0:
-            lost = inbox.take_lost()
-            bridge.counts["arrivals lost"] += lost
-            text = losses.told(lost, clock.boot_s())
-            if text:
-                bridge.say(text)
-            act()
-            bridge.step()
-            due_s = max(due_s + 1 / RATE_HZ, clock.boot_s() - LONGEST_LAG_S)
+        now_s = clock.boot_s()
+        if now_s < due_s:
             continue
-        for arrival in inbox.next(wait_s):
-            _give(bridge, arrival)
+        lost += inbox.take_lost()
+        if lost and now_s >= tell_lost_s:
+            bridge.counts["arrivals lost"] += lost
+            bridge.say(f"computer too slow: {lost} sensor reads lost")
+            lost, tell_lost_s = 0, now_s + TELL_LOST_EVERY_S
+        act()
+        bridge.step()
+        due_s = max(due_s + 1 / RATE_HZ, clock.boot_s() - LONGEST_LAG_S)
 
 
 def _give(bridge: Bridge, arrival: Arrival) -> None:
@@ -181,6 +161,19 @@ def _reader(
     return lambda: _read_stream(slot, device, words, clock, stop, put)
 
 
+def _fault_reports(slot: str, clock: Clock, put: Put) -> Callable[[str], None]:
+    """Return a function that takes the present fault, "" for none, and puts it each time that it has changed."""
+    reported = ""
+
+    def report(fault: str) -> None:
+        nonlocal reported
+        # A fault that finds no room is put again: otherwise the crew would never hear of it.
+        if fault != reported and put(Arrival(slot, clock.boot_s(), fault=fault)):
+            reported = fault
+
+    return report
+
+
 def _read_stream(slot: str, device: Device, words: bytes, clock: Clock, stop: Event, put: Put) -> None:
     def connect() -> Link:
         link = open_link(port_spec(device))
@@ -188,14 +181,10 @@ def _read_stream(slot: str, device: Device, words: bytes, clock: Clock, stop: Ev
             link.write(words)
         return link
 
-    port = Reconnecting(connect, clock, port_spec(device))
-    reported = ""
+    port, report = Reconnecting(connect, clock, port_spec(device)), _fault_reports(slot, clock, put)
     while not stop.is_set():
         data = port.read(READ_S)
-        fault = port.reason
-        # A fault that finds no room is put again: otherwise the crew would never hear of it.
-        if fault != reported and put(Arrival(slot, clock.boot_s(), fault=fault)):
-            reported = fault
+        report(port.reason)
         if data:
             put(Arrival(slot, clock.boot_s(), data))
     port.close()
@@ -213,7 +202,7 @@ def _poll_depth(
     period_s = 1 / (device.rate_hz or DEPTH_RATE_HZ)
     bus: I2cBus | None = None
     sensor: Bar30 | None = None
-    retry_s, reported = FIRST_RETRY_S, ""
+    retry_s, report = FIRST_RETRY_S, _fault_reports(slot, clock, put)
     while not stop.is_set():
         begun_s = clock.boot_s()
         try:
@@ -225,15 +214,12 @@ def _poll_depth(
             if bus is not None:
                 bus.close()
             bus = sensor = None
-            fault = str(error)
-            if fault != reported and put(Arrival(slot, clock.boot_s(), fault=fault)):
-                reported = fault
+            report(str(error))
             stop.wait(retry_s)
             retry_s = next_retry_s(retry_s)
             continue
         retry_s = FIRST_RETRY_S
-        if reported and put(Arrival(slot, clock.boot_s(), fault="")):
-            reported = ""
+        report("")
         if sample is not None:
             put(Arrival(slot, sample.time_s, sample=sample))
         stop.wait(max(0.0, begun_s + period_s - clock.boot_s()))

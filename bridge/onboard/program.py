@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from bridge.onboard.file_server import ServedAside
     from bridge.onboard.orders import Ground
     from bridge.onboard.ring import RingKeeper
-    from bridge.signing.gate import Trouble
+    from bridge.signing.link import Trouble
     from bridge.vehicle.config import Vehicle
 
 OPTIONS: Final = "--vehicle ruvifist:hovering --link serial:/dev/ttyS0:115200"
@@ -135,7 +135,7 @@ def run(arguments: argparse.Namespace) -> int:
         bridge.say(trouble.brief)
 
     station = arguments.ground or Ground()
-    opener = secured.Opener(arguments.sign_key, clock, refused, listed=secured.later, system=station.system)
+    opener = secured.Opener(arguments.sign_key, clock, refused, listed=secured.later)
     links = [lasting(spec, clock, opener.open) for spec in arguments.link]
     store = Path(arguments.parameters) if arguments.parameters else default_store(vehicle)
     parameters = parameters_of(file, store)
@@ -182,7 +182,6 @@ def run(arguments: argparse.Namespace) -> int:
         known.update(faults)
 
     if ring is not None:
-        ring.tell = say_warning
         ring.begin()
     try:
         command_line.until_stopped(work, clock, arguments.seconds, each)

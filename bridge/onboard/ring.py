@@ -9,11 +9,11 @@ writing fails, and when it is over.
 import contextlib
 import secrets
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Event, Lock, Thread
-from typing import Final, Protocol
+from typing import Final
 
 from bridge.clock import Clock
 from bridge.errors import LogError, TakenAway
@@ -60,19 +60,13 @@ class RingFiles:
         self._size += STAMP_BYTES + len(raw)
 
     def sync(self) -> None:
-        """Put the written records on the disk. Raises LogError if that fails.
-
-        Raises TakenAway if somebody deleted or moved the segment; a deleted segment is written again.
-        """
+        """Put the written records on the disk. Raises LogError if that fails, TakenAway if the segment is gone."""
         if self._writer is None:
             return
         try:
             self._writer.sync()
             self._writer.look()
-        except LogError as error:
-            if isinstance(error, TakenAway) and error.place is None:
-                with contextlib.suppress(LogError):
-                    self._writer.restore()
+        except LogError:
             self.close()
             raise
 
@@ -123,28 +117,9 @@ ENDING_S: Final = 3.0
 IDENTITY_BITS: Final = 31  # a positive int32 on the wire
 
 
-class Files(Protocol):
-    """Storage for records. `write` and `sync` raise LogError if they fail, TakenAway if the files are gone."""
-
-    def write(self, unix_us: int, boot_ms: int, raw: bytes) -> None: ...
-
-    def sync(self) -> None: ...
-
-    def close(self) -> None: ...
-
-
-def new_identity() -> int:
-    """Return a random number that distinguishes this boot from all others."""
-    return secrets.randbits(IDENTITY_BITS) or 1
-
-
-def _nobody(_: str) -> None:
-    """Ignore a text: the listener of a ring if none was set."""
-
-
 def ring_in(folder: Path, bounds: Bounds, clock: Clock) -> "RingKeeper":
-    """Return the ring of this boot in a folder, not yet begun."""
-    identity = new_identity()
+    """Return the ring of this boot in a folder, not yet begun; a random number tells the boot from all others."""
+    identity = secrets.randbits(IDENTITY_BITS) or 1
     return RingKeeper(RingFiles(folder, bounds, identity), identity, clock)
 
 
@@ -154,7 +129,7 @@ class RingKeeper:
     `begin` starts the thread that writes. Without it, as in lock-step, call `work` instead.
     """
 
-    def __init__(self, files: Files, identity: int, clock: Clock) -> None:
+    def __init__(self, files: RingFiles, identity: int, clock: Clock) -> None:
         self.identity = identity
         self._files, self._clock = files, clock
         self._waiting: deque[tuple[int, int, bytes]] = deque()
@@ -165,8 +140,6 @@ class RingKeeper:
         self._lock, self._wake, self._stop = Lock(), Event(), Event()
         self._retry_s = self._sync_s = clock.boot_s()
         self._thread: Thread | None = None
-        self.tell: Callable[[str], None] = _nobody
-        """Called in the writing thread, with a sentence, when the files were deleted or moved."""
 
     def begin(self) -> None:
         """Start a thread that writes from now on."""
@@ -204,7 +177,8 @@ class RingKeeper:
                 self._sync_s = now_s + SYNC_EVERY_S
                 self._files.sync()
         except TakenAway as taken:
-            self._begin_anew(taken)
+            fate = "deleted" if taken.place is None else "moved away"
+            self._say(f"ring: files were {fate}, it begins anew")
         except LogError as error:
             self._fail(str(error), now_s)
 
@@ -245,18 +219,15 @@ class RingKeeper:
                 raise
             self._recover()
 
-    def _begin_anew(self, taken: TakenAway) -> None:
-        fate = "deleted" if taken.place is None else "moved away"
-        with self._lock:
-            self._texts.append(f"ring: files were {fate}, it begins anew")
-        self.tell(f"ring: {taken}")
-
     def _fail(self, fault: str, now_s: float) -> None:
         self._retry_s = now_s + RETRY_S
         if not self._failed or now_s >= self._tell_s:
             self._failed, self._tell_s = True, now_s + TELL_AGAIN_S
-            with self._lock:
-                self._texts.append(f"ring: not written, {fault}")
+            self._say(f"ring: not written, {fault}")
+
+    def _say(self, text: str) -> None:
+        with self._lock:
+            self._texts.append(text)
 
     def _recover(self) -> None:
         """Report that nothing waits any more, after a failure or after frames that found no room."""

@@ -7,7 +7,8 @@ bytes with their arrival time and calls `step` at the control rate.
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import Any, Final, Protocol
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
@@ -24,7 +25,6 @@ from bridge.onboard.orders import (
     answer_file_transfer,
     answer_timesync,
     deny_command,
-    no_test,
     status_texts,
 )
 from bridge.onboard.parameters import ParameterServer
@@ -50,6 +50,10 @@ from bridge.wire.framing import Encoder, Frame, decode
 from bridge.wire.readings import Reading, encode
 from bridge.wire.status_codes import Topic, coded
 
+if TYPE_CHECKING:
+    from bridge.onboard.file_server import FileServer, ServedAside
+    from bridge.onboard.ring import RingKeeper
+
 BEAT_S: Final = 1.0
 MOST_VALUES_A_STEP: Final = 5  # 100 parameter values a second at 20 Hz: 4 kB/s
 DENIALS_HZ, MOST_DENIALS = 10.0, 50  # an order and a few retries; a flood of orders gets no flood of denials
@@ -72,42 +76,13 @@ _FTP_TARGET_BYTES: Final = 3  # network, system, component
 _ORDERS: Final = frozenset(("PARAM_SET", "COMMAND_LONG"))
 
 
-class Ring(Protocol):
-    """Keeps the sent frames on board. No method waits for the disk."""
-
-    @property
-    def identity(self) -> int:
-        """Identity of this boot, different from that of any other boot; sent once a second as BOOT_ID."""
-        ...
-
-    def put(self, unix_us: int, boot_s: float, frames: Sequence[bytes]) -> None:
-        """Take over complete frames that are being sent now."""
-        ...
-
-    def take_texts(self) -> list[str]:
-        """Return the ring's new messages for the crew."""
-        ...
-
-
-class FileAnswers(Protocol):
-    """Answers MAVLink FTP. A peer is (link number, system, component). No method waits for the disk."""
-
-    def hear(self, peer: tuple[int, int, int], payload: bytes, now_s: float) -> None:
-        """Take a packet that arrived."""
-        ...
-
-    def due(self, now_s: float) -> list[tuple[tuple[int, int, int], bytes]]:
-        """Return the packets to send now, each with its peer."""
-        ...
-
-
 class Bridge:
     """Bridge of one vehicle. It takes orders (parameter writes, arming, motor tests) only from `ground`.
 
     `ring` keeps the sent frames, with or without a link; None keeps nothing. `files` answers MAVLink FTP; None
-    refuses FTP requests. `motor_tests` is set by the program that drives the thrusters while no mission runs, and
-    stays None if no program does. `counts`: "unfit" (readings that fit no message), "refused" (orders from
-    strangers), "too fast" (dropped parameter writes).
+    refuses FTP requests. Neither waits for the disk. `motor_tests` is set by the program that drives the thrusters
+    while no mission runs, and stays None if no program does. `counts`: "unfit" (readings that fit no message),
+    "refused" (orders from strangers), "too fast" (dropped parameter writes).
     """
 
     def __init__(
@@ -121,8 +96,8 @@ class Bridge:
         imu_rate_hz: float = 50.0,
         fog_rate_hz: float = 40.0,
         ground: Ground = Ground(),  # noqa: B008 (frozen)
-        ring: Ring | None = None,
-        files: FileAnswers | None = None,
+        ring: "RingKeeper | None" = None,
+        files: "FileServer | ServedAside | None" = None,
     ) -> None:
         self.counts: Counter[str] = Counter()
         self.parsers: dict[str, Parser] = {}
@@ -335,15 +310,13 @@ class Bridge:
         if kind == "PARAM_SET" and mine and not self._may_write(message):
             return []
         if kind == "COMMAND_LONG":
-            return answer_command(message, self.arm, self._test) if mine else []
+            tests = self.motor_tests
+            now_s = self._clock.boot_s()
+            test = None if tests is None else partial(tests.ask, armed=self.armed, now_s=now_s)
+            return answer_command(message, self.arm, test) if mine else []
         if kind == "FILE_TRANSFER_PROTOCOL":
             return answer_file_transfer(message) if mine else []
         return self._parameters.handle(message, self.armed)
-
-    def _test(self, message: Any) -> int:
-        if self.motor_tests is None:
-            return no_test(message)
-        return self.motor_tests.ask(message, self.armed, self._clock.boot_s())
 
     def _may_write(self, message: Any) -> bool:
         """Whether the loop and the disk can keep up with this write. FF_MODE 0 (off) is always accepted."""
@@ -354,7 +327,7 @@ class Bridge:
         if pace.allows(now_s):
             return True
         self.counts["too fast"] += 1
-        if pace.to_be_told(now_s):
+        if pace.to_be_reported(now_s):
             self.say("writes come too fast: some are dropped")
         return False
 

@@ -9,15 +9,16 @@ import hashlib
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
-from bridge.errors import ParamError
-from bridge.files import read_small, sync_folder
-from bridge.plain import from_json, is_number
+from bridge.errors import ConfigError, LogError, ParamError
+from bridge.files import read_small, replacing, sync_folder
+from bridge.plain import from_json
+from bridge.schema import build
 from bridge.vehicle.config import Vehicle
 from bridge.vehicle.parameters import Parameter, to_float32
 from bridge.vehicle.thrusters import thrust_curve
@@ -60,16 +61,19 @@ def hull_mark(vehicle: Vehicle, directory: Path) -> str:
     return hashlib.sha256(description.encode()).hexdigest()[:DIGITS]
 
 
-UNTOLD: Final = ""
-"""Stands for the hull mark in data of an earlier version, which stored none."""
-
-
 @dataclass(frozen=True)
 class Stored:
     """Mode and active set (by parameter id) of one hull; `active` is None if no set was ever committed on it."""
 
     mode: float
-    active: Mapping[str, float] | None
+    active: dict[str, float] | None
+
+
+@dataclass(frozen=True)
+class Hulls:
+    """The contents of the file: an entry for each hull mark."""
+
+    hulls: dict[str, Stored]
 
 
 def save(path: Path, hulls: Mapping[str, Stored]) -> None:
@@ -77,75 +81,28 @@ def save(path: Path, hulls: Mapping[str, Stored]) -> None:
 
     Raises ParamError if that fails.
     """
-    kept = {
-        mark: {"mode": stored.mode, "active": None if stored.active is None else dict(stored.active)}
-        for mark, stored in hulls.items()
-    }
-    text = json.dumps({"hulls": kept}, indent=1)
-    new = path.with_name(path.name + ".new")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with open(new, "w", encoding="utf-8") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(new, path)
+        with replacing(path, "try again") as file:
+            file.write(json.dumps(asdict(Hulls(dict(hulls))), indent=1).encode())
         sync_folder(path.parent)
-    except OSError as error:
-        raise ParamError(f"{path}: parameters can't be stored ({error.strerror}); check the disk") from None
+    except (OSError, LogError) as error:
+        raise ParamError(f"parameters can't be stored ({error}); check the disk", path) from None
 
 
 def load(path: Path) -> dict[str, Stored]:
-    """Return the entry of each hull by its mark; {} if there is no file.
-
-    The data of an earlier version is the entry of `UNTOLD`. Raises ParamError if the file is damaged.
-    """
+    """Return the entry of each hull by its mark; {} if there is no file. Raises ParamError if the file is damaged."""
     try:
-        data = from_json(read_small(path))
+        return build(Hulls, from_json(read_small(path)), str(path)).hulls
     except FileNotFoundError:
         return {}
-    except (OSError, ValueError) as error:
-        raise ParamError(f"{path}: stored parameters can't be read ({error}); upload them again") from None
-    kept = data["hulls"] if isinstance(data, dict) and set(data) == {"hulls"} else {UNTOLD: data}
-    hulls = (
-        {mark: _checked(entry) for mark, entry in kept.items()} if isinstance(kept, dict) else {UNTOLD: None}
-    )
-    whole = {mark: stored for mark, stored in hulls.items() if stored is not None}
-    if len(whole) < len(hulls):
-        raise ParamError(f"{path}: stored parameters are damaged; upload them again")
-    return whole
-
-
-def put_aside(path: Path) -> Path:
-    """Rename a damaged file to a free name and return its new path. Raises ParamError if that fails."""
-    number = 1
-    while (aside := path.with_name(f"{path.name}.damaged-{number}")).exists():
-        number += 1
-    try:
-        os.replace(path, aside)
-    except OSError as error:
-        raise ParamError(f"{path}: can't be put aside ({error.strerror}); move it away") from None
-    return aside
-
-
-def _checked(data: Any) -> Stored | None:
-    if not isinstance(data, dict) or set(data) != {"mode", "active"} or not is_number(data["mode"]):
-        return None
-    active = data["active"]
-    if active is None:
-        return Stored(float(data["mode"]), None)
-    if not isinstance(active, dict) or not all(is_number(value) for value in active.values()):
-        return None
-    return Stored(float(data["mode"]), {name: float(value) for name, value in active.items()})
+    except (OSError, ValueError, ConfigError) as error:
+        raise ParamError(f"stored parameters can't be read ({error}); upload them again", path) from None
 
 
 OF_ANOTHER: Final = (
     "FF off: set is of another hull or thrusters",
     "upload a set, or put the vehicle file back",
-)
-OF_NONE: Final = (
-    "FF off: no telling of which hull the set is",
-    "look at the vehicle file, then upload again",
 )
 
 
@@ -153,16 +110,13 @@ class Memory:
     """Contents of the file at `path` for the hull with the mark `hull`; nothing is kept if `path` is None.
 
     `mode` is FF_MODE. `committed` is the complete set that was committed on this hull, None if there is none. `why`
-    holds texts for the crew about why the feed-forward must stay at zero although the store holds a set: the set is
-    of another hull, or of an unknown one; () if there is no such reason. `offered` is the set to stage in that case,
-    which an earlier version stored without a hull mark; None stands for the vehicle file's model. `texts` and
-    `trouble` say what is wrong with the file or its sets, for STATUSTEXT and as a sentence.
+    holds texts for the crew if the store holds only sets of other hulls, so that the feed-forward must stay at zero;
+    else it is (). `texts` and `trouble` say what is wrong with the file or its sets, for STATUSTEXT and as a sentence.
     """
 
     def __init__(self, path: Path | None, hull: str, table: Mapping[str, Parameter]) -> None:
         self.mode = 0.0
         self.committed: dict[str, float] | None = None
-        self.offered: dict[str, float] | None = None
         self.why: tuple[str, ...] = ()
         self.texts: list[str] = []
         self.trouble = ""
@@ -174,7 +128,8 @@ class Memory:
     def save(self, mode: float, committed: Mapping[str, float] | None) -> None:
         """Store mode and set of this hull next to those of other hulls. Raises ParamError if the disk refuses."""
         if self._path is not None:
-            save(self._path, {**self._others, self._hull: Stored(mode, committed)})
+            ours = Stored(mode, None if committed is None else dict(committed))
+            save(self._path, {**self._others, self._hull: ours})
 
     def _load(self, path: Path) -> None:
         try:
@@ -187,74 +142,38 @@ class Memory:
             self.texts.append("stored parameters unusable, defaults in force")
             self._put_aside(path)
             return
-        if ours is None:
-            ours = self._the_files_own_model()
         if ours is not None:
-            self.mode, self.committed = ours.mode, self._whole(ours)
-        if self.committed is None:
-            self._doubt(path)
-
-    def _the_files_own_model(self) -> Stored | None:
-        """Take over the mode that an earlier version stored if no set was committed then, and return it.
-
-        A stored set that equals this vehicle file's model counts as not committed. None if another set was committed,
-        or if nothing is stored by an earlier version.
-        """
-        untold = self._others.get(UNTOLD)
-        if untold is None or not self._fits(untold):
-            return None
-        defaults = {name: row.default for name, row in self._table.items()}
-        if self._whole(untold) not in (None, defaults):
-            return None
-        del self._others[UNTOLD]
-        return Stored(untold.mode, None)
-
-    def _doubt(self, path: Path) -> None:
-        """Report that nothing was committed on this hull if something was committed on another."""
-        hulls = {hull for hull, stored in self._others.items() if stored.active is not None}
-        if hulls == {UNTOLD}:
-            untold = self._others[UNTOLD]
-            self.offered = self._whole(untold) if self._fits(untold) else None
-            self.why = OF_NONE
-            known = "an earlier version committed the stored set and did not keep of which hull and thrusters it is"
-            do = "if the vehicle file is the one that it was identified with, upload it again; else identify anew"
-        elif hulls:
+            self.mode, self.committed = ours.mode, ours.active
+        if self.committed is None and any(stored.active is not None for stored in self._others.values()):
             self.why = OF_ANOTHER
-            known = "the stored set was committed for another hull or other thrusters than the vehicle file has now"
-            do = (
-                "upload a set of this vehicle, or put the vehicle file back, which brings the stored set back"
+            self.texts += self.why
+            self.trouble = (
+                f"{path}: the stored set was committed for another hull or other thrusters than the vehicle file has "
+                "now; the feed-forward stays at zero: upload a set of this vehicle, or put the vehicle file back, "
+                "which brings the stored set back"
             )
-        else:
-            return
-        self.texts += self.why
-        self.trouble = f"{path}: {known}; the feed-forward stays at zero: {do}"
 
     def _fits(self, stored: Stored) -> bool:
         if stored.mode not in (0.0, 1.0, 2.0, 3.0):
             return False
-        if stored.active is None:
-            return True
-        needed = {name for name, row in self._table.items() if not row.later}
-        return needed <= set(stored.active) <= set(self._table) and all(
-            self._table[name].admits(value) and to_float32(value) == value
-            for name, value in stored.active.items()
+        return stored.active is None or (
+            stored.active.keys() == self._table.keys()
+            and all(
+                self._table[name].admits(value) and to_float32(value) == value
+                for name, value in stored.active.items()
+            )
         )
 
-    def _whole(self, stored: Stored) -> dict[str, float] | None:
-        """Return the stored set with a value for every row of the table, or None if no set is stored."""
-        if stored.active is None:
-            return None
-        return {name: stored.active.get(name, row.default) for name, row in self._table.items()}
-
     def _put_aside(self, path: Path) -> None:
+        """Rename a damaged file to a free name."""
+        number = 1
+        while (aside := path.with_name(f"{path.name}.damaged-{number}")).exists():
+            number += 1
         try:
-            aside = put_aside(path)
+            os.replace(path, aside)
             self.texts.append(f"damaged file kept: {aside.name}"[:50])
-            self.trouble = (
-                f"{path}: the stored parameters can't be used and lie in {aside}; defaults are in force"
-            )
-        except ParamError:
+            fate = f"can't be used and lie in {aside}"
+        except OSError:
             self.texts.append("damaged parameter file can't be put aside")
-            self.trouble = (
-                f"{path}: the stored parameters can't be used, nor put aside; defaults are in force"
-            )
+            fate = "can't be used, nor put aside"
+        self.trouble = f"{path}: the stored parameters {fate}; defaults are in force"

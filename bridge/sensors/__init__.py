@@ -2,7 +2,7 @@
 
 `waterlink`, `wayfinder` DVL · `xsens` IMU · `kvh1750`, `kvh1760` fibre-optic gyros · `bar30` pressure · `ublox` GNSS ·
 `esc` shaft speed · `drivers` the driver of each device · `samples` sample types, in the device's own axes and SI units
-· `mounting` turns them into the vehicle's axes · `clockfit` a device's counter to time of arrival.
+· `mounting` turns them into the vehicle's axes · `streams` frames in bytes, a device's counter to time of arrival.
 
 The drivers do no I/O. Malformed bytes give no sample and raise nothing; the parser counts them by reason.
 """

@@ -1,10 +1,10 @@
 """Chooses the parser for each device, and the bytes that start the device."""
 
-from bridge.sensors.clockfit import ClockFit
 from bridge.sensors.esc import EscParser
 from bridge.sensors.kvh1750 import Kvh1750Parser
 from bridge.sensors.kvh1760 import Kvh1760Parser, encode_setup
 from bridge.sensors.samples import Parser
+from bridge.sensors.streams import ClockFit
 from bridge.sensors.waterlink import WaterlinkJsonParser, WaterlinkSerialParser
 from bridge.sensors.wayfinder import EXIT_COMMAND_MODE, WayfinderParser, encode_command
 from bridge.sensors.xsens import XsensParser

@@ -6,8 +6,7 @@ Source: ArduPilot's AP_BLHeli. Temperature u8 (deg C), voltage u16 (0.01 V), cur
 
 An answer has no start byte and identifies neither its controller nor the direction of rotation. The parser therefore
 counts along: the requester asks 0, 1 .. n-1 in turn, and a broken answer still takes its turn. An answer may start
-after a pause of 1 ms; within a burst only the CRC finds it. A requester that knows which controller it asks calls
-`expect`.
+after a pause of 1 ms; within a burst only the CRC finds it.
 """
 
 import struct
@@ -57,13 +56,6 @@ class EscParser:
         self._skipped = 0
         self._next = 0
         self._last_s: float | None = None
-
-    def expect(self, index: int) -> None:
-        """Note that the requester has asked controller `index`: earlier requests without an answer get none any
-        more."""
-        self._drop(len(self._buffer))
-        self._skipped = 0
-        self._next = index
 
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
         """Return the samples of the answers that `data` completes."""

@@ -23,8 +23,8 @@ from collections import Counter
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bridge.sensors.clockfit import ClockFit
 from bridge.sensors.samples import FogBlock, Sample
+from bridge.sensors.streams import ClockFit
 
 LSB_RAD_S = math.radians(1000.0 / 2**21)
 RATED_RAD_S = math.radians(490.0)

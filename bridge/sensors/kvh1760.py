@@ -21,8 +21,8 @@ from fastcrc import crc32
 from numpy.typing import NDArray
 
 from bridge.errors import ConfigError
-from bridge.sensors.clockfit import ClockFit
-from bridge.sensors.samples import FogBlock, Sample, skip
+from bridge.sensors.samples import FogBlock, Sample
+from bridge.sensors.streams import ClockFit, Frames, starting
 
 Rotation = Literal["delta", "rate"]
 
@@ -31,6 +31,7 @@ GYRO_Z_VALID = 1 << 2
 RATED_RAD_S = math.radians(490.0)
 
 _PREFIX = b"\xfe\x81\xff"
+_STARTS = starting(_PREFIX)
 _LAYOUTS = {0x55: struct.Struct(">12x f 12x B B h 4x"), 0x56: struct.Struct(">12x f 12x 4x B B h 4x")}
 _SEQUENCES = 128
 _PERIOD_TOLERANCE = 0.01
@@ -81,41 +82,18 @@ class Kvh1760Parser:
         self._per_rotation = rate_hz if rotation == "delta" else 1.0
         self._latency_s = latency_s
         self._clock = ClockFit(1.0 / rate_hz, _PERIOD_TOLERANCE)
-        self._buffer = bytearray()
+        self._stream = Frames(_STARTS, self._size, _is_sound, self.counts)
         self._sequence: int | None = None
         self._frames = 0
         self._last_time_s = -math.inf
 
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
         """Return the frames that `data` completes, as one block."""
-        buffer = self._buffer
-        buffer += data
         numbers: list[int] = []
         rates: list[float] = []
         valid: list[bool] = []
-        at = 0
-        while True:
-            start = _find_start(buffer, at)
-            if start > at:
-                self.counts["skipped bytes"] += start - at
-                at = start
-            if len(buffer) - at <= len(_PREFIX):
-                break
-            layout = _LAYOUTS.get(buffer[at + 3])
-            if layout is None:
-                self.counts["unknown"] += 1
-                at = skip(self.counts, at)
-                continue
-            stop = at + layout.size
-            if stop > len(buffer):
-                break
-            frame = bytes(buffer[at:stop])
-            if crc32.mpeg_2(frame[:-4]) != int.from_bytes(frame[-4:], "big"):
-                self.counts["checksum"] += 1
-                at = skip(self.counts, at)
-                continue
-            at = stop
-            rotation, status, sequence, _temperature = layout.unpack(frame)
+        for frame in self._stream.feed(data):
+            rotation, status, sequence, _temperature = _LAYOUTS[frame[3]].unpack(frame)
             self._count(sequence)
             rate = rotation * self._per_rotation
             if not math.isfinite(rate):
@@ -124,10 +102,18 @@ class Kvh1760Parser:
             numbers.append(self._frames)
             rates.append(rate)
             valid.append(self._is_valid(rate, status))
-        del buffer[:at]
         if not rates:
             return []
         return [FogBlock(self._stamps(numbers, time_s - self._latency_s), np.array(rates), np.array(valid))]
+
+    def _size(self, buffer: bytearray, at: int) -> int | None:
+        if len(buffer) - at <= len(_PREFIX):
+            return None
+        layout = _LAYOUTS.get(buffer[at + len(_PREFIX)])
+        if layout is None:
+            self.counts["unknown"] += 1
+            return 0
+        return layout.size
 
     def _count(self, sequence: int) -> None:
         """Advance the frame number, counting missing frames too."""
@@ -156,12 +142,5 @@ class Kvh1760Parser:
         return stamps
 
 
-def _find_start(buffer: bytearray, at: int) -> int:
-    """Offset of the next possible frame start: the whole prefix, or the part of it that ends the buffer."""
-    start = buffer.find(_PREFIX, at)
-    if start >= 0:
-        return start
-    for kept in (2, 1):
-        if len(buffer) - at >= kept and buffer.endswith(_PREFIX[:kept]):
-            return len(buffer) - kept
-    return len(buffer)
+def _is_sound(frame: bytes) -> bool:
+    return bool(crc32.mpeg_2(frame[:-4]) == int.from_bytes(frame[-4:], "big"))

@@ -110,9 +110,3 @@ class Parser(Protocol):
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
         """Return the samples completed by `data`, whose last byte arrived at boot time `time_s`."""
         ...
-
-
-def skip(counts: Counter[str], at: int) -> int:
-    """Count the byte at `at` as skipped; return the offset of the next byte."""
-    counts["skipped bytes"] += 1
-    return at + 1

@@ -1,8 +1,7 @@
 """u-blox 7 GNSS receiver: UBX NAV messages or NMEA sentences, distinguished here and decoded by pyubx2 and pynmeagps.
 
-Source: u-blox 7 receiver description (protocol version 14). A fix comes from, best first: NAV-PVT; NAV-POSLLH,
-NAV-SOL and NAV-VELNED of the same epoch; GGA and RMC of the same epoch. While a better source arrives, the others are
-ignored.
+Source: u-blox 7 receiver description (protocol version 14). A fix comes from NAV-PVT or, while there is none, from GGA
+and RMC of the same epoch.
 
 Without a fix, position and motion are NaN. NMEA gives no accuracy: its sigma is NaN. Time: arrival less the
 configured latency.
@@ -20,35 +19,29 @@ from pynmeagps import NMEAMessageError, NMEAParseError, NMEAReader, NMEATypeErro
 from pyubx2 import UBXMessageError, UBXParseError, UBXReader, UBXTypeError
 
 from bridge.sensors.samples import GnssSample, Sample
+from bridge.sensors.streams import Frames
 
 NO_FIX, FIX_2D, FIX_3D, FIX_DGPS, RTK_FLOAT, RTK_FIXED = range(1, 7)  # MAVLink's GPS_FIX_TYPE
 
 _UBX_START: Final = b"\xb5\x62"
 _MAX_PAYLOAD: Final = 1024
 _MAX_SENTENCE: Final = 120  # NMEA allows 82, but receivers exceed it
-_PVT, _POSLLH, _SOL, _VELNED = b"\x01\x07", b"\x01\x02", b"\x01\x06", b"\x01\x12"
-_LENGTHS: Final = {_PVT: (84, 92), _POSLLH: (28,), _SOL: (52,), _VELNED: (36,)}
+_PVT: Final = b"\x01\x07"
+_PVT_BYTES: Final = (84, 92)
 _SENTENCE: Final = re.compile(rb"\$[ -~]{0,%d}\r?\n" % _MAX_SENTENCE)
 _UNFINISHED: Final = re.compile(rb"\$[ -~]{0,%d}\r?" % _MAX_SENTENCE)
 _START: Final = re.compile(rb"\$|\xb5\x62|\xb5\Z")
 _FIELDS: Final = {b"GGA": 15, b"RMC": 12}  # at least, with the name
 _NMEA_FIXES: Final = {1: FIX_3D, 2: FIX_DGPS, 4: RTK_FIXED, 5: RTK_FLOAT}
 _KNOT_M_S: Final = 1852 / 3600
-_BY_NMEA, _BY_PARTS, _BY_PVT = range(3)
-_PARTS: Final = {_BY_NMEA: 2, _BY_PARTS: 3}
 _HIGHEST_M, _FASTEST_M_S = 20_000.0, 600.0
-_SILENCE_S: Final = 5.0  # silence of the better source after which a worse one is used again
+_SILENCE_S: Final = 5.0  # silence of NAV-PVT after which sentences are used again
 
 
 def encode_ubx(message: bytes, payload: bytes) -> bytes:
     """Encode a UBX frame; `message` is the message class and id (2 bytes)."""
     body = message + struct.pack("<H", len(payload)) + payload
     return _UBX_START + body + _fletcher(body)
-
-
-def encode_enable(message: bytes, each: int = 1) -> bytes:
-    """Encode the command (CFG-MSG) that sends a message on this port with every n-th epoch; 0 turns it off."""
-    return encode_ubx(b"\x06\x01", message + bytes((each,)))
 
 
 def encode_nav_pvt(sample: GnssSample, epoch_ms: int) -> bytes:
@@ -85,100 +78,60 @@ _Place = tuple[float, float, float, float]  # latitude and longitude (deg), alti
 class UbloxParser:
     """Parses the receiver's fixes.
 
-    counts: good, checksum, malformed, overlong, skipped bytes, ignored (messages of no use here, or a worse source),
-    out of range.
+    counts: good, checksum, malformed, overlong, skipped bytes, out of range, ignored (messages of no use here,
+    sentences beside NAV-PVT).
     """
 
     def __init__(self, latency_s: float = 0.0) -> None:
         self.counts: Counter[str] = Counter()
         self._latency_s = latency_s
-        self._buffer = bytearray()
-        self._parts: dict[bytes, Any] = {}
-        self._epoch: tuple[int, bytes] | None = None
-        self._source, self._source_s = _BY_NMEA, -math.inf
+        self._stream = Frames(_START, self._size, _is_sound, self.counts)
+        self._sentences: dict[bytes, Any] = {}
+        self._epoch = b""
+        self._pvt_s = -math.inf
 
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
         """Return the samples that the messages in `data` complete."""
-        samples: list[Sample] = []
-        buffer = self._buffer
-        buffer += data
-        at = 0
-        while True:
-            match = _START.search(buffer, at)
-            start = match.start() if match else len(buffer)
-            if start > at:
-                self.counts["skipped bytes"] += start - at
-                at = start
-            if match is None:
-                break
-            size = self._ubx_size(at) if buffer[at] == _UBX_START[0] else self._nmea_size(at)
-            if size is None:
-                break
-            message = bytes(buffer[at : at + size])
-            if not message or not self._is_sound(message):
-                self.counts["skipped bytes"] += 1
-                at += 1
-                continue
-            at += size
-            is_ubx = message.startswith(_UBX_START)
-            sample = self._ubx(message, time_s) if is_ubx else self._nmea(message, time_s)
-            if sample is not None:
-                samples.append(sample)
-        del buffer[:at]
-        return samples
+        samples = (
+            self._ubx(message, time_s) if message.startswith(_UBX_START) else self._nmea(message, time_s)
+            for message in self._stream.feed(data)
+        )
+        return [sample for sample in samples if sample is not None]
 
-    def _ubx_size(self, at: int) -> int | None:
-        """Size of the message at `at`; 0 if it can't be a message, None if it is incomplete."""
-        if len(self._buffer) - at < 6:
+    def _size(self, buffer: bytearray, at: int) -> int | None:
+        if buffer[at] != _UBX_START[0]:
+            sentence = _SENTENCE.match(buffer, at)
+            if sentence:
+                return sentence.end() - at
+            return None if _UNFINISHED.fullmatch(buffer, at) else 0
+        if len(buffer) - at < 6:
             return None
-        length = int.from_bytes(self._buffer[at + 4 : at + 6], "little")
-        fitting = _LENGTHS.get(bytes(self._buffer[at + 2 : at + 4]))
-        if length > _MAX_PAYLOAD or (fitting and length not in fitting):
-            self.counts["overlong" if length > _MAX_PAYLOAD else "malformed"] += 1
+        length = int.from_bytes(buffer[at + 4 : at + 6], "little")
+        if length > _MAX_PAYLOAD:
+            self.counts["overlong"] += 1
             return 0
-        return length + 8 if at + length + 8 <= len(self._buffer) else None
-
-    def _nmea_size(self, at: int) -> int | None:
-        sentence = _SENTENCE.match(self._buffer, at)
-        if sentence:
-            return sentence.end() - at
-        return None if _UNFINISHED.fullmatch(self._buffer, at) else 0
-
-    def _is_sound(self, message: bytes) -> bool:
-        if message.startswith(_UBX_START):
-            sound = _fletcher(message[2:-2]) == message[-2:]
-        else:
-            body, _, given = message[1:].rstrip(b"\r\n").rpartition(b"*")
-            sound = given == b"%02X" % _xor(body)
-        if not sound:
-            self.counts["checksum"] += 1
-        return sound
+        if buffer[at + 2 : at + 4] == _PVT and length not in _PVT_BYTES:
+            self.counts["malformed"] += 1
+            return 0
+        return length + 8
 
     def _ubx(self, message: bytes, time_s: float) -> GnssSample | None:
-        kind = message[2:4]
-        if kind not in _LENGTHS or not self._is_best(_BY_PVT if kind == _PVT else _BY_PARTS, time_s):
+        if message[2:4] != _PVT:
             self.counts["ignored"] += 1
             return None
         try:
-            decoded = UBXReader.parse(message)
+            decoded: Any = UBXReader.parse(message)
         except (UBXParseError, UBXMessageError, UBXTypeError):
             self.counts["malformed"] += 1
             return None
-        if kind == _PVT:
-            fix = _ubx_fix(decoded.fixType, decoded.gnssFixOk, decoded.diffSoln)
-            motion = decoded.gSpeed / 1e3, decoded.headMot
-            return self._fix(_BY_PVT, time_s, fix, _place(decoded), motion, decoded.numSV)
-        parts = self._together(_BY_PARTS, message[6:10], kind, decoded)
-        if len(parts) < 3:
-            return None
-        state, velocity = parts[_SOL], parts[_VELNED]
-        fix = _ubx_fix(state.gpsFix, state.gpsfixOK, state.diffSoln)
-        motion = velocity.gSpeed / 1e2, velocity.heading
-        return self._fix(_BY_PARTS, time_s, fix, _place(parts[_POSLLH]), motion, state.numSV)
+        self._pvt_s = time_s
+        fix = _ubx_fix(decoded.fixType, decoded.gnssFixOk, decoded.diffSoln)
+        place = decoded.lat, decoded.lon, decoded.hMSL / 1e3, decoded.hAcc / 1e3
+        return self._fix(time_s, fix, place, (decoded.gSpeed / 1e3, decoded.headMot), decoded.numSV)
 
     def _nmea(self, message: bytes, time_s: float) -> GnssSample | None:
         kind = message[3:6]
-        if kind not in _FIELDS or not self._is_best(_BY_NMEA, time_s):
+        if kind not in _FIELDS or time_s - self._pvt_s <= _SILENCE_S:
             self.counts["ignored"] += 1
             return None
         fields = message.split(b",")
@@ -189,38 +142,21 @@ class UbloxParser:
         if decoded is None:
             self.counts["malformed"] += 1
             return None
-        parts = self._together(_BY_NMEA, fields[1], kind, decoded)
-        if len(parts) < 2:
+        if fields[1] != self._epoch:
+            self._epoch, self._sentences = fields[1], {}
+        self._sentences[kind] = decoded
+        if len(self._sentences) < len(_FIELDS):
             return None
-        gga, rmc = parts[b"GGA"], parts[b"RMC"]
+        gga, rmc = self._sentences[b"GGA"], self._sentences[b"RMC"]
+        self._sentences = {}
         fix = _NMEA_FIXES.get(_field(gga, "quality"), NO_FIX) if _field(rmc, "status") == "A" else NO_FIX
         place = _number(gga, "lat"), _number(gga, "lon"), _number(gga, "alt"), math.nan
         motion = _number(rmc, "spd") * _KNOT_M_S, _number(rmc, "cog")
-        return self._fix(_BY_NMEA, time_s, fix, place, motion, _field(gga, "numSV") or 0)
-
-    def _is_best(self, source: int, time_s: float) -> bool:
-        return source >= self._source or time_s - self._source_s > _SILENCE_S
-
-    def _together(self, source: int, epoch: bytes, kind: bytes, decoded: Any) -> dict[bytes, Any]:
-        """Return the messages of the epoch so far; once they are complete, the next call starts empty."""
-        if (source, epoch) != self._epoch:
-            self._epoch, self._parts = (source, epoch), {}
-        self._parts[kind] = decoded
-        parts = self._parts
-        if len(parts) == _PARTS[source]:
-            self._parts = {}
-        return parts
+        return self._fix(time_s, fix, place, motion, _field(gga, "numSV") or 0)
 
     def _fix(
-        self,
-        source: int,
-        time_s: float,
-        fix: int,
-        place: _Place,
-        motion: tuple[float, float],
-        satellites: int,
+        self, time_s: float, fix: int, place: _Place, motion: tuple[float, float], satellites: int
     ) -> GnssSample | None:
-        self._source, self._source_s = source, time_s
         latitude_deg, longitude_deg, altitude_m, sigma_m = place
         speed_m_s, course_deg = motion
         if fix == NO_FIX:
@@ -251,10 +187,6 @@ def _ubx_fix(fix: int, is_ok: int, is_differential: int) -> int:
     return FIX_DGPS if is_differential else FIX_3D
 
 
-def _place(decoded: Any) -> _Place:
-    return decoded.lat, decoded.lon, decoded.hMSL / 1e3, decoded.hAcc / 1e3
-
-
 def _field(decoded: Any, name: str) -> Any:
     """Return a field of a sentence; None if it is absent or empty."""
     value = getattr(decoded, name, "")
@@ -268,6 +200,13 @@ def _number(decoded: Any, name: str) -> float:
 
 def _scaled(value: float, by: float) -> int:
     return round(value * by) if math.isfinite(value) else 0
+
+
+def _is_sound(message: bytes) -> bool:
+    if message.startswith(_UBX_START):
+        return _fletcher(message[2:-2]) == message[-2:]
+    body, _, given = message[1:].rstrip(b"\r\n").rpartition(b"*")
+    return given == b"%02X" % _xor(body)
 
 
 def _fletcher(body: bytes) -> bytes:

@@ -21,7 +21,6 @@ from fastcrc import crc8
 
 from bridge.sensors.samples import NAN3, DvlSample, Sample, Vector3
 
-TCP_PORT = 16171
 TRANSDUCERS = 4
 _TRANSDUCER_IDS = tuple(b"%d" % i for i in range(TRANSDUCERS))
 
@@ -35,14 +34,6 @@ _REFUSALS = (b"wrn", b"wr?", b"wr!")
 # float() accepts more (1_0, surrounding blanks, "infinity"), but no device writes these.
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf)")
 _COVARIANCES = 9
-
-
-def encode_command(command: str, parameters: dict[str, Any] | None = None) -> bytes:
-    """Encode a JSON command: `reset_dead_reckoning`, `get_config`, `set_config` with its parameters, `trigger_ping`."""
-    message: dict[str, Any] = {"command": command}
-    if parameters is not None:
-        message["parameters"] = parameters
-    return json.dumps(message).encode() + b"\n"
 
 
 def encode_sentence(body: str) -> bytes:

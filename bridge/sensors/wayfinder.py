@@ -20,18 +20,15 @@ import struct
 from collections import Counter
 from datetime import datetime
 
-from bridge.sensors.samples import DvlSample, Sample, Vector3, skip
+from bridge.sensors.samples import DvlSample, Sample, Vector3
+from bridge.sensors.streams import Frames, starting
 
-ENTER_COMMAND_MODE = 0x0000000F  # stops pinging
 EXIT_COMMAND_MODE = 0x00000010  # starts pinging
-SOFTWARE_TRIGGER = 0x00000011
-SET_TIME = 0x1F000002
-GET_SYSTEM = 0x81000001
-SET_SOUND_SPEED = 0x86000003
 
 BEAM, INSTRUMENT, SHIP, EARTH = range(4)
 
 _PACKET_START = b"\xaa\x10\x01"
+_STARTS = starting(_PACKET_START)
 _OVERHEAD = 7  # start, version, id, length and checksum
 _APPLICATION_VERSION = 2
 _COMMAND, _RESPONSE, _DATA = 3, 4, 5
@@ -56,25 +53,9 @@ def encode_packet(kind: int, payload: bytes) -> bytes:
     return body + struct.pack("<H", sum(body) & 0xFFFF)
 
 
-def encode_command(command: int, arguments: bytes = b"") -> bytes:
+def encode_command(command: int) -> bytes:
     """Encode a command to the DVL; `encode_command(EXIT_COMMAND_MODE)` starts its pinging."""
-    return encode_packet(_COMMAND, struct.pack("<I", command) + arguments)
-
-
-def encode_sound_speed(sound_speed_m_s: float) -> bytes:
-    """Encode the command that sets the speed of sound for later pings, 1400 to 1600 m/s."""
-    return encode_command(SET_SOUND_SPEED, struct.pack("<f", sound_speed_m_s))
-
-
-def encode_set_time(when: datetime) -> bytes:
-    """Encode the command that sets the DVL's clock, to the second: send it as that second begins."""
-    stamp = bytes((when.year - 2000, when.month, when.day, when.hour, when.minute, when.second))
-    return encode_command(SET_TIME, struct.pack("<BBI", 0x23, 0x10, 12) + stamp)
-
-
-def encode_response(command: int, major: int = 1, minor: int = 0) -> bytes:
-    """Encode the DVL's answer to a command; `major` 1 is accepted, 7 not allowed while pinging."""
-    return encode_packet(_RESPONSE, struct.pack("<IBB", command, major, minor))
+    return encode_packet(_COMMAND, struct.pack("<I", command))
 
 
 def encode_wayfinder(
@@ -118,45 +99,26 @@ class WayfinderParser:
     def __init__(self, latency_s: float = 0.0) -> None:
         self.counts: Counter[str] = Counter()
         self._latency_s = latency_s
-        self._buffer = bytearray()
+        self._stream = Frames(_STARTS, self._size, _is_sound, self.counts)
 
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
         """Return the samples of the packets that `data` completes."""
-        samples: list[Sample] = []
-        buffer = self._buffer
-        buffer += data
-        at = 0
-        while True:
-            start = _find_start(buffer, at)
-            if start > at:
-                self.counts["skipped bytes"] += start - at
-                at = start
-            if len(buffer) - at < 5:
-                break
-            length = int.from_bytes(buffer[at + 3 : at + 5], "little")
-            if not _OVERHEAD + 4 <= length <= _MAX_PACKET:
-                self.counts["overlong" if length > _MAX_PACKET else "length"] += 1
-                at = skip(self.counts, at)
-                continue
-            if len(buffer) - at < 9:
-                break
-            if int.from_bytes(buffer[at + 7 : at + 9], "little") != length - _OVERHEAD:
-                self.counts["length"] += 1
-                at = skip(self.counts, at)
-                continue
-            if len(buffer) - at < length:
-                break
-            packet = bytes(buffer[at : at + length])
-            if sum(packet[:-2]) & 0xFFFF != int.from_bytes(packet[-2:], "little"):
-                self.counts["checksum"] += 1
-                at = skip(self.counts, at)
-                continue
-            at += length
-            sample = self._application(packet[5:-2], time_s)
-            if sample is not None:
-                samples.append(sample)
-        del buffer[:at]
-        return samples
+        samples = (self._application(packet[5:-2], time_s) for packet in self._stream.feed(data))
+        return [sample for sample in samples if sample is not None]
+
+    def _size(self, buffer: bytearray, at: int) -> int | None:
+        if len(buffer) - at < 5:
+            return None
+        length = int.from_bytes(buffer[at + 3 : at + 5], "little")
+        if not _OVERHEAD + 4 <= length <= _MAX_PACKET:
+            self.counts["overlong" if length > _MAX_PACKET else "length"] += 1
+            return 0
+        if len(buffer) - at < 9:
+            return None
+        if int.from_bytes(buffer[at + 7 : at + 9], "little") != length - _OVERHEAD:
+            self.counts["length"] += 1
+            return 0
+        return length
 
     def _application(self, application: bytes, time_s: float) -> DvlSample | None:
         version, kind = application[0], application[1]
@@ -175,7 +137,7 @@ class WayfinderParser:
         if len(structure) < _OLD_DATA_SIZE or int.from_bytes(structure[2:6], "little") != len(structure):
             self.counts["length"] += 1
             return None
-        if sum(structure[:-2]) & 0xFFFF != int.from_bytes(structure[-2:], "little"):
+        if not _is_sound(structure):
             self.counts["checksum"] += 1
             return None
         if structure[1] not in _DATA_VERSIONS:
@@ -199,12 +161,5 @@ class WayfinderParser:
         )
 
 
-def _find_start(buffer: bytearray, at: int) -> int:
-    """Offset of the next possible packet start: the whole marker, or the part of it that ends the buffer."""
-    start = buffer.find(_PACKET_START, at)
-    if start >= 0:
-        return start
-    for kept in (2, 1):
-        if len(buffer) - at >= kept and buffer.endswith(_PACKET_START[:kept]):
-            return len(buffer) - kept
-    return len(buffer)
+def _is_sound(data: bytes) -> bool:
+    return sum(data[:-2]) & 0xFFFF == int.from_bytes(data[-2:], "little")

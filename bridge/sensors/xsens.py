@@ -20,8 +20,8 @@ from dataclasses import dataclass
 from operator import itemgetter
 from typing import Any
 
-from bridge.sensors.clockfit import ClockFit
-from bridge.sensors.samples import ImuSample, Quaternion, Sample, Vector3, skip
+from bridge.sensors.samples import ImuSample, Quaternion, Sample, Vector3
+from bridge.sensors.streams import ClockFit, Frames, starting
 
 TEMPERATURE = 0x0810
 PACKET_COUNTER = 0x1020
@@ -115,17 +115,6 @@ def layout_of(data: bytes) -> Layout | None:
     )
 
 
-def encode_numbers(precision: int, numbers: tuple[float, ...]) -> bytes:
-    """Encode numbers in the precision of an identifier's low two bits: 0 f32, 1 FP12.20, 2 FP16.32, 3 f64."""
-    if precision == 1:
-        return struct.pack(f">{len(numbers)}i", *(round(v * 2**20) for v in numbers))
-    if precision == 2:
-        # The fraction goes first, then the whole part.
-        scaled = (round(v * 2**32) for v in numbers)
-        return b"".join(struct.pack(">Ih", s & 0xFFFFFFFF, s >> 32) for s in scaled)
-    return struct.pack(f">{len(numbers)}{_PRECISIONS[precision][0]}", *numbers)
-
-
 def _reader(precision: int, start: int, stop: int) -> Numbers:
     if precision == 1:
         return lambda values: tuple(v / 2**20 for v in values[start:stop])
@@ -134,17 +123,15 @@ def _reader(precision: int, start: int, stop: int) -> Numbers:
     return itemgetter(slice(start, stop))
 
 
-GO_TO_MEASUREMENT = 0x10
-GO_TO_CONFIG = 0x30
 MT_DATA2 = 0x36
 ERROR = 0x42
-SET_OUTPUT_CONFIGURATION = 0xC0
 
 ORIENTATION_VALID = 1 << 1
 CLIPPING = 0x3F << 8  # accelerometers x y z, gyros x y z
 SAMPLE_TIME_TICK_S = 1e-4
 
 _PREAMBLE = b"\xfa\xff"
+_STARTS = starting(_PREAMBLE)
 _MAX_DATA = 2048
 _LARGEST = 1e4  # m/s2, rad/s: beyond any sensor of this kind; garbage read as floats often exceeds it
 _MOST_LOST = 1000  # a larger gap means that the device restarted
@@ -164,12 +151,6 @@ def encode_mtdata2(items: Iterable[tuple[int, bytes]]) -> bytes:
     """Encode an MTData2 frame of (identifier, payload) items."""
     data = b"".join(struct.pack(">HB", identifier, len(payload)) + payload for identifier, payload in items)
     return encode_message(MT_DATA2, data)
-
-
-def encode_output_configuration(rates_hz: Iterable[tuple[int, int]]) -> bytes:
-    """Encode the command that sets the device's output, as (identifier, rate in Hz; 0xFFFF: with every packet)."""
-    data = b"".join(struct.pack(">HH", identifier, rate_hz) for identifier, rate_hz in rates_hz)
-    return encode_message(SET_OUTPUT_CONFIGURATION, data)
 
 
 def encode_xsens(
@@ -206,7 +187,7 @@ class XsensParser:
         self.counts: Counter[str] = Counter()
         self._latency_s = latency_s
         self._clock = clock
-        self._buffer = bytearray()
+        self._stream = Frames(_STARTS, self._size, _is_sound, self.counts)
         self._layouts: dict[int, Layout] = {}
         self._packet: int | None = None
         self._ticks = 0
@@ -214,43 +195,28 @@ class XsensParser:
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
         """Return the samples of the frames that `data` completes."""
         samples: list[Sample] = []
-        buffer = self._buffer
-        buffer += data
-        at, end = 0, len(buffer)
-        while True:
-            if not buffer.startswith(_PREAMBLE, at):
-                start = _find_start(buffer, at)
-                if start > at:
-                    self.counts["skipped bytes"] += start - at
-                    at = start
-            if end - at < 4:
-                break
-            head, length = 4, buffer[at + 3]
-            if length == 0xFF:
-                if end - at < 6:
-                    break
-                head, length = 6, buffer[at + 4] << 8 | buffer[at + 5]
-                if length > _MAX_DATA:
-                    self.counts["overlong"] += 1
-                    at = skip(self.counts, at)
-                    continue
-            stop = at + head + length + 1
-            if stop > end:
-                break
-            frame = bytes(buffer[at + 1 : stop])
-            if sum(frame) & 0xFF:
-                self.counts["checksum"] += 1
-                at = skip(self.counts, at)
+        for frame in self._stream.feed(data):
+            if frame[2] != MT_DATA2:
+                self._other(frame[2])
                 continue
-            at = stop
-            if frame[1] == MT_DATA2:
-                sample = self._sample(frame[head - 1 : -1], time_s)
-                if sample is not None:
-                    samples.append(sample)
-            else:
-                self._other(frame[1])
-        del buffer[:at]
+            sample = self._sample(frame[6 if frame[3] == 0xFF else 4 : -1], time_s)
+            if sample is not None:
+                samples.append(sample)
         return samples
+
+    def _size(self, buffer: bytearray, at: int) -> int | None:
+        have = len(buffer) - at
+        if have < 4:
+            return None
+        if buffer[at + 3] != 0xFF:
+            return 5 + buffer[at + 3]
+        if have < 6:
+            return None
+        length = buffer[at + 4] << 8 | buffer[at + 5]
+        if length > _MAX_DATA:
+            self.counts["overlong"] += 1
+            return 0
+        return 7 + length
 
     def _other(self, message: int) -> None:
         if message == ERROR:
@@ -318,9 +284,5 @@ class XsensParser:
         self._packet = packet
 
 
-def _find_start(buffer: bytearray, at: int) -> int:
-    """Offset of the next possible frame start: the preamble, or the first half of it at the end of the buffer."""
-    start = buffer.find(_PREAMBLE, at)
-    if start >= 0:
-        return start
-    return len(buffer) - buffer.endswith(_PREAMBLE[:1])
+def _is_sound(frame: bytes) -> bool:
+    return not sum(frame[1:]) & 0xFF

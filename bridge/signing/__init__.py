@@ -1,5 +1,1 @@
-"""MAVLink 2 signing: only senders with the key are heard.
-
-`key` the key's file, which only its owner can read · `gate` signatures, their times, who is let in · `link` links with
-and without a key.
-"""
+"""Signed links: `key` the file of the key and the signatures of frames, `link` who is let in, and who is told of."""

@@ -1,13 +1,278 @@
-"""Links with and without a key: a signed link hears only senders with the key; the other warns if its peer signs."""
+"""Links with and without a key: a signed link hears only senders with the key; the other warns if its peer signs.
 
+A frame is refused if its stream (system, component, link) sent that time or a later one before, or if it is more than
+a minute behind the newest time known here: this computer's clock, or a later time that was received. Outgoing frames
+take the newest time as well, so that a side whose clock is behind learns the time from the first frame that it
+accepts.
+"""
+
+import json
+from collections import Counter
 from collections.abc import Callable
-from typing import Final
+from contextlib import suppress
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from typing import Any, Final
 
 from bridge.clock import Clock
 from bridge.errors import FrameError
+from bridge.files import read_small, whole
 from bridge.links.link import Link, Wrapper
-from bridge.signing.gate import Gate, is_signed
-from bridge.wire.framing import Framer, measure
+from bridge.plain import from_json
+from bridge.signing.key import SigningKey, is_of, is_signed, link_and_time, signed, unsigned
+from bridge.wire.framing import Frame, Framer, measure
+
+EPOCH_UNIX_S: Final = 1_420_070_400  # 2015-01-01
+STEPS_A_S: Final = 100_000
+MINUTE: Final = 60 * STEPS_A_S
+LATEST: Final = (1 << 48) - 1
+KEEP_EVERY_S: Final = 60.0
+
+Stream = tuple[int, int, int]
+"""System, component and link number."""
+
+
+class Refusal(Enum):
+    """Why a frame is not let in. In messages, the value follows a number of frames."""
+
+    UNSIGNED = "unsigned"
+    OTHER_KEY = "of another key"
+    REPLAYED = "replayed or late"
+    OLD = "a minute old"
+
+
+class Times:
+    """The times of one link. `file` keeps them over restarts; without a file, or on a full disk, they are forgotten."""
+
+    def __init__(self, clock: Clock, file: Path | None = None) -> None:
+        self._clock, self._file = clock, file
+        self._sent, self._heard = _kept(file) if file else (0, {})
+        self._newest = max(self._heard.values(), default=0)
+        self._reserved = self._sent
+        self._keep_due_s = clock.boot_s()
+
+    def next(self) -> int:
+        """Return the time for the next outgoing frame, later than all before."""
+        self._sent = min(max(self._now(), self._sent + 1), LATEST)
+        # The file already holds a time that is later than any sent before the next save: a killed program repeats none.
+        if self._sent >= self._reserved:
+            self._reserved = self._sent + MINUTE
+            self._keep()
+        return self._sent
+
+    def take(self, stream: Stream, time: int) -> Refusal | None:
+        """Accept the time of a frame whose signature is right, or return why the frame is refused."""
+        if time <= self._heard.get(stream, -1):
+            return Refusal.REPLAYED
+        if time + MINUTE < self._now():
+            return Refusal.OLD
+        self._heard[stream] = time
+        self._newest = max(self._newest, time)
+        if self._clock.boot_s() >= self._keep_due_s:
+            self._keep()
+        return None
+
+    def close(self) -> None:
+        """Save the times as they are now."""
+        self._reserved = self._sent
+        self._keep()
+
+    def _now(self) -> int:
+        clock = round((self._clock.unix_s() - EPOCH_UNIX_S) * STEPS_A_S)
+        return max(clock, self._newest, 0)
+
+    def _keep(self) -> None:
+        self._keep_due_s = self._clock.boot_s() + KEEP_EVERY_S
+        if self._file is None:
+            return
+        heard = {" ".join(map(str, stream)): time for stream, time in self._heard.items()}
+        # Without them, a frame of the last minute could be replayed after a restart, which must stop no dive.
+        with suppress(OSError):
+            self._file.parent.mkdir(parents=True, exist_ok=True)
+            with whole(self._file) as file:
+                file.write(json.dumps({"sent": self._reserved, "heard": heard}).encode())
+
+
+def _kept(file: Path) -> tuple[int, dict[Stream, int]]:
+    """Return the kept times: the last that may have been sent, and the last heard of each stream.
+
+    If the file is absent or invalid they are 0 and {}: the clock serves then.
+    """
+    try:
+        kept = from_json(read_small(file))
+        return _time(kept["sent"]), {_stream(name): _time(time) for name, time in kept["heard"].items()}
+    except (OSError, ValueError, LookupError, TypeError, AttributeError):
+        return 0, {}
+
+
+def _time(value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= LATEST:
+        raise ValueError
+    return value
+
+
+def _stream(name: str) -> Stream:
+    system, component, link = map(int, name.split())
+    return system, component, link
+
+
+RADIO_STATUS: Final = 109
+"""Status of a radio, which holds no key; the guide lets this message in unsigned."""
+PATIENCE_S: Final = 2.0
+GONE_S: Final = 5.0
+AGAIN_EVERY_S: Final = 30.0
+MOST_TOLD: Final = 8
+"""Senders of one kind that are named at a time: invented systems must not drown the reports that matter."""
+
+Sender = tuple[int, int]
+"""System and component."""
+
+_TO_DO: Final = {
+    # Anyone can send unsigned frames: a stranger's word is no reason to advise leaving the key out here.
+    Refusal.UNSIGNED: (
+        "is not signed; give its side the same key with --sign-key if it is yours, and none to a stranger"
+    ),
+    Refusal.OTHER_KEY: (
+        "is signed with another key; compare the fingerprints that `seatrial keys show FILE` tells on both sides"
+    ),
+    Refusal.REPLAYED: (
+        "repeats times that were heard before; end what replays it, or the second program that signs as that system"
+    ),
+    Refusal.OLD: (
+        "was signed more than a minute ago by this side's time; set the clocks of both sides, "
+        "or send it something, such as record --heartbeat does, from which it learns the time"
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Trouble:
+    """A sender (system, component) of which nothing is let in on a link, and why.
+
+    `sender` is None for all senders beyond those that are named.
+    """
+
+    link: str
+    sender: Sender | None
+    refusal: Refusal
+
+    @property
+    def sentence(self) -> str:
+        """The trouble and the remedy, for the person at this end of the link."""
+        to_do = _TO_DO[self.refusal]
+        if self.sender is None:
+            return (
+                f"{self.link}: more senders are refused than are named; yours is among them where it {to_do}"
+            )
+        system, component = self.sender
+        return f"{self.link}: all that system {system}, component {component}, sends is refused, since it {to_do}"
+
+    @property
+    def brief(self) -> str:
+        """The trouble in short, for a vehicle to send to its ground."""
+        who = "more systems are" if self.sender is None else f"system {self.sender[0]}/{self.sender[1]} is"
+        return f"{who} refused: {self.refusal.value}"
+
+
+@dataclass
+class _Refused:
+    since_s: float
+    last_s: float
+    tell_s: float
+
+
+class Gate:
+    """Signs outgoing frames on the link `name` and judges incoming ones; `counts` holds the refusals by reason.
+
+    `tell` gets the trouble with a component of which nothing is let in, within 3 s of the first refused frame, and
+    again each half minute while that lasts. `number` is the link's number in signatures. The link's reader and writer
+    use the gate, one at a time.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        key: SigningKey,
+        times: Times,
+        clock: Clock,
+        tell: Callable[[Trouble], None],
+        number: int = 0,
+    ) -> None:
+        self.counts: Counter[Refusal] = Counter()
+        self._name, self._secret, self._number = name, key.secret, number
+        self._times, self._clock, self._tell = times, clock, tell
+        self._refused: dict[tuple[Refusal, Sender | None], _Refused] = {}
+
+    @property
+    def words(self) -> str:
+        """Refusals so far, such as `12 unsigned, 3 of another key refused`; "" if there were none."""
+        parts = [f"{self.counts[refusal]} {refusal.value}" for refusal in Refusal if self.counts.get(refusal)]
+        return f"{', '.join(parts)} refused" if parts else ""
+
+    @property
+    def trouble(self) -> str:
+        """Advice for the crew if nothing of a component is let in; "" if all is well."""
+        now_s = self._clock.boot_s()
+        lasting = [item for item in list(self._refused.items()) if now_s - item[1].since_s >= PATIENCE_S]
+        if not lasting:
+            return ""
+        (refusal, sender), _ = min(lasting, key=_matters)
+        return Trouble(self._name, sender, refusal).sentence
+
+    def out(self, raw: bytes) -> bytes:
+        """Return a complete outgoing frame, signed. Raises FrameError for MAVLink 1, which can't be signed."""
+        return signed(raw, self._secret, self._number, self._times.next())
+
+    def admit(self, frame: Frame) -> bytes:
+        """Return an incoming frame without its signature; b"" if it is refused."""
+        if frame.message_id == RADIO_STATUS and not is_signed(frame.raw):
+            return frame.raw
+        refusal = self._judge(frame)
+        sender: Sender | None = (frame.system, frame.component)
+        if refusal is None:
+            for reason in Refusal:
+                self._refused.pop((reason, sender), None)
+            return unsigned(frame.raw)
+        self.counts[refusal] += 1
+        named = sum(reason is refusal and known is not None for reason, known in self._refused)
+        if (refusal, sender) not in self._refused and named >= MOST_TOLD:
+            sender = None
+        now_s = self._clock.boot_s()
+        self._refused.setdefault((refusal, sender), _Refused(now_s, now_s, now_s + PATIENCE_S)).last_s = now_s
+        return b""
+
+    def look(self) -> None:
+        """Report the troubles that are due. Call with every read."""
+        now_s = self._clock.boot_s()
+        for (refusal, sender), entry in list(self._refused.items()):
+            if now_s >= entry.tell_s:
+                entry.tell_s = now_s + AGAIN_EVERY_S
+                self._tell(Trouble(self._name, sender, refusal))
+            if now_s - entry.last_s > GONE_S:
+                del self._refused[refusal, sender]
+
+    def close(self) -> None:
+        """Save the times of the signatures."""
+        self._times.close()
+
+    def _judge(self, frame: Frame) -> Refusal | None:
+        if not is_signed(frame.raw):
+            return Refusal.UNSIGNED
+        if not is_of(frame.raw, self._secret):
+            return Refusal.OTHER_KEY
+        link, time = link_and_time(frame.raw)
+        return self._times.take((frame.system, frame.component, link), time)
+
+
+def _matters(item: tuple[tuple[Refusal, Sender | None], _Refused]) -> tuple[bool, bool]:
+    """Sort key for the trouble to show if only one can be shown, the smallest first.
+
+    Frames that were signed at all come first, then the note that there are more senders than are named.
+    """
+    (refusal, sender), _ = item
+    return refusal is Refusal.UNSIGNED, sender is not None
+
 
 MOST_LOOKED_AT: Final = 200
 """Number of frames that are examined: a system that signs does so in each of its frames."""

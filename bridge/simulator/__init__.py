@@ -1,7 +1,6 @@
 """The simulated vehicle: replaces the sea and speaks in the bytes of the real sensors.
 
-`truth` true parameters of the vehicle · `plant` the body, `kernel` its compiled inner loop · `missions` the missions
-to dive · `world` noise and water, `devices` motion to bytes · `body` plant and devices · `dive` the whole chain in
-lock-step · `terminals` the same in real time over pseudo-terminals · `direct` without any bytes. No other package
-imports it at start-up: numba takes a second to load.
+`truth` what is true of the vehicle and its sensors · `plant` the body and its compiled inner loop · `missions` the
+missions to dive · `devices` motion to bytes · `body` plant and devices · `dive` the whole chain in lock-step ·
+`direct` without any bytes. No other package imports it at start-up: numba takes a second to load.
 """

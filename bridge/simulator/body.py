@@ -8,18 +8,20 @@ from itertools import count
 import numpy as np
 
 from bridge.simulator.devices import (
+    Arrival,
     SimulatedBar30,
+    SimulatedDevice,
     SimulatedEscs,
     SimulatedImu,
     SimulatedUblox,
+    Surroundings,
     a50,
     dsp1750,
     dsp1760,
     wayfinder,
 )
 from bridge.simulator.plant import Plant, Stretch
-from bridge.simulator.truth import Truth, load_truth
-from bridge.simulator.world import TYPICAL, Arrival, NoiseLevels, SimulatedDevice, Surroundings
+from bridge.simulator.truth import TYPICAL, NoiseLevels, Truth, load_truth
 from bridge.vehicle.config import Device, DeviceKind, Sensors, VehicleFile
 from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
 

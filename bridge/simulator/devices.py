@@ -5,9 +5,10 @@ of measurement plus the latency that the vehicle file gives for the device.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,14 +20,14 @@ from bridge.sensors.esc import encode_esc
 from bridge.sensors.kvh1750 import encode_kvh1750
 from bridge.sensors.kvh1760 import encode_kvh1760
 from bridge.sensors.mounting import mounting_matrix, quaternion_of
-from bridge.sensors.samples import NAN3, GnssSample, Vector3
+from bridge.sensors.samples import NAN3, GnssSample, PressureSample, Vector3
 from bridge.sensors.ublox import FIX_3D, NO_FIX, encode_nav_pvt
 from bridge.sensors.waterlink import encode_waterlink_json, encode_waterlink_serial
 from bridge.sensors.wayfinder import encode_wayfinder
 from bridge.sensors.xsens import encode_xsens
 from bridge.simulator.plant import Stretch, moments, motion_at
-from bridge.simulator.world import Chunk, Measured, Surroundings
-from bridge.vehicle.config import Device
+from bridge.simulator.truth import NoiseLevels
+from bridge.vehicle.config import Device, ThrustCurve, Water
 from bridge.vehicle.thrusters import shaft_speed
 
 Array = NDArray[np.float64]
@@ -34,6 +35,45 @@ BOTTOM_M = 8.0
 GYRO_HZ = 1000.0
 BEAM_COSINE = math.cos(math.radians(30))
 ENU_OF_NED = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
+
+
+@dataclass(frozen=True, slots=True)
+class Chunk:
+    """Bytes from the device in a slot of the vehicle file; the last byte arrives at `time_s`."""
+
+    slot: str
+    time_s: float
+    data: bytes
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """The properties of the world that every device may use."""
+
+    noise: NoiseLevels
+    water: Water
+    thrust_curve: ThrustCurve
+    unix_at_boot_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """A sample of a device on the I2C bus, which the bridge polls instead of listening to it."""
+
+    slot: str
+    time_s: float
+    sample: PressureSample
+
+
+Arrival = Chunk | Measured
+
+
+class SimulatedDevice(Protocol):
+    """A simulated device on the vehicle."""
+
+    def arrivals(self, stretch: Stretch) -> Sequence[Arrival]:
+        """Return the device's data for the moments after the start of the stretch, up to its end."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,10 +15,10 @@ from bridge.onboard.orders import MotorTests
 from bridge.onboard.parameters import ParameterServer
 from bridge.onboard.service import Bridge
 from bridge.simulator.body import SimulatedBody, Start
+from bridge.simulator.devices import Chunk
 from bridge.simulator.missions import Mission
 from bridge.simulator.plant import Stretch
-from bridge.simulator.truth import Truth
-from bridge.simulator.world import TYPICAL, Chunk, NoiseLevels
+from bridge.simulator.truth import TYPICAL, NoiseLevels, Truth
 from bridge.vehicle.autopilot import RATE_HZ, Autopilot
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.mode import Mode

@@ -1,4 +1,4 @@
-"""True parameters of a simulated vehicle: coefficients and disturbance, from `<vehicle file>.truth.yaml`."""
+"""What is true of a simulated vehicle: coefficients and disturbance, from `<vehicle file>.truth.yaml`, and noise."""
 
 import math
 import re
@@ -97,3 +97,30 @@ def load_truth(file: VehicleFile, configuration: str) -> Truth:
         raise ConfigError(
             f"{file.path}: '{configuration}' can't be simulated: there is no {path.name}, and its own {error}"
         ) from None
+
+
+@dataclass(frozen=True)
+class NoiseLevels:
+    """Standard deviations of white noise per sample, constant biases, and the rate at which bottom lock is lost.
+
+    The defaults follow the makers' data sheets: MTi-300 60 ug/sqrt(Hz) and 0.01 deg/s/sqrt(Hz) at 50 Hz of bandwidth,
+    DSP-1750 0.013 deg/sqrt(h) at 500 Hz, Bar30 2 mm of resolution; the DVL's level is an assumption.
+    """
+
+    dvl_m_s: float = 0.004
+    dvl_range_m: float = 0.01
+    dvl_dropout: float = 0.01
+    accelerometer_m_s2: float = 0.0042
+    gyro_rad_s: float = 0.0012
+    gyro_bias_rad_s: float = 0.00005
+    attitude_rad: float = 0.0003
+    fog_rad_s: float = 0.000085
+    fog_bias_rad_s: float = 5e-7
+    pressure_pa: float = 15.0
+    rpm_share: float = 0.002
+    gnss_m: float = 1.0
+    gnss_m_s: float = 0.05
+
+
+TYPICAL = NoiseLevels()
+QUIET = NoiseLevels(**dict.fromkeys(NoiseLevels.__dataclass_fields__, 0.0))

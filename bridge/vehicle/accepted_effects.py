@@ -163,20 +163,16 @@ def known_effects(coefficients: Mapping[str, float], configuration: Configuratio
             faults.append(fault)
         else:
             fit[coefficient.name] = value
-    gain = np.array([fit.get(gain_name(i), 1.0) for i in range(1, len(configuration.thrusters) + 1)])
+    gains = [gain_name(number) for number in range(1, len(configuration.thrusters) + 1)]
     losses = Losses(
-        gain, fit.get(ASTERN, 1.0), fit.get(START, 0.0), fit.get(LEAST, 0.0), fit.get(RESISTANCE, 0.0)
+        np.array([fit.get(name, 1.0) for name in gains]),
+        fit.get(ASTERN, 1.0),
+        fit.get(START, 0.0),
+        fit.get(LEAST, 0.0),
+        fit.get(RESISTANCE, 0.0),
     )
     voltage = VoltageLaw(fit[VOLTAGE], fit[VOLTAGE_SHARE]) if {VOLTAGE, VOLTAGE_SHARE} <= set(fit) else None
-    of_thrusters = {
-        ASTERN,
-        START,
-        LEAST,
-        RESISTANCE,
-        VOLTAGE,
-        VOLTAGE_SHARE,
-        *map(gain_name, range(1, len(gain) + 1)),
-    }
-    hull = {name: value for name, value in fit.items() if name not in of_thrusters}
-    lossy = voltage is not None or not of_thrusters.isdisjoint(set(fit) - {VOLTAGE, VOLTAGE_SHARE})
-    return Known(hull, losses if lossy else None, voltage, tuple(faults))
+    of_losses = {ASTERN, START, LEAST, RESISTANCE, *gains}
+    hull = {name: value for name, value in fit.items() if name not in of_losses | {VOLTAGE, VOLTAGE_SHARE}}
+    is_lossy = voltage is not None or not of_losses.isdisjoint(fit)
+    return Known(hull, losses if is_lossy else None, voltage, tuple(faults))

@@ -161,7 +161,7 @@ class Autopilot:
         x, y, z, k, m, n = commanded.tolist()
         self._watch(dt_s, navigation, term, (x, y, z, k, m, n), bool(blind or lost), bool(pushed))
         pwm_us = tuple(self._pulse_widths(thrust).tolist())
-        return self._told(time_s, navigation, reference, pid, term.tau, (x, y, z, k, m, n), pwm_us)
+        return self._actuation(time_s, navigation, reference, pid, term.tau, (x, y, z, k, m, n), pwm_us)
 
     def _pulse_widths(self, thrust_n: Array) -> Array:
         """Pulse widths in microseconds for thrusts (n,) in N. Before and after the onset only one of the two curves
@@ -185,7 +185,7 @@ class Autopilot:
         term = self._feedforward(time_s, reference)
         self._report((*term.faults, *self._without))
         neutral = (NEUTRAL_US,) * self._allocator.matrix.shape[1]
-        return self._told(time_s, navigation, reference, ZERO6, term.tau, ZERO6, neutral)
+        return self._actuation(time_s, navigation, reference, ZERO6, term.tau, ZERO6, neutral)
 
     def unproven(self) -> str:
         """Say why the feed-forward has not proved good in shadow, "" if it has: for `ParameterServer.unproven`.
@@ -270,7 +270,7 @@ class Autopilot:
             self._heard_s[what] = time_s
         return self._heard_s.get(what, math.nan)
 
-    def _told(
+    def _actuation(
         self,
         time_s: float,
         navigation: Navigation,

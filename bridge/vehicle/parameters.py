@@ -44,10 +44,7 @@ def to_float32(value: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """One row of the vehicle's parameter table.
-
-    The value 0.0 means not set, whatever the bounds. `later`: a store of an earlier version lacks this row.
-    """
+    """One row of the vehicle's parameter table. The value 0.0 means not set, whatever the bounds."""
 
     name: str
     low: float
@@ -55,7 +52,6 @@ class Parameter:
     default: float
     veh_cfg: int = 0
     coefficient: str = ""
-    later: bool = False
 
     def admits(self, value: float) -> bool:
         return value == 0.0 or self.low <= value <= self.high
@@ -103,7 +99,6 @@ def vehicle_table(vehicle: Vehicle) -> tuple[Parameter, ...]:
             0.0,
             veh_cfg,
             effect.name,
-            True,
         )
         for name, shape in vehicle.configurations.items()
         for veh_cfg in (vehicle.veh_cfg(name),)

@@ -102,11 +102,6 @@ class DoubleS:
         """The largest derivative, with its sign."""
         return (self.end - self.start) / (self.duration_s * (1 - self.ramp))
 
-    @property
-    def peak_jerk(self) -> float:
-        """The largest second derivative, as a magnitude."""
-        return abs(self.peak_rate) / (self.ramp * self.duration_s)
-
     def at(self, time_s: float) -> tuple[float, float, float]:
         """Value, derivative and integral since time 0, at `time_s` >= 0 after the start."""
         if time_s >= self.duration_s:

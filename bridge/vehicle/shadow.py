@@ -41,12 +41,12 @@ NONE_FLOWN: Final = "shadow: none flown, seatrial ff shadow first"
 
 @dataclass
 class _Block:
-    """Sums over 2 s in surge, sway and yaw, N s and N m s: `given` commanded to the thrusters, `told` predicted by
-    the model, `fed` the magnitude of the feed-forward."""
+    """Sums over 2 s in surge, sway and yaw, N s and N m s: `given` commanded to the thrusters, `predicted` by the
+    model, `fed` the magnitude of the feed-forward."""
 
     seconds: float = 0.0
     given: list[float] = field(default_factory=lambda: [0.0] * 3)
-    told: list[float] = field(default_factory=lambda: [0.0] * 3)
+    predicted: list[float] = field(default_factory=lambda: [0.0] * 3)
     fed: list[float] = field(default_factory=lambda: [0.0] * 3)
 
 
@@ -91,7 +91,7 @@ class Shadow:
         block.seconds += dt_s
         for axis, dof in enumerate(FEEDFORWARD_DOFS):
             block.given[axis] += given[dof] * dt_s
-            block.told[axis] += predicted[dof] * dt_s
+            block.predicted[axis] += predicted[dof] * dt_s
             block.fed[axis] += abs(fed[dof]) * dt_s
         if block.seconds >= BLOCK_S - 0.5 * dt_s:
             self._blocks.append(block)
@@ -133,6 +133,6 @@ class Shadow:
 
     def _explained(self, axis: int) -> float:
         """Share of the force that the model explains: 1 is all of it; below 0 the model is worse than none."""
-        left = sum((block.given[axis] - block.told[axis]) ** 2 for block in self._blocks)
+        left = sum((block.given[axis] - block.predicted[axis]) ** 2 for block in self._blocks)
         whole = sum(block.given[axis] ** 2 for block in self._blocks)
         return 1 - left / whole if whole > 0 else -math.inf

@@ -80,45 +80,35 @@ def measure(data: bytes, start: int) -> int:
     return IMPOSSIBLE
 
 
+def _header(data: bytes, start: int) -> tuple[int, int, int, int, int]:
+    """Return message id, system, component, sequence, and offset of the payload, of the complete header at `start`."""
+    if data[start] == MAGIC_2:
+        number = data[start + 7] | data[start + 8] << 8 | data[start + 9] << 16
+        return number, data[start + 5], data[start + 6], data[start + 4], start + 10
+    return data[start + 5], data[start + 3], data[start + 4], data[start + 2], start + 6
+
+
 def frame_at(data: bytes, start: int, length: int) -> Frame | None:
     """Return the frame in `data[start:start + length]`, or None if its id is unknown or its CRC is wrong.
 
     `length` comes from `measure`, and `data` must hold that many bytes.
     """
-    if data[start] == MAGIC_2:
-        number = data[start + 7] | data[start + 8] << 8 | data[start + 9] << 16
-        extra = CRC_EXTRA.get(number)
-        if extra is None:
-            return None
-        end = start + 10 + data[start + 1]
-        if mcrf4xx(data[start + 1 : end] + extra) != data[end] | data[end + 1] << 8:
-            return None
-        raw = data[start : start + length]
-        return Frame(raw, number, data[start + 5], data[start + 6], data[start + 4], True)
-    number = data[start + 5]
-    extra = CRC_EXTRA.get(number)
-    end = start + 6 + data[start + 1]
+    number, system, component, sequence, payload = _header(data, start)
+    extra, end = CRC_EXTRA.get(number), payload + data[start + 1]
     if extra is None or mcrf4xx(data[start + 1 : end] + extra) != data[end] | data[end + 1] << 8:
         return None
-    raw = data[start : start + length]
-    return Frame(raw, number, data[start + 3], data[start + 4], data[start + 2], True)
+    return Frame(data[start : start + length], number, system, component, sequence, True)
 
 
 def unchecked_frame_at(data: bytes, start: int, length: int) -> Frame:
     """Return the same bytes as a frame with `known=False`, for an id whose CRC can't be checked."""
-    raw = data[start : start + length]
-    if data[start] == MAGIC_2:
-        return Frame(
-            raw, message_id_at(data, start), data[start + 5], data[start + 6], data[start + 4], False
-        )
-    return Frame(raw, data[start + 5], data[start + 3], data[start + 4], data[start + 2], False)
+    number, system, component, sequence, _ = _header(data, start)
+    return Frame(data[start : start + length], number, system, component, sequence, False)
 
 
 def message_id_at(data: bytes, start: int) -> int:
     """Message id in the complete header at `start`."""
-    if data[start] == MAGIC_2:
-        return data[start + 7] | data[start + 8] << 8 | data[start + 9] << 16
-    return data[start + 5]
+    return _header(data, start)[0]
 
 
 def has_known_id(data: bytes, start: int) -> bool:
@@ -352,20 +342,12 @@ class _Ahead:
 
     def _judge(self, data: bytes, start: int) -> None:
         """Judge a start that has a complete header and a known id."""
-        size = data[start + 1]
-        if data[start] == MAGIC_2:
-            number = data[start + 7] | data[start + 8] << 8 | data[start + 9] << 16
-            end = start + 10 + size
-            after = end + (2 + SIGNATURE_BYTES if data[start + 2] else 2)
-        else:
-            number = data[start + 5]
-            if size > FULL_BYTES[number]:
-                return
-            end = start + 6 + size
-            after = end + 2
-        if after > len(data):
-            self._open.append((start, after))
-        elif mcrf4xx(data[start + 1 : end] + CRC_EXTRA[number]) == data[end] | data[end + 1] << 8:
+        length = measure(data, start)
+        if length == IMPOSSIBLE:
+            return
+        if start + length > len(data):
+            self._open.append((start, start + length))
+        elif frame_at(data, start, length) is not None:
             insort(self._right, start)
 
 

@@ -91,6 +91,10 @@ def _whole(value: float, high: int, unknown: int) -> int:
     return unknown if math.isnan(value) else round(min(max(value, 0.0), high))
 
 
+def _centidegrees(celsius: float) -> int:
+    return 0 if math.isnan(celsius) else round(min(max(celsius * 100, -32768.0), 32767.0))
+
+
 _ACC_GYRO, _TEMPERATURE, _Z_GYRO = 63, 4096, 32
 
 
@@ -104,17 +108,9 @@ def _imu_from_wire(w: Wire) -> tuple[float, Values]:
     return w[0] / 1e6, (*w[1:7], w[13] if w[14] & _TEMPERATURE else NAN)
 
 
-def _fog_to_wire(time_s: float, v: Values) -> Wire:
-    return (microseconds(time_s), 0, 0, 0, 0, 0, v[0], 0, 0, 0, 0, 0, 0, 0, _Z_GYRO, 1)
-
-
-def _fog_from_wire(w: Wire) -> tuple[float, Values]:
-    return w[0] / 1e6, (w[6],)
-
-
 _ZEROS = (0.0,) * 20
 _WORST_SIGMA_M_S = (
-    0.4  # the Water Linked A50's figure of merit at which its own BlueOS driver reports 0 % confidence
+    0.4  # figure of merit of a Water Linked A50 at which its BlueOS driver reports 0 % confidence
 )
 
 
@@ -141,56 +137,6 @@ def _dvl_from_wire(w: Wire) -> tuple[float, Values]:
 
 _LOCAL_FRD, _BODY_FRD = dialect.MAV_FRAME_LOCAL_FRD, dialect.MAV_FRAME_BODY_FRD
 _DOWN = dialect.MAV_SENSOR_ROTATION_PITCH_270
-
-
-def _altitude_to_wire(time_s: float, v: Values) -> Wire:
-    distance = _whole(v[0] * 100, 65535, 65535)
-    return (
-        milliseconds(time_s),
-        5,
-        6000,
-        distance,
-        dialect.MAV_DISTANCE_SENSOR_ULTRASOUND,
-        0,
-        _DOWN,
-        255,
-        0,
-        0,
-        0,
-        0,
-        0,
-        0,
-        0,
-    )
-
-
-def _altitude_from_wire(w: Wire) -> tuple[float, Values]:
-    return w[0] / 1e3, (w[3] / 100,)
-
-
-def _pressure_to_wire(time_s: float, v: Values) -> Wire:
-    temperature = 0 if math.isnan(v[1]) else round(min(max(v[1] * 100, -32768.0), 32767.0))
-    return (milliseconds(time_s), v[0] / 100, 0, temperature, 0)
-
-
-def _pressure_from_wire(w: Wire) -> tuple[float, Values]:
-    return w[0] / 1e3, (w[1] * 100, w[3] / 100)
-
-
-def _attitude_to_wire(time_s: float, v: Values) -> Wire:
-    return (milliseconds(time_s), *v, 0, 0, 0, 0)
-
-
-def _attitude_from_wire(w: Wire) -> tuple[float, Values]:
-    return w[0] / 1e3, w[1:8]
-
-
-def _pwm_to_wire(time_s: float, v: Values) -> Wire:
-    return (microseconds(time_s), (1 << len(v)) - 1, *v, *(0.0,) * (32 - len(v)))
-
-
-def _pwm_from_wire(w: Wire) -> tuple[float, Values]:
-    return w[0] / 1e6, w[2 : 2 + w[1].bit_length()]
 
 
 def _battery_to_wire(time_s: float, v: Values) -> Wire:
@@ -236,14 +182,6 @@ def _alive_from_wire(w: Wire) -> tuple[float, Values]:
     return NAN, (float(bool(w[3] & dialect.MAV_MODE_FLAG_SAFETY_ARMED)), float(w[1]), float(w[2]))
 
 
-def _clock_to_wire(time_s: float, v: Values) -> Wire:
-    return round(v[0] * 1e6), milliseconds(time_s)
-
-
-def _clock_from_wire(w: Wire) -> tuple[float, Values]:
-    return w[1] / 1e3, (w[0] / 1e6,)
-
-
 def _array(signal: str, name: str, width: int) -> Signal:
     """A signal in a DEBUG_FLOAT_ARRAY of `width` values under the contract's version."""
     wire_name = name.encode()
@@ -274,7 +212,13 @@ def _named(signal: str, name: str) -> Signal:
 
 TABLE: Final = (
     Signal("imu", dialect.MAVLink_highres_imu_message, b"\0", _imu_to_wire, _imu_from_wire),
-    Signal("fog", dialect.MAVLink_highres_imu_message, b"\1", _fog_to_wire, _fog_from_wire),
+    Signal(
+        "fog",
+        dialect.MAVLink_highres_imu_message,
+        b"\1",
+        lambda time_s, v: (microseconds(time_s), *(0,) * 5, v[0], *(0,) * 7, _Z_GYRO, 1),
+        lambda w: (w[0] / 1e6, (w[6],)),
+    ),
     Signal(
         "dvl", dialect.MAVLink_odometry_message, bytes((_LOCAL_FRD, _BODY_FRD)), _dvl_to_wire, _dvl_from_wire
     ),
@@ -282,18 +226,43 @@ TABLE: Final = (
         "altitude",
         dialect.MAVLink_distance_sensor_message,
         bytes((_DOWN,)),
-        _altitude_to_wire,
-        _altitude_from_wire,
+        lambda time_s, v: (
+            *(milliseconds(time_s), 5, 6000, _whole(v[0] * 100, 65535, 65535)),
+            *(dialect.MAV_DISTANCE_SENSOR_ULTRASOUND, 0, _DOWN, 255, *(0,) * 7),
+        ),
+        lambda w: (w[0] / 1e3, (w[3] / 100,)),
     ),
-    Signal("pressure", dialect.MAVLink_scaled_pressure2_message, b"", _pressure_to_wire, _pressure_from_wire),
     Signal(
-        "attitude", dialect.MAVLink_attitude_quaternion_message, b"", _attitude_to_wire, _attitude_from_wire
+        "pressure",
+        dialect.MAVLink_scaled_pressure2_message,
+        b"",
+        lambda time_s, v: (milliseconds(time_s), v[0] / 100, 0, _centidegrees(v[1]), 0),
+        lambda w: (w[0] / 1e3, (w[1] * 100, w[3] / 100)),
     ),
-    Signal("pwm", dialect.MAVLink_actuator_output_status_message, b"", _pwm_to_wire, _pwm_from_wire),
+    Signal(
+        "attitude",
+        dialect.MAVLink_attitude_quaternion_message,
+        b"",
+        lambda time_s, v: (milliseconds(time_s), *v, 0, 0, 0, 0),
+        lambda w: (w[0] / 1e3, w[1:8]),
+    ),
+    Signal(
+        "pwm",
+        dialect.MAVLink_actuator_output_status_message,
+        b"",
+        lambda time_s, v: (microseconds(time_s), (1 << len(v)) - 1, *v, *(0.0,) * (32 - len(v))),
+        lambda w: (w[0] / 1e6, w[2 : 2 + w[1].bit_length()]),
+    ),
     Signal("battery", dialect.MAVLink_battery_status_message, b"\0", _battery_to_wire, _battery_from_wire),
     Signal("gnss", dialect.MAVLink_gps_raw_int_message, b"", _gnss_to_wire, _gnss_from_wire),
     Signal("alive", dialect.MAVLink_heartbeat_message, b"", _alive_to_wire, _alive_from_wire),
-    Signal("clock", dialect.MAVLink_system_time_message, b"", _clock_to_wire, _clock_from_wire),
+    Signal(
+        "clock",
+        dialect.MAVLink_system_time_message,
+        b"",
+        lambda time_s, v: (round(v[0] * 1e6), milliseconds(time_s)),
+        lambda w: (w[1] / 1e3, (w[0] / 1e6,)),
+    ),
     _array("tau_pid", "TAU_PID", 6),
     _array("tau_ff", "TAU_FF", 6),
     _array("tau_cmd", "TAU_CMD", 6),

@@ -46,14 +46,12 @@ FEW_BYTES: Final = 1 << 24
 _STAMP = struct.Struct(">Q")
 _END: Final = (0, Frame(b"", 0, 0, 0, 0, False))
 
-COPIED_BYTES: Final = 1 << 20
 DELETED_ONCE_CLOSED: Final = (".nfs", ".fuse_hidden")
 """Prefixes to which network disks rename a file that is deleted while open."""
 
 
 def record_of(unix_us: int, raw: bytes) -> bytes:
-    """Return the bytes of one record as every recording written here holds it: without signing keys and without the
-    contents of transferred files."""
+    """Return a record as every recording written here holds it: without signing keys and file contents."""
     return _STAMP.pack(unix_us) + _as_kept(raw)
 
 
@@ -71,8 +69,7 @@ class TlogWriter:
         self.path = path
         self._is_named = False
         try:
-            # Opened for reading too: `restore` copies a recording that somebody deleted.
-            self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o644)
+            self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
         except FileExistsError:
             raise LogError(f"{path}: exists already and is never overwritten; give another name") from None
         except OSError as error:
@@ -108,16 +105,6 @@ class TlogWriter:
         with contextlib.suppress(OSError):  # a failing disk can't answer; `sync` reports it
             _see(self._file, self.path)
 
-    def restore(self) -> None:
-        """Write a deleted recording again, complete, under its name. Don't call while `write` may be running."""
-        try:
-            new = _write_again(self._file, self.path)
-        except OSError as error:
-            raise LogError(f"{self.path}: can't be written once more ({error.strerror})") from None
-        self.close()
-        self._file, self._is_named = new, False
-        self.sync()
-
     def close(self) -> None:
         if self._file >= 0:
             os.close(self._file)
@@ -144,23 +131,6 @@ def _see(file: int, path: Path) -> None:
             return
     deleted = here.st_nlink == 0 or os.path.basename(place).startswith(DELETED_ONCE_CLOSED)
     raise TakenAway(path, None if deleted else place)
-
-
-def _write_again(file: int, path: Path) -> int:
-    """Copy the open `file` to a new file at `path` and return that, open. Raises OSError, and then leaves no file."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    new = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o644)
-    try:
-        at = 0
-        while piece := os.pread(file, COPIED_BYTES, at):
-            at += os.write(new, piece)
-        os.fsync(new)
-    except OSError:
-        os.close(new)
-        with contextlib.suppress(OSError):
-            path.unlink()
-        raise
-    return new
 
 
 def _place(file: int) -> str:

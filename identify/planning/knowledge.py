@@ -23,8 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import ConfigError
-from bridge.simulator.truth import DISTURBANCE_N_PER_KG
-from bridge.simulator.world import TYPICAL
+from bridge.simulator.truth import DISTURBANCE_N_PER_KG, TYPICAL
 from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS, DAMPINGS, MASSES
 from bridge.vehicle.config import Configuration, Sensors, VehicleFile
 from bridge.vehicle.parameters import bounds

@@ -10,9 +10,8 @@ from diving_vehicle import Dive
 from bridge import exit_codes
 from bridge.clock import SystemClock
 from bridge.onboard.ring import Bounds
-from bridge.signing.gate import Gate, Times
 from bridge.signing.key import SigningKey, write_key
-from bridge.signing.link import SignedLink
+from bridge.signing.link import Gate, SignedLink, Times
 from bridge.wire.segments import segments_in
 from bridge.wire.tlog import read_tlog
 from bridge.wire.whole import WHOLE

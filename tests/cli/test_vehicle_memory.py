@@ -75,17 +75,3 @@ def test_an_edited_vehicle_file_puts_its_set_out_of_force_until_it_is_put_back_o
     assert params(capsys, "upload", "ours.param", "--yes")[0] == exit_codes.DONE
     vehicle.boot()
     assert vehicle.server.active(1)["M_u"] == 111.5
-
-
-def test_a_set_that_is_staged_of_an_earlier_version_is_brought_into_force_by_the_same_upload(
-    vehicle, capsys, tmp_path
-):
-    assert params(capsys, "upload", "ours.param", "--yes")[0] == exit_codes.DONE
-    held = {name: vehicle.server.value(name) for name in vehicle.server.names[:-4]}
-    (tmp_path / "parameters.json").write_text(str({"mode": 0, "active": held}).replace("'", '"'))
-    vehicle.boot()
-    assert vehicle.server.active_crc == 0
-    code, said = params(capsys, "diff", "ours.param")
-    assert (code, "2 staged" in said, NONE_IN_FORCE in said) == (exit_codes.NO, True, True)
-    assert params(capsys, "upload", "ours.param", "--yes")[0] == exit_codes.DONE
-    assert vehicle.server.active(1)["M_u"] == 111.5

@@ -4,11 +4,11 @@ import random
 from dataclasses import replace
 
 import pytest
+from fakes.lossy import Lossy
 from fakes.vehicle import SMALL, FakeVehicle, QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
-from bridge.links.lossy import Lossy
 from bridge.onboard.parameters import ParameterServer
 from bridge.vehicle.config import Vehicle
 from bridge.vehicle.mode import Mode

@@ -3,12 +3,12 @@
 import random
 
 import pytest
+from fakes.lossy import Lossy
 from fakes.vehicle import QuietLink
 from soak import rest_in_soak
 from test_ff_switch import STEP_S, Both, Craft, drive, heard_before
 
 from bridge.clock import SimulatedClock
-from bridge.links.lossy import Lossy
 from bridge.vehicle.mode import Mode
 from bridge.wire.framing import Encoder, Framer
 from bridge.wire.readings import Reading, encode

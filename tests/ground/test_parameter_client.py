@@ -4,13 +4,13 @@ import json
 import random
 
 import pytest
+from fakes.lossy import Lossy
 from fakes.vehicle import SMALL, FakeVehicle
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from soak import rest_in_soak
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkError, LinkTimeout, ParamRejected, ParamUnknown, ParamUnverified
-from bridge.links.lossy import Lossy
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import set_crc
 from bridge.wire.framing import Encoder

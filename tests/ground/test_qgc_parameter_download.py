@@ -11,10 +11,10 @@ import random
 from dataclasses import dataclass, field
 
 import pytest
+from fakes.lossy import Lossy
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
-from bridge.links.lossy import Lossy
 from bridge.links.memory import memory_pair
 from bridge.onboard.parameters import ParameterServer
 from bridge.onboard.service import Bridge

@@ -5,11 +5,11 @@ from itertools import chain
 
 import pytest
 from faked_ground import Ground
+from fakes.lossy import Lossy
 from fakes.vehicle import QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
-from bridge.links.lossy import Lossy
 from bridge.links.memory import memory_pair
 from bridge.wire.framing import Encoder, Framer
 from gcs_plugin.peers import Peers

@@ -298,7 +298,7 @@ SIDECAR = json.dumps(
     {"dive_sha256": "a", "vehicle_sha256": "b", "configuration": "h", "method": "pinn", "version": "1",
      "intervals": {"FF0_M_U": INTERVAL}, "effects": [], "doubted": {"M_u": "x"}, "prior_dives": ["d"]}
 ).encode()  # fmt: skip
-STORED = json.dumps({"mode": 1.0, "active": {"FF0_M_U": 24.4}}).encode()
+STORED = json.dumps({"hulls": {"": {"mode": 1.0, "active": {"FF0_M_U": 24.4}}}}).encode()
 KEPT = tuple(
     json.dumps(
         {"vehicle": {"system": 1}, "outcome": outcome, "restores": restores, "number": 3, "active_crc": 7,

@@ -9,8 +9,8 @@ import bridge.onboard.ports  # noqa: F401  (before any test replaces what it imp
 from bridge import exit_codes
 from bridge.errors import LinkError
 from bridge.links.memory import memory_pair
-from bridge.signing.gate import EPOCH_UNIX_S, STEPS_A_S, is_of, is_signed, signed
-from bridge.signing.key import new_key, read_key, write_key
+from bridge.signing.key import is_of, is_signed, new_key, read_key, signed, write_key
+from bridge.signing.link import EPOCH_UNIX_S, STEPS_A_S
 from bridge.wire.framing import Encoder, Framer
 from bridge.wire.tlog import read_tlog
 from tui import cli

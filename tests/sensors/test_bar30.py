@@ -105,17 +105,6 @@ def test_raw_readings_are_the_inverse_of_the_compensation(pressure_pa, temperatu
     assert temperature == pytest.approx(temperature_c, abs=2e-3)
 
 
-@pytest.mark.parametrize(
-    ("first_order_c", "error_c"),
-    # the datasheet's Ti of these temperatures, worked out by hand: dT = 100 (T - 20) 2^23 / C6
-    [(25.0, 0.00374), (5.0, 0.80887), (-18.0, 5.19117)],
-)
-def test_the_second_order_lowers_the_temperature_as_the_datasheet_says(first_order_c, error_c):
-    excess = (first_order_c - 20) * 100 * 2**23 / DATASHEET.c6
-    _, compensated = compensate(5_000_000, round(DATASHEET.c5 * 2**8 + excess), DATASHEET)
-    assert first_order_c - compensated == pytest.approx(error_c, abs=2e-4)
-
-
 def test_the_driver_measures_what_the_water_is():
     bar30, clock, _ = sensor(FakeBar30(pressure_pa=153_200.0, temperature_c=8.5))
     sample = bar30.measure(clock)

@@ -44,11 +44,6 @@ def test_answers_go_round_the_controllers_in_turn():
     assert [s.temperature_c - 30 for s in samples] == [s.index for s in samples]
 
 
-def test_answers_that_arrive_in_one_read_are_told_apart():
-    samples = four().feed(b"".join(answer(i % 4) for i in range(6)), 1.0)
-    assert [(s.index, s.temperature_c) for s in samples] == [(i % 4, 30.0 + i % 4) for i in range(6)]
-
-
 def test_an_answer_may_arrive_in_any_pieces_also_with_pauses_between():
     for gap_s in (0.0, 0.01):
         for pieces in (*splits(VECTOR), tuple(bytewise(VECTOR))):
@@ -81,18 +76,6 @@ def test_a_broken_answer_in_the_middle_of_one_read_takes_its_turn():
         samples = four().feed(answer(0) + bad + answer(2), 0.0)
         assert (samples[0].index, samples[-1].index, samples[-1].temperature_c) == (0, 2, 32.0)
         assert len(samples) == 2
-
-
-def test_a_requester_that_knows_whom_it_asked_needs_no_counting():
-    parser = four()
-    parser.feed(answer(0)[:7], 0.0)
-    parser.expect(3)
-    (sample,) = parser.feed(answer(3), 0.0)
-    assert sample.index == 3
-    parser.expect(1)
-    (sample,) = parser.feed(answer(1), 0.0)
-    assert sample.index == 1
-    assert parser.counts == {"skipped bytes": 7, "good": 2}
 
 
 @pytest.mark.parametrize(
@@ -129,14 +112,6 @@ def test_what_is_encoded_is_what_is_parsed(field, centivolts, centiamps, tempera
         rpm,
         *values,
     )
-
-
-@settings(max_examples=50, deadline=None)
-@given(st.lists(st.binary(max_size=40), max_size=10), st.floats(0, 0.01))
-def test_no_bytes_raise(chunks, gap_s):
-    parser = four()
-    for number, chunk in enumerate(chunks):
-        assert all(0 <= s.index < 4 for s in parser.feed(chunk, number * gap_s))
 
 
 def test_memory_stays_bounded_in_noise():

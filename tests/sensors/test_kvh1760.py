@@ -1,13 +1,11 @@
 """Vectors: A is SYNTHETIC, from the offsets and the CRC that open drivers state; no capture was to be had."""
 
 import math
-import random
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sensor_streams import bytewise, fed, flips, largest_buffer, random_chunks, splits
 
 from bridge.errors import ConfigError
 from bridge.sensors.kvh1760 import Kvh1760Parser, encode_command, encode_kvh1760, encode_setup
@@ -42,36 +40,6 @@ def test_format_b_is_four_bytes_longer_and_has_its_status_after_the_stamp():
     assert len(B) == len(A) + 4
     assert B[32:34] == b"\x07\x06"
     assert rates(Kvh1760Parser("rate").feed(A + B + A, 0.0)) == [ANGLE, float(np.float32(2e-4)), ANGLE]
-
-
-@pytest.mark.parametrize("frame", [A, B])
-def test_a_frame_may_arrive_in_any_pieces(frame):
-    whole = rates(Kvh1760Parser().feed(frame, 0.0))
-    for pieces in (*splits(frame), tuple(bytewise(frame))):
-        parser = Kvh1760Parser()
-        assert rates(fed(parser, pieces)) == whole
-        assert parser.counts == {"good": 1}
-
-
-@pytest.mark.parametrize(
-    "noise", [b"\xfe", b"\xfe\x81", b"\xfe\x81\xff", b"\xfe\x81\xff\x57", bytes(9), A[:30]]
-)
-def test_noise_before_between_and_after_costs_no_frame(noise):
-    parser = Kvh1760Parser("rate")
-    assert rates(parser.feed(noise + A + noise + A + noise + bytes(50), 0.0)) == [ANGLE, ANGLE]
-
-
-def test_frames_are_found_in_random_noise_however_it_is_cut():
-    rng = random.Random(2)
-    for _ in range(100):
-        stream = rng.randbytes(rng.randint(0, 60)) + A + rng.randbytes(rng.randint(0, 60)) + A + bytes(50)
-        assert rates(fed(Kvh1760Parser("rate"), random_chunks(stream, rng))) == [ANGLE, ANGLE]
-
-
-@pytest.mark.parametrize("frame", [A, B])
-def test_no_single_flipped_bit_gives_a_rate(frame):
-    for bad in flips(frame):
-        assert Kvh1760Parser().feed(bad + bytes(10), 0.0) == []
 
 
 def test_a_header_of_another_format_is_counted():
@@ -130,14 +98,3 @@ def test_a_rate_that_the_device_does_not_have_is_refused_with_those_that_it_has(
 def test_what_is_encoded_is_what_is_parsed(rotation, sequence, stamp):
     frame = encode_kvh1760(rotation, sequence, stamp=stamp)
     assert rates(Kvh1760Parser("rate").feed(frame, 0.0)) == [rotation]
-
-
-@settings(max_examples=50, deadline=None)
-@given(st.lists(st.binary(max_size=80) | st.sampled_from([A[:20], b"\xfe\x81\xff"]), max_size=10))
-def test_no_bytes_raise(chunks):
-    assert fed(Kvh1760Parser(), chunks) == []
-
-
-def test_memory_stays_bounded_in_noise():
-    assert largest_buffer(Kvh1760Parser, random.Random(1)) < 40
-    assert largest_buffer(Kvh1760Parser, random.Random(1), alphabet=b"\xfe\x81\xff\x55\x56") < 40

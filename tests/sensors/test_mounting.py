@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from bridge.sensors.clockfit import ClockFit
 from bridge.sensors.mounting import mounting_matrix, quaternion_of, rotation_matrix, to_body
 from bridge.sensors.samples import NAN3, DvlSample, FogBlock, ImuSample, PressureSample
+from bridge.sensors.streams import ClockFit
 from bridge.vehicle.config import Mounting
 
 LABEL_UP = Mounting(rotation_deg=(180.0, 0.0, 0.0))
@@ -54,28 +54,23 @@ def test_a_level_imu_at_rest_reads_gravity_upwards_in_frd():
     assert sample.magnetic_field == (0.4, -0.5, -0.6)
 
 
-def test_level_with_the_nose_north_is_the_identity():
-    sample = to_body(imu([NORTH, -EAST, UP]), LABEL_UP)
-    assert sample.attitude == pytest.approx((1.0, 0.0, 0.0, 0.0), abs=1e-12)
+LIFTED = math.cos(0.2) * NORTH + math.sin(0.2) * UP, math.cos(0.2) * UP - math.sin(0.2) * NORTH
+PORT_UP = -math.cos(0.3) * EAST + math.sin(0.3) * UP, math.cos(0.3) * UP + math.sin(0.3) * EAST
 
 
-def test_the_nose_east_is_a_yaw_of_plus_ninety():
-    sample = to_body(imu([EAST, NORTH, UP]), LABEL_UP)
-    np.testing.assert_allclose(roll_pitch_yaw_deg(sample.attitude), [0, 0, 90], atol=1e-9)
-
-
-def test_the_nose_up_is_a_positive_pitch():
-    nose = math.cos(0.2) * NORTH + math.sin(0.2) * UP
-    top = math.cos(0.2) * UP - math.sin(0.2) * NORTH
-    sample = to_body(imu([nose, -EAST, top]), LABEL_UP)
-    np.testing.assert_allclose(roll_pitch_yaw_deg(sample.attitude), [0, math.degrees(0.2), 0], atol=1e-9)
-
-
-def test_the_right_side_down_is_a_positive_roll():
-    port = -math.cos(0.3) * EAST + math.sin(0.3) * UP
-    top = math.cos(0.3) * UP + math.sin(0.3) * EAST
-    sample = to_body(imu([NORTH, port, top]), LABEL_UP)
-    np.testing.assert_allclose(roll_pitch_yaw_deg(sample.attitude), [math.degrees(0.3), 0, 0], atol=1e-9)
+@pytest.mark.parametrize(
+    ("axes", "roll_pitch_yaw"),
+    [
+        ([NORTH, -EAST, UP], (0, 0, 0)),
+        ([EAST, NORTH, UP], (0, 0, 90)),
+        ([LIFTED[0], -EAST, LIFTED[1]], (0, math.degrees(0.2), 0)),
+        ([NORTH, *PORT_UP], (math.degrees(0.3), 0, 0)),
+    ],
+    ids=["level and north", "nose east", "nose up", "right side down"],
+)
+def test_an_attitude_is_that_of_the_body_from_north_east_and_down(axes, roll_pitch_yaw):
+    sample = to_body(imu(axes), LABEL_UP)
+    np.testing.assert_allclose(roll_pitch_yaw_deg(sample.attitude), roll_pitch_yaw, atol=1e-9)
 
 
 angles = st.floats(-180, 180)

@@ -8,12 +8,11 @@ import random
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sensor_streams import bytewise, fed, flips, largest_buffer, random_chunks, splits
+from sensor_streams import fed, random_chunks
 
 from bridge.sensors.waterlink import (
     WaterlinkJsonParser,
     WaterlinkSerialParser,
-    encode_command,
     encode_sentence,
     encode_waterlink_json,
     encode_waterlink_serial,
@@ -208,6 +207,8 @@ def test_other_reports_are_counted_by_type():
         (encode_sentence("wrz,nan,0,0,y,1,0,0;0;0;0;0;0;0;0;0,7,14,1,0"), "out of range"),
         (encode_sentence("wrz,0,0,inf,y,1,0,0;0;0;0;0;0;0;0;0,7,14,1,0"), "out of range"),
         (encode_sentence("wrz,0,0,0,y,1,0,0;0;0;0;0;0;0;0;0,7,14,1,0,5"), "malformed"),
+        (encode_sentence("wrz,0,0,0,y,1,0,0;0;0;0;0;0;0;0,7,14,1,0"), "malformed"),
+        (encode_sentence("wrz,0,0,0,y,1,0,0;0;0;0;1_0;0;0;0;0,7,14,1,0"), "malformed"),
         (encode_sentence("wru,4,0,1,0,0"), "malformed"),
         (encode_sentence("wru,0_0,0,1,0,0"), "malformed"),
         (encode_sentence("wru,0,0,1_0,0,0"), "malformed"),
@@ -251,34 +252,10 @@ def test_a_field_that_is_not_plainly_a_number_makes_the_sentence_malformed(place
     assert parser.counts == {"malformed": 1}
 
 
-@pytest.mark.parametrize(
-    "covariance",
-    ["", "0", "0;0;0;0;0;0;0;0", "0;0;0;0;0;0;0;0;0;0", "0;0;0;0;1_0;0;0;0;0", "0;0;0;0;0;0;0;0;"],
-)
-def test_a_covariance_that_is_not_nine_numbers_makes_the_sentence_malformed(covariance):
-    parser = WaterlinkSerialParser()
-    fields = [*GOOD[:6], covariance, *GOOD[7:]]
-    assert parser.feed(encode_sentence("wrz," + ",".join(fields)), 0.0) == []
-    assert parser.counts == {"malformed": 1}
-
-
 @pytest.mark.parametrize("text", ["5", "+0.5", "-.5", "5.", "1e-07", "1E+0"])
 def test_every_plain_form_of_a_number_is_read(text):
     (sample,) = WaterlinkSerialParser().feed(encode_sentence("wrz," + ",".join([text, *GOOD[1:]])), 0.0)
     assert sample.velocity[0] == float(text)
-
-
-def test_reports_may_arrive_in_any_pieces():
-    for make, data in ((WaterlinkJsonParser, REPORT), (WaterlinkSerialParser, DOCUMENTED["wrz"] + b"\r\n")):
-        whole = shown(make().feed(data, 10.0))
-        for pieces in (*splits(data), tuple(bytewise(data))):
-            assert shown(fed(make(), pieces)) == whole
-
-
-def test_no_single_flipped_bit_of_a_sentence_gives_another_velocity():
-    good = WaterlinkSerialParser().feed(DOCUMENTED["wrz"] + b"\n", 10.0)
-    for bad in flips(DOCUMENTED["wrz"]):
-        assert WaterlinkSerialParser().feed(bad + b"\n", 10.0) in ([], good)
 
 
 @pytest.mark.parametrize(
@@ -291,20 +268,6 @@ def test_an_overlong_line_is_discarded_to_its_end_and_counted_once(make, longest
         parser = make()
         assert len(fed(parser, pieces)) == 1
         assert parser.counts == {"overlong": 1, "good": 1}
-
-
-def test_reports_are_found_in_random_noise_however_it_is_cut():
-    rng = random.Random(8)
-    for make, good in ((WaterlinkJsonParser, REPORT), (WaterlinkSerialParser, DOCUMENTED["wrz"] + b"\n")):
-        for _ in range(30):
-            stream = rng.randbytes(80) + b"\n" + good + rng.randbytes(80) + b"\n" + good
-            assert len(fed(make(), random_chunks(stream, rng))) == 2
-
-
-def test_commands_are_lines_of_json():
-    assert encode_command("trigger_ping") == b'{"command": "trigger_ping"}\n'
-    changed = json.loads(encode_command("set_config", {"speed_of_sound": 1480}))
-    assert changed == {"command": "set_config", "parameters": {"speed_of_sound": 1480}}
 
 
 speeds = st.floats(-6, 6)
@@ -357,18 +320,3 @@ def test_no_field_of_a_report_makes_the_parser_raise(changes):
     parser = WaterlinkJsonParser()
     parser.feed(line(**changes), 0.0)
     assert sum(parser.counts.values()) == 1
-
-
-@settings(max_examples=50, deadline=None)
-@given(st.lists(st.binary(max_size=100) | st.sampled_from([REPORT, b"wrz,", b"*50\n"]), max_size=10))
-def test_no_bytes_raise(chunks):
-    json_parser, serial_parser = WaterlinkJsonParser(), WaterlinkSerialParser()
-    fed(json_parser, chunks)
-    assert fed(serial_parser, chunks) == []
-
-
-def test_memory_stays_bounded_in_noise():
-    rng = random.Random(1)
-    assert largest_buffer(WaterlinkJsonParser, rng, alphabet=b'{}":,1') <= 16384
-    assert largest_buffer(WaterlinkSerialParser, rng, alphabet=b"wrz,1*") <= 1024
-    assert largest_buffer(WaterlinkSerialParser, rng) <= 1024

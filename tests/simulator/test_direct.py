@@ -126,24 +126,8 @@ def test_with_half_and_with_twice_the_mass_that_it_was_told_the_vehicle_still_co
     assert np.abs(both.nu - both.nu_ref)[late, 0].max() < 0.006
 
 
-def test_the_pulse_widths_give_the_wrench_that_truly_acted_up_to_the_lag() -> None:
-    off = dive(Mode.OFF)
-    held = np.abs(np.diff(off.wrench[:, 0]))
-    assert held.max() < 5.0
-    steady = off.time_s[:, None] > 10
-    commanded = off.column("tau_cmd")
-    close = np.abs(off.wrench[1:, 0] - commanded[:-1, 0])[steady[1:, 0]]
-    assert np.median(close) < 0.5
-
-
 def test_depth_and_heading_are_held_through_a_dive() -> None:
     off = dive(Mode.OFF)
     assert np.abs(off.state[200:, 2] - 0.6).max() < 0.03
     headings = [yaw_of(tuple(q)) for q in off.state[:, 3:7]]
     assert np.abs(headings).max() < math.radians(3)
-
-
-def test_one_seed_gives_one_dive_and_another_seed_another() -> None:
-    first, again, other = dive(Mode.OFF), dive(Mode.OFF), dive(Mode.OFF, seed=4)
-    np.testing.assert_array_equal(first.state, again.state)
-    assert np.abs(first.state - other.state).max() > 1e-3

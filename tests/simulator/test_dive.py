@@ -18,8 +18,7 @@ from bridge.simulator.body import Start
 from bridge.simulator.direct import simulate_truth
 from bridge.simulator.dive import SimulatedVehicle, real_time, simulate_dive
 from bridge.simulator.missions import Leg, Mission, dive, rest, run, turn
-from bridge.simulator.truth import load_truth
-from bridge.simulator.world import QUIET
+from bridge.simulator.truth import QUIET, load_truth
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import COMMIT, vehicle_table

@@ -55,10 +55,6 @@ def test_feedforward_alone_silences_the_pid_of_its_axes_and_leaves_that_of_heave
     assert alone.tau_cmd == pytest.approx(np.add(alone.tau_pid, alone.tau_ff))
 
 
-def test_what_was_fed_back_is_logged_as_it_was() -> None:
-    assert tick(Mode.OFF).nu_fb == (0.3, 0.1, 0.01, 0.001, 0.002, 0.05)
-
-
 def test_the_pulse_widths_make_the_commanded_wrench_where_no_thrust_is_small() -> None:
     actuation = autopilot(Mode.ALONE).step(
         0.0, HERE, Reference((0.5, 0, 0, 0, 0, 0), (0.1, 0, 0, 0, 0, 0), 0.1, 1.0)

@@ -74,13 +74,6 @@ def test_whatever_comes_in_the_wrench_is_finite_and_within_reach(coefficients, n
     assert abs(term.tau[5]) <= 5.0
 
 
-@pytest.mark.parametrize(
-    ("mode", "ff", "pid"), [(0, False, True), (1, False, True), (2, True, False), (3, True, True)]
-)
-def test_the_modes_say_what_is_applied(mode: int, ff: bool, pid: bool) -> None:
-    assert (Mode(mode).applies_feedforward, Mode(mode).applies_pid) == (ff, pid)
-
-
 def surge(force: float) -> tuple[float, float, float, float, float, float]:
     return (force, 0.0, 0.0, 0.0, 0.0, 0.0)
 

@@ -4,8 +4,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from bridge.errors import ConfigError
 from bridge.vehicle.config import CONFIGS, Configuration, ThrustCurve, Thruster, load_vehicle
@@ -60,12 +58,6 @@ def test_the_t200_at_16_v_gives_its_published_thrust(pwm_us: float, thrust_n: fl
     assert T200.thrust(pwm_us) == pytest.approx(thrust_n)
 
 
-@given(st.floats(-39.9, 51.4))
-@settings(max_examples=100)
-def test_the_inverse_of_the_table_gives_back_every_thrust(thrust_n: float) -> None:
-    assert T200.thrust(T200.pwm(thrust_n)) == pytest.approx(thrust_n, abs=1e-9)
-
-
 def test_the_inverse_jumps_over_the_dead_zone_and_rests_at_1500() -> None:
     np.testing.assert_array_less(1528.0, T200.pwm([1e-6, 0.1]))
     np.testing.assert_array_less(T200.pwm([-1e-6, -0.1]), 1472.0)
@@ -85,7 +77,7 @@ def test_a_voltage_between_two_of_the_table_lies_between_them_in_proportion() ->
     np.testing.assert_allclose(at[15.5], 0.25 * at[14] + 0.75 * at[16])
 
 
-@pytest.mark.parametrize("voltage_v", [10.0, 12.0, 14.0, 18.0, 20.0])
+@pytest.mark.parametrize("voltage_v", [10.0, 12.0, 14.0, 16.0, 18.0, 20.0])
 def test_every_voltage_of_the_table_can_be_inverted(voltage_v: float) -> None:
     curve = thrust_curve(ThrustCurve(voltage_v=voltage_v), CONFIGS)
     wanted = np.linspace(curve.min_n, curve.max_n, 173)

@@ -1,13 +1,18 @@
-"""A bridge in lock-step for tests, and what the ground hears of it."""
+"""A bridge for tests, in lock-step or in real time, and what the ground hears of it."""
 
 import math
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
-from bridge.clock import SimulatedClock
+from bridge.clock import SimulatedClock, SystemClock
+from bridge.links.link import Link
 from bridge.links.memory import memory_pair
 from bridge.onboard.parameters import ParameterServer
+from bridge.onboard.ports import run_ports
 from bridge.onboard.service import Bridge
 from bridge.sensors.samples import FogBlock, ImuSample
 from bridge.vehicle.autopilot import Actuation
@@ -74,6 +79,24 @@ class Rig:
 
     def told(self, signal: str) -> list[Reading]:
         return [r for r in self.readings if r.signal == signal]
+
+
+@contextmanager
+def in_real_time(
+    craft: Vehicle, links: Sequence[Link], open_bus: Any, act: Callable[[], None] = lambda: None
+) -> Iterator[tuple[Bridge, SystemClock]]:
+    """A bridge that reads its devices' ports."""
+    clock, stop = SystemClock(), threading.Event()
+    bridge = Bridge(craft, clock, links, ParameterServer(None, vehicle_table(craft)))
+    options = {"act": act, "open_bus": open_bus}
+    loop = threading.Thread(target=run_ports, args=(bridge, craft, clock, stop), kwargs=options)
+    loop.start()
+    try:
+        yield bridge, clock
+    finally:
+        stop.set()
+        loop.join(60.0)
+        assert not loop.is_alive()
 
 
 def imu(time_s: float, force: tuple[float, float, float] = (0.0, 0.0, 9.81)) -> ImuSample:

@@ -4,8 +4,6 @@ import random
 
 import pytest
 from fastcrc.crc16 import mcrf4xx
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.wire import framing
@@ -159,61 +157,6 @@ def test_a_pause_frees_what_a_broken_start_held_back() -> None:
     framer = Framer()
     assert framer.feed(broken_length + b) == []
     assert [f.raw for f in framer.flush()] == [b]
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_fuzzed_bytes_raise_nothing_and_stay_bounded_and_the_next_frames_are_found(seed: int) -> None:
-    rng = random.Random(seed)
-    good = stream(40)
-    framer = Framer()
-    for _ in range(100):
-        kind = rng.randrange(3)
-        if kind == 0:
-            junk = rng.randbytes(1000)
-        elif kind == 1:
-            junk = bytes(rng.choice(b"\xfd\xfe\x00\x01\xff") for _ in range(1000))
-        else:
-            junk = bytearray(b"".join(good)[:1000])
-            for _ in range(30):
-                junk[rng.randrange(len(junk))] = rng.randrange(256)
-        framer.feed(bytes(junk))
-        assert len(framer._rest) < 840
-    framer.flush()
-    assert [f.raw for f in framer.feed(b"".join(good)) if f.known] == good
-
-
-def test_payloads_of_noise_under_a_right_checksum_decode_without_raising() -> None:
-    rng = random.Random(1)
-    framer, encoder = Framer(), Encoder(1, 1)
-    known = sorted(dialect.mavlink_map)
-    for _ in range(3000):
-        number = rng.choice(known)
-        (frame,) = framer.feed(encoder.frame(number, rng.randbytes(rng.randrange(1, 256))))
-        assert frame.known
-        decode(frame)
-    assert framer.counts["good"] == 3000
-
-
-@settings(max_examples=40, deadline=None)
-@given(
-    st.lists(
-        st.one_of(
-            st.binary(max_size=40), st.sampled_from(stream(6)), st.binary(max_size=60).map(unknown_frame)
-        ),
-        max_size=12,
-    ),
-    st.integers(1, 50),
-)
-def test_no_stream_depends_on_its_split(pieces: list[bytes], size: int) -> None:
-    data = b"".join(pieces)
-    assert take([data[i : i + size] for i in range(0, len(data), size)]) == take([data])
-
-
-def test_a_false_start_that_ends_where_a_frame_ends_hides_nothing_either() -> None:
-    good = stream(6)
-    hidden = b"".join(good[:2])
-    false_start = bytes((0xFD, len(hidden) - 2, 0, 0, 0, 1, 1)) + (60_123).to_bytes(3, "little")
-    assert take([good[5] + false_start + hidden + good[2]]) == [good[5], *good[:2], good[2]]
 
 
 def test_a_frame_of_an_unknown_id_stands_beside_a_damaged_one() -> None:

@@ -1,13 +1,12 @@
 """A set of coefficients flies on the hull alone on which it was committed, and is never lost."""
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from bridge.onboard.parameters import ParameterServer
-from bridge.onboard.store import OF_ANOTHER, OF_NONE, hull_mark
+from bridge.onboard.store import OF_ANOTHER, hull_mark
 from bridge.vehicle.config import Configuration, Device, Prior, Sensors, ThrustCurve, Thruster, Vehicle, Water
 from bridge.vehicle.parameters import vehicle_table
 from bridge.wire.status_codes import Topic, coded
@@ -66,7 +65,7 @@ def test_a_set_stays_at_zero_on_another_hull_says_why_and_what_to_do_and_comes_b
     assert other.mode == 0
     assert {other.value(name) for name in other.names[:24]} == {0.0}
     assert tuple(other.take_texts()) == OF_ANOTHER
-    assert all(len(text) <= 50 for text in OF_ANOTHER + OF_NONE)
+    assert all(len(text) <= 50 for text in OF_ANOTHER)
     assert "upload a set of this vehicle, or put the vehicle file back" in other.trouble
     assert path.read_bytes() == kept
 
@@ -119,55 +118,6 @@ def test_where_no_set_was_ever_committed_the_model_of_each_file_flies(path: Path
         assert (same.active(0)["M_u"], same.mode, same.take_texts()) == (mass_kg, 3, BOTH_ACTS)
     other = boot(path, with_shape(dry_mass_kg=90.0, model={"M_u": 120.0}))
     assert (other.active(0)["M_u"], other.mode, other.take_texts()) == (120.0, 0, [])
-
-
-def of_an_earlier_version(path: Path, active: dict[str, float] | None, mode: float = 3.0) -> None:
-    path.write_text(json.dumps({"mode": mode, "active": active}))
-
-
-def test_a_set_of_an_earlier_version_is_staged_and_in_force_once_it_was_uploaded_again(path: Path) -> None:
-    server = boot(path)
-    crc = upload(server, 80.0)
-    of_an_earlier_version(path, {name: server.value(name) for name in server.names[:-4]})
-    for _ in range(2):
-        again = boot(path)
-        assert nothing_flies(again)
-        assert (again.mode, tuple(again.take_texts())) == (0, OF_NONE)
-        assert again.value("FF1_M_U") == 80.0
-        assert "upload it again" in again.trouble
-        again.write("FF_MODE", 1.0, False)
-        assert boot(path).mode == 1
-        again.write("FF_MODE", 0.0, False)
-    assert again.write("FF_COMMIT", float(again.staged_crc), False) is None
-    assert (boot(path).active_crc, boot(path).take_texts()) == (crc, [])
-    assert tuple(boot(path, REBUILT).take_texts()) == OF_ANOTHER
-
-
-def test_a_set_of_an_earlier_version_that_fits_no_more_is_kept_and_nothing_of_it_is_staged(
-    path: Path,
-) -> None:
-    of_an_earlier_version(path, {"FF0_M_U": 80.0})
-    again = boot(path)
-    assert nothing_flies(again)
-    assert tuple(again.take_texts()) == OF_NONE
-    assert again.value("FF0_M_U") == 0.0
-    upload(again, 90.0)
-    assert json.loads(path.read_text())["hulls"][""] == {"mode": 3.0, "active": {"FF0_M_U": 80.0}}
-
-
-@pytest.mark.parametrize("stored", ["nothing", "the file's own model"])
-def test_what_an_earlier_version_kept_where_no_set_was_committed_is_taken_over(
-    path: Path, stored: str
-) -> None:
-    """It kept the model of the vehicle file as if it had been committed, as soon as the mode was set."""
-    modelled = with_shape(model={"M_u": 80.0, "D_u": 40.0})
-    server = boot(path, modelled)
-    own = {name: server.value(name) for name in server.names[:24]}
-    of_an_earlier_version(path, None if stored == "nothing" else own)
-    for _ in range(2):
-        again = boot(path, modelled)
-        assert (again.mode, again.active(0)["M_u"], again.take_texts()) == (3, 80.0, BOTH_ACTS)
-        again.write("FF_MODE", 3.0, False)
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """The vehicle's own recording: bounded, whole after a kill, going on after a disk that failed."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -230,6 +231,30 @@ def test_a_full_disk_leaves_no_litter_and_the_ring_goes_on_in_a_new_segment(tmp_
     ring.close()
     assert held(tmp_path) == sent
     assert all(size for _, size in segments_in(tmp_path))
+
+
+@pytest.mark.parametrize("fate", ["deleted", "moved away"])
+def test_a_ring_that_is_taken_away_is_told_in_one_text_and_begun_anew(tmp_path, fate) -> None:
+    folder, elsewhere, clock, sent = tmp_path / "ring", tmp_path / "elsewhere", SimulatedClock(), frames(12)
+    ring = RingKeeper(RingFiles(folder, SMALL, 7), 7, clock)
+
+    def put(raws):
+        clock.advance_to(clock.now_s + 1.0)
+        ring.put(0, clock.now_s, raws)
+        ring.work()
+
+    put(sent[:4])
+    folder.rename(elsewhere)
+    if fate == "deleted":
+        shutil.rmtree(elsewhere)
+    put(sent[4:8])
+    put(sent[8:])
+    (text,) = ring.take_texts()
+    assert text == f"ring: files were {fate}, it begins anew"
+    assert len(text.encode()) <= 50
+    assert held(folder) == sent[8:]
+    if fate == "moved away":
+        assert held(elsewhere) == sent[:8]
 
 
 WRITES = """

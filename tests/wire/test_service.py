@@ -2,17 +2,16 @@
 
 import math
 from collections import Counter
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from service_rig import ALL, SIX, Rig, acted, fog, imu, vehicle
+from service_rig import SIX, Rig, acted, fog, imu, vehicle
 
 from bridge.onboard.service import Bridge
 from bridge.sensors.kvh1750 import encode_kvh1750
-from bridge.sensors.samples import NAN3, DvlSample, EscSample, FogBlock, GnssSample, PressureSample
+from bridge.sensors.samples import EscSample, FogBlock, GnssSample
 from bridge.sensors.wayfinder import encode_packet
-from bridge.vehicle.config import Device, Mounting
+from bridge.vehicle.config import Device
 from bridge.wire.readings import Reading
 
 
@@ -140,55 +139,6 @@ def test_a_mean_never_reaches_over_a_gap() -> None:
     rig.bridge.accept("imu", [imu(0.5), imu(0.52)])
     rig.step(0.52)
     assert [r.values[0] for r in rig.told("imu")][-2:] == [0.0, 0.0]
-
-
-def test_navigation_holds_velocity_through_dropouts_and_takes_yaw_from_the_gyro_while_it_speaks() -> None:
-    rig = Rig()
-    rig.bridge.accept("imu", [imu(0.0)])
-    assert rig.bridge.navigation.rate == pytest.approx((0.1, 0.2, 0.3))
-    rig.bridge.accept("fog", [fog(0.1, [0.5] * 100)])
-    assert rig.bridge.navigation.rate == pytest.approx((0.1, 0.2, 0.5))
-    rig.bridge.accept(
-        "dvl", [DvlSample(0.1, (0.4, 0.0, 0.0), 0.01, 5.0), DvlSample(0.2, NAN3, math.nan, math.nan)]
-    )
-    now = rig.bridge.navigation
-    assert (now.velocity, now.velocity_time_s) == ((0.4, 0.0, 0.0), 0.1)
-    rig.bridge.accept("imu", [imu(1.0)])
-    assert rig.bridge.navigation.rate == pytest.approx((0.1, 0.2, 0.3))
-    rig.step(1.0)
-    lost = rig.told("dvl")[-1]
-    assert all(math.isnan(v) for v in lost.values[:3])
-
-
-def test_depth_comes_from_the_vehicles_own_surface_pressure_and_water() -> None:
-    rig = Rig()
-    water = rig.vehicle.water
-    pressure = 100 * water.surface_pressure_hpa + water.density_kg_m3 * water.gravity_m_s2 * 0.6
-    rig.bridge.accept("depth", [PressureSample(0.5, pressure, 12.0)])
-    assert rig.bridge.navigation.depth_m == pytest.approx(0.6)
-    rig.step(0.5)
-    assert rig.told("pressure")[0].values == pytest.approx((pressure, 12.0), rel=1e-6)
-
-
-def test_the_heading_runs_on_past_half_a_turn() -> None:
-    rig = Rig()
-    for i in range(200):
-        # Device x points to `heading` east of north; in ENU that is a yaw of pi/2 - heading.
-        heading = 0.1 * i
-        yaw = math.pi / 2 - heading
-        attitude = (math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2))
-        rig.bridge.accept("imu", [replace(imu(0.01 * i), attitude=attitude)])
-        assert rig.bridge.navigation.heading_rad == pytest.approx(heading, abs=1e-9)
-
-
-def test_the_velocity_of_the_origin_leaves_out_what_turning_adds_at_the_transducer() -> None:
-    rig = Rig()
-    device = Device("wayfinder", mounting=Mounting(position_m=(0.5, 0.0, 0.0)))
-    moved = vehicle(**(ALL | {"dvl": device}))
-    bridge = Bridge(moved, rig.clock, [], rig.parameters)
-    bridge.accept("imu", [imu(0.0)])
-    bridge.accept("dvl", [DvlSample(0.0, (0.4, 0.15, -0.1), 0.01, 5.0)])
-    assert bridge.navigation.velocity == pytest.approx((0.4, 0.0, 0.0), abs=1e-12)
 
 
 def test_a_control_tick_goes_out_whole_and_sets_the_configuration() -> None:

@@ -4,8 +4,7 @@ import os
 import random
 import resource
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,12 +13,11 @@ import pytest
 from device_streams import ON_A_LINE
 from figures import keep
 from plugged_devices import Devices
-from service_rig import vehicle
+from service_rig import in_real_time, vehicle
 from waiting import until
 
 from bridge.clock import SimulatedClock, SystemClock
 from bridge.onboard.parameters import ParameterServer
-from bridge.onboard.ports import run_ports
 from bridge.onboard.service import Bridge
 from bridge.vehicle.config import Device
 from bridge.vehicle.parameters import vehicle_table
@@ -30,25 +28,6 @@ MOST_MORE_MEMORY = 0.05
 SETTLED = 20
 PATIENCE_S = 60.0
 HANDLES = "/dev/fd"
-
-
-@contextmanager
-def bridging(devices: Devices) -> Iterator[Bridge]:
-    """A bridge that reads the devices in real time."""
-    clock, stop, craft = SystemClock(), threading.Event(), vehicle(**devices.sensors.present())
-    bridge = Bridge(craft, clock, [], ParameterServer(None, vehicle_table(craft)))
-    loop = threading.Thread(
-        target=run_ports,
-        args=(bridge, craft, clock, stop),
-        kwargs={"open_bus": lambda _: devices.fakes["depth"].bus},
-    )
-    loop.start()
-    try:
-        yield bridge
-    finally:
-        stop.set()
-        loop.join(PATIENCE_S)
-        assert not loop.is_alive()
 
 
 def targets() -> set[str]:
@@ -76,9 +55,13 @@ def pull_and_plug(folder: Path, dvl: str, times: int, seed: int) -> Came:
     """Every device is pulled and plugged so often; what is held meanwhile stays what it was."""
     rng, clock = random.Random(seed), SystemClock()
     devices = Devices(folder, dvl)
+    craft = vehicle(**devices.sensors.present())
     back_after_s = dict.fromkeys(devices.fakes, 0.0)
     held, settled = [], 0
-    with devices.speaking(), bridging(devices) as bridge:
+    with (
+        devices.speaking(),
+        in_real_time(craft, [], lambda _: devices.fakes["depth"].bus) as (bridge, _),
+    ):
         for cycle in range(times):
             until(lambda: set(bridge.device_faults) == set(devices.fakes), PATIENCE_S)
             threading.Event().wait(rng.uniform(0.0, BACK_WITHIN_S) if times > SHORT else 0.0)

@@ -79,7 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
     about = about_vehicle(file, file.configuration or "") if file else About()
     clock = SystemClock()
-    opener = secured.Opener(arguments.sign_key, clock, secured.on_words, system=arguments.system)
+    opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
     folder = None if arguments.new else dive_of(arguments, clock)
     first = link_for(arguments.link, opener.open)
     link = coming_back(first, arguments.link, clock, opener.open, say_warning)

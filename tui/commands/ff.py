@@ -61,7 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_file("--json", arguments.json)
     mode = ORDERS[arguments.mode]
     clock = SystemClock()
-    opener = secured.Opener(arguments.sign_key, clock, secured.on_words, system=arguments.system)
+    opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
     link = link_for(arguments.link, opener.open)
     if mode is Mode.OFF:
         return switch_off(arguments, link, clock, opener)

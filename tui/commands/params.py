@@ -171,7 +171,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_outputs(arguments)
     targets = targets_for(arguments)
     clock, watch = SystemClock(), Watch()
-    opener = secured.Opener(arguments.sign_key, clock, secured.on_words, system=arguments.system)
+    opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
     link = link_for(arguments.link, opener.open)
     try:
         # A vehicle that listens on UDP learns the ground's address from this message.

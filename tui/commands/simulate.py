@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from bridge.clock import SystemClock
     from bridge.links.link import Link
     from bridge.onboard.parameters import ParameterServer
-    from bridge.signing.gate import Trouble
+    from bridge.signing.link import Trouble
     from bridge.simulator.missions import Mission
     from bridge.vehicle.config import VehicleFile
 

@@ -65,7 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
     holding = holding_now()
     file = _vehicle(arguments.vehicle, holding)
     clock = SystemClock()
-    opener = secured.Opener(arguments.sign_key, clock, secured.on_words, system=arguments.system)
+    opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
     link = coming_back(link_for(arguments.link, opener.open), arguments.link, clock, opener.open)
     try:
         watcher = Watcher(file, arguments.system, clock.unix_s() - clock.boot_s())

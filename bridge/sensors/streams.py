@@ -1,12 +1,66 @@
-"""Fit of a device's own counter to arrival times, which removes the jitter of a serial line from its samples."""
+"""What parsers share: frames cut out of a byte stream, and times fitted to a device's own counter."""
 
 import math
+import re
+from collections import Counter
+from collections.abc import Callable
 
 _LONGEST_FADE = 20.0
 
 
+def starting(prefix: bytes) -> re.Pattern[bytes]:
+    """Return the pattern of `prefix`, or of the part of it that ends the data."""
+    parts = (re.escape(prefix[:size]) + rb"\Z" for size in range(len(prefix) - 1, 0, -1))
+    return re.compile(b"|".join((re.escape(prefix), *parts)))
+
+
+class Frames:
+    """Cuts a byte stream into frames; after damage it looks for the next frame from byte to byte.
+
+    `starts` matches wherever a frame may begin. `size(buffer, at)` returns the size of the frame at `at`, 0 if there
+    can be none, None if more bytes must tell. `is_sound(frame)` checks a checksum. `counts`: checksum, skipped bytes.
+    """
+
+    def __init__(
+        self,
+        starts: re.Pattern[bytes],
+        size: Callable[[bytearray, int], int | None],
+        is_sound: Callable[[bytes], bool],
+        counts: Counter[str],
+    ) -> None:
+        self._starts, self._size, self._is_sound, self._counts = starts, size, is_sound, counts
+        self._buffer = bytearray()
+
+    def feed(self, data: bytes) -> list[bytes]:
+        """Return the frames that `data` completes."""
+        buffer, frames, at = self._buffer, list[bytes](), 0
+        buffer += data
+        while True:
+            match = self._starts.search(buffer, at)
+            start = match.start() if match else len(buffer)
+            if start > at:
+                self._counts["skipped bytes"] += start - at
+                at = start
+            size = self._size(buffer, at) if match else None
+            if size is None or at + size > len(buffer):
+                break
+            frame = bytes(buffer[at : at + size])
+            if size and self._is_sound(frame):
+                frames.append(frame)
+                at += size
+                continue
+            if size:
+                self._counts["checksum"] += 1
+            self._counts["skipped bytes"] += 1
+            at += 1
+        del buffer[:at]
+        return frames
+
+
 class ClockFit:
     """Recursive least squares of arrival over count, with fading memory: estimates time and period of a counter.
+
+    This removes the jitter of a serial line from a device's samples.
 
     `period_s` is nominal and true to `tolerance` (a fraction); arrivals scatter by about `jitter_s`; older arrivals
     fade with the time constant `memory_s`. The fit can't see the mean delay of the arrivals, which belongs to the
