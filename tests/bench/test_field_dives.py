@@ -13,8 +13,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bench.field import tables
 from bench.field.autopilot_filter import VelocityFilter, estimated, reckoned
-from bench.field.beside import AXES, Foretold, Regressed, drifts_of
-from bench.field.diagnosed import read_foretold
+from bench.field.beside import Foretold, drifts_of
 from bench.field.dive import EACH, STEP_S
 from bench.field.draw import NONE, FieldCase, draw, effects_of, stays_down
 from bench.field.export import euler, tlog_of, told
@@ -302,13 +301,3 @@ def test_drifts_are_taken_at_the_horizons_from_the_measured_velocity() -> None:
     assert after_1[0] == pytest.approx(1.0)
     assert after_5[0] == pytest.approx(5.0)
     assert after_1[1] is None
-
-
-def test_the_csv_of_a_check_dive_is_read_by_its_columns() -> None:
-    read = read_foretold(
-        "# head\ntime_s,window,measured_u,before_u,after_u\n1.0,0,0.1,0.2,0.3\n1.1,0,0.2,0.3,0.4\n"
-    )
-    assert read.after[:, 0].tolist() == [0.3, 0.4]
-    assert np.isnan(read.after[:, 1:]).all()
-    assert len(AXES) == 4
-    assert Regressed.__dataclass_fields__.keys() >= {"gain", "delay_s"}

@@ -128,14 +128,6 @@ def test_a_force_is_planted_as_large_as_its_drift_was_drawn_and_again_the_same()
     assert (dives[0] == dives[1]).all()
 
 
-def test_no_seed_is_drawn_twice_and_the_short_form_has_those_of_development() -> None:
-    full = {*range(550_000, 550_300), *range(551_000, 551_300)}
-    short = {*range(391_500, 391_524), *range(392_000, 392_024)}
-    assert len(full) == 600
-    assert all(300_000 <= seed < 400_000 for seed in short)
-    assert min(full) >= 500_000
-
-
 def dive(verdict: str, *told: str, where: tuple[str, ...] = (), hidden: str = "", seed: int = 1) -> Judged:
     parts = {} if hidden else {"memory": "lag", "timing": "bursts"}
     return Judged(seed, "survey", hidden, parts, ("surge",), 3.0, verdict, told, where, 5.0)

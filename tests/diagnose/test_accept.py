@@ -10,7 +10,6 @@ from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, MASSES
 from bridge.vehicle.config import Prior
 from bridge.vehicle.effect_coefficients import AcceptedEffect
 from identify.challenge.case import dive_of, draw_case
-from identify.checks.controller import unrecorded
 from identify.diagnose import accepted as diagnose_accepted
 from identify.diagnose.accepted import accepted_of
 from identify.diagnose.candidates import Cause
@@ -18,7 +17,6 @@ from identify.diagnose.changed import (
     accepted_causes,
     all_accepted,
     changes_of,
-    held_sentence,
     library_with_changes,
     shift_of,
     with_accepted,
@@ -173,21 +171,6 @@ def test_axes_whose_controller_used_what_was_not_recorded_stay_as_the_vehicle_ha
     )
 
 
-def test_a_dive_whose_feedback_log_is_wrong_gives_no_masses_to_the_vehicle():
-    case = draw_case(3_850_000_002, names=["wrong_feedback_log"], size=0.7, seconds=120.0)
-    found = diagnose(
-        dive_of(case),
-        case.file,
-        case.configuration,
-        effects=(hydrodynamics.QUADRATIC_DRAG,),
-        progress=lambda *_report: None,
-    )
-    assert [one.name for one in found.findings] == ["wrong_feedback_log"]
-    doubted = {one.dof for one in unrecorded(dive_of(case), case.file.vehicle.water)}
-    assert doubted >= {0, 1}
-    assert not {BY_NAME[name].dof for name in found.accepted.values if name in BY_NAME} & doubted
-
-
 WEAK = weak(2)
 LIBRARY = (QUADRATIC_DRAG, DEAD_ZONE, SATURATION, THRUST_GAIN, STEADY_CURRENT, DVL_MISALIGNMENT, WEAK)
 DRAG = np.array([12.0, 8.0, 0.0, 0.0, 0.0, 3.0])
@@ -223,13 +206,6 @@ def test_what_is_the_vehicles_own_is_taken_along_and_what_is_not_is_told():
     assert "steady current (of that dive alone)" in sentence
     assert "kraken (this library has no such effect)" in sentence
     assert "thrust gain" not in sentence
-
-
-def test_the_model_before_says_which_accepted_effects_it_holds():
-    (sentence,) = held_sentence((Cause(QUADRATIC_DRAG, DRAG),))
-    assert sentence.startswith("The model before holds what was accepted: quadratic drag (X_uu 12")
-    assert "Z_ww" not in sentence
-    assert held_sentence(()) == ()
 
 
 @pytest.mark.parametrize(

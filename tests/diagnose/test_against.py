@@ -147,11 +147,6 @@ def test_an_effect_less_probable_than_not_is_one_that_the_simulator_may_lack():
     assert numbers.endswith(". It may lack quadratic drag (42 % probable), too.")
 
 
-def test_a_cause_at_half_is_told_as_a_cause():
-    one = compared(diagnosis(possible(found("dead_zone"), 0.5)), diagnosis())
-    assert verdict_sentence(one).startswith("Your simulator must gain dead zone: ")
-
-
 def test_what_the_simulator_s_own_recording_hardly_shows_it_may_have():
     drag = found("quadratic_drag")
     one = compared(diagnosis(drag), diagnosis(possible(drag)))
@@ -266,16 +261,6 @@ def test_the_page_says_what_to_set_before_all_else():
     assert "dead zone, half width</th>" in page
     assert "−12 %" in page
     assert "thruster lag, time constant</th>" in page
-
-
-def test_plain_data_hold_what_sets_the_two_apart():
-    one = compared(diagnosis(found("dead_zone")), diagnosis(values={"M_u": 88.0}))
-    data = plain(one)
-    assert data["against"]["lacks"] == ["dead_zone"]
-    assert [(each["name"], each["simulator"]["value"]) for each in data["against"]["differences"]] == [
-        ("M_u", 88.0)
-    ]
-    assert data["effects"][0]["name"] == "dead_zone"
 
 
 def test_the_verdict_and_the_effects_of_plain_data_are_of_what_the_simulator_must_gain():

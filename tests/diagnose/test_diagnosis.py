@@ -21,7 +21,6 @@ from identify.dive import Signal
 from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, THRUST_GAIN
 from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
-from identify.effects.rigid_body import NET_BUOYANCY
 from identify.effects.sensors import DVL_DELAY
 from identify.estimators.refusals import refuse_unpushed
 from tui.cli import main
@@ -55,22 +54,6 @@ def test_the_hidden_effect_is_named_with_its_parameters(found):
         assert value.low95 < value.value < value.high95
     assert found.findings[0].gain_nats > 20
     assert found.tried[0].accepted
-
-
-def test_a_vehicle_heavier_in_water_than_its_file_says_drifts_until_that_is_known():
-    case = draw_case(391_650, names=["net_buoyancy"], size=0.8, seconds=110.0)
-    said = diagnose(
-        dive_of(case),
-        case.file,
-        case.configuration,
-        check=check_of(case),
-        effects=(*SMALL, NET_BUOYANCY),
-        progress=quiet,
-    )
-    assert [one.name for one in said.findings] == ["net_buoyancy"]
-    assert said.gap.before > 2.0
-    assert said.heldout.value == pytest.approx(1.0, abs=0.15)
-    assert said.check.value == pytest.approx(1.0, abs=0.15)
 
 
 def test_the_gap_lies_where_it_truly_does_and_shares_sum_to_one(case, found):

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from bench.missions.mission import draw_one
-from identify.diagnose import search
 from identify.diagnose.candidates import Cause
 from identify.diagnose.evidence import (
     Block,
@@ -16,10 +15,9 @@ from identify.diagnose.evidence import (
     inverse,
     pieces_of,
     products_of,
-    projected_out,
 )
 from identify.diagnose.innovations import autoregression_of, mean_before, predicted, value_before
-from identify.diagnose.nominal import nominal_of, refitted, thinned
+from identify.diagnose.nominal import nominal_of, thinned
 from identify.diagnose.regression import piece_s, regression_of
 from identify.diagnose.weighing import weighing_of
 from identify.dive import Dive, Signal
@@ -258,24 +256,6 @@ def test_sums_of_columns_and_their_squares_are_those_of_all_rows(blocks):
     assert 1 not in blocks.combined(by).parts[0].of
 
 
-def test_columns_projected_out_one_after_another_or_together_leave_the_same():
-    """Frisch and Waugh (1933), within each piece."""
-    rng = np.random.default_rng(100_005)
-    rows, piece = rng.normal(size=(160, 7)), np.repeat(np.arange(8), 20)
-    products = products_of(rows, pieces_of(piece))
-    together = equations_of(rows[:, 6], rows[:, :4], np.zeros(4), rows[:, 4:6], piece)
-    first = projected(products, 2)
-    second = projected(first, 2)
-    np.testing.assert_allclose(second[:, :2, :2], together.held_square, atol=1e-5)
-    np.testing.assert_allclose(second[:, :2, 2], together.held_right, atol=1e-5)
-
-
-def projected(products: np.ndarray, k: int) -> np.ndarray:
-    known, cross = products[:, :k, :k], products[:, :k, k:]
-    by = cross, inverse(known.sum(axis=0)) @ cross.sum(axis=0)
-    return projected_out(products[:, k:, k:], known, by, by)
-
-
 def test_products_are_summed_over_all_stretches_of_a_piece():
     columns = np.random.default_rng(100_003).normal(size=(160, 2))
     by_piece = [columns[k == PIECE].T @ columns[k == PIECE] for k in range(4)]
@@ -296,14 +276,6 @@ def test_what_is_left_of_a_channel_that_remembers_is_what_was_new_each_time():
     memory.prewhitened(left)
     assert memory.by_lag[0] == pytest.approx(0.6, abs=0.03)
     np.testing.assert_allclose(left[20:, 0], fresh[20:], atol=0.2)
-
-
-def test_a_column_is_freed_by_the_same_rule_as_the_innovations():
-    _, values = remembering(0.6, 5_000, np.random.default_rng(100_002))
-    memory = autoregression_of(np.arange(5_000), values)
-    both = np.column_stack([values, 3.0 * values])
-    memory.prewhitened(both)
-    np.testing.assert_allclose(both[:, 1], 3.0 * both[:, 0])
 
 
 def test_a_channel_leaves_the_rows_of_another_alone():
@@ -413,14 +385,6 @@ def test_a_fit_leaves_and_feels_what_a_projection_of_all_rows_does(quick_nominal
     )
 
 
-def test_a_fit_that_is_asked_for_again_is_the_same(quick_nominal):
-    weighing = weighing_of(quick_nominal, LIBRARY)
-    once, again = weighing.fitted([ZONE, DRAG]), weighing.fitted([ZONE, DRAG])
-    assert (once.gain, once.std, once.motion_nats) == (again.gain, again.std, again.motion_nats)
-    np.testing.assert_array_equal(once.value, again.value)
-    np.testing.assert_array_equal(once.slopes, again.slopes)
-
-
 def test_candidates_shed_what_they_lean_on_the_nominal_columns_by():
     rng = np.random.default_rng(100_004)
     nominal, others = rng.normal(size=(300, 3)), rng.normal(size=(300, 2))
@@ -433,29 +397,3 @@ def test_candidates_shed_what_they_lean_on_the_nominal_columns_by():
         own = free[piece == k]
         np.testing.assert_allclose(told.held_square[k], own[:, :2].T @ own[:, :2], rtol=1e-5, atol=1e-3)
         np.testing.assert_allclose(told.held_right[k], own[:, :2].T @ own[:, 2], rtol=1e-5, atol=1e-3)
-
-
-def test_all_others_are_weighed_once_for_each_change_of_causes_and_once_more(quick_nominal, monkeypatch):
-    """However often the values of those found have to be fitted anew."""
-    size = (
-        0.3
-        * quick_nominal.course.damping[0]
-        / np.abs(quick_nominal.course.nu[:, 0]).max()
-        * np.eye(6)[0]
-        * 5.0
-    )
-    opposed = refitted(quick_nominal, [QUADRATIC_DRAG.act(quick_nominal.course, -size)])
-    spoilt = replace(opposed, acts=(), course=quick_nominal.course)
-    seen = []
-    plain = search.improved
-
-    def improved(weighing, fit, refused):
-        better = plain(weighing, fit, refused)
-        seen.append([cause.effect.label for cause in better.causes])
-        return better
-
-    monkeypatch.setattr(search, "improved", improved)
-    found = search.explain(spoilt, LIBRARY, lambda *_report: None)
-    assert found.causes
-    assert len(seen) == 1 + sum(a != b for a, b in zip([[], *seen], seen, strict=False))
-    assert seen[-1] == [cause.effect.label for cause in found.causes]

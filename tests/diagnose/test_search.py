@@ -265,11 +265,6 @@ def test_six_nats_are_worth_half_of_the_most_that_is_ever_told(margin_nats, told
     assert probability(margin_nats) == pytest.approx(told, rel=1e-9)
 
 
-def test_no_margin_makes_a_cause_more_probable_than_98_per_cent():
-    assert probability(1e9) == pytest.approx(0.98, abs=1e-4)
-    assert max(probability(nats) for nats in (1e3, 1e6, 1e9, np.inf)) <= 0.98
-
-
 def test_what_is_left_halves_no_cause_of_many_nats():
     assert probability(1831.0, 7300.0) > 0.95
     assert probability(20.0, 7300.0) < 0.05

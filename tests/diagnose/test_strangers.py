@@ -136,15 +136,6 @@ def _told(case, dive):
     )
 
 
-def test_spikes_that_were_left_out_are_told_with_how_many_they_were(case):
-    dive = dive_of(case)
-    value = dive.velocity.value.copy()
-    value[200:800:100, 0] += 3.0
-    said = _told(case, replace(dive, velocity=Signal(dive.velocity.time_s, value)))
-    (note,) = [one for one in said.notes if "spikes" in one]
-    assert "6 in surge" in note
-
-
 def test_a_refusal_names_the_recording_once(case):
     dive = dive_of(case)
     silent = replace(dive, pwm=None, tau_cmd=None)

@@ -11,7 +11,7 @@ from soak import rest_in_soak
 
 from bench.missions.mission import draw_one
 from bridge.vehicle.config import load_vehicle
-from identify.checks.fit import late_doubts, lateness_note, silent_share, unseen_doubts
+from identify.checks.fit import late_doubts, silent_share, unseen_doubts
 from identify.dive import Signal
 from identify.estimators import likelihood_fit
 from identify.estimators.axes import build_axes
@@ -131,12 +131,6 @@ def test_what_a_later_thrust_would_move_is_told_and_comes_true():
     )
     said = 0.01 * surge(dive).late.leaning[0]
     assert np.log(moved / plain) == pytest.approx(said, rel=0.3)
-
-
-def test_what_a_later_thrust_would_move_is_told_in_a_whole_sentence():
-    told = lateness_note({"I_r": -0.021, "M_u": 0.0134, "D_u": 0.002}, 0.01)
-    assert told.endswith("were thrust 10 ms later, I_r would change by -2.1 %, M_u by +1.3 %, D_u by +0.2 %.")
-    assert lateness_note({"I_r": -0.021}, 0.01).endswith("later, I_r would change by -2.1 %.")
 
 
 def test_a_force_that_is_later_differs_by_its_slope():

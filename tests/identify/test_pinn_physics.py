@@ -63,10 +63,6 @@ def test_the_forms_give_the_coriolis_forces_of_the_one_definition():
         np.testing.assert_allclose(said, np.array(coriolis(mass.tolist(), nu.tolist())), atol=1e-9)
 
 
-def test_the_forms_are_symmetric_in_the_two_velocities():
-    np.testing.assert_array_equal(coriolis_forms(), coriolis_forms().transpose(0, 1, 3, 2))
-
-
 @pytest.mark.parametrize(("dofs", "placed"), CASES)
 def test_every_slope_of_the_balance_is_that_of_automatic_differentiation(dofs, placed):
     known, given, state = case(dofs, placed)

@@ -78,15 +78,6 @@ def test_an_unknown_stretch_without_tau_cmd_leaves_the_longest_known_part():
     assert "only the longest part in which all are known is used, 115 s of 200 s" in found.notes[-1]
 
 
-def test_commands_unknown_at_the_beginning_alone_are_cut_off_and_the_rest_is_known():
-    dive = by_pulses()
-    found = with_known_commands(unknown(dive, dive.pwm.time_s < dive.pwm.time_s[2]))
-    assert np.isfinite(found.pwm.value).all()
-    assert len(found.pwm) == len(dive.pwm) - 2
-    assert "is used, 199.70 s of 199.90 s" in found.notes[-1]
-    assert wrench(found, FILE, "only").notes == ()
-
-
 def test_an_output_that_is_no_number_all_the_dive_is_named_and_nothing_is_cut():
     dive = by_pulses()
     never = unknown(dive, np.ones(len(dive.pwm), bool))
@@ -101,12 +92,6 @@ def test_an_output_that_is_no_number_all_the_dive_is_named_and_nothing_is_cut():
         wrench(found, FILE, "only")
     tau = Signal(dive.pwm.time_s, np.zeros((len(dive.pwm), 6)))
     assert wrench(replace(found, tau_cmd=tau), FILE, "only").asked == pytest.approx(0.0)
-
-
-def test_one_command_that_is_no_number_is_told_as_one():
-    dive = by_pulses()
-    (note,) = with_known_commands(unknown(dive, [7])).notes
-    assert note.startswith("1 thruster command (0.1 %) is no number in output 1: ")
 
 
 def test_outputs_that_drive_no_thruster_may_be_unknown():
@@ -135,17 +120,6 @@ def test_one_reading_that_no_vehicle_can_have_made_is_left_out_and_told(wild):
         "1 reading of the velocity (0.1 %) is beyond 20 m/s, which no vehicle reaches: it is left out"
     )
     assert estimate(found, FILE, "only", quiet)["M_u"].value == pytest.approx(closed_loop.MASS, rel=0.1)
-
-
-def test_one_wild_reading_of_very_many_is_no_zero_percent():
-    value = np.zeros((5000, 3))
-    value[[7, 9], 1] = 1e30
-    dive = closed_loop.dive(np.random.default_rng(100_003), seconds=30.0)
-    found = without_impossible(replace(dive, velocity=Signal(np.arange(5000.0), value)))
-    (note,) = found.notes
-    assert note.startswith(
-        "2 readings of the velocity (less than 0.1 %) are beyond 20 m/s, which no vehicle reaches: they"
-    )
 
 
 def test_an_output_that_says_that_it_is_none_is_unknown():
@@ -333,13 +307,6 @@ def test_recordings_made_elsewhere_lose_nothing(name):
     if not (SHARED / name).exists():
         pytest.skip(f"needs ../shared/{name} beside the checkout")
     assert read_dive(SHARED / name).frozen == {}
-
-
-def test_a_velocity_that_stood_still_for_most_of_a_dive_leaves_the_mass_to_the_rest():
-    found = without_frozen(with_stuck_velocity((20.0, 80.0), (120.0, 190.0)))
-    mass = answered(estimate(found, FILE, "only", quiet), found, FILE)["M_u"]
-    assert mass.low95 < closed_loop.MASS < mass.high95
-    assert mass.identifiable
 
 
 def test_one_axis_that_stands_still_alone_is_left_out_there_and_told():

@@ -172,19 +172,6 @@ def test_the_weights_are_those_that_torch_counts():
     assert lstm_weights(7, 8, 3, head=4, outputs=6) == sum(p.numel() for p in network.parameters())
 
 
-@pytest.mark.parametrize("inertia", [1.0, 22.0, 300.0])
-@pytest.mark.parametrize("drag_ratio", [1.0, 1.2])
-def test_a_turn_without_inertia_in_its_feed_forward_ends_at_the_ratio_of_the_dampings(inertia, drag_ratio):
-    # I r_dot + D r = D' r_d, integrated exactly over 15 s of ramp, then coasting for long.
-    damping, rate = 21.8, math.radians(12)
-    settled = drag_ratio * rate
-    tau_s = inertia / damping
-    ramp_s = 15.0
-    turned = settled * (ramp_s - tau_s * (1 - np.exp(-ramp_s / tau_s)))
-    coasted = settled * (1 - np.exp(-ramp_s / tau_s)) * tau_s
-    assert turned + coasted == pytest.approx(drag_ratio * rate * ramp_s)
-
-
 MASS = np.array([[110.0, 3.0, -5.0], [3.0, 115.0, 8.0], [-5.0, 8.0, 16.0]])
 DAMPING = np.array([[56.0, 4.0, 1.0], [-2.0, 53.0, 6.0], [0.5, -1.5, 26.0]])
 
