@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.config import VehicleFile, load_vehicle
 from identify.challenge.case import Case, check_of, dive_of, draw_case
 from identify.challenge.nearest import missing_velocity, missing_wrench, nominal_columns
 from identify.challenge.novel import NOVEL
@@ -36,6 +36,7 @@ from identify.challenge.site import (
     signal_of,
 )
 from identify.challenge.world import STATES
+from identify.dive import Dive
 from identify.estimators.table import estimator
 from identify.ingest.open import read_dive
 
@@ -68,12 +69,19 @@ def test_its_controller_follows_the_mission(honest: Case) -> None:
     assert np.std(state[:, 7] - reference.value[:, 0]) < 0.5 * np.std(reference.value[:, 0])
 
 
-def test_a_recording_opens_as_the_dive_that_it_was_made_from(honest: Case, tmp_path: Path) -> None:
-    (tmp_path / "vehicle.yaml").write_text(honest.vehicle.text, encoding="utf-8")
-    (tmp_path / "dive.tlog").write_bytes(tlog_of(dive_of(honest)))
-    file = load_vehicle(str(tmp_path / "vehicle.yaml"))
+@pytest.fixture(scope="module")
+def recorded(honest: Case, tmp_path_factory: pytest.TempPathFactory) -> tuple[VehicleFile, Dive]:
+    """The vehicle file and the dive, written and read back."""
+    folder = tmp_path_factory.mktemp("recorded")
+    (folder / "vehicle.yaml").write_text(honest.vehicle.text, encoding="utf-8")
+    (folder / "dive.tlog").write_bytes(tlog_of(dive_of(honest)))
+    file = load_vehicle(str(folder / "vehicle.yaml"))
+    return file, read_dive(folder / "dive.tlog", vehicle=file)
+
+
+def test_a_recording_opens_as_the_dive_that_it_was_made_from(honest: Case, recorded) -> None:
+    (file, read), made = recorded, dive_of(honest)
     assert file.vehicle == honest.file.vehicle
-    read, made = read_dive(tmp_path / "dive.tlog", vehicle=file), dive_of(honest)
     assert set(read.signals()) == set(made.signals())
     for name, signal in made.signals().items():
         other = read.signals()[name]
@@ -83,18 +91,13 @@ def test_a_recording_opens_as_the_dive_that_it_was_made_from(honest: Case, tmp_p
         assert np.allclose(other.value[:, :width], signal.value, rtol=1e-5, atol=6e-3, equal_nan=True), name
 
 
-def test_its_masses_are_identified_from_the_recording(honest: Case, tmp_path: Path) -> None:
-    (tmp_path / "vehicle.yaml").write_text(honest.vehicle.text, encoding="utf-8")
-    (tmp_path / "dive.tlog").write_bytes(tlog_of(dive_of(honest)))
-    file = load_vehicle(str(tmp_path / "vehicle.yaml"))
-    dive = read_dive(tmp_path / "dive.tlog", vehicle=file)
+def test_its_masses_are_identified_from_the_recording(honest: Case, recorded) -> None:
+    file, dive = recorded
     fit = estimator("likelihood")(dive, file, honest.configuration, lambda *_: None)
     told = {one.name: one for one in fit.parameters}
     truth = honest.truth()["nominal"]
     for name in ("M_u", "M_v", "M_w", "I_r"):
         value, std = told[name].value, told[name].std
-        assert value is not None
-        assert std is not None
         assert std < 0.1 * value
         assert abs(value - truth[name]) < 4 * std, name
 

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fakes.planted import diagnosed, drawn_nominal, explained
 
-from bench.missions.mission import draw_one
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, MASSES
 from bridge.vehicle.config import Prior
 from bridge.vehicle.effect_coefficients import AcceptedEffect
-from identify.challenge.case import dive_of, draw_case
+from identify.challenge.case import draw_case
 from identify.diagnose import accepted as diagnose_accepted
 from identify.diagnose.accepted import accepted_of
 from identify.diagnose.candidates import Cause
@@ -21,11 +21,8 @@ from identify.diagnose.changed import (
     shift_of,
     with_accepted,
 )
-from identify.diagnose.diagnose import diagnose
 from identify.diagnose.gap import Missing
-from identify.diagnose.nominal import nominal_of
 from identify.diagnose.result import Finding, Value
-from identify.diagnose.search import explain
 from identify.diagnose.simulation import EACH, simulation_of, slope_of
 from identify.diagnose.wording import effect_words
 from identify.effects import actuators, environment, hydrodynamics, rigid_body, sensors, supply
@@ -182,16 +179,6 @@ def kept(effect, *values):
     return AcceptedEffect(effect.name, effect.label, dict(zip(names, values, strict=True)), effect.number)
 
 
-@pytest.fixture(scope="module")
-def mission():
-    return draw_one(100_300, seconds=60.0)
-
-
-@pytest.fixture(scope="module")
-def nominal(mission):
-    return nominal_of(mission.dive, mission.file, mission.configuration)
-
-
 def test_what_is_the_vehicles_own_is_taken_along_and_what_is_not_is_told():
     accepted = (
         kept(QUADRATIC_DRAG, *DRAG),
@@ -253,7 +240,7 @@ def test_a_dive_is_without_what_its_model_holds_and_flies_with_it(nominal):
     )
 
 
-def test_accepting_again_keeps_what_was_accepted_with_its_change_in_it(nominal, mission):
+def test_accepting_again_keeps_what_was_accepted_with_its_change_in_it(nominal, shape):
     drag, weak_one = Cause(QUADRATIC_DRAG, DRAG), Cause(WEAK, np.array([0.7]))
     (change,) = library_with_changes((QUADRATIC_DRAG,), (drag,))
     by = Cause(change, np.array([-5.0, 0, 0, 0, 0, 0]))
@@ -262,7 +249,6 @@ def test_accepting_again_keeps_what_was_accepted_with_its_change_in_it(nominal, 
     told = whole[0].parameters
     assert told["X_uu"] == Value(7.0, "N s2/m2", 6.0, 8.0)
     assert told["Z_ww"] == Value(0.0, "N s2/m2", 0.0, 0.0)
-    shape = mission.file.vehicle.configurations[mission.configuration]
     accepted = accepted_of(whole, nominal, shape)
     values = {name: accepted.values[name].value for name in ("X_uu", "Y_vv", "N_rr", "T2_gain")}
     assert values == pytest.approx({"X_uu": 7.0, "Y_vv": 8.0, "N_rr": 3.0, "T2_gain": 0.7})
@@ -272,14 +258,7 @@ def test_accepting_again_keeps_what_was_accepted_with_its_change_in_it(nominal, 
 
 
 def told(case, **more):
-    return diagnose(
-        dive_of(case),
-        case.file,
-        case.configuration,
-        effects=(QUADRATIC_DRAG, DEAD_ZONE, DVL_MISALIGNMENT),
-        progress=lambda *_report: None,
-        **more,
-    )
+    return diagnosed(case, QUADRATIC_DRAG, DEAD_ZONE, DVL_MISALIGNMENT, **more)
 
 
 @pytest.mark.slow
@@ -316,15 +295,9 @@ SHIFTED_LIBRARY = (THRUST_GAIN, DVL_SCALE, ENTRAINED_WATER, ADDED_PAYLOAD, QUADR
 RELATIVE_STD = 0.01
 
 
-def quiet(*_report):
-    pass
-
-
 @pytest.fixture(scope="module")
 def measured_shift():
-    mission = draw_one(100_302, seconds=150.0)
-    nominal = nominal_of(mission.dive, mission.file, mission.configuration)
-    return explain(nominal, (QUADRATIC_DRAG,), quiet)
+    return explained(drawn_nominal(100_302, 150.0), QUADRATIC_DRAG)
 
 
 def accepted(measured_shift, mass=1.0, damping=1.0, more_kg=0.0):

@@ -1,12 +1,12 @@
 """A simulator beside a real dive: what it must gain, what it has otherwise, what it has to spare."""
 
-import csv
 import math
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from fakes.planted import planted_nominal
 
 from bridge.errors import LogError
 from bridge.vehicle.config import load_vehicle
@@ -25,12 +25,10 @@ from identify.diagnose.against import (
 from identify.diagnose.candidates import Cause
 from identify.diagnose.changed import Simulator, simulator_of
 from identify.diagnose.drift import Drift
-from identify.diagnose.nominal import nominal_of
 from identify.diagnose.result import NOTHING, Diagnosis, Finding, Gap, Share, Value
 from identify.dive import Dive, Signal
 from identify.effects.effect import Effect
 from identify.effects.library import library
-from identify.ingest.open import read_dive
 from identify.report.diagnosis import against_report
 from identify.report.page import render_report
 from tui.commands.diagnose import configuration_of_both
@@ -290,7 +288,7 @@ def test_a_drift_beyond_chance_of_which_no_number_is_off_beyond_doubt_is_told_as
 
 def test_a_simulator_s_numbers_are_held_as_near_to_the_dive_s_as_its_own_recording_lets_them():
     case = draw_case(150031, names=[], seconds=60.0)
-    nominal = nominal_of(dive_of(case), case.file, case.configuration)
+    nominal = planted_nominal(case)
     mass = nominal.course.mass
     told = {"M_u": value(1.3 * mass[0]), "D_u": Value(20.0, "N/(m/s)", 1.0, 1000.0)}
     held = Simulator(told, ()).beside(nominal)
@@ -319,14 +317,13 @@ def pair() -> tuple[Case, Case]:
     return real, draw_case(150002, names=[], seconds=120.0)
 
 
-def test_a_planted_effect_is_what_the_plain_simulator_lacks(pair: tuple[Case, Case], tmp_path: Path):
+def test_a_planted_effect_is_what_the_plain_simulator_lacks(pair: tuple[Case, Case]):
     real, sim = pair
-    recorded = read_dive(*as_table(check_of(sim), tmp_path), real.file)
     few = [one for one in LIBRARY if one.name in ("dead_zone", "quadratic_drag", "reverse_thrust_loss")]
     told: list[float] = []
     one: Against = against(
         dive_of(real),
-        recorded,
+        check_of(sim),
         real.file,
         real.configuration,
         effects=few,
@@ -339,34 +336,3 @@ def test_a_planted_effect_is_what_the_plain_simulator_lacks(pair: tuple[Case, Ca
     assert one.vehicle.gap.drifts[1].total > 1.5 * one.vehicle.gap.after[1].total
     assert told == sorted(told)
     assert told[-1] == 1.0
-
-
-def as_table(dive: Dive, folder: Path) -> tuple[Path, Path]:
-    """The dive as a CSV of several rates, and its column map."""
-    named = {
-        "velocity": (dive.velocity, "uvw", "m/s"),
-        "gyro": (dive.gyro, "pqr", "rad/s"),
-        "quaternion": (dive.attitude, ("qw", "qx", "qy", "qz"), '"1"'),
-        "pwm": (dive.pwm, [f"pwm{k + 1}" for k in range(12)], "us"),
-        "pressure": (dive.pressure, ("p_pa",), "Pa"),
-        "voltage": (dive.voltage, ("volt",), "V"),
-    }
-    present = {
-        key: (signal, names, unit) for key, (signal, names, unit) in named.items() if signal is not None
-    }
-    time_s = np.unique(np.concatenate([signal.time_s for signal, _, _ in present.values()]))
-    columns, layout = {"time_s": time_s}, ["time: {column: time_s, unit: s}"]
-    for key, (signal, names, unit) in present.items():
-        used = list(names)[: signal.value.shape[1]]
-        for name, values in zip(used, signal.value.T, strict=True):
-            columns[name] = np.full(len(time_s), NAN)
-            columns[name][np.searchsorted(time_s, signal.time_s)] = values
-        layout.append(f"{key}: {{columns: [{', '.join(used)}], unit: {unit}}}")
-    data, columns_file = folder / "sim.csv", folder / "columns.yaml"
-    with data.open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(columns)
-        for row in zip(*columns.values(), strict=True):
-            writer.writerow(["" if math.isnan(cell) else f"{cell:.9g}" for cell in row])
-    columns_file.write_text("\n".join(layout) + "\n")
-    return data, columns_file

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fakes.planted import drawn_nominal, explained, planted_nominal
 
-from bench.missions.mission import draw_one
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import dive_of, draw_case
 from identify.challenge.nearest import course_of
@@ -19,7 +19,7 @@ from identify.diagnose.confidence import ambiguity_of, chi_squared, covariance_o
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.recording import short_dive_note
 from identify.diagnose.result import Finding
-from identify.diagnose.search import explain, explained_by, remainder_nats
+from identify.diagnose.search import explained_by, remainder_nats
 from identify.diagnose.verdict import parameters_of, strongest_first, trials_of
 from identify.diagnose.weighing import Fitted
 from identify.dive import Dive, Signal
@@ -115,8 +115,7 @@ def test_a_drag_that_lacked_a_number_gets_it_back(monkeypatch: pytest.MonkeyPatc
 
 @pytest.fixture(scope="module")
 def course():
-    mission = draw_one(100_300, seconds=60.0)
-    return nominal_of(mission.dive, mission.file, mission.configuration).course
+    return drawn_nominal().course
 
 
 @pytest.mark.parametrize("effect", [SATURATION, DEAD_ZONE], ids=lambda effect: effect.name)
@@ -173,10 +172,7 @@ def case():
 
 
 def test_a_cause_less_probable_than_not_leaves_the_model_that_is_accepted(case):
-    nominal, library = (
-        nominal_of(dive_of(case), case.file, case.configuration),
-        (QUADRATIC_DRAG, COUPLED_DAMPING),
-    )
+    nominal, library = planted_nominal(case), (QUADRATIC_DRAG, COUPLED_DAMPING)
     shape = case.file.vehicle.configurations[case.configuration]
     drag = Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start())
     found = explained_by([drag], nominal, library)
@@ -215,10 +211,13 @@ LIBRARY = (NET_BUOYANCY, THRUST_BIAS, QUADRATIC_DRAG)
 
 
 @pytest.fixture(scope="module")
-def heavy():
-    case = draw_case(300_921, names=["net_buoyancy"], size=0.8, seconds=120.0, rpm=False)
-    nominal = nominal_of(dive_of(case), case.file, next(iter(case.file.vehicle.configurations)))
-    return explain(nominal, LIBRARY, lambda *_report: None)
+def heavy_nominal():
+    return planted_nominal(draw_case(300_921, names=["net_buoyancy"], size=0.8, seconds=120.0, rpm=False))
+
+
+@pytest.fixture(scope="module")
+def heavy(heavy_nominal):
+    return explained(heavy_nominal, *LIBRARY)
 
 
 def test_weight_and_a_steady_push_down_are_one_to_a_vehicle_that_stays_level(heavy):
@@ -274,11 +273,8 @@ def test_where_all_but_the_form_is_alike_a_few_nats_of_thousands_tell_nothing_ap
         case.file.vehicle,
         configurations={case.configuration: replace(shape, net_buoyancy_n=shape.net_buoyancy_n + 6.0)},
     )
-    found = explain(
-        nominal_of(dive_of(case), replace(case.file, vehicle=vehicle), case.configuration),
-        LIBRARY,
-        lambda *_: None,
-    )
+    heavier = nominal_of(dive_of(case), replace(case.file, vehicle=vehicle), case.configuration)
+    found = explained(heavier, *LIBRARY)
     alike = ambiguity_of(found, 0)
     assert {found.causes[0].effect.name, *alike.names} == {"net_buoyancy", "thrust_bias"}
     assert alike.margin_nats > 1000
@@ -345,11 +341,9 @@ covariance_beside = module._covariance
 
 
 @pytest.fixture(scope="module")
-def heavy_vehicle():
+def heavy_vehicle(heavy_nominal):
     """A dive of a heavy vehicle: the filters without a cause, and the cause."""
-    case = draw_case(300_921, names=["net_buoyancy"], size=0.8, seconds=120.0, rpm=False)
-    nominal = nominal_of(dive_of(case), case.file, next(iter(case.file.vehicle.configurations)))
-    return nominal, explain(nominal, HEAVY_LIBRARY, lambda *_report: None)
+    return heavy_nominal, explained(heavy_nominal, *HEAVY_LIBRARY)
 
 
 def test_a_cause_that_the_dive_tells_from_none_stays(heavy_vehicle):
@@ -421,8 +415,8 @@ def test_a_moment_stays_though_its_gain_is_over_masses_that_hardly_differ(heavy_
 
 def test_a_sea_stays_though_parts_of_the_dive_disagree_on_its_lines(monkeypatch):
     case = draw_case(300_911, names=["waves"], size=0.7, seconds=200.0)
-    nominal = nominal_of(dive_of(case), case.file, next(iter(case.file.vehicle.configurations)))
-    found = explain(nominal, (waves(5.0),), lambda *_report: None)
+    nominal = planted_nominal(case)
+    found = explained(nominal, waves(5.0))
     assert [cause.effect.name for cause in found.causes] == ["waves"]
     monkeypatch.setattr(module, "_covariance", lambda *of: 1e9 * covariance_beside(*of))
     assert without_doubtful(found, nominal, (waves(5.0),))[0] is found

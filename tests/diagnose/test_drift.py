@@ -5,11 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.missions.mission import draw_one
 from bridge.vehicle.dynamics import coriolis
 from identify.diagnose import drift
 from identify.diagnose.drift import drawn, drifts, floors_of, ran_away
-from identify.diagnose.nominal import nominal_of
 from identify.diagnose.simulation import RUN_AWAY, Simulation, between, off_by, simulation_of
 from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
 
@@ -133,12 +131,6 @@ def test_a_floor_is_the_rms_of_forty_minutes_of_drawn_dives_and_of_four_dives_at
     assert floors[:, 0] == pytest.approx(5.0 / 50.0 * (1 - np.exp(-50.0 / 100.0 * horizon_s)), rel=1e-3)
 
 
-@pytest.fixture(scope="module")
-def nominal():
-    mission = draw_one(100_300, seconds=150.0)
-    return nominal_of(mission.dive, mission.file, mission.configuration)
-
-
 def test_the_disturbance_that_is_drawn_has_the_fitted_strength_and_memory(nominal):
     force = np.concatenate([drawn(nominal, np.random.default_rng(seed))[0] for seed in range(8)])
     for problem, place in zip(nominal.joint.problems, nominal.joint.places, strict=True):
@@ -174,6 +166,13 @@ def along(rng):
     return lacking, nu, 0.1 * rng.normal(size=(COUNT, 6, 6))
 
 
+def flown(starts, steps, lacking, nu, slope, fitted=range(6), errors=0.0):
+    return off_by(
+        np.array(starts), np.array(steps), lacking, nu, slope, MASS, DAMPING, STIFFNESS, np.array(fitted),
+        errors + np.zeros((COUNT, 6)), FLIGHT_STEP_S,
+    )  # fmt: skip
+
+
 def flown_in_plain_words(start, steps, lacking, nu, slope, free, error):
     def rate(i, d, a):
         change = np.subtract(coriolis(MASS, nu[i] + d), coriolis(MASS, nu[i]))
@@ -190,10 +189,7 @@ def flown_in_plain_words(start, steps, lacking, nu, slope, free, error):
 def test_it_is_off_by_what_the_equation_of_motion_says_also_where_forces_change_with_velocity():
     lacking, nu, slope = along(np.random.default_rng(100_001))
     for bent in (0.0 * slope, slope):
-        off = off_by(
-            np.array([3, 20]), np.array([5, 30]), lacking, nu, bent, MASS, DAMPING, STIFFNESS, np.arange(6),
-            np.zeros((COUNT, 6)), FLIGHT_STEP_S,
-        )  # fmt: skip
+        off = flown([3, 20], [5, 30], lacking, nu, bent)
         for w, start in enumerate((3, 20)):
             for h, steps in enumerate((5, 30)):
                 expected = flown_in_plain_words(start, steps, lacking, nu, bent, np.ones(6), np.zeros(6))
@@ -205,19 +201,7 @@ def test_an_axis_that_is_not_fitted_follows_what_was_recorded_and_errors_count_a
     lacking, nu, slope = along(rng)
     errors, fitted = 0.05 * rng.normal(size=(COUNT, 6)), np.array([0, 2, 5])
     free = np.isin(np.arange(6), fitted).astype(np.float64)
-    off = off_by(
-        np.array([4]),
-        np.array([25]),
-        lacking,
-        nu,
-        slope,
-        MASS,
-        DAMPING,
-        STIFFNESS,
-        fitted,
-        errors,
-        FLIGHT_STEP_S,
-    )[0, 0]
+    off = flown([4], [25], lacking, nu, slope, fitted, errors)[0, 0]
     d = flown_in_plain_words(4, 25, lacking, nu, slope, free, free * errors[4])
     np.testing.assert_allclose(off[fitted], (d - errors[29])[fitted], rtol=1e-9)
     assert np.isnan(off[[1, 3, 4]]).all()
@@ -225,10 +209,7 @@ def test_an_axis_that_is_not_fitted_follows_what_was_recorded_and_errors_count_a
 
 def test_a_window_that_the_recording_ends_before_has_no_value():
     lacking, nu, slope = along(np.random.default_rng(100_003))
-    off = off_by(
-        np.array([COUNT - 10]), np.array([5, 30]), lacking, nu, slope, MASS, DAMPING, STIFFNESS, np.arange(6),
-        np.zeros((COUNT, 6)), FLIGHT_STEP_S,
-    )  # fmt: skip
+    off = flown([COUNT - 10], [5, 30], lacking, nu, slope)
     assert np.isfinite(off[0, 0]).all()
     assert np.isnan(off[0, 1]).all()
 
@@ -236,10 +217,7 @@ def test_a_window_that_the_recording_ends_before_has_no_value():
 def test_a_flight_that_runs_away_ends_there_and_others_go_on():
     lacking, nu, slope = along(np.random.default_rng(100_004))
     slope[:30, 0, 0] = 3000.0
-    off = off_by(
-        np.array([0, 30]), np.array([2, 25]), lacking, nu, slope, MASS, DAMPING, STIFFNESS, np.arange(6),
-        np.zeros((COUNT, 6)), FLIGHT_STEP_S,
-    )  # fmt: skip
+    off = flown([0, 30], [2, 25], lacking, nu, slope)
     assert abs(off[0, 0, 0]) < RUN_AWAY[0]
     assert abs(off[0, 1, 0]) == RUN_AWAY[0]
     assert (np.abs(off[0, 1]) <= RUN_AWAY).all()

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench.missions.mission import draw_one
 from identify.diagnose.candidates import Cause
 from identify.diagnose.evidence import (
     Block,
@@ -17,7 +16,7 @@ from identify.diagnose.evidence import (
     products_of,
 )
 from identify.diagnose.innovations import autoregression_of, mean_before, predicted, value_before
-from identify.diagnose.nominal import nominal_of, thinned
+from identify.diagnose.nominal import thinned
 from identify.diagnose.regression import piece_s, regression_of
 from identify.diagnose.weighing import weighing_of
 from identify.dive import Dive, Signal
@@ -26,12 +25,6 @@ from identify.effects.effect import Act
 from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.estimators.motion import Motion
-
-
-@pytest.fixture(scope="module")
-def nominal():
-    mission = draw_one(100_300, seconds=60.0)
-    return nominal_of(mission.dive, mission.file, mission.configuration)
 
 
 @pytest.fixture(scope="module")
@@ -339,7 +332,6 @@ def test_no_mean_is_made_over_a_gap():
 def test_slow_readings_stay_as_they_are():
     slow = Signal(np.arange(0.0, 10.0, 0.2), np.zeros((50, 1)))
     left = thinned(dive_with(depth=slow, fog=slow))
-    assert left.depth is not None
     assert len(left.depth) == 50
     assert left.fog is slow
 
@@ -349,17 +341,11 @@ DRAG = Cause(QUADRATIC_DRAG, np.array([20.0, 0.0, 0.0, 0.0, 0.0, 3.0]))
 ZONE = Cause(DEAD_ZONE, np.array([0.3]))
 
 
-@pytest.fixture(scope="module")
-def quick_nominal():
-    mission = draw_one(100_300, seconds=120.0)
-    return nominal_of(mission.dive, mission.file, mission.configuration)
-
-
 @pytest.mark.parametrize("cause", [DRAG, ZONE])
 @pytest.mark.parametrize("candidates_first", [False, True])
-def test_what_a_cause_adds_is_what_the_filters_make_of_its_act(quick_nominal, cause, candidates_first):
-    weighing = weighing_of(quick_nominal, LIBRARY)
-    columns, course = weighing._columns, quick_nominal.course
+def test_what_a_cause_adds_is_what_the_filters_make_of_its_act(nominal, cause, candidates_first):
+    weighing = weighing_of(nominal, LIBRARY)
+    columns, course = weighing._columns, nominal.course
     if candidates_first:
         assert columns.candidates.width > 0
     acts = [cause.act(course), *(cause.slope(course, p) for p in np.flatnonzero(cause.present))]
@@ -367,15 +353,15 @@ def test_what_a_cause_adds_is_what_the_filters_make_of_its_act(quick_nominal, ca
     np.testing.assert_allclose(columns.of(cause), plain, rtol=1e-8, atol=1e-9 * np.abs(plain).max())
 
 
-def test_a_fit_leaves_and_feels_what_a_projection_of_all_rows_does(quick_nominal):
-    weighing = weighing_of(quick_nominal, LIBRARY)
+def test_a_fit_leaves_and_feels_what_a_projection_of_all_rows_does(nominal):
+    weighing = weighing_of(nominal, LIBRARY)
     fit = weighing.fitted([DRAG, ZONE])
     rows = weighing.rows
-    quick_nominal = rows.nuisance.dense()
-    square = quick_nominal.T @ quick_nominal + np.diag(rows.nominal_precision)
+    base = rows.nuisance.dense()
+    square = base.T @ base + np.diag(rows.nominal_precision)
     table = np.column_stack([rows.value, fit.value])
-    sizes = inverse(square) @ (quick_nominal.T @ table)
-    table -= quick_nominal @ sizes
+    sizes = inverse(square) @ (base.T @ table)
+    table -= base @ sizes
     # What the nominal parameters go away from where they are known to be.
     moved = 0.5 * float(rows.nominal_precision @ (sizes[:, 0] ** 2 - sizes[:, 1] ** 2))
     assert fit.residual_squares == pytest.approx(float(fit.value @ table[:, 1]), rel=1e-9)

@@ -5,13 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fakes.planted import diagnosed, planted_nominal
 
 from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
 from identify.challenge.case import dive_of, draw_case
-from identify.diagnose.diagnose import diagnose
 from identify.diagnose.mounting import mounting_hints
-from identify.diagnose.nominal import nominal_of
 from identify.diagnose.recording import mass_hints, without_spikes, without_still_velocity
 from identify.diagnose.wording import verdict_sentence
 from identify.dive import Dive, Signal
@@ -25,7 +24,7 @@ def case():
 
 @pytest.fixture(scope="module")
 def nominal(case):
-    return nominal_of(dive_of(case), case.file, case.configuration)
+    return planted_nominal(case)
 
 
 def of_mass(file: VehicleFile, name: str, mass_kg: float):
@@ -54,16 +53,14 @@ def test_a_velocity_of_the_wrong_sign_hints_at_how_the_dvl_is_mounted(case, colu
     dive = dive_of(case)
     value = dive.velocity.value.copy()
     value[:, column] *= -1.0
-    turned = nominal_of(
-        replace(dive, velocity=Signal(dive.velocity.time_s, value)), case.file, case.configuration
-    )
+    turned = planted_nominal(case, with_velocity(dive, value))
     (hint,) = mounting_hints(turned.mirrored, turned.swapped)
     assert hint.startswith(f"In {dof} the recorded velocity runs against the thrust: the mounting of the DVL")
 
 
 def test_velocities_whose_axes_are_swapped_hint_at_the_mounting(case):
     dive = dive_of(case)
-    turned = nominal_of(with_velocity(dive, dive.velocity.value[:, [1, 0, 2]]), case.file, case.configuration)
+    turned = planted_nominal(case, with_velocity(dive, dive.velocity.value[:, [1, 0, 2]]))
     assert turned.swapped == ((0, 1),)
     hint, *_ = mounting_hints(turned.mirrored, turned.swapped)
     assert hint.startswith(
@@ -75,12 +72,12 @@ def test_a_velocity_that_was_not_read_is_told_beside_the_verdict(case):
     dive = dive_of(case)
     value = dive.velocity.value.copy()
     value[:, 0] = np.nan
-    found = _told(case, with_velocity(dive, value))
+    found = diagnosed(case, QUADRATIC_DRAG, dive=with_velocity(dive, value))
     surge, turning = found.provisos
     assert surge == "Surge was not judged: no velocity in surge was recorded; record the DVL."
     assert turning.startswith("In roll, pitch and yaw no unknown force was looked for")
     assert verdict_sentence(found).endswith(" ".join(found.provisos))
-    assert _told(case, dive).provisos == ()
+    assert diagnosed(case, QUADRATIC_DRAG, dive=dive).provisos == ()
 
 
 def test_spikes_are_left_out_and_told_beside_the_verdict(case):
@@ -93,7 +90,7 @@ def test_spikes_are_left_out_and_told_beside_the_verdict(case):
     assert np.isnan(sound.velocity.value).sum() == np.isnan(value).sum() + len(read)
     assert (spikes.dof, spikes.count) == (0, len(read))
     assert spikes.share == pytest.approx(1 / 40, rel=0.1)
-    found = _told(case, with_velocity(dive, value))
+    found = diagnosed(case, QUADRATIC_DRAG, dive=with_velocity(dive, value))
     assert found.verdict == "no_gap"
     (proviso,) = found.provisos
     assert f"these spikes were left out: {len(read)} in surge (2.5 %)" in proviso
@@ -130,15 +127,9 @@ def with_velocity(dive, value):
     return replace(dive, velocity=Signal(dive.velocity.time_s, value))
 
 
-def _told(case, dive):
-    return diagnose(
-        dive, case.file, case.configuration, effects=(QUADRATIC_DRAG,), progress=lambda *_report: None
-    )
-
-
 def test_a_refusal_names_the_recording_once(case):
     dive = dive_of(case)
     silent = replace(dive, pwm=None, tau_cmd=None)
     with pytest.raises(FitError) as refused:
-        _told(case, silent)
+        diagnosed(case, QUADRATIC_DRAG, dive=silent)
     assert str(refused.value).count(str(dive.source)) == 1

@@ -4,16 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fakes.planted import drawn_nominal, planted_nominal
 from numpy.typing import NDArray
 from soak import rows_rest_in_soak
 
-from bench.missions.mission import draw_one
 from identify.challenge.case import Case, dive_of, draw_case
 from identify.challenge.site import Planted, Site
 from identify.diagnose import slow, unexplained
 from identify.diagnose.candidates import Cause, companions, other_forms, possible_forms
 from identify.diagnose.gap import character_of
-from identify.diagnose.nominal import Nominal, nominal_of, refitted
+from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.result import Next
 from identify.diagnose.rhythms import (
@@ -36,12 +36,6 @@ from identify.effects.library import library
 from identify.effects.sensors import DVL_LEVER_ARM
 from identify.effects.supply import LOAD_SAG
 from identify.estimators.likelihood_axis import TIME_CONSTANT
-
-
-@pytest.fixture(scope="module")
-def nominal():
-    mission = draw_one(100_300, seconds=120.0)
-    return nominal_of(mission.dive, mission.file, mission.configuration)
 
 
 def left_by(wrench, columns):
@@ -224,26 +218,20 @@ def test_an_accelerometer_is_off_beyond_its_zero_or_not_at_all(off_m_s2, told):
     dive = dive_of(case)
     read = dive.specific_force
     off = replace(read, value=read.value + np.array([off_m_s2, 0.0, 0.0]))
-    nominal = nominal_of(replace(dive, specific_force=off), case.file, case.configuration)
+    nominal = planted_nominal(case, replace(dive, specific_force=off))
     left = unexplained_forces(unexplained_of(weighing := weighing_of(nominal, ()), weighing.fitted(())))
     assert [(shape.dof, shape.timing) for shape in left] == [(0, "steady")] * told
 
 
 @pytest.fixture(scope="module")
-def coming_nominal():
-    mission = draw_one(100_300, seconds=240.0)
-    return nominal_of(mission.dive, mission.file, mission.configuration)
-
-
-@pytest.fixture(scope="module")
-def weighing(coming_nominal):
-    return weighing_of(coming_nominal, ())
+def weighing():
+    return weighing_of(drawn_nominal(seconds=240.0), ())
 
 
 def left_of(name, seed):
     """What is left of a short dive that hides one effect which no library has."""
     case = draw_case(seed, names=(name,), size=0.8, seconds=240.0)
-    weighing = weighing_of(nominal_of(dive_of(case), case.file, case.configuration), ())
+    weighing = weighing_of(planted_nominal(case), ())
     return unexplained_of(weighing, weighing.fitted(()))
 
 
@@ -273,10 +261,10 @@ def test_a_force_that_comes_and_goes_is_unexplained(name, dof, variable, timing)
     }
 
 
-def test_what_comes_by_a_clock_of_its_own_asks_for_a_dive_on_one_spot(coming_nominal):
-    one = GenericForce(0, "time", None, coming_nominal.course.depth_m, "intermittent")
+def test_what_comes_by_a_clock_of_its_own_asks_for_a_dive_on_one_spot(nominal):
+    one = GenericForce(0, "time", None, nominal.course.depth_m, "intermittent")
     assert character_of(Unexplained((one,), (20.0,), (1.0,))).timing == "intermittent"
-    assert "on one spot" in next_for_unexplained([one], coming_nominal.course, None).manoeuvres[0]
+    assert "on one spot" in next_for_unexplained([one], nominal.course, None).manoeuvres[0]
 
 
 def test_a_loud_stretch_now_and_then_is_foretold_and_one_noise_is_not():
@@ -381,8 +369,7 @@ def test_a_slow_push_that_the_disturbance_took_up_is_told_with_its_axis_and_cour
 
 def seas_with(names, seed):
     case = draw_case(seed, names=names, size=0.7, seconds=200.0)
-    nominal = nominal_of(dive_of(case), case.file, next(iter(case.file.vehicle.configurations)))
-    return case, seas_of(nominal)
+    return case, seas_of(planted_nominal(case))
 
 
 def periods(effect):

@@ -4,14 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fakes.planted import diagnosed, planted_nominal
 
-from bench.missions.mission import draw_one
 from bridge.vehicle.coefficients import DOFS
 from identify.challenge.case import dive_of, draw_case
 from identify.checks.controller import unrecorded
 from identify.diagnose import diagnose as module
 from identify.diagnose.candidates import Cause
-from identify.diagnose.diagnose import diagnose
 from identify.diagnose.drift import Drift
 from identify.diagnose.gap import (
     PHASES,
@@ -28,7 +27,6 @@ from identify.diagnose.gap import (
     slices_of,
     with_unexplained,
 )
-from identify.diagnose.nominal import nominal_of
 from identify.diagnose.recording import unjudged_notes
 from identify.diagnose.simulation import EACH, missing_wrench_of, simulation_of, slope_of
 from identify.diagnose.unexplained import GenericForce, Unexplained, unexplained_of
@@ -37,12 +35,6 @@ from identify.diagnose.weighing import weighing_of
 from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.estimators.likelihood_axis import DAMPING, TIME_CONSTANT
-
-
-@pytest.fixture(scope="module")
-def nominal():
-    mission = draw_one(100_301, seconds=150.0)
-    return nominal_of(mission.dive, mission.file, mission.configuration)
 
 
 def lacking(nominal, cause):
@@ -264,9 +256,7 @@ def case():
 
 
 def where(case) -> set[str]:
-    found = diagnose(
-        dive_of(case), case.file, case.configuration, effects=(QUADRATIC_DRAG,), progress=lambda *_: None
-    )
+    found = diagnosed(case, QUADRATIC_DRAG)
     assert {one.name for one in found.findings} == {"wrong_feedback_log", "quadratic_drag"}
     return {one.dof for one in found.gap.where}
 
@@ -293,7 +283,7 @@ def test_a_gap_lies_where_the_log_is_wrong_unless_a_cause_in_the_motion_is_accep
 
 
 def test_no_unknown_force_is_looked_for_where_the_controller_may_have_used_the_same_unrecorded_velocity(case):
-    nominal = nominal_of(dive_of(case), case.file, case.configuration)
+    nominal = planted_nominal(case)
     assert 1 in nominal.doubted
     assert nominal.suspected == (0, 2)
     assert "In surge and heave no unknown force" in " ".join(unjudged_notes(nominal))

@@ -7,6 +7,7 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
+from fakes.planted import explained, planted_nominal, quiet
 from soak import rest_in_soak
 
 from bench.field.draw import draw
@@ -19,9 +20,7 @@ from bridge.wire.tlog import TlogWriter
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.candidates import Cause
 from identify.diagnose.diagnose import diagnose
-from identify.diagnose.nominal import nominal_of
 from identify.diagnose.recording import fitted_nominal
-from identify.diagnose.search import explain
 from identify.diagnose.verdict import parameters_of
 from identify.diagnose.weighing import weighing_of
 from identify.dive import Signal
@@ -48,7 +47,7 @@ def told(name, seconds, lag_s=0.03):
     file = replace(file, vehicle=replace(file.vehicle, thrust_curve=curve))
     dives = (read_dive(SEALED / name / f"{which}.tlog.gz") for which in ("dive", "check"))
     dive, check = (one.between(one.span_s[0], one.span_s[0] + seconds) for one in dives)
-    return diagnose(dive, file, "hovering", check=check, progress=lambda *_report: None)
+    return diagnose(dive, file, "hovering", check=check, progress=quiet)
 
 
 @short_or_whole
@@ -98,7 +97,7 @@ def test_the_firmwares_own_submarine_has_quadratic_drag_and_nothing_else():
     if not DIVE.exists():
         pytest.skip("needs ../shared/data beside the checkout")
     file = load_vehicle("ardusub_vectored")
-    found = diagnose(read_dive(DIVE, None, file), file, "vectored", progress=lambda *_: None)
+    found = diagnose(read_dive(DIVE, None, file), file, "vectored", progress=quiet)
     assert [one.name for one in found.findings] == ["quadratic_drag"]
     assert found.verdict == "explained"
     parameters = found.findings[0].parameters
@@ -130,7 +129,7 @@ def dive(tmp_path_factory):
 @pytest.mark.soak
 def test_shaft_speeds_half_of_which_are_told_late_make_no_cause(dive):
     assert dive.rpm is not None
-    found = diagnose(dive, FILE, "survey", effects=BEFORE_THE_SHAFT, progress=lambda *_report: None)
+    found = diagnose(dive, FILE, "survey", effects=BEFORE_THE_SHAFT, progress=quiet)
     assert (found.verdict, found.findings) == ("no_gap", ())
 
 
@@ -147,11 +146,11 @@ def test_a_long_delay_is_found_with_its_size_and_only_where_it_is_there(tmp_path
     library = (COMMAND_DELAY, thruster_lag(file.vehicle.thrust_curve.lag_s), QUADRATIC_DRAG)
     nominal = fitted_nominal(read_dive(tmp_path / "dive.tlog.gz", None, file), file, kind)
     assert nominal.late_thrust_s == (pytest.approx(DELAY_S, abs=0.02), 0.0)
-    found = {cause.effect: cause.values for cause in explain(nominal, library, lambda *_: None).causes}
+    found = {cause.effect: cause.values for cause in explained(nominal, *library).causes}
     assert set(found) == {COMMAND_DELAY, QUADRATIC_DRAG}
     assert found[COMMAND_DELAY][0] == pytest.approx(DELAY_S, abs=0.02)
     misled = replace(nominal, late_thrust_s=(0.9, 0.0))
-    begun = explain(misled, (COMMAND_DELAY,), lambda *_: None)
+    begun = explained(misled, COMMAND_DELAY)
     assert all(cause.values[0] < 0.5 for cause in begun.causes)
 
 
@@ -169,7 +168,7 @@ def shafts_say():
     most_n = MOST_TOLD * np.abs(thrust_n).max()
     speeds = 60.0 * shaft_speed(curve, np.clip(thrust_n, -most_n, most_n))
     deaf = replace(dive, rpm=Signal(dive.rpm.time_s, speeds))
-    return nominal_of(deaf, case.file, case.configuration), most_n
+    return planted_nominal(case, deaf), most_n
 
 
 def test_controllers_that_tell_no_fast_turning_limit_no_thrust(shafts_say):
@@ -177,7 +176,7 @@ def test_controllers_that_tell_no_fast_turning_limit_no_thrust(shafts_say):
     alone = weighing_of(nominal, LIBRARY).fitted([Cause(SATURATION, np.array([most_n]))])
     assert alone.gain > 70.0
     assert alone.motion_nats < 3.0
-    assert explain(nominal, LIBRARY, lambda *_report: None).causes == ()
+    assert explained(nominal, *LIBRARY).causes == ()
 
 
 def test_an_interval_ends_where_a_parameter_does(shafts_say):

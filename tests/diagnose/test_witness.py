@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fakes.planted import planted_nominal
 
 from bridge.vehicle.thrusters import shaft_speed, thrust_curve
 from identify.challenge.case import dive_of, draw_case
-from identify.diagnose.nominal import nominal_of
 from identify.diagnose.witnesses import LATE_S, weighed_witness, witnesses
 from identify.dive import Signal
 from identify.effects.actuators import DEAD_ZONE_SHIFTED, thruster_lag
@@ -17,8 +17,7 @@ from identify.effects.sensors import GYRO_BIAS, IMU_GRAVITY_LEAK
 
 def nominal_with(names, seed=300_901):
     case = draw_case(seed, names=names, size=0.8, seconds=120.0, rpm=True)
-    configuration = next(iter(case.file.vehicle.configurations))
-    return case, nominal_of(dive_of(case), case.file, configuration)
+    return case, planted_nominal(case)
 
 
 @pytest.fixture(scope="module")

