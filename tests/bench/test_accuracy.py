@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fakes.planted import quiet
 
 from bench import accuracy, accuracy_trials, coverage, goals, trial
 from bench.accuracy_trials import Bound, Stated, Trial
@@ -290,10 +291,6 @@ def test_where_the_axes_say_little_of_each_other_it_is_what_the_likelihood_claim
         )
         ratios += [found[n].std / found[n].value / least[n] for n in ("M_u", "D_u", "M_v", "D_v")]
     assert np.exp(np.mean(np.log(ratios))) == pytest.approx(1.0, abs=0.15)
-
-
-def quiet(*_report: object) -> None:
-    pass
 
 
 @cache

@@ -57,11 +57,6 @@ def test_a_vehicle_that_hides_nothing_moves_by_its_nominal_model_alone(honest: C
         assert np.abs(missing_velocity(site, simulated)).max() < 1e-12
 
 
-def test_its_attitude_stays_a_rotation(honest: Case) -> None:
-    attitude = honest.simulated(0)[1].ticks.state[:, 3:7]
-    assert np.linalg.norm(attitude, axis=1) == pytest.approx(np.ones(len(attitude)), abs=1e-12)
-
-
 def test_its_controller_follows_the_mission(honest: Case) -> None:
     state = honest.simulated(0)[1].ticks.state
     reference = dive_of(honest).nu_ref

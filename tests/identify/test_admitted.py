@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from soak import rest_in_soak
 
-from bench.missions.mission import draw_one
 from bridge.vehicle.config import load_vehicle
 from identify.checks.fit import late_doubts, too_little
 from identify.dive import Signal
@@ -104,14 +103,6 @@ def test_letting_in_a_lateness_of_any_size_moves_the_mass_to_the_truth():
     off = np.log(closed_loop.MASS) - fit.log_value[SURGE]
     assert abs(off) > 0.05
     assert abs(found.shift[SURGE] - off) < 0.25 * abs(off)
-
-
-def test_a_drag_in_one_axis_moves_the_mass_that_weighs_in_the_coriolis_forces_there():
-    mission = draw_one(100_009, seconds=60.0, kind="together")
-    fit = fitted(mission.dive, mission.file, mission.configuration)
-    found = admitted(fit.joint, fit.theta, [SURGE], (), UNTIMED)
-    std = np.sqrt(np.diag(fit.covariance))
-    assert np.max(np.abs(found.shift[1:6]) / std[1:6]) > 1e-3
 
 
 def test_a_doubt_is_the_same_a_step_off_the_maximum():

@@ -6,6 +6,7 @@ from functools import cache
 import fitted
 import numpy as np
 import pytest
+from fakes.planted import quiet
 
 from bench.missions.mission import draw_one
 from identify.checks.controller import unchecked
@@ -20,10 +21,6 @@ from identify.identifiability import with_bounds
 from identify.identification import Outcome
 
 SEED = 100_011
-
-
-def quiet(*_report):
-    pass
 
 
 @cache

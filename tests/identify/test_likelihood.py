@@ -6,6 +6,7 @@ from pathlib import Path
 import closed_loop
 import numpy as np
 import pytest
+from fakes.planted import quiet
 from fitted import gaussian
 
 from bridge.errors import FitError
@@ -21,10 +22,6 @@ SEALED = ROOT.parent / "shared" / "sealed"
 
 
 estimate = estimator("likelihood")
-
-
-def quiet(*_report: object) -> None:
-    pass
 
 
 def fit(dive):

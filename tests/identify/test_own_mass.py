@@ -7,6 +7,7 @@ from pathlib import Path
 import closed_loop
 import numpy as np
 import pytest
+from fakes.planted import quiet
 
 from bench.missions.mission import draw_one
 from bridge.vehicle.config import load_vehicle
@@ -22,10 +23,6 @@ from identify.ingest.open import read_dive
 ROOT = Path(__file__).resolve().parents[2]
 SEALED = ROOT.parent / "shared" / "sealed"
 HEAVE = 2
-
-
-def quiet(*_report):
-    pass
 
 
 @cache

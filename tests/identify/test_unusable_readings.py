@@ -7,6 +7,7 @@ from pathlib import Path
 import closed_loop
 import numpy as np
 import pytest
+from fakes.planted import quiet
 from test_judged import FILE as TURNING
 from test_judged import YAW, one_axis
 
@@ -31,10 +32,6 @@ from identify.ingest.commands import held_commands, with_known_commands
 from identify.ingest.open import read_dive
 
 FILE = closed_loop.vehicle_file()
-
-
-def quiet(*_told):
-    """Nobody listens."""
 
 
 def by_pulses(seconds=200.0):
