@@ -24,7 +24,6 @@ from bench.pooled import effective_count, share95, wilson
 from bench.remembered import Data, Remembered
 from bench.tally import inside95, median_ratio, root_mean_square, tally
 from identify.estimators.likelihood import estimate
-from identify.estimators.table import estimator
 from identify.statistics import Z95 as IDENTIFICATION_Z95
 
 Z95 = 1.959963984540054
@@ -280,19 +279,6 @@ def test_over_many_repeats_one_scoring_step_from_the_truth_errs_as_much_as_the_b
     assert np.max(np.abs(np.mean(errors, axis=0))) < 4.0 / np.sqrt(40)
 
 
-@pytest.mark.soak
-def test_where_the_axes_say_little_of_each_other_it_is_what_the_likelihood_claims() -> None:
-    ratios = []
-    for repeat in range(3):
-        mission = draw_one(100_010, repeat, seconds=90.0, kind="square")
-        least = cramer_rao(mission)
-        found = estimator("likelihood")(
-            mission.dive, mission.file, mission.configuration, lambda *_report: None
-        )
-        ratios += [found[n].std / found[n].value / least[n] for n in ("M_u", "D_u", "M_v", "D_v")]
-    assert np.exp(np.mean(np.log(ratios))) == pytest.approx(1.0, abs=0.15)
-
-
 @cache
 def bounded_mission(seed, seconds=None, kind=None):
     return draw_one(seed, seconds=seconds, kind=kind)
@@ -374,10 +360,6 @@ def test_cases_alike_within_a_group_count_once() -> None:
     hits = np.random.default_rng(1).random(2000) < 0.9
     groups = np.repeat(np.arange(2000), 5)
     assert effective_count(np.repeat(hits, 5).tolist(), groups.tolist()) == pytest.approx(2000, rel=0.01)
-
-
-def test_where_all_are_hits_there_are_as_many_cases_as_groups() -> None:
-    assert share95([True] * 12, [1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4]) == (1.0, *wilson(1.0, 4))
 
 
 def test_bounds_of_correlated_cases_hold_the_share_as_often_as_they_say() -> None:

@@ -2,13 +2,12 @@
 
 import math
 from importlib.util import find_spec
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from bench.diagnosis import beside, page, power, speed, tables
+from bench.diagnosis import beside, page, speed, tables
 from bench.diagnosis.plan import (
     FULL,
     SHORT,
@@ -20,10 +19,8 @@ from bench.diagnosis.plan import (
 from bench.diagnosis.rivals import bic, network
 from bench.diagnosis.rivals.closing import closed
 from bench.diagnosis.rivals.said import Said, missing, pushing
-from bench.diagnosis.rivals.terms import terms
 from bench.diagnosis.rivals.trials import RivalTrial
 from bench.diagnosis.trials import Trial, effects_for
-from bench.remembered import Remembered
 from identify.challenge.case import check_of, dive_of, draw_case
 from identify.challenge.novel import NOVEL
 from identify.challenge.plants import ABSORBED, PLANTS
@@ -89,20 +86,6 @@ def test_a_point_of_a_power_curve_holds_thirty_dives_or_all() -> None:
     assert [(round(low, 2), round(high, 2)) for low, high, _ in points] == [(0.1, 0.14), (2.0, 2.04)]
     assert [rate for _, _, rate in points] == [Rate(0, 40), Rate(40, 40)]
     assert len(tables.by_size(small[:5], 8)) == 1
-
-
-def test_rows_of_a_power_curve_are_taken_up_again_from_what_was_packed(tmp_path: Path) -> None:
-    rows = {
-        f"power {i}:code": {"effect": "waves", "size": 0.1 * i, "hit": i > 1, "said": "no_gap"}
-        for i in range(3)
-    }
-    packed = tmp_path / "power.jsonl.gz"
-    power.pack(rows, packed)
-    again = Remembered(tmp_path / "kept.jsonl")
-    power.unpack(again, packed, list(rows)[1:])
-    assert [key in again for key in rows] == [False, True, True]
-    assert again.get("power 2:code", dict) == rows["power 2:code"]
-    assert "| `waves` | 0.00 to 0.20 | 33.3 % (6.1 to 79.2), 1 of 3 |" in power.page(list(rows.values()))
 
 
 def test_rivals_are_judged_on_the_same_dives_and_in_the_same_floors() -> None:
@@ -215,11 +198,3 @@ def test_the_missing_force_of_a_drag_goes_against_its_speed(pair: tuple[Nominal,
     speed = nu[gap.at, 5]
     curved = speed * np.abs(speed) - speed * (np.abs(speed) @ speed**2) / (speed @ speed)
     assert np.corrcoef(gap.wrench[:, 5], curved)[0, 1] < -0.3
-
-
-def test_every_term_that_names_an_effect_is_finite_along_a_dive(pair: tuple[Nominal, Nominal]) -> None:
-    course = pair[0].course
-    for dof in range(6):
-        table = list(terms(course, dof))
-        assert len(table) > 10
-        assert all(np.isfinite(force).all() and force.shape == course.time_s.shape for _, force in table)

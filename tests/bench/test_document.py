@@ -19,13 +19,13 @@ from bench.baselines import closed_form
 from bench.campaigns import Dived
 from bench.document import HEAD, OLDER, Section, compared, read, written
 from bench.missions.mission import draw_one
-from bench.paper_small import loss_settled_at, settled_at
+from bench.paper_small import settled_at
 from bench.reading import CAREFUL, OURS, THEIRS, measured
 from bench.remembered import Remembered
 from bench.reproduce.paper import TrainingCurves
 from bench.sections import SECTIONS, Measurement, Run
 from bench.stamp import files
-from bench.steady import Held, lines, steady_errors
+from bench.steady import steady_errors
 from bench.tracking import truly
 from bridge.errors import LogError
 from bridge.simulator.missions import Leg
@@ -257,7 +257,6 @@ def test_what_both_state_is_apart_by_the_larger_standard_error():
 
 
 NAN = math.nan
-WORDS = ("surge", "sway", "yaw")
 FILE = load_vehicle("ruvifist:survey")
 
 
@@ -280,13 +279,6 @@ def test_a_parameter_settles_where_it_last_left_its_end() -> None:
     assert settled_at(TrainingCurves(("M_u", "D_u"), values[-1:], empty, empty, empty)) == 0
 
 
-def test_the_networks_loss_settles_where_it_last_left_its_end() -> None:
-    loss = np.array([NAN, 9.0, 1.2, 1.02, 1.0])
-    values = np.ones((5, 1))
-    assert loss_settled_at(TrainingCurves(("M_u",), values, loss, loss, loss)) == 3
-    assert loss_settled_at(TrainingCurves(("M_u",), values[:2], loss[3:], loss[3:], loss[3:])) == 1
-
-
 def test_a_steady_error_leaves_the_transient_out_and_counts_too_fast_as_positive_either_way() -> None:
     legs = (
         (Leg("change", "acceleration", 5.0, surge_m_s=-0.4, transient_s=5.0), 0.0, 5.0),
@@ -296,24 +288,6 @@ def test_a_steady_error_leaves_the_transient_out_and_counts_too_fast_as_positive
     since_s = 0.05 * np.arange(1, len(nu) + 1) - 1.0
     nu[since_s >= 7.0 - 1e-6, 0] = -0.41
     assert steady_errors(_dived(nu), legs) == {"surge 0.4": [pytest.approx(0.01)]}
-
-
-def test_each_axis_is_judged_by_each_figure_at_the_speed_where_that_is_worst() -> None:
-    calm, rough = np.array([-1.5, -1.5]), np.array([3.0, -3.0])
-    speeds = [
-        Held("survey", "surge", "0.2", calm, np.zeros(2)),
-        Held("hovering", "surge", "0.4", rough, 0.9 * rough),
-        Held("survey", "yaw", "0.2", np.full(2, -2.5), np.ones(2)),
-    ]
-    page = "\n".join(lines(speeds, 1))
-    surge, sway, yaw = (next(row for row in page.splitlines() if row.startswith(f"| {a} ")) for a in WORDS)
-    assert "| -1.5 ± 0.0 mm/s (survey at 0.2 m/s): met |" in surge
-    assert "| 3.0 mm/s (hovering at 0.4 m/s): **missed** | 2.7 mm/s: **missed** |" in surge
-    assert surge.endswith("| 1.5 mm/s (survey at 0.2 m/s): met |")
-    assert sway == "| sway | was not flown | - | - | - |"
-    assert "| -2.5 ± 0.0 mrad/s (survey at 0.2 rad/s): **missed** |" in yaw
-    assert "| 1.0 mrad/s: met |" in yaw
-    assert yaw.endswith("| 3.5 mrad/s (survey at 0.2 rad/s): **missed** |")
 
 
 def test_the_true_dive_has_the_true_velocities_and_no_gyro_beside_them() -> None:

@@ -346,14 +346,6 @@ def heavy_vehicle(heavy_nominal):
     return heavy_nominal, explained(heavy_nominal, *HEAVY_LIBRARY)
 
 
-def test_a_cause_that_the_dive_tells_from_none_stays(heavy_vehicle):
-    nominal, found = heavy_vehicle
-    assert [cause.effect for cause in found.causes] == [NET_BUOYANCY]
-    left, covariance = without_doubtful(found, nominal, HEAVY_LIBRARY)
-    assert left is found
-    assert covariance == pytest.approx(covariance_of(found.weighing, found.fit))
-
-
 def test_a_cause_whose_interval_holds_its_absence_is_dropped_and_the_filters_are_as_without_it(
     heavy_vehicle, monkeypatch
 ):

@@ -209,14 +209,6 @@ def blocks():
     return Blocks((first, Block(np.array([1, 2, 4]), rng.normal(size=(60, 3)))), 5)
 
 
-def test_a_column_is_zero_where_no_block_has_it(blocks):
-    dense = blocks.dense()
-    np.testing.assert_array_equal(dense[:100, 2], blocks.parts[0].values[:, 1])
-    np.testing.assert_array_equal(dense[100:, 4], blocks.parts[1].values[:, 2])
-    assert not dense[:100, 1].any()
-    assert not dense[:, 3].any()
-
-
 def test_products_within_pieces_are_those_of_all_rows(blocks):
     pieces = pieces_of(PIECE)
     np.testing.assert_allclose(blocks.products(PIECE), products_of(blocks.dense(), pieces), atol=1e-12)
@@ -247,12 +239,6 @@ def test_sums_of_columns_and_their_squares_are_those_of_all_rows(blocks):
     np.testing.assert_allclose(blocks.square(), dense.T @ dense, atol=1e-12)
     # The second block alone has the fifth column, and so its multiple.
     assert 1 not in blocks.combined(by).parts[0].of
-
-
-def test_products_are_summed_over_all_stretches_of_a_piece():
-    columns = np.random.default_rng(100_003).normal(size=(160, 2))
-    by_piece = [columns[k == PIECE].T @ columns[k == PIECE] for k in range(4)]
-    np.testing.assert_allclose(products_of(columns, pieces_of(PIECE)), by_piece, atol=1e-12)
 
 
 def remembering(share, count, rng):

@@ -88,7 +88,7 @@ def test_a_reading_that_is_off_lies_in_the_degree_of_freedom_that_it_spoils(nomi
 
 def test_a_force_lies_where_it_acts_however_far_the_nominal_model_is_bent_to_make_up_for_it(nominal):
     course, pushed = nominal.course, np.zeros_like(nominal.course.nu)
-    pushed[:, 0] = 5.0 * np.sin(course.time_s)
+    pushed[:, 0] = 2.0 * np.sin(course.time_s)
     bent = nominal.theta.copy()
     for problem, place in zip(nominal.joint.problems, nominal.joint.places, strict=True):
         if problem.axis.dof == 5:
