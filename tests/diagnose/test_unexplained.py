@@ -17,8 +17,6 @@ from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.result import Next
 from identify.diagnose.rhythms import (
-    CURRENTS_S,
-    WAVES_S,
     bursts,
     mixture_gain,
     period_interval,
@@ -391,7 +389,7 @@ def test_a_sea_that_comes_and_goes_is_among_the_candidates_with_its_period(name,
 def test_every_line_lies_in_its_band_and_has_its_own_parameters():
     _, seas = seas_with([], 300_913)
     for effect in seas:
-        low, high = WAVES_S if effect.name == "waves" else CURRENTS_S
+        low, high = (1.5, 12.0) if effect.name == "waves" else (15.0, 200.0)
         assert all(0.95 * low <= one <= 1.05 * high for one in periods(effect))
         assert len(effect.parameters) == len(periods(effect)) * (6 if effect.name == "waves" else 4)
         assert np.all(effect.none() == 0.0)

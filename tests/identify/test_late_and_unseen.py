@@ -185,7 +185,7 @@ def test_a_search_that_is_cut_off_is_told(monkeypatch):
     ("steps", "converged", "settled", "told"),
     [
         (1, True, True, ""),
-        (1, True, False, f"{likelihood_fit.PASSES} passes"),
+        (1, True, False, "16 passes"),
         (60, False, True, "60 steps"),
         (4, False, True, "a smallest step"),
     ],

@@ -9,7 +9,7 @@ from built_recordings import NAN, recording, write
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from identify.dive import Dive, Signal
-from identify.fixes import EARTH_RADIUS_M, check_fixes
+from identify.fixes import check_fixes
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import quaternions_from_euler, turned_by
 
@@ -160,8 +160,8 @@ def dive(
     attitude = np.tile([math.cos(told / 2), 0.0, 0.0, math.sin(told / 2)], (len(time_s), 1))
     fixes = np.concatenate([np.arange(*span) for span in surfacings])
     north, east = SPEED * fixes * math.cos(heading), SPEED * fixes * math.sin(heading)
-    latitude = 44.0 + np.degrees(north / EARTH_RADIUS_M)
-    longitude = 11.0 + np.degrees(east / EARTH_RADIUS_M / math.cos(math.radians(44.0)))
+    latitude = 44.0 + np.degrees(north / 6_371_000.0)
+    longitude = 11.0 + np.degrees(east / 6_371_000.0 / math.cos(math.radians(44.0)))
     gnss = np.column_stack([latitude, longitude, np.zeros((len(fixes), 2))])
     return Dive(
         "run",
