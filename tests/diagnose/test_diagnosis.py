@@ -230,58 +230,42 @@ class TestCommand:
     def few(self, monkeypatch):
         monkeypatch.setattr(module, "library", lambda _configuration, _lag_s: SMALL)
 
+    def run(self, folder, *words):
+        dive = ("diagnose", folder / "dive.tlog", "--vehicle", folder / "vehicle.yaml")
+        return main([*map(str, (*dive, *words))])
+
     def test_it_says_what_it_found_and_writes_what_was_asked_for(self, folder, tmp_path, capsys):
         json_file, page, table = (tmp_path / name for name in ("a.json", "a.html", "a.csv"))
-        code = main([
-            "diagnose", str(folder / "dive.tlog"), "--vehicle", str(folder / "vehicle.yaml"),
-            "--check", str(folder / "check.tlog"), "--json", str(json_file), "--report", str(page),
-            "--predict", str(table),
-        ])  # fmt: skip
-        assert code == 0
+        check = ("--check", folder / "check.tlog", "--predict", table)
+        assert self.run(folder, *check, "--json", json_file, "--report", page) == 0
         shown = capsys.readouterr().out
-        assert "Quadratic drag" in shown
-        assert "X_uu" in shown
-        assert "On the check dive" in shown
+        assert all(words in shown for words in ("Quadratic drag", "X_uu", "On the check dive"))
         assert json.loads(json_file.read_text())["effects"][0]["name"] == "quadratic_drag"
         assert page.read_text().lower().startswith("<!doctype html>")
         assert "measured_u" in table.read_text()
 
-    def test_a_table_of_the_check_dive_needs_one(self, folder, tmp_path, capsys):
-        code = main([
-            "diagnose", str(folder / "dive.tlog"), "--vehicle", str(folder / "vehicle.yaml"),
-            "--predict", str(tmp_path / "a.csv"),
-        ])  # fmt: skip
-        assert code == 2
+    def test_a_table_needs_a_check_dive_and_a_recording_is_not_written_over(self, folder, tmp_path, capsys):
+        check = folder / "check.tlog"
+        assert self.run(folder, "--predict", tmp_path / "a.csv") == 2
         assert "--check" in capsys.readouterr().err
-
-    def test_a_recording_is_not_written_over(self, folder, capsys):
-        code = main([
-            "diagnose", str(folder / "dive.tlog"), "--vehicle", str(folder / "vehicle.yaml"),
-            "--check", str(folder / "check.tlog"), "--predict", str(folder / "check.tlog"),
-        ])  # fmt: skip
-        assert code == 2
+        assert self.run(folder, "--check", check, "--predict", check) == 2
         assert "would write over" in capsys.readouterr().err
 
     def test_what_was_accepted_earlier_is_held_beside_the_dive(self, case, folder, tmp_path, capsys):
-        values = [
-            *zip(MASSES, case.vehicle.mass, strict=True),
-            *zip(DAMPINGS, case.vehicle.damping, strict=True),
-        ]
+        values = zip((*MASSES, *DAMPINGS), (*case.vehicle.mass, *case.vehicle.damping), strict=True)
         parameters = [
             {"name": one.name, "identifiable": True, "given_thrust": 1.3 * v, "given_thrust_std": 0.02 * v}
             for one, v in values
         ]
-        earlier = tmp_path / "earlier.json"
+        earlier, answer = tmp_path / "earlier.json", tmp_path / "a.json"
         told = {
             "method": "likelihood", "outcome": "converged", "configuration": case.configuration,
             "parameters": parameters, "vehicle": {"name": case.name, "sha256": "0" * 64},
         }  # fmt: skip
         earlier.write_text(json.dumps(told))
-        command = ["diagnose", str(folder / "dive.tlog"), "--vehicle", str(folder / "vehicle.yaml")]
-        assert main([*command, "--accepted", str(earlier), "--json", str(tmp_path / "a.json")]) == 0
-        names = {one["name"] for one in json.loads((tmp_path / "a.json").read_text())["effects"]}
-        assert "thrust_gain" in names
+        assert self.run(folder, "--accepted", earlier, "--json", answer) == 0
+        assert "thrust_gain" in {one["name"] for one in json.loads(answer.read_text())["effects"]}
         earlier.write_text(json.dumps(told | {"configuration": "another"}))
         capsys.readouterr()
-        assert main([*command, "--accepted", str(earlier)]) == 2
+        assert self.run(folder, "--accepted", earlier) == 2
         assert "another" in capsys.readouterr().err
