@@ -163,19 +163,6 @@ def test_what_the_simulator_s_own_recording_hardly_shows_it_may_have():
     assert plain(spare)["against"]["possible"]["spare"] == ["quadratic_drag"]
 
 
-def test_a_number_of_an_effect_less_probable_than_not_may_be_off():
-    one = compared(diagnosis(possible(found("thruster_lag", size=2.0))), diagnosis(found("thruster_lag")))
-    (each,) = one.differences
-    assert (each.probability, one.off) == (0.42, ())
-    assert "time constant" not in verdict_sentence(one)
-    assert "Its thruster lag's time constant may be " in lines(one)[0]
-    assert "too small (thruster lag is 42 % probable): " in lines(one)[0]
-    assert plain(one)["against"]["differences"][0]["probability"] == 0.42
-    page = render_report(against_report(one))
-    assert "thruster lag, time constant</th>" not in page
-    assert "time constant may be" in page
-
-
 def test_a_story_less_probable_than_not_may_make_the_numbers_differ():
     one = compared(diagnosis(possible(found("added_payload"))), diagnosis(values={"M_u": 88.0}))
     assert lines(one)[1].startswith("Added payload (42 % probable) may make masses and dampings differ so: ")
@@ -247,18 +234,6 @@ def test_degrees_of_freedom_that_a_recording_does_not_tell_are_named():
     one = compared(diagnosis(), diagnosis())
     assert one.untold == ("heave", "roll", "pitch", "yaw")
     assert lines(one)[-1].startswith("In heave, roll, pitch and yaw nothing is said of masses")
-
-
-def test_the_page_says_what_to_set_before_all_else():
-    one = compared(
-        diagnosis(found("thruster_lag", size=2.0), found("dead_zone")),
-        diagnosis(found("thruster_lag"), values={"M_u": 88.0}),
-    )
-    page = render_report(against_report(one))
-    assert page.index("What to change in the simulator") < page.index("Where it lies")
-    assert "dead zone, half width</th>" in page
-    assert "−12 %" in page
-    assert "thruster lag, time constant</th>" in page
 
 
 def test_the_verdict_and_the_effects_of_plain_data_are_of_what_the_simulator_must_gain():

@@ -260,12 +260,6 @@ def test_every_effect_of_the_library_is_told_with_what_it_saves_beside_the_accep
     assert all(one.why == "" for one in tried if one.gain_nats <= 7.0)
 
 
-def test_a_small_weight_shows_as_early_as_a_push_that_is_as_large():
-    small = 0.09
-    assert Cause(NET_BUOYANCY, np.array([small])).shows
-    assert Cause(THRUST_BIAS, np.array([0.0, 0.0, small, 0.0])).shows
-
-
 def test_where_all_but_the_form_is_alike_a_few_nats_of_thousands_tell_nothing_apart():
     case = draw_case(3_860_000_011, names=[], seconds=110.0)
     shape = case.file.vehicle.configurations[case.configuration]

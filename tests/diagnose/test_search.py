@@ -254,11 +254,6 @@ def test_six_nats_are_worth_half_of_the_most_that_is_ever_told(margin_nats, told
     assert probability(margin_nats) == pytest.approx(told, rel=1e-9)
 
 
-def test_what_is_left_halves_no_cause_of_many_nats():
-    assert probability(1831.0, 7300.0) > 0.95
-    assert probability(20.0, 7300.0) < 0.05
-
-
 def test_a_force_of_no_effect_in_the_library_is_told_in_its_degree_of_freedom(nominal):
     """A push that goes with the square of the speed, whichever way: no drag is even."""
     wrench = np.zeros_like(nominal.course.nu)

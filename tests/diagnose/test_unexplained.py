@@ -399,8 +399,3 @@ def test_a_period_is_known_to_half_a_turn_in_the_dive():
     low, high = period_interval(90.0, 600.0)
     assert (1 / low - 1 / 90.0) * 600.0 == pytest.approx(0.5)
     assert (1 / 90.0 - 1 / high) * 600.0 == pytest.approx(0.5)
-
-
-def test_a_period_as_long_as_the_dive_has_ends():
-    low, high = period_interval(200.0, 120.0)
-    assert 0 < low < 200.0 < high < np.inf

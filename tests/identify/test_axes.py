@@ -1,6 +1,5 @@
 """Signals on one grid, axes with exact answers, and the wrench through curve, lag and geometry."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import closed_loop
@@ -26,7 +25,7 @@ from identify.dive import Array, Dive, Signal
 from identify.estimators.axes import build_axes
 from identify.estimators.motion import Motion
 from identify.estimators.readings import PITCH, ROLL, at_origin, averaged, places_of
-from identify.filters import aligned, derivative, low_pass
+from identify.filters import aligned, low_pass
 from identify.forces import WrenchHistory, wrench
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import attitude_at, quaternions_from_euler
@@ -181,11 +180,6 @@ def test_the_gain_at_the_cut_off_is_a_half_and_above_nyquist_nothing_happens() -
     assert low_pass(wave, RATE_HZ, 5.0) is wave
 
 
-def test_the_derivative_of_a_ramp_is_its_slope() -> None:
-    ramp = np.linspace(0.0, 5.0, 51)[:, None]
-    assert derivative(ramp, RATE_HZ) == pytest.approx(np.ones((51, 1)))
-
-
 def test_velocity_is_carried_from_the_transducer_to_the_origin() -> None:
     """Turning at 0.2 rad/s, a transducer 0.5 m ahead slides sideways at 0.1 m/s while the origin stands still."""
     turning = dive(velocity=sampled(10.0, 0.0, 0.1, 0.0), gyro=sampled(25.0, 0.0, 0.0, 0.2))
@@ -301,12 +295,6 @@ def test_two_halves_carry_the_area_and_the_first_moment_of_the_wrench() -> None:
     assert (3 * early + late) * 0.36 / 8 == pytest.approx(moment, abs=1e-6)
 
 
-def test_without_a_lag_the_thrust_is_there_at_once() -> None:
-    now = wrench(commanded_dive(pwm=STEP), thruster_vehicle(replace(QUADRATIC, lag_s=0.0)), "twin")
-    assert now.at(np.array([0.999, 1.0, 1.5]))[:, 0] == pytest.approx([0, 20, 20])
-    assert now.mean_between(np.array([0.5]), np.array([1.5]))[0, 0] == pytest.approx(10.0)
-
-
 def slow(time_s: Array, asked: Array) -> Array:
     state = [asked[0]]
     for k, step in enumerate(np.diff(time_s)):
@@ -336,12 +324,6 @@ def test_pwm_of_too_few_outputs_is_not_guessed_at() -> None:
     ours = wrench(commanded_dive(tau_cmd=tau, pwm=pwm([0.0], (1600.0,))), thruster_vehicle(), "twin")
     assert ours.source == "tau_cmd"
     assert any("1 thruster outputs" in note for note in ours.notes)
-
-
-def test_outputs_beyond_the_thrusters_are_lights_and_the_like() -> None:
-    more = pwm([0.0, 1.0], (1500, 1500, 1900), (1700, 1700, 1900))
-    ours = wrench(commanded_dive(pwm=more), thruster_vehicle(), "twin")
-    assert ours.at(np.array([20.0]))[0, 0] == pytest.approx(20.0)
 
 
 def test_both_sources_are_compared() -> None:

@@ -200,15 +200,6 @@ def test_a_controller_that_had_nothing_but_the_stuck_velocity_is_not():
     assert frozen_doubts(found) == ()
 
 
-def test_a_stuck_velocity_carried_to_the_origin_by_the_gyro_is_no_other_velocity():
-    recorded = with_stuck_velocity((50.0, 110.0))
-    used = stuck(recorded.nu_fb, (50.0, 110.0)).value
-    used[:, 5] = 0.2 * np.sin(recorded.nu_fb.time_s)
-    used[:, 0] += 0.4 * used[:, 5]
-    found = without_frozen(replace(recorded, nu_fb=Signal(recorded.nu_fb.time_s, used)))
-    assert frozen_doubts(found) == ()
-
-
 def test_a_short_stretch_in_steady_speed_is_told_by_the_noise_that_is_missing():
     recorded = replace(with_stuck_velocity((60.0, 63.0)), nu_fb=None)
     held = replace(recorded, tau_cmd=Signal(recorded.tau_cmd.time_s, np.full((2000, 6), 20.0)))
@@ -270,19 +261,6 @@ def test_a_dive_in_which_all_stands_still_is_refused_in_a_sentence():
         FitError, match="every velocity and rate of turn in it repeats one value while the thrusters"
     ):
         estimate(found, FILE, "only", quiet)
-
-
-def test_an_axis_whose_sensor_stood_still_throughout_says_so():
-    mission = draw_one(100_002, seconds=40.0, kind="rocking")
-    all_along = stuck(mission.dive.velocity, (0.0, 100.0))
-    found = estimate(
-        without_frozen(replace(mission.dive, velocity=all_along)), mission.file, mission.configuration, quiet
-    )
-    assert (
-        found["M_u"].reason
-        == "the recorded velocity in surge stands still at one value while the vehicle goes on; check the DVL, and "
-        "what passes its readings on"
-    )
 
 
 def test_reading_a_recording_leaves_out_what_stands_still_and_the_file_as_it_is(tmp_path):
@@ -398,11 +376,6 @@ def test_a_sensor_without_noise_that_rests_and_goes_stays_as_it_is():
     assert without_repeated(resting) is resting
 
 
-def test_coarse_steps_stay_as_they_are():
-    coarse = dive_of(np.round(0.4 * RNG.standard_normal((600, 3))))
-    assert without_repeated(coarse) is coarse
-
-
 def test_an_honest_dive_stays_as_it_is():
     assert without_repeated(mission()) is mission()
     without = replace(mission(), velocity=None)
@@ -467,12 +440,6 @@ def test_noise_above_a_fifth_of_the_signal_that_the_readings_do_not_show_makes_d
     for part in ("In surge", "the DVL", f"{one.noise:.3g} mm/s", f"{one.signal:.3g} mm/s", "check"):
         assert part in doubt.sentence
     assert loud_note([one]) == ()
-
-
-def test_where_no_thruster_pushed_inflated_noise_is_a_warning_alone(surge):
-    *_, signal = surge
-    (doubt,) = loud_doubts(noisy(surge, 0.5 * signal, pushed=()))
-    assert doubt.outcome is Outcome.CONVERGED
 
 
 def test_an_axis_that_hardly_moves_is_told_in_a_note_if_it_was_pushed():

@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mav
 from identify.dive import Dive, Signal
 from identify.fixes import check_fixes
 from identify.ingest.open import read_dive
-from identify.ingest.rotation import quaternions_from_euler, turned_by
+from identify.ingest.rotation import quaternions_from_euler
 
 SURGE, SWAY, SINK, RATE = 0.5, -0.1, 0.05, 0.8
 EVERY_S = 0.2
@@ -139,12 +139,6 @@ def test_an_odometry_of_axes_that_nobody_knows_is_left_for_the_next_best(tmp_pat
 def test_an_odometry_of_an_estimator_that_fuses_accelerations_is_a_filters(tmp_path, kind, filtered):
     dive = read(tmp_path, lambda t: odometry(t, (SURGE, SWAY, SINK), kind=kind), system=1)
     assert dive.velocity_is_filtered is filtered
-
-
-def test_a_quarter_turn_about_each_axis_is_the_next_axis():
-    found = turned_by(np.eye(3) * np.pi / 2, np.roll(np.eye(3), 1, axis=1))
-    assert found == pytest.approx(np.roll(np.eye(3), 2, axis=1), abs=1e-12)
-    assert turned_by(np.zeros((1, 3)), np.ones((1, 3))) == pytest.approx(np.ones((1, 3)))
 
 
 SPEED, SECONDS = 0.5, 400.0
