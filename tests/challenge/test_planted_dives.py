@@ -37,11 +37,13 @@ from identify.challenge.site import (
 )
 from identify.challenge.world import STATES
 from identify.dive import Dive
+from identify.effects.library import library
 from identify.estimators.table import estimator
 from identify.ingest.open import read_dive
 
 SCHEMA = Path(__file__).resolve().parents[1] / "data" / "answers.schema.json"
 SEED = 100_011
+LIBRARY = library(load_vehicle("ruvifist:hovering").vehicle.configurations["hovering"], 0.05)
 
 
 @pytest.fixture(scope="module")
@@ -137,8 +139,12 @@ def test_there_is_a_plant_for_every_name_that_an_answer_may_give() -> None:
     assert set(PLANTS) == set(names)
     parameters = schema["$defs"]["parameters_of_each_effect"]
     for name in names:
-        truth = draw_case(SEED, names=[name], size=0.5).planted[0].parameters
-        assert set(truth) == set(parameters[name]), name
+        for size in (0.0, 1.0):
+            truth = draw_case(SEED, names=[name], size=size).planted[0].parameters
+            assert set(truth) == set(parameters[name]), name
+            bounds = {p.name: p for one in LIBRARY if one.name == name for p in one.parameters}
+            for key in truth.keys() & bounds.keys():
+                assert bounds[key].low < truth[key] < bounds[key].high, (name, key, size)
 
 
 def test_all_kinds_are_drawn() -> None:

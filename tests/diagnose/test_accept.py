@@ -211,6 +211,7 @@ def test_a_change_adds_what_the_effect_of_another_size_does_beyond_the_accepted_
     assert effect_words(change) == f"a change of {effect_words(effect)}"
     for p, own, value in zip(change.parameters, effect.parameters, before, strict=True):
         assert (p.low + value, p.high + value) == pytest.approx((own.low, own.high))
+        assert [one + value for one in p.sure] == pytest.approx([*own.sure])
 
 
 def test_what_was_not_accepted_is_tried_as_before_and_so_is_a_limit_on_top_of_one():

@@ -9,6 +9,7 @@ from bridge.vehicle.dynamics import coriolis
 from identify.diagnose import drift
 from identify.diagnose.drift import drawn, drifts, floors_of, ran_away
 from identify.diagnose.simulation import Simulation, between, off_by, simulation_of
+from identify.estimators.innovations import VELOCITY, transitions
 from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
 
 STEP_S = 0.04
@@ -98,6 +99,24 @@ def test_the_disturbance_that_is_drawn_has_the_fitted_strength_and_memory(nomina
         assert np.std(force[:, dof]) == pytest.approx(sigma, rel=0.25)
         together = np.mean(force[1:, dof] * force[:-1, dof]) / np.mean(force[:, dof] ** 2)
         assert together == pytest.approx(np.exp(-STEP_S / memory_s), abs=0.05)
+
+
+def test_the_noise_of_a_drawn_step_has_the_covariance_that_the_filters_take_it_to_have():
+    """A unit of each of its three random numbers in turn: the columns of a root of that covariance."""
+    table = transitions(np.array([0.05]), 100.0, np.array([50.0]), 20.0, 3.0, 1.6, 0.5, 0.0, 1.0, 0.0)
+    columns = []
+    for k in range(3):
+        normal = np.zeros((2, 4))
+        normal[1, k] = 1.0
+        true, place, pushed, _ = drift._coloured_motion(
+            table, np.array([-1, 0]), np.full(2, np.nan), np.full(2, VELOCITY), np.ones(2), 3.0, 0.0, normal,
+            np.zeros(2),
+        )  # fmt: skip
+        columns.append((true[1], place[1], pushed[1]))
+    root = np.array(columns).T
+    nu, nu_x, nu_d, x, x_d, d = table[0, 11:17]
+    expected = np.array([[nu, nu_x, nu_d], [nu_x, x, x_d], [nu_d, x_d, d]])
+    np.testing.assert_allclose(root @ root.T, expected, rtol=1e-6, atol=1e-12)
 
 
 def test_a_model_without_a_gap_drifts_by_its_floor_and_one_with_a_force_too_much_by_more(nominal):

@@ -176,12 +176,12 @@ MOVE = 1e-3
     ("seed", "kind", "fog_gap_s", "each"),
     rows_rest_in_soak(
         [
-            (100_002, "rocking", (8.0, 10.0), 6),
+            (100_002, "rocking", (8.0, 10.0), 12),
             (100_002, "rocking", (8.0, 10.0), 1),
             (100_009, "spin", None, 1),
         ]
     ),
-    ids=["every sixth, a FOG with a gap", "all, a FOG with a gap", "all, gyros alone"],
+    ids=["every twelfth, a FOG with a gap", "all, a FOG with a gap", "all, gyros alone"],
 )
 def test_the_slope_in_coefficients_and_noise_levels_is_that_of_central_differences(
     seed, kind, fog_gap_s, each
