@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fakes.shared import shared
 from soak import rows_rest_in_soak
 
 from bench.forward import Starts, moved, run_forward, starts
@@ -217,8 +218,6 @@ def test_windows_start_at_readings_and_end_within_the_dive() -> None:
     assert begin.time_s[-1] + 10.0 <= mission.dive.velocity.time_s[-1]
 
 
-SHARED = Path(__file__).resolve().parents[2].parent / "shared"
-RUNS = SHARED / "data" / "fossen_simulator"
 ANSWERS = Path(__file__).resolve().parents[1] / "data" / "sealed_answers"
 COUNT, STEP_S = 1500, 0.1
 
@@ -310,10 +309,9 @@ def test_a_run_without_the_actuators_states_is_refused(tmp_path):
     rows_rest_in_soak([("otter", "b", 0.26, 0.15), ("remus100", "a", 0.2, 0.346)]),
 )
 def test_the_answers_kept_are_those_that_the_runs_give(vehicle, run, north, east):
-    if not RUNS.exists():
-        pytest.skip("needs ../shared/data beside the checkout")
+    runs = shared("data", "fossen_simulator")
     other = {"a": "b", "b": "a"}[run]
-    found = weigh(Pair(vehicle, load_run(RUNS, vehicle, other), load_run(RUNS, vehicle, run)), CURRENT)
+    found = weigh(Pair(vehicle, load_run(runs, vehicle, other), load_run(runs, vehicle, run)), CURRENT)
     kept = json.loads((ANSWERS / f"{vehicle}.json").read_text())
     assert found.values == pytest.approx([north, east], abs=0.002)
     assert kept["run"] == run

@@ -8,6 +8,8 @@ import jsonschema
 import numpy as np
 import pytest
 from fakes.planted import explained, planted_nominal, quiet
+from fakes.shared import CHECKOUT, shared
+from fakes.vehicle import VEHICLE
 from soak import rest_in_soak
 
 from bench.field.draw import draw
@@ -30,22 +32,17 @@ from identify.effects.hydrodynamics import QUADRATIC_DRAG
 from identify.ingest.open import read_dive
 from identify.statistics import Z95
 
-ROOT = Path(__file__).resolve().parents[2]
-SHARED = ROOT.parent / "shared"
-SEALED = SHARED / "sealed"
 SCHEMA = Path(__file__).resolve().parents[1] / "data" / "answers.schema.json"
 WHOLE_S = 1000.0
 short_or_whole = pytest.mark.parametrize("seconds", rest_in_soak([200.0, WHOLE_S]))
-ANSWERS = ROOT / "tests" / "data" / "sealed_answers"
+ANSWERS = CHECKOUT / "tests" / "data" / "sealed_answers"
 
 
 def told(name, seconds, lag_s=0.03):
-    if not SEALED.is_dir():
-        pytest.skip("no shared data beside the checkout")
-    file = load_vehicle(str(ROOT / "tests/data/vehicles/hovering.yaml"))
+    file = load_vehicle(VEHICLE)
     curve = replace(file.vehicle.thrust_curve, lag_s=lag_s)
     file = replace(file, vehicle=replace(file.vehicle, thrust_curve=curve))
-    dives = (read_dive(SEALED / name / f"{which}.tlog.gz") for which in ("dive", "check"))
+    dives = (read_dive(shared("sealed", name, f"{which}.tlog.gz")) for which in ("dive", "check"))
     dive, check = (one.between(one.span_s[0], one.span_s[0] + seconds) for one in dives)
     return diagnose(dive, file, "hovering", check=check, progress=quiet)
 
@@ -88,16 +85,14 @@ def test_the_answers_to_the_sealed_dives_keep_to_the_schema(letter):
     assert sum(one["share"] for one in answer["gap"]["where"]) == pytest.approx(1.0)
 
 
-DIVE = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "ardusub_sitl" / "still.tlog.gz"
 TRUE = {"X_uu": 48.285, "Y_vv": 62.08, "Z_ww": 68.98}
 
 
 @pytest.mark.soak
 def test_the_firmwares_own_submarine_has_quadratic_drag_and_nothing_else():
-    if not DIVE.exists():
-        pytest.skip("needs ../shared/data beside the checkout")
     file = load_vehicle("ardusub_vectored")
-    found = diagnose(read_dive(DIVE, None, file), file, "vectored", progress=quiet)
+    dive = read_dive(shared("data", "ardusub_sitl", "still.tlog.gz"), None, file)
+    found = diagnose(dive, file, "vectored", progress=quiet)
     assert [one.name for one in found.findings] == ["quadratic_drag"]
     assert found.verdict == "explained"
     parameters = found.findings[0].parameters

@@ -1,12 +1,13 @@
 """What is doubted is let in, and intervals hold the truth then: with a drag or a lateness that the model lacks."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import closed_loop
 import network_tasks
 import numpy as np
 import pytest
+from fakes.shared import shared
+from fakes.vehicle import VEHICLE
 from soak import rest_in_soak
 
 from bridge.vehicle.config import load_vehicle
@@ -27,8 +28,6 @@ from identify.identification import Outcome
 from identify.ingest.open import read_dive
 from identify.statistics import Z95
 
-ROOT = Path(__file__).resolve().parents[2]
-OPEN_2 = ROOT.parent / "shared" / "sealed" / "open_2" / "dive.tlog.gz"
 FILE = closed_loop.vehicle_file()
 BOTH = pytest.mark.parametrize("method", ["likelihood", "pinn"])
 SURGE, DAMPING_OF_SURGE = 0, 6
@@ -114,16 +113,15 @@ def test_a_doubt_is_the_same_a_step_off_the_maximum():
     assert beside == pytest.approx(there, rel=0.1)
 
 
-@pytest.mark.skipif(
-    not OPEN_2.exists(), reason="the dives made elsewhere are not beside this checkout (shared)"
-)
 @pytest.mark.parametrize("method", rest_in_soak(["likelihood", "pinn"]))
 def test_masses_and_dampings_of_a_dive_made_elsewhere_with_quadratic_drag_lie_in_their_intervals(method):
     """What its maker says of it, masses and linear dampings of the axes that its thrusters drive."""
     truth = {"M_u": 111.6, "M_v": 112.41, "M_w": 134.0, "I_r": 16.0}
     truth |= {"D_u": 56.24, "D_v": 53.05, "D_w": 95.0, "D_r": 26.07}
-    file = load_vehicle(str(ROOT / "tests/data/vehicles/hovering.yaml"))
-    found = estimator(method)(read_dive(OPEN_2), file, "hovering", network_tasks.quiet)
+    file = load_vehicle(VEHICLE)
+    found = estimator(method)(
+        read_dive(shared("sealed", "open_2", "dive.tlog.gz")), file, "hovering", network_tasks.quiet
+    )
     assert found.outcome is Outcome.DISAGREES
     assert sum("speed squared" in doubt.sentence for doubt in found.doubts) == 3
     told = {name: found[name] for name in truth if np.isfinite(found[name].value)}

@@ -5,6 +5,7 @@ from pathlib import Path
 import closed_loop
 import numpy as np
 import pytest
+from fakes.shared import shared
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -368,10 +369,7 @@ def test_nothing_at_all_is_refused() -> None:
 
 def test_replaying_the_commands_of_the_real_firmware_gives_its_motion() -> None:
     """ArduSub's own simulator has no added mass and purely quadratic drag; its source says how much."""
-    path = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "ardusub_sitl" / "still.tlog.gz"
-    if not path.exists():
-        pytest.skip(f"{path} is not here")
-    recorded = read_dive(path)
+    recorded = read_dive(shared("data", "ardusub_sitl", "still.tlog.gz"))
     step_s = 0.01
     time_s = np.arange(50.0, 500.0, step_s)
     file = load_vehicle("ardusub_vectored")

@@ -19,6 +19,7 @@ from built_recordings import (
     servos,
     write,
 )
+from fakes.shared import shared
 from fastcrc.crc16 import mcrf4xx
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -170,7 +171,6 @@ def test_a_recording_that_does_not_fit_the_vehicle_is_noted(tmp_path: Path) -> N
     assert any("8 thrusters" in note for note in read_dive(path, vehicle=load_vehicle("ruvifist")).notes)
 
 
-SHARED = Path(__file__).resolve().parents[2].parent / "shared"
 START_US = 1_790_000_000_000_000
 HEARTBEAT = mav.MAVLink_heartbeat_message(12, 0, 128, 0, 4, 3)
 
@@ -350,9 +350,7 @@ def test_a_field_is_what_the_full_payload_would_hold(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["sealed/open_1/check.tlog.gz", "data/ardusub_dives/small.tlog"])
 def test_recordings_of_others_are_read_alike_whole_and_damaged(tmp_path: Path, name: str) -> None:
-    source = SHARED / name
-    if not source.exists():
-        pytest.skip(f"{source} is not here")
+    source = shared(name)
     assert_alike(source)
     data = locate(source).data[:400_000].tobytes()
     path = tmp_path / "a.tlog"

@@ -23,13 +23,12 @@ from built_recordings import (
     servos,
     write,
 )
+from fakes.shared import shared
 from pymavlink.DFReader import DFReader_binary
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from identify.dive import Dive, Signal
 from identify.ingest.open import read_dive
-
-SHARED = Path(__file__).resolve().parents[2].parent / "shared"
 
 
 def test_every_signal_of_the_contract_arrives_in_si_units(tmp_path: Path) -> None:
@@ -111,13 +110,6 @@ def test_mavlink_1_frames_are_read(tmp_path: Path) -> None:
     dive = read_dive(write(tmp_path / "a.tlog", records))
     assert dive.pwm.value[7] == pytest.approx([1500, 1700])
     assert dive.attitude.value[0] == pytest.approx([np.cos(0.25), 0, 0, np.sin(0.25)])
-
-
-def shared(*parts: str) -> Path:
-    path = SHARED.joinpath(*parts)
-    if not path.exists():
-        pytest.skip(f"{path} is not here")
-    return path
 
 
 def test_a_dive_made_elsewhere_is_read_whole() -> None:
@@ -295,9 +287,7 @@ def test_a_log_cut_anywhere_still_opens(tmp_path: Path) -> None:
 
 
 def test_a_real_log_agrees_with_pymavlink(capfd: pytest.CaptureFixture[str]) -> None:
-    path = SHARED / "data" / "ardusub_dives" / "small.BIN"
-    if not path.exists():
-        pytest.skip(f"{path} is not here")
+    path = shared("data", "ardusub_dives", "small.BIN")
     dive = read_dive(path)
     reader = DFReader_binary(str(path))
     theirs: dict[str, list[tuple[float, ...]]] = {"RCOU": [], "XKF1": [], "CTUN": []}

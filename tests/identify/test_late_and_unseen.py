@@ -1,12 +1,13 @@
 """What is doubted beside a missing drag: thrust at another time, speeds that nobody read, a search cut off."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import closed_loop
 import network_tasks
 import numpy as np
 import pytest
+from fakes.shared import shared
+from fakes.vehicle import VEHICLE
 from soak import rest_in_soak
 
 from bench.missions.mission import draw_one
@@ -23,8 +24,6 @@ from identify.estimators.table import estimator
 from identify.identification import Outcome
 from identify.ingest.open import read_dive
 
-ROOT = Path(__file__).resolve().parents[2]
-OPEN_1 = ROOT.parent / "shared" / "sealed" / "open_1" / "dive.tlog.gz"
 FILE = closed_loop.vehicle_file()
 
 
@@ -64,13 +63,10 @@ def test_thrust_that_is_stamped_late_makes_data_and_model_disagree_and_says_by_h
     assert "doctor --wet" in doubt.sentence
 
 
-@pytest.mark.skipif(
-    not OPEN_1.exists(), reason="the dives made elsewhere are not beside this checkout (shared)"
-)
 @pytest.mark.parametrize("method", rest_in_soak(["likelihood", "pinn"]))
 def test_a_lag_20_ms_off_is_doubted_in_yaw_on_a_dive_made_elsewhere_and_its_own_lag_is_not(method):
     """Its own lag is 30 ms, its yaw inertia 16.0 kg m2; 20 ms more take 3.6 % off that, seven standard errors."""
-    file, dive = load_vehicle(str(ROOT / "tests/data/vehicles/hovering.yaml")), read_dive(OPEN_1)
+    file, dive = load_vehicle(VEHICLE), read_dive(shared("sealed", "open_1", "dive.tlog.gz"))
     curve = file.vehicle.thrust_curve
     assert curve.lag_s == pytest.approx(0.03)
     slow = replace(file, vehicle=replace(file.vehicle, thrust_curve=replace(curve, lag_s=0.05)))

@@ -2,12 +2,12 @@
 
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import fitted
 import numpy as np
 import pytest
 import tumbling
+from fakes.shared import shared
 from soak import rest_in_soak, rows_rest_in_soak
 from turned_dives import turned
 
@@ -27,11 +27,6 @@ from identify.ingest.rotation import quaternions_from_euler
 
 TIME_S = np.arange(0.0, 100.0, 0.01)
 DEGREE = np.pi / 180
-SHARED = Path(__file__).resolve().parents[2].parent / "shared"
-OPEN_1, AT_REST = (
-    SHARED / "sealed" / "open_1" / "dive.tlog.gz",
-    SHARED / "data" / "ardusub_sitl" / "still.tlog.gz",
-)
 ABOUT = ("M_w", "I_p", "I_q", "D_w", "D_p", "D_q")
 
 
@@ -181,11 +176,8 @@ def test_an_honest_dive_is_not_doubted_and_a_spoilt_one_is(seed, kind):
     assert "The attitude is stamped some " in said_by(levelling_doubts(later(dive, 0.5)))
 
 
-@pytest.mark.skipif(
-    not OPEN_1.exists(), reason="the dives made elsewhere are not beside this checkout (shared)"
-)
 def test_a_dive_made_elsewhere_that_is_held_level_is_doubted_where_it_was_spoilt():
-    dive = read_dive(OPEN_1)
+    dive = read_dive(shared("sealed", "open_1", "dive.tlog.gz"))
     assert levelling_doubts(dive) == ()
     assert "roll turns by -1" in said_by(levelling_doubts(mirrored(dive, 1, 2)))
     assert "roll turns by -1" in said_by(levelling_doubts(with_gyro(dive, np.diag([-1, -1, 1]))))
@@ -193,9 +185,8 @@ def test_a_dive_made_elsewhere_that_is_held_level_is_doubted_where_it_was_spoilt
     assert "gyro's rate in pitch" in said_by(levelling_doubts(with_gyro(dive, SWAPPED)))
 
 
-@pytest.mark.skipif(not AT_REST.exists(), reason="the recordings are not beside this checkout (shared)")
 def test_an_autopilot_at_rest_whose_gyros_warm_is_not_doubted():
-    dive = read_dive(AT_REST)
+    dive = read_dive(shared("data", "ardusub_sitl", "still.tlog.gz"))
     assert levelling(dive).roll.scale.least == pytest.approx(1.0, abs=0.05)
     assert levelling_doubts(dive) == ()
 

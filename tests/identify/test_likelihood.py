@@ -1,12 +1,13 @@
 """What the likelihood promises: true values inside its intervals in closed loop, and doubts said out loud."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import closed_loop
 import numpy as np
 import pytest
 from fakes.planted import quiet
+from fakes.shared import shared
+from fakes.vehicle import VEHICLE
 from fitted import gaussian
 
 from bridge.errors import FitError
@@ -16,10 +17,6 @@ from identify.estimators.scoring import climb, score
 from identify.estimators.table import estimator
 from identify.identification import Outcome
 from identify.ingest.open import read_dive
-
-ROOT = Path(__file__).resolve().parents[2]
-SEALED = ROOT.parent / "shared" / "sealed"
-
 
 estimate = estimator("likelihood")
 
@@ -142,12 +139,11 @@ def test_a_step_that_leaps_over_the_summit_is_not_taken_for_the_last():
     assert abs(found.theta[0] - best) < 0.1 * started_off
 
 
-@pytest.mark.skipif(not SEALED.exists(), reason="needs ../shared/sealed beside the checkout")
 def test_a_dive_made_elsewhere_has_its_truth_in_the_99_percent_intervals():
     truth = {"M_u": 111.6, "M_v": 112.41, "M_w": 134.0, "I_r": 16.0}
     truth |= {"D_u": 56.24, "D_v": 53.05, "D_w": 95.0, "D_r": 26.07}
-    file = load_vehicle(str(ROOT / "tests/data/vehicles/hovering.yaml"))
-    found = estimate(read_dive(SEALED / "open_1" / "dive.tlog.gz"), file, "hovering", quiet)
+    file = load_vehicle(VEHICLE)
+    found = estimate(read_dive(shared("sealed", "open_1", "dive.tlog.gz")), file, "hovering", quiet)
     named = [name for name in truth if found[name].identifiable]
     assert {"M_u", "M_v", "I_r", "D_u", "D_v", "D_w", "D_r"} <= set(named)
     for name in named:
@@ -171,8 +167,7 @@ def test_a_recording_of_another_configuration_makes_data_and_model_disagree():
     assert any("VEH_CFG 3" in note for note in found.sentences)
 
 
-@pytest.mark.skipif(not SEALED.exists(), reason="needs ../shared/sealed beside the checkout")
 def test_a_dive_made_elsewhere_with_quadratic_drag_is_doubted():
-    file = load_vehicle(str(ROOT / "tests/data/vehicles/hovering.yaml"))
-    found = estimate(read_dive(SEALED / "open_2" / "dive.tlog.gz"), file, "hovering", quiet)
+    file = load_vehicle(VEHICLE)
+    found = estimate(read_dive(shared("sealed", "open_2", "dive.tlog.gz")), file, "hovering", quiet)
     assert found.outcome is Outcome.DISAGREES

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from autopilot_log import Turning, heard, logged
+from fakes.shared import shared
 
 from bridge.errors import LogError
 from bridge.wire.clock_line import fit_clock
@@ -13,7 +14,6 @@ from identify.ingest.logs import in_holes, match, merged
 from identify.ingest.open import identity_of, read_dive, recording_files
 from identify.ingest.tlog import read_tlog
 
-SHARED = Path(__file__).resolve().parents[2].parent / "shared"
 DRIFTS = (0.0, 40e-6, -80e-6)
 
 
@@ -168,9 +168,7 @@ def test_only_holes_are_filled() -> None:
 
 
 def test_a_real_log_of_another_dive_is_refused() -> None:
-    dives = SHARED / "data" / "ardusub_dives"
-    if not dives.exists():
-        pytest.skip(f"{dives} is not here")
+    dives = shared("data", "ardusub_dives")
     telemetry = dives / "small.tlog"
     with pytest.raises(LogError, match="in common in which the vehicle turns"):
         merged(read_tlog([telemetry], "small"), [telemetry], dives / "small.BIN")

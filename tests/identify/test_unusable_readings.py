@@ -8,6 +8,7 @@ import closed_loop
 import numpy as np
 import pytest
 from fakes.planted import quiet
+from fakes.shared import shared
 from test_judged import FILE as TURNING
 from test_judged import YAW, one_axis
 
@@ -145,9 +146,6 @@ def test_a_mode_or_configuration_that_is_no_whole_number_is_left_out_and_told(na
     assert name not in without_impossible(never).signals()
 
 
-SHARED = Path(__file__).resolve().parents[2].parent / "shared"
-
-
 @cache
 def dive(**keys):
     return closed_loop.dive(np.random.default_rng(100_001), seconds=200.0, **keys)
@@ -279,9 +277,7 @@ def test_reading_a_recording_leaves_out_what_stands_still_and_the_file_as_it_is(
     "name", ["sealed/open_1/dive.tlog.gz", "data/ardusub_sitl/still.tlog.gz", "data/ardusub_dives/small.tlog"]
 )
 def test_recordings_made_elsewhere_lose_nothing(name):
-    if not (SHARED / name).exists():
-        pytest.skip(f"needs ../shared/{name} beside the checkout")
-    assert read_dive(SHARED / name).frozen == {}
+    assert read_dive(shared(name)).frozen == {}
 
 
 def test_one_axis_that_stands_still_alone_is_left_out_there_and_told():
@@ -321,7 +317,6 @@ def test_an_axis_that_rests_within_one_step_of_its_sensor_stays(step):
     assert without_frozen(recorded) is recorded
 
 
-SEALED = Path(__file__).resolve().parents[2].parent / "shared" / "sealed"
 COLUMNS = "time: {column: t, unit: s}\nvelocity: {columns: [u, v, w], unit: m/s}\n"
 RNG = np.random.default_rng(100_351)
 
@@ -382,12 +377,9 @@ def test_an_honest_dive_stays_as_it_is():
     assert without_repeated(without) is without
 
 
-@pytest.mark.skipif(
-    not (SEALED / "open_1").exists(), reason="the dives made elsewhere are not beside this checkout (shared)"
-)
 @pytest.mark.parametrize("name", ["open_1", "open_2"])
 def test_a_dive_made_elsewhere_stays_as_it_is(name):
-    assert not any("times over" in note for note in read_dive(SEALED / name / "dive.tlog.gz").notes)
+    assert not any("times over" in note for note in read_dive(shared("sealed", name, "dive.tlog.gz")).notes)
 
 
 def test_a_recording_of_a_dvl_that_repeats_is_read_once_each(tmp_path):

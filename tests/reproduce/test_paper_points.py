@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fakes.shared import shared
 
 from bench.reproduce import published
 from bench.reproduce.measures import DOFS, demand, heading, matrices, span, steady_speed, turned
@@ -28,7 +29,6 @@ from bridge.vehicle.thrusters import thrust_curve
 from identify.dive import Dive, Signal
 from identify.filters import AlignedDive
 
-PAPER = Path(__file__).resolve().parents[2].parent / "shared" / "paper.txt"
 BY_TITLE = {point.title: point for point in points(72.0)}
 
 
@@ -57,18 +57,14 @@ def as_printed(number):
     ],
 )
 def test_every_number_stands_in_the_paper(number):
-    if not PAPER.exists():
-        pytest.skip("needs ../shared/paper.txt beside the checkout")
     if number is published.RAMP:
         number = Published(22.0, "s", "the ramp's end; it begins at 7 s")
-    text = PAPER.read_text(encoding="utf-8")
+    text = shared("paper.txt").read_text(encoding="utf-8")
     assert any(re.search(rf"(?<![\d.]){re.escape(form)}(?!\d)", text) for form in as_printed(number))
 
 
 def test_table_5_is_that_of_the_paper():
-    if not PAPER.exists():
-        pytest.skip("needs ../shared/paper.txt beside the checkout")
-    text = PAPER.read_text(encoding="utf-8")
+    text = shared("paper.txt").read_text(encoding="utf-8")
     for phase in ("Acceleration", "Steady state", "Deceleration", "Overall"):
         assert f"{phase}\t{TABLE_5['surge', phase]:.4f} m/s\t{TABLE_5['sway', phase]:.4f} m/s" in text
 
