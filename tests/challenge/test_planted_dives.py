@@ -147,6 +147,14 @@ def test_there_is_a_plant_for_every_name_that_an_answer_may_give() -> None:
                 assert bounds[key].low < truth[key] < bounds[key].high, (name, key, size)
 
 
+def test_every_gyro_aboard_reads_its_bias_beyond_the_turning() -> None:
+    case = draw_case(NEAREST_SEED, names=["gyro_bias"], size=1.0, seconds=40.0)
+    dive, turned = dive_of(case), case.simulated(0)[1].ticks.state[:, 13]
+    rate = (turned[-1] - turned[0]) / (dive.pwm.time_s[-1] - dive.pwm.time_s[0])
+    for readings in (dive.gyro.value[:, 2], dive.fog.value[:, 0]):
+        assert readings.mean() - rate == pytest.approx(told(case)["z"], rel=0.1)
+
+
 def test_all_kinds_are_drawn() -> None:
     cases = [draw_case(200_000 + seed) for seed in range(60)]
     assert {case.kind for case in cases} == {"none", "one", "two", "novel"}
