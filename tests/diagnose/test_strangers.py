@@ -105,6 +105,18 @@ def test_a_sound_velocity_has_no_spikes_and_an_autopilot_s_own_is_not_looked_at(
     assert without_spikes(spiky) == (spiky, ())
 
 
+def test_each_reading_that_the_filters_leave_out_costs_as_much_as_one_at_six_standard_deviations(case):
+    dive = dive_of(case)
+    at = np.flatnonzero(np.isfinite(dive.velocity.value[:, 0]))[50::50]
+
+    def log_posterior(surge):
+        value = dive.velocity.value.copy()
+        value[at, 0] = surge
+        return planted_nominal(case, with_velocity(dive, value)).log_posterior
+
+    assert log_posterior(np.nan) - log_posterior(3.0) == pytest.approx(18.0 * len(at), rel=0.1)
+
+
 def test_a_stop_within_one_reading_is_no_spike():
     time_s = np.arange(200) / 8.0
     value = np.where(time_s < 12.0, 0.6, 0.0)[:, None] * np.ones(3)
