@@ -117,6 +117,18 @@ def test_each_reading_that_the_filters_leave_out_costs_as_much_as_one_at_six_sta
     assert log_posterior(np.nan) - log_posterior(3.0) == pytest.approx(18.0 * len(at), rel=0.1)
 
 
+def test_an_axis_that_settles_too_quickly_for_the_recorded_commands_is_left_out_and_named(
+    case, nominal, monkeypatch
+):
+    settles_s = nominal.course.mass / nominal.course.damping
+    fitted = sorted((problem.axis.dof for problem in nominal.joint.problems), key=lambda dof: settles_s[dof])
+    between_s = float(np.sqrt(settles_s[fitted[0]] * settles_s[fitted[1]]))
+    monkeypatch.setattr("identify.diagnose.nominal.QUICKEST_S", between_s)
+    without = planted_nominal(case)
+    assert {problem.axis.dof for problem in without.joint.problems} == {*fitted[1:]}
+    assert "too quickly to be told from recorded commands" in without.built.missing[fitted[0]]
+
+
 def test_a_stop_within_one_reading_is_no_spike():
     time_s = np.arange(200) / 8.0
     value = np.where(time_s < 12.0, 0.6, 0.0)[:, None] * np.ones(3)
