@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import fitted
 import numpy as np
@@ -9,14 +10,13 @@ import pytest
 import tumbling
 from fakes.shared import shared
 from soak import rest_in_soak, rows_rest_in_soak
-from turned_dives import turned
 
 from bench.missions.mission import draw_one
 from bridge.vehicle.coefficients import DOFS
 from identify.checks.heading import turning, turning_doubts
 from identify.checks.levelling import levelling, levelling_doubts
 from identify.diagnose.diagnose import diagnose
-from identify.dive import Signal
+from identify.dive import Dive, Signal
 from identify.estimators.answer import answered
 from identify.estimators.axes import build_axes
 from identify.estimators.likelihood import estimate
@@ -28,6 +28,23 @@ from identify.ingest.rotation import quaternions_from_euler
 TIME_S = np.arange(0.0, 100.0, 0.01)
 DEGREE = np.pi / 180
 ABOUT = ("M_w", "I_p", "I_q", "D_w", "D_p", "D_q")
+
+
+def turned(time_s, roll, pitch, yaw):
+    """A dive of these Euler angles (n,) in rad, zyx; body rates by their kinematics (Fossen 2011, eq. 2.28)."""
+    p_dot, q_dot, r_dot = np.gradient(np.stack([roll, pitch, yaw]), time_s, axis=1)
+    rates = [
+        p_dot - r_dot * np.sin(pitch),
+        q_dot * np.cos(roll) + r_dot * np.sin(roll) * np.cos(pitch),
+        r_dot * np.cos(roll) * np.cos(pitch) - q_dot * np.sin(roll),
+    ]
+    return Dive(
+        "turned",
+        Path("turned.tlog"),
+        "0" * 64,
+        attitude=Signal(time_s, quaternions_from_euler(roll, pitch, yaw)),
+        gyro=Signal(time_s, np.column_stack(rates)),
+    )
 
 
 @cache

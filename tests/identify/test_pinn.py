@@ -84,13 +84,6 @@ def test_a_gap_in_the_velocity_does_no_harm():
         assert abs(gap[name].value - plain[name].value) < plain[name].std
 
 
-def test_quadratic_drag_makes_data_and_model_disagree_and_says_in_which_axis():
-    found = fit(closed_loop.dive(np.random.default_rng(4), quadratic=40.0))
-    assert found.outcome is Outcome.DISAGREES
-    assert any("surge" in note and "speed squared" in note for note in found.sentences)
-    assert found["D_u"].low95 < closed_loop.DAMPING < found["D_u"].high95
-
-
 def test_a_dive_of_which_no_axis_can_be_fitted_is_called_not_identifiable_with_reasons():
     dive = closed_loop.dive(np.random.default_rng(8), seconds=60.0)
     blind = replace(dive, velocity=Signal(dive.velocity.time_s, np.full_like(dive.velocity.value, np.nan)))
