@@ -155,6 +155,13 @@ def test_every_gyro_aboard_reads_its_bias_beyond_the_turning() -> None:
         assert readings.mean() - rate == pytest.approx(told(case)["z"], rel=0.1)
 
 
+def test_a_tilted_accelerometer_is_turned_and_not_stretched() -> None:
+    case = draw_case(NEAREST_SEED, names=["imu_gravity_leak"], size=1.0, seconds=20.0)
+    tilt, angles = case.simulated(0)[0].faults.tilt, told(case)
+    assert tilt @ tilt.T == pytest.approx(np.eye(3), abs=1e-12)
+    assert (tilt @ [0.0, 0.0, -1.0])[:2] == pytest.approx([angles["pitch"], -angles["roll"]], rel=1e-3)
+
+
 def test_all_kinds_are_drawn() -> None:
     cases = [draw_case(200_000 + seed) for seed in range(60)]
     assert {case.kind for case in cases} == {"none", "one", "two", "novel"}
