@@ -162,11 +162,13 @@ def test_a_tilted_accelerometer_is_turned_and_not_stretched() -> None:
     assert (tilt @ [0.0, 0.0, -1.0])[:2] == pytest.approx([angles["pitch"], -angles["roll"]], rel=1e-3)
 
 
-def test_all_kinds_are_drawn() -> None:
+def test_all_kinds_are_drawn_of_vehicles_that_settle_within_seconds() -> None:
     cases = [draw_case(200_000 + seed) for seed in range(60)]
     assert {case.kind for case in cases} == {"none", "one", "two", "novel"}
     assert len({case.configuration for case in cases}) == 3
     assert all(len({p.name for p in case.planted}) == len(case.planted) for case in cases)
+    settles_s = np.array([case.vehicle.mass / case.vehicle.damping for case in cases])
+    assert 0.15 < settles_s.min() < settles_s.max() < 5.0
 
 
 Array = NDArray[np.float64]
