@@ -10,22 +10,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fakes.planted import quiet
 
 from bench import accuracy, accuracy_trials, coverage, goals, trial
 from bench.accuracy_trials import Bound, Stated, Trial
 from bench.baselines import least_squares
 from bench.baselines.regression import AxisTerms, axis_terms
 from bench.bound import cramer_rao, information, kernel
-from bench.coverage import Trial as coverage_Trial
 from bench.coverage import Tried
 from bench.missions import Mission
 from bench.missions.mission import draw_one
 from bench.pooled import effective_count, share95, wilson
 from bench.remembered import Data, Remembered
 from bench.tally import inside95, median_ratio, root_mean_square, tally
-from bridge.errors import FitError
 from identify.estimators.likelihood import estimate
-from identify.estimators.table import estimator
 from identify.statistics import Z95 as IDENTIFICATION_Z95
 
 Z95 = 1.959963984540054
@@ -92,12 +90,6 @@ def test_a_method_at_the_bound_meets_every_goal_and_one_that_claims_too_much_mis
     assert [met for _, met in goals.verdicts(rash)] == [False] * 4
 
 
-def test_goals_are_judged_for_both_methods_by_name_or_said_not_to_be() -> None:
-    page = "\n".join(goals.lines([tally("likelihood", *efficient(2000))]))
-    assert page.count(": met | nothing to judge |") == 4
-    assert "`likelihood` 0 of 4000 (0.0 %)" in page
-
-
 def test_refused_coefficients_are_told_beside_the_errors_that_leave_them_out() -> None:
     bounds, trials = efficient(10)
     trials[0] = Trial(1, "likelihood", {}, ("M_u", "D_u", "M_w"), "refused", 0.5)
@@ -126,22 +118,6 @@ def test_a_mass_below_zero_is_an_error_like_any_other() -> None:
     assert math.isnan(case.z)
 
 
-def test_a_value_at_its_bound_of_zero_has_an_error_and_no_z() -> None:
-    bounds, _ = efficient(1)
-    nothing = Trial(
-        1, "closed form", {"M_u": Stated(0.0, math.nan, math.nan, False)}, (), "stopped at a bound", 0.1
-    )
-    (case,) = tally("closed form", bounds, [nothing]).cases
-    assert case.error == pytest.approx(-1.0 / 0.02)
-    assert math.isnan(case.z)
-
-
-def test_the_page_names_methods_that_this_build_lacks() -> None:
-    page = accuracy.page(*efficient(20), absent=("pinn",))
-    assert "`pinn` is not installed here" in page
-    assert "20 simulated missions (seeds 1 to 20" in page
-
-
 def test_a_mission_is_measured_kept_and_read_back_alike(tmp_path: Path) -> None:
     kept = Remembered(tmp_path / "accuracy.jsonl")
     data = {
@@ -161,15 +137,6 @@ def test_a_mission_is_measured_kept_and_read_back_alike(tmp_path: Path) -> None:
         json.loads(line) for line in gzip.decompress((tmp_path / "all.jsonl.gz").read_bytes()).splitlines()
     ]
     assert accuracy_trials.known(dict(enumerate(rows)))[1] == trials
-
-
-@pytest.mark.soak
-def test_what_was_measured_is_not_measured_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(accuracy_trials, "available", lambda: ("closed form",))
-    first = accuracy_trials.measured([100_010], Remembered(tmp_path / "a.jsonl"))
-    size = (tmp_path / "a.jsonl").stat().st_size
-    assert accuracy_trials.measured([100_010], Remembered(tmp_path / "a.jsonl")) == first
-    assert (tmp_path / "a.jsonl").stat().st_size == size
 
 
 MASS, DAMPING = 20.0, 30.0
@@ -208,14 +175,6 @@ def test_only_axes_that_the_dive_pushes_are_fitted() -> None:
     pushed = {axis.dof for axis in axis_terms(mission.dive, mission.file, mission.configuration, 20.0, 1.0)}
     assert [p.identifiable for p in found.parameters[:6]] == [dof in pushed for dof in range(6)]
     assert found["M_u"].value == pytest.approx(mission.truth["M_u"], rel=0.3)
-
-
-def test_too_short_a_dive_is_refused() -> None:
-    mission = draw_one(100_010)
-    with pytest.raises(FitError):
-        least_squares.estimate(
-            mission.dive.between(0.0, 10.0), mission.file, mission.configuration, lambda *_report: None
-        )
 
 
 if find_spec("pysindy") is not None:  # it comes with the optional extra `bench`
@@ -320,37 +279,6 @@ def test_over_many_repeats_one_scoring_step_from_the_truth_errs_as_much_as_the_b
     assert np.max(np.abs(np.mean(errors, axis=0))) < 4.0 / np.sqrt(40)
 
 
-@pytest.mark.soak
-def test_twice_the_dive_tells_half_the_variance() -> None:
-    once, twice = (cramer_rao(draw_one(100_010, seconds=s, kind="together")) for s in (100.0, 198.0))
-    ratios = [once[name] / twice[name] for name in ("M_u", "D_u", "M_v", "D_v", "I_r", "D_r")]
-    assert np.mean(ratios) == pytest.approx(np.sqrt(2), rel=0.15)
-
-
-@pytest.mark.soak
-def test_where_the_axes_say_little_of_each_other_it_is_what_the_likelihood_claims() -> None:
-    ratios = []
-    for repeat in range(3):
-        mission = draw_one(100_010, repeat, seconds=90.0, kind="square")
-        least = cramer_rao(mission)
-        found = estimator("likelihood")(
-            mission.dive, mission.file, mission.configuration, lambda *_report: None
-        )
-        ratios += [found[n].std / found[n].value / least[n] for n in ("M_u", "D_u", "M_v", "D_v")]
-    assert np.exp(np.mean(np.log(ratios))) == pytest.approx(1.0, abs=0.15)
-
-
-@pytest.mark.soak
-def test_a_dive_without_velocity_says_next_to_nothing_of_damping() -> None:
-    mission = draw_one(100_010, seconds=30.0, kind="square")
-    deaf = replace(mission.dive.velocity, value=np.full_like(mission.dive.velocity.value, np.nan))
-    assert cramer_rao(replace(mission, dive=replace(mission.dive, velocity=deaf)))["D_u"] > 0.5
-
-
-def quiet(*_report: object) -> None:
-    pass
-
-
 @cache
 def bounded_mission(seed, seconds=None, kind=None):
     return draw_one(seed, seconds=seconds, kind=kind)
@@ -401,15 +329,6 @@ def test_a_dive_of_which_nothing_could_be_told_is_kept_and_counted(tmp_path: Pat
     assert "nothing could be told: hovering 1 (converged), of 2." in coverage.page(dives)
 
 
-def test_a_line_that_a_kill_cut_short_is_left_out(tmp_path: Path) -> None:
-    path = tmp_path / "kept.jsonl"
-    _kept(path)
-    with path.open("a") as out:
-        out.write('{"key": "survey 2", "da')
-    assert "survey 2" not in Remembered(path)
-    assert len(coverage.measured([1], Remembered(path))) == 2
-
-
 def test_figures_of_other_code_are_not_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[bool] = []
 
@@ -433,17 +352,6 @@ def test_the_page_counts_what_lies_inside_and_how_far_off_the_worst_is() -> None
     assert "| survey | M_u | 20 | 95 % | +0.65 |" in page
 
 
-def test_a_page_of_nothing_says_so() -> None:
-    assert "none" not in coverage.page([Tried("survey", 1, "not identifiable", ())])
-
-
-def test_a_trial_knows_its_error_in_its_own_standard_errors() -> None:
-    (trial, _) = coverage.tried(_data("survey", 1, z=-1.25)).trials
-    assert isinstance(trial, coverage_Trial)
-    assert trial.z == pytest.approx(-1.25)
-    assert trial.inside
-
-
 def test_wilsons_bounds_are_those_of_its_table() -> None:
     assert wilson(0.9, 10) == pytest.approx((0.5958, 0.9821), abs=1e-4)
 
@@ -452,22 +360,6 @@ def test_cases_alike_within_a_group_count_once() -> None:
     hits = np.random.default_rng(1).random(2000) < 0.9
     groups = np.repeat(np.arange(2000), 5)
     assert effective_count(np.repeat(hits, 5).tolist(), groups.tolist()) == pytest.approx(2000, rel=0.01)
-
-
-def test_independent_cases_count_each() -> None:
-    hits = np.random.default_rng(2).random(20_000) < 0.9
-    assert effective_count(hits.tolist(), np.repeat(np.arange(4000), 5).tolist()) == pytest.approx(
-        20_000, rel=0.1
-    )
-
-
-def test_groups_alike_by_chance_count_for_no_more_than_their_cases() -> None:
-    assert effective_count([True, True, False] * 4, [1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4]) == 12
-    assert effective_count([True, True, True, False] * 2 + [True] * 3, [1] * 4 + [2] * 4 + [3] * 3) <= 11
-
-
-def test_where_all_are_hits_there_are_as_many_cases_as_groups() -> None:
-    assert share95([True] * 12, [1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4]) == (1.0, *wilson(1.0, 4))
 
 
 def test_bounds_of_correlated_cases_hold_the_share_as_often_as_they_say() -> None:

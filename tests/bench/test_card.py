@@ -75,17 +75,3 @@ def test_the_page_names_the_card_and_its_shares() -> None:
     assert "| the same in bfloat16, float32 masters | 20000 | 92.0 | 13 % | 9 % |" in page
     assert "| 50000 | 230.0 | 33 % | 23 % |" in page
     assert "the same within 2 %" in " ".join(page.split())
-
-
-def test_what_precision_gains_is_told_apart_from_what_the_graph_gains() -> None:
-    page = " ".join("\n".join(card.lines(FOUND)).split())
-    assert "10.0 times plain in float32: 4.0 times by bfloat16 alone, 2.5 times by the graph" in page
-
-
-def test_losses_that_part_are_said_to() -> None:
-    assert "NOT the same" in "\n".join(card.lines({**FOUND, "apart": {"eager bfloat16": 0.1, "ours": 0.004}}))
-
-
-@pytest.mark.parametrize("name", ["NVIDIA T4", "Radeon"])
-def test_a_card_without_a_data_sheet_is_told_by_its_matrix_product_alone(name: str) -> None:
-    assert "| 33 % | - |" in "\n".join(card.lines({**FOUND, "card": name}))

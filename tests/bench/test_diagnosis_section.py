@@ -2,13 +2,12 @@
 
 import math
 from importlib.util import find_spec
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from bench.diagnosis import beside, goals, page, power, speed, tables
+from bench.diagnosis import beside, page, speed, tables
 from bench.diagnosis.plan import (
     FULL,
     SHORT,
@@ -20,14 +19,12 @@ from bench.diagnosis.plan import (
 from bench.diagnosis.rivals import bic, network
 from bench.diagnosis.rivals.closing import closed
 from bench.diagnosis.rivals.said import Said, missing, pushing
-from bench.diagnosis.rivals.terms import terms
-from bench.diagnosis.rivals.trials import RivalTrial, trials
-from bench.diagnosis.trials import Trial, effects_for, trial
-from bench.remembered import Remembered
+from bench.diagnosis.rivals.trials import RivalTrial
+from bench.diagnosis.trials import Trial, effects_for
 from identify.challenge.case import check_of, dive_of, draw_case
 from identify.challenge.novel import NOVEL
 from identify.challenge.plants import ABSORBED, PLANTS
-from identify.challenge.score import Answer, Named, Rate, score
+from identify.challenge.score import Answer, Named, Rate
 from identify.diagnose.nominal import Nominal, nominal_of
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 
@@ -82,17 +79,6 @@ def test_the_library_of_a_dive_lacks_what_was_left_out_with_its_true_class() -> 
     assert len(names) > 30
 
 
-def test_a_goal_is_judged_by_its_figure_and_shows_its_bounds() -> None:
-    trials = [told("one", i, "waves", said=("waves",)) for i in range(99)]
-    trials += [told("one", 99, "waves", said=("tether",)), told("none", 1), told("none", 2, said=("waves",))]
-    found = score([one.truth for one in trials], {one.name: one.answer for one in trials if one.answer})
-    text = "\n".join(goals.lines(found))
-    named = next(row for row in text.splitlines() if row.startswith("| cause named first, or one"))
-    assert named.endswith("| 99.0 % (94.6 to 99.8), 99 of 100 | met |")
-    assert "| false alarms: 1 % | 50.0 % (9.5 to 90.5), 1 of 2 | **missed** |" in text
-    assert "| both of two named: 90 % | - | nothing to judge |" in text
-
-
 def test_a_point_of_a_power_curve_holds_thirty_dives_or_all() -> None:
     small = [(0.1 + 0.001 * i, False) for i in range(40)]
     large = [(2.0 + 0.001 * i, True) for i in range(40)]
@@ -100,58 +86,6 @@ def test_a_point_of_a_power_curve_holds_thirty_dives_or_all() -> None:
     assert [(round(low, 2), round(high, 2)) for low, high, _ in points] == [(0.1, 0.14), (2.0, 2.04)]
     assert [rate for _, _, rate in points] == [Rate(0, 40), Rate(40, 40)]
     assert len(tables.by_size(small[:5], 8)) == 1
-
-
-def test_rows_of_a_power_curve_are_taken_up_again_from_what_was_packed(tmp_path: Path) -> None:
-    rows = {
-        f"power {i}:code": {"effect": "waves", "size": 0.1 * i, "hit": i > 1, "said": "no_gap"}
-        for i in range(3)
-    }
-    packed = tmp_path / "power.jsonl.gz"
-    power.pack(rows, packed)
-    again = Remembered(tmp_path / "kept.jsonl")
-    power.unpack(again, packed, list(rows)[1:])
-    assert [key in again for key in rows] == [False, True, True]
-    assert again.get("power 2:code", dict) == rows["power 2:code"]
-    assert "| `waves` | 0.00 to 0.20 | 33.3 % (6.1 to 79.2), 1 of 3 |" in power.page(list(rows.values()))
-
-
-def test_a_power_page_tells_those_apart_that_the_dive_shows_at_all() -> None:
-    told_of = [(0.1, False, "no_gap"), (0.4, False, "tether"), (0.5, True, "waves"), (4.0, False, "unknown")]
-    rows = [{"effect": "waves", "size": size, "hit": hit, "said": said} for size, hit, said in told_of]
-    page = " ".join(power.page(rows).split())
-    assert "Of all: 25.0 % (4.6 to 69.9), 1 of 4." in page
-    assert "Of those 0.5 or more over the floor: 50.0 % (9.5 to 90.5), 1 of 2." in page
-    assert "Of the 3 that were not named, 1 were taken for no gap." in page
-
-
-def test_an_effect_shows_what_was_said_instead() -> None:
-    trials = [
-        told("one", 1, "waves", said=("waves",), size=3.0),
-        told("one", 2, "waves", said=("tether",), size=0.7),
-        told("one", 3, "waves", size=0.2),
-    ]
-    row = tables.by_effect(trials)[-1]
-    assert row == "| `waves` | 1 of 3 | 3.00 | delay: 0.1 | 0.70 | - | tether (1), no gap (1) |"
-
-
-def test_a_magnitude_is_told_by_its_parameter_and_of_a_vector_by_its_length() -> None:
-    units = {("steady_current", "north"): "m/s", ("weak_thruster", "gain"): "1"}
-    current = {"name": "steady_current", "parameters": {"north": 0.03, "east": -0.04}}
-    assert tables.magnitude(current, units) == "north, east: 0.05 m/s"
-    weak = {"name": "weak_thruster", "parameters": {"thruster": 3.0, "gain": 0.85}}
-    assert tables.magnitude(weak, units) == "gain: 0.85"
-
-
-def test_an_unknown_that_was_explained_shows_by_what() -> None:
-    trials = [
-        told("novel", 1, "knocks", verdict="unknown", novel=True),
-        told("novel", 2, "knocks", said=("waves",), novel=True),
-        told("left out", 3, "tether", said=("steady_current",), novel=True),
-    ]
-    rows = tables.unknowns(trials)
-    assert rows[-2] == "| `knocks` | 2 | 1 | waves (1) | 0 |"
-    assert rows[-1] == "| `tether`, left out | 1 | 0 | steady_current (1) | 0 |"
 
 
 def test_rivals_are_judged_on_the_same_dives_and_in_the_same_floors() -> None:
@@ -203,20 +137,6 @@ def test_a_page_holds_every_part_and_names_what_was_refused() -> None:
     assert "**missed** by the median, that of 15 s is **missed** by the slowest" in said
     assert "two hidden: both" in text
     assert "| `waves` | 1 of 2 |" in text
-
-
-def test_a_refusal_survives_its_json() -> None:
-    one = trial(
-        {
-            "group": "one",
-            "truth": {"name": "one 1"},
-            "answer": None,
-            "refusal": "why",
-            "seconds": 1.0,
-            "drifts": [],
-        }
-    )
-    assert (one.answer, one.refusal, one.before) == (None, "why", ())
 
 
 @pytest.fixture(scope="module")
@@ -278,23 +198,3 @@ def test_the_missing_force_of_a_drag_goes_against_its_speed(pair: tuple[Nominal,
     speed = nu[gap.at, 5]
     curved = speed * np.abs(speed) - speed * (np.abs(speed) @ speed**2) / (speed @ speed)
     assert np.corrcoef(gap.wrench[:, 5], curved)[0, 1] < -0.3
-
-
-def test_every_term_that_names_an_effect_is_finite_along_a_dive(pair: tuple[Nominal, Nominal]) -> None:
-    course = pair[0].course
-    for dof in range(6):
-        table = list(terms(course, dof))
-        assert len(table) > 10
-        assert all(np.isfinite(force).all() and force.shape == course.time_s.shape for _, force in table)
-
-
-def test_a_rivals_trial_survives_its_json() -> None:
-    planned = Planned("one", 1, "one", ("waves",))
-    data = {
-        "truth": {"name": planned.name},
-        "rivals": {"BIC, one cause": {"names": [["weak_thruster", 3]], "seconds": 1.0, "drifts": []}},
-    }
-    (one,) = trials(data)
-    assert one.answer.verdict == "explained"
-    assert one.answer.named[0].parameters["thruster"][0] == 3.0
-    assert one.before == ()

@@ -8,11 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from bench import __main__ as command
-from bench import apart, prediction, speed, thrift, wall
+from bench import apart, thrift, wall
 from bench import stamp as stamps
 from bench.accuracy_trials import Stated, Trial
 from bench.answers import answer, answered, methods
@@ -20,16 +19,13 @@ from bench.baselines import closed_form
 from bench.campaigns import Dived
 from bench.document import HEAD, OLDER, Section, compared, read, written
 from bench.missions.mission import draw_one
-from bench.paper_small import loss_settled_at, relative_errors, settled_at
-from bench.prediction import FLOOR, WHOLE
-from bench.reading import CAREFUL, HOUR, OURS, THEIRS, hour_lines, measured
-from bench.reading import table as reading_table
+from bench.paper_small import settled_at
+from bench.reading import CAREFUL, OURS, THEIRS, measured
 from bench.remembered import Remembered
 from bench.reproduce.paper import TrainingCurves
 from bench.sections import SECTIONS, Measurement, Run
 from bench.stamp import files
-from bench.station import table
-from bench.steady import Held, held, lines, steady_errors
+from bench.steady import steady_errors
 from bench.tracking import truly
 from bridge.errors import LogError
 from bridge.simulator.missions import Leg
@@ -60,11 +56,6 @@ def test_a_section_of_older_code_says_so_and_one_measured_anew_no_longer() -> No
     assert OLDER not in written(compared(read(page), {"a": "old", "b": "new"}), ("a", "b"))
 
 
-def test_a_section_without_a_stamp_is_of_older_code() -> None:
-    (found,) = compared(read(HEAD + "<!-- section: a b -->\n## A\n"), {"a b": "x"}).values()
-    assert found == Section("## A", "", older=True)
-
-
 def test_the_command_marks_what_it_measures_and_labels_what_it_leaves(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -87,20 +78,6 @@ def test_the_command_marks_what_it_measures_and_labels_what_it_leaves(
     }
 
 
-def test_a_section_that_was_measured_when_no_time_was_kept_does_not_take_that_of_reading_it_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "docs").mkdir()
-    target = tmp_path / "docs" / "benchmarks.md"
-    one = Measurement(lambda _run: "## A", ("bench/words.py",))
-    target.write_text(written({"a": Section("## A", one.code)}, ("a",)), encoding="utf-8")
-    monkeypatch.setattr(command, "SECTIONS", {"a": one})
-    monkeypatch.setattr(command, "ROOT", tmp_path)
-    monkeypatch.setattr(sys, "argv", ["bench"])
-    command.main()
-    assert read(target.read_text(encoding="utf-8"))["a"].wall_s is None
-
-
 def test_times_of_sections_are_kept_in_their_marks_and_added_up_at_the_top() -> None:
     page = written(
         {
@@ -116,20 +93,6 @@ def test_times_of_sections_are_kept_in_their_marks_and_added_up_at_the_top() -> 
     assert "`make bench` took 34 min of wall time, the runs of its sections added up (a 30.0, b 4.0)" in head
     assert head.endswith("Goal: within 90 min: met.")
     assert read(page)["c"] == Section("## C", "56", wall_s=9999.0, asked=True)
-
-
-@pytest.mark.parametrize(
-    ("times", "told"),
-    [
-        ({"a": 6000.0}, "Goal: within 90 min: **missed**."),
-        ({"a": 60.0, "b": None}, "It was not kept of b, so that the goal of 90 min can't be judged."),
-        ({"a": None}, "How long `make bench` took was not kept when these sections were measured."),
-    ],
-)
-def test_the_time_of_all_sections_is_judged_where_it_is_known(
-    times: dict[str, float | None], told: str
-) -> None:
-    assert " ".join(wall.lines(times)).endswith(told)
 
 
 def test_the_time_of_a_section_adds_up_over_the_runs_of_one_code(
@@ -257,16 +220,6 @@ def test_a_file_that_cannot_be_written_is_told(tmp_path: Path) -> None:
         kept.put("one", {})
 
 
-@pytest.mark.parametrize(
-    ("whole_s", "keys", "verdict"), [(59.9, 6, "met"), (60.1, 6, "missed"), (20.0, 7, "missed")]
-)
-def test_the_goal_is_met_with_few_keys_and_within_a_minute(whole_s: float, keys: int, verdict: str) -> None:
-    lines = table({"reached": [15.0, 18.0, whole_s], "keys": keys, "lines": 12}, 807.0)
-    assert lines[-2] == f"Goal of 6 keys and 60 s: {verdict}."
-    assert f"| written and read back | {whole_s:.1f} |" in lines
-    assert any("hovering dive of 807 s" in line for line in lines)
-
-
 def test_all_readers_meet_the_same_frames(tmp_path: Path) -> None:
     encoder = Encoder(1, 1)
     data = b""
@@ -279,47 +232,6 @@ def test_all_readers_meet_the_same_frames(tmp_path: Path) -> None:
     assert found["messages"] == {OURS: 50, CAREFUL: 50, THEIRS: 50}
     assert found["bytes"] == len(data)
     assert min(found["seconds"].values()) > 0
-
-
-@pytest.mark.parametrize(("ours_s", "said"), [(0.1, "40, met."), (0.4, "10, missed.")])
-def test_the_goal_is_judged_by_the_ratio_to_pymavlink(ours_s: float, said: str) -> None:
-    seconds = {OURS: ours_s, CAREFUL: 1.0, THEIRS: 4.0}
-    lines = reading_table(
-        {"bytes": 22_200_000, "messages": dict.fromkeys(seconds, 300_000), "seconds": seconds}
-    )
-    assert lines[-2].endswith(said)
-    assert f"| {CAREFUL} | 300000 | 1 | 3e+05 | 4 x |" in lines
-
-
-def test_the_hours_mission_lasts_an_hour_and_its_line_tells_both_times() -> None:
-    legs = yaml.safe_load(HOUR)["legs"]
-    assert sum(leg["duration_s"] * leg["alternate"] for leg in legs) == 3600
-    seconds = {OURS: 0.5, CAREFUL: 1.0, THEIRS: 16.0}
-    lines = hour_lines({"bytes": 75e6, "messages": dict.fromkeys(seconds, 1_030_000), "seconds": seconds})
-    assert " ".join(lines).startswith(
-        "The recording of an hour, 1030000 messages in 75.0 MB, opens in 0.5 s;"
-    )
-    assert "takes 16 s, 32 times as long" in " ".join(lines)
-
-
-def _found(off_m: float, floor_m: float) -> dict[str, prediction.Data]:
-    names = [name + suffix for name in prediction.methods() for suffix in ("", WHOLE)]
-    data = {"off_m": {**{name: [off_m] for name in names}, FLOOR: [floor_m]}, "stated": {}}
-    return {f"{group} 1": data for group in (*prediction.CONFIGURATIONS, prediction.DRAWN)}
-
-
-@pytest.mark.parametrize(
-    ("off_m", "floor_m", "verdict", "why"),
-    [(0.034, 0.035, "**missed**", "due to the disturbance"), (0.031, 0.030, "met", "hovering 3.0.")],
-)
-def test_the_anchor_has_a_verdict_by_method_beside_the_floor(
-    off_m: float, floor_m: float, verdict: str, why: str
-) -> None:
-    told = " ".join("\n".join(prediction._lines(_found(off_m, floor_m))).split())
-    size = f"{100 * off_m:.1f}"
-    assert f"`likelihood` survey {size}, hovering {size}: {verdict}" in told
-    assert "another vehicle in other water" in told
-    assert why in told
 
 
 def stated(value, std):
@@ -344,29 +256,8 @@ def test_what_both_state_is_apart_by_the_larger_standard_error():
     assert found[1] == pytest.approx([2.0])
 
 
-def test_a_mission_counts_once_however_many_of_its_coefficients_are_too_far():
-    far = {"M_u": (120.0, 0.01), "D_u": (60.0, 0.01)}
-    near = {"M_u": (100.0, 0.01), "D_u": (50.0, 0.01)}
-    trials = [trial(s, FIRST, **near) for s in (1, 2)]
-    trials += [trial(1, SECOND, **far), trial(2, SECOND, **near)]
-    assert "1 of 2 missions hold one beyond both intervals and by 0.5 % or more" in " ".join(
-        apart.lines(trials)
-    )
-
-
-def test_without_the_second_method_nothing_is_said():
-    assert apart.lines([trial(1, FIRST, M_u=(100.0, 0.01))]) == []
-
-
 NAN = math.nan
-WORDS = ("surge", "sway", "yaw")
 FILE = load_vehicle("ruvifist:survey")
-TIMED = {
-    "samples": 10_500, "windows": 10_400, "read": 1.0, "first": {"likelihood": 9.0}, "again": {"likelihood": 3.0},
-    "command": 8.0,
-    "closed, filtered": 0.5, "closed": 0.0004, "small": 20.0, "settled": 36, "loss settled": 60, "epochs": 100,
-    "epoch": 150.0, "threads": 2,
-}  # fmt: skip
 
 
 def _dived(nu: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> Dived:
@@ -381,28 +272,11 @@ def test_a_cell_is_the_rms_error_and_the_median_interval_of_those_that_answered(
     assert cell == thrift.Cell(2, pytest.approx(0.1), pytest.approx(0.1))
 
 
-def test_a_cell_without_answers_says_so() -> None:
-    cell = thrift.cell([], [], 100.0)
-    assert cell.count == 0
-    assert math.isnan(cell.rms_error)
-
-
 def test_a_parameter_settles_where_it_last_left_its_end() -> None:
     values = np.array([[10.0, 1.0], [98.0, 1.0], [101.5, 1.0], [100.5, 1.0], [100.0, 1.0]])
     empty = np.zeros(5)
     assert settled_at(TrainingCurves(("M_u", "D_u"), values, empty, empty, empty)) == 3
     assert settled_at(TrainingCurves(("M_u", "D_u"), values[-1:], empty, empty, empty)) == 0
-
-
-def test_the_networks_loss_settles_where_it_last_left_its_end() -> None:
-    loss = np.array([NAN, 9.0, 1.2, 1.02, 1.0])
-    values = np.ones((5, 1))
-    assert loss_settled_at(TrainingCurves(("M_u",), values, loss, loss, loss)) == 3
-    assert loss_settled_at(TrainingCurves(("M_u",), values[:2], loss[3:], loss[3:], loss[3:])) == 1
-
-
-def test_relative_errors_are_in_per_cent_of_the_truth() -> None:
-    assert relative_errors({"M_u": 90.0, "D_u": 1.0}, {"M_u": 100.0}) == {"M_u": pytest.approx(-10.0)}
 
 
 def test_a_steady_error_leaves_the_transient_out_and_counts_too_fast_as_positive_either_way() -> None:
@@ -414,39 +288,6 @@ def test_a_steady_error_leaves_the_transient_out_and_counts_too_fast_as_positive
     since_s = 0.05 * np.arange(1, len(nu) + 1) - 1.0
     nu[since_s >= 7.0 - 1e-6, 0] = -0.41
     assert steady_errors(_dived(nu), legs) == {"surge 0.4": [pytest.approx(0.01)]}
-
-
-def test_a_speed_is_told_by_its_mean_by_one_leg_and_by_what_the_true_parameters_do() -> None:
-    flights = [
-        ({"surge 0.4": [0.004, -0.002]}, {"surge 0.4": [0.003, -0.003]}),
-        ({"surge 0.4": [0.004, -0.002]}, {"surge 0.4": [0.003, -0.003]}),
-    ]
-    page = "\n".join(lines(held("survey", flights), 2))
-    assert "| survey | surge | 0.4 | 4 | +1.0 ± 1.7 | +0.0 ± 1.7 | 3.0 | 3.0 | 1.0 | 33.6 |" in page
-
-
-def test_each_axis_is_judged_by_each_figure_at_the_speed_where_that_is_worst() -> None:
-    calm, rough = np.array([-1.5, -1.5]), np.array([3.0, -3.0])
-    speeds = [
-        Held("survey", "surge", "0.2", calm, np.zeros(2)),
-        Held("hovering", "surge", "0.4", rough, 0.9 * rough),
-        Held("survey", "yaw", "0.2", np.full(2, -2.5), np.ones(2)),
-    ]
-    page = "\n".join(lines(speeds, 1))
-    surge, sway, yaw = (next(row for row in page.splitlines() if row.startswith(f"| {a} ")) for a in WORDS)
-    assert "| -1.5 ± 0.0 mm/s (survey at 0.2 m/s): met |" in surge
-    assert "| 3.0 mm/s (hovering at 0.4 m/s): **missed** | 2.7 mm/s: **missed** |" in surge
-    assert surge.endswith("| 1.5 mm/s (survey at 0.2 m/s): met |")
-    assert sway == "| sway | was not flown | - | - | - |"
-    assert "| -2.5 ± 0.0 mrad/s (survey at 0.2 rad/s): **missed** |" in yaw
-    assert "| 1.0 mrad/s: met |" in yaw
-    assert yaw.endswith("| 3.5 mrad/s (survey at 0.2 rad/s): **missed** |")
-
-
-def test_a_mean_speed_that_so_few_legs_do_not_prove_is_said_to_be_so() -> None:
-    scattered = np.array([1.0, 2.0, 1.0, 2.0])
-    page = "\n".join(lines([Held("survey", "surge", "0.2", scattered, scattered)], 1))
-    assert "| +1.5 ± 0.3 mm/s (survey at 0.2 m/s): met, though its 95 % interval passes it |" in page
 
 
 def test_the_true_dive_has_the_true_velocities_and_no_gyro_beside_them() -> None:
@@ -480,11 +321,3 @@ def test_the_closed_form_needs_no_training_to_come_near_the_truth() -> None:
     for name, value in found.values().items():
         assert value == pytest.approx(mission.truth[name], rel=0.5)
         assert math.isnan(found[name].std)
-
-
-def test_ratios_of_speed_are_to_one_epoch_and_to_convergence() -> None:
-    page = "\n".join(speed.table(TIMED))
-    assert "| `likelihood` | 4 | yes | 37.5 x | 2.25e+03 x |" in page
-    assert "EXTRAPOLATED to 60 epochs | 9e+03 |" in page
-    assert "10 s for the default is met" in page
-    assert "it is 1125, by the earlier one (36 epochs) 675" in " ".join(page.split())

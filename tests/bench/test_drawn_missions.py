@@ -7,10 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fakes.shared import shared
 from soak import rows_rest_in_soak
 
-from bench.forward import Starts, earth, moved, run_forward, starts, turning
-from bench.fossen.__main__ import command, said
+from bench.forward import Starts, moved, run_forward, starts
+from bench.fossen.__main__ import command
 from bench.fossen.answer import answer
 from bench.fossen.candidates import ALONE, BIAS, CURRENT
 from bench.fossen.evidence import judged, nats
@@ -217,18 +218,6 @@ def test_windows_start_at_readings_and_end_within_the_dive() -> None:
     assert begin.time_s[-1] + 10.0 <= mission.dive.velocity.time_s[-1]
 
 
-def test_a_quarter_turn_brings_ahead_to_east() -> None:
-    half = np.sqrt(0.5)
-    east = earth(np.array([[half, 0.0, 0.0, half]]), np.array([[1.0, 0.0, 0.0]]))
-    assert east[0] == pytest.approx([0.0, 1.0, 0.0], abs=1e-12)
-
-
-def test_a_yaw_rate_turns_the_attitude_by_half_of_itself() -> None:
-    assert turning(LEVEL[None], np.array([[0.0, 0.0, 0.2]]))[0] == pytest.approx([0.0, 0.0, 0.0, 0.1])
-
-
-SHARED = Path(__file__).resolve().parents[2].parent / "shared"
-RUNS = SHARED / "data" / "fossen_simulator"
 ANSWERS = Path(__file__).resolve().parents[1] / "data" / "sealed_answers"
 COUNT, STEP_S = 1500, 0.1
 
@@ -301,15 +290,6 @@ def test_of_two_runs_the_one_in_a_current_is_named_with_how_probable_that_is():
     assert min(told["gap"]["acceleration"].values()) > 0
 
 
-@pytest.mark.soak
-def test_weaker_propellers_in_one_run_are_told_and_that_it_may_be_either_run():
-    found = judged("otter", {"a": otter(1), "b": otter(2, gain=0.7)})
-    assert (found.verdict, found.run) == ("explained", None)
-    assert list(found.probabilities) == ["thrust_gain"]
-    assert answer(found)["shrink"]["heldout"]["value"] > 0.9
-    assert "one of the runs, which can't be told, holds" in said(found)
-
-
 def test_two_runs_of_the_same_hold_nothing():
     found = judged("otter", {"a": otter(1), "b": otter(2)})
     assert (found.verdict, found.run, found.probabilities) == ("no_gap", None, {})
@@ -329,10 +309,9 @@ def test_a_run_without_the_actuators_states_is_refused(tmp_path):
     rows_rest_in_soak([("otter", "b", 0.26, 0.15), ("remus100", "a", 0.2, 0.346)]),
 )
 def test_the_answers_kept_are_those_that_the_runs_give(vehicle, run, north, east):
-    if not RUNS.exists():
-        pytest.skip("needs ../shared/data beside the checkout")
+    runs = shared("data", "fossen_simulator")
     other = {"a": "b", "b": "a"}[run]
-    found = weigh(Pair(vehicle, load_run(RUNS, vehicle, other), load_run(RUNS, vehicle, run)), CURRENT)
+    found = weigh(Pair(vehicle, load_run(runs, vehicle, other), load_run(runs, vehicle, run)), CURRENT)
     kept = json.loads((ANSWERS / f"{vehicle}.json").read_text())
     assert found.values == pytest.approx([north, east], abs=0.002)
     assert kept["run"] == run

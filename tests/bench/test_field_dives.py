@@ -13,15 +13,13 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bench.field import tables
 from bench.field.autopilot_filter import VelocityFilter, estimated, reckoned
-from bench.field.beside import AXES, Foretold, Regressed, drifts_of
-from bench.field.diagnosed import read_foretold
+from bench.field.beside import Foretold, drifts_of
 from bench.field.dive import EACH, STEP_S
 from bench.field.draw import NONE, FieldCase, draw, effects_of, stays_down
 from bench.field.export import euler, tlog_of, told
 from bench.field.felt import felt, missing_wrench
 from bench.field.plants import PLANTS
 from bench.field.score import Judged, delays_s, false_causes, judged, magnitudes, rate_also, rate_named
-from bench.field.section import page
 from bench.field.simulate import Sensors
 from bench.field.vehicle import draw_vehicle
 from bridge.vehicle.config import GRAVITY_M_S2, Water, load_vehicle
@@ -218,12 +216,6 @@ def test_a_cause_is_named_that_is_first_or_accepted_where_the_verdict_explains()
     assert not dive("tether", cause("tether"), verdict="no_gap").by_name()
 
 
-def test_an_ambiguous_verdict_names_only_what_it_accepts() -> None:
-    assert dive("tether", cause("tether", 0.6), verdict="ambiguous").by_name()
-    assert not dive("tether", cause("tether", 0.4), verdict="ambiguous").by_name()
-    assert dive("tether", cause("waves", 0.6, ("tether",)), verdict="ambiguous").by_also()
-
-
 def test_what_is_only_among_those_that_could_not_be_told_apart_is_counted_by_itself() -> None:
     cases = [
         dive("tether", cause("waves", 0.9, ("tether",))),
@@ -232,13 +224,6 @@ def test_what_is_only_among_those_that_could_not_be_told_apart_is_counted_by_its
     assert (rate_named(cases).hits, rate_also(cases).hits) == (1, 1)
     assert false_causes(cases) == 0
     assert "counted by half, 75.0 % are named" in " ".join(tables.beside_goals(cases))
-
-
-def test_the_hulls_own_drag_is_neither_right_nor_wrong() -> None:
-    one = dive("tether", cause("quadratic_drag", 0.99), cause("tether", 0.4))
-    assert one.by_name()
-    assert not one.false()
-    assert not dive(NONE, cause("quadratic_drag", 0.99)).false()
 
 
 def test_an_accepted_cause_that_is_not_there_is_false_whatever_the_verdict() -> None:
@@ -267,30 +252,6 @@ def test_sizes_are_judged_over_the_truth_and_delays_in_seconds() -> None:
     assert magnitudes([dive("tether", cause("waves", force_amplitude=1.0), stiffness=0.1)]) == []
 
 
-def test_a_refused_dive_names_nothing_and_accuses_nobody() -> None:
-    data = {"truth": {"name": "000", "effect": ["tether"], "effect_parameters": {}, "size_over_sea": 1.0}}
-    one = judged({**data, "answer": None, "refusal": "too short", "seconds": 1.0, "drifts": {}})
-    assert not one.by_name()
-    assert not one.false()
-    assert "Refused: 000 (too short)." in " ".join(tables.beside_goals([one]))
-
-
-def test_goals_are_met_or_missed_by_the_figure_itself() -> None:
-    good = [dive("tether", cause("tether", stiffness=0.101), stiffness=0.1) for _ in range(30)]
-    assert [line.endswith("| met |") for line in tables.goals(good)[2:5]] == [True, True, True]
-    bad = [dive("tether", cause("waves"), stiffness=0.1) for _ in range(3)]
-    assert all("**missed**" in line for line in tables.goals(bad)[2:4])
-    assert "nothing to judge" in tables.goals(bad)[4]
-
-
-def test_the_page_tells_power_by_effect_and_by_size_and_what_was_said_instead() -> None:
-    cases = [dive("tether", cause("tether"), size=3.0), dive("tether", cause("waves"), size=0.7), dive(NONE)]
-    text = page(cases, 1)
-    assert "| `tether` | 2 | 1 of 2 (9 to 91 %) | 0 | 0.70 to 3.00 | 3.00 | 0.70 | - | waves (1) |" in text
-    assert "| 0.70 to 3.00 | 50.0 % (9.5 to 90.5), 1 of 2 |" in text
-    assert "| `waves` | 1 | 0 |" in text
-
-
 def test_drifts_are_taken_at_the_horizons_from_the_measured_velocity() -> None:
     time_s = np.tile(0.1 * np.arange(1, 51), 2)
     measured = np.zeros((100, 6))
@@ -302,13 +263,3 @@ def test_drifts_are_taken_at_the_horizons_from_the_measured_velocity() -> None:
     assert after_1[0] == pytest.approx(1.0)
     assert after_5[0] == pytest.approx(5.0)
     assert after_1[1] is None
-
-
-def test_the_csv_of_a_check_dive_is_read_by_its_columns() -> None:
-    read = read_foretold(
-        "# head\ntime_s,window,measured_u,before_u,after_u\n1.0,0,0.1,0.2,0.3\n1.1,0,0.2,0.3,0.4\n"
-    )
-    assert read.after[:, 0].tolist() == [0.3, 0.4]
-    assert np.isnan(read.after[:, 1:]).all()
-    assert len(AXES) == 4
-    assert Regressed.__dataclass_fields__.keys() >= {"gain", "delay_s"}

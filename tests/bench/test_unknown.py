@@ -10,7 +10,7 @@ import pytest
 from bench.unknown import section, tables
 from bench.unknown.grammar import MEMORIES, TIMINGS, Factor, Sentence, drawn, force_of, when
 from bench.unknown.planted import MULTIPLES, left_of, likeness, planted, unknown_of
-from bench.unknown.trials import Judged, judged
+from bench.unknown.trials import Judged
 from identify.challenge.case import draw_case
 from identify.challenge.site import THRUST, VELOCITY
 
@@ -128,14 +128,6 @@ def test_a_force_is_planted_as_large_as_its_drift_was_drawn_and_again_the_same()
     assert (dives[0] == dives[1]).all()
 
 
-def test_no_seed_is_drawn_twice_and_the_short_form_has_those_of_development() -> None:
-    full = {*range(550_000, 550_300), *range(551_000, 551_300)}
-    short = {*range(391_500, 391_524), *range(392_000, 392_024)}
-    assert len(full) == 600
-    assert all(300_000 <= seed < 400_000 for seed in short)
-    assert min(full) >= 500_000
-
-
 def dive(verdict: str, *told: str, where: tuple[str, ...] = (), hidden: str = "", seed: int = 1) -> Judged:
     parts = {} if hidden else {"memory": "lag", "timing": "bursts"}
     return Judged(seed, "survey", hidden, parts, ("surge",), 3.0, verdict, told, where, 5.0)
@@ -147,15 +139,6 @@ def test_partly_counts_as_unknown_only_where_the_force_is() -> None:
     assert not dive("partly", "waves", where=("yaw",)).called
     assert not dive("explained", "waves", where=("surge",)).called
     assert not dive("no_gap").called
-
-
-def test_an_answer_is_judged_by_its_likely_causes_and_where_its_remainder_is() -> None:
-    effects = [{"name": "waves", "probability": 0.9}, {"name": "tether", "probability": 0.3}]
-    answer = {"verdict": "partly", "effects": effects, "character": {"dof": ["sway"]}}
-    found = judged(
-        {"seed": 4, "hull": "observer", "answer": answer, "seconds": 2.0, "dofs": ["sway"], "multiple": 2.0}
-    )
-    assert (found.told, found.where, found.called) == (("waves",), ("sway",), True)
 
 
 def test_the_page_tells_goals_parts_and_what_was_named_instead() -> None:

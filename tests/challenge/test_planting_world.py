@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from identify.challenge.hull import Hull, Propellers, bare_hull, growth, shafts_want, turn
-from identify.challenge.world import STATES, WORK, Body, add_coriolis, body, rates, solve6
+from identify.challenge.world import STATES, WORK, Body, body, rates, solve6
 
 Array = NDArray[np.float64]
 
@@ -48,15 +48,6 @@ def level(**nu: float) -> Array:
     for name, value in nu.items():
         state[7 + "uvwpqr".index(name)] = value
     return state
-
-
-def test_coriolis_forces_do_no_work_for_any_mass_matrix() -> None:
-    rng = np.random.default_rng(1)
-    for _ in range(20):
-        mass, nu, force = full_mass(rng), rng.standard_normal(6), np.zeros(6)
-        add_coriolis(mass, nu, force)
-        assert np.abs(force).max() > 0.1
-        assert nu @ force == pytest.approx(0.0, abs=1e-12 * float(np.abs(force).max()))
 
 
 def test_energy_is_kept_without_forces() -> None:

@@ -4,13 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fakes.planted import diagnosed, drawn_nominal, explained
 
-from bench.missions.mission import draw_one
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, MASSES
 from bridge.vehicle.config import Prior
 from bridge.vehicle.effect_coefficients import AcceptedEffect
-from identify.challenge.case import dive_of, draw_case
-from identify.checks.controller import unrecorded
+from identify.challenge.case import draw_case
 from identify.diagnose import accepted as diagnose_accepted
 from identify.diagnose.accepted import accepted_of
 from identify.diagnose.candidates import Cause
@@ -18,16 +17,12 @@ from identify.diagnose.changed import (
     accepted_causes,
     all_accepted,
     changes_of,
-    held_sentence,
     library_with_changes,
     shift_of,
     with_accepted,
 )
-from identify.diagnose.diagnose import diagnose
 from identify.diagnose.gap import Missing
-from identify.diagnose.nominal import nominal_of
 from identify.diagnose.result import Finding, Value
-from identify.diagnose.search import explain
 from identify.diagnose.simulation import EACH, simulation_of, slope_of
 from identify.diagnose.wording import effect_words
 from identify.effects import actuators, environment, hydrodynamics, rigid_body, sensors, supply
@@ -173,21 +168,6 @@ def test_axes_whose_controller_used_what_was_not_recorded_stay_as_the_vehicle_ha
     )
 
 
-def test_a_dive_whose_feedback_log_is_wrong_gives_no_masses_to_the_vehicle():
-    case = draw_case(3_850_000_002, names=["wrong_feedback_log"], size=0.7, seconds=120.0)
-    found = diagnose(
-        dive_of(case),
-        case.file,
-        case.configuration,
-        effects=(hydrodynamics.QUADRATIC_DRAG,),
-        progress=lambda *_report: None,
-    )
-    assert [one.name for one in found.findings] == ["wrong_feedback_log"]
-    doubted = {one.dof for one in unrecorded(dive_of(case), case.file.vehicle.water)}
-    assert doubted >= {0, 1}
-    assert not {BY_NAME[name].dof for name in found.accepted.values if name in BY_NAME} & doubted
-
-
 WEAK = weak(2)
 LIBRARY = (QUADRATIC_DRAG, DEAD_ZONE, SATURATION, THRUST_GAIN, STEADY_CURRENT, DVL_MISALIGNMENT, WEAK)
 DRAG = np.array([12.0, 8.0, 0.0, 0.0, 0.0, 3.0])
@@ -197,16 +177,6 @@ def kept(effect, *values):
     """An accepted effect as a file has it."""
     names = (p.name for p in effect.parameters)
     return AcceptedEffect(effect.name, effect.label, dict(zip(names, values, strict=True)), effect.number)
-
-
-@pytest.fixture(scope="module")
-def mission():
-    return draw_one(100_300, seconds=60.0)
-
-
-@pytest.fixture(scope="module")
-def nominal(mission):
-    return nominal_of(mission.dive, mission.file, mission.configuration)
 
 
 def test_what_is_the_vehicles_own_is_taken_along_and_what_is_not_is_told():
@@ -225,13 +195,6 @@ def test_what_is_the_vehicles_own_is_taken_along_and_what_is_not_is_told():
     assert "thrust gain" not in sentence
 
 
-def test_the_model_before_says_which_accepted_effects_it_holds():
-    (sentence,) = held_sentence((Cause(QUADRATIC_DRAG, DRAG),))
-    assert sentence.startswith("The model before holds what was accepted: quadratic drag (X_uu 12")
-    assert "Z_ww" not in sentence
-    assert held_sentence(()) == ()
-
-
 @pytest.mark.parametrize(
     ("effect", "before", "by"),
     [(DEAD_ZONE, (0.8,), (-0.3,)), (QUADRATIC_DRAG, tuple(DRAG), (-5.0, 4.0, 0, 0, 0, 0)), (WEAK, (0.7,), (0.2,))],
@@ -248,6 +211,7 @@ def test_a_change_adds_what_the_effect_of_another_size_does_beyond_the_accepted_
     assert effect_words(change) == f"a change of {effect_words(effect)}"
     for p, own, value in zip(change.parameters, effect.parameters, before, strict=True):
         assert (p.low + value, p.high + value) == pytest.approx((own.low, own.high))
+        assert [one + value for one in p.sure] == pytest.approx([*own.sure])
 
 
 def test_what_was_not_accepted_is_tried_as_before_and_so_is_a_limit_on_top_of_one():
@@ -277,7 +241,7 @@ def test_a_dive_is_without_what_its_model_holds_and_flies_with_it(nominal):
     )
 
 
-def test_accepting_again_keeps_what_was_accepted_with_its_change_in_it(nominal, mission):
+def test_accepting_again_keeps_what_was_accepted_with_its_change_in_it(nominal, shape):
     drag, weak_one = Cause(QUADRATIC_DRAG, DRAG), Cause(WEAK, np.array([0.7]))
     (change,) = library_with_changes((QUADRATIC_DRAG,), (drag,))
     by = Cause(change, np.array([-5.0, 0, 0, 0, 0, 0]))
@@ -286,7 +250,6 @@ def test_accepting_again_keeps_what_was_accepted_with_its_change_in_it(nominal, 
     told = whole[0].parameters
     assert told["X_uu"] == Value(7.0, "N s2/m2", 6.0, 8.0)
     assert told["Z_ww"] == Value(0.0, "N s2/m2", 0.0, 0.0)
-    shape = mission.file.vehicle.configurations[mission.configuration]
     accepted = accepted_of(whole, nominal, shape)
     values = {name: accepted.values[name].value for name in ("X_uu", "Y_vv", "N_rr", "T2_gain")}
     assert values == pytest.approx({"X_uu": 7.0, "Y_vv": 8.0, "N_rr": 3.0, "T2_gain": 0.7})
@@ -296,14 +259,7 @@ def test_accepting_again_keeps_what_was_accepted_with_its_change_in_it(nominal, 
 
 
 def told(case, **more):
-    return diagnose(
-        dive_of(case),
-        case.file,
-        case.configuration,
-        effects=(QUADRATIC_DRAG, DEAD_ZONE, DVL_MISALIGNMENT),
-        progress=lambda *_report: None,
-        **more,
-    )
+    return diagnosed(case, QUADRATIC_DRAG, DEAD_ZONE, DVL_MISALIGNMENT, **more)
 
 
 @pytest.mark.slow
@@ -340,15 +296,9 @@ SHIFTED_LIBRARY = (THRUST_GAIN, DVL_SCALE, ENTRAINED_WATER, ADDED_PAYLOAD, QUADR
 RELATIVE_STD = 0.01
 
 
-def quiet(*_report):
-    pass
-
-
 @pytest.fixture(scope="module")
 def measured_shift():
-    mission = draw_one(100_302, seconds=150.0)
-    nominal = nominal_of(mission.dive, mission.file, mission.configuration)
-    return explain(nominal, (QUADRATIC_DRAG,), quiet)
+    return explained(drawn_nominal(100_302, 150.0), QUADRATIC_DRAG)
 
 
 def accepted(measured_shift, mass=1.0, damping=1.0, more_kg=0.0):

@@ -7,6 +7,7 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
+from fakes.shared import shared
 
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.score import answer_of
@@ -39,7 +40,6 @@ from identify.diagnose.verdict import (
 from identify.effects.library import library
 
 SCHEMA = Path(__file__).resolve().parents[1] / "data" / "answers.schema.json"
-SHARED = Path(__file__).resolve().parents[2].parent / "shared" / "answers.schema.json"
 FILE = load_vehicle("ruvifist:hovering")
 LIBRARY = library(FILE.vehicle.configurations["hovering"], 0.1)
 NAN = float("nan")
@@ -50,9 +50,8 @@ def schema():
     return json.loads(SCHEMA.read_text())
 
 
-@pytest.mark.skipif(not SHARED.is_file(), reason="no shared data beside the checkout")
 def test_the_copy_of_the_schema_is_the_shared_one(schema):
-    assert schema == json.loads(SHARED.read_text())
+    assert schema == json.loads(shared("answers.schema.json").read_text())
 
 
 def effect(name):

@@ -1,39 +1,40 @@
 """Dives as a stock autopilot records them, made elsewhere: what hides in those that tell their truth is found."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 import yaml
+from fakes.shared import shared
 from soak import rest_in_soak
 
-from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.config import VehicleFile, load_vehicle
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.result import Diagnosis
 from identify.dive import Dive
 from identify.ingest.open import read_dive
 
-FIELD = Path(__file__).resolve().parents[2].parent / "shared" / "field"
 HULL = "quadratic_drag"
 WHOLE_S = 1000.0
 short_or_whole = pytest.mark.parametrize("seconds", rest_in_soak([150.0, WHOLE_S]))
 
-pytestmark = pytest.mark.skipif(not FIELD.exists(), reason="needs ../shared/field beside the checkout")
+
+def vehicle() -> VehicleFile:
+    return load_vehicle(str(shared("field", "rov.yaml")))
 
 
 def truth(name: str) -> dict[str, float]:
-    return dict(yaml.safe_load((FIELD / name / "truth.yaml").read_text())["effect_parameters"])
+    return dict(yaml.safe_load(shared("field", name, "truth.yaml").read_text())["effect_parameters"])
 
 
 def begun(name: str, seconds: float) -> Dive:
     """The beginning of a dive."""
-    dive = read_dive(FIELD / name, None, load_vehicle(str(FIELD / "rov.yaml")))
+    dive = read_dive(shared("field", *name.split("/")), None, vehicle())
     start_s, _ = dive.span_s
     return dive.between(start_s, start_s + seconds)
 
 
 def told(name: str, seconds: float, checked: bool = False) -> Diagnosis:
-    file = load_vehicle(str(FIELD / "rov.yaml"))
+    file = vehicle()
     dive, check = (begun(f"{name}/{one}.tlog.gz", seconds) for one in ("dive", "check"))
     return diagnose(dive, file, "rov", check=check if checked else None, progress=lambda *_: None)
 
@@ -48,7 +49,7 @@ def test_of_a_hull_with_nothing_hidden_its_drag_alone_is_told(seconds):
 @pytest.mark.soak
 @short_or_whole
 def test_an_empty_dive_without_its_velocity_is_not_called_unknown(seconds):
-    file = load_vehicle(str(FIELD / "rov.yaml"))
+    file = vehicle()
     dive = replace(begun("open_1/dive.tlog.gz", seconds), velocity=None)
     found = diagnose(dive, file, "rov", progress=lambda *_: None)
     assert found.verdict == "no_gap"

@@ -7,11 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bench.missions.mission import draw_one
 from identify.diagnose.candidates import Cause
 from identify.diagnose.evidence import Block, Blocks
 from identify.diagnose.gap import Missing
-from identify.diagnose.nominal import nominal_of
 from identify.diagnose.result import Prediction, Shrink
 from identify.diagnose.shrink import (
     HeldOutFit,
@@ -189,12 +187,6 @@ def test_a_degree_of_freedom_that_no_cause_changes_has_no_shrink():
 
 
 X_UU = 40.0
-
-
-@pytest.fixture(scope="module")
-def nominal():
-    mission = draw_one(100_302, seconds=120.0)
-    return nominal_of(mission.dive, mission.file, mission.configuration)
 
 
 def test_a_quadratic_drag_brakes_by_twice_itself_times_the_speed(nominal):

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fakes.planted import planted_nominal
 from numpy.typing import NDArray
 
-from identify.challenge.case import dive_of, draw_case
+from identify.challenge.case import draw_case
 from identify.diagnose.candidates import Cause
 from identify.diagnose.confidence import (
     between_parts,
@@ -15,7 +16,6 @@ from identify.diagnose.confidence import (
     in_other_forms,
     is_certain,
 )
-from identify.diagnose.nominal import nominal_of
 from identify.diagnose.search import Explanation
 from identify.diagnose.weighing import Weighing, weighing_of
 from identify.effects.course import delayed
@@ -65,7 +65,7 @@ def test_one_part_alone_says_nothing_of_others() -> None:
 @pytest.fixture(scope="module")
 def weighing() -> Weighing:
     case = draw_case(318_900, names=["fouling"], size=0.8, seconds=120.0)
-    return weighing_of(nominal_of(dive_of(case), case.file, case.configuration), (FOULING, QUADRATIC_DRAG))
+    return weighing_of(planted_nominal(case), (FOULING, QUADRATIC_DRAG))
 
 
 def test_drag_that_grows_is_so_many_times_the_damping_and_changes_with_it(weighing: Weighing) -> None:

@@ -5,13 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fakes.planted import diagnosed, planted_nominal
 
 from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
 from identify.challenge.case import dive_of, draw_case
-from identify.diagnose.diagnose import diagnose
 from identify.diagnose.mounting import mounting_hints
-from identify.diagnose.nominal import nominal_of
 from identify.diagnose.recording import mass_hints, without_spikes, without_still_velocity
 from identify.diagnose.wording import verdict_sentence
 from identify.dive import Dive, Signal
@@ -25,7 +24,7 @@ def case():
 
 @pytest.fixture(scope="module")
 def nominal(case):
-    return nominal_of(dive_of(case), case.file, case.configuration)
+    return planted_nominal(case)
 
 
 def of_mass(file: VehicleFile, name: str, mass_kg: float):
@@ -54,16 +53,14 @@ def test_a_velocity_of_the_wrong_sign_hints_at_how_the_dvl_is_mounted(case, colu
     dive = dive_of(case)
     value = dive.velocity.value.copy()
     value[:, column] *= -1.0
-    turned = nominal_of(
-        replace(dive, velocity=Signal(dive.velocity.time_s, value)), case.file, case.configuration
-    )
+    turned = planted_nominal(case, with_velocity(dive, value))
     (hint,) = mounting_hints(turned.mirrored, turned.swapped)
     assert hint.startswith(f"In {dof} the recorded velocity runs against the thrust: the mounting of the DVL")
 
 
 def test_velocities_whose_axes_are_swapped_hint_at_the_mounting(case):
     dive = dive_of(case)
-    turned = nominal_of(with_velocity(dive, dive.velocity.value[:, [1, 0, 2]]), case.file, case.configuration)
+    turned = planted_nominal(case, with_velocity(dive, dive.velocity.value[:, [1, 0, 2]]))
     assert turned.swapped == ((0, 1),)
     hint, *_ = mounting_hints(turned.mirrored, turned.swapped)
     assert hint.startswith(
@@ -75,12 +72,12 @@ def test_a_velocity_that_was_not_read_is_told_beside_the_verdict(case):
     dive = dive_of(case)
     value = dive.velocity.value.copy()
     value[:, 0] = np.nan
-    found = _told(case, with_velocity(dive, value))
+    found = diagnosed(case, QUADRATIC_DRAG, dive=with_velocity(dive, value))
     surge, turning = found.provisos
     assert surge == "Surge was not judged: no velocity in surge was recorded; record the DVL."
     assert turning.startswith("In roll, pitch and yaw no unknown force was looked for")
     assert verdict_sentence(found).endswith(" ".join(found.provisos))
-    assert _told(case, dive).provisos == ()
+    assert diagnosed(case, QUADRATIC_DRAG, dive=dive).provisos == ()
 
 
 def test_spikes_are_left_out_and_told_beside_the_verdict(case):
@@ -93,7 +90,7 @@ def test_spikes_are_left_out_and_told_beside_the_verdict(case):
     assert np.isnan(sound.velocity.value).sum() == np.isnan(value).sum() + len(read)
     assert (spikes.dof, spikes.count) == (0, len(read))
     assert spikes.share == pytest.approx(1 / 40, rel=0.1)
-    found = _told(case, with_velocity(dive, value))
+    found = diagnosed(case, QUADRATIC_DRAG, dive=with_velocity(dive, value))
     assert found.verdict == "no_gap"
     (proviso,) = found.provisos
     assert f"these spikes were left out: {len(read)} in surge (2.5 %)" in proviso
@@ -106,6 +103,30 @@ def test_a_sound_velocity_has_no_spikes_and_an_autopilot_s_own_is_not_looked_at(
     value[100::50] += 1.0
     spiky = with_velocity(replace(dive, velocity_is_filtered=True), value)
     assert without_spikes(spiky) == (spiky, ())
+
+
+def test_each_reading_that_the_filters_leave_out_costs_as_much_as_one_at_six_standard_deviations(case):
+    dive = dive_of(case)
+    at = np.flatnonzero(np.isfinite(dive.velocity.value[:, 0]))[50::50]
+
+    def log_posterior(surge):
+        value = dive.velocity.value.copy()
+        value[at, 0] = surge
+        return planted_nominal(case, with_velocity(dive, value)).log_posterior
+
+    assert log_posterior(np.nan) - log_posterior(3.0) == pytest.approx(18.0 * len(at), rel=0.1)
+
+
+def test_an_axis_that_settles_too_quickly_for_the_recorded_commands_is_left_out_and_named(
+    case, nominal, monkeypatch
+):
+    settles_s = nominal.course.mass / nominal.course.damping
+    fitted = sorted((problem.axis.dof for problem in nominal.joint.problems), key=lambda dof: settles_s[dof])
+    between_s = float(np.sqrt(settles_s[fitted[0]] * settles_s[fitted[1]]))
+    monkeypatch.setattr("identify.diagnose.nominal.QUICKEST_S", between_s)
+    without = planted_nominal(case)
+    assert {problem.axis.dof for problem in without.joint.problems} == {*fitted[1:]}
+    assert "too quickly to be told from recorded commands" in without.built.missing[fitted[0]]
 
 
 def test_a_stop_within_one_reading_is_no_spike():
@@ -130,24 +151,9 @@ def with_velocity(dive, value):
     return replace(dive, velocity=Signal(dive.velocity.time_s, value))
 
 
-def _told(case, dive):
-    return diagnose(
-        dive, case.file, case.configuration, effects=(QUADRATIC_DRAG,), progress=lambda *_report: None
-    )
-
-
-def test_spikes_that_were_left_out_are_told_with_how_many_they_were(case):
-    dive = dive_of(case)
-    value = dive.velocity.value.copy()
-    value[200:800:100, 0] += 3.0
-    said = _told(case, replace(dive, velocity=Signal(dive.velocity.time_s, value)))
-    (note,) = [one for one in said.notes if "spikes" in one]
-    assert "6 in surge" in note
-
-
 def test_a_refusal_names_the_recording_once(case):
     dive = dive_of(case)
     silent = replace(dive, pwm=None, tau_cmd=None)
     with pytest.raises(FitError) as refused:
-        _told(case, silent)
+        diagnosed(case, QUADRATIC_DRAG, dive=silent)
     assert str(refused.value).count(str(dive.source)) == 1

@@ -7,6 +7,9 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
+from fakes.planted import explained, planted_nominal, quiet
+from fakes.shared import CHECKOUT, shared
+from fakes.vehicle import VEHICLE
 from soak import rest_in_soak
 
 from bench.field.draw import draw
@@ -19,9 +22,7 @@ from bridge.wire.tlog import TlogWriter
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.candidates import Cause
 from identify.diagnose.diagnose import diagnose
-from identify.diagnose.nominal import nominal_of
 from identify.diagnose.recording import fitted_nominal
-from identify.diagnose.search import explain
 from identify.diagnose.verdict import parameters_of
 from identify.diagnose.weighing import weighing_of
 from identify.dive import Signal
@@ -31,24 +32,19 @@ from identify.effects.hydrodynamics import QUADRATIC_DRAG
 from identify.ingest.open import read_dive
 from identify.statistics import Z95
 
-ROOT = Path(__file__).resolve().parents[2]
-SHARED = ROOT.parent / "shared"
-SEALED = SHARED / "sealed"
 SCHEMA = Path(__file__).resolve().parents[1] / "data" / "answers.schema.json"
 WHOLE_S = 1000.0
 short_or_whole = pytest.mark.parametrize("seconds", rest_in_soak([200.0, WHOLE_S]))
-ANSWERS = ROOT / "tests" / "data" / "sealed_answers"
+ANSWERS = CHECKOUT / "tests" / "data" / "sealed_answers"
 
 
 def told(name, seconds, lag_s=0.03):
-    if not SEALED.is_dir():
-        pytest.skip("no shared data beside the checkout")
-    file = load_vehicle(str(ROOT / "tests/data/vehicles/hovering.yaml"))
+    file = load_vehicle(VEHICLE)
     curve = replace(file.vehicle.thrust_curve, lag_s=lag_s)
     file = replace(file, vehicle=replace(file.vehicle, thrust_curve=curve))
-    dives = (read_dive(SEALED / name / f"{which}.tlog.gz") for which in ("dive", "check"))
+    dives = (read_dive(shared("sealed", name, f"{which}.tlog.gz")) for which in ("dive", "check"))
     dive, check = (one.between(one.span_s[0], one.span_s[0] + seconds) for one in dives)
-    return diagnose(dive, file, "hovering", check=check, progress=lambda *_report: None)
+    return diagnose(dive, file, "hovering", check=check, progress=quiet)
 
 
 @short_or_whole
@@ -89,16 +85,14 @@ def test_the_answers_to_the_sealed_dives_keep_to_the_schema(letter):
     assert sum(one["share"] for one in answer["gap"]["where"]) == pytest.approx(1.0)
 
 
-DIVE = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "ardusub_sitl" / "still.tlog.gz"
 TRUE = {"X_uu": 48.285, "Y_vv": 62.08, "Z_ww": 68.98}
 
 
 @pytest.mark.soak
 def test_the_firmwares_own_submarine_has_quadratic_drag_and_nothing_else():
-    if not DIVE.exists():
-        pytest.skip("needs ../shared/data beside the checkout")
     file = load_vehicle("ardusub_vectored")
-    found = diagnose(read_dive(DIVE, None, file), file, "vectored", progress=lambda *_: None)
+    dive = read_dive(shared("data", "ardusub_sitl", "still.tlog.gz"), None, file)
+    found = diagnose(dive, file, "vectored", progress=quiet)
     assert [one.name for one in found.findings] == ["quadratic_drag"]
     assert found.verdict == "explained"
     parameters = found.findings[0].parameters
@@ -130,7 +124,7 @@ def dive(tmp_path_factory):
 @pytest.mark.soak
 def test_shaft_speeds_half_of_which_are_told_late_make_no_cause(dive):
     assert dive.rpm is not None
-    found = diagnose(dive, FILE, "survey", effects=BEFORE_THE_SHAFT, progress=lambda *_report: None)
+    found = diagnose(dive, FILE, "survey", effects=BEFORE_THE_SHAFT, progress=quiet)
     assert (found.verdict, found.findings) == ("no_gap", ())
 
 
@@ -147,11 +141,11 @@ def test_a_long_delay_is_found_with_its_size_and_only_where_it_is_there(tmp_path
     library = (COMMAND_DELAY, thruster_lag(file.vehicle.thrust_curve.lag_s), QUADRATIC_DRAG)
     nominal = fitted_nominal(read_dive(tmp_path / "dive.tlog.gz", None, file), file, kind)
     assert nominal.late_thrust_s == (pytest.approx(DELAY_S, abs=0.02), 0.0)
-    found = {cause.effect: cause.values for cause in explain(nominal, library, lambda *_: None).causes}
+    found = {cause.effect: cause.values for cause in explained(nominal, *library).causes}
     assert set(found) == {COMMAND_DELAY, QUADRATIC_DRAG}
     assert found[COMMAND_DELAY][0] == pytest.approx(DELAY_S, abs=0.02)
     misled = replace(nominal, late_thrust_s=(0.9, 0.0))
-    begun = explain(misled, (COMMAND_DELAY,), lambda *_: None)
+    begun = explained(misled, COMMAND_DELAY)
     assert all(cause.values[0] < 0.5 for cause in begun.causes)
 
 
@@ -169,7 +163,7 @@ def shafts_say():
     most_n = MOST_TOLD * np.abs(thrust_n).max()
     speeds = 60.0 * shaft_speed(curve, np.clip(thrust_n, -most_n, most_n))
     deaf = replace(dive, rpm=Signal(dive.rpm.time_s, speeds))
-    return nominal_of(deaf, case.file, case.configuration), most_n
+    return planted_nominal(case, deaf), most_n
 
 
 def test_controllers_that_tell_no_fast_turning_limit_no_thrust(shafts_say):
@@ -177,7 +171,7 @@ def test_controllers_that_tell_no_fast_turning_limit_no_thrust(shafts_say):
     alone = weighing_of(nominal, LIBRARY).fitted([Cause(SATURATION, np.array([most_n]))])
     assert alone.gain > 70.0
     assert alone.motion_nats < 3.0
-    assert explain(nominal, LIBRARY, lambda *_report: None).causes == ()
+    assert explained(nominal, *LIBRARY).causes == ()
 
 
 def test_an_interval_ends_where_a_parameter_does(shafts_say):

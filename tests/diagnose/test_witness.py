@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fakes.planted import planted_nominal
 
 from bridge.vehicle.thrusters import shaft_speed, thrust_curve
 from identify.challenge.case import dive_of, draw_case
-from identify.diagnose.nominal import nominal_of
-from identify.diagnose.witnesses import LATE_S, weighed_witness, witnesses
+from identify.diagnose.witnesses import weighed_witness, witnesses
 from identify.dive import Signal
 from identify.effects.actuators import DEAD_ZONE_SHIFTED, thruster_lag
 from identify.effects.rigid_body import THRUST_BIAS
@@ -17,8 +17,7 @@ from identify.effects.sensors import GYRO_BIAS, IMU_GRAVITY_LEAK
 
 def nominal_with(names, seed=300_901):
     case = draw_case(seed, names=names, size=0.8, seconds=120.0, rpm=True)
-    configuration = next(iter(case.file.vehicle.configurations))
-    return case, nominal_of(dive_of(case), case.file, configuration)
+    return case, planted_nominal(case)
 
 
 @pytest.fixture(scope="module")
@@ -106,7 +105,7 @@ class Stepped:
         return self.asked_n[0] + (1.0 - np.exp(-since_s / self.lag_s)) @ np.diff(self.asked_n)
 
 
-@pytest.mark.parametrize("late_s", [0.0, *LATE_S])
+@pytest.mark.parametrize("late_s", [-0.05, 0.0, 0.1, 0.2])
 def test_speeds_that_are_told_late_are_nobodys_evidence_to_the_last_newton(case_and_nominal, late_s):
     case, nominal = case_and_nominal
     stepped = Stepped(case, nominal.course, late_s)

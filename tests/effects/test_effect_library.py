@@ -2,10 +2,10 @@
 
 import json
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
+from fakes.shared import shared
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -14,7 +14,6 @@ from identify.effects.course import Course, delayed, lagged
 from identify.effects.effect import ARRAYS, Act, Effect
 from identify.effects.library import library
 
-SHARED = Path(__file__).resolve().parents[2].parent / "shared"
 HOVERING = load_vehicle("ruvifist:hovering").vehicle.configurations["hovering"]
 LIBRARY = library(HOVERING, 0.05)
 PARAMETERS = {
@@ -75,10 +74,10 @@ def test_the_names_are_those_of_an_answer() -> None:
 
 
 def test_the_names_and_parameters_are_those_of_the_shared_schema() -> None:
-    path = SHARED / "answers.schema.json"
-    if not path.exists():
-        pytest.skip("the shared schema is not beside the checkout")
-    assert json.loads(path.read_text())["$defs"]["parameters_of_each_effect"] == PARAMETERS
+    assert (
+        json.loads(shared("answers.schema.json").read_text())["$defs"]["parameters_of_each_effect"]
+        == PARAMETERS
+    )
 
 
 def test_no_two_effects_go_by_one_label() -> None:

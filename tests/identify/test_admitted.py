@@ -1,15 +1,15 @@
 """What is doubted is let in, and intervals hold the truth then: with a drag or a lateness that the model lacks."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import closed_loop
 import network_tasks
 import numpy as np
 import pytest
+from fakes.shared import shared
+from fakes.vehicle import VEHICLE
 from soak import rest_in_soak
 
-from bench.missions.mission import draw_one
 from bridge.vehicle.config import load_vehicle
 from identify.checks.fit import late_doubts, too_little
 from identify.dive import Signal
@@ -28,8 +28,6 @@ from identify.identification import Outcome
 from identify.ingest.open import read_dive
 from identify.statistics import Z95
 
-ROOT = Path(__file__).resolve().parents[2]
-OPEN_2 = ROOT.parent / "shared" / "sealed" / "open_2" / "dive.tlog.gz"
 FILE = closed_loop.vehicle_file()
 BOTH = pytest.mark.parametrize("method", ["likelihood", "pinn"])
 SURGE, DAMPING_OF_SURGE = 0, 6
@@ -106,14 +104,6 @@ def test_letting_in_a_lateness_of_any_size_moves_the_mass_to_the_truth():
     assert abs(found.shift[SURGE] - off) < 0.25 * abs(off)
 
 
-def test_a_drag_in_one_axis_moves_the_mass_that_weighs_in_the_coriolis_forces_there():
-    mission = draw_one(100_009, seconds=60.0, kind="together")
-    fit = fitted(mission.dive, mission.file, mission.configuration)
-    found = admitted(fit.joint, fit.theta, [SURGE], (), UNTIMED)
-    std = np.sqrt(np.diag(fit.covariance))
-    assert np.max(np.abs(found.shift[1:6]) / std[1:6]) > 1e-3
-
-
 def test_a_doubt_is_the_same_a_step_off_the_maximum():
     fit = fitted(closed_loop.dive(np.random.default_rng(4), 120.0, quadratic=40.0))
     off = fit.theta.copy()
@@ -123,16 +113,15 @@ def test_a_doubt_is_the_same_a_step_off_the_maximum():
     assert beside == pytest.approx(there, rel=0.1)
 
 
-@pytest.mark.skipif(
-    not OPEN_2.exists(), reason="the dives made elsewhere are not beside this checkout (shared)"
-)
 @pytest.mark.parametrize("method", rest_in_soak(["likelihood", "pinn"]))
 def test_masses_and_dampings_of_a_dive_made_elsewhere_with_quadratic_drag_lie_in_their_intervals(method):
     """What its maker says of it, masses and linear dampings of the axes that its thrusters drive."""
     truth = {"M_u": 111.6, "M_v": 112.41, "M_w": 134.0, "I_r": 16.0}
     truth |= {"D_u": 56.24, "D_v": 53.05, "D_w": 95.0, "D_r": 26.07}
-    file = load_vehicle(str(ROOT / "tests/data/vehicles/hovering.yaml"))
-    found = estimator(method)(read_dive(OPEN_2), file, "hovering", network_tasks.quiet)
+    file = load_vehicle(VEHICLE)
+    found = estimator(method)(
+        read_dive(shared("sealed", "open_2", "dive.tlog.gz")), file, "hovering", network_tasks.quiet
+    )
     assert found.outcome is Outcome.DISAGREES
     assert sum("speed squared" in doubt.sentence for doubt in found.doubts) == 3
     told = {name: found[name] for name in truth if np.isfinite(found[name].value)}

@@ -6,6 +6,7 @@ import closed_loop
 import fitted
 import numpy as np
 import pytest
+from fakes.planted import quiet
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -16,10 +17,6 @@ from identify.identifiability import null_directions, partners_of
 from identify.identification import Doubt, Information, Outcome, outcome_of
 
 SURGE = {"M_u": 100.0, "D_u": 50.0}
-
-
-def quiet(*_report):
-    pass
 
 
 def judged(fit, **keys):
@@ -157,12 +154,6 @@ def test_mass_and_damping_that_grow_together_or_apart_call_for_other_dives(sign,
     (found,) = null_directions(knowing(SURGE_AXIS, [1, sign, 0]))
     assert found.sentence.startswith("Surge mass and surge damping can't be told apart")
     assert words in found.sentence
-
-
-def test_two_sets_of_one_dive_are_told_one_by_one():
-    of = (*SURGE_AXIS, "M_v", "D_v", "sway_trim")
-    found = null_directions(knowing(of, [0, 1, -1, 0, 0, 0], [0, 0, 0, 1, 0, 0]))
-    assert [set(one.weights) for one in found] == [{"D_u", "surge_trim"}, {"M_v"}]
 
 
 def test_masses_tied_by_their_coriolis_force_call_for_one_axis_at_a_time():

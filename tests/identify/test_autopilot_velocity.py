@@ -34,10 +34,6 @@ def test_no_filter_knows_what_comes() -> None:
     assert found[1000 + 19] == pytest.approx(1 - np.exp(-1))
 
 
-def test_what_does_not_change_passes_a_filter_as_it_is() -> None:
-    assert behind_filter(np.full((50, 2), 7.0), STEP_S, 0.2) == pytest.approx(np.full((50, 2), 7.0))
-
-
 @pytest.mark.parametrize("count", range(1, 10))
 def test_each_column_goes_through_a_filter_as_if_it_were_alone(count: int) -> None:
     columns = np.random.default_rng(count).standard_normal((200, count))

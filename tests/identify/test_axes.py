@@ -1,11 +1,11 @@
 """Signals on one grid, axes with exact answers, and the wrench through curve, lag and geometry."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import closed_loop
 import numpy as np
 import pytest
+from fakes.shared import shared
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -26,7 +26,7 @@ from identify.dive import Array, Dive, Signal
 from identify.estimators.axes import build_axes
 from identify.estimators.motion import Motion
 from identify.estimators.readings import PITCH, ROLL, at_origin, averaged, places_of
-from identify.filters import aligned, derivative, low_pass
+from identify.filters import aligned, low_pass
 from identify.forces import WrenchHistory, wrench
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import attitude_at, quaternions_from_euler
@@ -181,11 +181,6 @@ def test_the_gain_at_the_cut_off_is_a_half_and_above_nyquist_nothing_happens() -
     assert low_pass(wave, RATE_HZ, 5.0) is wave
 
 
-def test_the_derivative_of_a_ramp_is_its_slope() -> None:
-    ramp = np.linspace(0.0, 5.0, 51)[:, None]
-    assert derivative(ramp, RATE_HZ) == pytest.approx(np.ones((51, 1)))
-
-
 def test_velocity_is_carried_from_the_transducer_to_the_origin() -> None:
     """Turning at 0.2 rad/s, a transducer 0.5 m ahead slides sideways at 0.1 m/s while the origin stands still."""
     turning = dive(velocity=sampled(10.0, 0.0, 0.1, 0.0), gyro=sampled(25.0, 0.0, 0.0, 0.2))
@@ -285,13 +280,6 @@ def test_one_thruster_alone_turns_the_vehicle() -> None:
     assert late == pytest.approx([10, 0, 0, 0, 0, -5], abs=1e-12)
 
 
-def test_the_mean_over_an_interval_is_the_exact_integral() -> None:
-    # From 1.0 s to 1.4 s: 20 N minus what the lag still keeps back.
-    kept_back = 20 * LAG_S * (1 - np.exp(-0.4 / LAG_S)) / 0.4
-    mean = history().mean_between(np.array([1.0]), np.array([1.4]))
-    assert mean[0, 0] == pytest.approx(20 - kept_back)
-
-
 def test_an_interval_across_commands_equals_a_fine_sum() -> None:
     ours = history().mean_between(np.array([0.3]), np.array([2.7]))[0]
     fine_s = 0.3 + (np.arange(240_000) + 0.5) * 1e-5
@@ -306,17 +294,6 @@ def test_two_halves_carry_the_area_and_the_first_moment_of_the_wrench() -> None:
     assert 0.5 * (early + late) == pytest.approx(wrench_n.mean(axis=0), abs=1e-6)
     moment = (wrench_n * (end_s - fine_s)[:, None]).mean(axis=0) * 0.6
     assert (3 * early + late) * 0.36 / 8 == pytest.approx(moment, abs=1e-6)
-
-
-def test_an_empty_interval_gives_the_value_itself() -> None:
-    now = np.array([1.3])
-    assert history().mean_between(now, now) == pytest.approx(history().at(now))
-
-
-def test_without_a_lag_the_thrust_is_there_at_once() -> None:
-    now = wrench(commanded_dive(pwm=STEP), thruster_vehicle(replace(QUADRATIC, lag_s=0.0)), "twin")
-    assert now.at(np.array([0.999, 1.0, 1.5]))[:, 0] == pytest.approx([0, 20, 20])
-    assert now.mean_between(np.array([0.5]), np.array([1.5]))[0, 0] == pytest.approx(10.0)
 
 
 def slow(time_s: Array, asked: Array) -> Array:
@@ -348,12 +325,6 @@ def test_pwm_of_too_few_outputs_is_not_guessed_at() -> None:
     ours = wrench(commanded_dive(tau_cmd=tau, pwm=pwm([0.0], (1600.0,))), thruster_vehicle(), "twin")
     assert ours.source == "tau_cmd"
     assert any("1 thruster outputs" in note for note in ours.notes)
-
-
-def test_outputs_beyond_the_thrusters_are_lights_and_the_like() -> None:
-    more = pwm([0.0, 1.0], (1500, 1500, 1900), (1700, 1700, 1900))
-    ours = wrench(commanded_dive(pwm=more), thruster_vehicle(), "twin")
-    assert ours.at(np.array([20.0]))[0, 0] == pytest.approx(20.0)
 
 
 def test_both_sources_are_compared() -> None:
@@ -398,10 +369,7 @@ def test_nothing_at_all_is_refused() -> None:
 
 def test_replaying_the_commands_of_the_real_firmware_gives_its_motion() -> None:
     """ArduSub's own simulator has no added mass and purely quadratic drag; its source says how much."""
-    path = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "ardusub_sitl" / "still.tlog.gz"
-    if not path.exists():
-        pytest.skip(f"{path} is not here")
-    recorded = read_dive(path)
+    recorded = read_dive(shared("data", "ardusub_sitl", "still.tlog.gz"))
     step_s = 0.01
     time_s = np.arange(50.0, 500.0, step_s)
     file = load_vehicle("ardusub_vectored")

@@ -1,11 +1,11 @@
 """The recorded velocity is held against what the controller did, and against what it says that it used."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import closed_loop
 import numpy as np
 import pytest
+from fakes.shared import shared
 
 from bench.diagnosis.recorded import recorded_dive
 from bench.missions.mission import draw_one
@@ -17,8 +17,6 @@ from identify.estimators.likelihood import estimate
 from identify.estimators.table import judged
 from identify.identification import Outcome
 from identify.ingest.open import read_dive
-
-SEALED = Path(__file__).resolve().parents[2].parent / "shared" / "sealed"
 
 
 def dive(seed=100_001, **keys):
@@ -111,10 +109,9 @@ def test_a_method_that_does_not_ask_loses_the_mass_that_the_feedback_spoils():
     assert "M_u" not in found.covariance_of
 
 
-@pytest.mark.skipif(not SEALED.exists(), reason="needs ../shared/sealed beside the checkout")
 @pytest.mark.parametrize("name", ["open_1", "b", "g"])
 def test_dives_made_elsewhere_raise_no_doubt_but_in_heave_whose_depth_they_keep_to_themselves(name):
-    doubts = feedback_doubts(read_dive(SEALED / name / "dive.tlog.gz"), Water())
+    doubts = feedback_doubts(read_dive(shared("sealed", name, "dive.tlog.gz")), Water())
     assert [doubt.about for doubt in doubts] == [("M_w",)]
 
 

@@ -4,12 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fakes.shared import shared
 
 from bridge.errors import ConfigError, LogError
 from identify.ingest.open import read_dive
 from identify.ingest.table import column_map
-
-SHARED = Path(__file__).resolve().parents[2].parent / "shared"
 
 MAP = """
 time: {column: ms, unit: ms}
@@ -53,7 +52,6 @@ def test_a_row_that_leaves_a_signal_empty_holds_no_sample_of_it(tmp_path: Path) 
 
 def test_a_cut_last_row_is_left_out_and_said(tmp_path: Path) -> None:
     dive = read_dive(*table(tmp_path, "0,1,1,0,0,1500,1500,0,0\n100,1,1,0,0,1500,1500,0,0\n200,1,1"))
-    assert dive.pwm is not None
     assert len(dive.pwm) == 2
     assert any("cut off" in note for note in dive.notes)
 
@@ -147,10 +145,7 @@ def test_commands_that_hold_by_the_map_are_told_up_to_the_end(tmp_path: Path) ->
 
 @pytest.mark.parametrize("name", ["Yaw_test_3.csv", "Depth_test_4.csv", "depth_test.csv"])
 def test_bolt_tables_are_read_and_what_they_lack_is_said(name: str) -> None:
-    path = SHARED / "data" / "bolt_auv" / name
-    if not path.exists():
-        pytest.skip(f"{path} is not here")
-    dive = read_dive(path, Path("bolt"))
+    dive = read_dive(shared("data", "bolt_auv", name), Path("bolt"))
     assert dive.pwm.value.shape[1] == 8
     notes = " ".join(dive.notes)
     assert "No velocity is recorded" in notes
@@ -158,11 +153,7 @@ def test_bolt_tables_are_read_and_what_they_lack_is_said(name: str) -> None:
 
 
 def test_fossen_runs_give_motion_but_no_force() -> None:
-    path = SHARED / "data" / "fossen_simulator" / "otter_a.csv"
-    if not path.exists():
-        pytest.skip(f"{path} is not here")
-    dive = read_dive(path, Path("fossen_otter"))
-    assert dive.velocity is not None
+    dive = read_dive(shared("data", "fossen_simulator", "otter_a.csv"), Path("fossen_otter"))
     assert len(dive.velocity) == 6000
     # The file's propeller speeds are rad/s.
     assert dive.rpm.value[1] == pytest.approx(np.array([-3.301362, 52.247483]) * 30 / np.pi, rel=1e-6)

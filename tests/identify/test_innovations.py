@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import closed_loop
 import numpy as np
 import pytest
 from fitted import gaussian
@@ -266,14 +265,3 @@ def test_the_score_with_a_mass_apart_is_the_slope_of_the_likelihood():
     assert_score_is_the_slope(joint)
     _, information = joint.score(joint.prior_mean)
     assert information[joint.places[heave].start + MASS, -1] == 0.0
-
-
-def test_a_pass_takes_half_of_the_way_to_the_speed_that_is_expected_of_an_axis():
-    dive = closed_loop.dive(np.random.default_rng(2), seconds=60.0)
-    built = build_axes(dive, closed_loop.vehicle_file(), "only")
-    shape = closed_loop.vehicle_file().vehicle.configurations["only"]
-    one = likelihood_of(built.axes[0], shape, np.full(6, 100.0), (), "both")
-    theta = one.prior_mean
-    (better,) = JointLikelihood((one,)).with_better_forces(built.motion, theta).problems
-    halfway = 0.5 * (one.axis.speed + one.expected_speed(theta))
-    np.testing.assert_allclose(better.axis.speed, halfway)

@@ -1,11 +1,13 @@
 """What the likelihood promises: true values inside its intervals in closed loop, and doubts said out loud."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import closed_loop
 import numpy as np
 import pytest
+from fakes.planted import quiet
+from fakes.shared import shared
+from fakes.vehicle import VEHICLE
 from fitted import gaussian
 
 from bridge.errors import FitError
@@ -16,15 +18,7 @@ from identify.estimators.table import estimator
 from identify.identification import Outcome
 from identify.ingest.open import read_dive
 
-ROOT = Path(__file__).resolve().parents[2]
-SEALED = ROOT.parent / "shared" / "sealed"
-
-
 estimate = estimator("likelihood")
-
-
-def quiet(*_report: object) -> None:
-    pass
 
 
 def fit(dive):
@@ -99,16 +93,6 @@ def test_a_dropout_and_a_wild_reading_do_no_harm():
     assert abs(spoiled["M_u"].value - plain["M_u"].value) < plain["M_u"].std
 
 
-def test_slow_samples_of_commands_tell_of_mass_and_damping_and_not_of_lateness():
-    dive = closed_loop.dive(np.random.default_rng(8), seconds=300.0)
-    seldom = replace(dive, tau_cmd=Signal(dive.tau_cmd.time_s[::5], dive.tau_cmd.value[::5]))
-    found = fit(seldom)
-    assert found.outcome is Outcome.CONVERGED
-    assert found["M_u"].low95 < closed_loop.MASS < found["M_u"].high95
-    assert found["D_u"].low95 < closed_loop.DAMPING < found["D_u"].high95
-    assert any("a delay or a lag of the thrusters can't be judged" in note for note in found.notes)
-
-
 def test_a_dive_of_three_seconds_is_refused_in_one_sentence():
     with pytest.raises(FitError, match="lasts 3 s"):
         fit(closed_loop.dive(np.random.default_rng(7), seconds=3.0))
@@ -155,29 +139,11 @@ def test_a_step_that_leaps_over_the_summit_is_not_taken_for_the_last():
     assert abs(found.theta[0] - best) < 0.1 * started_off
 
 
-def test_a_step_that_leaps_far_over_the_summit_is_shortened_at_once():
-    """A third of the information that the data have: each step loses as much as it promised."""
-    line, asked = Line(), []
-    best = line.x @ line.y / (line.x @ line.x)
-    innovations = line.innovations
-    line.innovations = lambda theta: asked.append(theta) or innovations(theta)
-
-    def too_little_information(problem, theta):
-        gradient, information = score(problem, theta)
-        return gradient, information / 3.0
-
-    climbed = climb(line, np.array([best + 1.0]), score=too_little_information)
-    assert climbed.theta[0] == pytest.approx(best, abs=1e-3)
-    # Three a score, and two a step.
-    assert len(asked) <= 1 + 5 * climbed.steps
-
-
-@pytest.mark.skipif(not SEALED.exists(), reason="needs ../shared/sealed beside the checkout")
 def test_a_dive_made_elsewhere_has_its_truth_in_the_99_percent_intervals():
     truth = {"M_u": 111.6, "M_v": 112.41, "M_w": 134.0, "I_r": 16.0}
     truth |= {"D_u": 56.24, "D_v": 53.05, "D_w": 95.0, "D_r": 26.07}
-    file = load_vehicle(str(ROOT / "tests/data/vehicles/hovering.yaml"))
-    found = estimate(read_dive(SEALED / "open_1" / "dive.tlog.gz"), file, "hovering", quiet)
+    file = load_vehicle(VEHICLE)
+    found = estimate(read_dive(shared("sealed", "open_1", "dive.tlog.gz")), file, "hovering", quiet)
     named = [name for name in truth if found[name].identifiable]
     assert {"M_u", "M_v", "I_r", "D_u", "D_v", "D_w", "D_r"} <= set(named)
     for name in named:
@@ -193,14 +159,6 @@ def test_thrusters_that_are_not_this_vehicles_make_data_and_model_disagree():
     assert any("not this vehicle's" in note for note in found.sentences)
 
 
-def test_thrust_in_the_dead_band_says_nothing_of_the_thrusters():
-    dive = closed_loop.dive(np.random.default_rng(9), seconds=60.0)
-    small = replace(dive, tau_cmd=Signal(dive.tau_cmd.time_s, 0.1 * dive.tau_cmd.value))
-    pulses = Signal(dive.tau_cmd.time_s, 1500 + 3 * small.tau_cmd.value[:, :1])
-    with pytest.raises(FitError, match="no thruster pushed in all the dive"):
-        fit(replace(small, pwm=pulses))
-
-
 def test_a_recording_of_another_configuration_makes_data_and_model_disagree():
     dive = closed_loop.dive(np.random.default_rng(9), seconds=60.0)
     other = Signal(np.array([0.0, 1.0]), np.array([[3.0], [3.0]]))
@@ -209,8 +167,7 @@ def test_a_recording_of_another_configuration_makes_data_and_model_disagree():
     assert any("VEH_CFG 3" in note for note in found.sentences)
 
 
-@pytest.mark.skipif(not SEALED.exists(), reason="needs ../shared/sealed beside the checkout")
 def test_a_dive_made_elsewhere_with_quadratic_drag_is_doubted():
-    file = load_vehicle(str(ROOT / "tests/data/vehicles/hovering.yaml"))
-    found = estimate(read_dive(SEALED / "open_2" / "dive.tlog.gz"), file, "hovering", quiet)
+    file = load_vehicle(VEHICLE)
+    found = estimate(read_dive(shared("sealed", "open_2", "dive.tlog.gz")), file, "hovering", quiet)
     assert found.outcome is Outcome.DISAGREES

@@ -2,11 +2,12 @@
 
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import closed_loop
 import numpy as np
-import pytest
+from fakes.planted import quiet
+from fakes.shared import shared
+from fakes.vehicle import VEHICLE
 
 from bench.missions.mission import draw_one
 from bridge.vehicle.config import load_vehicle
@@ -19,13 +20,7 @@ from identify.estimators.table import estimator, judged
 from identify.identification import Outcome
 from identify.ingest.open import read_dive
 
-ROOT = Path(__file__).resolve().parents[2]
-SEALED = ROOT.parent / "shared" / "sealed"
 HEAVE = 2
-
-
-def quiet(*_report):
-    pass
 
 
 @cache
@@ -121,10 +116,11 @@ def test_beside_a_method_that_leaves_the_mass_out_there_is_one_value_and_one_rea
     assert not any("M_w" in sentence for sentence in compared.sentences)
 
 
-@pytest.mark.skipif(not SEALED.exists(), reason="needs ../shared/sealed beside the checkout")
 def test_a_dive_made_elsewhere_has_the_heave_mass_that_its_own_axis_would_have_wrong():
-    file = load_vehicle(str(ROOT / "tests/data/vehicles/hovering.yaml"))
-    found = estimator("likelihood")(read_dive(SEALED / "open_1" / "dive.tlog.gz"), file, "hovering", quiet)
+    file = load_vehicle(VEHICLE)
+    found = estimator("likelihood")(
+        read_dive(shared("sealed", "open_1", "dive.tlog.gz")), file, "hovering", quiet
+    )
     assert found["M_w"].low95 < 134.0 < found["M_w"].high95
     assert found["M_w"].relative_std < 0.02
     assert found.outcome is Outcome.CONVERGED

@@ -1,7 +1,6 @@
 """What the network promises of a dive: true values inside its intervals, the likelihood's answer, doubts said aloud."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import closed_loop
 import network_tasks
@@ -18,8 +17,6 @@ from identify.estimators.pinn import training as pinn_fit
 from identify.estimators.table import estimator
 from identify.identification import Outcome, disturbance, noise, time_constant
 
-ROOT = Path(__file__).resolve().parents[2]
-SEALED = ROOT.parent / "shared" / "sealed"
 FILE = closed_loop.vehicle_file()
 
 estimate = estimator("pinn")
@@ -87,23 +84,6 @@ def test_a_gap_in_the_velocity_does_no_harm():
         assert abs(gap[name].value - plain[name].value) < plain[name].std
 
 
-def test_quadratic_drag_makes_data_and_model_disagree_and_says_in_which_axis():
-    found = fit(closed_loop.dive(np.random.default_rng(4), quadratic=40.0))
-    assert found.outcome is Outcome.DISAGREES
-    assert any("surge" in note and "speed squared" in note for note in found.sentences)
-    assert found["D_u"].low95 < closed_loop.DAMPING < found["D_u"].high95
-
-
-def test_a_plain_dive_makes_no_such_claim():
-    outcomes = {fit(closed_loop.dive(np.random.default_rng(s), seconds=90.0)).outcome for s in range(8)}
-    assert outcomes == {Outcome.CONVERGED}
-
-
-def test_a_dive_of_three_seconds_is_refused_in_one_sentence():
-    with pytest.raises(FitError, match="lasts 3 s"):
-        fit(closed_loop.dive(np.random.default_rng(7), seconds=3.0))
-
-
 def test_a_dive_of_which_no_axis_can_be_fitted_is_called_not_identifiable_with_reasons():
     dive = closed_loop.dive(np.random.default_rng(8), seconds=60.0)
     blind = replace(dive, velocity=Signal(dive.velocity.time_s, np.full_like(dive.velocity.value, np.nan)))
@@ -111,12 +91,6 @@ def test_a_dive_of_which_no_axis_can_be_fitted_is_called_not_identifiable_with_r
     assert found.outcome is Outcome.NOT_IDENTIFIABLE
     assert "no velocity in surge" in found["M_u"].reason
     assert found.samples == 0
-
-
-def test_a_dive_without_any_thrust_is_refused():
-    dive = closed_loop.dive(np.random.default_rng(8), seconds=60.0)
-    with pytest.raises(FitError, match="no thruster pushed in all the dive"):
-        fit(replace(dive, tau_cmd=Signal(dive.tau_cmd.time_s, 0.0 * dive.tau_cmd.value)))
 
 
 def test_every_pass_is_told_with_values_and_intervals_and_the_end_with_its_reason():

@@ -10,7 +10,6 @@ import pytest
 from scipy.stats import truncnorm
 
 from bridge.errors import FitError
-from bridge.vehicle.coefficients import OF_HULL
 from bridge.vehicle.config import Prior
 from gcs_plugin.params.plan import parameters_from_identification
 from identify.checks.controller import steered_doubts
@@ -205,12 +204,6 @@ def test_an_exported_model_has_what_was_identified_and_no_linear_damping_where_t
     assert "D_u" not in model.unknown
 
 
-def test_a_prior_of_quadratic_damping_is_of_a_hull_that_has_it():
-    with pytest.raises(ValueError, match="priors: unknown coefficient 'X_uu'"):
-        file_with("linear", priors={"X_uu": Prior(40.0, 4.0)})
-    assert file_with("both", priors={"X_uu": Prior(40.0, 4.0)})
-
-
 def test_where_an_autopilot_may_have_steered_by_what_its_log_lacks_the_values_are_doubted(both):
     dive = closed_loop.dive(np.random.default_rng(3), 120.0, quadratic=QUADRATIC)
     log = replace(dive, velocity_is_filtered=True, nu_fb=None, tau_pid=None, nu_ref=None)
@@ -223,8 +216,3 @@ def test_where_an_autopilot_may_have_steered_by_what_its_log_lacks_the_values_ar
     by_stick[len(by_stick) // 2 :, 0] = 10.0
     stuck = replace(log, tau_cmd=Signal(dive.tau_cmd.time_s, by_stick))
     assert steered_doubts(stuck, file_with("both"), "only", fitted) == ()
-
-
-def test_the_list_of_what_can_be_identified_has_each_name_once():
-    assert len(OF_HULL) == 18
-    assert [one.dof for one in OF_HULL.values()] == [*range(6)] * 3

@@ -1,6 +1,5 @@
 """Thrust that acts later than the vehicle file says: found over a grid, with an interval, and the values with it."""
 
-import math
 from dataclasses import replace
 
 import closed_loop
@@ -13,7 +12,7 @@ from identify.estimators import timing as delay
 from identify.estimators.axes import build_axes, delayed, later
 from identify.estimators.likelihood import estimate
 from identify.forces import wrench
-from identify.identification import Outcome, ThrustDelay
+from identify.identification import Outcome
 
 FILE = closed_loop.vehicle_file()
 
@@ -98,14 +97,3 @@ def test_a_parabola_says_where_it_has_fallen_by_that_of_a_95_percent_interval():
     vertex, half = delay._parabola(at, 7.0 - 0.5 * ((at - 0.13) / 0.004) ** 2)
     assert vertex == pytest.approx(0.13)
     assert half == pytest.approx(1.96 * 0.004, rel=1e-3)
-
-
-def test_where_there_is_no_top_the_best_is_kept():
-    vertex, _ = delay._parabola(np.array([0.1, 0.2, 0.3]), np.array([3.0, 1.0, 2.0]))
-    assert vertex == 0.1
-
-
-def test_a_delay_is_told_in_plain_data():
-    one = ThrustDelay(0.1, 0.09, 0.11, 0.02)
-    assert one.to_json()["delay_s"] == pytest.approx(0.12)
-    assert math.isclose(one.std_s, 0.01 / 1.959963984540054)
