@@ -20,8 +20,8 @@ from bridge.vehicle.thrusters import thrust_curve
 from identify.batch import cluster as batch_cluster
 from identify.batch.cluster import pack, run_on_cluster, run_parcel, unpack
 from identify.batch.jobs import IDENTIFY, job_for, own_columns, run_job, thrust_table
-from identify.batch.local import run_here
 from identify.batch.recordings import find_recordings
+from identify.batch.run import run_here
 
 FILE = batch_jobs.FILE
 
