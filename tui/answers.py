@@ -15,7 +15,7 @@ from identify.diagnose.result import Diagnosis
 from identify.dive import Dive
 from identify.identification import Estimate, Identification
 from identify.ingest.open import utc
-from identify.report.sections import told_beside
+from identify.report.identification import told_beside
 from identify.report.tables import standard_error
 from tui import show
 from tui.show import Table

@@ -93,7 +93,7 @@ def followed(dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0), points: int = POINT
             "N" if dof < 3 else "N m",
             (edges_s[:-1] + edges_s[1:]) / 2 - dive.span_s[0],
             _means(reference, dof, edges_s),
-            _means(_measured(dive, dof, lever_m), 0, edges_s),
+            _means(measured_speed(dive, dof, lever_m), 0, edges_s),
             _means(dive.tau_ff, dof, edges_s),
             _means(dive.tau_pid, dof, edges_s),
         )
@@ -102,7 +102,7 @@ def followed(dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0), points: int = POINT
     )
 
 
-def _measured(dive: Dive, dof: int, lever_m: Vector3) -> Signal | None:
+def measured_speed(dive: Dive, dof: int, lever_m: Vector3) -> Signal | None:
     """Measured speed of an axis, (n, 1): DVL moved to the origin; in yaw the fibre-optic gyro, else the IMU's gyro."""
     if dof >= 3:
         if dive.fog is not None and len(dive.fog):

@@ -11,9 +11,8 @@ from bridge.errors import ConfigError
 from bridge.vehicle.config import Vector3, VehicleFile
 from identify import validate as tracking
 from identify.dive import Dive
-from identify.glance.criteria import Raising, in_one_mode
 from identify.glance.following import followed
-from identify.glance.raising import go_no_go
+from identify.glance.raising import Raising, go_no_go, in_one_mode
 from identify.validate import Row, TrackingErrors, tracking_errors
 
 MODES: Final = ("PID", "shadow", "FF", "both")

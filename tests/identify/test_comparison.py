@@ -18,7 +18,7 @@ from identify.estimators import information
 from identify.estimators.axes import build_axes
 from identify.estimators.likelihood_fit import rough_fit
 from identify.identification import Doubt, Outcome, Partner, disturbance, noise, time_constant, trim
-from identify.report.sections import comparison_section, told_beside
+from identify.report.identification import comparison_section, told_beside
 from identify.run.identify import ANSWERED, compiles_first, identify, usual_methods
 from identify.side_by_side import shared
 

@@ -10,8 +10,7 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.references import DoubleS
 from identify.dive import Array, Dive, Signal
-from identify.glance.criteria import Criterion, Raising, in_one_mode
-from identify.glance.raising import go_no_go
+from identify.glance.raising import Criterion, Raising, go_no_go, in_one_mode
 
 RATE_HZ = 20.0
 FILE = load_vehicle("ruvifist")
@@ -275,14 +274,6 @@ def test_off_after_the_mission_is_no_failure() -> None:
     found = judged(in_modes((Mode.BOTH, 172.0), (Mode.OFF, 180.0)))
     assert found.flown is Mode.BOTH
     assert "mode" not in failed(found)
-
-
-def test_a_mode_that_nobody_knows_is_named_by_its_number() -> None:
-    dive = flown(Mode.SHADOW)
-    value = dive.ff_mode.value.copy()
-    value[-20:] = 9.0
-    found = in_one_mode(replace(dive, ff_mode=Signal(dive.ff_mode.time_s, value)))
-    assert "mode 9 1 s" in found.changed.words
 
 
 def test_a_dive_without_a_mode_has_none_and_is_left_as_it_is() -> None:

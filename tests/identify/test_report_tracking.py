@@ -10,8 +10,7 @@ from matplotlib.axes import Axes
 
 from identify.dive import Dive, Signal
 from identify.report.page import Figure
-from identify.report.sections import tracking_section
-from identify.report.tracking import Reference
+from identify.report.validation import Reference, tracking_section
 from identify.validate import METHOD, AxisErrors, SteadyError, TrackingErrors, tracking_errors
 
 NAN = math.nan

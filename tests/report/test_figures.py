@@ -11,8 +11,16 @@ import pytest
 from bridge.errors import LogError
 from bridge.vehicle.config import load_vehicle
 from identify.dive import Dive, Signal
-from identify.report.page import Figure, Report, Section, provenance, render_report, with_provenance
-from identify.report.picture import file_name, write_figures
+from identify.report.page import (
+    Figure,
+    Report,
+    Section,
+    file_name,
+    provenance,
+    render_report,
+    with_provenance,
+    write_figures,
+)
 from identify.report.plot import Line, lines_panel, stack
 from tui.pages import settings
 

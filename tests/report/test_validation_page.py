@@ -10,11 +10,10 @@ import pytest
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
-from identify.glance.criteria import Criterion, Raising
+from identify.glance.raising import Criterion, Raising
 from identify.report.page import Figure, Report, render_report
 from identify.report.plot import HATCHES, Group, grouped, stack
-from identify.report.tracking import error_line
-from identify.report.validation import validation_report, verdict
+from identify.report.validation import error_line, validation_report, verdict
 from identify.run.validate import Run, Validation
 from identify.validate import TrackingErrors, tracking_errors
 from identify.words import safe
