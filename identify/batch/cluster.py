@@ -8,7 +8,7 @@ import os
 import tempfile
 import time
 import zlib
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from collections.abc import Generator, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -100,7 +100,6 @@ def run_on_cluster(
     address: str,
     workers_within_s: float = WORKERS_WITHIN_S,
     answer_within_s: float = ANSWER_WITHIN_S,
-    now_s: Callable[[], float] = time.monotonic,
 ) -> Generator[Result, None, None]:
     """Yield the result of each job as it arrives, in no order.
 
@@ -113,14 +112,14 @@ def run_on_cluster(
     done: SimpleQueue[Future[Result]] = SimpleQueue()
     under_way: dict[Future[Result], Job] = {}
     with _client(address, answer_within_s) as client:
-        manned_s = now_s()
+        manned_s = time.monotonic()
         room = 0
         try:
             while True:
                 threads = _threads(client, address)
                 if threads:
-                    manned_s, room = now_s(), AHEAD * threads
-                elif now_s() - manned_s > workers_within_s:
+                    manned_s, room = time.monotonic(), AHEAD * threads
+                elif time.monotonic() - manned_s > workers_within_s:
                     raise LinkTimeout(
                         f"{address}: the scheduler has no worker; start one: dask worker {address} --nthreads 1; {KEPT}"
                     )

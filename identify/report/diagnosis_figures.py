@@ -14,7 +14,7 @@ from identify.diagnose.result import Diagnosis, Finding, Gap, Prediction, Slice,
 from identify.dive import Array
 from identify.report.page import Figure, Table
 from identify.report.plot import Bar, Line, Panel, bars, heatmap, lines_panel, side_by_side, stack
-from identify.report.traces import Trace, TracePanel, Traces
+from identify.report.traces import Traces
 from identify.words import decimals_for, fixed
 
 if TYPE_CHECKING:
@@ -238,19 +238,16 @@ def over_time(diagnosis: Diagnosis) -> Figure | None:
 def velocities(prediction: Prediction) -> Traces:
     """Measured velocities and those simulated before and after; a panel for each fitted degree of freedom."""
     panels = []
+    ways = (prediction.measured, prediction.before, prediction.after)
     for dof in np.flatnonzero(np.isfinite(prediction.floor)).tolist():
         unit, scale = ("m/s", 1.0) if dof < 3 else ("°/s", math.degrees(1.0))
-        ways = (prediction.measured, prediction.before, prediction.after)
-        curves = tuple(
-            Trace(label, k, scale * way[:, dof])
-            for k, (label, way) in enumerate(zip(FLOWN, ways, strict=True))
-        )
-        panels.append(TracePanel(f"{DOFS[dof]}, {unit}", curves))
+        panels.append((f"{DOFS[dof]}, {unit}", np.array([scale * way[:, dof] for way in ways])))
     return Traces(
         "measured and simulated velocities",
         "Velocities in body axes: measured (smoothed), and simulated from thrust and attitude alone, started anew from "
         f"the measured one every {wording.DRIFT_S:g} s: by the plain model (before) and with the causes in (after). "
         "The buttons stretch the time axis; then it can be moved sideways.",
+        FLOWN,
         prediction.time_s - prediction.time_s[0],
         prediction.window,
         tuple(panels),

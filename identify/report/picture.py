@@ -2,7 +2,6 @@
 
 import io
 import re
-import unicodedata
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,6 +12,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure as Picture
 from matplotlib.text import Text
 
+from bridge.text import printable
 from identify.report.plot import LIGHT, Draw
 from identify.words import safe
 
@@ -95,15 +95,8 @@ def _drawn(draw: Draw, width_in: float) -> Iterator[Picture]:
         warnings.filterwarnings("ignore", message="Glyph")
         picture = draw(width_in)
         for words in picture.findobj(Text):
-            words.set_text(_visible(words.get_text()))
+            words.set_text(printable(words.get_text(), "\N{REPLACEMENT CHARACTER}", "\n"))
         yield picture
-
-
-def _visible(words: str) -> str:
-    """Replace control, direction and surrogate characters by a visible mark."""
-    return "".join(
-        c if c == "\n" or unicodedata.category(c)[0] != "C" else "\N{REPLACEMENT CHARACTER}" for c in words
-    )
 
 
 def _svg(picture: Picture, **how: Any) -> str:

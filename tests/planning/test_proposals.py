@@ -397,12 +397,16 @@ def test_a_value_that_is_hardly_known_is_not_planned_with_but_its_width_counts()
         ({"vehicle": {"name": "other"}}, "vehicle 'other'"),
         ({"covariance": {"of": ["M_u"], "matrix": [[1.0, 2.0]]}}, "not an identification"),
         ({"parameters": 3}, "not an identification"),
-        ({"covariance": {"of": ["M_u"], "matrix": [[None]]}}, "no finite number"),
-        ({"covariance": {"of": ["M_u"], "matrix": [[-1.0]]}}, "not above 0"),
-        ({"covariance": {"of": ["M_u", "D_u"], "matrix": [[0.0, 0.0], [0.0, 0.0]]}}, "not above 0"),
-        ({"covariance": {"of": ["M_u", "M_u"], "matrix": [[1.0, 0.5], [0.5, 1.0]]}}, "twice"),
-        ({"covariance": {"of": ["M_u", "D_u"], "matrix": [[1.0, 0.5], [0.4, 1.0]]}}, "not symmetric"),
-        ({"covariance": {"of": ["M_u", "D_u"], "matrix": [[1.0, 2.0], [2.0, 1.0]]}}, "semi-definite"),
+        *(
+            ({"covariance": {"of": of, "matrix": matrix}}, "is damaged, for its covariance is none")
+            for of, matrix in (
+                (["M_u"], [[None]]),
+                (["M_u"], [[-1.0]]),
+                (["M_u", "M_u"], [[1.0, 0.5], [0.5, 1.0]]),
+                (["M_u", "D_u"], [[1.0, 0.5], [0.4, 1.0]]),
+                (["M_u", "D_u"], [[1.0, 2.0], [2.0, 1.0]]),
+            )
+        ),
         (
             {"parameters": [{"name": "M_u", "value": 1e300}, {"name": "D_u", "value": 55.0}]},
             "M_u is 1e\\+300",
