@@ -5,7 +5,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pytest
 from matplotlib.axes import Axes
 
 from identify.dive import Dive, Signal
@@ -71,22 +70,9 @@ def test_published_errors_stand_in_a_column_of_their_own_with_their_source():
     assert [row[2] for row in surge.rows] == ["0.0091", "—", "—", "0.0051", "—", "—", "—", "—"]
     assert surge.caption.endswith("Paper, both: Vangi et al., Table 5.")
     assert yaw.columns == ("Yaw motion", "Both")
+    assert [row[0].rpartition(", ")[2] for row in yaw.rows] == ["rad/s"] * 5 + ["ms", "N m", "N m"]
+    assert yaw.rows[2] == ("Deceleration, rad/s", "—")
     assert "Vangi" not in yaw.caption
-
-
-def test_the_effort_of_a_pid_that_pushes_both_ways_is_its_magnitude():
-    dive = moving_dive(0)
-    assert dive.tau_pid
-    both_ways = np.where(np.arange(len(dive.tau_pid)) % 2, 22.0, -22.0)[:, None] * np.ones(6)
-    dive = replace(dive, tau_pid=Signal(dive.tau_pid.time_s, both_ways))
-    by_phase, _ = tracking_section({"PID alone": tracking_errors(dive)}, {}).tables
-    assert by_phase.rows[6] == ("Steady |PID|, N", "22.00")
-
-
-def test_yaw_has_its_own_units():
-    (table,) = tracking_section({"PID alone": TrackingErrors("a", (YAW,))}, {}).tables
-    assert [row[0].rpartition(", ")[2] for row in table.rows] == ["rad/s"] * 5 + ["ms", "N m", "N m"]
-    assert table.rows[2] == ("Deceleration, rad/s", "—")
 
 
 def test_the_page_says_how_noise_was_kept_out_of_the_errors_and_how_much_is_left():
@@ -130,23 +116,6 @@ def test_each_run_has_a_figure_for_each_axis_that_moved():
 
 def boxes(figure: Figure) -> list[Axes]:
     return figure.draw(10.0).axes
-
-
-def test_measured_and_reference_speed_are_drawn_in_the_same_panel():
-    (figure,) = tracking_section({}, {"PID alone": moving_dive(5)}).figures
-    lines = {line.get_label(): line for line in boxes(figure)[0].get_lines()}
-    first_moved = {
-        word: lines[word].get_xdata()[np.flatnonzero(lines[word].get_ydata() > 0.0)[0]]
-        for word in ("measured", "reference")
-    }
-    assert first_moved["measured"] - first_moved["reference"] == pytest.approx(0.5, abs=0.06)
-
-
-def test_a_recording_without_wrench_or_measurement_shows_what_it_has():
-    whole = moving_dive(0)
-    bare = Dive("run", Path("run.tlog"), "", nu_ref=whole.nu_ref)
-    (figure,) = tracking_section({}, {"Off": bare}).figures
-    assert [text.get_text() for text in figure.draw(10.0).legends[0].get_texts()] == ["reference"]
 
 
 def test_runs_without_a_reference_make_an_empty_section():

@@ -50,9 +50,6 @@ def test_an_hour_in_six_degrees_of_freedom_stays_below_a_megabyte():
     html = render(replace(long, block=np.arange(90_000) // 90_000), "a")
     assert len(html) < 1e6
     assert html.count(" ") < 6 * 3 * 2.5 * 3000
-
-
-def test_a_curve_that_never_moves_is_drawn_all_the_same():
     still = replace(traces(), panels=(("heave, m/s", np.zeros((3, 500))),))
     assert "nan" not in render(still, "a")
 
