@@ -62,7 +62,7 @@ def validation_report(validation: Validation) -> Report:
     runs = validation.runs
     dives = {run.label: run.dive for run in runs}
     errors = {run.label: run.errors for run in runs}
-    judged = {run.label: run.raising for run in runs}
+    judged = {run.label: run.raising for run in runs if run.raising is not None}
     file, lever_m = validation.file, validation.lever_m
     axes = [_axis(dof, dives, errors, lever_m) for dof in _moved(errors)]
     sections = [_raising(judged), *axes, _criteria(judged), _notes(dives)]
@@ -110,17 +110,13 @@ def _less(best: str, errors: Mapping[str, float]) -> str:
     return f" ({', '.join(words)})" if words else ""
 
 
-def _raising(judged: Mapping[str, Raising | None]) -> Section | None:
+def _raising(judged: Mapping[str, Raising]) -> Section | None:
     """Go or no-go for each dive."""
-    judgements = tuple(
-        (raising.go, f"{label}: {raising.sentence}")
-        for label, raising in judged.items()
-        if raising is not None
-    )
+    judgements = tuple((raising.go, f"{label}: {raising.sentence}") for label, raising in judged.items())
     return Section("May the feed-forward be raised?", judged=judgements) if judgements else None
 
 
-def _criteria(judged: Mapping[str, Raising | None]) -> Section | None:
+def _criteria(judged: Mapping[str, Raising]) -> Section | None:
     """Criteria of go or no-go, one per row, with a table for each dive."""
     tables = tuple(
         Table(
@@ -131,7 +127,6 @@ def _criteria(judged: Mapping[str, Raising | None]) -> Section | None:
             f"{label}: what was looked at.",
         )
         for label, raised in judged.items()
-        if raised is not None
     )
     return Section("What go and no-go rest on", "", tables) if tables else None
 
@@ -155,17 +150,20 @@ def _axis(
 
 def _by_phase(axis: str, errors: Mapping[str, TrackingErrors]) -> Figure:
     """Errors of Table 5 as bars: a group for each phase."""
-    axis_errors = {label: run.axis(axis) for label, run in errors.items()}
-    unit = next(axis_error.unit for axis_error in axis_errors.values() if axis_error)
     groups = [
-        Group(label, tuple(axis_error.phase(phase) if axis_error else math.nan for phase in PHASES))
-        for label, axis_error in axis_errors.items()
+        Group(label, tuple(of_axis.phase(phase) for phase in PHASES))
+        for label, run in errors.items()
+        if (of_axis := run.axis(axis))
     ]
     return Figure(
         f"errors in {axis} by phase",
         f"Mean absolute tracking error in {axis} by phase of the motion, as Table 5 of the source paper has it.",
-        stack([grouped(f"error in {axis}, {unit}", PHASES, groups)]),
+        stack([grouped(_error_title(DOFS.index(axis)), PHASES, groups)]),
     )
+
+
+def _error_title(dof: int) -> str:
+    return f"error in {DOFS[dof]}, {'m/s' if dof < 3 else 'rad/s'}"
 
 
 def _compared(dof: int, dives: Mapping[str, Dive], lever_m: Vector3) -> Figure | None:
@@ -173,18 +171,16 @@ def _compared(dof: int, dives: Mapping[str, Dive], lever_m: Vector3) -> Figure |
     lines = []
     for style, (label, dive) in enumerate(dives.items()):
         begun_s = _begun_s(dof, dive)
-        line = error_line(dof, dive, lever_m, label, style % len(STYLES))
+        line = error_line(dof, dive, lever_m)
         if line is not None and begun_s is not None:
             x = line.x + dive.span_s[0] - begun_s
-            lines.append(Line(x[x >= 0], line.y[x >= 0], label, line.style))
+            lines.append(Line(x[x >= 0], line.y[x >= 0], label, style % len(STYLES)))
     if not lines:
         return None
-    axis = DOFS[dof]
-    title = f"error in {axis}, {'m/s' if dof < 3 else 'rad/s'}"
     return Figure(
-        f"errors in {axis} of all dives",
-        f"The error in {axis} of each dive, from where its reference first moves.",
-        stack([lines_panel(title, TIME_TITLE, lines, holds=(0.0,), height_in=2.2)]),
+        f"errors in {DOFS[dof]} of all dives",
+        f"The error in {DOFS[dof]} of each dive, from where its reference first moves.",
+        stack([lines_panel(_error_title(dof), TIME_TITLE, lines, holds=(0.0,), height_in=2.2)]),
     )
 
 
@@ -215,11 +211,6 @@ def _error_table(
 ) -> Table:
     runs = [run.axis(axis) for run in errors.values()]
     unit = next(run.unit for run in runs if run)
-    published = (
-        {phase: v for (published_axis, phase), v in paper.values.items() if published_axis == axis}
-        if paper
-        else {}
-    )
 
     def row(name: str, decimals: int, value: Callable[[AxisErrors], float]) -> tuple[str, ...]:
         return name, *(MISSING if run is None else fixed(value(run), decimals) for run in runs)
@@ -235,8 +226,8 @@ def _error_table(
     caption = (
         f"Mean absolute tracking error in {axis}, phase by phase. {METHOD}{_noise_said(errors, axis, unit)}"
     )
-    if paper and published:
-        paper_cells = [fixed(published.get(phase, math.nan), 4) for phase in PHASES]
+    if paper and any((axis, phase) in paper.values for phase in PHASES):
+        paper_cells = [fixed(paper.values.get((axis, phase), math.nan), 4) for phase in PHASES]
         paper_cells += [MISSING] * (len(rows) - len(paper_cells))
         rows = tuple((*cells, value) for cells, value in zip(rows, paper_cells, strict=True))
         columns = (*columns, paper.label)
@@ -302,13 +293,11 @@ def _panels(dof: int, dive: Dive, reference: Signal, lever_m: Vector3) -> list[P
     ]
     panels = [time_panel(speed, dive, speeds)]
     if error := error_line(dof, dive, lever_m):
-        panels.append(
-            time_panel(f"error in {DOFS[dof]}, {'m/s' if dof < 3 else 'rad/s'}", dive, [error], 1.3)
-        )
+        panels.append(time_panel(_error_title(dof), dive, [error], 1.3))
     return [*panels, time_panel(wrench, dive, wrenches)] if wrenches else panels
 
 
-def error_line(dof: int, dive: Dive, lever_m: Vector3, label: str = "", style: int = 0) -> Line | None:
+def error_line(dof: int, dive: Dive, lever_m: Vector3) -> Line | None:
     """Measured minus reference speed below CUTOFF_HZ, over the time from the dive's start; None if one is missing."""
     measured, reference = measured_speed(dive, dof, lever_m), dive.nu_ref
     if measured is None or reference is None:
@@ -320,7 +309,7 @@ def error_line(dof: int, dive: Dive, lever_m: Vector3, label: str = "", style: i
     if len(time_s) < LEAST_SAMPLES or rate_hz <= 2 * CUTOFF_HZ:
         return None
     error = measured.at(time_s)[:, 0] - reference.at(time_s)[:, dof]
-    return Line(time_s - dive.span_s[0], low_pass(error, rate_hz, CUTOFF_HZ), label, style)
+    return Line(time_s - dive.span_s[0], low_pass(error, rate_hz, CUTOFF_HZ))
 
 
 def tracking_section(

@@ -132,6 +132,7 @@ def test_the_error_is_measured_less_wanted_without_the_sensor_s_noise():
 def test_a_dive_too_short_or_without_a_velocity_has_no_line_of_its_error():
     dive = moving("pid", 0.0)
     assert error_line(0, replace(dive, velocity=None), AT_ORIGIN) is None
+    assert error_line(0, replace(dive, velocity=Signal(np.zeros(0), np.zeros((0, 3)))), AT_ORIGIN) is None
     assert error_line(0, dive.between(0.0, 0.5), AT_ORIGIN) is None
 
 
