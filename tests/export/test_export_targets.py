@@ -233,14 +233,6 @@ def test_ardusubs_wind_is_told_by_where_it_comes_from(model, flow, comes_from):
 
 
 @pytest.mark.parametrize("target", TARGETS)
-def test_a_vehicle_without_thrusters_is_written_without_any(model, target):
-    bare = replace(model, thrusters=(), curve=())
-    exported = export(bare, target)
-    assert "hruster1" not in exported.text
-    assert not any("thrusters" in part.what for part in exported.left_out)
-
-
-@pytest.mark.parametrize("target", TARGETS)
 def test_every_reason_is_one_that_a_rich_model_meets_or_a_plain_one(rich, target):
     unknown = ("M_w", "I_p", "D_w", "D_p")
     gappy = replace(rich, unknown=unknown, quadratic=(12.0, 24.0, 0.0, 0.0, 2.0, 3.0))

@@ -193,15 +193,11 @@ def circling(samples: int) -> Dive:
     )
 
 
-def test_start_and_end_have_one_label_where_two_would_overprint():
-    closed, part = track(circling(2400)), track(circling(2400).between(0.0, 60.0))
-    assert closed.draw(10.0).axes[0].get_legend_handles_labels()[1] == ["start and end"]
-    assert part.draw(10.0).axes[0].get_legend_handles_labels()[1] == ["start", "end"]
-
-
 @pytest.mark.parametrize("samples", [500, 9729])
-def test_a_circle_is_drawn_whole_and_round(samples):
-    drawn = track(circling(samples))
+def test_a_circle_is_drawn_whole_and_round_with_a_single_label_for_start_and_end(samples):
+    drawn, part = track(circling(samples)), track(circling(2400).between(0.0, 60.0))
+    assert drawn.draw(10.0).axes[0].get_legend_handles_labels()[1] == ["start and end"]
+    assert part.draw(10.0).axes[0].get_legend_handles_labels()[1] == ["start", "end"]
     svg = inline(drawn.draw, "path", "k").partition('<svg class="column-picture"')[0]
     path = max(re.findall(r'<path d="([^"]*)"', svg), key=len)
     (points,) = strokes(path)

@@ -25,7 +25,6 @@ from identify.planning.knowledge import (
     after,
     before_any_dive,
     of_axis,
-    of_motion,
 )
 from identify.planning.limits import Limits, Tank
 from identify.planning.manoeuvres import HEAVE, SURGE, SWAY, YAW, Drive, coast_down, laps, square, sweep
@@ -123,12 +122,6 @@ def test_what_is_known_least_is_aimed_at() -> None:
     assert {dof for part in found.parts for dof in part.manoeuvre.dofs} == {YAW}
 
 
-def test_square_waves_are_chosen_before_laps_for_a_mass() -> None:
-    found = propose(FILE, "hovering", known_to({"D_u": 1e-4}), Limits(), 60.0, [SURGE])
-    assert found.parts[0].manoeuvre.kind == "square wave"
-    assert found.parts[0].manoeuvre.period_s == 4.0
-
-
 def test_too_little_time_is_said_with_what_it_would_take() -> None:
     with pytest.raises(
         FitError, match=r"takes 42 s with its rests, and there are 20 s; give --minutes 0\.7 or"
@@ -146,7 +139,9 @@ def test_an_axis_that_no_thruster_pushes_is_left_out_or_refused() -> None:
         propose(file, "hovering", KNOWN, Limits(), 60.0, [HEAVE])
 
 
-def test_the_mission_is_read_back_as_the_legs_that_were_promised(tmp_path: Path) -> None:
+def test_the_mission_is_read_back_as_the_legs_that_were_promised_and_as_a_crew_reads_them(
+    tmp_path: Path,
+) -> None:
     found = propose(FILE, "hovering", KNOWN, Limits(), 100.0, [SURGE, YAW])
     path = tmp_path / "plan.yaml"
     path.write_text(mission_text(found, "ruvifist: a plan", "seatrial simulate", TANK), encoding="utf-8")
@@ -157,13 +152,11 @@ def test_the_mission_is_read_back_as_the_legs_that_were_promised(tmp_path: Path)
         leg for leg in promised if leg.phase != "rest"
     ]
     assert all(instruction(part) in path.read_text(encoding="utf-8") for part in found.parts)
-
-
-def test_a_crew_reads_force_period_seconds_and_room() -> None:
-    found = propose(FILE, "hovering", KNOWN, Limits(), 60.0, [SURGE]).parts[0]
-    assert instruction(found).startswith("surge: square wave ±")
-    assert needs(found).endswith(" m across")
-    told = pulses(found.manoeuvre, TANK)
+    first = found.parts[0]
+    assert first.manoeuvre.period_s == 4.0
+    assert instruction(first).startswith("surge: square wave ±")
+    assert needs(first).endswith(" m across")
+    told = pulses(first.manoeuvre, TANK)
     assert told.startswith("ahead: ")
     assert "on 1 2 3 4; astern: " in told
 
@@ -245,14 +238,6 @@ def test_surge_mass_of_vehicle_a_is_known_to_0_28_percent_by_a_square_wave_and_t
     assert known_to(lap) == pytest.approx(2.85, rel=0.12)
 
 
-def test_each_axis_tells_of_its_own_mass_and_damping_alone() -> None:
-    knowledge = before_any_dive(load_vehicle("ruvifist:survey"), "survey")
-    nu = np.zeros((960, 6))
-    nu[:, 1] = square_wave(20.0, 8.0, 32.0)
-    found = of_motion(STEP_S, nu, knowledge, (0, 1))
-    assert [NAMES[i] for i in np.flatnonzero(np.diag(found))] == ["M_v", "D_v"]
-
-
 def with_shape(**changes: Any) -> VehicleFile:
     shape = replace(FILE.vehicle.configurations["hovering"], **changes)
     return replace(FILE, vehicle=replace(FILE.vehicle, configurations={"hovering": shape}))
@@ -275,16 +260,14 @@ def identified(**changes: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def test_a_file_without_a_model_is_met_with_generic_ratios_and_says_so() -> None:
+def test_a_prior_goes_before_the_files_model_and_that_before_a_guess_which_is_said() -> None:
+    shape = with_shape(model={"M_u": 120.0, "M_v": 120.0, "D_v": 0.0}, priors={"M_u": Prior(111.0, 2.22)})
+    bare = before_any_dive(load_vehicle("bluerov2_heavy"), "heavy")
+    assert any("no DVL and no IMU" in sentence for sentence in bare.sentences)
     known = before_any_dive(FILE, "hovering")
-    assert known.values["M_u"] == pytest.approx(72.0 * 1.4)
-    assert known.values["D_r"] == pytest.approx(10.5 * 0.7)
+    assert (known.values["M_u"], known.values["D_r"]) == pytest.approx((72.0 * 1.4, 10.5 * 0.7))
     assert any("M_u" in sentence and "far off" in sentence for sentence in known.sentences)
     assert np.all(np.isinf(relative_std(known.precision)))
-
-
-def test_a_prior_goes_before_the_files_model_and_that_before_a_guess() -> None:
-    shape = with_shape(model={"M_u": 120.0, "M_v": 120.0, "D_v": 0.0}, priors={"M_u": Prior(111.0, 2.22)})
     known = before_any_dive(shape, "hovering")
     assert known.guessed == set(NAMES) - {"M_u"}
     assert (known.values["M_u"], known.values["M_v"]) == (111.0, 120.0)
@@ -293,11 +276,6 @@ def test_a_prior_goes_before_the_files_model_and_that_before_a_guess() -> None:
     assert after(identified(), FILE, "hovering", "a.json").guessed == set(NAMES) - {"M_u", "D_u"}
     vague = identified(covariance={"of": ["M_u", "D_u"], "matrix": [[11.0**2, 0.0], [0.0, 0.5]]})
     assert after(vague, FILE, "hovering", "a.json").guessed == set(NAMES) - {"D_u"}
-
-
-def test_a_vehicle_without_sensors_is_told_what_is_taken_for_granted() -> None:
-    known = before_any_dive(load_vehicle("bluerov2_heavy"), "heavy")
-    assert any("no DVL and no IMU" in sentence for sentence in known.sentences)
 
 
 def test_an_identification_brings_its_values_its_widths_and_its_noise() -> None:
@@ -402,12 +380,8 @@ def test_the_thrusters_give_a_push_itself_in_every_mode(mode: Mode) -> None:
     assert told.tau_cmd[0] == pytest.approx(24.0)
     assert told.tau_cmd[5] == pytest.approx(0.0, abs=1e-9)
     assert told.tau_pid[0] == told.tau_pid[5] == 0.0
-
-
-def test_the_axes_that_are_not_pushed_keep_their_controller() -> None:
-    alone = pilot(Mode.OFF).step(0.0, MOVING, replace(PUSHED, push=(None,) * 6))
-    pushed = pilot(Mode.OFF).step(0.0, MOVING, PUSHED)
-    assert pushed.tau_pid[1] == alone.tau_pid[1] != 0.0
+    alone = pilot(mode).step(0.0, MOVING, replace(PUSHED, push=(None,) * 6))
+    assert told.tau_pid[1] == alone.tau_pid[1]
 
 
 def test_a_push_begins_the_loop_anew_afterwards() -> None:

@@ -45,15 +45,6 @@ def test_where_there_is_no_gap_the_page_shows_no_shares_of_it_and_no_empty_pictu
     assert "There is no gap, so it lies nowhere" not in read(diagnosis())
 
 
-def test_the_drift_of_the_whole_dive_stands_beside_those_that_the_verdict_tells_of():
-    assert wording.shrink_lines(diagnosis(check=None))[0] == (
-        "Over the whole dive, which was fitted: the 5 s drift goes from 3.4 floors to 0.85 floors."
-    )
-    page = read(diagnosis())
-    assert "fitted: the whole dive\n3.40\n0.849" in page
-    assert "a dive without any gap comes to 0.8 to 1.2" in page
-
-
 def test_the_parts_come_in_the_order_in_which_a_crew_asks():
     html = render_report(
         diagnosis_report(diagnosis(next=Next(("a coast-down",), (), ("quadratic_drag", "inflow_loss"))))
@@ -89,6 +80,11 @@ def test_the_drift_stands_before_and_after_by_degree_of_freedom():
 
 def test_predicted_and_measured_shrink_stand_side_by_side():
     page = read(diagnosis())
+    assert "fitted: the whole dive\n3.40\n0.849" in page
+    assert "a dive without any gap comes to 0.8 to 1.2" in page
+    assert wording.shrink_lines(diagnosis(check=None))[0] == (
+        "Over the whole dive, which was fitted: the 5 s drift goes from 3.4 floors to 0.85 floors."
+    )
     assert "predicted: pieces held out\n3.40\n1.25\n90 %\n84 % to 94 %" in page
     assert "measured: the check dive\n3.10\n1.30\n86 %\n79 % to 92 %" in page
     assert "What was predicted and what was measured are 4 points apart." in page
@@ -338,27 +334,18 @@ def test_every_candidate_stands_once_in_its_best_form_and_the_accepted_one_is_ma
 
 
 @pytest.mark.usefixtures("rendered")
-def test_a_candidate_that_is_less_probable_than_not_is_possible_and_not_accepted():
+def test_a_candidate_that_is_possible_or_was_not_accepted_says_so_and_why():
     drag = replace(found("quadratic_drag"), probability=0.42)
     page = Text(render_report(diagnosis_report(diagnosis(findings=(drag,)))))
     assert page.lines[page.lines.index("quadratic drag (possible: 42 % probable)") + 1] == "61 nats"
     assert not [line for line in page.lines if line.endswith(": accepted")]
+    why = Tried(replace(effect("waves"), variant="2.25 and 2.33 s"), 20.0, False, "30 nats are asked for")
+    tried = read(diagnosis(tried=(*diagnosis().tried, why)))
+    assert "waves (2.25 and 2.33 s) (30 nats are asked for)\n20 nats" in tried
     half = replace(drag, probability=0.5)
     assert (
         "quadratic drag: accepted" in Text(render_report(diagnosis_report(diagnosis(findings=(half,))))).lines
     )
-
-
-@pytest.mark.usefixtures("rendered")
-def test_a_candidate_that_would_save_enough_and_was_not_accepted_says_why():
-    why = Tried(
-        replace(effect("waves"), variant="2.25 and 2.33 s"),
-        20.0,
-        False,
-        "too little here: 30 nats are asked for",
-    )
-    page = read(diagnosis(tried=(*diagnosis().tried, why)))
-    assert "waves (2.25 and 2.33 s) (too little here: 30 nats are asked for)\n20 nats" in page
 
 
 def test_the_feed_forward_s_gain_is_told_in_millimetres_a_second_and_where_there_is_none_why():
