@@ -72,14 +72,8 @@ def _slices_of(gap: Gap, dof: str) -> Figure | None:
         own_slices.sort(key=_bearing if by == "heading" else lambda each: each.low)
         total = sum(each.share for each in own_slices)
         decimals = _decimals(own_slices)
-        named = {_range(each, decimals) for each in own_slices}
         # A variable that changes by less than the shown digits is constant over the dive.
-        if (
-            total > 0
-            and len(own_slices) > 1
-            and len(named) == len(own_slices)
-            and not _still(own_slices, decimals)
-        ):
+        if total > 0 and len(own_slices) > 1 and not _still(own_slices, decimals):
             rows = [
                 Bar(_range(each, decimals), each.share / total, wording.percent(each.share / total))
                 for each in own_slices
