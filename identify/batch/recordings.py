@@ -70,10 +70,10 @@ def find_recordings(
         replace(cut[t.counted], path=t.path) if t.counted in cut else t for t in (twins | cut).values()
     )
     complete = [recording for recording in recordings.values() if recording.path not in cut]
-    return Found(told_apart(complete), all_twins, tuple(unreadable))
+    return Found(distinct_names(complete), all_twins, tuple(unreadable))
 
 
-def told_apart(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+def distinct_names(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
     """The recordings, with as many parent folders before each repeated name as needed to make the names distinct."""
     out = list(recordings)
     for depth in range(1, max((len(recording.path.resolve().parts) for recording in out), default=1) - 1):

@@ -158,7 +158,7 @@ def candidates(
         f"several forms of one the best is shown. Bars grow with the logarithm of the nats.{others}",
         stack([bars(rows[:first])]),
     )
-    weaker = tuple((bar.name, bar.told) for bar in rows[first:])
+    weaker = tuple((bar.name, bar.number) for bar in rows[first:])
     return "", (drawn,), (Table(("Weaker candidate", "Saves"), weaker),) if weaker else ()
 
 

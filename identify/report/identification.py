@@ -187,8 +187,8 @@ def comparison_section(compared: Comparison) -> Section:
     rows = tuple(
         (
             d.first.symbol,
-            _told(d.first),
-            _told(d.second),
+            _with_interval(d.first),
+            _with_interval(d.second),
             unit(d.first.unit),
             significant(d.distance, 2),
             "DISAGREE" if d.disagrees else "",
@@ -204,14 +204,14 @@ def comparison_section(compared: Comparison) -> Section:
     warning = f"Warning: the methods disagree on {apart}\n\n{WHY_STANDS}" if apart else ""
     return Section(
         capital(heading),
-        "\n\n".join((*(() if warning else compared.sentences), *told_beside(compared))),
+        "\n\n".join((*(() if warning else compared.sentences), *further_remarks(compared))),
         (Table(columns, rows, caption),) if rows else (),
         (),
         warning,
     )
 
 
-def told_beside(compared: Comparison) -> tuple[str, ...]:
+def further_remarks(compared: Comparison) -> tuple[str, ...]:
     """Further statements on both methods: outcome, doubts, reasons for missing values.
 
     That is: the outcome of the second if it did not converge, the doubts that only the second raises, and why either
@@ -247,7 +247,7 @@ def _gaps(method: Identification, compared: Comparison) -> tuple[str, ...]:
     )
 
 
-def _told(parameter: Estimate) -> str:
+def _with_interval(parameter: Estimate) -> str:
     if not parameter.identifiable:
         return MISSING
     value, interval = with_interval(parameter.value, parameter.low95, parameter.high95)

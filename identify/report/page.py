@@ -174,7 +174,7 @@ def write_report(path: Path, report: Report, drawn: Callable[[float], None] = _u
 
 def render_report(report: Report, drawn: Callable[[float], None] = _unseen) -> str:
     """The page as HTML; `drawn` as for `write_report`."""
-    headings = _told_apart([section.heading for section in report.sections])
+    headings = _distinct([section.heading for section in report.sections])
     links = "".join(f'<li><a href="#part-{i}">{safe(h)}</a></li>' for i, h in enumerate(headings, start=1))
     parts, done, figures = [], 0, sum(len(section.figures) for section in report.sections)
     for i, (section, heading) in enumerate(zip(report.sections, headings, strict=True), start=1):
@@ -194,7 +194,7 @@ def render_report(report: Report, drawn: Callable[[float], None] = _unseen) -> s
 <body>
 <header>
 <h1>{safe(report.title)}</h1>
-{_told("subtitle", report.subtitle)}{_told("verdict", report.verdict)}<nav aria-label="Parts"><ul>{links}</ul></nav>
+{_lead("subtitle", report.subtitle)}{_lead("verdict", report.verdict)}<nav aria-label="Parts"><ul>{links}</ul></nav>
 </header>
 <main>
 {body}
@@ -204,11 +204,11 @@ def render_report(report: Report, drawn: Callable[[float], None] = _unseen) -> s
 """
 
 
-def _told(kind: str, words: str) -> str:
+def _lead(kind: str, words: str) -> str:
     return f'<p class="{kind}">{safe(words)}</p>\n' if words else ""
 
 
-def _told_apart(headings: Sequence[str]) -> list[str]:
+def _distinct(headings: Sequence[str]) -> list[str]:
     """Headings, with a number behind each that repeats an earlier heading, as for dives of the same name."""
     return [h if (n := headings[:i].count(h)) == 0 else f"{h} ({n + 1})" for i, h in enumerate(headings)]
 

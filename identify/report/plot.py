@@ -177,13 +177,13 @@ TWO_LINES: letters from which a name may take two lines. LETTER_IN: width of a l
 
 @dataclass(frozen=True)
 class Bar:
-    """A row. share: of the longest bar, 0 to 1, values below 0 count as 0. told: number with its unit. mark: a word
+    """A row. share: of the longest bar, 0 to 1, values below 0 count as 0. number: its figure with the unit. mark: a word
     for a selected bar, which is filled; other bars are light.
     """
 
     name: str
     share: float
-    told: str
+    number: str
     mark: str = ""
 
 
@@ -204,7 +204,7 @@ def bars(rows: Sequence[Bar], title: str = "") -> Panel:
             weight = "bold" if row.mark else "normal"
             name_lines = "\n".join(wrap(name, letters, max_lines=2, placeholder=" …"))
             box.text(left, place - 0.2 * above, name_lines, va="bottom" if above else "center", weight=weight)
-            box.text(width + 0.015, place, row.told, va="center", weight=weight)
+            box.text(width + 0.015, place, row.number, va="center", weight=weight)
         box.set_xlim(left, ROOM)
         box.set_ylim(len(rows) - 0.5, -0.85 if above else -0.5)
         box.set_title(title, loc="left")

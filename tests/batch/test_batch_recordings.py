@@ -8,7 +8,7 @@ import pytest
 from bridge.clock import date_in_name
 from bridge.errors import LogError
 from identify.batch.jobs import Recording
-from identify.batch.recordings import find_recordings, name_of, told_apart
+from identify.batch.recordings import distinct_names, find_recordings, name_of
 from identify.ingest.open import utc
 
 
@@ -125,4 +125,4 @@ def test_jobs_differ_by_what_their_answers_depend_on(dives):
 def test_recordings_of_one_name_are_called_by_as_many_of_their_folders_as_tell_them_apart(tmp_path):
     paths = [tmp_path / way / "dive.tlog" for way in ("a/x", "b/x", "b/y")] + [tmp_path / "other.tlog"]
     recordings = [Recording(path.stem, path, (path,), str(k)) for k, path in enumerate(paths)]
-    assert [one.name for one in told_apart(recordings)] == ["a/x/dive", "b/x/dive", "y/dive", "other"]
+    assert [one.name for one in distinct_names(recordings)] == ["a/x/dive", "b/x/dive", "y/dive", "other"]

@@ -18,7 +18,7 @@ from identify.estimators import information
 from identify.estimators.axes import build_axes
 from identify.estimators.likelihood_fit import rough_fit
 from identify.identification import Doubt, Outcome, Partner, disturbance, noise, time_constant, trim
-from identify.report.identification import comparison_section, told_beside
+from identify.report.identification import comparison_section, further_remarks
 from identify.run.identify import ANSWERED, compiles_first, identify, usual_methods
 from identify.side_by_side import shared
 
@@ -159,7 +159,7 @@ def answer_by(method, values=SURGE, std=0.01, **keys):
 
 def test_a_second_that_did_not_converge_says_so_and_what_it_alone_doubts():
     second = answer_by("pinn", outcome=Outcome.DISAGREES, doubts=(SHARED, OWN))
-    assert told_beside(compare(answer_by("likelihood", doubts=(SHARED,)), second)) == (
+    assert further_remarks(compare(answer_by("likelihood", doubts=(SHARED,)), second)) == (
         "Pinn ended with 'data and model disagree'.",
         "Pinn: The loss still fell: dive longer.",
     )
@@ -172,17 +172,19 @@ def drag(score, axis="surge"):
 def test_a_doubt_of_both_that_differs_by_a_figure_is_not_said_again_and_another_of_the_same_coefficients_is():
     late = Doubt(("M_u", "D_u"), "In surge thrust is late by 20 ms", "mend the lag.")
     assert (
-        told_beside(compare(answer_by("likelihood", doubts=(drag(9),)), answer_by("pinn", doubts=(drag(8),))))
+        further_remarks(
+            compare(answer_by("likelihood", doubts=(drag(9),)), answer_by("pinn", doubts=(drag(8),)))
+        )
         == ()
     )
-    assert told_beside(
+    assert further_remarks(
         compare(answer_by("likelihood", doubts=(late,)), answer_by("pinn", doubts=(drag(8),)))
     ) == ("Pinn: In surge a drag is missing (8 standard errors): dive slower.",)
 
 
 def test_what_one_alone_gives_no_value_of_stands_with_its_reason():
     found = compare(answer_by("likelihood", {"M_u": 100.0, "M_v": 110.0}), answer_by("pinn"))
-    assert told_beside(found) == (
+    assert further_remarks(found) == (
         f"Likelihood gives no D_u: {fitted.NOT_DIVED}",
         f"Pinn gives no M_v: {fitted.NOT_DIVED}",
     )
@@ -191,11 +193,11 @@ def test_what_one_alone_gives_no_value_of_stands_with_its_reason():
 def test_a_second_that_gives_nothing_says_why_once_and_a_first_has_said_it_already():
     ended = {"outcome": Outcome.NOT_IDENTIFIABLE}
     found = compare(answer_by("likelihood"), answer_by("pinn", {}, **ended))
-    assert told_beside(found) == (
+    assert further_remarks(found) == (
         "Pinn ended with 'not identifiable'.",
         f"Pinn gives nothing: {fitted.NOT_DIVED}",
     )
-    assert told_beside(compare(answer_by("likelihood", {}, **ended), answer_by("pinn"))) == ()
+    assert further_remarks(compare(answer_by("likelihood", {}, **ended), answer_by("pinn"))) == ()
 
 
 def test_the_page_says_it_whether_or_not_the_methods_disagree():
