@@ -177,8 +177,9 @@ TWO_LINES: letters from which a name may take two lines. LETTER_IN: width of a l
 
 @dataclass(frozen=True)
 class Bar:
-    """A row. share: of the longest bar, 0 to 1, values below 0 count as 0. number: its figure with the unit. mark: a word
-    for a selected bar, which is filled; other bars are light.
+    """A row. share: of the longest bar, 0 to 1, values below 0 count as 0. number: its figure with the unit.
+
+    mark: a word for a selected bar, which is filled; other bars are light.
     """
 
     name: str
