@@ -15,7 +15,7 @@ from identify.diagnose.result import Diagnosis
 from identify.dive import Dive
 from identify.identification import Estimate, Identification
 from identify.ingest.open import utc
-from identify.report.sections import told_beside
+from identify.report.identification import further_remarks
 from identify.report.tables import standard_error
 from tui import show
 from tui.show import Table
@@ -71,7 +71,7 @@ def tell_comparison(console: Console, compared: Comparison) -> None:
     if not compared.disagreements:
         for sentence in compared.sentences:
             show.say(console, f"note: {sentence}")
-    for sentence in told_beside(compared):
+    for sentence in further_remarks(compared):
         show.say(console, f"note: {sentence}")
 
 

@@ -53,8 +53,7 @@ def publish(
 
     with show.progress(PAGE) as tell:
         tell(0.0, WRITING)
-        from identify.report.page import with_provenance, write_report
-        from identify.report.picture import write_figures
+        from identify.report.page import with_provenance, write_figures, write_report
 
         whole = with_provenance(report(), dives, file, settings(arguments))
         if page := page or arguments.report:

@@ -4,10 +4,11 @@ The scheduler reassigns the parcels of a worker that died.
 """
 
 import logging
+import os
 import tempfile
 import time
 import zlib
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,10 +18,8 @@ import dask
 from distributed import Client, Future, KilledWorker
 
 from bridge.errors import LinkLost, LinkTimeout
-from bridge.vehicle.config import VehicleFile
 from identify.batch.jobs import Job, Result, one_thread, our_version, own_columns, run_job, thrust_table
 
-DIVE, VEHICLE, COLUMNS = Path("dive"), Path("vehicle"), Path("columns")
 FAST = 1
 """Compression level of zlib: a recording shrinks by a third in a quarter of a second."""
 
@@ -35,68 +34,44 @@ KEPT = "finished dives are kept, run the same again to go on"
 
 
 @dataclass(frozen=True)
-class Item:
-    """A file: its name here, its path within the receiver's temporary folder, and its compressed bytes."""
-
-    name: str
-    place: Path
-    data: bytes
-
-
-@dataclass(frozen=True)
 class Parcel:
-    """A packed job. Paths in `job` are relative to the folder that the items are unpacked into."""
+    """A packed job: the sender's version and folder, and every file that the job reads, by its path, compressed."""
 
     job: Job
-    source: str
     version: str
-    items: tuple[Item, ...]
+    home: Path
+    data: Mapping[Path, bytes]
+
+    def place(self, folder: Path, path: Path) -> Path:
+        """Where a path of the sender's lies below a folder of the worker's."""
+        whole = Path(os.path.normpath(self.home / path))
+        return folder / whole.relative_to(whole.anchor)
 
 
 def pack(job: Job) -> Parcel:
     """Pack a job with every file that it reads. Raises OSError if a file is gone."""
-    recording, vehicle, table = job.recording, job.vehicle, thrust_table(job.vehicle)
-    root = DIVE / recording.path.resolve().name
-    is_folder = recording.path.is_dir()
-    places = {file: root / file.name if is_folder else root for file in recording.files}
-    places[vehicle.path] = VEHICLE / vehicle.path.name
-    if (columns := own_columns(recording)) is not None:
-        places[columns] = root / columns.name
-    if job.columns is not None:
-        places[job.columns] = COLUMNS / job.columns.name
-    if table is not None:
-        places[table] = VEHICLE / table.name
-        vehicle = _with_table(vehicle, table.name)
-    files = tuple(places[file] for file in recording.files)
-    sent = replace(
-        job,
-        recording=replace(recording, path=root, files=files),
-        vehicle=replace(vehicle, path=places[vehicle.path]),
-        columns=places[job.columns] if job.columns else None,
-    )
-    items = tuple(
-        Item(str(file), place, zlib.compress(file.read_bytes(), FAST)) for file, place in places.items()
-    )
-    return Parcel(sent, str(recording.path), our_version(), items)
+    maybe = (own_columns(job.recording), job.columns, thrust_table(job.vehicle))
+    files = (*job.recording.files, job.vehicle.path, *(file for file in maybe if file is not None))
+    data = {file: zlib.compress(file.read_bytes(), FAST) for file in files}
+    return Parcel(job, our_version(), Path.cwd(), data)
 
 
 def unpack(parcel: Parcel, folder: Path) -> Job:
-    """Write the files below `folder` and return the job with their paths."""
-    for item in parcel.items:
-        path = folder / item.place
+    """Write the files below `folder`, as they lie at the sender's, and return the job with their paths."""
+    for file, data in parcel.data.items():
+        path = parcel.place(folder, file)
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(zlib.decompress(item.data))
-    job = parcel.job
-    recording = replace(
-        job.recording,
-        path=folder / job.recording.path,
-        files=tuple(folder / file for file in job.recording.files),
-    )
+        path.write_bytes(zlib.decompress(data))
+    job, recording = parcel.job, parcel.job.recording
     return replace(
         job,
-        recording=recording,
-        vehicle=replace(job.vehicle, path=folder / job.vehicle.path),
-        columns=folder / job.columns if job.columns else None,
+        recording=replace(
+            recording,
+            path=parcel.place(folder, recording.path),
+            files=tuple(parcel.place(folder, file) for file in recording.files),
+        ),
+        vehicle=replace(job.vehicle, path=parcel.place(folder, job.vehicle.path)),
+        columns=parcel.place(folder, job.columns) if job.columns else None,
     )
 
 
@@ -115,14 +90,9 @@ def run_parcel(parcel: Parcel) -> Result:
         folder = Path(place)
         result = run_job(unpack(parcel, folder))
         error = result.error
-        for item in parcel.items:
-            error = error.replace(str(folder / item.place), item.name)
-        return replace(result, error=error.replace(str(folder / parcel.job.recording.path), parcel.source))
-
-
-def _with_table(file: VehicleFile, name: str) -> VehicleFile:
-    curve = replace(file.vehicle.thrust_curve, file=name)
-    return replace(file, vehicle=replace(file.vehicle, thrust_curve=curve))
+        for path in (*parcel.data, parcel.job.recording.path):
+            error = error.replace(str(parcel.place(folder, path)), str(path))
+        return replace(result, error=error)
 
 
 def run_on_cluster(
@@ -130,7 +100,6 @@ def run_on_cluster(
     address: str,
     workers_within_s: float = WORKERS_WITHIN_S,
     answer_within_s: float = ANSWER_WITHIN_S,
-    now_s: Callable[[], float] = time.monotonic,
 ) -> Generator[Result, None, None]:
     """Yield the result of each job as it arrives, in no order.
 
@@ -143,14 +112,14 @@ def run_on_cluster(
     done: SimpleQueue[Future[Result]] = SimpleQueue()
     under_way: dict[Future[Result], Job] = {}
     with _client(address, answer_within_s) as client:
-        manned_s = now_s()
+        manned_s = time.monotonic()
         room = 0
         try:
             while True:
                 threads = _threads(client, address)
                 if threads:
-                    manned_s, room = now_s(), AHEAD * threads
-                elif now_s() - manned_s > workers_within_s:
+                    manned_s, room = time.monotonic(), AHEAD * threads
+                elif time.monotonic() - manned_s > workers_within_s:
                     raise LinkTimeout(
                         f"{address}: the scheduler has no worker; start one: dask worker {address} --nthreads 1; {KEPT}"
                     )

@@ -58,11 +58,6 @@ class Story(Enum):
     UNCLEAR = "Something changes, but these dives can't tell drag from thrust: weigh the vehicle, and log the battery"
 
 
-_DAMPING_MOVED = (Story.FOULING, Story.CLEANER)
-_MASS_MOVED = (Story.HEAVIER, Story.LIGHTER)
-_ALL_MOVED = (Story.WEAKER, Story.STRONGER)
-
-
 @dataclass(frozen=True)
 class Drift:
     """The story of a configuration. `trends` holds the trend of each coefficient with enough values.
@@ -215,14 +210,17 @@ def _sentence(
         f"{story.value}. Over {longest.count} dives from {utc(longest.first_s)} to {utc(longest.last_s)}: "
     )
     words += f"{', '.join(figures)}."
-    still = {
-        _DAMPING_MOVED: ("mass", mass),
-        _MASS_MOVED: ("damping", damping),
-        _ALL_MOVED: ("damping over mass", over),
-    }
-    for stories, (word, trend) in still.items():
-        if story in stories and trend is not None:
-            words += f" The change of {word} is within {_within(trend):.1f} %."
+    word, trend = {
+        Story.FOULING: ("mass", mass),
+        Story.CLEANER: ("mass", mass),
+        Story.HEAVIER: ("damping", damping),
+        Story.LIGHTER: ("damping", damping),
+        Story.WEAKER: ("damping over mass", over),
+        Story.STRONGER: ("damping over mass", over),
+    }.get(story, ("", None))
+    if trend is not None:
+        within = max(abs(percent(trend.low95)), abs(percent(trend.high95)))
+        words += f" The change of {word} is within {within:.1f} %."
     if voltage is not None and voltage.is_real:
         way = "fell" if voltage.change < 0 else "rose"
         words += f" The pack voltage {way} by {abs(voltage.change):.1f} V over the same time."
@@ -259,11 +257,6 @@ def _left_out(rows: Sequence[Row], despite_doubts: bool) -> str:
         names = sorted({name for dive_names in some for name in dive_names}, key=NAMES.index)
         why.append(f"the doubted {', '.join(names)} of {len(some)} dive{'s' if len(some) > 1 else ''}")
     return f" Left out: {' and '.join(why)}." if why else ""
-
-
-def _within(trend: Trend) -> float:
-    """The end of a 95 % interval that is farther from zero, in per cent."""
-    return max(abs(percent(trend.low95)), abs(percent(trend.high95)))
 
 
 def _change(trend: Trend) -> str:

@@ -19,13 +19,7 @@ from bridge.errors import ConfigError, FitError, SeatrialError
 from bridge.files import check_small
 from bridge.vehicle.config import CONFIGS, VehicleFile
 
-_COUNTS = (
-    "OMP_NUM_THREADS",
-    "OPENBLAS_NUM_THREADS",
-    "MKL_NUM_THREADS",
-    "VECLIB_MAXIMUM_THREADS",
-)
-_NUMBA_COUNT = "NUMBA_NUM_THREADS"
+_COUNTS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 
 def one_thread() -> None:
@@ -35,7 +29,7 @@ def one_thread() -> None:
     if (torch := sys.modules.get("torch")) is not None:
         torch.set_num_threads(1)
     if (numba := sys.modules.get("numba")) is None:
-        os.environ.setdefault(_NUMBA_COUNT, "1")
+        os.environ.setdefault("NUMBA_NUM_THREADS", "1")
     else:
         # A loaded numba reads the variable again when it compiles, and refuses a count other than its first.
         numba.set_num_threads(1)

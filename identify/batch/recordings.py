@@ -1,51 +1,33 @@
-"""The recordings that DIVES (files, folders, patterns) mean, each counted once; a shorter copy if the longest gives no
-result.
-"""
+"""The recordings that DIVES (files, folders, patterns) mean, each dive counted once."""
 
 import glob
 import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 from pathlib import Path
+from typing import Final
 
 from bridge.errors import LogError
 from identify.batch.jobs import Recording, Result
-from identify.batch.rows import rows_of
 from identify.ingest.open import contents, identity_of, recording_files
 
 ENDINGS = (".tlog", ".tlog.gz", ".bin")
 TABLE = ".csv"
 DIVE_FILE = "telemetry."
-
-
-class Relation(Enum):
-    """Why a recording does not count beside its twin, worded to stand between their names."""
-
-    SAME = "holds the same recording as"
-    BEGINNING = "is the beginning of"
-    REPLACED = "gave nothing ({reason}), so what counts is its beginning,"
+SAME: Final = "holds the same recording as"
+BEGINNING: Final = "is the beginning of"
 
 
 @dataclass(frozen=True)
 class Twin:
-    """A recording at `path` that does not count, because that at `counted` holds the same dive.
-
-    `recording` is the recording at `path` if it is the beginning of the longer recording, and so may count in its
-    place; `reason` says why a longer one that is replaced gave nothing.
+    """A recording at `path` that does not count, because that at `counted` holds the same dive; `why` stands between
+    the two names.
     """
 
     path: Path
     counted: Path
-    relation: Relation
-    recording: Recording | None = None
-    reason: str = ""
-
-    @property
-    def why(self) -> str:
-        """The relation in words, to stand between the two names."""
-        return self.relation.value.format(reason=self.reason)
+    why: str
 
 
 @dataclass(frozen=True)
@@ -55,25 +37,6 @@ class Found:
     recordings: tuple[Recording, ...]
     twins: tuple[Twin, ...]
     unreadable: tuple[Result, ...]
-
-    def beginnings_of(self, path: Path) -> tuple[Recording, ...]:
-        """Recordings that are a beginning of the one at `path`, longest first."""
-        parts = (t.recording for t in self.twins if t.counted == path and t.recording is not None)
-        return tuple(sorted(parts, key=lambda item: -item.size_bytes))
-
-    def with_beginning(self, failed: Path, why: str, instead: Recording) -> "Found":
-        """A copy in which the recording at `failed`, which gave nothing, is replaced by its beginning `instead`."""
-        new_twin = Twin(failed, instead.path, Relation.REPLACED, reason=why)
-        redirected = [
-            replace(new_twin, path=t.path)
-            if t.relation is Relation.SAME
-            else replace(t, counted=instead.path)
-            for t in self.twins
-            if t.counted == failed and t.path != instead.path
-        ]
-        unrelated = [t for t in self.twins if t.counted != failed]
-        counted = tuple(instead if recording.path == failed else recording for recording in self.recordings)
-        return Found(told_apart(counted), (new_twin, *redirected, *unrelated), self.unreadable)
 
 
 def find_recordings(
@@ -99,19 +62,18 @@ def find_recordings(
             unreadable.append(Result(str(path), name_of(path), str(path), "", error=str(error), final=False))
             continue
         if known_by.sha256 in recordings:
-            twins[path] = Twin(path, recordings[known_by.sha256].path, Relation.SAME)
+            twins[path] = Twin(path, recordings[known_by.sha256].path, SAME)
         else:
             recordings[known_by.sha256] = Recording(name_of(path), path, files, **vars(known_by))
     cut = {twin.path: twin for twin in _cut(recordings.values())}
-    all_twins = [
-        replace(cut[t.counted], path=t.path, recording=None) if t.counted in cut else t
-        for t in (twins | cut).values()
-    ]
-    complete = tuple(recording for recording in recordings.values() if recording.path not in cut)
-    return Found(told_apart(complete), tuple(all_twins), tuple(unreadable))
+    all_twins = tuple(
+        replace(cut[t.counted], path=t.path) if t.counted in cut else t for t in (twins | cut).values()
+    )
+    complete = [recording for recording in recordings.values() if recording.path not in cut]
+    return Found(distinct_names(complete), all_twins, tuple(unreadable))
 
 
-def told_apart(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+def distinct_names(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
     """The recordings, with as many parent folders before each repeated name as needed to make the names distinct."""
     out = list(recordings)
     for depth in range(1, max((len(recording.path.resolve().parts) for recording in out), default=1) - 1):
@@ -131,14 +93,14 @@ def _cut(recordings: Iterable[Recording]) -> list[Twin]:
     alike.pop("", None)
     twins = []
     for group in alike.values():
-        complete: list[tuple[Recording, bytes]] = []
+        complete: list[tuple[Path, bytes]] = []
         for recording in sorted(group, key=lambda item: -item.size_bytes) if len(group) > 1 else ():
             data = contents(recording.files)
-            longer = next((longer_one for longer_one, held in complete if held.startswith(data)), None)
+            longer = next((path for path, held in complete if held.startswith(data)), None)
             if longer is None:
-                complete.append((recording, data))
+                complete.append((recording.path, data))
             else:
-                twins.append(Twin(recording.path, longer.path, Relation.BEGINNING, recording))
+                twins.append(Twin(recording.path, longer, BEGINNING))
     return twins
 
 
@@ -178,38 +140,3 @@ def _in_folder(folder: Path) -> Iterator[Path]:
 
 def _is_dive_file(name: str) -> bool:
     return name.startswith(DIVE_FILE) and name.lower().endswith((*ENDINGS, TABLE))
-
-
-Work = Callable[[Sequence[Recording]], list[Result]]
-"""Runs recordings and returns the result of each."""
-
-
-def with_beginnings(recordings: Found, results: Sequence[Result], work: Work) -> tuple[Found, list[Result]]:
-    """Replace each recording without a value by the longest of its shorter copies that gives a value.
-
-    If no shorter copy gives a value, the recording stays, with the reason why it gave none. `results` are those of
-    the recordings in `found`; `work` runs the shorter copies.
-    """
-    by_source = {result.source: result for result in results}
-    left = {}
-    for source, result in by_source.items():
-        reason, beginnings = _nothing(result), list(recordings.beginnings_of(Path(source)))
-        if reason and beginnings:
-            left[source] = reason, beginnings
-    while left:
-        tried = {source: parts.pop(0) for source, (_, parts) in left.items()}
-        came = {result.source: result for result in work(list(tried.values()))}
-        for source, part in tried.items():
-            result, (why, parts) = came[str(part.path)], left[source]
-            if not _nothing(result):
-                recordings = recordings.with_beginning(Path(source), why, part)
-                by_source[source] = result
-            if not parts or not _nothing(result):
-                del left[source]
-    return recordings, list(by_source.values())
-
-
-def _nothing(result: Result) -> str:
-    """Reason why a result holds no value; empty if it holds at least one."""
-    (row,) = rows_of([result])
-    return "" if row.values else row.error

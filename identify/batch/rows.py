@@ -16,8 +16,6 @@ from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS, MASSES
 from identify.batch.jobs import Result
 from identify.identification import Culprit, Doubt, Outcome
 
-_OUTCOMES = {outcome.value: outcome for outcome in Outcome}
-_CULPRITS = {culprit.value: culprit for culprit in Culprit}
 _TOTAL = dict(zip(ADDED_MASS_NAMES, (mass.name for mass in MASSES), strict=True))
 
 
@@ -25,14 +23,14 @@ def doubts_in(identification: Mapping[str, Any]) -> tuple[Doubt, ...]:
     """Doubts in an identification's JSON that concern its values; doubts of a prior are left out."""
     every = (
         Doubt(
-            tuple(map(str, doubt.get("about") or ())),
-            str(doubt.get("problem") or doubt["sentence"]),
-            str(doubt.get("remedy") or ""),
-            _OUTCOMES.get(str(doubt.get("outcome")), Outcome.DISAGREES),
-            _CULPRITS.get(str(doubt.get("culprit")), Culprit.RECORDING),
-            tuple(map(str, doubt.get("also") or ())),
+            tuple(doubt["about"]),
+            doubt["problem"],
+            doubt["remedy"],
+            Outcome(doubt["outcome"]),
+            Culprit(doubt["culprit"]),
+            tuple(doubt["also"]),
         )
-        for doubt in identification.get("doubts") or ()
+        for doubt in identification["doubts"]
     )
     return tuple(doubt for doubt in every if doubt.culprit is not Culprit.PRIOR)
 

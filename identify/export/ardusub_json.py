@@ -44,7 +44,7 @@ REASONS = {
     "least": _OWN.format("a dead zone of 25 us instead"),
     "effects": "neither ArduSub's own submarine nor `plant` has them; the rest of the model was fitted beside them",
     "curve": _OWN.format("a quadratic thrust curve of 400 us"),
-    "mass_by_axis": _OWN.format("one mass for all directions: {model.mean_mass_told}, is written"),
+    "mass_by_axis": _OWN.format("one mass for all directions: {model.mean_mass_words}, is written"),
     "unknown_mass": f"`plant` has the rigid body's own there, with no added mass, and names it as unknown; {_KNOW}",
     "unknown_inertia": f"`plant` has the rigid body's own there, and names it as unknown; {_KNOW}",
     "undamped_moving": _UNDAMPED,

@@ -25,13 +25,13 @@ from bridge.vehicle.config import GRAVITY_M_S2
 from identify.export.model import (
     Model,
     Propeller,
+    comment,
     document,
     element,
     enu,
     flu,
     number,
     numbers,
-    told,
     volume_m3,
 )
 
@@ -68,7 +68,7 @@ def write(model: Model) -> str:
     """Text of an SDF world."""
     root = ET.Element("sdf", version="1.10")
     world = element(root, "world", name="water")
-    told(world, model, "written by seatrial; added mass acts with the DART engine, Gazebo's own.")
+    comment(world, model, "written by seatrial; added mass acts with the DART engine, Gazebo's own.")
     physics = element(world, "physics", name="step", type="ignored")
     element(physics, "max_step_size", STEP_S)
     element(physics, "real_time_factor", 1.0)

@@ -102,7 +102,7 @@ class Model:
         return sum(known) / len(known) if known else self.dry_mass_kg
 
     @property
-    def mean_mass_told(self) -> str:
+    def mean_mass_words(self) -> str:
         """Describe `mean_mass_kg` in words."""
         known = len(self._known_masses_kg)
         description = {0: "the dry mass, for none is known", 3: "the mean"}.get(
@@ -248,7 +248,7 @@ def element(parent: ET.Element, tag: str, text: str | float = "", **attributes: 
     return child
 
 
-def told(parent: ET.Element, model: Model, sentence: str) -> None:
+def comment(parent: ET.Element, model: Model, sentence: str) -> None:
     """Add a comment with the file's purpose, the unknown values, and the intervals, for which XML has no element."""
     intervals = ", ".join(f"{name} {low:.4g} to {high:.4g}" for name, (low, high) in model.intervals.items())
     words = f"{model.name}: {sentence}"

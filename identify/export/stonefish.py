@@ -17,7 +17,7 @@ bodies,environment,materials,robots}.rst. Earth NED; the robot's axes are ours, 
 import xml.etree.ElementTree as ET
 
 from bridge.vehicle.config import GRAVITY_M_S2, Vector3
-from identify.export.model import Model, Propeller, document, element, numbers, pointing, told, volume_m3
+from identify.export.model import Model, Propeller, comment, document, element, numbers, pointing, volume_m3
 
 DRAG_SPEED_M_S = 0.5
 """Speed at which the quadratic drag is right; Stonefish's drag grows with the cube of the speed."""
@@ -32,7 +32,7 @@ REASONS = {
     f"for all three directions or for none; {_KNOW}",
     "shape": "seatrial does not know it; the body is a cube of the right volume: with a mesh of your own in its place, "
     "drag changes",
-    "mass_by_axis": "Stonefish has one mass for all directions: {model.mean_mass_told}, is written, "
+    "mass_by_axis": "Stonefish has one mass for all directions: {model.mean_mass_words}, is written, "
     "with physics floating so that none is added from the geometry; the Munk moment is lost with the differences",
     "turning_damping": "Stonefish computes moments of drag from the faces of the body, here a cube, with the "
     "coefficients of its translation",
@@ -50,7 +50,7 @@ REASONS = {
 def write(model: Model) -> str:
     """Text of a scenario file."""
     root = ET.Element("scenario")
-    told(root, model, "written by seatrial; the thrusters' setpoints are newtons.")
+    comment(root, model, "written by seatrial; the thrusters' setpoints are newtons.")
     environment = element(root, "environment")
     element(environment, "ned", latitude="0.0", longitude="0.0")
     ocean = element(environment, "ocean")

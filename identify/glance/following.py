@@ -93,7 +93,7 @@ def followed(dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0), points: int = POINT
             "N" if dof < 3 else "N m",
             (edges_s[:-1] + edges_s[1:]) / 2 - dive.span_s[0],
             _means(reference, dof, edges_s),
-            _means(_measured(dive, dof, lever_m), 0, edges_s),
+            _means(measured_speed(dive, dof, lever_m), 0, edges_s),
             _means(dive.tau_ff, dof, edges_s),
             _means(dive.tau_pid, dof, edges_s),
         )
@@ -102,16 +102,17 @@ def followed(dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0), points: int = POINT
     )
 
 
-def _measured(dive: Dive, dof: int, lever_m: Vector3) -> Signal | None:
+def measured_speed(dive: Dive, dof: int, lever_m: Vector3) -> Signal | None:
     """Measured speed of an axis, (n, 1): DVL moved to the origin; in yaw the fibre-optic gyro, else the IMU's gyro."""
     if dof >= 3:
-        if dive.fog is not None and len(dive.fog):
-            return dive.fog
-        return None if dive.gyro is None else Signal(dive.gyro.time_s, dive.gyro.value[:, dof - 3 : dof - 2])
-    if dive.velocity is None:
+        for source, column in ((dive.fog, 0), (dive.gyro, dof - 3)):
+            if source is not None and len(source):
+                return Signal(source.time_s, source.value[:, column : column + 1])
+        return None
+    if dive.velocity is None or not len(dive.velocity):
         return None
     time_s, value = dive.velocity.time_s, dive.velocity.value
-    if dive.gyro is not None and any(lever_m):
+    if dive.gyro is not None and len(dive.gyro) and any(lever_m):
         value = value - np.cross(dive.gyro.at(time_s), lever_m)
     return Signal(time_s, value[:, dof : dof + 1])
 

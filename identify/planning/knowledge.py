@@ -203,26 +203,18 @@ def _doubted(identified: Mapping[str, Any], fitted: Sequence[str]) -> dict[str, 
 
 def _check(of: Sequence[str], covariance: Array, nuisance: Mapping[str, float], source: str) -> None:
     """Raise ConfigError for numbers that are no covariance of distinct names, or no noise."""
-    wrong = ""
-    if len(set(of)) < len(of):
-        wrong = "its covariance names a parameter twice"
-    elif not np.isfinite(covariance).all():
-        wrong = "its covariance holds what is no finite number"
-    elif not np.allclose(covariance, covariance.T, rtol=ROUNDING, atol=0.0):
-        wrong = "its covariance is not symmetric"
-    elif (np.diag(covariance) <= 0).any():
-        wrong = "its covariance holds a variance that is not above 0"
-    elif len(of) and np.linalg.eigvalsh(_correlation(covariance))[0] < -ROUNDING:
-        wrong = "its covariance is not positive semi-definite"
-    elif odd := [name for name, value in nuisance.items() if not math.isfinite(value)]:
-        wrong = f"its {odd[0]} is no finite number"
-    if wrong:
+    std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    proper = (
+        len(set(of)) == len(of)
+        and np.isfinite(covariance).all()
+        and np.allclose(covariance, covariance.T, rtol=ROUNDING, atol=0.0)
+        and (std > 0).all()
+        and not (len(of) and np.linalg.eigvalsh(covariance / np.outer(std, std))[0] < -ROUNDING)
+    )
+    odd = [name for name, value in nuisance.items() if not math.isfinite(value)]
+    if odd or not proper:
+        wrong = f"its {odd[0]} is no finite number" if odd else "its covariance is none"
         raise ConfigError(f"{source}: is damaged, for {wrong}; identify the dive again")
-
-
-def _correlation(covariance: Array) -> Array:
-    std = np.sqrt(np.diag(covariance))
-    return covariance / std[:, None] / std[None, :]
 
 
 def _check_possible(

@@ -9,7 +9,7 @@ import numpy as np
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose import wording
 from identify.diagnose.against import Against, Difference, lines, verdict_sentence
-from identify.diagnose.result import Diagnosis, Finding, Gap, Shrink
+from identify.diagnose.result import Diagnosis, Finding, Gap, Shrink, Value
 from identify.diagnose.search import LEAST_GAIN
 from identify.diagnose.shrink import CHANCE
 from identify.effects.effect import COMPENSATED_BY
@@ -106,16 +106,12 @@ def _where(d: Diagnosis) -> Section:
     if d.verdict == "no_gap":
         return Section("1. Where it lies", NOTHING_RETURNS if d.gap.before > 1.0 + CHANCE else NOWHERE)
     largest = "; ".join(wording.where_lines(d))
-    text = " ".join(
-        filter(
-            None,
-            (
-                f"The largest parts of the squared gap: {largest}." if largest else "",
-                wording.where_note(d.gap),
-                SHARED_OUT,
-            ),
-        )
+    parts = (
+        f"The largest parts of the squared gap: {largest}." if largest else "",
+        wording.where_note(d.gap),
+        SHARED_OUT,
     )
+    text = " ".join(filter(None, parts))
     return Section("1. Where it lies", text, (), (figures.where_map(d.gap), *figures.slices(d.gap)))
 
 
@@ -145,29 +141,26 @@ def _by_dof(d: Diagnosis) -> Section:
     fitted = [i for i in range(len(DOFS)) if any(np.isfinite(entry.floor[i]) for entry in d.gap.drifts)]
     present = [i for i, dof in enumerate(DOFS) if dof in shares or i in fitted]
     horizons = tuple(f"After {entry.horizon_s:g} s, floors" for entry in d.gap.drifts)
-    drifts = {i: tuple(_before_after(d, k, i) for k in range(len(d.gap.drifts))) for i in present}
-    disturbed = {entry.dof: entry for entry in d.gap.disturbance}
-    columns = ("Disturbance",) if disturbed else ()
-    if d.verdict == "no_gap":
-        rows = tuple((DOFS[i], *_disturbed(d.gap, i), *drifts[i]) for i in present)
-        caption = f"Drift of the simulated velocity.{DISTURBED if disturbed else ''}"
-        table = Table(("Degree of freedom", *columns, *horizons), rows, caption)
-    else:
-        rows = tuple(
-            (
-                DOFS[i],
-                wording.percent(shares.get(DOFS[i], 0.0)),
-                _force(d.gap.force.get(DOFS[i], math.nan), "N" if i < 3 else "N m"),
-                *_disturbed(d.gap, i),
-                *drifts[i],
-            )
-            for i in present
-        )
-        caption = (
-            "Share of the squared gap, of force as above; missing force or moment, root mean square; drift of the "
-            f"simulated velocity without → with the causes.{DISTURBED if disturbed else ''}"
-        )
-        table = Table(("Degree of freedom", "Share", "Missing", *columns, *horizons), rows, caption)
+    no_gap = d.verdict == "no_gap"
+    rows = []
+    for i in present:
+        missing = _force(d.gap.force.get(DOFS[i], math.nan), "N" if i < 3 else "N m")
+        shared = () if no_gap else (wording.percent(shares.get(DOFS[i], 0.0)), missing)
+        drifts = (_before_after(d, k, i) for k in range(len(d.gap.drifts)))
+        rows.append((DOFS[i], *shared, *_disturbed(d.gap, i), *drifts))
+    columns = (
+        "Degree of freedom",
+        *(() if no_gap else ("Share", "Missing")),
+        *(("Disturbance",) if d.gap.disturbance else ()),
+        *horizons,
+    )
+    caption = (
+        "Drift of the simulated velocity."
+        if no_gap
+        else "Share of the squared gap, of force as above; missing force or moment, root mean square; drift of the "
+        "simulated velocity without → with the causes."
+    )
+    table = Table(columns, tuple(rows), f"{caption}{DISTURBED if d.gap.disturbance else ''}")
     time = figures.over_time(d)
     drawn = (*((time,) if time else ()), figures.growth(d.gap)) if d.gap.drifts else ()
     return Section("1.1 How large it is", "", (table,), drawn)
@@ -213,17 +206,20 @@ def _what(d: Diagnosis) -> Section:
 
 
 def _parameters(d: Diagnosis) -> tuple[tuple[str, ...], ...]:
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for finding in d.findings:
         cause = wording.effect_words(finding.cause.effect)
         values = wording.told_parameters(finding)
-        if not values:
-            rows.append((cause, MISSING, MISSING, MISSING, MISSING))
-        for name, value in values.items():
-            number, interval = with_interval(value.value, value.low95, value.high95)
-            unit_text = unit(value.unit) if value.unit != "1" else MISSING
-            rows.append((cause, wording.parameter(name), number, interval, unit_text))
+        rows += [(cause, wording.parameter(name), *_cells(value)) for name, value in values.items()] or [
+            (cause, MISSING, MISSING, MISSING, MISSING)
+        ]
     return tuple(rows)
+
+
+def _cells(value: Value) -> tuple[str, str, str]:
+    """Number, interval and unit."""
+    number, interval = with_interval(value.value, value.low95, value.high95)
+    return number, interval, unit(value.unit) if value.unit != "1" else MISSING
 
 
 def _candidates(d: Diagnosis) -> Section | None:
@@ -380,36 +376,19 @@ def _lacking_rows(comparison: Against) -> list[tuple[str, ...]]:
     for lacking in wording.sorted_by_likelihood(comparison.lacks)[0]:
         cause = wording.effect_words(lacking.cause.effect)
         values = wording.told_parameters(lacking)
-        for name, value in values.items():
-            number, interval = with_interval(value.value, value.low95, value.high95)
-            unit_text = unit(value.unit) if value.unit != "1" else MISSING
-            rows.append((f"{cause}, {wording.parameter(name)}", "none", number, interval, unit_text, MISSING))
-        if not values:
-            rows.append((cause, "none", MISSING, MISSING, MISSING, MISSING))
+        rows += [
+            (f"{cause}, {wording.parameter(name)}", "none", *_cells(value), MISSING)
+            for name, value in values.items()
+        ] or [(cause, "none", MISSING, MISSING, MISSING, MISSING)]
     return rows
 
 
 def _row(difference: Difference) -> tuple[str, ...]:
-    name = (
-        f"{wording.words(difference.of)}, {wording.parameter(difference.name)}"
-        if difference.of
-        else difference.name
-    )
-    its, _ = with_interval(
-        difference.simulator.value, difference.simulator.low95, difference.simulator.high95
-    )
-    number, interval = with_interval(
-        difference.vehicle.value, difference.vehicle.low95, difference.vehicle.high95
-    )
-    unit_text = unit(difference.vehicle.unit) if difference.vehicle.unit != "1" else MISSING
-    return (
-        name,
-        its,
-        number,
-        interval,
-        unit_text,
-        f"{'+' if difference.share > 0 else '−'}{wording.percent(abs(difference.share))}",
-    )
+    name = difference.name
+    if difference.of:
+        name = f"{wording.words(difference.of)}, {wording.parameter(name)}"
+    share = f"{'+' if difference.share > 0 else '−'}{wording.percent(abs(difference.share))}"
+    return name, _cells(difference.simulator)[0], *_cells(difference.vehicle), share
 
 
 def _own(comparison: Against) -> Section:

@@ -14,7 +14,7 @@ from identify.diagnose.result import Diagnosis, Finding, Gap, Prediction, Slice,
 from identify.dive import Array
 from identify.report.page import Figure, Table
 from identify.report.plot import Bar, Line, Panel, bars, heatmap, lines_panel, side_by_side, stack
-from identify.report.traces import Trace, TracePanel, Traces
+from identify.report.traces import Traces
 from identify.words import decimals_for, fixed
 
 if TYPE_CHECKING:
@@ -72,14 +72,8 @@ def _slices_of(gap: Gap, dof: str) -> Figure | None:
         own_slices.sort(key=_bearing if by == "heading" else lambda each: each.low)
         total = sum(each.share for each in own_slices)
         decimals = _decimals(own_slices)
-        named = {_range(each, decimals) for each in own_slices}
         # A variable that changes by less than the shown digits is constant over the dive.
-        if (
-            total > 0
-            and len(own_slices) > 1
-            and len(named) == len(own_slices)
-            and not _still(own_slices, decimals)
-        ):
+        if total > 0 and len(own_slices) > 1 and not _still(own_slices, decimals):
             rows = [
                 Bar(_range(each, decimals), each.share / total, wording.percent(each.share / total))
                 for each in own_slices
@@ -164,7 +158,7 @@ def candidates(
         f"several forms of one the best is shown. Bars grow with the logarithm of the nats.{others}",
         stack([bars(rows[:first])]),
     )
-    weaker = tuple((bar.name, bar.told) for bar in rows[first:])
+    weaker = tuple((bar.name, bar.number) for bar in rows[first:])
     return "", (drawn,), (Table(("Weaker candidate", "Saves"), weaker),) if weaker else ()
 
 
@@ -238,19 +232,16 @@ def over_time(diagnosis: Diagnosis) -> Figure | None:
 def velocities(prediction: Prediction) -> Traces:
     """Measured velocities and those simulated before and after; a panel for each fitted degree of freedom."""
     panels = []
+    ways = (prediction.measured, prediction.before, prediction.after)
     for dof in np.flatnonzero(np.isfinite(prediction.floor)).tolist():
         unit, scale = ("m/s", 1.0) if dof < 3 else ("°/s", math.degrees(1.0))
-        ways = (prediction.measured, prediction.before, prediction.after)
-        curves = tuple(
-            Trace(label, k, scale * way[:, dof])
-            for k, (label, way) in enumerate(zip(FLOWN, ways, strict=True))
-        )
-        panels.append(TracePanel(f"{DOFS[dof]}, {unit}", curves))
+        panels.append((f"{DOFS[dof]}, {unit}", np.array([scale * way[:, dof] for way in ways])))
     return Traces(
         "measured and simulated velocities",
         "Velocities in body axes: measured (smoothed), and simulated from thrust and attitude alone, started anew from "
         f"the measured one every {wording.DRIFT_S:g} s: by the plain model (before) and with the causes in (after). "
         "The buttons stretch the time axis; then it can be moved sideways.",
+        FLOWN,
         prediction.time_s - prediction.time_s[0],
         prediction.window,
         tuple(panels),

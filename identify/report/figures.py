@@ -8,19 +8,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import Water
 from identify.dive import Array, Dive, Signal
 from identify.identification import Estimate
 from identify.report.page import Figure
-from identify.report.plot import DIAMOND, DISC, LIGHT, STYLES, Line, Panel, lines_panel, side_by_side, stack
-from identify.words import fixed, significant, unit
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-from typing import TYPE_CHECKING
-
-from identify.report.plot import SQUARE, entitle
-from identify.words import count
+from identify.report.plot import (
+    DIAMOND,
+    DISC,
+    LIGHT,
+    SQUARE,
+    STYLES,
+    Line,
+    Panel,
+    entitle,
+    lines_panel,
+    side_by_side,
+    stack,
+)
+from identify.words import count, fixed, significant, unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -143,33 +149,33 @@ def speeds(dive: Dive) -> Figure | None:
     return Figure(f"speeds {dive.name}", f"Speeds in body axes: {', '.join(sources)}.", stack(panels))
 
 
-def depth(dive: Dive, water: Water) -> tuple[Signal, str] | None:
-    """Depth in m, and its source: the recording's own depth, or pressure and the vehicle's water."""
+def depth(dive: Dive, water: Water) -> Figure | None:
+    """Depth over time, growing downwards: the recording's own, or from pressure; None without either."""
     if dive.depth is not None and len(dive.depth):
-        return dive.depth, "Depth as the recording states it."
-    if dive.pressure is None or not len(dive.pressure):
+        signal, caption = dive.depth, "Depth as the recording states it."
+    elif dive.pressure is not None and len(dive.pressure):
+        above_pa = dive.pressure.value - 100 * water.surface_pressure_hpa
+        signal = Signal(dive.pressure.time_s, above_pa / (water.density_kg_m3 * water.gravity_m_s2))
+        caption = (
+            f"Depth from pressure, with {significant(water.surface_pressure_hpa, 6)} hPa at the surface and "
+            f"{significant(water.density_kg_m3, 4)} kg/m³."
+        )
+    else:
         return None
-    above_pa = dive.pressure.value - 100 * water.surface_pressure_hpa
-    source = (
-        f"Depth from pressure, with {significant(water.surface_pressure_hpa, 6)} hPa at the surface and "
-        f"{significant(water.density_kg_m3, 4)} kg/m³."
-    )
-    return Signal(dive.pressure.time_s, above_pa / (water.density_kg_m3 * water.gravity_m_s2)), source
-
-
-def depth_panel(signal: Signal, dive: Dive) -> Panel:
-    """Depth over time, growing downwards."""
     line = signal_line(signal, 0, dive.span_s[0])
 
     def draw(box: "Axes") -> None:
         time_panel("depth, m", dive, [line]).draw(box)
         box.invert_yaxis()
 
-    return Panel(draw, 1.4)
+    return Figure(f"depth {dive.name}", caption, stack([Panel(draw, 1.4)]))
 
 
-def thrusters(pwm: Signal, dive: Dive) -> Figure:
-    """Command of each thruster, in the order of the vehicle's file, all on the same scale."""
+def thrusters(dive: Dive) -> Figure | None:
+    """Command of each thruster, in the order of the vehicle's file, all on the same scale; None without commands."""
+    pwm = dive.pwm
+    if pwm is None or not len(pwm):
+        return None
     lines = [signal_line(pwm, i, dive.span_s[0]) for i in range(pwm.value.shape[1])]
     off = np.abs(pwm.value[np.isfinite(pwm.value)] - REST_US)
     reach = max(1.1 * float(off.max(initial=0.0)), 50.0)
@@ -189,15 +195,16 @@ def thrusters(pwm: Signal, dive: Dive) -> Figure:
     )
 
 
-def training(dive: str, curves: Mapping[str, Array], units: Mapping[str, str]) -> Figure:
+def training(curves: Mapping[str, Array]) -> Figure:
     """Each parameter's value against the epoch, in a plot of its own, as in Figs 7 and 9 of the source paper."""
     panels = []
     for name, values in curves.items():
-        title = f"{name}, {unit(units[name])}; last {significant(float(values[-1]), 4)}"
+        of = unit(BY_NAME[name].unit if name in BY_NAME else "1")
+        title = f"{name}, {of}; last {significant(float(values[-1]), 4)}"
         epochs = np.arange(1, len(values) + 1, dtype=np.float64)
         panels.append(lines_panel(title, "epoch", [Line(epochs, values)]))
     return Figure(
-        f"training {dive}".strip(),
+        "training",
         "Each parameter while it was trained; its last value stands above its curve.",
         side_by_side(panels),
     )
@@ -267,7 +274,7 @@ def innovations(dive: str, name: str, normalised: Signal) -> Figure:
         ),
     )
     return Figure(
-        f"innovations {name} {dive}".strip(),
+        f"innovations {name} {dive}",
         f"{name}: what the filter did not foresee, over what it expected. White noise crosses the dashed "
         "lines in one sample of twenty.",
         side_by_side(panels),

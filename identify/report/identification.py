@@ -1,20 +1,34 @@
-"""Page of `seatrial identify`: the answer to each dive, its comparison with a second method, and the dive itself."""
+"""Page of `seatrial identify`, and its sections: the answer to each dive, its comparison with a second method, the
+training, the innovations and the dive itself.
+"""
 
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
-from bridge.vehicle.coefficients import OF_HULL
-from identify.dive import Array
-from identify.identification import Identification
-from identify.report.page import Report
-from identify.report.sections import (
-    comparison_section,
-    dive_section,
-    identification_section,
-    innovations_section,
-    training_section,
-)
+import numpy as np
+
+from bridge.vehicle.coefficients import MASSES, OF_HULL
+from bridge.vehicle.config import Configuration, Water
+from bridge.vehicle.mode import word_of
+from identify.comparison import Comparison
+from identify.dive import Array, Dive, Signal
+from identify.fixes import check_fixes
+from identify.identification import Estimate, Identification, Outcome, added_mass, estimate
+from identify.report import figures, tables
+from identify.report.page import Report, Section, Table
 from identify.run.identify import Identified
+from identify.words import MISSING, capital, count, fixed, seconds, significant, unit, with_interval
+
+OUTCOME_MEANS = {
+    Outcome.AT_BOUND: (
+        "The search ended where it may not go on, not at a best fit: don't rely on the values named below."
+    ),
+    Outcome.NOT_IDENTIFIABLE: "This dive says too little of every parameter: there is no value to use.",
+    Outcome.DISAGREES: (
+        "The recording holds what the model can't explain: use these values only as the notes below allow."
+    ),
+}
+PARTLY = "Warning: some of these values are in doubt"
 
 
 class Trained(Protocol):
@@ -27,11 +41,6 @@ class Trained(Protocol):
     def values(self) -> Array: ...
 
 
-def _in_model(answer: Identification) -> int:
-    """Number of coefficients in the model of an answer."""
-    return sum(parameter.name in OF_HULL for parameter in answer.parameters)
-
-
 def identification_report(answers: Sequence[Identified], curves: Mapping[str, Trained]) -> Report:
     """Return the page with the results of each dive and the dives themselves."""
     sections = []
@@ -42,14 +51,15 @@ def identification_report(answers: Sequence[Identified], curves: Mapping[str, Tr
         if each.dive.sha256 in curves:
             trained = curves[each.dive.sha256]
             values = {name: trained.values[:, i] for i, name in enumerate(trained.names)}
-            sections.append(training_section(values))
+            sections.append(_training(values))
         if each.answer.innovations:
             sections.append(innovations_section(each.answer.innovations, each.dive.name))
         sections.append(dive_section(each.dive, each.file.vehicle.water))
     methods = [answers[0].answer.method, *(comparison.second.method for comparison in answers[0].comparisons)]
     verdict = "; ".join(
-        f"{each.dive.name} ({each.answer.configuration}): {len(each.answer.values())} of {_in_model(each.answer)} "
-        f"coefficients identified, {each.answer.outcome.value}"
+        f"{each.dive.name} ({each.answer.configuration}): {len(each.answer.values())} of "
+        f"{sum(parameter.name in OF_HULL for parameter in each.answer.parameters)} coefficients identified, "
+        f"{each.answer.outcome.value}"
         for each in answers
     )
     file = answers[-1].file
@@ -59,3 +69,186 @@ def identification_report(answers: Sequence[Identified], curves: Mapping[str, Tr
         f"{verdict}.",
         tuple(sections),
     )
+
+
+def identification_section(
+    identification: Identification,
+    truth: Mapping[str, float] | None = None,
+    configuration: Configuration | None = None,
+) -> Section:
+    """Result of an estimator: parameters in a table and a figure, other fitted quantities, notes.
+
+    `truth` holds total masses and damping by name; with `configuration` the true added masses follow from it. Notes
+    are part of the warning if the outcome is not converged; doubts always are.
+    """
+    i = identification
+    words = [
+        f"Method {i.method}: {i.outcome.value}. Vehicle {i.vehicle}, configuration {i.configuration}. "
+        f"Recording {i.dive}: {seconds(i.duration_s)}, {count(i.samples)} samples used. "
+        f"Identified in {seconds(i.wall_s)}."
+    ]
+    known = [e for e in i.parameters if truth is not None and e.identifiable and e.name in truth]
+    if truth is not None and known:
+        inside = sum(e.low95 <= truth[e.name] <= e.high95 for e in known)
+        words.append(f"{inside} of {len(known)} known truths lie inside their 95 % intervals.")
+    known_truth = _with_added_masses(truth, configuration) if truth and configuration else truth
+    drawn = figures.intervals(f"{i.dive} {i.method}", i.parameters, known_truth)
+    good = i.outcome is Outcome.CONVERGED
+    doubts = tuple(dict.fromkeys(doubt.sentence for doubt in i.doubts))
+    plain = [sentence for sentence in i.sentences if sentence not in doubts]
+    table = (tables.parameters(i.parameters, known_truth),) if i.parameters else ()
+    return Section(
+        f"Identified parameters: {i.dive}, {i.configuration}, {i.method}",
+        "\n\n".join((*words, *plain) if good else words),
+        (*table, *tables.nuisance_tables(i.nuisance, i.settings)),
+        (drawn,) if drawn else (),
+        "\n\n".join(((PARTLY, *doubts) if doubts else ()) if good else _doubt(i)),
+    )
+
+
+def _doubt(i: Identification) -> tuple[str, ...]:
+    """Warning for an outcome other than converged: headline, meaning, and the notes or why nothing is identifiable."""
+    reasons: tuple[str, ...] = ()
+    if i.outcome is Outcome.NOT_IDENTIFIABLE:
+        reasons = tuple(f"{capital(reason)}." for e in i.parameters if (reason := e.reason))
+    headline = f"Warning: {i.outcome.value}"
+    return tuple(dict.fromkeys((headline, OUTCOME_MEANS[i.outcome], *reasons, *i.sentences)))
+
+
+def _with_added_masses(truth: Mapping[str, float], configuration: Configuration) -> dict[str, float]:
+    totals = [
+        estimate(m.name, truth[m.name], 0.0, truth[m.name], truth[m.name]) for m in MASSES if m.name in truth
+    ]
+    added = [added_mass(total, configuration) for total in totals]
+    return {**truth, **{mass.name: mass.value for mass in added}}
+
+
+def dive_section(dive: Dive, water: Water) -> Section:
+    """Content of a recording: path, speeds, depth, thruster commands, rates and gaps, notes."""
+    start_s = dive.span_s[0]
+    drawn = (
+        figures.track(dive),
+        figures.speeds(dive),
+        figures.depth(dive, water),
+        figures.thrusters(dive),
+    )
+    words = [
+        f"Read from {dive.source.name} (SHA-256 {dive.sha256[:16]}): {seconds(dive.duration_s)}. "
+        f"Plots start at boot time {fixed(start_s, 1)} s.",
+        *dive.notes,
+    ]
+    if check := check_fixes(dive):
+        words.append(check.sentence)
+    if dive.ff_mode is not None and len(dive.ff_mode):
+        modes = sorted({value for value in dive.ff_mode.value[:, 0].tolist() if np.isfinite(value)})
+        words.insert(1, f"Feed-forward: {', '.join(map(word_of, modes))}.")
+    if dive.counts:
+        words.append(
+            "Counted in the recording: " + ", ".join(f"{k} {count(n)}" for k, n in dive.counts.items()) + "."
+        )
+    table = (tables.signals(dive),) if dive.signals() else ()
+    return Section(
+        f"Recording: {dive.name}", "\n\n".join(words), table, tuple(figure for figure in drawn if figure)
+    )
+
+
+def _training(curves: Mapping[str, Array]) -> Section:
+    """Training curves by parameter, (epochs,) each."""
+    drawn = {name: values for name, values in curves.items() if len(values)}
+    return Section("Training", figures=(figures.training(drawn),) if drawn else ())
+
+
+def innovations_section(normalised: Mapping[str, Signal], dive: str) -> Section:
+    """Whiteness of the residuals of a fit: innovations over their expected standard deviation.
+
+    (n, 1) by degree of freedom; NaN: not used.
+    """
+    parts, sentences = [], []
+    for name, signal in normalised.items():
+        value = signal.value[np.isfinite(signal.value[:, 0]), 0]
+        if not len(value):
+            continue
+        beyond = 100 * float((np.abs(value) > 1.96).mean())
+        sentences.append(
+            f"{name}: root mean square {significant(float(np.sqrt((value**2).mean())))} (1 is expected), "
+            f"{significant(beyond, 2)} % beyond the 95 % limits (5 % is expected)."
+        )
+        parts.append(figures.innovations(dive, name, signal))
+    return Section(f"Innovations: {dive}", "\n\n".join(sentences), figures=tuple(parts))
+
+
+WHY_STANDS = "Why, as far as it can be told, stands in the warning beside the parameters above."
+
+
+def comparison_section(compared: Comparison) -> Section:
+    """Results of both methods for each parameter; a warning names the parameters on which they disagree."""
+    first, second = compared.first, compared.second
+    columns = ("Parameter", first.method, second.method, "Unit", "Apart, standard errors", "")
+    rows = tuple(
+        (
+            d.first.symbol,
+            _with_interval(d.first),
+            _with_interval(d.second),
+            unit(d.first.unit),
+            significant(d.distance, 2),
+            "DISAGREE" if d.disagrees else "",
+        )
+        for d in compared.differences
+        if d.first.identifiable or d.second.identifiable
+    )
+    heading = f"{first.method} beside {second.method}: {first.dive}"
+    caption = (
+        "Values with 95 % intervals. Apart: their difference over the larger of the two standard errors."
+    )
+    apart = ", ".join(d.first.symbol for d in compared.disagreements)
+    warning = f"Warning: the methods disagree on {apart}\n\n{WHY_STANDS}" if apart else ""
+    return Section(
+        capital(heading),
+        "\n\n".join((*(() if warning else compared.sentences), *further_remarks(compared))),
+        (Table(columns, rows, caption),) if rows else (),
+        (),
+        warning,
+    )
+
+
+def further_remarks(compared: Comparison) -> tuple[str, ...]:
+    """Further statements on both methods: outcome, doubts, reasons for missing values.
+
+    That is: the outcome of the second if it did not converge, the doubts that only the second raises, and why either
+    method gives no value, grouped by reason. Doubts of the same coefficients with the same remedy are the same, though
+    their figures differ. If the first method gives no value at all, its own section already says why.
+    """
+    first, second = compared.first, compared.second
+    ended = (
+        ()
+        if second.outcome is Outcome.CONVERGED
+        else (f"{capital(second.method)} ended with '{second.outcome.value}'.",)
+    )
+    known = {(doubt.about, doubt.remedy) for doubt in first.doubts}
+    doubts_of_second = dict.fromkeys(
+        doubt.sentence for doubt in second.doubts if (doubt.about, doubt.remedy) not in known
+    )
+    doubts = tuple(f"{capital(second.method)}: {sentence}" for sentence in doubts_of_second)
+    return (*ended, *doubts, *(_gaps(first, compared) if first.values() else ()), *_gaps(second, compared))
+
+
+def _gaps(method: Identification, compared: Comparison) -> tuple[str, ...]:
+    """Why a method has no value while the other has one, or no value at all; a line for each reason."""
+    names: dict[str, list[str]] = {}
+    bare = not method.values()
+    for d in compared.differences:
+        ours, theirs = (d.first, d.second) if method is compared.first else (d.second, d.first)
+        if not ours.identifiable and (bare or theirs.identifiable):
+            names.setdefault(ours.reason, []).append(d.name)
+    nothing = bare and len(names) == 1
+    return tuple(
+        f"{capital(method.method)} gives {'nothing' if nothing else 'no ' + ', '.join(missing)}: {reason}"
+        for reason, missing in names.items()
+    )
+
+
+def _with_interval(parameter: Estimate) -> str:
+    if not parameter.identifiable:
+        return MISSING
+    value, interval = with_interval(parameter.value, parameter.low95, parameter.high95)
+    return value if interval == MISSING else f"{value} ({interval})"

@@ -1,32 +1,100 @@
-"""A report and the single HTML page that shows it, with its inputs, versions and settings: no network, no script, no
-further files.
+"""A report, its figures as files, and the single HTML page that shows it, with its inputs, versions and settings: no
+network, no script, no further files.
 """
 
+import math
+import platform
 import re
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+import unicodedata
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from importlib.metadata import PackageNotFoundError, version
 from itertools import starmap
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from bridge.errors import LogError
 from bridge.files import whole
-from identify.report import traces
-from identify.report.plot import STYLE
-from identify.report.traces import Traces
-from identify.words import safe
-
-if TYPE_CHECKING:
-    from identify.report.plot import Draw
-import math
-import platform
-from collections.abc import Mapping
-from dataclasses import replace
-from importlib.metadata import PackageNotFoundError, version
-
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
-from identify.words import MISSING, seconds
+from identify.report import picture, traces
+from identify.report.plot import DARK, LIGHT, Draw
+from identify.report.traces import Traces
+from identify.words import MISSING, safe, seconds
+
+
+def _variables(colours: dict[str, str]) -> str:
+    return " ".join(f"--{name}: {colour};" for name, colour in colours.items())
+
+
+STYLE = (
+    f"""
+:root {{ {_variables(LIGHT)} color-scheme: light dark; }}
+@media screen and (prefers-color-scheme: dark) {{ :root {{ {_variables(DARK)} }} }}
+"""
+    + """
+* { box-sizing: border-box; }
+html { -webkit-text-size-adjust: 100%; }
+body { margin: 0 auto; max-width: 1240px; padding: 20px 16px 60px; background: var(--ground);
+  color: var(--ink);
+  font: 18px/1.5 system-ui, "Segoe UI", Roboto, "Helvetica Neue", "Noto Sans", "DejaVu Sans", sans-serif; }
+h1 { font-size: 1.9em; line-height: 1.2; margin: 0; }
+h2 { font-size: 1.4em; line-height: 1.25; margin: 2.4em 0 .4em; padding-top: .5em;
+  border-top: 3px solid var(--ink); }
+h1, h2, p, li, caption, figcaption { overflow-wrap: anywhere; }
+td, th { overflow-wrap: break-word; }
+td.long { overflow-wrap: anywhere; }
+section > p, section > ul { max-width: 75ch; }
+.subtitle { color: var(--soft); margin: .3em 0 0; }
+.verdict { font-size: 1.2em; font-weight: 600; margin: 1em 0; padding: .7em .9em; background: var(--raised);
+  border-left: 8px solid var(--first); }
+.warning { max-width: 85ch; margin: 1em 0; padding: .1em .9em; background: var(--alarm-ground);
+  border: 3px solid var(--alarm); border-left-width: 12px; }
+.warning p { margin: .6em 0; }
+.warning strong { font-size: 1.15em; color: var(--alarm); }
+.judged { padding: .5em .9em; background: var(--raised); border-left: 8px solid var(--fourth); font-weight: 600; }
+.judged span { color: var(--fourth); }
+.judged.no { background: var(--alarm-ground); border-color: var(--alarm); }
+.judged.no span { color: var(--alarm); }
+nav ul { display: flex; flex-wrap: wrap; gap: .3em 1.4em; list-style: none; margin: 0; padding: 0; }
+a { color: var(--first); }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
+caption, figcaption { text-align: left; color: var(--soft); font-size: .92em; max-width: 85ch; }
+caption { padding-bottom: .4em; }
+table:not(.bars):has(> caption) { min-width: min(100%, 60ch); }
+th, td { text-align: left; vertical-align: baseline; padding: .32em 1.1em .32em 0;
+  border-bottom: 1px solid var(--tick); }
+thead th { border-bottom: 2px solid var(--ink); vertical-align: bottom; line-height: 1.25; }
+.number { text-align: right; }
+.number, .short { white-space: nowrap; }
+.scroll thead th { white-space: normal; }
+.scroll { overflow-x: auto; margin: 1.2em 0; }
+tbody th { font-weight: 600; }
+figure { display: flow-root; margin: 1.4em 0 2em; }
+figcaption { margin-top: .3em; }
+.wide-picture, .column-picture { display: block; width: 100%; height: auto; stroke-linejoin: round; }
+.column-picture { display: none; max-width: 480px; }
+@media screen and (max-width: 700px) {
+  body { font-size: 17px; padding: 14px 12px 40px; }
+  table { font-size: 15px; }
+  .wide-picture { display: none; }
+  .column-picture { display: block; }
+  th, td { padding-right: .5em; }
+  td:not(.number):not(.short) { overflow-wrap: anywhere; }
+  .wide, .wide tbody, .wide tr, .wide td, .wide th { display: block; }
+  .wide caption { display: block; }
+  .wide thead { display: none; }
+  .wide tr { border-bottom: 2px solid var(--ink); padding: .4em 0; }
+  .wide td { display: inline-block; border: 0; padding: .05em 1.2em .05em 0; white-space: normal; }
+  .wide td:empty { display: none; }
+  .wide td::before { content: attr(data-label) "\\00a0 "; color: var(--soft); font-size: .9em; }
+  .wide tbody th { border: 0; padding: .1em 0; } }
+@media print {
+  body { max-width: none; padding: 0; font-size: 11pt; }
+  nav { display: none; }
+  figure, tr, .verdict, .warning { break-inside: avoid; }
+  h2 { break-after: avoid; } }
+"""
+)
 
 WIDE_TABLE_COLUMNS = 5
 SHORT_CELL, NUMBER_CELL = 16, 28
@@ -53,7 +121,7 @@ class Figure:
 
     name: str
     caption: str
-    draw: "Draw"
+    draw: Draw
 
 
 @dataclass(frozen=True)
@@ -106,7 +174,7 @@ def write_report(path: Path, report: Report, drawn: Callable[[float], None] = _u
 
 def render_report(report: Report, drawn: Callable[[float], None] = _unseen) -> str:
     """The page as HTML; `drawn` as for `write_report`."""
-    headings = _told_apart([section.heading for section in report.sections])
+    headings = _distinct([section.heading for section in report.sections])
     links = "".join(f'<li><a href="#part-{i}">{safe(h)}</a></li>' for i, h in enumerate(headings, start=1))
     parts, done, figures = [], 0, sum(len(section.figures) for section in report.sections)
     for i, (section, heading) in enumerate(zip(report.sections, headings, strict=True), start=1):
@@ -126,7 +194,7 @@ def render_report(report: Report, drawn: Callable[[float], None] = _unseen) -> s
 <body>
 <header>
 <h1>{safe(report.title)}</h1>
-{_told("subtitle", report.subtitle)}{_told("verdict", report.verdict)}<nav aria-label="Parts"><ul>{links}</ul></nav>
+{_lead("subtitle", report.subtitle)}{_lead("verdict", report.verdict)}<nav aria-label="Parts"><ul>{links}</ul></nav>
 </header>
 <main>
 {body}
@@ -136,11 +204,11 @@ def render_report(report: Report, drawn: Callable[[float], None] = _unseen) -> s
 """
 
 
-def _told(kind: str, words: str) -> str:
+def _lead(kind: str, words: str) -> str:
     return f'<p class="{kind}">{safe(words)}</p>\n' if words else ""
 
 
-def _told_apart(headings: Sequence[str]) -> list[str]:
+def _distinct(headings: Sequence[str]) -> list[str]:
     """Headings, with a number behind each that repeats an earlier heading, as for dives of the same name."""
     return [h if (n := headings[:i].count(h)) == 0 else f"{h} ({n + 1})" for i, h in enumerate(headings)]
 
@@ -178,10 +246,7 @@ def _section(section: Section, heading: str, anchor: str) -> str:
 
 
 def _figure(figure: Figure, key: str) -> str:
-    # Imported here, because matplotlib takes half a second to import and most users of this module draw nothing.
-    from identify.report.picture import inline
-
-    drawn = inline(figure.draw, figure.name, key)
+    drawn = picture.inline(figure.draw, figure.name, key)
     return f"<figure>{drawn}<figcaption>{safe(figure.caption)}</figcaption></figure>\n"
 
 
@@ -207,6 +272,30 @@ def _table(table: Table) -> str:
     caption = f"<caption>{safe(table.caption)}</caption>" if table.caption else ""
     body = f"<thead><tr>{head}</tr></thead>\n<tbody>{rows}</tbody>"
     return f'<div class="scroll"><table{kind}>{caption}{body}</table></div>\n'
+
+
+def write_figures(folder: Path, report: Report) -> tuple[Path, ...]:
+    """Write every figure into `folder`, which is created if missing. Raises LogError."""
+    drawn = [figure for section in report.sections for figure in section.figures]
+    taken: list[str] = []
+    written: list[Path] = []
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for figure in drawn:
+            name = file_name(figure.name)
+            taken.append(name)
+            again = taken.count(name)
+            written += picture.write_files(figure.draw, folder / (f"{name}-{again}" if again > 1 else name))
+    except OSError as error:
+        reason = error.strerror or error
+        raise LogError(f"{folder}: the figures can't be written ({reason}); choose another place") from None
+    return tuple(written)
+
+
+def file_name(words: str) -> str:
+    """Convert words to a name that every file system accepts: lower case, digits and hyphens."""
+    plain = unicodedata.normalize("NFKD", words).encode("ascii", "ignore").decode().lower()
+    return re.sub(r"[^a-z0-9]+", "-", plain).strip("-")[:100] or "figure"
 
 
 PACKAGES = ("seatrial", "numpy", "scipy", "numba", "torch", "matplotlib")

@@ -2,7 +2,6 @@
 
 import io
 import re
-import unicodedata
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,8 +12,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure as Picture
 from matplotlib.text import Text
 
-from bridge.errors import LogError
-from identify.report.page import Report
+from bridge.text import printable
 from identify.report.plot import LIGHT, Draw
 from identify.words import safe
 
@@ -97,15 +95,8 @@ def _drawn(draw: Draw, width_in: float) -> Iterator[Picture]:
         warnings.filterwarnings("ignore", message="Glyph")
         picture = draw(width_in)
         for words in picture.findobj(Text):
-            words.set_text(_visible(words.get_text()))
+            words.set_text(printable(words.get_text(), "\N{REPLACEMENT CHARACTER}", "\n"))
         yield picture
-
-
-def _visible(words: str) -> str:
-    """Replace control, direction and surrogate characters by a visible mark."""
-    return "".join(
-        c if c == "\n" or unicodedata.category(c)[0] != "C" else "\N{REPLACEMENT CHARACTER}" for c in words
-    )
 
 
 def _svg(picture: Picture, **how: Any) -> str:
@@ -129,21 +120,8 @@ def _for_page(svg: str, label: str, key: str, kind: str) -> str:
     inner = _PLACES.sub(
         lambda place: _NUMBER.sub(lambda number: _tenths(10 * float(number[0])), place[0]), inner
     )
-    inner = re.sub(r"\s*\n\s*", "\n", _unwrapped(inner))
+    inner = re.sub(r"\s*\n\s*", "\n", inner)
     return f'<svg class="{kind}-picture" {box[0]} role="img" aria-label="{safe(label)}">{inner}'
-
-
-def _unwrapped(svg: str) -> str:
-    """Remove groups without attributes."""
-    says: list[bool] = []
-
-    def keep(tag: re.Match[str]) -> str:
-        if tag[0] != "</g>":
-            says.append(tag[0] != "<g>")
-            return tag[0] if says[-1] else ""
-        return tag[0] if says.pop() else ""
-
-    return re.sub(r"<g\b[^>]*>|</g>", keep, svg)
 
 
 def _steps(path: str) -> str:
@@ -170,30 +148,3 @@ def _with_own_ids(svg: str, key: str) -> str:
     short = {name: f"{key}-{number}" for number, name in enumerate(sorted(used))}
     svg = re.sub(r' id="([^"]*)"', lambda of: f' id="{short[of[1]]}"' if of[1] in short else "", svg)
     return re.sub(r'(href="|url\()#([^")]+)', lambda of: f"{of[1]}#{short[of[2]]}", svg)
-
-
-def write_figures(folder: Path, report: Report) -> tuple[Path, ...]:
-    """Write every figure into `folder`, which is created if missing. Raises LogError."""
-    # Imported here, because matplotlib takes half a second to import.
-    from identify.report.picture import write_files
-
-    drawn = [figure for section in report.sections for figure in section.figures]
-    taken: list[str] = []
-    written: list[Path] = []
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for figure in drawn:
-            name = file_name(figure.name)
-            taken.append(name)
-            again = taken.count(name)
-            written += write_files(figure.draw, folder / (f"{name}-{again}" if again > 1 else name))
-    except OSError as error:
-        reason = error.strerror or error
-        raise LogError(f"{folder}: the figures can't be written ({reason}); choose another place") from None
-    return tuple(written)
-
-
-def file_name(words: str) -> str:
-    """Convert words to a name that every file system accepts: lower case, digits and hyphens."""
-    plain = unicodedata.normalize("NFKD", words).encode("ascii", "ignore").decode().lower()
-    return re.sub(r"[^a-z0-9]+", "-", plain).strip("-")[:100] or "figure"

@@ -4,7 +4,7 @@ The style sheet alone stretches the curves; their lines keep their width, and ti
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,34 +28,19 @@ PANEL_PX = 130
 
 
 @dataclass(frozen=True)
-class Trace:
-    """A curve (n,) at the times of its figure; `kind` is its colour and dash, the number of a `.curve` style."""
-
-    label: str
-    kind: int
-    value: Array
-
-
-@dataclass(frozen=True)
-class TracePanel:
-    """Curves in the same unit."""
-
-    title: str
-    traces: tuple[Trace, ...]
-
-
-@dataclass(frozen=True)
 class Traces:
-    """Panels above each other. time_s (n,), from 0.
+    """Panels above each other: their titles, and their curves (k, n), one for each of the k `labels`.
 
-    block (n,): curves break where it changes, except the first curve of each panel.
+    time_s (n,), from 0. block (n,): curves break where it changes, except the first curve of each panel. The number of
+    a label is that of its `.curve` style.
     """
 
     name: str
     caption: str
+    labels: tuple[str, ...]
     time_s: Array
     block: NDArray[np.intp]
-    panels: tuple[TracePanel, ...]
+    panels: tuple[tuple[str, Array], ...]
 
 
 STYLE = """
@@ -98,14 +83,13 @@ def render(traces_drawn: Traces, key: str) -> str:
         f'<label for="{key}-{by}">{"whole" if by == ZOOMS[0] else f"{by} times"}</label>'
         for by in ZOOMS
     )
-    known = {trace.label: trace.kind for panel in kept.panels for trace in panel.traces}
     words = "".join(
         f'<li><svg viewBox="0 0 36 12" aria-hidden="true"><path class="curve curve{kind}" d="M0 6H36"/></svg>'
         f"{safe(label)}</li>"
-        for label, kind in known.items()
+        for kind, label in enumerate(kept.labels)
     )
     span_s = float(kept.time_s[-1]) if len(kept.time_s) else 0.0
-    band = "".join(_panel(panel, kept, span_s) for panel in kept.panels) + _times(span_s)
+    band = "".join(_panel(title, curves, kept, span_s) for title, curves in kept.panels) + _times(span_s)
     return (
         f'<figure class="traces" aria-label="{safe(traces_drawn.name)}">\n<ul class="key">{words}</ul>\n{buttons}\n'
         f'<div class="pane" tabindex="0"><div class="band">\n{band}</div></div>\n'
@@ -120,18 +104,12 @@ def _thinned(traces_drawn: Traces) -> Traces:
         return traces_drawn
     ends = np.flatnonzero(np.diff(traces_drawn.block))
     at = np.unique(np.concatenate([np.arange(0, len(traces_drawn.time_s), every), ends, ends + 1]))
-    panels = tuple(
-        TracePanel(panel.title, tuple(Trace(t.label, t.kind, t.value[at]) for t in panel.traces))
-        for panel in traces_drawn.panels
-    )
-    return Traces(
-        traces_drawn.name, traces_drawn.caption, traces_drawn.time_s[at], traces_drawn.block[at], panels
-    )
+    panels = tuple((title, curves[:, at]) for title, curves in traces_drawn.panels)
+    return replace(traces_drawn, time_s=traces_drawn.time_s[at], block=traces_drawn.block[at], panels=panels)
 
 
-def _panel(panel: TracePanel, of: Traces, span_s: float) -> str:
-    values = np.concatenate([trace.value for trace in panel.traces])
-    low, high = float(np.min(values)), float(np.max(values))
+def _panel(title: str, curves: Array, of: Traces, span_s: float) -> str:
+    low, high = float(np.min(curves)), float(np.max(curves))
     room = 0.05 * (high - low) or 1.0
     low, high = low - room, high + room
     across = WIDE * of.time_s / max(span_s, 1e-9)
@@ -141,15 +119,15 @@ def _panel(panel: TracePanel, of: Traces, span_s: float) -> str:
     scale = "".join(
         f'<span style="top:{PANEL_PX * down:.0f}px">{_rounded(value, step)}</span>' for value, down in lines
     )
-    curves = "".join(
-        f'<path class="curve curve{trace.kind}" '
-        f'd="{_path(across, HIGH * (high - trace.value) / (high - low), of.block if k else None)}"/>'
-        for k, trace in enumerate(panel.traces)
+    paths = "".join(
+        f'<path class="curve curve{k}" '
+        f'd="{_path(across, HIGH * (high - curve) / (high - low), of.block if k else None)}"/>'
+        for k, curve in enumerate(curves)
     )
     return (
-        f'<p>{safe(panel.title)}</p><div class="scale">{scale}</div>'
+        f'<p>{safe(title)}</p><div class="scale">{scale}</div>'
         f'<svg viewBox="0 0 {WIDE} {HIGH}" preserveAspectRatio="none" role="img" '
-        f'aria-label="{safe(panel.title)}">{grid}{curves}</svg>\n'
+        f'aria-label="{safe(title)}">{grid}{paths}</svg>\n'
     )
 
 

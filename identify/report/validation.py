@@ -1,24 +1,60 @@
-"""Page of `seatrial validate`: how dives in several modes of the feed-forward followed their references."""
+"""Page of `seatrial validate`, and its parts: how a vehicle followed its reference, mode by mode.
+
+Errors are laid out as in Table 5 of the source paper, curves as in its Figs 10 to 17.
+"""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Vector3
-from identify.dive import Dive
-from identify.glance.criteria import MARKS, Raising
-from identify.report import tracking
-from identify.report.figures import TIME_TITLE
+from identify.dive import Dive, Signal
+from identify.filters import low_pass
+from identify.glance.following import measured_speed
+from identify.glance.raising import MARKS, Raising
+from identify.report.figures import TIME_TITLE, signal_line, time_panel
 from identify.report.page import Figure, Report, Section, Table
-from identify.report.plot import STYLES, Group, Line, grouped, lines_panel, stack
+from identify.report.plot import STYLES, Group, Line, Panel, grouped, lines_panel, stack
 from identify.run.validate import Validation
-from identify.validate import AXES, LEAST_SPEED, PHASES, TrackingErrors
-from identify.words import fixed
+from identify.validate import (
+    AXES,
+    CUTOFF_HZ,
+    LEAST_SPEED,
+    METHOD,
+    PHASES,
+    AxisErrors,
+    SteadyError,
+    TrackingErrors,
+)
+from identify.words import MISSING, fixed
+
+TITLES = {
+    0: ("surge speed u, m/s", "surge force X, N"),
+    1: ("sway speed v, m/s", "sway force Y, N"),
+    5: ("yaw rate r, rad/s", "yaw moment N, N m"),
+}
+
+LEAST_SAMPLES = 20
+"""With fewer samples, no error curve is drawn."""
 
 ALIKE = 0.05
 """Modes whose errors differ by a smaller share are called alike in a sentence."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Published errors of others, by axis and phase, in the units of the runs that they are compared with.
+
+    `label` heads their column, `source` says where they come from: `Vangi et al., Table 5`.
+    """
+
+    label: str
+    source: str
+    values: Mapping[tuple[str, str], float]
 
 
 def validation_report(validation: Validation) -> Report:
@@ -26,10 +62,9 @@ def validation_report(validation: Validation) -> Report:
     runs = validation.runs
     dives = {run.label: run.dive for run in runs}
     errors = {run.label: run.errors for run in runs}
-    judged = {run.label: run.raising for run in runs}
+    judged = {run.label: run.raising for run in runs if run.raising is not None}
     file, lever_m = validation.file, validation.lever_m
-    moved = [dof for dof in AXES if any(run.axis(DOFS[dof]) for run in errors.values())]
-    axes = [_axis(dof, dives, errors, lever_m) for dof in moved]
+    axes = [_axis(dof, dives, errors, lever_m) for dof in _moved(errors)]
     sections = [_raising(judged), *axes, _criteria(judged), _notes(dives)]
     return Report(
         f"{file.vehicle.name}: how the reference was followed",
@@ -37,6 +72,11 @@ def validation_report(validation: Validation) -> Report:
         verdict(errors),
         tuple(section for section in sections if section is not None),
     )
+
+
+def _moved(errors: Mapping[str, TrackingErrors]) -> list[int]:
+    """The degrees of freedom that any run has errors in."""
+    return [dof for dof in AXES if any(run.axis(DOFS[dof]) for run in errors.values())]
 
 
 def verdict(errors: Mapping[str, TrackingErrors]) -> str:
@@ -70,17 +110,13 @@ def _less(best: str, errors: Mapping[str, float]) -> str:
     return f" ({', '.join(words)})" if words else ""
 
 
-def _raising(judged: Mapping[str, Raising | None]) -> Section | None:
+def _raising(judged: Mapping[str, Raising]) -> Section | None:
     """Go or no-go for each dive."""
-    judgements = tuple(
-        (raising.go, f"{label}: {raising.sentence}")
-        for label, raising in judged.items()
-        if raising is not None
-    )
+    judgements = tuple((raising.go, f"{label}: {raising.sentence}") for label, raising in judged.items())
     return Section("May the feed-forward be raised?", judged=judgements) if judgements else None
 
 
-def _criteria(judged: Mapping[str, Raising | None]) -> Section | None:
+def _criteria(judged: Mapping[str, Raising]) -> Section | None:
     """Criteria of go or no-go, one per row, with a table for each dive."""
     tables = tuple(
         Table(
@@ -91,7 +127,6 @@ def _criteria(judged: Mapping[str, Raising | None]) -> Section | None:
             f"{label}: what was looked at.",
         )
         for label, raised in judged.items()
-        if raised is not None
     )
     return Section("What go and no-go rest on", "", tables) if tables else None
 
@@ -102,34 +137,33 @@ def _axis(
     """Section of an axis: errors side by side, then each dive's curves, then the numbers as in Table 5."""
     axis = DOFS[dof]
     of_axis = {label: run for label, run in errors.items() if run.axis(axis) is not None}
-    curves = (tracking.curves(label, dive, lever_m).get(dof) for label, dive in dives.items())
+    curves = (_curves(label, dive, lever_m).get(dof) for label, dive in dives.items())
     compared = _compared(dof, dives, lever_m) if len(of_axis) > 1 else None
     drawn = (_by_phase(axis, of_axis), compared, *curves)
-    alone = {
-        label: TrackingErrors(run.dive, tuple(run_axis for run_axis in run.axes if run_axis.axis == axis))
-        for label, run in of_axis.items()
-    }
     return Section(
         axis.capitalize(),
         "",
-        tracking.error_tables(alone),
+        _error_tables(of_axis, [dof]),
         tuple(figure for figure in drawn if figure is not None),
     )
 
 
 def _by_phase(axis: str, errors: Mapping[str, TrackingErrors]) -> Figure:
     """Errors of Table 5 as bars: a group for each phase."""
-    axis_errors = {label: run.axis(axis) for label, run in errors.items()}
-    unit = next(axis_error.unit for axis_error in axis_errors.values() if axis_error)
     groups = [
-        Group(label, tuple(axis_error.phase(phase) if axis_error else math.nan for phase in PHASES))
-        for label, axis_error in axis_errors.items()
+        Group(label, tuple(of_axis.phase(phase) for phase in PHASES))
+        for label, run in errors.items()
+        if (of_axis := run.axis(axis))
     ]
     return Figure(
         f"errors in {axis} by phase",
         f"Mean absolute tracking error in {axis} by phase of the motion, as Table 5 of the source paper has it.",
-        stack([grouped(f"error in {axis}, {unit}", PHASES, groups)]),
+        stack([grouped(_error_title(DOFS.index(axis)), PHASES, groups)]),
     )
+
+
+def _error_title(dof: int) -> str:
+    return f"error in {DOFS[dof]}, {'m/s' if dof < 3 else 'rad/s'}"
 
 
 def _compared(dof: int, dives: Mapping[str, Dive], lever_m: Vector3) -> Figure | None:
@@ -137,18 +171,16 @@ def _compared(dof: int, dives: Mapping[str, Dive], lever_m: Vector3) -> Figure |
     lines = []
     for style, (label, dive) in enumerate(dives.items()):
         begun_s = _begun_s(dof, dive)
-        line = tracking.error_line(dof, dive, lever_m, label, style % len(STYLES))
+        line = error_line(dof, dive, lever_m)
         if line is not None and begun_s is not None:
             x = line.x + dive.span_s[0] - begun_s
-            lines.append(Line(x[x >= 0], line.y[x >= 0], label, line.style))
+            lines.append(Line(x[x >= 0], line.y[x >= 0], label, style % len(STYLES)))
     if not lines:
         return None
-    axis = DOFS[dof]
-    title = f"error in {axis}, {'m/s' if dof < 3 else 'rad/s'}"
     return Figure(
-        f"errors in {axis} of all dives",
-        f"The error in {axis} of each dive, from where its reference first moves.",
-        stack([lines_panel(title, TIME_TITLE, lines, holds=(0.0,), height_in=2.2)]),
+        f"errors in {DOFS[dof]} of all dives",
+        f"The error in {DOFS[dof]} of each dive, from where its reference first moves.",
+        stack([lines_panel(_error_title(dof), TIME_TITLE, lines, holds=(0.0,), height_in=2.2)]),
     )
 
 
@@ -163,3 +195,134 @@ def _begun_s(dof: int, dive: Dive) -> float | None:
 def _notes(dives: Mapping[str, Dive]) -> Section | None:
     notes = [f"{label}: {note}" for label, dive in dives.items() for note in dive.notes]
     return Section("Notes of the recordings", "\n\n".join(notes)) if notes else None
+
+
+def _error_tables(
+    errors: Mapping[str, TrackingErrors], moved: Sequence[int], paper: Reference | None = None
+) -> tuple[Table, ...]:
+    """Tables for each axis that any run moved along: errors by phase, then by held speed, the runs side by side."""
+    by_phase = [_error_table(DOFS[dof], "N" if dof < 3 else "N m", errors, paper) for dof in moved]
+    by_speed = [_speed_table(DOFS[dof], errors) for dof in moved]
+    return (*by_phase, *(table for table in by_speed if table.rows))
+
+
+def _error_table(
+    axis: str, wrench_unit: str, errors: Mapping[str, TrackingErrors], paper: Reference | None
+) -> Table:
+    runs = [run.axis(axis) for run in errors.values()]
+    unit = next(run.unit for run in runs if run)
+
+    def row(name: str, decimals: int, value: Callable[[AxisErrors], float]) -> tuple[str, ...]:
+        return name, *(MISSING if run is None else fixed(value(run), decimals) for run in runs)
+
+    rows: tuple[tuple[str, ...], ...] = (
+        *(row(f"{phase}, {unit}", 4, partial(AxisErrors.phase, name=phase)) for phase in PHASES),
+        row(f"Acceleration, delay taken out, {unit}", 4, lambda run: run.acceleration_less_delay),
+        row("Delay, ms", 0, lambda run: 1000 * run.delay_s),
+        row(f"Steady |PID|, {wrench_unit}", 2, lambda run: run.pid_magnitude),
+        row(f"Steady |PID − feed-forward|, {wrench_unit}", 2, lambda run: run.pid_minus_ff),
+    )
+    columns: tuple[str, ...] = (f"{axis.capitalize()} motion", *errors)
+    caption = (
+        f"Mean absolute tracking error in {axis}, phase by phase. {METHOD}{_noise_said(errors, axis, unit)}"
+    )
+    if paper and any((axis, phase) in paper.values for phase in PHASES):
+        paper_cells = [fixed(paper.values.get((axis, phase), math.nan), 4) for phase in PHASES]
+        paper_cells += [MISSING] * (len(rows) - len(paper_cells))
+        rows = tuple((*cells, value) for cells, value in zip(rows, paper_cells, strict=True))
+        columns = (*columns, paper.label)
+        caption += f" {paper.label}: {paper.source}."
+    return Table(columns, rows, caption)
+
+
+def _noise_said(errors: Mapping[str, TrackingErrors], axis: str, unit: str) -> str:
+    noises = {name: axis_errors.noise for name, run in errors.items() if (axis_errors := run.axis(axis))}
+    said = [f"{name} {fixed(noise, 4)}" for name, noise in noises.items() if math.isfinite(noise)]
+    return f" Noise of the sensor that is left in it, {unit} rms: {', '.join(said)}." if said else ""
+
+
+def _speed_table(axis: str, errors: Mapping[str, TrackingErrors]) -> Table:
+    """Error of the mean speed, by the held speed."""
+    runs = [run.axis(axis) for run in errors.values()]
+    unit = next(run.unit for run in runs if run)
+    held = [{s.speed: s for s in run.speeds} if run else {} for run in runs]
+    speeds = sorted({speed for of_run in held for speed in of_run})
+    rows = [(f"{speed:.2f}", *(_with_error(of_run.get(speed)) for of_run in held)) for speed in speeds]
+    caption = (
+        f"How much faster (+) or slower (-) than asked the vehicle went on average in {axis} while it held a speed, "
+        f"{unit}, with the standard error of that mean over the runs at this speed."
+    )
+    return Table((f"{axis.capitalize()} speed, {unit}", *errors), tuple(rows), caption)
+
+
+def _with_error(at: SteadyError | None) -> str:
+    if at is None:
+        return MISSING
+    spread = f" ± {at.standard_error:.4f}" if math.isfinite(at.standard_error) else ""
+    return f"{at.error:+.4f}{spread}".replace("-", "−")
+
+
+def _curves(mode: str, dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0)) -> dict[int, Figure]:
+    """For each axis that the reference moves along: reference and measured speed, their error, PID and feed-forward.
+
+    `lever_m`: position of the DVL's transducer in body axes.
+    """
+    if dive.nu_ref is None:
+        return {}
+    return {
+        dof: Figure(
+            f"tracking {DOFS[dof]} {mode}",
+            f"{mode}, {DOFS[dof]}: speed as asked for and as measured; the error, below {CUTOFF_HZ:g} Hz; wrench of "
+            "PID and of feed-forward.",
+            stack(_panels(dof, dive, dive.nu_ref, lever_m)),
+        )
+        for dof in AXES
+        if (np.abs(dive.nu_ref.value[:, dof]) > LEAST_SPEED).any()
+    }
+
+
+def _panels(dof: int, dive: Dive, reference: Signal, lever_m: Vector3) -> list[Panel]:
+    speed, wrench = TITLES[dof]
+    start_s, measured = dive.span_s[0], measured_speed(dive, dof, lever_m)
+    speeds = [signal_line(reference, dof, start_s, "reference", 1)]
+    if measured is not None:
+        speeds.insert(0, signal_line(measured, 0, start_s, "measured"))
+    sources = (("PID", 3, dive.tau_pid), ("feed-forward", 2, dive.tau_ff))
+    wrenches = [
+        signal_line(s, dof, start_s, word, style) for word, style, s in sources if s is not None and len(s)
+    ]
+    panels = [time_panel(speed, dive, speeds)]
+    if error := error_line(dof, dive, lever_m):
+        panels.append(time_panel(_error_title(dof), dive, [error], 1.3))
+    return [*panels, time_panel(wrench, dive, wrenches)] if wrenches else panels
+
+
+def error_line(dof: int, dive: Dive, lever_m: Vector3) -> Line | None:
+    """Measured minus reference speed below CUTOFF_HZ, over the time from the dive's start; None if one is missing."""
+    measured, reference = measured_speed(dive, dof, lever_m), dive.nu_ref
+    if measured is None or reference is None:
+        return None
+    begun_s = max(measured.time_s[0], reference.time_s[0])
+    ended_s = min(measured.time_s[-1], reference.time_s[-1])
+    rate_hz = measured.rate_hz
+    time_s = np.arange(begun_s, ended_s, 1.0 / rate_hz) if rate_hz else np.zeros(0)
+    if len(time_s) < LEAST_SAMPLES or rate_hz <= 2 * CUTOFF_HZ:
+        return None
+    error = measured.at(time_s)[:, 0] - reference.at(time_s)[:, dof]
+    return Line(time_s - dive.span_s[0], low_pass(error, rate_hz, CUTOFF_HZ))
+
+
+def tracking_section(
+    errors: Mapping[str, TrackingErrors], dives: Mapping[str, Dive], paper: Reference | None = None
+) -> Section:
+    """How runs in different modes followed their references; both mappings are by the mode in words, in order.
+
+    `paper`: published errors, as a further column.
+    """
+    drawn = tuple(figure for mode, dive in dives.items() for figure in _curves(mode, dive).values())
+    words = (
+        "The phases follow the reference: speeding up, steady, slowing down. Delay is how much later the measured "
+        "speed looks most like the reference."
+    )
+    tables = _error_tables(errors, _moved(errors), paper)
+    return Section("Tracking", words if tables else "", tables, drawn)

@@ -16,7 +16,7 @@ from typing import Any
 from bridge.errors import FitError, SeatrialError
 from bridge.files import to_disk, whole
 from bridge.reports import ERROR, PAGE, Report, line
-from bridge.vehicle.config import CONFIGS, load_vehicle
+from bridge.vehicle.config import load_vehicle
 from identify.progress import Step
 from identify.run.recordings import Reading, Recording, read
 
@@ -105,8 +105,6 @@ def _diagnose(arguments: argparse.Namespace) -> int:
 
 def _read(arguments: argparse.Namespace, dive: Path, density: float | None, carried: float) -> Reading:
     columns = Path(arguments.columns) if arguments.columns else None
-    if columns is not None and not columns.exists():
-        columns = CONFIGS / "columns" / f"{columns}.yaml"
     return read(Recording(dive, density, carried), load_vehicle(arguments.vehicle), columns)
 
 

@@ -59,7 +59,7 @@ def plan(
     configuration, and FitError if the dive tells nothing or no manoeuvre fits.
     """
 
-    def told(share: float, words: str, *_: object) -> None:
+    def passed_on(share: float, words: str, *_: object) -> None:
         progress(Step(OF, share, words))
 
     if known is None:
@@ -68,13 +68,13 @@ def plan(
     else:
         if isinstance(known, Dive):
             configuration = file.configuration_of(known.configuration_index())
-            known = estimator(DEFAULT)(known, file, configuration, told).to_json()
+            known = estimator(DEFAULT)(known, file, configuration, passed_on).to_json()
         else:
             configuration = file.configuration or file.vehicle.configuration_named(
                 str(known.get("configuration"))
             )
         knowledge = after(known, file, configuration, source)
-    proposal = propose(file, configuration, knowledge, limits, seconds, dofs, told)
+    proposal = propose(file, configuration, knowledge, limits, seconds, dofs, passed_on)
     return Planned(file, configuration, knowledge, limits, proposal)
 
 

@@ -2,18 +2,15 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Final
-
-import numpy as np
 
 from bridge.errors import ConfigError
 from bridge.vehicle.config import Vector3, VehicleFile
 from identify import validate as tracking
 from identify.dive import Dive
-from identify.glance.criteria import Raising, in_one_mode
 from identify.glance.following import followed
-from identify.glance.raising import go_no_go
+from identify.glance.raising import Raising, go_no_go, in_one_mode
 from identify.validate import Row, TrackingErrors, tracking_errors
 
 MODES: Final = ("PID", "shadow", "FF", "both")
@@ -22,12 +19,14 @@ MODES: Final = ("PID", "shadow", "FF", "both")
 
 @dataclass(frozen=True)
 class Run:
-    """A dive in one mode; `label` names it in tables, `raising` is None if that can't be judged."""
+    """A dive in one mode (a label of MODES, "" if unknown); `label` names it in tables, `raising` is None if that can't
+    be judged."""
 
     label: str
     dive: Dive
     errors: TrackingErrors
     raising: Raising | None
+    mode: str = ""
 
     @property
     def compared(self) -> bool:
@@ -53,7 +52,7 @@ class Validation:
         return [
             {
                 "run": run.label,
-                "mode": mode_of(run.dive),
+                "mode": run.mode,
                 "dive": run.errors.dive,
                 "axes": [asdict(axis) for axis in run.errors.axes],
                 "raising": None if run.raising is None else run.raising.to_json(),
@@ -65,16 +64,28 @@ class Validation:
 
 def validate(dives: Sequence[Dive], file: VehicleFile) -> Validation:
     """Compare each dive with its reference; of a dive in several modes the part in one of them counts."""
-    whole = in_order(dives)
     # Errors averaged over two modes would describe neither.
-    judged = [in_one_mode(dive).dive for dive in whole]
+    parts = [(in_one_mode(dive), dive) for dive in dives]
+    parts.sort(key=lambda pair: len(MODES) if pair[0].mode is None else int(pair[0].mode))
     dvl = file.vehicle.sensors.dvl
     lever_m = dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0)
+    modes = ["" if part.mode is None else MODES[part.mode] for part, _ in parts]
     runs = []
-    for label, dive, all_of_it in zip(labels(judged), judged, whole, strict=True):
-        run = Run(label, dive, tracking_errors(dive, lever_m), None)
-        runs.append(Run(label, dive, run.errors, _raising(all_of_it, file)) if run.compared else run)
+    for label, mode, (part, whole) in zip(
+        _labels(modes, [dive for _, dive in parts]), modes, parts, strict=True
+    ):
+        run = Run(label, part.dive, tracking_errors(part.dive, lever_m), None, mode)
+        runs.append(replace(run, raising=_raising(whole, file)) if run.compared else run)
     return Validation(file, tuple(runs), lever_m)
+
+
+def _labels(modes: Sequence[str], dives: Sequence[Dive]) -> list[str]:
+    """Label of each dive in the table: its mode, with the dive's name if two dives share the mode."""
+    named = [
+        mode if mode and modes.count(mode) == 1 else f"{dive.name} {mode}".strip()
+        for mode, dive in zip(modes, dives, strict=True)
+    ]
+    return [name if named.index(name) == i else f"{name} ({i + 1})" for i, name in enumerate(named)]
 
 
 def _raising(dive: Dive, file: VehicleFile) -> Raising | None:
@@ -84,28 +95,3 @@ def _raising(dive: Dive, file: VehicleFile) -> Raising | None:
     except ConfigError:
         return None
     return go_no_go(dive, file, configuration)
-
-
-def in_order(dives: Sequence[Dive]) -> list[Dive]:
-    """Sort dives by the FF_MODE that is judged: PID, shadow, FF, both, then those without a known mode."""
-    modes = [in_one_mode(dive).mode for dive in dives]
-    ranks = [len(MODES) if mode is None else int(mode) for mode in modes]
-    return [dives[n] for n in sorted(range(len(dives)), key=ranks.__getitem__)]
-
-
-def labels(dives: Sequence[Dive]) -> list[str]:
-    """Label of each dive in the table: its mode, with the dive's name if two dives share the mode."""
-    modes = [mode_of(dive) for dive in dives]
-    named = [
-        m if m and modes.count(m) == 1 else f"{dive.name} {m}".strip()
-        for m, dive in zip(modes, dives, strict=True)
-    ]
-    return [name if named.index(name) == i else f"{name} ({i + 1})" for i, name in enumerate(named)]
-
-
-def mode_of(dive: Dive) -> str:
-    if dive.ff_mode is None or not len(dive.ff_mode):
-        return ""
-    values, counts = np.unique(dive.ff_mode.value[:, 0], return_counts=True)
-    mode = int(values[np.argmax(counts)])
-    return MODES[mode] if 0 <= mode < len(MODES) else f"mode {mode}"

@@ -11,8 +11,8 @@ from pathlib import Path
 from bridge.errors import FitError
 from bridge.vehicle.config import load_vehicle
 from identify.batch.jobs import Job, job_for
-from identify.batch.local import run_here
 from identify.batch.recordings import find_recordings
+from identify.batch.run import run_here
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]

@@ -141,12 +141,6 @@ def test_a_failed_dive_is_a_row_a_twin_counts_once_and_the_exit_code_says_partly
     assert "counted once" in shown.err
 
 
-def test_no_dive_identified_is_a_no(tmp_path, capsys):
-    (tmp_path / "broken.tlog").write_text("no frames")
-    assert command(tmp_path, tmp_path / "out") == exit_codes.NO
-    assert "holds no MAVLink frame" in capsys.readouterr().out
-
-
 def test_control_c_says_where_the_work_is_kept(dives, tmp_path, monkeypatch, capsys):
     def interrupted(_):
         raise KeyboardInterrupt
@@ -188,11 +182,6 @@ def test_a_scheduler_that_is_not_there_is_a_link_that_does_not_work(dives, tmp_p
     ]
     assert cli.main(words) == exit_codes.LINK
     assert "no Dask scheduler answers there" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(("seconds", "words"), [(40.4, "40 s"), (130, "2 min"), (11_100, "3 h 5 min")])
-def test_time_left_is_said_in_words(seconds, words):
-    assert batch.duration(seconds) == words
 
 
 def test_help_loads_neither_dask_nor_anything_heavy():

@@ -51,7 +51,7 @@ def dives(mass=0.0, damping=0.0, thrust=0.0, seed=7, count=12):
         ({"mass": 0.1, "damping": 0.3}, Story.SEVERAL),
     ],
 )
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, 2])
 def test_each_story_is_told_as_what_it_is(planted, story, seed):
     drift = drift_of(dives(**planted, seed=seed))
     assert drift.story is story
@@ -63,6 +63,8 @@ def test_the_change_is_told_in_per_cent_with_its_interval():
     assert percent(drift.damping.low95) < 20 < percent(drift.damping.high95)
     assert "Over 12 dives from 2026-02-02 02:40 to 2026-04-20 02:40: mass " in drift.sentence
     assert {"D_u", "D_v", "D_r"} == drift.real
+    within = max(abs(percent(drift.mass.low95)), abs(percent(drift.mass.high95)))
+    assert f"The change of mass is within {within:.1f} %." in drift.sentence
 
 
 def test_weak_thrust_with_a_falling_battery_names_the_battery():
@@ -71,12 +73,6 @@ def test_weak_thrust_with_a_falling_battery_names_the_battery():
     assert "The pack voltage fell by 1.1 V" in drift_of(volts).sentence
     steady = [replace(row, voltage_v=16.0) for row in rows]
     assert "voltage" not in drift_of(steady).sentence
-
-
-def test_what_does_not_move_is_told_with_how_far_it_may_have():
-    drift = drift_of(dives(damping=0.2))
-    within = max(abs(percent(drift.mass.low95)), abs(percent(drift.mass.high95)))
-    assert f"The change of mass is within {within:.1f} %." in drift.sentence
 
 
 def test_parameters_that_err_together_tell_no_more_than_one():
@@ -103,14 +99,6 @@ def test_dampings_that_move_against_the_rest_are_not_called_together():
         fallen = replace(one, value=one.value * (1 - 0.035 * i) * (1 - 0.3 * i / 11))
         rows.append(replace(row, values={**row.values, "D_r": fallen}))
     assert drift_of(rows).story not in (Story.WEAKER, Story.STRONGER)
-
-
-def test_dampings_alone_can_not_tell_drag_from_thrust():
-    rows = [
-        replace(row, values={name: v for name, v in row.values.items() if name[0] == "D"})
-        for row in dives(damping=0.2)
-    ]
-    assert drift_of(rows).story is Story.UNCLEAR
 
 
 def test_two_dives_or_none_that_is_dated_are_too_few():
@@ -159,19 +147,6 @@ def test_a_fleet_whose_model_never_holds_has_trends_that_say_so():
     assert all(map(drift_of(doubted).counts, doubted))
 
 
-def test_a_fleet_of_dives_that_settled_nowhere_says_why_it_has_no_trend():
-    rows = [replace(row, outcome="stopped at a bound") for row in dives(count=4)]
-    assert drift_of(rows).sentence.endswith(
-        "of the 4 identified in this configuration 4 have a date, 0 converged and 0 are both."
-    )
-
-
-def test_copies_that_begin_within_a_minute_make_no_trend():
-    first, *_ = dives(count=3)
-    copies = [replace(first, dive=f"copy {k}", unix_s=first.unix_s + 20.0 * k) for k in range(3)]
-    assert drift_of(copies).sentence.endswith("they all began within a minute of each other.")
-
-
 WARNED = Doubt(("M_u", "D_u"), "No rate of turn was recorded", "M_u may be off; record a gyro.")
 HALF = Doubt(
     ("M_u", "M_v", "D_u", "D_v"), "Depth changes by 2 times what it should", "mend it.", Outcome.DISAGREES
@@ -197,13 +172,6 @@ def test_a_value_that_a_warning_names_bends_no_trend_and_the_others_of_its_dive_
     assert [drift.takes(some[-1], name) for name in ("M_u", "M_v")] == [False, True]
 
 
-def test_where_every_value_is_named_by_a_warning_they_count_and_it_is_said():
-    warned = Doubt(tuple(TRUE), WARNED.problem, WARNED.remedy)
-    drift = drift_of([replace(row, doubts=(warned,)) for row in dives(damping=0.2)])
-    assert drift.story is Story.FOULING
-    assert drift.sentence == f"{drift_of(dives(damping=0.2)).sentence} {DOUBTED}"
-
-
 def test_one_undoubted_inertia_does_not_stand_for_all_that_is_doubted():
     warned = Doubt(tuple(name for name in TRUE if name != "I_r"), WARNED.problem, WARNED.remedy)
     drift = drift_of([replace(row, doubts=(warned,)) for row in dives(damping=0.2)])
@@ -227,14 +195,6 @@ def test_dives_that_all_contradict_their_own_recording_make_no_trend():
     assert drift_of(rows).story is Story.TOO_FEW
 
 
-def test_too_few_for_want_of_undoubted_values_says_so():
-    rows = [replace(row, doubts=(HALF,)) for row in dives(count=4)]
-    rows = [replace(r, values={name: r.values[name] for name in ("M_u", "D_u")}) for r in rows]
-    assert drift_of(rows).sentence.endswith(
-        "; 0 of these give a mass and 0 a damping that no doubt is about."
-    )
-
-
 def days(count):
     return START_S + DAY_S * np.arange(count)
 
@@ -255,28 +215,12 @@ def test_a_line_is_found_exactly_whatever_the_weights():
     assert trend.scatter == 0
 
 
-def test_a_value_with_a_small_interval_pulls_harder():
-    t, y = days(3), np.array([1.0, 1.0, 2.0])
-    heavy = fit_trend(t, y, np.array([0.1, 0.1, 0.01]))
-    light = fit_trend(t, y, np.array([0.1, 0.1, 10.0]))
-    assert abs(heavy.at(t[2]) - 2) < abs(light.at(t[2]) - 2)
+@pytest.mark.parametrize("unix_s", [days(0), days(2), np.full(5, START_S)])
+def test_two_dives_or_dives_of_one_moment_are_no_trend(unix_s):
+    assert fit_trend(unix_s, np.ones(len(unix_s)), np.ones(len(unix_s))) is None
 
 
-@pytest.mark.parametrize("count", [0, 1, 2])
-def test_two_dives_are_no_trend(count):
-    assert fit_trend(days(count), np.ones(count), np.ones(count)) is None
-
-
-def test_dives_of_one_moment_are_no_trend():
-    assert fit_trend(np.full(5, START_S), np.arange(5.0), np.ones(5)) is None
-
-
-def test_values_that_are_all_the_same_have_no_trend():
-    trend = fit_trend(days(5), np.full(5, 16.0), np.full(5, 0.05))
-    assert (trend.change, trend.is_real) == (0.0, False)
-
-
-@pytest.mark.parametrize("between", [0.0, 0.5, 5.0])
+@pytest.mark.parametrize("between", [0.0, 5.0])
 def test_false_alarms_are_as_rare_as_said_however_much_dives_differ(between):
     rng = np.random.default_rng(1)
     std = np.array([0.2, 0.5, 1.0, 0.3, 0.6, 0.2, 0.4, 0.8])
@@ -285,15 +229,6 @@ def test_false_alarms_are_as_rare_as_said_however_much_dives_differ(between):
         for _ in range(600)
     )
     assert alarms / 600 < 0.075
-
-
-def test_the_scatter_between_dives_is_found():
-    rng = np.random.default_rng(2)
-    found = [
-        fit_trend(days(30), 0.7 * rng.normal(size=30) + 0.3 * rng.normal(size=30), np.full(30, 0.3)).scatter
-        for _ in range(60)
-    ]
-    assert np.sqrt(np.mean(np.square(found))) == pytest.approx(0.7, rel=0.1)
 
 
 def test_chances_of_many_are_raised_step_by_step():
@@ -322,10 +257,6 @@ def test_a_ratio_has_the_dives_that_both_have():
     assert found.std == pytest.approx([0.05])
 
 
-def test_nothing_gives_an_empty_series():
-    assert common_series([row(0)], ["D_u"]).rows == ()
-
-
 LATE_THRUST = Doubt(("M_u", "D_u"), "Thrust acts late", "mend the lag.", Outcome.DISAGREES, Culprit.MODEL)
 WARNED_FILE = Doubt(("M_u",), "No rate of turn was recorded", "record a gyro.")
 
@@ -334,15 +265,7 @@ def written(*doubts):
     return {"doubts": [doubt.to_json() for doubt in doubts]}
 
 
-def test_doubts_come_back_from_the_file_as_they_were():
+def test_doubts_come_back_from_the_file_as_they_were_but_for_those_about_a_prior():
     assert doubts_in(written(LATE_THRUST, WARNED_FILE)) == (LATE_THRUST, WARNED_FILE)
-
-
-def test_a_doubt_about_a_prior_is_about_no_value_of_the_dive():
-    assert doubts_in(written(replace(WARNED_FILE, culprit=Culprit.PRIOR), LATE_THRUST)) == (LATE_THRUST,)
-
-
-def test_a_file_that_does_not_say_whom_a_doubt_speaks_against_is_read_as_of_its_recording():
-    (told,) = written(LATE_THRUST)["doubts"]
-    del told["culprit"]
-    assert doubts_in({"doubts": [told]}) == (replace(LATE_THRUST, culprit=Culprit.RECORDING),)
+    of_prior = replace(WARNED_FILE, culprit=Culprit.PRIOR)
+    assert doubts_in(written(of_prior, LATE_THRUST)) == (LATE_THRUST,)

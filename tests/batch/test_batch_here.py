@@ -20,8 +20,8 @@ from bridge.vehicle.thrusters import thrust_curve
 from identify.batch import cluster as batch_cluster
 from identify.batch.cluster import pack, run_on_cluster, run_parcel, unpack
 from identify.batch.jobs import IDENTIFY, job_for, own_columns, run_job, thrust_table
-from identify.batch.local import run_here
 from identify.batch.recordings import find_recordings
+from identify.batch.run import run_here
 
 FILE = batch_jobs.FILE
 
@@ -37,20 +37,6 @@ def test_each_job_has_one_result_under_its_own_key(tmp_path):
     assert {r.answer["bytes"] for r in results} == {len(b"recording 0")}
     assert len({r.answer["pid"] for r in results}) <= 2
     assert os.getpid() not in {r.answer["pid"] for r in results}
-
-
-def test_jobs_are_taken_only_as_processes_become_free(tmp_path):
-    taken = []
-
-    def todo():
-        for job in jobs(batch_jobs.recordings(tmp_path / "dives", 6), "size"):
-            taken.append(job)
-            yield job
-
-    results = run_here(todo(), 2)
-    next(results)
-    assert len(taken) <= 3
-    results.close()
 
 
 def test_an_error_on_purpose_is_a_result_to_keep_and_a_defect_one_to_try_again(tmp_path):
@@ -71,20 +57,6 @@ def test_a_process_that_dies_costs_its_own_dive_alone(tmp_path):
     ]  # fmt: skip
     assert "exit code 3" in results["dive-01"].error
     assert not results["dive-01"].final
-
-
-def test_a_killed_process_is_told_as_one(tmp_path, monkeypatch):
-    first, second = batch_jobs.recordings(tmp_path / "dives", 2)
-    with batch_jobs.desk(monkeypatch) as visitors:
-
-        def todo():
-            yield batch_jobs.job_on(first, "meet", FILE)
-            next(visitors).kill()
-            yield batch_jobs.job_on(second, "size", FILE)
-
-        results = {r.dive: r for r in run_here(todo(), 2)}
-    assert "was killed" in results["dive-00"].error
-    assert results["dive-01"].answer is not None
 
 
 def test_closing_ends_the_processes_at_their_work(tmp_path, monkeypatch):
@@ -144,9 +116,9 @@ def test_a_process_keeps_to_one_thread(tmp_path, monkeypatch):
 
 
 def cluster_jobs(paths, *functions):
-    """One job a recording; the last function is that of all the rest."""
-    named = [functions[min(number, len(functions) - 1)] for number in range(len(paths))]
-    return [batch_jobs.job_on(path, name, FILE) for path, name in zip(paths, named, strict=True)]
+    """A job for each recording; the last function is that of all further ones."""
+    functions += functions[-1:] * (len(paths) - len(functions))
+    return [batch_jobs.job_on(path, name, FILE) for path, name in zip(paths, functions, strict=True)]
 
 
 @pytest.mark.slow

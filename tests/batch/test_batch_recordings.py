@@ -7,8 +7,8 @@ import pytest
 
 from bridge.clock import date_in_name
 from bridge.errors import LogError
-from identify.batch.jobs import Recording, Result
-from identify.batch.recordings import Relation, find_recordings, name_of, told_apart, with_beginnings
+from identify.batch.jobs import Recording
+from identify.batch.recordings import distinct_names, find_recordings, name_of
 from identify.ingest.open import utc
 
 
@@ -47,35 +47,20 @@ def test_a_folder_gives_its_dive_folders_and_recordings_but_no_stray_table(dives
     assert [file.name for file in folder.files] == ["telemetry.tlog", "telemetry.2.tlog"]
 
 
-def test_a_table_that_is_named_counts(dives):
-    assert names(find_recordings([str(dives / "lake" / "table.csv")])) == ["table"]
+@pytest.mark.parametrize(
+    ("word", "named"),
+    [("lake/table.csv", "table"), ("2026-*", "2026-11-20T0912Z-hovering"), ("**/*.gz", "2")],
+)
+def test_a_named_table_counts_and_a_pattern_gives_what_it_matches(dives, word, named):
+    assert names(find_recordings([str(dives / word)])) == [named]
 
 
-def test_a_pattern_gives_what_it_matches(dives):
-    assert names(find_recordings([str(dives / "2026-*")])) == ["2026-11-20T0912Z-hovering"]
-    assert names(find_recordings([str(dives / "**" / "*.gz")])) == ["2"]
-
-
-def test_the_same_bytes_given_twice_count_once_and_the_dive_folder_is_the_one(dives):
-    copy = put(dives / "copy.tlog", b"ab")
-    found = find_recordings([str(copy), str(dives), str(dives / "lake")])
+def test_the_same_bytes_count_once_compressed_or_not_and_the_dive_folder_is_the_one(dives):
+    copies = put(dives / "copy.tlog", b"ab"), put(dives / "folded.tlog.gz", gzip.compress(b"ab"))
+    found = find_recordings([*map(str, copies), str(dives), str(dives / "lake")])
     assert names(found) == ["1", "2", "2026-11-20T0912Z-hovering"]
-    assert sorted(str(path.relative_to(dives)) for path in twins(found)) == [
-        "copy.tlog",
-        "lake/1.BIN",
-        "lake/2.tlog.gz",
-    ]
-    assert twins(found)[copy] == dives / "2026-11-20T0912Z-hovering"
-
-
-def test_a_compressed_recording_and_the_same_unfolded_count_once(tmp_path):
-    folded = put(tmp_path / "a.tlog.gz", gzip.compress(b"one dive"))
-    unfolded = put(tmp_path / "b.tlog", b"one dive")
-    found = find_recordings([str(tmp_path)])
-    assert names(found) == ["a"]
-    assert twins(found) == {unfolded: folded}
-    (other,) = find_recordings([str(unfolded)]).recordings
-    assert other.sha256 == found.recordings[0].sha256
+    again = {path: path for path in (dives / "lake" / "1.BIN", dives / "lake" / "2.tlog.gz")}
+    assert twins(found) == again | dict.fromkeys(copies, dives / "2026-11-20T0912Z-hovering")
 
 
 LONG = bytes(range(256)) * (512)
@@ -89,7 +74,7 @@ def test_of_copies_that_were_cut_only_the_longest_counts(tmp_path):
     found = find_recordings([str(tmp_path)])
     assert [recording.path for recording in found.recordings] == [whole]
     assert twins(found) == dict.fromkeys((cut, same_cut, shorter), whole)
-    assert {twin.why for twin in found.twins} == {Relation.BEGINNING.value}
+    assert {twin.why for twin in found.twins} == {"is the beginning of"}
 
 
 def test_dives_that_begin_alike_and_go_on_otherwise_all_count(tmp_path):
@@ -140,39 +125,4 @@ def test_jobs_differ_by_what_their_answers_depend_on(dives):
 def test_recordings_of_one_name_are_called_by_as_many_of_their_folders_as_tell_them_apart(tmp_path):
     paths = [tmp_path / way / "dive.tlog" for way in ("a/x", "b/x", "b/y")] + [tmp_path / "other.tlog"]
     recordings = [Recording(path.stem, path, (path,), str(k)) for k, path in enumerate(paths)]
-    assert [one.name for one in told_apart(recordings)] == ["a/x/dive", "b/x/dive", "y/dive", "other"]
-
-
-def answered(recording, gives):
-    told = {"name": "M_u", "value": 2.0, "std": 1.0, "low95": 1.0, "high95": 3.0, "identifiable": True}
-    found = {
-        "parameters": [told], "configuration": "only", "outcome": "converged", "dive": {"duration_s": 60.0},
-        "covariance": {"of": ["M_u"], "matrix": [[1.0]]},
-    }  # fmt: skip
-    answer = {"identification": found, "unix_s": 1.77e9, "dated_by": "its name", "voltage_v": None}
-    told_of = recording.name, str(recording.path), recording.sha256
-    return (
-        Result(recording.sha256, *told_of, answer)
-        if gives
-        else Result("", *told_of, None, "turned upside down")
-    )
-
-
-@pytest.mark.parametrize(("good", "counts"), [("cut", "cut"), ("short", "short"), ("", "whole")])
-def test_a_longer_copy_that_gives_nothing_does_not_swallow_a_good_beginning(tmp_path, good, counts):
-    for name, end in (("whole", 0), ("cut", 999), ("short", 5000)):
-        put(tmp_path / f"{name}.tlog", LONG[: len(LONG) - end])
-    asked = []
-
-    def work(recordings):
-        asked.extend(one.name for one in recordings)
-        return [answered(one, one.name == good) for one in recordings]
-
-    found = find_recordings([str(tmp_path)])
-    found, (result,) = with_beginnings(found, work(found.recordings), work)
-    assert asked == ["whole", "cut", "short"][: 3 if good != "cut" else 2]
-    assert result.dive == counts
-    assert names(found) == [counts]
-    assert set(twins(found).values()) == {tmp_path / f"{counts}.tlog"}
-    told = " ".join(twin.why for twin in found.twins)
-    assert ("gave nothing (turned upside down)" in told) == bool(good)
+    assert [one.name for one in distinct_names(recordings)] == ["a/x/dive", "b/x/dive", "y/dive", "other"]

@@ -12,7 +12,7 @@ from bridge.errors import ConfigError
 from bridge.vehicle.config import GRAVITY_M_S2, load_vehicle
 from bridge.vehicle.effect_coefficients import AcceptedEffect
 from identify.effects.library import library
-from identify.export.model import Model, Propeller, enu, flu, model_of, pointing, volume_m3
+from identify.export.model import Propeller, enu, flu, model_of, pointing, volume_m3
 from identify.export.targets import TARGETS, export, with_effects
 
 VALUES = {
@@ -37,11 +37,15 @@ def test_added_mass_is_the_total_less_the_rigid_body_and_quadratic_drag_is_none(
     assert (len(model.thrusters), model.intervals, model.notes) == (8, {}, ())
 
 
-def test_the_centre_of_buoyancy_rights_the_vehicle_as_the_nominal_model_does(file):
+def test_the_centre_of_buoyancy_rights_the_vehicle_as_the_nominal_model_does_and_displacing_nothing_is_refused(
+    file,
+):
     model = model_of(VALUES, file, "hovering")
     height = -model.centre_of_buoyancy_m[2]
     assert height * model.buoyancy_n == pytest.approx(0.05 * 72.0 * GRAVITY_M_S2)
     assert model.buoyancy_n == pytest.approx(72.0 * GRAVITY_M_S2 + 1.0)
+    with pytest.raises(ConfigError, match="displace no water"):
+        volume_m3(replace(model, net_buoyancy_n=-800.0), model.dry_mass_kg)
 
 
 def test_what_was_not_identified_comes_from_the_vehicle_files_model_or_is_none_and_is_told(file):
@@ -56,20 +60,10 @@ def test_what_was_not_identified_comes_from_the_vehicle_files_model_or_is_none_a
     assert "7 is the vehicle file's own" in model.notes[1]
     assert "it is unknown" in model.notes[2]
     assert model.unknown == ("I_q", "D_q")
+    light = model_of({**VALUES, "M_u": 70.0}, file, "hovering")
+    assert light.added[0] == -2.0
+    assert "M_u lies 2 kg below" in light.notes[0]
     assert model.undamped == (4,)
-
-
-def test_a_total_mass_below_the_rigid_bodys_is_kept_and_told(file):
-    model = model_of({**VALUES, "M_u": 70.0}, file, "hovering")
-    assert model.added[0] == -2.0
-    assert "M_u lies 2 kg below" in model.notes[0]
-
-
-def test_a_vehicle_that_sinks_through_displacing_nothing_is_refused(file):
-    model = replace(model_of(VALUES, file, "hovering"), net_buoyancy_n=-800.0)
-    with pytest.raises(ConfigError, match="displace no water"):
-        volume_m3(model, model.dry_mass_kg)
-    assert volume_m3(replace(model, net_buoyancy_n=0.0), 99.82) == pytest.approx(0.1)
 
 
 def test_a_propeller_loses_its_dead_zone_and_astern_its_share():
@@ -87,12 +81,6 @@ def test_axes_are_turned_and_a_zero_keeps_no_sign():
     assert str(flu((0.0, 0.0, 0.0))) == "(0.0, 0.0, 0.0)"
     assert pointing((0.0, 0.0, 1.0)) == pytest.approx((0.0, -1.5707963267948966, 0.0))
     assert pointing((-1.0, 1.0, 0.0)) == pytest.approx((0.0, 0.0, 2.356194490192345))
-
-
-def test_a_model_needs_no_more_than_mass_inertia_and_two_diagonals():
-    model = Model("bare", 10.0, (1.0, 2.0, 3.0), (1.0,) * 6, (5.0,) * 6)
-    assert model.total == (11.0, 11.0, 11.0, 2.0, 3.0, 4.0)
-    assert (model.thrusters, model.intervals, model.current_m_s) == ((), {}, (0.0, 0.0, 0.0))
 
 
 EFFECT_VALUES = {"M_u": 111.6, "D_u": 56.2, "M_v": 112.4, "D_v": 53.0}
@@ -119,10 +107,6 @@ def whats(model, target):
     return {part.what: part.reason for part in export(model, target).left_out}
 
 
-def test_without_effects_a_model_stays_as_it_is(model):
-    assert with_effects(model, (), EFFECTS) is model
-
-
 def test_effects_of_hull_and_thrusters_have_their_place(model):
     rich = with_effects(model, (DRAG, WEAK, STARTS, ASTERN), EFFECTS)
     assert rich.quadratic == (60.0, 90.0, 0.0, 0.0, 0.0, 3.0)
@@ -130,6 +114,8 @@ def test_effects_of_hull_and_thrusters_have_their_place(model):
     assert rich.thrusters[1].thrust_n(10.0) == pytest.approx(0.75 * 9.2)
     assert rich.thrusters[1].thrust_n(-10.0) == pytest.approx(-0.75 * 9.2 * 0.7)
     assert rich.unheld == ()
+    second = json.loads(export(rich, "ardusub-json").text)["plant"]["thrusters"][1]
+    assert (second["gain"], second["reverse_gain"], second["dead_zone_n"]) == (0.75, 0.7, 0.8)
 
 
 @pytest.mark.parametrize("target", list(TARGETS))
@@ -160,15 +146,6 @@ def test_stonefishs_table_gives_nothing_below_the_least_thrust_and_all_above_it(
     assert np.all(np.diff(asked) > 0)
     for n in (-30.0, -2.0, -1.99, 0.0, 1.0, 1.99, 2.0, 30.0):
         assert np.interp(n, asked, given) == pytest.approx(n if abs(n) >= 2.0 else 0.0)
-
-
-def test_ardusubs_plant_holds_them_all(model):
-    plant = json.loads(
-        export(with_effects(model, (DRAG, WEAK, STARTS, ASTERN), EFFECTS), "ardusub-json").text
-    )["plant"]
-    assert plant["quadratic_damping"][:2] == [60.0, 90.0]
-    second = plant["thrusters"][1]
-    assert (second["gain"], second["reverse_gain"], second["dead_zone_n"]) == (0.75, 0.7, 0.8)
 
 
 def test_a_thruster_turned_about_the_vertical_points_so_much_further_to_starboard(model):

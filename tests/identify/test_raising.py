@@ -10,8 +10,7 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.references import DoubleS
 from identify.dive import Array, Dive, Signal
-from identify.glance.criteria import Criterion, Raising, in_one_mode
-from identify.glance.raising import go_no_go
+from identify.glance.raising import Criterion, Raising, go_no_go, in_one_mode
 
 RATE_HZ = 20.0
 FILE = load_vehicle("ruvifist")
@@ -91,19 +90,17 @@ def test_the_pids_force_shows_mass_and_damping_as_they_are() -> None:
 
 
 @pytest.mark.parametrize("factor", [0.5, 2.0])
-def test_a_mass_of_half_or_twice_is_named_and_is_no_go(factor: float) -> None:
-    found = judged(flown(Mode.SHADOW, mass=factor))
-    assert failed(found) == ["surge mass", "sway mass", "yaw mass"]
-    assert found.sentence.startswith("NO-GO, don't raise it: surge mass, sway mass, yaw mass. Identify from")
+@pytest.mark.parametrize("what", ["mass", "damping"])
+def test_a_mass_or_damping_of_half_or_twice_is_named_and_is_no_go(what: str, factor: float) -> None:
+    found = judged(flown(Mode.SHADOW, **{what: factor}))
+    assert failed(found) == [f"{axis} {what}" for axis in ("surge", "sway", "yaw")]
+    named = ", ".join(failed(found))
+    assert found.sentence.startswith(f"NO-GO, don't raise it: {named}. Identify from")
 
 
-@pytest.mark.parametrize("factor", [0.5, 2.0])
-def test_a_damping_of_half_or_twice_is_named_and_is_no_go(factor: float) -> None:
-    assert failed(judged(flown(Mode.SHADOW, damping=factor))) == [
-        "surge damping",
-        "sway damping",
-        "yaw damping",
-    ]
+def test_a_dive_at_rest_or_without_its_feed_forward_is_no_go() -> None:
+    assert failed(judged(flown(Mode.SHADOW, axes=()))) == ["motion"]
+    assert failed(judged(replace(flown(Mode.SHADOW), tau_ff=None))) == ["TAU_FF"]
 
 
 @pytest.mark.parametrize(("factor", "go"), [(0.72, True), (0.70, False), (1.40, True), (1.43, False)])
@@ -136,20 +133,12 @@ def test_an_axis_that_was_not_driven_is_told_as_unknown_and_stops_nothing() -> N
     assert found.sentence.endswith("Not known from this dive: sway.")
 
 
-def test_a_dive_at_rest_is_no_go() -> None:
-    assert failed(judged(flown(Mode.SHADOW, axes=()))) == ["motion"]
-
-
 def test_a_force_that_the_thrusters_hardly_have_is_no_go() -> None:
     dive = flown(Mode.SHADOW)
     assert dive.tau_pid is not None
     much = {"tau_ff": Signal(dive.tau_ff.time_s, 6 * dive.tau_ff.value)}
     assert "thrusters" in failed(judged(replace(dive, **much)))
     assert "thrusters" not in failed(judged(dive))
-
-
-def test_a_recording_without_its_feed_forward_is_no_go() -> None:
-    assert failed(judged(replace(flown(Mode.SHADOW), tau_ff=None))) == ["TAU_FF"]
 
 
 def test_nothing_is_said_of_a_recording_without_a_mode_or_a_reference() -> None:
@@ -236,12 +225,6 @@ def in_modes(*parts: tuple[Mode, float]) -> Dive:
     return replace(dive, ff_mode=Signal(time_s, mode[:, None]))
 
 
-def test_a_dive_in_one_mode_is_judged_whole() -> None:
-    found = in_one_mode(flown(Mode.SHADOW))
-    assert (found.mode, found.changed) == (Mode.SHADOW, None)
-    assert found.dive.duration_s == flown(Mode.SHADOW).duration_s
-
-
 def test_the_part_in_which_the_reference_moves_for_longest_is_judged_and_told() -> None:
     dive = in_modes((Mode.OFF, 62.0), (Mode.SHADOW, 180.0))
     found = in_one_mode(dive)
@@ -262,29 +245,13 @@ def test_a_long_wait_in_another_mode_is_not_taken_for_the_dive() -> None:
     assert in_one_mode(replace(still, nu_ref=Signal(still.nu_ref.time_s, rest))).mode is Mode.SHADOW
 
 
-def test_a_feed_forward_that_was_taken_back_while_the_vehicle_moved_is_no_go() -> None:
+def test_a_feed_forward_that_was_taken_back_while_the_vehicle_moved_is_no_go_and_after_it_none() -> None:
     found = judged(in_modes((Mode.BOTH, 20.0), (Mode.OFF, 180.0)))
     assert failed(found) == ["mode"]
     assert found.sentence.startswith("NO-GO, don't raise it: mode. Find out why it was taken back")
     assert found.criteria[0].words.startswith(
         "taken back while the reference moved: changed in the dive (both 20 s"
     )
-
-
-def test_off_after_the_mission_is_no_failure() -> None:
-    found = judged(in_modes((Mode.BOTH, 172.0), (Mode.OFF, 180.0)))
-    assert found.flown is Mode.BOTH
-    assert "mode" not in failed(found)
-
-
-def test_a_mode_that_nobody_knows_is_named_by_its_number() -> None:
-    dive = flown(Mode.SHADOW)
-    value = dive.ff_mode.value.copy()
-    value[-20:] = 9.0
-    found = in_one_mode(replace(dive, ff_mode=Signal(dive.ff_mode.time_s, value)))
-    assert "mode 9 1 s" in found.changed.words
-
-
-def test_a_dive_without_a_mode_has_none_and_is_left_as_it_is() -> None:
-    dive = replace(flown(Mode.SHADOW), ff_mode=None)
-    assert (in_one_mode(dive).mode, in_one_mode(dive).dive) == (None, dive)
+    after_the_mission = judged(in_modes((Mode.BOTH, 172.0), (Mode.OFF, 180.0)))
+    assert after_the_mission.flown is Mode.BOTH
+    assert "mode" not in failed(after_the_mission)

@@ -8,7 +8,7 @@ import pytest
 from matplotlib.axes import Axes
 from soak import rest_in_soak
 
-from bridge.vehicle.config import Configuration, Thruster
+from bridge.vehicle.config import Configuration, Thruster, Water
 from identify.dive import Dive, Signal
 from identify.identification import (
     Doubt,
@@ -23,14 +23,9 @@ from identify.identification import (
     time_constant,
     trim,
 )
-from identify.report.figures import autocorrelation, dead_reckon
+from identify.report.figures import autocorrelation, dead_reckon, training
+from identify.report.identification import dive_section, identification_section, innovations_section
 from identify.report.page import Figure, Report, Section, write_report
-from identify.report.sections import (
-    dive_section,
-    identification_section,
-    innovations_section,
-    training_section,
-)
 from identify.report.tables import nuisance_tables
 
 NAN = float("nan")
@@ -108,6 +103,8 @@ def test_parameters_stand_with_interval_unit_truth_and_reason():
             "total inertia in pitch: rigid body plus added. Not identifiable: pitch is hardly excited",
         ),
     )
+    assert section.heading == "Identified parameters: dive-7, hovering, likelihood"
+    assert "Recording dive-7: 6 min 58 s, 10\u00a0442 samples used." in section.text
     assert "1 of 2 known truths lie inside" in section.text
     assert "converged" in section.text
     assert others.rows == (("velocity_noise_m_s", "0.00520"),)
@@ -137,24 +134,12 @@ def test_the_true_added_mass_is_the_true_total_less_the_rigid_body():
     assert [(row, shape) for _, row, shape in marks(section)] == [(0, "o"), (1, "D"), (2, "o"), (3, "D")]
 
 
-def test_without_the_rigid_body_the_true_added_mass_stays_unknown():
-    section = identification_section(identification(MASS, added_mass(MASS, shape())), {"M_u": 111.6})
-    assert section.tables[0].rows[1][4:6] == ("—", "—")
-
-
-def test_a_heading_tells_which_dive_it_is_of():
-    assert identification_section(identification(MASS)).heading == (
-        "Identified parameters: dive-7, hovering, likelihood"
-    )
-    assert "Recording dive-7: 6 min 58 s, 10\u00a0442 samples used." in (
-        identification_section(identification(MASS)).text
-    )
-    assert dive_section(straight_dive()).heading == "Recording: dive-7"
-    assert training_section({}, dive="dive-7").heading == "Training: dive-7"
-
-
 @pytest.mark.parametrize("outcome", [o for o in Outcome if o is not Outcome.CONVERGED])
 def test_an_outcome_other_than_converged_is_a_warning_with_the_notes_that_explain_it(outcome: Outcome):
+    doubt = Doubt(("M_u",), "In surge the recorded velocity can't be what the controller used.")
+    partly = identification_section(replace(identification(MASS), doubts=(doubt,)))
+    assert partly.warning.split("\n\n") == ["Warning: some of these values are in doubt", doubt.sentence]
+    assert doubt.sentence not in partly.text
     section = identification_section(replace(identification(MASS, UNKNOWN), outcome=outcome))
     headline, meaning, *why = section.warning.split("\n\n")
     assert headline == f"Warning: {outcome.value}"
@@ -164,25 +149,15 @@ def test_an_outcome_other_than_converged_is_a_warning_with_the_notes_that_explai
     assert "The DVL is late." not in section.text
 
 
-def test_a_doubt_about_a_part_of_a_converged_answer_is_a_warning_too():
-    doubt = Doubt(("M_u",), "In surge the recorded velocity can't be what the controller used.")
-    section = identification_section(replace(identification(MASS), doubts=(doubt,)))
-    assert section.warning.split("\n\n") == ["Warning: some of these values are in doubt", doubt.sentence]
-    assert doubt.sentence not in section.text
-    assert "The DVL is late." in section.text
-
-
 def test_a_parameter_tells_its_partner_and_what_came_from_the_prior():
     mass = replace(MASS, partner=Partner("D_u", -0.5), share_from_prior=0.25)
-    (table, _) = identification_section(identification(mass, INERTIA)).tables
+    hardly = replace(INERTIA, partner=Partner("D_r", 0.02))
+    section = identification_section(identification(mass, hardly))
+    assert "truth" not in section.text + section.figures[0].caption
+    (table, _) = section.tables
+    assert "Truth" not in table.columns
     assert table.columns[4:7] == ("Standard error", "Partner", "From prior")
     assert [row[4:7] for row in table.rows] == [("0.63 %", "D_u −0.50", "25 %"), ("1.7 %", "—", "—")]
-
-
-def test_a_partner_of_no_correlation_is_a_dash():
-    mass = replace(MASS, partner=Partner("D_u", 0.02))
-    (table, _) = identification_section(identification(mass)).tables
-    assert table.rows[0][5] == "—"
 
 
 def test_what_was_fitted_beside_the_coefficients_stands_by_axis_in_words_with_units():
@@ -210,24 +185,6 @@ def test_what_was_fitted_beside_the_coefficients_stands_by_axis_in_words_with_un
     ]  # fmt: skip
 
 
-def test_nothing_fitted_beside_the_coefficients_makes_no_table():
-    assert nuisance_tables({}, {}) == ()
-
-
-def test_without_a_truth_there_is_no_talk_of_one():
-    section = identification_section(identification(MASS))
-    assert "Truth" not in section.tables[0].columns
-    assert "truth" not in section.text
-    assert "truth" not in section.figures[0].caption
-
-
-def test_the_mark_of_a_parameter_tells_by_its_shape_whether_its_interval_holds_the_truth():
-    section = identification_section(identification(MASS, INERTIA), {"M_u": 111.6, "I_r": 16.0})
-    (mass, above, disc), (inertia, below, diamond) = marks(section)
-    assert (above, disc, below, diamond) == (0, "o", 1, "D")
-    assert mass > 0 > inertia
-
-
 def test_an_interval_that_would_dwarf_the_others_ends_in_arrows():
     wide = estimate("M_w", 100.0, 500.0, -900.0, 1100.0)
     section = identification_section(identification(MASS, INERTIA, wide))
@@ -249,18 +206,6 @@ def test_intervals_of_different_but_ordinary_width_are_drawn_whole(half_percent:
     ends = [float(line.get_xdata()[-1]) for line in box.get_lines() if len(line.get_xdata()) == 2]
     assert ends[: len(half_percent)] == pytest.approx(half_percent)
     assert max(ends) < box.get_xlim()[1]
-
-
-def test_an_outlier_among_exact_values_leaves_a_plot():
-    exact = [estimate("M_u", 100.0, 0.0, 100.0, 100.0)] * 2
-    wide = estimate("M_w", 100.0, 15.0, 70.0, 130.0)
-    assert ">" in [shape for *_, shape in marks(identification_section(identification(*exact, wide)))]
-
-
-def test_an_identification_of_nothing_has_its_reasons_and_no_figure():
-    section = identification_section(identification(UNKNOWN), {"I_q": 15.5})
-    assert section.figures == ()
-    assert section.tables[0].rows[0][4:6] == ("15.50", "—")
 
 
 def straight_dive() -> Dive:
@@ -287,14 +232,16 @@ def straight_dive() -> Dive:
 
 
 def test_a_dive_shows_its_signals_with_rate_gap_and_what_was_unknown():
-    (table,) = dive_section(straight_dive()).tables
+    (table,) = dive_section(straight_dive(), Water()).tables
     rows = {row[0]: row[1:] for row in table.rows}
     assert rows["velocity over the bottom"] == ("2\u00a0000", "10.0 Hz", "0.10 s", "1.0 %")
     assert rows["thruster commands"][2] == "3.2 s"
 
 
 def test_a_dive_says_where_it_comes_from_its_mode_its_notes_and_counts():
-    text = dive_section(straight_dive()).text
+    section = dive_section(straight_dive(), Water())
+    assert section.heading == "Recording: dive-7"
+    text = section.text
     for words in (
         "dive-7.tlog",
         "3 min 20 s",
@@ -308,7 +255,7 @@ def test_a_dive_says_where_it_comes_from_its_mode_its_notes_and_counts():
 
 
 def test_a_dive_shows_path_speeds_depth_and_thrusters():
-    path, speeds, depth, thrusters = dive_section(straight_dive()).figures
+    path, speeds, depth, thrusters = dive_section(straight_dive(), Water()).figures
     assert "transducer, 100 m," in path.caption
     assert "20 of 2\u00a0000 velocities lacked bottom lock" in path.caption
     assert boxes(path)[0].get_legend_handles_labels()[1] == ["start", "end"]
@@ -325,26 +272,17 @@ def test_speeds_say_what_measured_them():
     spin = Signal(np.arange(5.0), np.zeros((5, 3)))
     both = replace(dive, gyro=spin, velocity_is_filtered=True)
     gyros = replace(dive, velocity=None, gyro=spin, fog=Signal(np.arange(5.0), np.zeros((5, 1))))
-    assert dive_section(dive).figures[1].caption == "Speeds in body axes: velocity at the DVL's transducer."
-    assert dive_section(both).figures[1].caption == (
+    assert (
+        dive_section(dive, Water()).figures[1].caption
+        == "Speeds in body axes: velocity at the DVL's transducer."
+    )
+    assert dive_section(both, Water()).figures[1].caption == (
         "Speeds in body axes: velocity from an autopilot's own filter, yaw rate of the IMU."
     )
-    assert dive_section(gyros).figures[0].caption == "Speeds in body axes: yaw rate of the fibre-optic gyro."
-
-
-def test_a_dropout_is_a_gap_in_the_line():
-    thrusters = dive_section(straight_dive()).figures[3]
-    time_s, command = boxes(thrusters)[0].get_lines()[0].get_data()
-    assert time_s[np.isnan(command)] == pytest.approx([95.0], abs=0.2)
-
-
-def test_dead_reckoning_goes_where_the_vehicle_went():
-    dive = straight_dive()
-    assert dive.velocity
-    assert dive.attitude
-    east, north = dead_reckon(dive.velocity, dive.attitude)
-    assert east[-1] == pytest.approx(0.5 * 199.9)
-    assert np.abs(north).max() < 1e-9
+    assert (
+        dive_section(gyros, Water()).figures[0].caption
+        == "Speeds in body axes: yaw rate of the fibre-optic gyro."
+    )
 
 
 def test_dead_reckoning_goes_north_when_turned_about_all_axes():
@@ -357,35 +295,24 @@ def test_dead_reckoning_goes_north_when_turned_about_all_axes():
 
 @pytest.mark.parametrize("name", rest_in_soak(["velocity", "pwm", "attitude", "pressure", "ff_mode"]))
 @pytest.mark.parametrize("samples", [0, 1])
-def test_a_dive_with_next_to_nothing_of_a_signal_still_makes_a_page(name: str, samples: int, tmp_path: Path):
+def test_a_dive_with_next_to_nothing_of_a_signal_or_nothing_but_unknowns_still_makes_a_page(
+    name: str, samples: int, tmp_path: Path
+):
     dive = straight_dive()
     signal = dive.signals()[name]
     short = replace(dive, **{name: Signal(signal.time_s[:samples], signal.value[:samples])})
     alone = Dive("x", Path("x"), "", **{name: Signal(signal.time_s[:samples], signal.value[:samples])})
-    report = Report("t", "", "", (dive_section(short), dive_section(alone)))
+    unknown = replace(dive, **{name: Signal(signal.time_s, np.full_like(signal.value, NAN))})
+    sections = tuple(
+        dive_section(each, Water()) for each in (short, alone, unknown, Dive("x", Path("x"), ""))
+    )
+    report = Report("t", "", "", sections)
     assert write_report(tmp_path / "x.html", report).stat().st_size > 1000
 
 
-def test_a_dive_of_nothing_but_unknowns_still_makes_a_section():
-    dive = straight_dive()
-    unknown = {name: Signal(s.time_s, np.full_like(s.value, NAN)) for name, s in dive.signals().items()}
-    assert dive_section(replace(dive, **unknown)).tables[0].rows[0][4] == "100 %"
-
-
-def test_an_empty_dive_makes_an_empty_section():
-    section = dive_section(Dive("x", Path("x.tlog"), ""))
-    assert (section.tables, section.figures) == ((), ())
-
-
 def test_training_shows_one_curve_a_parameter_with_its_unit_and_last_value():
-    section = training_section(
-        {"M_u": np.array([80.0, 111.63]), "loss": np.array([3.0, 0.5])}, {"loss": "N²"}
-    )
-    assert titles(section.figures[0]) == ["M_u, kg; last 111.6", "loss, N²; last 0.5000"]
-
-
-def test_no_training_makes_an_empty_section():
-    assert training_section({}).figures == ()
+    figure = training({"M_u": np.array([80.0, 111.63]), "loss": np.array([3.0, 0.5])})
+    assert titles(figure) == ["M_u, kg; last 111.6", "loss, 1; last 0.5000"]
 
 
 def test_white_innovations_look_white_and_coloured_ones_do_not():
@@ -406,19 +333,7 @@ def test_autocorrelation_leaves_out_pairs_with_a_nan():
 def test_innovations_are_judged_by_size_and_share_beyond_the_limits():
     value = np.array([0.0, 3.0, 0.0, -3.0, NAN])[:, None]
     section = innovations_section(
-        {"surge": Signal(np.arange(5.0), value), "sway": Signal(np.zeros(0), np.zeros((0, 1)))}
+        {"surge": Signal(np.arange(5.0), value), "sway": Signal(np.zeros(0), np.zeros((0, 1)))}, "dive-7"
     )
     assert "surge: root mean square 2.12 (1 is expected), 50 % beyond" in section.text
     assert len(section.figures) == 1
-
-
-@pytest.mark.soak
-def test_a_real_recording_makes_a_page_of_moderate_size(tmp_path: Path):
-    recording = SHARED / "sealed" / "open_1" / "dive.tlog.gz"
-    if not recording.exists():
-        pytest.skip("needs the recordings of the shared folder")
-    from identify.ingest.open import read_dive
-
-    section = dive_section(read_dive(recording))
-    assert len(section.figures) == 4
-    assert write_report(tmp_path / "x.html", Report("t", "", "", (section,))).stat().st_size < 400_000

@@ -11,7 +11,7 @@ import pytest
 from bridge.vehicle.references import DoubleS
 from identify.dive import Array, Dive, Signal
 from identify.glance.following import Followed, followed
-from identify.validate import PHASES, compare, delay, phases, tracking_errors
+from identify.validate import PHASES, compare, phases, tracking_errors
 
 RATE_HZ = 20.0
 RISE_S, HOLD_S = 5.0, 15.0
@@ -47,10 +47,16 @@ def dive(offset_m_s: float = 0.0, lag_s: float = 0.0) -> Dive:
     )  # fmt: skip
 
 
-def test_a_constant_error_is_found_in_every_phase() -> None:
+def test_a_constant_error_is_found_in_every_phase_and_where_bottom_lock_is_lost() -> None:
     surge = tracking_errors(dive(offset_m_s=-0.02)).axis("surge")
     assert [surge.phase(name) for name in PHASES] == pytest.approx([0.02] * 4)
     assert surge.unit == "m/s"
+    assert (surge.pid_effort, surge.pid_magnitude, surge.pid_minus_ff) == pytest.approx((-5.0, 5.0, 8.0))
+    whole = dive(offset_m_s=0.02)
+    value = whole.velocity.value.copy()
+    value[::3] = np.nan
+    without_lock = replace(whole, velocity=Signal(whole.velocity.time_s, value))
+    assert tracking_errors(without_lock).axis("surge").overall == pytest.approx(0.02)
 
 
 def test_phases_follow_the_reference_derivative() -> None:
@@ -62,28 +68,18 @@ def test_phases_follow_the_reference_derivative() -> None:
     assert time_s[of.deceleration][[0, -1]] == pytest.approx([25 + edge_s, 30 - edge_s], abs=0.06)
     assert not of.any[time_s < 5.0].any()
     assert not (of.acceleration & of.steady).any()
+    backward = phases(-velocity, -slope)
+    assert np.array_equal(of.acceleration, backward.acceleration)
+    assert np.array_equal(of.deceleration, backward.deceleration)
 
 
-def test_going_backwards_speeds_up_with_a_negative_derivative() -> None:
-    _, velocity, slope = surge_reference()
-    forward, backward = phases(velocity, slope), phases(-velocity, -slope)
-    assert np.array_equal(forward.acceleration, backward.acceleration)
-    assert np.array_equal(forward.deceleration, backward.deceleration)
-
-
-@pytest.mark.parametrize("lag_s", [0.0, 0.3, 1.0])
+@pytest.mark.parametrize("lag_s", [0.0, 1.0])
 def test_a_late_response_shows_its_delay_and_errors_only_while_the_speed_changes(lag_s: float) -> None:
     surge = tracking_errors(dive(lag_s=lag_s)).axis("surge")
     assert surge.delay_s == pytest.approx(lag_s, abs=0.01)
     # While speeding up the mean error is the reference's rise over the delay.
     assert surge.acceleration == pytest.approx(0.4 / RISE_S * lag_s, rel=0.15, abs=1e-9)
     assert surge.acceleration_less_delay < 1e-3
-
-
-def test_the_delay_of_a_response_that_never_moves_is_unknown() -> None:
-    time_s, velocity, _ = surge_reference()
-    still = Signal(time_s, np.zeros((len(time_s), 1)))
-    assert math.isnan(delay(Signal(time_s, velocity[:, None]), still))
 
 
 def noisy(sigma_m_s: float, seed: int, **how: float) -> Dive:
@@ -129,20 +125,6 @@ def test_a_speed_held_for_less_than_two_seconds_is_no_speed_held() -> None:
     assert short.speeds == ()
 
 
-def test_wrenches_are_taken_in_steady_state() -> None:
-    surge = tracking_errors(dive()).axis("surge")
-    assert (surge.pid_effort, surge.pid_magnitude, surge.pid_minus_ff) == pytest.approx((-5.0, 5.0, 8.0))
-
-
-def test_samples_without_bottom_lock_count_for_nothing() -> None:
-    whole = dive(offset_m_s=0.02)
-    value = whole.velocity.value.copy()
-    value[::3] = np.nan
-    gappy = replace(whole, velocity=Signal(whole.velocity.time_s, value))
-    surge = tracking_errors(gappy).axis("surge")
-    assert surge.overall == pytest.approx(0.02)
-
-
 def test_a_linear_heading_reference_has_only_a_steady_state() -> None:
     """The paper's yaw reference: the rate jumps to its value, and its derivative is never told."""
     time_s = np.arange(800) / RATE_HZ
@@ -173,17 +155,9 @@ def test_the_table_compares_modes_row_by_row() -> None:
     assert rows[1].values == pytest.approx((0.03, 0.02, 0.01))
 
 
-def test_a_dive_without_a_reference_has_no_errors() -> None:
-    assert tracking_errors(replace(dive(), nu_ref=None)).axes == ()
-
-
-def test_only_axes_that_the_reference_moves_along_have_curves() -> None:
-    (surge,) = followed(dive())
-    assert (surge.axis, surge.unit, surge.wrench_unit) == ("surge", "m/s", "N")
-
-
 def test_curves_are_means_of_what_was_recorded() -> None:
     (surge,) = followed(dive(offset_m_s=-0.02), points=100)
+    assert (surge.axis, surge.unit, surge.wrench_unit) == ("surge", "m/s", "N")
     assert len(surge.time_s) in (99, 100)
     assert surge.measured - surge.reference == pytest.approx(np.full(len(surge.time_s), -0.02), abs=1e-12)
     assert surge.tau_pid == pytest.approx(np.full(len(surge.time_s), -5.0))
@@ -211,20 +185,14 @@ def test_a_gap_stays_a_gap_and_a_slow_signal_is_held() -> None:
     assert np.isfinite(held.measured).all()
 
 
-def test_what_was_not_recorded_is_unknown_and_a_dive_without_reference_has_no_curves() -> None:
+def test_what_was_not_recorded_is_unknown_and_a_dive_without_reference_has_neither_curves_nor_errors() -> (
+    None
+):
     (surge,) = followed(replace(dive(), tau_ff=None))
     assert np.isnan(surge.tau_ff).all()
+    assert set(surge.to_json()["tau_ff"]) == {None}
     assert followed(replace(dive(), nu_ref=None)) == ()
-
-
-def test_they_are_written_in_few_digits() -> None:
-    (surge,) = followed(dive(offset_m_s=1 / 3), points=50)
-    data = surge.to_json()
-    assert data["measured"][0] == 0.3333
-    assert data["step_s"] == pytest.approx(0.8, rel=0.01)
-    assert len(data["reference"]) == len(surge.time_s)
-    (surge,) = followed(replace(dive(), tau_pid=None), points=50)
-    assert set(surge.to_json()["tau_pid"]) == {None}
+    assert tracking_errors(replace(dive(), nu_ref=None)).axes == ()
 
 
 def test_what_was_written_is_read_back_and_a_gap_stays_one() -> None:
@@ -232,6 +200,7 @@ def test_what_was_written_is_read_back_and_a_gap_stays_one() -> None:
     value = whole.velocity.value.copy()
     value[len(value) // 2 :] = np.nan
     (surge,) = followed(replace(whole, velocity=Signal(whole.velocity.time_s, value)), points=50)
+    assert surge.to_json()["measured"][0] == 0.3333
     again = Followed.from_json(json.loads(json.dumps(surge.to_json())))
     assert (again.axis, again.unit, again.wrench_unit) == ("surge", "m/s", "N")
     assert again.time_s == pytest.approx(surge.time_s)

@@ -52,6 +52,9 @@ def test_it_shows_the_plan_and_the_intervals_and_writes_what_simulate_dives(here
     assert main(["plan", "--vehicle", "ruvifist:hovering", "--json", "plan.json", *QUICK]) == 0
     shown = capsys.readouterr().out
     assert "yaw: square wave ±" in shown
+    assert "± after" in shown
+    assert "this dive alone" not in shown
+    assert "*" not in shown
     assert "seatrial simulate --vehicle ruvifist:hovering --mission plan.yaml" in shown
     told = json.loads((here / "plan.json").read_text())
     assert load_mission(here / "plan.yaml").duration_s == pytest.approx(told["duration_s"])
@@ -103,22 +106,6 @@ def test_what_the_dive_before_doubted_is_marked_and_told_right_under_the_table(h
     told = json.loads((here / "plan.json").read_text())
     assert {p["name"] for p in told["parameters"] if p["doubted"]} == {"I_r", "M_w"}
     assert told["notes"][:2] == under
-
-
-def test_without_a_doubt_nothing_is_marked(here, capsys):
-    source = identified(here / "hovering.json", 0.001)
-    assert main(["plan", "--vehicle", "ruvifist", "--after", str(source), "--json", "plan.json", *QUICK]) == 0
-    assert "*" not in capsys.readouterr().out
-    told = json.loads((here / "plan.json").read_text())
-    assert not any(parameter["doubted"] for parameter in told["parameters"])
-
-
-@pytest.mark.usefixtures("here")
-def test_where_nothing_is_known_before_nothing_is_said_of_joining(capsys):
-    assert main(["plan", "--vehicle", "ruvifist:hovering", *QUICK]) == 0
-    shown = capsys.readouterr().out
-    assert "± after" in shown
-    assert "this dive alone" not in shown
 
 
 def test_the_same_manoeuvre_several_times_over_is_one_row():

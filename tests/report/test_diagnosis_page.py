@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_diagnoses import LIBRARY, NAN, UNKNOWN, Text, diagnosis, effect, found, gap, page_of, places, read
+from made_diagnoses import LIBRARY, NAN, UNKNOWN, Text, diagnosis, effect, found, gap, places, read
 
 from identify.diagnose import wording
 from identify.diagnose.candidates import Cause
@@ -45,31 +45,6 @@ def test_where_there_is_no_gap_the_page_shows_no_shares_of_it_and_no_empty_pictu
     assert "There is no gap, so it lies nowhere" not in read(diagnosis())
 
 
-def test_a_table_of_many_columns_breaks_its_headings_before_it_leaves_the_page():
-    assert ".scroll thead th { white-space: normal; }" in page_of(diagnosis())
-
-
-def test_the_drift_of_the_whole_dive_stands_beside_those_that_the_verdict_tells_of():
-    assert wording.shrink_lines(diagnosis(check=None))[0] == (
-        "Over the whole dive, which was fitted: the 5 s drift goes from 3.4 floors to 0.85 floors."
-    )
-    page = read(diagnosis())
-    assert "fitted: the whole dive\n3.40\n0.849" in page
-    assert "a dive without any gap comes to 0.8 to 1.2" in page
-
-
-def test_the_page_stands_alone_and_runs_nothing():
-    page = Text(page_of(diagnosis()))
-    tags = {tag for tag, _ in page.attributes}
-    assert not {"script", "link", "img", "iframe", "object", "form"} & tags
-    assert not [
-        a
-        for _, a in page.attributes
-        for key, value in a.items()
-        if "http" in (value or "") and key != "xmlns"
-    ]
-
-
 def test_the_parts_come_in_the_order_in_which_a_crew_asks():
     html = render_report(
         diagnosis_report(diagnosis(next=Next(("a coast-down",), (), ("quadratic_drag", "inflow_loss"))))
@@ -105,6 +80,11 @@ def test_the_drift_stands_before_and_after_by_degree_of_freedom():
 
 def test_predicted_and_measured_shrink_stand_side_by_side():
     page = read(diagnosis())
+    assert "fitted: the whole dive\n3.40\n0.849" in page
+    assert "a dive without any gap comes to 0.8 to 1.2" in page
+    assert wording.shrink_lines(diagnosis(check=None))[0] == (
+        "Over the whole dive, which was fitted: the 5 s drift goes from 3.4 floors to 0.85 floors."
+    )
     assert "predicted: pieces held out\n3.40\n1.25\n90 %\n84 % to 94 %" in page
     assert "measured: the check dive\n3.10\n1.30\n86 %\n79 % to 92 %" in page
     assert "What was predicted and what was measured are 4 points apart." in page
@@ -131,6 +111,8 @@ def test_the_verdict_says_cause_place_speed_and_what_the_drift_falls_to():
         "Quadratic drag explains the gap: 71 % of it is in surge, steady, mostly above 0.30 m/s; "
         "with it the model's 5 s drift falls from 3.4 to 0.85 floors."
     )
+    two = diagnosis(findings=(found("quadratic_drag"), found("weak_thruster", 3)))
+    assert wording.verdict_sentence(two).startswith("Quadratic drag and weak thruster 3 explain the gap: ")
 
 
 @pytest.mark.parametrize(
@@ -150,11 +132,6 @@ def test_a_check_dive_that_does_not_bear_the_cause_out_is_told_in_the_headline()
     but = "but the check dive does not bear that out (98 % of what can be closed was foretold to close there, and "
     assert but in wording.verdict_sentence(told)
     assert but in wording.verdict_sentence(replace(told, verdict="unknown"))
-
-
-def test_two_causes_are_named_as_two():
-    said = wording.verdict_sentence(diagnosis(findings=(found("quadratic_drag"), found("weak_thruster", 3))))
-    assert said.startswith("Quadratic drag and weak thruster 3 explain the gap: ")
 
 
 def test_causes_that_can_not_be_told_apart_are_named_together():
@@ -203,6 +180,8 @@ def test_what_no_candidate_explains_is_described():
         "fixed to the world, even in speed, intermittent, and goes with heading and yaw rate. Quadratic drag explains "
         "part of the gap."
     )
+    left = replace(gap(), unexplained_where=(Share("yaw", "turning", 1.0),))
+    assert "explains: 100 % of it is in yaw, turning; " in wording.verdict_sentence(replace(said, gap=left))
     page = read(said)
     assert "What no candidate explains: It acts in yaw. It is fixed to the world." in page
     assert "It goes with heading and yaw rate." in page
@@ -222,6 +201,7 @@ def test_a_cause_less_probable_than_not_is_told_as_possible():
 
 def test_what_is_recorded_and_not_the_motion_is_never_said_to_make_the_drift_fall():
     heard = Finding(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, 0.9, {}, 0.0)
+    assert "rests on another test" in read(diagnosis(findings=(heard,)))
     said = wording.verdict_sentence(
         diagnosis(findings=(heard,), heldout=Shrink(0.99, 0.99, NAN, NAN, NAN), check=None)
     )
@@ -309,22 +289,12 @@ def test_the_verdict_and_its_lines_tell_the_drift_in_absolute_terms_by_degree_of
     )
     assert yaw.startswith("On the check dive, yaw: the 5 s drift goes from 1.1 °/s to 1.0 °/s")
     assert pooled.startswith("On the check dive, all together: the 5 s drift goes from 3.1 floors to 1.3")
-
-
-def test_a_drift_that_grows_in_a_degree_of_freedom_does_not_fall():
-    worse = replace(YAW, after=0.03)
+    worse, same = replace(YAW, after=0.03), replace(YAW, value=NAN)
     assert wording.changes(Shrink(2.0, 2.0, 0.0, NAN, NAN, by_axis=(worse, SURGE))).startswith("goes ")
-    same = replace(YAW, value=NAN)
     assert wording.changes(Shrink(2.0, 2.0, 0.0, NAN, NAN, by_axis=(same,))) == ""
 
 
-def test_a_cause_that_no_nats_speak_for_is_said_to_rest_on_another_test():
-    heard = Finding(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, 0.9, {}, 0.0)
-    assert "rests on another test" in read(diagnosis(findings=(heard,)))
-    assert "rests on another test" not in read(diagnosis())
-
-
-def test_parameters_have_units_and_intervals_that_a_crew_reads():
+def test_parameters_have_units_and_intervals_that_a_crew_reads_and_no_cause_is_certain():
     assert (
         wording.value_words("X_uu", Value(12.34, "N s2/m2", 10.1, 14.5))
         == "X_uu 12.3 N s²/m² (95 %: 10.1 to 14.5)"
@@ -335,12 +305,11 @@ def test_parameters_have_units_and_intervals_that_a_crew_reads():
         wording.value_words("low_end_loss", Value(0.2, "1", 0.1, 0.3))
         == "low end loss 0.20 (95 %: 0.10 to 0.30)"
     )
-
-
-def test_no_cause_is_ever_told_as_certain():
-    assert wording.percent_sure(1.0) == "over 99 %"
-    assert wording.percent_sure(0.0) == "under 1 %"
-    assert wording.percent_sure(0.87) == "87 %"
+    assert [wording.percent_sure(p) for p in (1.0, 0.0, 0.87)] == ["over 99 %", "under 1 %", "87 %"]
+    assert wording.candidate_words(effect("weak_thruster", 8)) == "weak thruster 8"
+    assert wording.candidate_words(effect("thruster_misalignment", 2)).startswith(
+        "thruster misalignment (thruster 2)"
+    )
 
 
 @pytest.mark.usefixtures("rendered")
@@ -365,34 +334,18 @@ def test_every_candidate_stands_once_in_its_best_form_and_the_accepted_one_is_ma
 
 
 @pytest.mark.usefixtures("rendered")
-def test_a_candidate_that_is_less_probable_than_not_is_possible_and_not_accepted():
+def test_a_candidate_that_is_possible_or_was_not_accepted_says_so_and_why():
     drag = replace(found("quadratic_drag"), probability=0.42)
     page = Text(render_report(diagnosis_report(diagnosis(findings=(drag,)))))
     assert page.lines[page.lines.index("quadratic drag (possible: 42 % probable)") + 1] == "61 nats"
     assert not [line for line in page.lines if line.endswith(": accepted")]
+    why = Tried(replace(effect("waves"), variant="2.25 and 2.33 s"), 20.0, False, "30 nats are asked for")
+    tried = read(diagnosis(tried=(*diagnosis().tried, why)))
+    assert "waves (2.25 and 2.33 s) (30 nats are asked for)\n20 nats" in tried
     half = replace(drag, probability=0.5)
     assert (
         "quadratic drag: accepted" in Text(render_report(diagnosis_report(diagnosis(findings=(half,))))).lines
     )
-
-
-@pytest.mark.usefixtures("rendered")
-def test_a_candidate_that_would_save_enough_and_was_not_accepted_says_why():
-    why = Tried(
-        replace(effect("waves"), variant="2.25 and 2.33 s"),
-        20.0,
-        False,
-        "too little here: 30 nats are asked for",
-    )
-    page = read(diagnosis(tried=(*diagnosis().tried, why)))
-    assert "waves (2.25 and 2.33 s) (too little here: 30 nats are asked for)\n20 nats" in page
-
-
-def test_one_thruster_is_named_once_with_its_number():
-    assert wording.candidate_words(effect("weak_thruster", 8)) == "weak thruster 8"
-    turned = effect("thruster_misalignment", 2)
-    assert wording.candidate_words(turned).startswith("thruster misalignment (thruster 2)")
-    assert wording.effect_words(effect("weak_thruster", 8)) == "weak thruster 8"
 
 
 def test_the_feed_forward_s_gain_is_told_in_millimetres_a_second_and_where_there_is_none_why():
@@ -416,32 +369,41 @@ def test_what_to_dive_next_says_what_it_splits():
     assert "Record as well: shaft speeds." in read(said)
 
 
-def test_no_speed_is_named_below_which_a_vehicle_counts_as_at_rest():
+def test_a_speed_is_named_only_above_that_of_rest_and_where_the_gap_goes_with_it():
     def above(low: float) -> str:
         slices = (Slice("surge", "speed", 0.0, low, 0.01), Slice("surge", "speed", low, 0.6, 0.82))
         return wording.where_sentence(replace(gap(), slices=slices))
 
     assert above(0.057).endswith("in surge, steady, mostly above 0.06 m/s")
     assert above(0.0041).endswith("in surge, steady")
+    even = tuple(Slice("surge", "speed", 0.2 * k, 0.2 * (k + 1), 0.3) for k in range(3))
+    assert wording.where_sentence(replace(gap(), slices=even)).endswith("in surge, steady")
 
 
-def test_of_what_no_candidate_explains_it_is_told_where_that_lies_and_not_where_the_whole_gap_does():
-    left = replace(gap(), unexplained_where=(Share("yaw", "turning", 1.0),))
-    said = wording.verdict_sentence(diagnosis(verdict="unknown", character=UNKNOWN, gap=left))
-    assert said.startswith("Something is there that no candidate explains: 100 % of it is in yaw, turning; ")
-
-
-def test_a_gap_that_is_spread_is_told_by_its_degree_of_freedom():
-    spread = tuple(
-        Share(dof, phase, share)
-        for dof, phase, share in (
-            ("surge", "steady", 0.35),
-            ("surge", "turning", 0.25),
-            ("sway", "steady", 0.4 - 1e-9),
-        )
-    )
-    where = wording.where_sentence(replace(gap(), where=spread, slices=()))
-    assert where == "60 % of it is in surge, most of that steady"
+@pytest.mark.parametrize(
+    ("shares", "said"),
+    [
+        (
+            {("surge", "steady"): 0.35, ("surge", "turning"): 0.25, ("sway", "steady"): 0.4 - 1e-9},
+            "60 % of it is in surge, most of that steady",
+        ),
+        (
+            {
+                ("surge", "steady"): 0.19,
+                ("surge", "turning"): 0.15,
+                ("surge", "rest"): 0.06,
+                ("yaw", "steady"): 0.3,
+                ("sway", "steady"): 0.3,
+            },
+            "40 % of it is in surge, the largest part of that steady",
+        ),
+    ],
+)
+def test_a_gap_that_is_spread_is_told_by_its_degree_of_freedom(
+    shares: dict[tuple[str, str], float], said: str
+):
+    spread = tuple(Share(*place, share) for place, share in shares.items())
+    assert wording.where_sentence(replace(gap(), where=spread, slices=())) == said
 
 
 def test_a_degree_of_freedom_that_drifts_most_without_the_most_force_is_named():
@@ -462,24 +424,6 @@ def test_a_degree_of_freedom_that_drifts_most_without_the_most_force_is_named():
     assert wording.where_note(replace(sway, before=1.1)) == ""
 
 
-def test_most_is_not_said_of_what_is_no_more_than_half():
-    shares = (
-        ("surge", "steady", 0.19),
-        ("surge", "turning", 0.15),
-        ("surge", "rest", 0.06),
-        ("yaw", "steady", 0.3),
-    )
-    rest = Share("sway", "steady", 0.3)
-    spread = (*(Share(dof, phase, share) for dof, phase, share in shares), rest)
-    where = wording.where_sentence(replace(gap(), where=spread, slices=()))
-    assert where == "40 % of it is in surge, the largest part of that steady"
-
-
-def test_speed_is_not_named_where_the_gap_does_not_go_with_it():
-    even = tuple(Slice("surge", "speed", 0.2 * k, 0.2 * (k + 1), 0.3) for k in range(3))
-    assert wording.where_sentence(replace(gap(), slices=even)).endswith("in surge, steady")
-
-
 def test_the_largest_parts_come_first_and_nothing_is_named_that_rounds_to_none():
     assert wording.where_lines(diagnosis()) == (
         "71 % surge, steady",
@@ -490,11 +434,12 @@ def test_the_largest_parts_come_first_and_nothing_is_named_that_rounds_to_none()
     assert wording.where_lines(diagnosis(gap=tiny)) == ("100 % surge, at rest",)
 
 
-def test_a_depth_that_stays_the_same_is_not_sliced():
+def test_what_stays_the_same_is_not_sliced_and_a_slice_that_is_the_whole_is_not_shown():
     still = replace(
         gap(), slices=tuple(Slice("surge", "depth", 0.6 + 1e-4 * k, 0.6001 + 1e-4 * k, 0.3) for k in range(3))
     )
     assert "0.60 to 0.60" not in read(diagnosis(gap=still))
+    assert "voltage\n" not in read(diagnosis())
 
 
 @pytest.mark.usefixtures("rendered")
@@ -502,7 +447,3 @@ def test_slices_are_in_the_units_of_what_they_slice_by():
     page = read(diagnosis())
     for told in ("0.30 to 0.60 m/s", "0° to 180°", "2.0 to 5.0 m", "5.0 to 7.5 m"):
         assert told in page
-
-
-def test_a_slice_that_is_the_whole_says_nothing_and_is_not_shown():
-    assert "voltage\n" not in read(diagnosis())

@@ -29,10 +29,6 @@ def test_the_map_shows_each_share_and_its_sums_and_shades_the_largest():
     assert [label.get_text() for label in box.get_yticklabels()] == ["at rest", "steady", "all"]
 
 
-def test_a_map_of_nothing_is_a_map():
-    assert not drawn(heatmap(("steady",), ("surge",), np.zeros((1, 1)))).texts
-
-
 def test_bars_are_no_longer_than_their_room_and_never_negative():
     box = drawn(bars((Bar("a", 1.3, "7 N", "accepted"), Bar("b", -0.2, "−1 N"), Bar("<c>", 0.5, "1 N"))))
     assert [bar.get_width() for bar in box.patches] == [1.0, 0.0, 0.5]

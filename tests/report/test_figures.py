@@ -11,8 +11,16 @@ import pytest
 from bridge.errors import LogError
 from bridge.vehicle.config import load_vehicle
 from identify.dive import Dive, Signal
-from identify.report.page import Figure, Report, Section, provenance, render_report, with_provenance
-from identify.report.picture import file_name, write_figures
+from identify.report.page import (
+    Figure,
+    Report,
+    Section,
+    file_name,
+    provenance,
+    render_report,
+    with_provenance,
+    write_figures,
+)
 from identify.report.plot import Line, lines_panel, stack
 from tui.pages import settings
 
@@ -32,6 +40,9 @@ def test_each_figure_is_two_files_and_one_name_twice_is_told_apart(tmp_path: Pat
     assert [path.name for path in written] == names
     assert sorted(path.name for path in (tmp_path / "new" / "figures").iterdir()) == sorted(names)
     assert all(path.stat().st_size > 1000 for path in written)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(LogError, match="file/f: the figures can't be written"):
+        write_figures(tmp_path / "file" / "f", Report("t", "", "", (first,)))
 
 
 @pytest.mark.parametrize(
@@ -45,14 +56,6 @@ def test_each_figure_is_two_files_and_one_name_twice_is_told_apart(tmp_path: Pat
 )
 def test_a_name_is_taken_by_every_file_system(words: str, name: str):
     assert file_name(words) == name
-
-
-def test_a_place_that_cannot_be_written_is_named(tmp_path: Path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(LogError, match="file/f: the figures can't be written"):
-        write_figures(
-            tmp_path / "file" / "f", Report("t", "", "", (Section("a", figures=(figure("depth"),)),))
-        )
 
 
 FILE = load_vehicle("ruvifist:hovering")
@@ -80,17 +83,14 @@ def test_a_hash_is_broken_where_its_table_would_leave_the_page_and_shorter_words
     assert "\ntd.long { overflow-wrap: anywhere; }\n" in page
 
 
-def test_the_versions_of_what_computed_are_told():
-    rows = dict(provenance([], FILE, {}).tables[1].rows)
-    assert rows["Python"] == platform.python_version()
-    assert (rows["numpy"], rows["torch"]) == (version("numpy"), version("torch"))
-    assert "seatrial" in rows
-
-
-def test_provenance_ends_the_page():
+def test_provenance_ends_the_page_with_versions_and_settings():
     report = with_provenance(Report("t", "s", "v", (Section("Part"),)), [], FILE, {"method": "pinn"})
     assert [section.heading for section in report.sections] == ["Part", "Provenance"]
     assert report.sections[-1].tables[-1].rows == (("method", "pinn"),)
+    rows = dict(report.sections[-1].tables[1].rows)
+    assert rows["Python"] == platform.python_version()
+    assert (rows["numpy"], rows["torch"]) == (version("numpy"), version("torch"))
+    assert "seatrial" in rows
 
 
 def test_settings_are_what_was_given_and_where_results_go_is_none_of_them():

@@ -10,13 +10,12 @@ import pytest
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
-from identify.glance.criteria import Criterion, Raising
+from identify.glance.raising import Criterion, Raising
 from identify.report.page import Figure, Report, render_report
 from identify.report.plot import HATCHES, Group, grouped, stack
-from identify.report.tracking import error_line
-from identify.report.validation import validation_report, verdict
+from identify.report.validation import Reference, error_line, tracking_section, validation_report, verdict
 from identify.run.validate import Run, Validation
-from identify.validate import TrackingErrors, tracking_errors
+from identify.validate import METHOD, AxisErrors, SteadyError, TrackingErrors, tracking_errors
 from identify.words import safe
 
 FILE = load_vehicle("ruvifist:hovering")
@@ -24,22 +23,28 @@ AT_ORIGIN = (0.0, 0.0, 0.0)
 
 pytestmark = pytest.mark.usefixtures("sketched")
 
+NAN = math.nan
+SURGE = AxisErrors("surge", "m/s", 0.0091, 0.0036, 0.0048, 0.0051, 0.3, 0.0042, -1.1528, 1.2, 2.4)
+SWAY = AxisErrors("sway", "m/s", 0.0069, 0.0030, 0.0026, 0.0035, 0.25, 0.0031, 1.6706, 1.7, NAN)
+YAW = AxisErrors("yaw", "rad/s", 0.02, 0.01, NAN, 0.015, 1.0, 0.012, 0.5, 0.6, 1.7)
 
-def moving(name: str, late_s: float, dof: int = 0, start_s: float = 0.0) -> Dive:
-    """50 s in which the reference of an axis rises, holds and falls, and the vehicle follows `late_s` later."""
+
+def moving(name: str, late_s: float, dofs: tuple[int, ...] = (0,), start_s: float = 0.0) -> Dive:
+    """50 s in which the reference of each axis rises, holds and falls, and the vehicle follows `late_s` later."""
     time_s = np.arange(0.0, 50.0, 0.05)
     n = len(time_s)
     profile, late = (np.interp(time_s - d, [5, 10, 30, 35], [0.0, 0.4, 0.4, 0.0]) for d in (0.0, late_s))
-    reference, velocity = np.zeros((n, 14)), np.zeros((n, 3))
-    reference[:, dof], reference[:, 6 + dof] = profile, np.gradient(profile, time_s)
-    velocity[:, dof] = late
+    reference, nu = np.zeros((n, 14)), np.zeros((n, 6))
+    for dof in dofs:
+        reference[:, dof], reference[:, 6 + dof] = profile, np.gradient(profile, time_s)
+        nu[:, dof] = late
     at_s = start_s + time_s
     return Dive(
         name,
         Path(f"{name}.tlog"),
         name[0] * 64,
-        velocity=Signal(at_s, velocity),
-        gyro=Signal(at_s, np.zeros((n, 3))),
+        velocity=Signal(at_s, nu[:, :3]),
+        gyro=Signal(at_s, nu[:, 3:]),
         nu_ref=Signal(at_s, reference),
         tau_pid=Signal(at_s, np.ones((n, 6))),
         tau_ff=Signal(at_s, np.zeros((n, 6))),
@@ -61,32 +66,36 @@ def labels(figure: Figure) -> list[str]:
     return [text.get_text() for text in figure.draw(10.0).legends[0].get_texts()]
 
 
-def test_the_verdict_names_the_mode_that_errs_least_and_by_how_much():
-    assert verdict({"PID": errs(0.04), "FF": errs(0.02), "both": errs(0.01)}) == (
-        "'both' errs least: in surge by 0.0100 m/s on average (75 % less than 'PID', 50 % less than 'FF')."
-    )
-
-
-def test_modes_that_err_alike_are_not_told_apart():
-    assert "(like 'shadow')" in verdict({"PID": errs(0.0400), "shadow": errs(0.0401)})
-
-
-def test_axes_with_different_winners_are_told_apart():
-    pid = TrackingErrors("p", (*errs(0.01).axes, *errs(0.04, "sway").axes))
-    both = TrackingErrors("b", (*errs(0.02).axes, *errs(0.01, "sway").axes))
-    assert verdict({"PID": pid, "both": both}) == (
-        "'PID' errs least: in surge by 0.0100 m/s on average (50 % less than 'both'). "
-        "'both' errs least: in sway by 0.0100 m/s on average (75 % less than 'PID')."
-    )
-
-
-def test_one_dive_is_told_without_a_comparison():
-    assert verdict({"PID": errs(0.04)}) == "'PID' errs: in surge by 0.0400 m/s on average."
-
-
-@pytest.mark.parametrize("errors", [{}, {"PID": TrackingErrors("p", ())}, {"PID": errs(math.nan)}])
-def test_where_nothing_can_be_compared_the_verdict_says_so(errors: dict[str, TrackingErrors]):
-    assert verdict(errors).endswith("nothing to compare.")
+@pytest.mark.parametrize(
+    ("errors", "said"),
+    [
+        (
+            {"PID": errs(0.04), "FF": errs(0.02), "both": errs(0.01)},
+            "'both' errs least: in surge by 0.0100 m/s on average (75 % less than 'PID', 50 % less than 'FF').",
+        ),
+        (
+            {"PID": errs(0.0400), "shadow": errs(0.0401)},
+            "'PID' errs least: in surge by 0.0400 m/s on average (like 'shadow').",
+        ),
+        (
+            {
+                "PID": TrackingErrors("p", (*errs(0.01).axes, *errs(0.04, "sway").axes)),
+                "both": TrackingErrors("b", (*errs(0.02).axes, *errs(0.01, "sway").axes)),
+            },
+            "'PID' errs least: in surge by 0.0100 m/s on average (50 % less than 'both'). "
+            "'both' errs least: in sway by 0.0100 m/s on average (75 % less than 'PID').",
+        ),
+        ({"PID": errs(0.04)}, "'PID' errs: in surge by 0.0400 m/s on average."),
+        (
+            {"PID": errs(math.nan)},
+            "No dive has a reference that moves and a measured speed beside it: nothing to compare.",
+        ),
+    ],
+)
+def test_the_verdict_names_the_mode_that_errs_least_and_by_how_much(
+    errors: dict[str, TrackingErrors], said: str
+):
+    assert verdict(errors) == said
 
 
 def test_an_axis_has_its_errors_side_by_side_then_the_curves_of_each_dive_then_table_5():
@@ -126,16 +135,10 @@ def test_the_error_is_measured_less_wanted_without_the_sensor_s_noise():
     assert line.y.std() < 0.02 * math.sqrt(4 * 0.5 / dive.velocity.rate_hz)
 
 
-def test_the_error_is_that_of_the_origin_where_the_dvl_sits_aside():
-    dive = moving("pid", 0.0)
-    turning = Signal(dive.gyro.time_s, np.tile([0.0, 0.0, 0.5], (len(dive.gyro), 1)))
-    line = error_line(0, replace(dive, gyro=turning), (0.0, 0.2, 0.0))
-    assert line.y == pytest.approx(np.full(len(line.y), 0.1), abs=1e-6)
-
-
 def test_a_dive_too_short_or_without_a_velocity_has_no_line_of_its_error():
     dive = moving("pid", 0.0)
     assert error_line(0, replace(dive, velocity=None), AT_ORIGIN) is None
+    assert error_line(0, replace(dive, velocity=Signal(np.zeros(0), np.zeros((0, 3)))), AT_ORIGIN) is None
     assert error_line(0, dive.between(0.0, 0.5), AT_ORIGIN) is None
 
 
@@ -170,3 +173,82 @@ def test_bars_of_a_mode_differ_by_hatch_as_well_as_by_colour():
     hatches = [container.patches[0].get_hatch() or "" for container in box.containers]
     assert hatches == list(HATCHES)
     assert box.get_ylim()[0] == 0.0
+
+
+def test_errors_are_laid_out_like_table_5_with_the_runs_side_by_side():
+    both = TrackingErrors("b", (SURGE, SWAY))
+    alone = TrackingErrors("a", (SURGE,))
+    surge, sway = tracking_section({"PID alone": alone, "Both": both}, {}).tables
+    assert surge.columns == ("Surge motion", "PID alone", "Both")
+    assert surge.rows == (
+        ("Acceleration, m/s", "0.0091", "0.0091"),
+        ("Steady state, m/s", "0.0036", "0.0036"),
+        ("Deceleration, m/s", "0.0048", "0.0048"),
+        ("Overall, m/s", "0.0051", "0.0051"),
+        ("Acceleration, delay taken out, m/s", "0.0042", "0.0042"),
+        ("Delay, ms", "300", "300"),
+        ("Steady |PID|, N", "1.20", "1.20"),
+        ("Steady |PID − feed-forward|, N", "2.40", "2.40"),
+    )
+    assert sway.columns == ("Sway motion", "PID alone", "Both")
+    assert sway.rows[0] == ("Acceleration, m/s", "—", "0.0069")
+    assert sway.rows[-1] == ("Steady |PID − feed-forward|, N", "—", "—")
+
+
+def test_published_errors_stand_in_a_column_of_their_own_with_their_source():
+    values = {("surge", "Acceleration"): 0.0091, ("surge", "Overall"): 0.0051}
+    paper = Reference("Paper, both", "Vangi et al., Table 5", values)
+    errors = {"Both": TrackingErrors("b", (SURGE, YAW))}
+    surge, yaw = tracking_section(errors, {}, paper).tables
+    assert surge.columns == ("Surge motion", "Both", "Paper, both")
+    assert [row[2] for row in surge.rows] == ["0.0091", "—", "—", "0.0051", "—", "—", "—", "—"]
+    assert surge.caption.endswith("Paper, both: Vangi et al., Table 5.")
+    assert yaw.columns == ("Yaw motion", "Both")
+    assert [row[0].rpartition(", ")[2] for row in yaw.rows] == ["rad/s"] * 5 + ["ms", "N m", "N m"]
+    assert yaw.rows[2] == ("Deceleration, rad/s", "—")
+    assert "Vangi" not in yaw.caption
+
+
+def test_the_page_says_how_noise_was_kept_out_of_the_errors_and_how_much_is_left():
+    noisy = replace(SURGE, noise=0.00127)
+    (table,) = tracking_section({"PID": TrackingErrors("a", (noisy,))}, {}).tables
+    assert METHOD in table.caption
+    assert table.caption.endswith("Noise of the sensor that is left in it, m/s rms: PID 0.0013.")
+
+
+def test_the_speeds_held_stand_in_a_table_of_their_own_the_runs_side_by_side():
+    slow, fast = SteadyError(0.2, -0.0012, 0.0004, 4), SteadyError(0.4, 0.0021, NAN, 1)
+    errors = {
+        "FF": TrackingErrors("a", (replace(SURGE, speeds=(slow, fast)),)),
+        "both": TrackingErrors("b", (replace(SURGE, speeds=(fast,)),)),
+        "sway": TrackingErrors("c", (SWAY,)),
+    }
+    *_, by_speed = tracking_section(errors, {}).tables
+    assert by_speed.columns == ("Surge speed, m/s", "FF", "both", "sway")
+    assert by_speed.rows == (
+        ("0.20", "−0.0012 ± 0.0004", "—", "—"),
+        ("0.40", "+0.0021", "+0.0021", "—"),
+    )
+
+
+def test_each_run_has_a_figure_for_each_axis_that_moved():
+    dives = {"PID alone": moving("a", 0.5, (0, 5)), "Both": moving("b", 0.5, (1,))}
+    section = tracking_section({mode: tracking_errors(dive) for mode, dive in dives.items()}, dives)
+    assert [f.caption.partition(":")[0] for f in section.figures] == [
+        "PID alone, surge",
+        "PID alone, yaw",
+        "Both, sway",
+    ]
+    assert [[box.get_title(loc="left") for box in f.draw(10.0).axes] for f in section.figures] == [
+        ["surge speed u, m/s", "error in surge, m/s", "surge force X, N"],
+        ["yaw rate r, rad/s", "error in yaw, rad/s", "yaw moment N, N m"],
+        ["sway speed v, m/s", "error in sway, m/s", "sway force Y, N"],
+    ]
+    words = [text.get_text() for text in section.figures[0].draw(10.0).legends[0].get_texts()]
+    assert words == ["measured", "reference", "PID", "feed-forward"]
+
+
+def test_runs_without_a_reference_make_an_empty_section():
+    dive = Dive("run", Path("run.tlog"), "")
+    section = tracking_section({"Off": tracking_errors(dive)}, {"Off": dive})
+    assert (section.text, section.tables, section.figures) == ("", (), ())

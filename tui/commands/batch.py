@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from bridge.clock import Clock
     from bridge.vehicle.config import VehicleFile
     from identify.batch.drift import Drift
-    from identify.batch.jobs import Recording, Result
     from identify.batch.recordings import Found
     from identify.batch.rows import Row
     from identify.batch.run import Engine, Standing
@@ -64,7 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from bridge.vehicle.config import load_vehicle
     from identify.batch.jobs import IDENTIFY, column_file, job_for
-    from identify.batch.recordings import find_recordings, with_beginnings
+    from identify.batch.recordings import find_recordings
     from identify.batch.rows import rows_of
     from identify.batch.run import Cache, run_batch
     from tui import show
@@ -76,14 +75,13 @@ def run(arguments: argparse.Namespace) -> int:
         recordings_found = find_recordings(arguments.dives, tell)
     cache = Cache(Path(arguments.out) / KEPT)
 
-    def work(recordings: "Sequence[Recording]") -> "list[Result]":
-        method = PAPER if arguments.method == "paper" else arguments.method
-        jobs = [job_for(IDENTIFY, recording, file, method, columns) for recording in recordings]
-        with show.progress(f"identify {len(jobs)} dives") as tell:
-            return run_batch(jobs, cache, engine(arguments), teller(tell, SystemClock()))
-
+    method = PAPER if arguments.method == "paper" else arguments.method
     try:
-        recordings_found, results = with_beginnings(recordings_found, work(recordings_found.recordings), work)
+        jobs = [
+            job_for(IDENTIFY, recording, file, method, columns) for recording in recordings_found.recordings
+        ]
+        with show.progress(f"identify {len(jobs)} dives") as tell:
+            results = run_batch(jobs, cache, engine(arguments), teller(tell, SystemClock()))
     except KeyboardInterrupt:
         show.say(show.words(), f"what is done is kept in {cache.path}; the same command goes on from there")
         raise
@@ -122,7 +120,7 @@ def engine(arguments: argparse.Namespace) -> "Engine":
         for sentence in of_link(f"tcp:{arguments.scheduler.partition('://')[2]}", "the scheduler"):
             say(sentence)
         return lambda jobs: run_on_cluster(jobs, arguments.scheduler)
-    from identify.batch.local import cores, run_here
+    from identify.batch.run import cores, run_here
 
     return lambda jobs: run_here(jobs, arguments.processes or cores())
 

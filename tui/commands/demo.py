@@ -117,14 +117,9 @@ def tracking_table(modes: "Sequence[str]", rows: "Sequence[Row]") -> "Table":
 
 def write_page(path: Path, done: "Demo") -> Path:
     """(c) The report."""
+    from identify.report.identification import dive_section, identification_section, innovations_section
     from identify.report.page import Report, with_provenance, write_report
-    from identify.report.sections import (
-        dive_section,
-        identification_section,
-        innovations_section,
-        tracking_section,
-    )
-    from identify.report.tracking import Reference
+    from identify.report.validation import Reference, tracking_section
     from identify.validate import tracking_errors
     from tui import demo
 

@@ -12,7 +12,7 @@ from tui.pages import add_figures
 
 if TYPE_CHECKING:
     from identify.dive import Dive
-    from identify.glance.criteria import Raising
+    from identify.glance.raising import Raising
     from identify.validate import Row, TrackingErrors
     from tui.show import Table
 
@@ -78,7 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def raising_lines(label: str, judged: "Raising") -> list[str]:
     """Lines for a dive: go or no-go, then each criterion."""
-    from identify.glance.criteria import MARKS
+    from identify.glance.raising import MARKS
 
     return [
         f"{label}: {judged.sentence}",
