@@ -11,7 +11,7 @@ from bridge.errors import ParamError, ParamRejected, SeatrialError
 from gcs_plugin.fleet import Fleet, News
 from gcs_plugin.params.comparison import COLUMNS, Planned, Wanted, planned, planned_back, wanted_by
 from gcs_plugin.params.files import check_system
-from gcs_plugin.params.last_accepted import before_newest
+from gcs_plugin.params.last_accepted import newest_before
 from gcs_plugin.params.plan import ACCEPT_IMPLAUSIBLE, Verdict, action_of
 from gcs_plugin.params.receipt import RECEIPT, RESULT_COLUMNS, Newest, newest, path_of
 from gcs_plugin.params.session import Session, Step
@@ -75,7 +75,7 @@ class Parameters:
 
     def _before(self) -> Path:
         """File with the values held before the last upload that still stands, whoever made it."""
-        return before_newest(RECEIPTS, self._fleet.meant(self._clock.boot_s())[0])
+        return newest_before(RECEIPTS, self._fleet.meant(self._clock.boot_s())[0])
 
     def cancel(self) -> bool:
         """Stop the current session; False if none is running."""

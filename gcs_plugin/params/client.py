@@ -10,23 +10,12 @@ from bridge.errors import LinkError, LinkLost, LinkTimeout
 from bridge.links.link import Link
 from bridge.wire.framing import Encoder, Framer
 from gcs_plugin.fleet import Fleet, News
-from gcs_plugin.params.deadline import Timing
 from gcs_plugin.params.receipt import Receipt
 from gcs_plugin.params.session import READ_WITHIN_S, Order, Progress, Session, Step
 from gcs_plugin.params.transfer import Result, Source
 from gcs_plugin.peers import COMPANIONS_MAY_FOLLOW_S, GROUND_STATION, parameter_holder
 
 POLL_S: Final = 0.02
-
-
-def _no_line(name: str, result: Result) -> None:
-    """Default `line` callback: ignores the result of a parameter."""
-    del name, result
-
-
-def _no_progress(progress: Progress) -> None:
-    """Default `progress` callback: ignores the progress."""
-    del progress
 
 
 class ParameterClient:
@@ -41,12 +30,10 @@ class ParameterClient:
         self,
         link: Link,
         clock: Clock,
-        timing: Timing | None = None,
-        progress: Callable[[Progress], None] = _no_progress,
-        line: Callable[[str, Result], None] = _no_line,
+        progress: Callable[[Progress], None] = lambda _: None,
+        line: Callable[[str, Result], None] = lambda *_: None,
     ) -> None:
-        self._link, self._clock, self._timing = link, clock, timing
-        self._progress, self._line = progress, line
+        self._link, self._clock, self._progress, self._line = link, clock, progress, line
         self._framer, self._encoder = Framer(), Encoder(*GROUND_STATION)
         self._fleet = Fleet(link)
         self._session: Session | None = None
@@ -74,7 +61,7 @@ class ParameterClient:
         vehicle = parameter_holder(candidates)
         if fault := self._fleet.fault(vehicle[0]):
             raise LinkError(fault)
-        self._session = Session(self._fleet, vehicle, self._clock, self._timing)
+        self._session = Session(self._fleet, vehicle, self._clock)
         return vehicle
 
     @property

@@ -15,7 +15,7 @@ An OFF that another program orders after the reading began wins over a mode that
 of values from before that order.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum, auto
 from pathlib import Path
 from typing import Any, Final
@@ -103,14 +103,14 @@ class Session:
     written), `receipt` the result of an upload that was begun.
     """
 
-    def __init__(self, fleet: Fleet, vehicle: Source, clock: Clock, timing: Timing | None = None) -> None:
+    def __init__(self, fleet: Fleet, vehicle: Source, clock: Clock) -> None:
         self.vehicle = vehicle
         self.step = Step.IDLE
         self.present: dict[str, float] = {}
         self.read_s = clock.boot_s()
         self.failure: SeatrialError | None = None
         self.receipt: Receipt | None = None
-        self._fleet, self._clock, self._timing = fleet, clock, timing or Timing()
+        self._fleet, self._clock = fleet, clock
         self._orders = OffOrders()
         self._listing: Listing | None = None
         self._listed_s = 0.0
@@ -149,7 +149,7 @@ class Session:
         now_s = self._clock.boot_s()
         self.step, self.failure, self._upload = Step.READING, None, None
         self._within_s, self._listed_s, self._orders = within_s, now_s, OffOrders()
-        self._listing = Listing(self.vehicle, now_s, replace(self._timing, deadline_s=within_s))
+        self._listing = Listing(self.vehicle, now_s, Timing(deadline_s=within_s))
 
     def write(self, order: Order) -> None:
         """Start to carry out an order, once the next HEARTBEAT arrives.
@@ -262,7 +262,7 @@ class Session:
                     )
                 )
             return
-        upload = Upload(order.plan, self.vehicle, now_s, self._timing)
+        upload = Upload(order.plan, self.vehicle, now_s)
         try:
             if fault := self._fleet.fault(self.vehicle[0]):
                 raise LinkError(fault)

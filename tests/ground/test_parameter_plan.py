@@ -11,19 +11,18 @@ from gcs_plugin.params.comparison import compared, wanted_by
 from gcs_plugin.params.files import (
     Interval,
     Sidecar,
-    intervals_of,
     read_sidecar,
     sidecar_path,
     write_parameters,
     write_sidecar,
 )
+from gcs_plugin.params.identified import intervals_of, parameters_from_identification
 from gcs_plugin.params.last_accepted import AcceptedValue
 from gcs_plugin.params.plan import (
     Verdict,
     action_of,
     is_staged,
     make_plan,
-    parameters_from_identification,
     taken_back,
 )
 from gcs_plugin.params.plausible import implausible
@@ -70,16 +69,6 @@ def test_one_refused_or_unknown_line_stops_the_whole_plan():
         make_plan({"FF0_D_U": 42.0, "FF0_M_U": float("nan")}, PRESENT).check()
     with pytest.raises(ParamUnknown, match="no FF3_M_U"):
         make_plan({"FF0_D_U": 42.0, "FF3_M_U": 30.0}, PRESENT).check()
-
-
-def test_lines_can_be_chosen_and_nothing_is_skipped_in_silence():
-    plan = make_plan({"FF0_D_U": 42.0, "FF3_M_U": 30.0}, PRESENT)
-    assert plan.summary() == "2 parameters: 1 changed, 1 not on the vehicle"
-    chosen = plan.chosen(["FF0_D_U"])
-    chosen.check()
-    assert chosen.changes == {"FF0_D_U": 42.0}
-    with pytest.raises(ParamUnknown, match="no line FF9"):
-        plan.chosen(["FF9"])
 
 
 def held(active, **values):
@@ -150,7 +139,6 @@ def test_only_identifiable_coefficients_become_parameters():
         ]
     }
     assert parameters_from_identification(data, 1) == {"FF1_M_U": float32.rounded(24.4), "FF1_D_Q": 5.0}
-    assert parameters_from_identification(data, 1, ["M_u"]) == {"FF1_M_U": float32.rounded(24.4)}
 
 
 @pytest.mark.parametrize("value", [None, float("nan"), -1.0, 1e7, "24", True])
@@ -428,6 +416,5 @@ def test_one_implausible_line_stops_all_until_it_is_left_out_or_taken_by_name():
         ParamRejected, match=r"FF1_M_U: too light; nothing was sent.*--accept-implausible FF1_M_U"
     ):
         judged.check()
-    judged.chosen(("FF1_D_U",)).check()
     assert judged.with_implausible().changes == plan.changes
     assert judged.count(Verdict.IMPLAUSIBLE) == 1

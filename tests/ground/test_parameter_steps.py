@@ -4,7 +4,7 @@ from statistics import mean
 
 import pytest
 from figures import keep
-from lossy_vehicle import SOURCE, Faults, LossyVehicle, crc_of
+from lossy_vehicle import SOURCE, Faults, LossyVehicle
 
 from bridge.vehicle.coefficients import COEFFICIENTS
 from gcs_plugin.params.deadline import Timing
@@ -54,7 +54,7 @@ def upload_to(vehicle, targets):
     """Bring a vehicle to `targets` from what a reading of all tells."""
     listing = Listing(SOURCE, vehicle.now_s, TIMING)
     assert vehicle.run(listing, lambda: listing.done, vehicle.now_s + LONG_S)
-    upload = Upload(make_plan(targets, listing.values), SOURCE, vehicle.now_s, TIMING, crc_of)
+    upload = Upload(make_plan(targets, listing.values), SOURCE, vehicle.now_s)
     assert vehicle.run(upload, lambda: upload.ending is not None, vehicle.now_s + LONG_S)
     vehicle.settle(upload)
     return upload.ending
@@ -123,7 +123,7 @@ def upload_to_cut(vehicle):
     if not listing.complete:
         assert vehicle.writes == 0
         return None
-    upload = Upload(make_plan(TARGETS, listing.values), SOURCE, vehicle.now_s, TIMING, crc_of)
+    upload = Upload(make_plan(TARGETS, listing.values), SOURCE, vehicle.now_s)
     assert vehicle.run(upload, lambda: upload.ending is not None, LONG_S)
     vehicle.settle(upload)
     return upload.ending
@@ -167,7 +167,7 @@ def uploaded(seed):
     assert vehicle.run(listing, lambda: listing.done)
     if not listing.complete:
         return Outcome.NOT_SENT, vehicle.now_s, vehicle.writes == 0
-    upload = Upload(make_plan(NEW_FORTY, listing.values), SOURCE, vehicle.now_s, Timing(), crc_of)
+    upload = Upload(make_plan(NEW_FORTY, listing.values), SOURCE, vehicle.now_s)
     assert vehicle.run(upload, lambda: upload.ending is not None)
     took_s = vehicle.now_s
     vehicle.settle(upload)

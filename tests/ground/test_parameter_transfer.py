@@ -4,7 +4,7 @@ import pytest
 from lossy_vehicle import SOURCE, Faults, LossyVehicle
 from soak import rest_in_soak
 
-from gcs_plugin.params.deadline import RoundTrips, Timing, attempts_needed, deadline_s, is_past, retry_delay_s
+from gcs_plugin.params.deadline import RoundTrips, Timing, attempts_needed, deadline_s, retry_delay_s
 from gcs_plugin.params.listing import Listing
 from gcs_plugin.params.transfer import Outcome, ReadValue, SetValue, Transfer, confirm, write
 
@@ -173,7 +173,6 @@ def test_an_answer_of_another_component_is_not_taken(source):
     transfer.on_value("A", 1.0, source, 0.1)
     transfer.on_value("B", 1.0, SOURCE, 0.1)
     assert not transfer.done
-    assert transfer.unmatched == {"source": 1, "unasked": 1}
 
 
 def test_an_abort_says_what_was_sent_and_what_was_not():
@@ -229,8 +228,6 @@ def test_attempts_grow_with_loss(loss, requests, failure, attempts):
 def test_deadline_arithmetic_is_plain():
     timing = Timing(retry_s=0.5, retry_max_s=1.0)
     assert [retry_delay_s(n, timing) for n in (1, 2, 3, 100)] == [0.5, 0.75, 1.0, 1.0]
-    assert is_past(10.0, 0.0, 10.0)
-    assert not is_past(9.99, 0.0, 10.0)
     assert deadline_s(40, timing) > deadline_s(1, timing) > 2 * timing.quiet_s
 
 
