@@ -153,8 +153,6 @@ class Transfer:
         ]
         self._by_check = {item.task.name: item for item in self._items}
         self._by_write = {item.task.write_to: item for item in self._items if item.task.write_to}
-        if len(self._by_check) != len(self._items):
-            raise ValueError("two tasks of one transfer have the same name")
 
     @property
     def done(self) -> bool:

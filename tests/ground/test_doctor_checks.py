@@ -21,8 +21,6 @@ from gcs_plugin.doctor.checks import (
     findings_against_wet,
     ok,
     reported_veh_cfg,
-    warn,
-    worst,
 )
 from gcs_plugin.doctor.observe import observe
 
@@ -288,15 +286,3 @@ def test_parameters_that_can_not_be_read_are_the_errors_own_sentence():
 
     assert check_parameters(broken) == fail("parameters", "no vehicle; check the cable")
     assert check_parameters(lambda: {"A": 1.0}) == ok("parameters", "1 parameters read")
-
-
-def test_the_worst_finding_counts():
-    assert worst([]) is Level.OK
-    assert worst([ok("a", ""), warn("b", "")]) is Level.WARN
-    assert worst([fail("c", ""), warn("b", "")]) is Level.FAIL
-    assert warn("b", "x", 0.51239).to_json() == {
-        "name": "b",
-        "level": "warning",
-        "sentence": "x",
-        "confidence": 0.512,
-    }

@@ -9,7 +9,7 @@ from soak import rest_in_soak
 from wet_dive import turned, wet_check
 
 from bridge.errors import ConfigError, LogError
-from bridge.sensors.mounting import mounting_matrix, rotation_matrix
+from bridge.sensors.mounting import mounting_matrix
 from bridge.vehicle.config import Mounting, load_vehicle
 from bridge.vehicle.thrusters import thrust_curve
 from bridge.wire.framing import Encoder, Framer
@@ -124,13 +124,6 @@ def test_the_advice_mends_the_mounting(right):
     assert wrong == {
         "dvl": "DVL: x shows -x, y shows -y; set its mounting to rotation_deg [180, 0, -45], signs [1, 1, 1]"
     }
-
-
-def test_euler_angles_are_those_of_the_rotation():
-    for angles in [(10.0, 20.0, 30.0), (-170.0, 80.0, 100.0), (0.0, 90.0, 40.0), (0.0, -90.0, -40.0)]:
-        assert np.allclose(
-            rotation_matrix(turns.euler_deg(rotation_matrix(angles))), rotation_matrix(angles), atol=1e-4
-        )
 
 
 @pytest.mark.parametrize("key", rest_in_soak(VEHICLES))

@@ -210,18 +210,9 @@ def test_when_it_closes_its_clients_are_told(hub, join):
         client.read(5.0)
 
 
-REAL32 = dialect.MAV_PARAM_TYPE_REAL32
 GROUND = Encoder(255, 190)
 LINK = "udpin:127.0.0.1:14550"
 FULL = r"32 programs are connected to the recording of udpin:127.0.0.1:14550 already; end one of them"
-
-
-def mode_set(mode):
-    return GROUND.encode(dialect.MAVLink_param_set_message(1, 1, b"FF_MODE", mode, REAL32))
-
-
-def mode_read():
-    return GROUND.encode(dialect.MAVLink_param_request_read_message(1, 1, b"FF_MODE", -1))
 
 
 def list_request():

@@ -74,11 +74,6 @@ def time_of(before):
     return before.name.removesuffix("-before.param")
 
 
-def test_nothing_is_accepted_where_nothing_was_uploaded(receipts):
-    assert last_accepted(receipts.path) == {}
-    assert not stands(receipts)
-
-
 def test_each_parameter_is_as_it_was_accepted_last(receipts):
     receipts.keep(FF1_M_U=100.0, FF1_D_U=45.0)
     later = receipts.keep(FF1_M_U=104.0)

@@ -95,15 +95,6 @@ def test_a_frame_that_has_come_by_half_lies_whole_in_the_next_dive(cut):
     assert (sea.first.raws, sea.second.raws) == ([before], [torn])
 
 
-def test_the_links_stay_open_and_their_health_goes_on():
-    sea = Sea()
-    sea.hear(frames_of(1)[0])
-    sea.go_on()
-    sea.hear(frames_of(2)[1])
-    (receptions,) = sea.recorder.receptions.values()
-    assert sum(source.received for source in receptions) == 2
-
-
 def test_the_dive_before_is_put_on_the_disk_and_closed_by_who_syncs_and_not_by_who_reads():
     sea = Sea()
     sea.hear(frames_of(1)[0])
@@ -151,17 +142,6 @@ def test_a_second_one_is_refused_while_the_first_waits():
     sea.go_on()
     with pytest.raises(LogError, match="waits for the disk"):
         sea.recorder.go_on(Dive("third").open, sea.counts.append)
-
-
-def test_the_disk_left_is_told_by_the_rate_of_both_dives():
-    sea, raws = Sea(), frames_of(40)
-    for raw in raws[:21]:
-        sea.hear(raw)
-    before_s = sea.recorder.disk_left_s
-    sea.go_on()
-    for raw in raws[21:]:
-        sea.hear(raw)
-    assert sea.recorder.disk_left_s == pytest.approx(before_s, rel=0.05)
 
 
 def test_what_was_lost_on_the_way_is_told_of_the_dive_in_which_it_was():

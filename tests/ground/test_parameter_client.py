@@ -19,8 +19,7 @@ from gcs_plugin.modes import OffMarks
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.plan import make_plan
-from gcs_plugin.params.receipt import Turn
-from gcs_plugin.params.session import Order, Progress
+from gcs_plugin.params.session import Order
 from gcs_plugin.params.transfer import Outcome
 from gcs_plugin.params.upload import Stage
 
@@ -97,20 +96,6 @@ def test_a_set_goes_into_the_vehicle_and_flies(client, vehicle, tmp_path):
         "outcome": "applied",
         "sentence": "FF0_M_U = 96.5",
     }
-
-
-def test_the_set_is_still_there_after_a_reboot(client, vehicle, tmp_path):
-    upload(client, tmp_path)
-    vehicle.boot()
-    assert {n: vehicle.server.value(n) for n in TARGETS} == TARGETS
-
-
-def test_a_second_upload_of_the_same_set_writes_nothing(client, vehicle, tmp_path):
-    upload(client, tmp_path)
-    vehicle.sets.clear()
-    receipt = client.apply(Order(make_plan(TARGETS, client.read_all()), tmp_path / "again.param"))
-    assert receipt.outcome is Outcome.SAME
-    assert vehicle.sets == []
 
 
 def test_the_values_before_lie_on_the_disk_before_anything_is_written(clock, tmp_path):
@@ -298,12 +283,6 @@ def test_a_pre_image_is_never_overwritten(client, vehicle, tmp_path):
     assert read_parameters(receipt.preimage) == before
 
 
-def test_silence_is_no_vehicle(client, vehicle):
-    vehicle.beats = False
-    with pytest.raises(LinkTimeout, match=r"no vehicle's HEARTBEAT within 5 s \(heard: nobody at all\)"):
-        client.find_vehicle()
-
-
 def test_another_ground_station_is_no_vehicle(client, vehicle):
     vehicle.kind, vehicle.autopilot = dialect.MAV_TYPE_GCS, dialect.MAV_AUTOPILOT_INVALID
     with pytest.raises(LinkTimeout, match="heard: 1/1"):
@@ -318,13 +297,6 @@ def test_a_companion_is_chosen_before_its_autopilot_and_alone_written_to(clock, 
     assert client.thrusters == (1, 1)
     assert client.apply(Order(make_plan(TARGETS, client.read_all()), tmp_path / "b.param")).good
     assert {one.component for one in companion.sets} == {191}
-
-
-def test_a_vehicle_without_an_autopilot_turns_its_thrusters_itself(clock):
-    alone = SimulatedVehicle(clock, None, 191, 8)
-    client = ParameterClient(alone, clock)
-    client.find_vehicle()
-    assert client.thrusters == (1, 191)
 
 
 def test_nothing_is_sent_to_a_system_that_was_not_heard(client, vehicle):
@@ -448,17 +420,6 @@ def test_a_second_vehicle_that_comes_on_during_an_upload_ends_it_without_another
     assert len(vehicle.sets) == sent
 
 
-def test_progress_is_told(vehicle, clock, tmp_path):
-    told = []
-    upload(ParameterClient(vehicle, clock, progress=told.append), tmp_path)
-    assert Progress(None, 68, 68, 0.0) in told
-    assert list(dict.fromkeys(progress.words for progress in told))[:3] == [
-        "reading",
-        "staging",
-        "committing",
-    ]
-
-
 def to_first_write(client, vehicle, tmp_path, targets=TARGETS):
     """A session driven until its first write is sent; `go_on` drives it to its end."""
     client.find_vehicle()
@@ -518,9 +479,3 @@ def test_off_that_was_ordered_since_the_vehicle_was_read_keeps_the_mode_down_and
     assert receipt.outcome is Outcome.ROLLED_BACK
     assert receipt.sentence.startswith("OFF was ordered meanwhile and wins: FF_MODE is not raised")
     assert truth(vehicle) == before
-
-
-def test_the_receipt_of_an_upload_frees_the_vehicle_for_the_next(client, tmp_path):
-    upload(client, tmp_path)
-    with Turn(tmp_path, 1):
-        pass

@@ -90,16 +90,6 @@ def test_an_upload_of_the_mode_alone_that_an_off_overrules_says_so_and_sends_not
     assert ending.sentence == "OFF was ordered meanwhile and wins: FF_MODE is not raised; nothing was written"
 
 
-@pytest.mark.parametrize("seed", range(60))
-def test_a_set_is_staged_committed_and_switched_on_over_a_bad_link(seed):
-    vehicle = LossyVehicle(OLD, Faults(**BAD_LINK), seed)
-    ending = upload_to(vehicle)
-    assert ending.outcome is Outcome.APPLIED
-    assert is_new(vehicle)
-    assert f"set {set_crc(staged(OLD | TARGETS))} is active" in ending.sentence
-    assert {r.outcome for r in ending.results.values()} == {Outcome.APPLIED}
-
-
 def test_the_mode_is_switched_only_after_the_commit():
     vehicle = LossyVehicle(OLD)
     seen = []
@@ -145,34 +135,6 @@ def test_one_refusal_takes_everything_back(seed, fault):
         assert is_old(vehicle)
 
 
-@pytest.mark.parametrize("cut_s", [0.0, 0.3, 0.6, 1.0, 1.3, 1.6, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0])
-def test_a_link_cut_at_any_moment_never_makes_a_false_claim(cut_s):
-    vehicle = LossyVehicle(OLD, Faults(delay_s=0.1, cut_s=cut_s), seed=1)
-    ending = upload_to(vehicle)
-    the_truth_is_told(vehicle, ending)
-    assert vehicle.flying in (staged(OLD), staged(OLD | TARGETS))
-    vehicle.faults.cut_s = float("inf")
-    assert upload_again(vehicle).outcome in (Outcome.APPLIED, Outcome.SAME)
-    assert is_new(vehicle)
-
-
-def upload_again(vehicle):
-    start_s = vehicle.now_s
-    upload = Upload(make_plan(TARGETS, vehicle.values), SOURCE, start_s)
-    assert vehicle.run(upload, lambda: upload.ending is not None, start_s + 2000.0)
-    return upload.ending
-
-
-@pytest.mark.parametrize("forgets", [False, True])
-@pytest.mark.parametrize("step", range(24))
-def test_a_reboot_at_any_moment_ends_in_the_truth(step, forgets):
-    faults = Faults(**BAD_LINK, reboots_s=(0.2 + 0.35 * step,), forgets_staging=forgets)
-    vehicle = LossyVehicle(OLD, faults, seed=step)
-    ending = upload_to(vehicle)
-    the_truth_is_told(vehicle, ending)
-    assert ending.outcome is Outcome.APPLIED
-
-
 @pytest.mark.parametrize("stage", [Stage.STAGE, Stage.COMMIT, Stage.LIVE])
 @pytest.mark.parametrize("seed", range(8))
 def test_a_vehicle_armed_in_any_stage_has_the_old_set_or_all_of_the_new(stage, seed):
@@ -206,14 +168,6 @@ def test_a_commit_that_nobody_answered_is_said_with_the_number_to_look_for():
     assert f"if FF_ACTIVE reads {set_crc(staged(OLD | TARGETS))}" in ending.sentence
     assert {r.outcome for n, r in ending.results.items() if n != "FF_MODE"} == {Outcome.UNVERIFIED}
     assert ending.results["FF_MODE"].outcome is Outcome.NOT_SENT
-
-
-@pytest.mark.parametrize("cut_s", [0.0, 0.6, 1.3, 2.5])
-def test_a_vehicle_that_answers_nothing_more_holds_nobody_up(cut_s):
-    vehicle = LossyVehicle(OLD, Faults(delay_s=0.1, cut_s=cut_s), seed=1)
-    upload = Upload(make_plan(TARGETS, vehicle.values), SOURCE, 0.0)
-    assert vehicle.run(upload, lambda: upload.ending is not None, cut_s + 55.0)
-    assert "answered nothing for 20 s" in upload.ending.sentence
 
 
 def test_a_vehicle_that_starts_anew_at_every_commit_ends_at_the_deadline():

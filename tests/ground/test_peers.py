@@ -11,7 +11,7 @@ from bridge.wire.framing import Encoder, Frame, Framer
 from bridge.wire.readings import Reading, encode
 from gcs_plugin.fleet import Fleet
 from gcs_plugin.peers import KnownVehicle, Peers, newest
-from gcs_plugin.watch.watcher import LinkRows, Watcher
+from gcs_plugin.watch.watcher import Watcher
 
 LINK = "udpin:1"
 PLACES, GONE_S = 256, 60.0
@@ -117,35 +117,6 @@ def test_whoever_made_up_addresses_before_the_vehicle_spoke_keeps_it_out_only_un
     ours = peers.receptions(LINK, GONE_S + 4.0)[0]
     assert (ours.system, ours.component, ours.received, ours.lost, ours.age_s) == (1, 1, 3, 0, 1.0)
     assert (len(peers), peers.left_out[LINK]) == (PLACES, 1)
-
-
-def test_who_speaks_once_a_second_or_more_often_keeps_his_place_whoever_comes():
-    peers = Peers()
-    for tenth in range(10 * round(2 * GONE_S)):
-        peers.on_frame(Frame(b"", 7, 1, 1, tenth % 256, True), LINK, tenth / 10)
-        peers.on_frame(Frame(b"", 7, 2 + tenth % 250, tenth // 250, 0, True), LINK, tenth / 10)
-    ours = peers.receptions(LINK, 2 * GONE_S)[0]
-    assert (ours.received, ours.lost) == (10 * round(2 * GONE_S), 0)
-
-
-def test_who_lost_his_place_and_has_another_is_told_of_as_one_who_just_came():
-    peers = Peers()
-    rows = LinkRows(peers)
-
-    def say(source, sequence, time_s):
-        rows.tick(time_s)
-        peers.on_frame(Frame(b"", 1000, *source, sequence, True), LINK, time_s)
-
-    for sequence in range(100):
-        say((1, 1), sequence, 0.0)
-    crowd(peers, 1.0)
-    back_s = GONE_S + 5.0
-    for second in range(round(back_s)):
-        say((2, 0), second, float(second))
-    say((9, 250), 0, back_s)
-    say((1, 1), 100, back_s)
-    (ours,) = [row for row in rows.rows(back_s + 1.0) if (row.system, row.component) == (1, 1)]
-    assert (ours.rate_hz, ours.loss) == (0.0, 0.0)
 
 
 def frames_of(source, kind=dialect.MAV_TYPE_SUBMARINE):
@@ -331,26 +302,6 @@ def test_a_vehicle_is_armed_where_any_part_of_it_says_so_and_no_station(world):
     assert not world.fleet.armed(2)
 
 
-def test_two_vehicles_under_one_address_are_ordered_nothing(world):
-    for turn in range(8):
-        world.beat((1, 1))
-        for boot_ms in (1000 * turn, 500_000 + 1000 * turn):
-            world.say((1, 1), dialect.MAVLink_system_time_message(0, boot_ms))
-        world.now_s += 1.0
-    with pytest.raises(LinkError, match="two vehicles beat as system 1"):
-        world.meant()
-
-
-def test_one_vehicle_on_two_links_is_no_pair_of_twins(world):
-    other, encoder = "udpin:2", Encoder(1, 1)
-    for late in range(400):
-        (frame,) = Framer().feed(encoder.encode(dialect.MAVLink_system_time_message(0, 1000 * late)))
-        world.fleet.on_frame(frame, world.link, world.now_s + late)
-        if late % 3 == 0:
-            world.fleet.on_frame(frame, other, world.now_s + late + 5.0)
-    assert world.fleet.fault(1) == ""
-
-
 def test_two_vehicles_under_one_address_on_a_link_each_are_ordered_nothing(world):
     other = "udpin:2"
     for turn in range(8):
@@ -362,12 +313,6 @@ def test_two_vehicles_under_one_address_on_a_link_each_are_ordered_nothing(world
     with pytest.raises(LinkError, match="udpin:1 and udpin:2: two vehicles beat as system 1, component 1"):
         world.meant()
     assert world.fleet.fault(2) == ""
-
-
-def test_a_start_anew_is_told(world):
-    assert not world.say((1, 1), dialect.MAVLink_system_time_message(0, 90_000)).rebooted
-    assert not world.say((1, 1), dialect.MAVLink_system_time_message(0, 91_000)).rebooted
-    assert world.say((1, 1), dialect.MAVLink_system_time_message(0, 1_000)).rebooted
 
 
 def test_a_link_that_is_long_gone_is_told_of_no_more(world):

@@ -54,27 +54,6 @@ def test_long_gaps_are_clipped_and_stamps_that_run_back_are_due_at_once():
     ]
 
 
-def test_a_pause_stops_the_recorded_clock():
-    clock = SlowClock()
-    clock.overshoot_s = 0.0
-    player = Player(records_at([0, 1, 2]), clock, clock.wait)
-    heard_s = []
-    wait = player._wait
-
-    def wait_and_resume(seconds):
-        wait(seconds)
-        if player.paused and clock.now_s >= 6.0:
-            player.resume()
-
-    player._wait = wait_and_resume
-    for index, _ in enumerate(player):
-        heard_s.append(clock.now_s)
-        if index == 1:
-            player.pause()
-    assert heard_s[:2] == pytest.approx([0.0, 1.0])
-    assert heard_s[2] == pytest.approx(7.0, abs=0.11)
-
-
 @pytest.mark.parametrize("pace", [{"speed": 0.0}, {"speed": float("nan")}, {"longest_gap_s": 0.0}])
 def test_an_impossible_pace_is_refused(pace):
     with pytest.raises(LogError):
@@ -134,8 +113,3 @@ def test_a_file_that_holds_nothing_is_left_out(tmp_path):
     assert [time_s for time_s, _ in reel.between(0.0, 100.0)] == [0.0, 1.0, 2.0, 5.0, 6.0]
     with pytest.raises(LogError, match="is empty"):
         Reel([tmp_path / "empty.tlog"])
-
-
-def test_a_file_that_can_t_be_read_is_said(tmp_path):
-    with pytest.raises(LogError, match="no such file"):
-        Reel([tmp_path / "none.tlog"])

@@ -107,13 +107,6 @@ def test_before_a_vehicle_beats_nothing_is_called_missing(watcher):
     )
 
 
-def test_next_to_nothing_has_no_sign(watcher):
-    vehicle = OnAir(watcher)
-    vehicle.beats(1.0)
-    vehicle.tells("dvl", dvl(-0.004), 1.0)
-    assert watched.now_of(watcher.picture(1.1).traces["u"]) == "0.00"
-
-
 def test_heading_goes_from_0_to_359(watcher):
     vehicle = OnAir(watcher)
     vehicle.beats(1.0)

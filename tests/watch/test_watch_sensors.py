@@ -37,10 +37,6 @@ def test_a_value_is_stale_after_three_periods_and_gone_after_ten():
     assert freshness(math.inf, 5.0) is Freshness.GONE
 
 
-def test_quick_signals_are_allowed_the_pauses_of_a_link_that_batches():
-    assert freshness(0.25, 50.0) is Freshness.FRESH
-
-
 @pytest.mark.usefixtures("vehicle")
 def test_a_sensor_of_the_file_that_was_never_heard_is_missing(watcher):
     found = row(watcher, "fog", 5.0)
@@ -324,11 +320,3 @@ def test_the_contracts_message_comes_before_ardusubs_until_it_is_silent(tracer, 
     assert last(tracer, "heading", 1.6) == pytest.approx(0.0)
     traced.says(mav.MAVLink_attitude_message(1000, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 5.0)
     assert last(tracer, "heading", 5.1) == pytest.approx(math.degrees(1.0))
-
-
-def test_every_trace_is_there_with_its_unit_from_the_first(tracer):
-    units = {key: trace.unit for key, trace in tracer.picture(0.0).traces.items()}
-    assert units == {
-        "u": "m/s", "v": "m/s", "w": "m/s", "p": "rad/s", "q": "rad/s", "r": "rad/s", "depth": "m",
-        "altitude": "m", "heading": "deg", "voltage": "V", "current": "A",
-    }  # fmt: skip
