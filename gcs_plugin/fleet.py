@@ -93,21 +93,12 @@ class Fleet:
             raise LinkError(
                 f"several vehicles beat (systems {there}) and none is chosen; choose one: seatrial vehicle {systems[0]}"
             )
-        fault = self.fault(systems[0])
-        if fault:
+        if fault := self.peers.fault(systems[0]):
             raise LinkError(fault)
         of_system = [peer for peer in self.peers.vehicles(now_s) if peer.source[0] == systems[0]]
         if now_s - min(peer.vehicle_s for peer in of_system) < COMPANIONS_MAY_FOLLOW_S:
             raise LinkTimeout(f"vehicle {systems[0]} was heard only just now; try again in two seconds")
         return parameter_holder(peer.source for peer in of_system if peer.beats(now_s, SILENT_S))
-
-    def fault(self, system: int) -> str:
-        """Why no orders may be sent to this system (two vehicles share its address), "" if they may."""
-        return self.peers.fault(system)
-
-    def armed(self, system: int) -> bool:
-        """Whether any component of the system reports that it is armed."""
-        return self.peers.armed(system)
 
     def beat_age_s(self, source: Source, now_s: float) -> float:
         """Time since its last HEARTBEAT, s; inf if none was heard."""
@@ -133,8 +124,3 @@ class Fleet:
             for reception in self.peers.receptions(name, now_s)
         ]
         return sorted(heard, key=lambda entry: (entry[1].system, entry[1].component, entry[0]))
-
-    def is_vehicle(self, source: Source) -> bool:
-        """Whether the component is an autopilot or a companion computer."""
-        peer = self.peers.get(source)
-        return peer is not None and peer.is_vehicle

@@ -147,7 +147,6 @@ def run_pulses(
     clock: Clock,
     target: tuple[int, int],
     planned: tuple[PlannedPulse, ...],
-    settle_s: float = LEAST_GAP_S,
     on_progress: Callable[[int, int], None] = lambda *_: None,
 ) -> list[Frame]:
     """Run the pulses with the vehicle `target` (system, component), the component that turns its thrusters.
@@ -198,7 +197,7 @@ def run_pulses(
         raise LinkError(
             f"{link.name}: the wet check stopped, its thrusters are at neutral: {run.trouble}{words}"
         )
-    end_s = clock.boot_s() + settle_s
+    end_s = clock.boot_s() + LEAST_GAP_S
     while clock.boot_s() < end_s:
         listen()
     return frames

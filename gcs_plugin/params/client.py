@@ -59,7 +59,7 @@ class ParameterClient:
                 f"{self._link.name}: several vehicles beat (systems {numbers}); name one with --system"
             )
         vehicle = parameter_holder(candidates)
-        if fault := self._fleet.fault(vehicle[0]):
+        if fault := self._fleet.peers.fault(vehicle[0]):
             raise LinkError(fault)
         self._session = Session(self._fleet, vehicle, self._clock)
         return vehicle

@@ -23,7 +23,7 @@ from gcs_plugin.params.files import (
     write_sidecar,
 )
 from gcs_plugin.params.plan import coefficient_of
-from gcs_plugin.params.receipt import BEFORE, WANTED, Kept, Receipt, kept_in, path_of
+from gcs_plugin.params.receipt import BEFORE, WANTED, PastUpload, Receipt, kept_in, path_of
 from gcs_plugin.params.transfer import Outcome
 
 ACCEPTED: Final = "-accepted.param"
@@ -97,7 +97,7 @@ def newest_before(receipts: Path, system: int) -> Path:
     If uploads with an unknown end (begun or unverified) precede it, with no applied upload in between, it is the
     pre-image of the first of these. Raises ParamRejected if there is no such upload to that MAVLink system.
     """
-    oldest: Kept | None = None
+    oldest: PastUpload | None = None
     for kept in reversed(_standing(receipts, system)):
         if kept.outcome in _OPEN or (oldest is None and kept.outcome is Outcome.APPLIED):
             oldest = kept
@@ -110,7 +110,7 @@ def newest_before(receipts: Path, system: int) -> Path:
     return oldest.preimage
 
 
-def unfinished(receipts: Path, system: int | None = None) -> Kept | None:
+def unfinished(receipts: Path, system: int | None = None) -> PastUpload | None:
     """The newest upload or roll back that was begun and never finished; None if a later upload or roll back has settled
     the values on the vehicle.
     """
@@ -125,9 +125,9 @@ def unfinished(receipts: Path, system: int | None = None) -> Kept | None:
     return None
 
 
-def _standing(receipts: Path, system: int | None) -> list[Kept]:
+def _standing(receipts: Path, system: int | None) -> list[PastUpload]:
     """Uploads that no later roll back has undone, the newest last."""
-    standing: list[Kept] = []
+    standing: list[PastUpload] = []
     begun = kept_in(receipts, system)
     for kept in begun:
         if not kept.restores:
@@ -140,7 +140,7 @@ def _standing(receipts: Path, system: int | None) -> list[Kept]:
     return standing
 
 
-def reminder(left: Kept, present: Mapping[str, float]) -> tuple[str, ...]:
+def reminder(left: PastUpload, present: Mapping[str, float]) -> tuple[str, ...]:
     """Lines for the crew about an unfinished upload.
 
     `present` are the values on the vehicle now, empty if it was not read yet.
@@ -153,7 +153,7 @@ def reminder(left: Kept, present: Mapping[str, float]) -> tuple[str, ...]:
     return (*lines, f"finish it: params upload {path_of(left.preimage, WANTED)}; or go back: params rollback")
 
 
-def _state(left: Kept, present: Mapping[str, float]) -> str:
+def _state(left: PastUpload, present: Mapping[str, float]) -> str:
     if not present:
         return ""
     there = sum(
@@ -172,7 +172,7 @@ def _state(left: Kept, present: Mapping[str, float]) -> str:
     )
 
 
-def belongs(left: Kept, file: Path) -> bool:
+def belongs(left: PastUpload, file: Path) -> bool:
     """Whether uploading `file` finishes the upload or takes it back: then no message is needed."""
     remedies = (left.preimage, path_of(left.preimage, WANTED), Path(left.restores or left.preimage))
     return file.resolve() in {path.resolve() for path in remedies}

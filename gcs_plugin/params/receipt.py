@@ -266,7 +266,7 @@ def _number(value: float | None) -> float | None:
 
 
 @dataclass(frozen=True, slots=True)
-class Kept:
+class PastUpload:
     """A receipt as read back: `targets` are those of all its lines, `written` of the lines that say BEGUN."""
 
     preimage: Path
@@ -283,7 +283,7 @@ class Kept:
         return self.preimage.name.removesuffix(BEFORE)
 
 
-def kept_in(receipts: Path, system: int | None = None) -> list[Kept]:
+def kept_in(receipts: Path, system: int | None = None) -> list[PastUpload]:
     """The receipts in a folder, of one vehicle or of all, by number: a clock may be set back, a number never is.
 
     A receipt from before numbers were introduced has number 0. Unreadable receipts are left out, and so are receipts
@@ -298,7 +298,7 @@ def next_number(receipts: Path) -> int:
     return min(1 + max((kept.number for kept in kept_in(receipts)), default=0), MOST_UPLOADS)
 
 
-def _read(path: Path, system: int | None) -> Kept | None:
+def _read(path: Path, system: int | None) -> PastUpload | None:
     time = path.name.removesuffix(RECEIPT)
     if not _TIME.fullmatch(time):
         return None
@@ -309,7 +309,7 @@ def _read(path: Path, system: int | None) -> Kept | None:
         crc, lines = data.get("active_crc"), data.get("parameters", ())
         targets = {str(line["name"]): float32.rounded(line["target"]) for line in lines}
         begun = {str(line["name"]) for line in lines if line["outcome"] == Outcome.BEGUN.name.lower()}
-        return Kept(
+        return PastUpload(
             path.with_name(time + BEFORE),
             _whole(data.get("number", 0), MOST_UPLOADS),
             Outcome[data["outcome"].upper()],

@@ -123,7 +123,7 @@ class Session:
     @property
     def armed(self) -> bool:
         """Whether any component of the vehicle reports that it is armed."""
-        return self._fleet.armed(self.vehicle[0])
+        return self._fleet.peers.armed(self.vehicle[0])
 
     @property
     def busy(self) -> bool:
@@ -232,7 +232,7 @@ class Session:
         return f"vehicle {self.vehicle[0]}, component {self.vehicle[1]}{f' on {link}' if link else ''}"
 
     def _end_reading(self, listing: Listing, now_s: float) -> None:
-        if fault := self._fleet.fault(self.vehicle[0]):
+        if fault := self._fleet.peers.fault(self.vehicle[0]):
             self._fail(LinkError(fault))
         elif listing.complete:
             self.present, self.read_s, self.step = dict(listing.values), now_s, Step.IDLE
@@ -264,7 +264,7 @@ class Session:
             return
         upload = Upload(order.plan, self.vehicle, now_s)
         try:
-            if fault := self._fleet.fault(self.vehicle[0]):
+            if fault := self._fleet.peers.fault(self.vehicle[0]):
                 raise LinkError(fault)
             self.check_armed(order.plan, order.even_armed)
             self._turn = Turn(order.preimage.parent, self.vehicle[0], order.read_at)
@@ -289,7 +289,7 @@ class Session:
         if self._orders.given(self.vehicle[0]):
             upload.overrule(now_s)
         sends = upload.tick(now_s)
-        trouble = self._fleet.fault(self.vehicle[0])
+        trouble = self._fleet.peers.fault(self.vehicle[0])
         if self._fleet.silent_s(self.vehicle, now_s) >= GONE_S:
             trouble = trouble or f"{self._named} went silent, nothing came from it for {GONE_S:.0f} s"
         if trouble and upload.ending is None:

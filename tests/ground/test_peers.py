@@ -298,8 +298,8 @@ def test_a_ground_station_is_no_vehicle(world):
 def test_a_vehicle_is_armed_where_any_part_of_it_says_so_and_no_station(world):
     world.live(((1, 1), {"armed": True}), ((1, 191), {"kind": COMPANION, "autopilot": NO_AUTOPILOT}))
     world.live(((2, 1), {}), ((2, 190), {"kind": STATION, "autopilot": NO_AUTOPILOT, "armed": True}))
-    assert world.fleet.armed(1)
-    assert not world.fleet.armed(2)
+    assert world.fleet.peers.armed(1)
+    assert not world.fleet.peers.armed(2)
 
 
 def test_two_vehicles_under_one_address_on_a_link_each_are_ordered_nothing(world):
@@ -312,7 +312,7 @@ def test_two_vehicles_under_one_address_on_a_link_each_are_ordered_nothing(world
         world.now_s += 1.0
     with pytest.raises(LinkError, match="udpin:1 and udpin:2: two vehicles beat as system 1, component 1"):
         world.meant()
-    assert world.fleet.fault(2) == ""
+    assert world.fleet.peers.fault(2) == ""
 
 
 def test_a_link_that_is_long_gone_is_told_of_no_more(world):

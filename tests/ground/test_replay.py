@@ -7,7 +7,7 @@ from bridge.clock import SimulatedClock
 from bridge.errors import LogError
 from bridge.wire.framing import Encoder, Framer
 from bridge.wire.tlog import TlogWriter, read_tlog
-from gcs_plugin.dives.replay import Pace, Player, Reel, schedule
+from gcs_plugin.dives.replay import Pace, Reel, play, schedule
 
 
 def records_at(times_s):
@@ -26,7 +26,7 @@ class SlowClock(SimulatedClock):
 
 
 def played(times_s, pace, clock):
-    return [clock.now_s for _ in Player(records_at(times_s), clock, clock.wait, pace)]
+    return [clock.now_s for _ in play(records_at(times_s), clock, clock.wait, pace)]
 
 
 def test_no_delay_adds_up_over_a_long_recording():

@@ -23,10 +23,9 @@ class Sea:
         self.server = ParameterServer(None, vehicle_table(load_vehicle("ruvifist").vehicle))
         fleet = SimpleNamespace(
             meant=lambda _: (1, 1),
-            armed=lambda _: False,
             beat_age_s=lambda *_: 0.5,
             silent_s=lambda *_: 0.0,
-            fault=lambda _: "",
+            peers=SimpleNamespace(armed=lambda _: False, fault=lambda _: ""),
         )
         self.parameters = parameters.Parameters(fleet, self.clock, self.said.append)
 
