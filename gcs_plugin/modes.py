@@ -15,12 +15,6 @@ from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import MODE
 from gcs_plugin.recording.state import state_file
 
-
-def sent_text(count: int) -> str:
-    """Text for a number of sends."""
-    return "sent once" if count == 1 else f"sent {count} times"
-
-
 WAIT_S: Final = 0.05
 """A stalled disk delays OFF by no more than this; the mark then follows later."""
 _NAME: Final = "off-ordered-"

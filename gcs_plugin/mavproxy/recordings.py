@@ -24,7 +24,7 @@ from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, new_folder
 from gcs_plugin.mavproxy.words import newest_dive
 from gcs_plugin.recording import orders
 from gcs_plugin.recording.link import among, same_link
-from gcs_plugin.recording.recorder import SYNC_EVERY_S, Count, Notice, Recorder
+from gcs_plugin.recording.recorder import Count, Notice, Recorder
 from gcs_plugin.recording.state import Holding, held
 
 TELL_RATE_AFTER_S: Final = 5.0
@@ -75,7 +75,9 @@ class Recording:
             [self._frames], self._opener(self.folder), clock, self.free_bytes, notice, None, None
         )
         self._stop = threading.Event()
-        self._syncer = threading.Thread(target=self._sync, name="seatrial-sync", daemon=True)
+        self._syncer = threading.Thread(
+            target=self._recorder.sync_until, args=(self._stop,), name="seatrial-sync", daemon=True
+        )
         self._syncer.start()
 
     def keep(self, frame: Frame) -> None:
@@ -141,10 +143,6 @@ class Recording:
         lost = f", {count.lost} lost here" if count.lost else ""
         size = f"{count.frames} frames, {count.bytes / 1e3:.0f} kB"
         self._say(f"recorded {size}{lost}: {self.finished}")
-
-    def _sync(self) -> None:
-        while not self._stop.wait(SYNC_EVERY_S):
-            self._recorder.sync()
 
 
 def progress(span_s: float, frames: int, left: str) -> str:

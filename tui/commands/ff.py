@@ -205,7 +205,7 @@ class Course:
     def told(self, json: str | None) -> int:
         """Report the outcome and return the exit code."""
         from bridge.vehicle.mode import word_of
-        from gcs_plugin.modes import sent_text
+        from gcs_plugin.feedforward import sent_text
         from tui import show
 
         switch, took_s = self._switch, self._clock.boot_s() - self._start_s
