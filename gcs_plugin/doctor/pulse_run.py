@@ -175,9 +175,11 @@ def run_pulses(
             peers.on_frame(frame, link.name, clock.boot_s())
             if frame.system == target[0]:
                 frames.append(frame)
-                said.extend(_words(frame))
+                message = decode(frame) if frame.message_id == dialect.MAVLINK_MSG_ID_STATUSTEXT else None
+                said.extend([] if message is None else [printable(message.text)])
             if (frame.system, frame.component) == target:
-                orders = orders or _orders_of(frame, target)
+                if orders is None and frame.message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT:
+                    orders = orders_for(heartbeat_of(frame, 0.0).autopilot, target)
                 order(_heard(run, frame, clock.boot_s()))
         trouble = peers.fault(target[0])
         if trouble:
@@ -201,19 +203,6 @@ def run_pulses(
     while clock.boot_s() < end_s:
         listen()
     return frames
-
-
-def _orders_of(frame: Frame, target: tuple[int, int]) -> Orders | None:
-    """The kind of orders that the vehicle takes, by its HEARTBEAT; None for another frame."""
-    if frame.message_id != dialect.MAVLINK_MSG_ID_HEARTBEAT:
-        return None
-    return orders_for(heartbeat_of(frame, 0.0).autopilot, target)
-
-
-def _words(frame: Frame) -> list[str]:
-    """Text of a STATUSTEXT; empty for another frame."""
-    message = decode(frame) if frame.message_id == dialect.MAVLINK_MSG_ID_STATUSTEXT else None
-    return [] if message is None else [printable(message.text)]
 
 
 def _heard(run: PulseRun, frame: Frame, now_s: float) -> list[MotorTest]:

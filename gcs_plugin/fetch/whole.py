@@ -173,6 +173,9 @@ def made_whole(
     heard_count = copies + sum((frame.system, frame.component) == source for _, frame in ground_only)
     span = last + 1 - first
     strange_us = [stamp_us for stamp_us, frame in ground_only if (frame.system, frame.component) == source]
+    has_files = any(
+        frame.message_id == _TRANSFER and (frame.system, frame.component) == source for _, frame in heard
+    )
     damaged = _within(aboard.damaged, kept, dated, (first, last), strange_us)
     return Whole(
         records,
@@ -186,13 +189,7 @@ def made_whole(
         clock.clock,
         clock.guessed,
         holes_in(records, source),
-        0 if _has_files(heard, source) else lost_in(records, source),
-    )
-
-
-def _has_files(heard: Iterable[tuple[int, Frame]], source: tuple[int, int]) -> bool:
-    return any(
-        frame.message_id == _TRANSFER and (frame.system, frame.component) == source for _, frame in heard
+        0 if has_files else lost_in(records, source),
     )
 
 

@@ -67,15 +67,12 @@ class Parameters:
                 files = [word for word in arguments if word != ARMED]
                 if len(files) > 1:
                     return False
-                before = Path(files[0]) if files else self._before()
+                system, _ = self._fleet.meant(self._clock.boot_s())
+                before = Path(files[0]) if files else newest_before(RECEIPTS, system)
                 self._begin("rollback", before, (), True, ARMED in arguments)
             case _:
                 return False
         return True
-
-    def _before(self) -> Path:
-        """File with the values held before the last upload that still stands, whoever made it."""
-        return newest_before(RECEIPTS, self._fleet.meant(self._clock.boot_s())[0])
 
     def cancel(self) -> bool:
         """Stop the current session; False if none is running."""

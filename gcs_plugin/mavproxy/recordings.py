@@ -186,7 +186,12 @@ class Recordings:
                 self._next()
             case ["stop"]:
                 if self._own is None:
-                    raise LogError(self._other_ends() or f"nothing is being recorded; {BEGIN}")
+                    other = self._other()
+                    ends = (
+                        other
+                        and f"process {other.pid} records, not MAVProxy; `seatrial record --end` ends it"
+                    )
+                    raise LogError(ends or f"nothing is being recorded; {BEGIN}")
                 self.stop()
             case ["note", *text] if text:
                 noted, unix_s = self._noted()
@@ -287,12 +292,6 @@ class Recordings:
         """The recording of another process whose hub carries the vehicle to MAVProxy, if any."""
         holding = held(self._clock.unix_s())
         return holding if holding is not None and among(holding.hub, self._links()) else None
-
-    def _other_ends(self) -> str:
-        holding = self._other()
-        return (
-            f"process {holding.pid} records, not MAVProxy; `seatrial record --end` ends it" if holding else ""
-        )
 
 
 def _words(holding: Holding, unix_s: float) -> str:

@@ -52,7 +52,8 @@ def implausible(
     values = {**plan.present, **{row.name: row.target for row in plan.rows}}
     objections = {}
     for row in plan.rows:
-        if row.verdict not in TAKES_EFFECT or _is_taken_back(row):
+        is_taken_back = row.target == 0.0 and not isinstance(coefficient_of(row.name), Coefficient)
+        if row.verdict not in TAKES_EFFECT or is_taken_back:
             continue
         interval, last = intervals.get(row.name), accepted.get(row.name)
         reasons = (
@@ -94,10 +95,6 @@ def half_a_model(name: str, value: float, values: Mapping[str, float]) -> str:
         return ""
     stays = f"the feed-forward of {DOFS[coefficient.dof]} stays off"
     return f"0 is not set: {stays}" if value == 0.0 else f"without {counterpart} {stays}"
-
-
-def _is_taken_back(row: Row) -> bool:
-    return row.target == 0.0 and not isinstance(coefficient_of(row.name), Coefficient)
 
 
 def _half(interval: Interval) -> float:

@@ -146,7 +146,7 @@ class Recorder:
     @property
     def lost(self) -> int:
         """Number of frames that are in no file of the dive's folder."""
-        return self._files.lost
+        return self._files.kept.lost
 
     @property
     def unwritten(self) -> str:
