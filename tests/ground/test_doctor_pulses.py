@@ -11,7 +11,7 @@ from bridge.vehicle.thrusters import thrust_curve
 from bridge.wire.framing import Encoder, Framer, decode
 from bridge.wire.readings import Reading, encode
 from gcs_plugin.doctor.pulse_run import confirm, run_pulses
-from gcs_plugin.doctor.pulses import MotorTest, duration_s, pulses
+from gcs_plugin.doctor.pulses import duration_s, pulses
 from gcs_plugin.doctor.response import find_pulses, record_of
 
 FILE = load_vehicle("ruvifist")
@@ -123,16 +123,6 @@ def test_trouble_stops_the_check_and_the_thruster(vehicle, spoil, words, at_s):
     assert {channel for _, channel, _ in vehicle.orders} <= set(range(ran + 1))
 
 
-def test_a_thruster_that_runs_when_trouble_comes_is_put_to_neutral(vehicle):
-    vehicle.at[PLANNED[1].start_s + 0.2] = lambda v: (
-        setattr(v, "armed", False),
-        setattr(v, "next_beat_s", 0.0),
-    )
-    with pytest.raises(LinkError, match="disarmed"):
-        run(vehicle)
-    assert vehicle.orders[-1][1:] == (1, 1500.0)
-
-
 def test_a_vehicle_that_was_disarmed_is_told_with_likely_causes_and_its_own_last_words(vehicle):
     def disarms(v):
         v.armed, v.next_beat_s = False, 0.0
@@ -192,11 +182,6 @@ def test_the_operators_stop_puts_the_thruster_to_neutral(vehicle):
     with pytest.raises(KeyboardInterrupt):
         run(vehicle)
     assert vehicle.orders[-1][1:] == (2, 1500.0)
-
-
-def test_an_order_counts_motors_from_one():
-    message = MotorTest(0, 1600.0, 1.0).message(1, 191)
-    assert (message.target_component, message.command, message.param1) == (191, 209, 1)
 
 
 class ArduSub(ObedientVehicle):

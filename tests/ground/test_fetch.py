@@ -228,15 +228,6 @@ def test_a_vehicle_that_started_anew_under_water_is_whole_too(tmp_path) -> None:
     assert len(sent) > 0.8 * len(dive.kept())
 
 
-def test_making_whole_twice_changes_nothing(tmp_path) -> None:
-    dive, folder, _ = a_dive_under_water(tmp_path)
-    made_whole(dive, folder)
-    first = (folder.path / WHOLE).read_bytes()
-    done = made_whole(dive, folder)
-    assert (folder.path / WHOLE).read_bytes() == first
-    assert done.missing == 0
-
-
 def test_a_dive_of_which_nothing_was_heard_becomes_a_folder_of_its_own(tmp_path) -> None:
     from gcs_plugin.dives.folder import About
 

@@ -174,12 +174,6 @@ def test_recordings_come_in_the_order_in_which_they_were_begun(tmp_path):
         load_folder(tmp_path / "none")
 
 
-def test_a_place_that_can_not_hold_folders_is_said(tmp_path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(LogError, match="no dive folder can be made there"):
-        new_folder(tmp_path / "file", SECOND_S, "x")
-
-
 KNOWN = Conditions(11.5, 35.0, 40.0, 2.0, -0.5, "camera", "calm")
 
 

@@ -98,13 +98,6 @@ def test_what_clients_send_is_taken_in_whole_frames_however_it_is_cut(hub, join)
     assert [raw for raw in first + second if raw in mine] == mine
 
 
-def test_nobody_hears_what_another_client_sends(hub, join):
-    one, other = join(), join()
-    one.write(frames_of(1)[0])
-    assert len(taken(hub, until=bool)) == 1
-    assert (one.read(0.0), other.read(0.0)) == (b"", b"")
-
-
 def test_a_frame_of_an_id_that_nobody_knows_is_taken_once_nothing_follows(hub, join, clock):
     join().write(UNKNOWN)
     for _ in range(TRIES):

@@ -149,13 +149,6 @@ def test_a_name_that_the_vehicle_lacks_sends_nothing(client, vehicle, tmp_path):
     assert vehicle.sets == []
 
 
-def test_an_armed_vehicle_is_left_alone(client, vehicle, tmp_path):
-    vehicle.armed = True
-    with pytest.raises(ParamRejected, match="is armed; nothing was sent: disarm it, or say"):
-        upload(client, tmp_path)
-    assert vehicle.sets == []
-
-
 SET = {name: value for name, value in TARGETS.items() if name != "FF_MODE"}
 
 
@@ -281,12 +274,6 @@ def test_a_pre_image_is_never_overwritten(client, vehicle, tmp_path):
     assert (tmp_path / "before.param").read_text() == "A,1\n"
     assert receipt.preimage == tmp_path / "before-2.param"
     assert read_parameters(receipt.preimage) == before
-
-
-def test_another_ground_station_is_no_vehicle(client, vehicle):
-    vehicle.kind, vehicle.autopilot = dialect.MAV_TYPE_GCS, dialect.MAV_AUTOPILOT_INVALID
-    with pytest.raises(LinkTimeout, match="heard: 1/1"):
-        client.find_vehicle()
 
 
 def test_a_companion_is_chosen_before_its_autopilot_and_alone_written_to(clock, tmp_path):

@@ -10,7 +10,7 @@ from bridge.errors import LinkError, LinkTimeout
 from bridge.wire.framing import Encoder, Frame, Framer
 from bridge.wire.readings import Reading, encode
 from gcs_plugin.fleet import Fleet
-from gcs_plugin.peers import KnownVehicle, Peers, newest
+from gcs_plugin.peers import KnownVehicle, Peers
 from gcs_plugin.watch.watcher import Watcher
 
 LINK = "udpin:1"
@@ -77,14 +77,6 @@ def test_numbers_that_start_anew_with_the_vehicle_are_no_loss(first, unheard):
     before = clocked(95, before_s=60.0, first=first, missing=(33,))
     after = clocked(60, missing=(*unheard, 45))
     assert counted([*before, *after]) == (94 + 59 - len(unheard), 2)
-
-
-def test_a_clock_that_comes_late_or_runs_on_takes_no_loss_back():
-    frames = clocked(100, before_s=60.0, missing=(33, 34))
-    late = frames.pop(38)
-    assert late.message_id == dialect.MAVLINK_MSG_ID_SYSTEM_TIME
-    frames.insert(50, late)
-    assert counted(frames) == (98, 2)
 
 
 def test_a_frame_of_an_unknown_id_counts_for_nothing():
@@ -211,12 +203,6 @@ def test_telemetry_of_the_mode_makes_a_vehicle_known_without_a_beat():
     for frame in Framer().feed(Encoder(4, 191).frame(*encode(Reading("ff_mode", 0.0, (2.0,))))):
         known.on_frame(frame, LINK, 5.0)
     assert known.known(5.0) == (KnownVehicle((4, 191), True, 5.0),)
-
-
-def test_of_what_two_know_the_newest_of_each_counts():
-    old, new, other = (KnownVehicle((1, 1), True, t) for t in (1.0, 2.0, 0.0))
-    other = KnownVehicle((2, 1), False, 0.0)
-    assert newest([new, other, old]) == (other, new)
 
 
 SUBMARINE, COMPANION, STATION = (

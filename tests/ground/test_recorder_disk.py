@@ -259,21 +259,3 @@ def test_frames_of_a_deleted_file_are_lost_in_their_own_dive_alone(lake):
     lake.recorder.close()
     ended.append(lake.recorder.count)
     assert [(count.frames, count.lost) for count in ended] == [(0, 10), (5, 0)]
-
-
-def test_a_disk_that_numbers_files_anew_at_each_look_raises_no_alarm(lake, monkeypatch):
-    monkeypatch.setattr("os.path.samestat", lambda *_: False)
-    lake.hear(frames_of(10))
-    lake.hear(frames_of(10))
-    lake.recorder.close()
-    assert lake.sentences() == []
-    assert lake.counts() == (20, 0)
-
-
-def test_nobody_is_told_of_megabytes_where_the_folder_is_gone(lake):
-    lake.hear(frames_of(10))
-    shutil.rmtree(lake.root)
-    for _ in range(10):
-        lake.hear(frames_of(10))
-    assert not [sentence for sentence in lake.sentences() if "MB left" in sentence]
-    assert lake.recorder.disk_left_s > 600.0

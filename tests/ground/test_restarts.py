@@ -121,12 +121,6 @@ def test_a_second_link_that_lags_and_alone_remains_starts_nothing(unix_s):
     assert told(life(first, range(150)) + lagging) == []
 
 
-def test_two_vehicles_under_one_address_start_nothing():
-    assert (
-        told(life(Craft(0.0), range(100)) + [(a + 0.5, r) for a, r in life(Craft(-50.0), range(100))]) == []
-    )
-
-
 @pytest.mark.parametrize(("begins_s", "unix_s"), [(0, UNIX_S), (300, UNIX_S), (900, 0.0)])
 def test_a_replay_that_begins_anew_starts_nothing(begins_s, unix_s):
     recorded = life(Craft(unix_s=unix_s), range(begins_s, begins_s + 120))

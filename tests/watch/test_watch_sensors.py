@@ -2,7 +2,6 @@
 
 import math
 
-import numpy as np
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mav
 from vehicle_on_air import LEVEL, NO_LOCK, STILL, OnAir, dvl, imu
@@ -43,14 +42,6 @@ def test_a_sensor_of_the_file_that_was_never_heard_is_missing(watcher):
     assert found.condition is Condition.MISSING
     assert found.age_s == math.inf
     assert found.words == "never heard; check the device and its port"
-
-
-def test_without_a_file_only_what_was_heard_has_a_row():
-    watcher = Watcher(None)
-    vehicle = OnAir(watcher)
-    vehicle.beats(0.0)
-    vehicle.tells("imu", imu(), 0.1)
-    assert [row.signal for row in watcher.picture(0.2).sensors] == ["imu"]
 
 
 def test_no_bottom_lock_is_bad_and_counted_since_the_last_velocity(watcher, vehicle):
@@ -183,16 +174,6 @@ def test_a_ring_keeps_the_newest_of_a_step_and_no_more_than_twenty_a_second():
     assert len(time_s) <= 201
     assert (time_s[-1], value[-1]) == (pytest.approx(9.99), 999.0)
     assert reference is None
-
-
-def test_a_ring_that_is_full_forgets_the_oldest_and_stays_in_order():
-    ring = Ring()
-    for k in range(3603):
-        ring.put(0.06 * k, float(k))
-    time_s, value, _ = ring.since(0.0)
-    assert len(value) == 1201
-    assert np.all(np.diff(time_s) > 0)
-    assert value[-1] == 3602
 
 
 def test_only_the_last_minute_is_shown(tracer, traced):

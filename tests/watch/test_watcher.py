@@ -68,18 +68,6 @@ def test_a_ground_station_is_no_vehicle_and_no_link_row(watcher, vehicle):
     assert [(row.system, row.component) for row in watcher.picture(1.0).links] == [(1, 1)]
 
 
-@pytest.mark.parametrize(
-    ("kind", "autopilot"),
-    [(mav.MAV_TYPE_GCS, mav.MAV_AUTOPILOT_INVALID), (mav.MAV_TYPE_GIMBAL, mav.MAV_AUTOPILOT_INVALID)],
-)
-def test_who_is_no_vehicle_is_not_watched_though_it_beats_first(kind, autopilot):
-    watcher = Watcher(None)
-    OnAir(watcher, 200, 190).beats(0.5, kind=kind, autopilot=autopilot, armed=True)
-    OnAir(watcher, 3).beats(1.0, armed=True)
-    assert watcher.system == 3
-    assert watcher.picture(1.0).armed is Armed.ARMED
-
-
 def test_an_autopilots_word_on_arming_counts_before_its_companions(watcher):
     bridge, autopilot = OnAir(watcher, 1, 191), OnAir(watcher, 1, 1)
     companion = {"kind": mav.MAV_TYPE_ONBOARD_CONTROLLER, "autopilot": mav.MAV_AUTOPILOT_INVALID}
@@ -146,14 +134,6 @@ def test_a_vehicle_that_has_settled_or_that_the_file_names_is_watched_however_lo
         OnAir(watcher).beats(1.0 + k)
     OnAir(watcher, 9).beats(1000.0)
     assert watcher.system == 1
-
-
-def test_the_system_asked_for_is_watched_whoever_else_beats():
-    watcher = Watcher(None, system=7)
-    OnAir(watcher, 1).beats(1.0)
-    assert watcher.picture(1.1).armed is Armed.UNKNOWN
-    OnAir(watcher, 7).beats(1.2, armed=True)
-    assert watcher.picture(1.3).armed is Armed.ARMED
 
 
 def test_a_link_is_lost_three_seconds_after_the_last_heartbeat(watcher, vehicle):
