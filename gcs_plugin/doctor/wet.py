@@ -101,7 +101,7 @@ AXIS_GAIN_LIMIT: Final = 3.0
 MODEL_ERROR: Final = 0.35
 CROSS_TALK: Final = 0.05
 WRONG: Final = 12.0
-SURE: Final = 0.8
+CONFIDENT: Final = 0.8
 FAR: Final = 12.0
 BACKWARDS, DEAD = 1, 2
 LABELS: Final = {"dvl": "DVL", "imu": "IMU", "fog": "fibre-optic gyro"}
@@ -161,14 +161,14 @@ def _scale(felt: Array, want: Array) -> float:
 class _Evidence:
     """Responses to the pulses by sensor: measured `felt` (channels, k) and expected `want` (channels, thrusters, k).
 
-    `noise` (k,); `scale`: overall ratio of measured to expected; `rest` (3,): specific force before the first pulse.
+    `noise` (k,); `scale`: overall ratio of measured to expected; `at_rest` (3,): specific force before the first pulse.
     """
 
     felt: dict[str, Array]
     want: dict[str, Array]
     noise: dict[str, Array]
     scale: dict[str, float]
-    rest: Array | None
+    at_rest: Array | None
 
     @property
     def channels(self) -> int:
@@ -204,8 +204,8 @@ def _cost(evidence: _Evidence, name: str, turn: Array) -> Array:
 
 def _imu_cost(evidence: _Evidence, turn: Array) -> Array:
     cost = _cost(evidence, "rate", turn) + _cost(evidence, "force", turn)
-    if evidence.rest is not None:
-        off = evidence.rest @ turn / GRAVITY_M_S2 - np.array([0.0, 0.0, -1.0])
+    if evidence.at_rest is not None:
+        off = evidence.at_rest @ turn / GRAVITY_M_S2 - np.array([0.0, 0.0, -1.0])
         cost = cost + GRAVITY_WEIGHT * float(off @ off) / len(cost)
     return np.asarray(cost)
 
@@ -322,7 +322,7 @@ def _thruster_finding(diagnosis: Diagnosis, channel: int) -> Finding:
         return fail(name, f"{name} moved nothing; check its power, its lead and its propeller", conf)
     driven, backwards = int(diagnosis.thruster_of[channel]), diagnosis.sign[channel] < 0
     if driven == channel and not backwards:
-        if conf < SURE:
+        if conf < CONFIDENT:
             return warn(name, f"{name} seems right, but its pulse was too weak to be sure", conf)
         return ok(name, f"{name} is where the vehicle file has it, and pushes forwards", conf)
     trouble = []
@@ -335,13 +335,13 @@ def _thruster_finding(diagnosis: Diagnosis, channel: int) -> Finding:
             f"{name} pushes backwards; swap two of its motor leads, or turn its direction in the file"
         )
     sentence = "; ".join(trouble)
-    return fail(name, sentence, conf) if conf >= SURE else warn(name, f"it seems that {sentence}", conf)
+    return fail(name, sentence, conf) if conf >= CONFIDENT else warn(name, f"it seems that {sentence}", conf)
 
 
 def _mounting_finding(diagnosis: Diagnosis, vehicle: Vehicle, sensor: str, turn: Array) -> Finding:
     conf, label = diagnosis.confidence[sensor], LABELS[sensor]
     if np.array_equal(turn, np.eye(len(turn))):
-        if conf < SURE:
+        if conf < CONFIDENT:
             return warn(
                 sensor, f"{label}: its mounting seems right, but the pulses were too weak to be sure", conf
             )
@@ -355,4 +355,6 @@ def _mounting_finding(diagnosis: Diagnosis, vehicle: Vehicle, sensor: str, turn:
         angles = ", ".join(f"{angle:g}" for angle in right.rotation_deg)
         signs = ", ".join(f"{value:g}" for value in right.signs)
         sentence = f"{label}: {describe(turn)}; set its mounting to rotation_deg [{angles}], signs [{signs}]"
-    return fail(sensor, sentence, conf) if conf >= SURE else warn(sensor, f"it seems that {sentence}", conf)
+    return (
+        fail(sensor, sentence, conf) if conf >= CONFIDENT else warn(sensor, f"it seems that {sentence}", conf)
+    )

@@ -206,17 +206,17 @@ def _forward(path: Path) -> list[tuple[int, Frame]]:
 
 
 def _span(
-    both: Collection[int], mine: Sequence[tuple[int, int | None]], dated: Sequence[int]
+    both: Collection[int], heard: Sequence[tuple[int, int | None]], dated: Sequence[int]
 ) -> tuple[int, int]:
     """First and last place of the dive in the vehicle's recording.
 
-    `own`: for each frame of the vehicle that the ground heard, the time and the frame's place, None if the vehicle's
+    `heard`: for each frame of the vehicle that the ground heard, the time and the frame's place, None if the vehicle's
     recording lacks it. If the first frame heard is in the vehicle's recording, the dive begins with it; otherwise
     with the first frame sent after that time. The end is found in the same way.
     """
     first, last = min(both, default=len(dated)), max(both, default=-1)
-    begins_us, begins = min(mine, key=itemgetter(0), default=(0, first))
-    ends_us, ends = max(mine, key=itemgetter(0), default=(0, last))
+    begins_us, begins = min(heard, key=itemgetter(0), default=(0, first))
+    ends_us, ends = max(heard, key=itemgetter(0), default=(0, last))
     if begins is None:
         first = min(first, bisect_left(dated, begins_us))
     if ends is None:
@@ -303,11 +303,11 @@ def _anchors(
     met: set[bytes] = set()
     anchors = []
     for stamp_us, frame in heard:
-        found_at = places.get(frame.raw, ())
-        if len(found_at) != 1 or frame.raw in met or frame.message_id not in TIMED:
+        at = places.get(frame.raw, ())
+        if len(at) != 1 or frame.raw in met or frame.message_id not in TIMED:
             continue
         met.add(frame.raw)
-        anchors.append(Anchor(found_at[0], stamp_us - kept[found_at[0]].stamp_us))
+        anchors.append(Anchor(at[0], stamp_us - kept[at[0]].stamp_us))
     return sorted(anchors, key=lambda anchor: anchor.place)
 
 

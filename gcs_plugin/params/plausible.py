@@ -20,7 +20,7 @@ from gcs_plugin.params.plan import TAKES_EFFECT, Plan, Row, coefficient_of, valu
 Z95: Final = 1.96
 SMALL_DAMPING_PER_S: Final = 0.1
 """A damping with a standard deviation below this share of its mass (1/s) is small, not unknown."""
-SURE: Final = 3.0
+INTERVALS_APART: Final = 3.0
 """A value may differ from the value accepted last by this multiple of the sum of both half intervals."""
 LARGE: Final = 0.3
 """A change below this share of the accepted value is not objected to: payload, water and fouling do as much."""
@@ -158,9 +158,9 @@ def _against_accepted(row: Row, interval: Interval | None, last: AcceptedValue |
     change = abs(row.target - last.value)
     before = f"{value_text(last.value)} was accepted last"
     if interval is not None and last.interval is not None:
-        allowed = SURE * (_half(interval) + _half(last.interval))
+        allowed = INTERVALS_APART * (_half(interval) + _half(last.interval))
         if change > max(allowed, LARGE * abs(last.value)):
-            return f"{before}, and both 95 % intervals together allow a change of {allowed / SURE:.4g}"
+            return f"{before}, and both 95 % intervals together allow a change of {allowed / INTERVALS_APART:.4g}"
         return ""
     if not isinstance(coefficient_of(row.name), Coefficient):
         return ""
