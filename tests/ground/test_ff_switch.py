@@ -1,17 +1,13 @@
 """FF_MODE is switched when the vehicle has said so twice over, whatever link and vehicle do on the way."""
 
 import random
-from dataclasses import replace
 
 import pytest
 from fakes.vehicle import SMALL, FakeVehicle, QuietLink
 
 from bridge.clock import SimulatedClock
 from bridge.links.lossy import Lossy
-from bridge.onboard.parameters import ParameterServer
-from bridge.vehicle.config import Vehicle
 from bridge.vehicle.mode import Mode
-from bridge.vehicle.parameters import vehicle_table
 from bridge.wire.framing import Encoder, Framer
 from gcs_plugin.feedforward import Switch
 from gcs_plugin.peers import GROUND_STATION, KnownVehicle, Peers
@@ -183,17 +179,6 @@ def test_thirty_per_cent_of_loss_each_way_only_take_longer(clock, seed):
     assert craft.server.mode == 0
 
 
-def test_what_a_vehicle_refuses_is_said(clock):
-    craft = Craft(clock, mode=0.0)
-    shape = replace(SMALL.configurations["survey"], model={})
-    craft.server = ParameterServer(None, vehicle_table(Vehicle("empty", {"a": shape})))
-    craft.armed = True
-    switch = Switch(Mode.BOTH)
-    assert not drive(switch, craft, clock, 5.0)
-    assert switch.refusal == "vehicle 1: the vehicle does not permit it now: no active set"
-    assert "it answers off (the vehicle does not permit it now: no active set)" in switch.words
-
-
 def test_that_a_vehicle_takes_its_orders_from_another_ground_is_said_as_the_reason(clock):
     craft = Craft(clock)
     craft.bound = True
@@ -319,12 +304,6 @@ def test_it_is_not_done_while_one_of_them_is_stuck_and_says_which(clock):
     assert second.startswith("vehicle 2: sent ")
 
 
-def test_the_vehicle_that_is_named_is_the_only_one_that_is_sent_anything(clock):
-    one, other = Craft(clock, (1, 1)), Craft(clock, (2, 1), phase_s=0.5)
-    assert drive(Switch(Mode.OFF, system=2), Both(one, other), clock, 10.0)
-    assert (one.sets, one.server.mode, other.server.mode) == ([], 3, 0)
-
-
 def twins_on(clock):
     one, other = Craft(clock), Craft(clock, phase_s=0.5, booted_s=-40.0)
     link = Both(one, other)
@@ -344,13 +323,3 @@ def test_of_two_vehicles_with_one_address_it_is_not_off_while_either_says_otherw
     assert switch.words.startswith(
         "vehicle 1: off, as answered; but two vehicles answer: both:: two vehicles beat as system 1"
     )
-
-
-def test_of_two_vehicles_with_one_address_another_mode_than_off_is_never_done(clock):
-    one, other, link, twins = twins_on(clock)
-    drive(Switch(Mode.OFF, system=9), link, clock, 5.0, twins)
-    assert twins.fault()
-    switch = Switch(Mode.SHADOW)
-    assert not drive(switch, link, clock, 20.0, twins)
-    assert (one.server.mode, other.server.mode) == (1, 1)
-    assert switch.sent == 1

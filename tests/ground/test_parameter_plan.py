@@ -218,13 +218,6 @@ def test_an_identification_says_where_it_is_from_and_what_is_doubted_of_what_it_
     assert wanted.warnings == ("warning: D_u is doubted: the dive is too short",)
 
 
-def test_one_that_did_not_converge_is_sent_only_despite_doubts(file):
-    write_sidecar(file, dataclasses.replace(SIDECAR, outcome="stopped at a bound"))
-    with pytest.raises(ParamRejected, match=r"ended with 'stopped at a bound'.*nothing was sent"):
-        wanted_by(file, "despite-doubts", despite_doubts=False)
-    assert wanted_by(file, "despite-doubts", despite_doubts=True).values["FF1_M_U"] == 96.5
-
-
 PRESENT_MODEL = {
     "FF1_M_U": 90.0,
     "FF1_D_U": 40.0,
