@@ -156,23 +156,18 @@ def test_a_recorder_warns_of_it_and_goes_on():
 SENTENCE = "memory:a: two vehicles beat as system 1, component 1, and both would obey; stop one"
 
 
-class Twin:
-    """Says `per_step` frames twenty times a second, and its boot time once a second."""
+class Twin(Craft):
+    """Says `per_step` frames twenty times a second besides; its sequence numbers begin at `sequence`."""
 
-    def __init__(self, booted_s=0.0, sequence=0, per_step=10, source=(1, 1), kind=12):
-        self.booted_s, self.per_step, self.kind = booted_s, per_step, kind
-        self.encoder = Encoder(*source)
+    def __init__(self, booted_s=0.0, sequence=0, per_step=10, **craft):
+        super().__init__(booted_s, unix_s=0.0, **craft)
+        self.per_step = per_step
         for _ in range(sequence):
             self.encoder.frame(0, bytes(9))
 
     def step(self, tick):
-        now_s = 0.05 * tick
-        out = [self.encoder.frame(30, bytes(28)) for _ in range(self.per_step)]
-        if tick % 20 == 0:
-            beat = dialect.MAVLink_heartbeat_message(self.kind, 0, 0, 0, 4, 3)
-            clock = dialect.MAVLink_system_time_message(0, round((now_s - self.booted_s) * 1000))
-            out += [self.encoder.encode(beat), self.encoder.encode(clock)]
-        return b"".join(out)
+        out = b"".join(self.encoder.frame(30, bytes(28)) for _ in range(self.per_step))
+        return out if tick % 20 else out + self.says(0.05 * tick)
 
 
 def watched(*craft, seconds=6, link=None, faults=None):
