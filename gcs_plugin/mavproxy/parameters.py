@@ -8,13 +8,13 @@ from typing import Any, Final
 
 from bridge.clock import Clock
 from bridge.errors import ParamError, ParamRejected, SeatrialError
-from gcs_plugin.fleet import Fleet, News
+from gcs_plugin.fleet import Fleet
 from gcs_plugin.params.comparison import COLUMNS, Planned, Wanted, planned, planned_back, wanted_by
 from gcs_plugin.params.files import check_system
 from gcs_plugin.params.last_accepted import newest_before
 from gcs_plugin.params.plan import ACCEPT_IMPLAUSIBLE, Verdict, action_of
 from gcs_plugin.params.receipt import RECEIPT, RESULT_COLUMNS, Newest, newest, path_of
-from gcs_plugin.params.session import Session, Step
+from gcs_plugin.params.session import News, Session, Step
 
 SHOW_EVERY_S: Final = 2.0
 AGREE_WITHIN_S: Final = 120.0
@@ -139,7 +139,7 @@ class Parameters:
         wanted = wanted_by(file, DESPITE, despite_doubts=doubts)
         check_system(file, wanted.system, source[0], "")
         self._say(f"params: reading vehicle {source[0]}, component {source[1]}")
-        session = Session(self._fleet, source, self._clock)
+        session = Session(self._fleet.peers, source, self._clock)
         session.read()
         read_at = newest(RECEIPTS, source[0])
         self._work = _Work(

@@ -10,9 +10,10 @@ from bridge.vehicle.mode import ORDERS, Mode
 from bridge.vehicle.parameters import ACTIVE
 from bridge.wire.framing import Frame
 from gcs_plugin.feedforward import Switch
-from gcs_plugin.fleet import Fleet, News
+from gcs_plugin.fleet import Fleet
 from gcs_plugin.mavproxy.parameters import ARMED
 from gcs_plugin.modes import OffMarks, OffOrders
+from gcs_plugin.params.session import News
 from gcs_plugin.params.transfer import Source
 
 SHOW_EVERY_S: Final = 2.0
