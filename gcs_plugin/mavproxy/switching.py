@@ -12,7 +12,7 @@ from bridge.wire.framing import Frame
 from gcs_plugin.feedforward import Switch
 from gcs_plugin.fleet import Fleet
 from gcs_plugin.mavproxy.parameters import ARMED
-from gcs_plugin.modes import OffMarks, OffOrders
+from gcs_plugin.off_orders import OffMarks, OffOrders
 from gcs_plugin.params.session import News
 from gcs_plugin.params.transfer import Source
 

@@ -25,7 +25,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.clock import Clock
 from bridge.errors import LinkError, LinkTimeout, ParamRejected, ParamUnverified, SeatrialError
 from bridge.wire.framing import Frame, decode
-from gcs_plugin.modes import OffOrders
+from gcs_plugin.off_orders import OffOrders
 from gcs_plugin.params.deadline import Timing
 from gcs_plugin.params.files import Sidecar
 from gcs_plugin.params.listing import Listing, ReadIndex, ReadList

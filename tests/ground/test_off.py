@@ -15,7 +15,7 @@ from bridge.wire.readings import Reading, encode
 from gcs_plugin.feedforward import Switch
 from gcs_plugin.fleet import Fleet
 from gcs_plugin.mavproxy.switching import Switching
-from gcs_plugin.modes import OffMarks, OffOrders
+from gcs_plugin.off_orders import OffMarks, OffOrders
 from gcs_plugin.params.plan import not_raised
 from gcs_plugin.peers import GROUND_STATION
 

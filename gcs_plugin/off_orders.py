@@ -1,4 +1,4 @@
-"""Orders of the feed-forward's modes: the marks of OFF orders on this computer.
+"""The marks of OFF orders on this computer.
 
 OFF wins: a program that raises the feed-forward yields to one that orders OFF meanwhile. It would see that order only
 through the vehicle's reports, which may be the same as before. So a program that sends OFF first touches a small file
