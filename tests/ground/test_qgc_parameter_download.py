@@ -106,7 +106,7 @@ class Qgc:
 class Sea:
     """One system of two components, each a real bridge, and QGroundControl on a link to both."""
 
-    def __init__(self, loss=0.0, seed=1, connected=True):
+    def __init__(self, loss=0.0, seed=1):
         self.clock = SimulatedClock()
         ours, self.radio = memory_pair()
         self.link = Lossy(ours, random.Random(seed), self.clock, loss=loss)
@@ -122,8 +122,7 @@ class Sea:
             self.routed.append(aboard)
         self.encoder, self.framer = Encoder(*STATION), Framer()
         self.qgc = Qgc()
-        if connected:
-            self.send(self.qgc.refresh(0.0))
+        self.send(self.qgc.refresh(0.0))
 
     def send(self, messages):
         for message in messages:
