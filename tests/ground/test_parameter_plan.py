@@ -314,6 +314,10 @@ def test_a_coefficient_of_zero_is_believed_no_more_than_any_other_number():
     assert unfed == ("", ""), "nothing speaks against it"
 
 
+def judged(targets, present=PRESENT_MODEL):
+    return implausible(make_plan(targets, present), {}, {}, {})
+
+
 AXES = [("surge", "FF1_M_U", "FF1_D_U"), ("sway", "FF1_M_V", "FF1_D_V"), ("yaw", "FF1_I_R", "FF1_D_R")]
 
 
@@ -321,7 +325,6 @@ AXES = [("surge", "FF1_M_U", "FF1_D_U"), ("sway", "FF1_M_V", "FF1_D_V"), ("yaw",
 def test_half_a_model_of_an_axis_is_no_value_to_write_whichever_half_it_is(axis, mass, damping):
     off = f"the feed-forward of {axis} stays off"
     empty, both = {mass: 0.0, damping: 0.0}, {mass: 90.0, damping: 40.0}
-    judged = lambda targets, present: implausible(make_plan(targets, present), {}, {}, {})  # noqa: E731
     assert judged({mass: 90.0}, empty) == {mass: f"without {damping} {off}"}
     assert judged({damping: 40.0}, empty) == {damping: f"without {mass} {off}"}
     assert judged({damping: 0.0}, both) == {damping: f"0 is not set: {off}"}
@@ -330,7 +333,6 @@ def test_half_a_model_of_an_axis_is_no_value_to_write_whichever_half_it_is(axis,
 
 
 def test_a_mass_beside_quadratic_damping_alone_is_a_whole_model():
-    judged = lambda targets, present: implausible(make_plan(targets, present), {}, {}, {})  # noqa: E731
     empty = {"FF0_M_U": 0.0, "FF0_D_U": 40.0, "FF0_X_UU": 0.0}
     assert judged({"FF0_M_U": 90.0, "FF0_D_U": 0.0, "FF0_X_UU": 60.0}, empty) == {}
     off = "without FF0_D_U the feed-forward of surge stays off"
@@ -340,7 +342,6 @@ def test_a_mass_beside_quadratic_damping_alone_is_a_whole_model():
 @pytest.mark.parametrize(("axis", "mass", "damping"), AXES)
 def test_what_the_vehicle_holds_already_makes_a_model_whole(axis, mass, damping):
     del axis
-    judged = lambda targets, present: implausible(make_plan(targets, present), {}, {}, {})  # noqa: E731
     assert judged({mass: 90.0}, {mass: 0.0, damping: 40.0}) == {}
     assert judged({damping: 40.0}, {mass: 90.0, damping: 0.0}) == {}
     assert judged({mass: 90.0, damping: 40.0}, {mass: 0.0, damping: 0.0}) == {}
@@ -349,7 +350,6 @@ def test_what_the_vehicle_holds_already_makes_a_model_whole(axis, mass, damping)
 
 
 def test_a_damping_by_which_the_vehicle_would_coast_for_hours_is_no_value_to_write():
-    judged = lambda targets: implausible(make_plan(targets, PRESENT_MODEL), {}, {}, {})  # noqa: E731
     assert judged({"FF1_D_U": 0.0089}) == {
         "FF1_D_U": "0.0089 is next to no damping beside FF1_M_U 90: half of a model"
     }
