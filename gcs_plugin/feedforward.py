@@ -30,7 +30,6 @@ from bridge.wire.framing import Frame, decode
 from bridge.wire.readings import Reading
 from bridge.wire.readings import decode as decode_reading
 from bridge.wire.status_codes import CrewText, Topic
-from gcs_plugin.modes import sent_text
 from gcs_plugin.params.deadline import Timing
 from gcs_plugin.params.session import NO_INDEX
 from gcs_plugin.params.transfer import DOES_NOT_EXIST, ERROR_SENTENCES, Source
@@ -41,7 +40,7 @@ from gcs_plugin.peers import (
     KnownVehicle,
     parameter_holder,
 )
-from gcs_plugin.watch.words import StatusTexts
+from gcs_plugin.watch.hearing import StatusTexts
 
 SEND_EVERY_S: Final = 0.5
 QUIET_S: Final = Timing().quiet_s
@@ -59,6 +58,11 @@ REASONS: Final = {
 }
 """Why a vehicle refuses a mode, by the code of its text."""
 ADVICE: Final = "disarm it to raise it all the same, or fly on in shadow"
+
+
+def sent_text(count: int) -> str:
+    """Text for a number of sends."""
+    return "sent once" if count == 1 else f"sent {count} times"
 
 
 class Stage(Enum):

@@ -4,14 +4,11 @@ Pure: takes frames with their arrival times, returns the vehicle to send orders 
 is raised and nothing may be sent.
 """
 
-from dataclasses import dataclass
-from typing import Any, Final
-
-from pymavlink.dialects.v20 import ardupilotmega as dialect
+from typing import Final
 
 from bridge.errors import LinkError, LinkTimeout
-from bridge.links.link import Link
-from bridge.wire.framing import Frame, decode
+from bridge.wire.framing import Frame
+from gcs_plugin.params.session import News, news_of
 from gcs_plugin.peers import COMPANIONS_MAY_FOLLOW_S, Peers, Reception, Source, parameter_holder
 
 SILENT_S: Final = 6.0
@@ -20,41 +17,19 @@ SILENT_S: Final = 6.0
 LINE_GONE_S: Final = 300.0
 """A link that carried nothing for longer is not listed any more."""
 
-_USED: Final = frozenset(
-    (
-        dialect.MAVLINK_MSG_ID_HEARTBEAT,
-        dialect.MAVLINK_MSG_ID_SYSTEM_TIME,
-        dialect.MAVLINK_MSG_ID_PARAM_VALUE,
-        dialect.MAVLINK_MSG_ID_PARAM_ERROR,
-    )
-)
-
-
-@dataclass(frozen=True, slots=True)
-class News:
-    """A message for the parameter code; `rebooted`: it shows that its sender has rebooted."""
-
-    source: Source
-    message: Any
-    rebooted: bool = False
-
 
 class Fleet:
-    """All `peers` heard on any link, or on `link` alone. `chosen` is the system that orders go to, None for the only
-    vehicle.
-    """
+    """All `peers` heard on any link. `chosen` is the system that orders go to, None for the only vehicle."""
 
-    def __init__(self, link: Link | None = None) -> None:
+    def __init__(self) -> None:
         self.chosen: int | None = None
-        self.peers = Peers(link)
+        self.peers = Peers()
         self._links_s: dict[str, float] = {}
 
     def on_frame(self, frame: Frame, link: str, time_s: float) -> News | None:
         """A frame arrived on the link of that name; return its message if the parameter code uses it, else None."""
         self._links_s[link] = time_s
-        peer = self.peers.on_frame(frame, link, time_s)
-        message = decode(frame) if peer is not None and frame.message_id in _USED else None
-        return None if peer is None or message is None else News(peer.source, message, peer.rebooted)
+        return news_of(frame, self.peers.on_frame(frame, link, time_s))
 
     def choose(self, system: int | None, now_s: float) -> Source | None:
         """Choose a system, or with None whichever vehicle is alone, and return its component as `meant` does.
@@ -93,31 +68,12 @@ class Fleet:
             raise LinkError(
                 f"several vehicles beat (systems {there}) and none is chosen; choose one: seatrial vehicle {systems[0]}"
             )
-        fault = self.fault(systems[0])
-        if fault:
+        if fault := self.peers.fault(systems[0]):
             raise LinkError(fault)
         of_system = [peer for peer in self.peers.vehicles(now_s) if peer.source[0] == systems[0]]
         if now_s - min(peer.vehicle_s for peer in of_system) < COMPANIONS_MAY_FOLLOW_S:
             raise LinkTimeout(f"vehicle {systems[0]} was heard only just now; try again in two seconds")
         return parameter_holder(peer.source for peer in of_system if peer.beats(now_s, SILENT_S))
-
-    def fault(self, system: int) -> str:
-        """Why no orders may be sent to this system (two vehicles share its address), "" if they may."""
-        return self.peers.fault(system)
-
-    def armed(self, system: int) -> bool:
-        """Whether any component of the system reports that it is armed."""
-        return self.peers.armed(system)
-
-    def beat_age_s(self, source: Source, now_s: float) -> float:
-        """Time since its last HEARTBEAT, s; inf if none was heard."""
-        peer = self.peers.get(source)
-        return float("inf") if peer is None or peer.heartbeat is None else now_s - peer.heartbeat.time_s
-
-    def silent_s(self, source: Source, now_s: float) -> float:
-        """Time since its last frame of any kind, s; inf if it was never heard."""
-        peer = self.peers.get(source)
-        return float("inf") if peer is None else now_s - peer.heard_s
 
     def link_of(self, source: Source) -> str:
         """Name of the link of its last frame, "" if it was never heard."""
@@ -133,8 +89,3 @@ class Fleet:
             for reception in self.peers.receptions(name, now_s)
         ]
         return sorted(heard, key=lambda entry: (entry[1].system, entry[1].component, entry[0]))
-
-    def is_vehicle(self, source: Source) -> bool:
-        """Whether the component is an autopilot or a companion computer."""
-        peer = self.peers.get(source)
-        return peer is not None and peer.is_vehicle

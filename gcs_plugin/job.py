@@ -48,7 +48,7 @@ class Job:
         assert stream is not None
         self._stream, self._out = stream, stream.fileno()
         os.set_blocking(self._out, False)
-        self._rest, self._ended = b"", False
+        self._partial, self._ended = b"", False
         self._kill_s: float | None = None
         self.cancelled = False
 
@@ -61,9 +61,9 @@ class Job:
             self.code = self._process.poll()
             if self.code is not None:
                 self._stream.close()
-        *whole, self._rest = self._rest.split(b"\n")
-        if self._ended and self._rest:
-            whole, self._rest = [*whole, self._rest], b""
+        *whole, self._partial = self._partial.split(b"\n")
+        if self._ended and self._partial:
+            whole, self._partial = [*whole, self._partial], b""
         return [line.decode(errors="replace").rstrip() for line in whole]
 
     def cancel(self, now_s: float) -> None:
@@ -88,7 +88,7 @@ class Job:
                 self._ended = self._process.poll() is not None
                 return
             self._ended = not data
-            self._rest += data
+            self._partial += data
 
     def _signal(self, number: signal.Signals) -> None:
         if self._process.poll() is None:

@@ -41,18 +41,14 @@ def alone_in(folder: Path) -> Iterator[None]:
     held = None
     with contextlib.suppress(OSError):
         held = os.open(folder, os.O_RDONLY)
-        _wait_for(held)
+        end_s = time.monotonic() + CHANGE_S
+        while not locked(held) and time.monotonic() < end_s:
+            time.sleep(RETRY_S)
     try:
         yield
     finally:
         if held is not None:
             os.close(held)
-
-
-def _wait_for(held: int) -> None:
-    end_s = time.monotonic() + CHANGE_S
-    while not locked(held) and time.monotonic() < end_s:
-        time.sleep(RETRY_S)
 
 
 class HeldTlog(TlogWriter):
@@ -114,17 +110,12 @@ def alone_at(folder: Path, again: str, wait: Callable[[float], None] = time.slee
             looks -= 1
             wait(LOOK_EVERY_S)
         if not had:
-            raise LogError(
-                f"{folder}: {_by(folder)} puts recordings of it together; wait for its end and {again}"
-            )
+            process = holder_of(folder)
+            by = f"another merge or fetch{f' (process {process})' if process else ''}"
+            raise LogError(f"{folder}: {by} puts recordings of it together; wait for its end and {again}")
         yield
     finally:
         os.close(opened)
-
-
-def _by(place: Path) -> str:
-    process = holder_of(place)
-    return f"another merge or fetch (process {process})" if process else "another merge or fetch"
 
 
 def holder_of(place: Path) -> int | None:

@@ -79,7 +79,7 @@ def record_dive(
             configuration,
             mission,
             seed=seed,
-            sink=_elsewhere,
+            sink=lambda *_: None,  # the frames reach the recorder through a link
             parameters=parameters,
             mode=mode,
             truth=truth,
@@ -119,10 +119,6 @@ def dive_with_pid(
         mode=Mode.OFF,
         progress=progress,
     )
-
-
-def _elsewhere(_unix_s: float, _data: bytes) -> None:
-    """Ignore the frames of a tick: they reach the recorder through a link."""
 
 
 class AlongsideLink(Wrapper):

@@ -15,8 +15,8 @@ from bridge.vehicle.mode import Mode
 from gcs_plugin import simulated
 from gcs_plugin.job import side_by_side
 from gcs_plugin.params.client import ParameterClient
-from gcs_plugin.params.identified import write_identified
-from gcs_plugin.params.plan import make_plan, parameters_from_identification
+from gcs_plugin.params.identified import parameters_from_identification, write_identified
+from gcs_plugin.params.plan import make_plan
 from gcs_plugin.params.receipt import Receipt
 from gcs_plugin.params.session import Order
 from identify.dive import Dive

@@ -19,8 +19,7 @@ from bridge.files import read_small, whole
 from bridge.plain import from_json
 from bridge.text import printable
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from gcs_plugin.dives.folder import About, DiveFolder, list_folders
-from gcs_plugin.dives.order import GLANCE, began, is_date, order, recordings
+from gcs_plugin.dives.folder import GLANCE, About, DiveFolder, began, is_date, list_folders, order, recordings
 from gcs_plugin.locks import is_written
 from tui.recordings import vehicle_named
 from tui.show import plain

@@ -21,13 +21,19 @@ from gcs_plugin.params.comparison import Wanted, wanted_by
 from gcs_plugin.params.files import (
     Interval,
     Sidecar,
-    found_of,
-    intervals_of,
     read_parameters,
     read_sidecar,
 )
-from gcs_plugin.params.identified import doubt_lines, doubted_in, write_with_sidecar
-from gcs_plugin.params.plan import coefficient_of, parameters_from_identification
+from gcs_plugin.params.identified import (
+    doubt_lines,
+    doubted_in,
+    origin,
+    origin_in,
+    parameters_from_identification,
+    sidecar_of,
+    write_with_sidecar,
+)
+from gcs_plugin.params.plan import coefficient_of
 from identify.identification import Outcome
 
 if TYPE_CHECKING:
@@ -56,7 +62,7 @@ def targets_of(
         wanted = wanted_by(
             path, "--despite-doubts", despite_doubts=leave.doubts, any_vehicle=leave.any_vehicle
         )
-        own_words = found_of(path)
+        own_words = origin_in(path)
         if file is not None:
             about = None
             if wanted.sidecar is None and own_words is not None:
@@ -92,7 +98,7 @@ def targets_of_identification(
     doubts = (f"warning: {doubt['sentence']}" for doubt in data.get("doubts", ()))
     notes = (*warnings, f"outcome: {outcome}", *doubts, *(f"note: {note}" for note in data.get("notes", ())))
     doubted = doubted_in(data)
-    sidecar = _sidecar_of(data, {c.name: c.parameter_id(veh_cfg) for c in OF_HULL.values()}, doubted)
+    sidecar = sidecar_of(data, {c.name: c.parameter_id(veh_cfg) for c in OF_HULL.values()}, doubted)
     try:
         values = parameters_from_identification(data, veh_cfg)
         wanted = Wanted(values, notes, True, sidecar, rigid=_rigid_bodies(file), kept=_kept_by(file))
@@ -122,28 +128,6 @@ def _kept_by(file: VehicleFile) -> dict[str, tuple[float, float]]:
         of_effects = effect_coefficients(shape)
         limits |= {c.parameter_id(veh_cfg): (to_float32(c.low), to_float32(c.high)) for c in of_effects}
     return limits
-
-
-def _sidecar_of(data: Mapping[str, Any], ids: Mapping[str, str], doubted: dict[str, str]) -> Sidecar:
-    """Make the sidecar of an identification's values from its JSON; `ids`: parameter ids by coefficient."""
-    dive = data["dive"] if isinstance(data.get("dive"), dict) else {}
-    thrust = data.get("thrust_scale") or {}
-    return Sidecar(
-        str(dive.get("sha256", "")),
-        str(data["vehicle"]["sha256"]),
-        data["configuration"],
-        str(data.get("method", "")),
-        version("seatrial"),
-        intervals_of(data, ids),
-        str(data["vehicle"]["name"]),
-        str(dive.get("name", "")),
-        data["outcome"],
-        thrust_shift=float(thrust.get("shift", 0.0)),
-        dived=str(dive.get("date", "")),
-        prior_dives=tuple(map(str, data.get("prior_dives", ()))),
-        dive_opening=str(dive.get("opening", "")),
-        doubted=doubted,
-    )
 
 
 @dataclass(frozen=True)
@@ -223,7 +207,7 @@ def write_accepted(
     values |= {i: 0.0 for item in effect_coefficients(shape) if (i := ids[item.name]) not in values}
     names = ", ".join(effect.label for effect in accepted.effects)
     words = (
-        f"{file.vehicle.name}, configuration {configuration}, by diagnose from {dive.name}",
+        origin(file.vehicle.name, configuration, "diagnose", dive.name),
         f"accepted: {names}",
         f"outcome: {outcome.value}",
         *doubt_lines(doubted, tuple(doubted)),

@@ -16,7 +16,7 @@ from gcs_plugin.dives.conditions import NOTHING_SAID
 from gcs_plugin.dives.folder import About, DiveFolder, last_conditions, new_folder, utc_text
 from gcs_plugin.recording.recorder import Count, Notice, Recorded, Recorder
 from gcs_plugin.recording.state import HeardVehicle, Holding, held, release, write_holding
-from gcs_plugin.watch import words
+from gcs_plugin.watch import hearing
 from tui import show
 from tui.links import words_of
 
@@ -204,7 +204,7 @@ class RecordingState:
         return holding if holding is not None and holding.pid != os.getpid() else None
 
 
-class StatusTexts(words.StatusTexts):
+class StatusTexts(hearing.StatusTexts):
     """Takes every frame of a link; `tell` gets each complete text with the number of its vehicle."""
 
     def __init__(self, tell: Callable[[str], None]) -> None:

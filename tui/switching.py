@@ -10,7 +10,7 @@ from bridge.exit_codes import UsageError
 from bridge.links.link import Link
 from bridge.wire.framing import Encoder, Framer
 from gcs_plugin.feedforward import Switch
-from gcs_plugin.modes import OffMarks
+from gcs_plugin.off_orders import OffMarks
 from gcs_plugin.peers import GROUND_STATION, Peers, ground_heartbeat
 from tui.recording import StatusTexts
 

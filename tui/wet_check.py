@@ -14,8 +14,7 @@ from bridge.wire.tlog import TlogWriter
 from gcs_plugin.dives.folder import about_vehicle, new_folder
 from gcs_plugin.doctor.checks import Finding, ok
 from gcs_plugin.doctor.latency import wet_findings
-from gcs_plugin.doctor.pulse_run import confirm, run_pulses
-from gcs_plugin.doctor.pulses import arm, disarm, duration_s, pulses
+from gcs_plugin.doctor.pulses import arm, confirm, disarm, duration_s, pulses, run_pulses
 from tui.show import harmless
 
 Progress = Callable[[int, int], None]

@@ -1,5 +1,5 @@
 """Dive folders.
 
-`folder` names, `dive.yaml`, the folders of a place · `order` recordings and lengths of dives, in order · `conditions`
-water, tether, ballast · `replay` a recording in its own timing.
+`folder` names, `dive.yaml`, the folders of a place, in the order of their start · `conditions` water, tether, ballast ·
+`replay` a recording in its own timing.
 """

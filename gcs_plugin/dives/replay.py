@@ -52,44 +52,18 @@ def schedule(records: Iterable[Record], pace: Pace) -> Iterator[tuple[float, Rec
         yield recorded_s / pace.speed, record
 
 
-class Player:
-    """Iterator that yields each record when it is due, always measured from the start, so that delays don't add up.
+def play(
+    records: Iterable[Record], clock: Clock, wait: Callable[[float], None], pace: Pace | None = None
+) -> Iterator[Record]:
+    """Yield each record when it is due, always measured from the start, so that delays don't add up.
 
-    `wait(seconds)` sleeps; `pause` and `resume` may be called from any thread.
+    `wait(seconds)` sleeps.
     """
-
-    def __init__(
-        self, records: Iterable[Record], clock: Clock, wait: Callable[[float], None], pace: Pace | None = None
-    ) -> None:
-        self._schedule = schedule(records, pace or Pace())
-        self._clock = clock
-        self._wait = wait
-        self._paused_at_s: float | None = None
-        self._paused_s = 0.0
-
-    def pause(self) -> None:
-        if self._paused_at_s is None:
-            self._paused_at_s = self._clock.boot_s()
-
-    def resume(self) -> None:
-        if self._paused_at_s is not None:
-            self._paused_s += self._clock.boot_s() - self._paused_at_s
-            self._paused_at_s = None
-
-    @property
-    def paused(self) -> bool:
-        return self._paused_at_s is not None
-
-    def __iter__(self) -> Iterator[Record]:
-        start_s = self._clock.boot_s()
-        for due_s, record in self._schedule:
-            while (late_s := self._played_s(start_s) - due_s) < 0 or self.paused:
-                self._wait(LONGEST_WAIT_S if self.paused else min(-late_s, LONGEST_WAIT_S))
-            yield record
-
-    def _played_s(self, start_s: float) -> float:
-        now_s = self._clock.boot_s() if self._paused_at_s is None else self._paused_at_s
-        return now_s - start_s - self._paused_s
+    start_s = clock.boot_s()
+    for due_s, record in schedule(records, pace or Pace()):
+        while (left_s := due_s - (clock.boot_s() - start_s)) > 0:
+            wait(min(left_s, LONGEST_WAIT_S))
+        yield record
 
 
 class Reel:

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from bridge.errors import SeatrialError
 from bridge.vehicle.config import GRAVITY_M_S2, Vehicle
-from gcs_plugin.doctor.observe import Arrival, Observed
+from gcs_plugin.doctor.observe import Observed
 from gcs_plugin.peers import CROWDED
 
 
@@ -194,7 +194,9 @@ def check_signal(observed: Observed, expected: Expected, vehicle: Vehicle | None
             if must
             else warn(expected.signal, says)
         )
-    rate_hz, age_s = _rate_hz(arrivals), observed.ended_s - arrivals[-1].time_s
+    first_s, last_s = arrivals[0].time_s, arrivals[-1].time_s
+    rate_hz = (len(arrivals) - 1) / (last_s - first_s) if last_s > first_s else 0.0
+    age_s = observed.ended_s - last_s
     if age_s > max(3.0 / expected.least_hz, 1.0):
         return fail(expected.signal, f"{expected.label}: the last value is {age_s:.1f} s old; it went silent")
     sentence = f"{expected.label}: {rate_hz:.1f} Hz"
@@ -284,11 +286,6 @@ def dry_findings(
         *sensor_findings,
         *others,
     ]
-
-
-def _rate_hz(arrivals: Sequence[Arrival]) -> float:
-    span_s = arrivals[-1].time_s - arrivals[0].time_s
-    return (len(arrivals) - 1) / span_s if span_s > 0 else 0.0
 
 
 FORBIDS_WET: Final = ("vehicle file", "link", "vehicles", "configuration", "thrusters")

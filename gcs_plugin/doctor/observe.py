@@ -1,6 +1,5 @@
 """Listen to a link for a while, and measure how a vehicle answers TIMESYNC."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -8,7 +7,6 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import Clock
 from bridge.links.link import Link
-from bridge.text import printable
 from bridge.wire.framing import Encoder, Frame, Framer, decode
 from bridge.wire.readings import Reading
 from bridge.wire.readings import decode as decode_reading
@@ -28,16 +26,10 @@ class Arrival:
 
 @dataclass(frozen=True, slots=True)
 class TimeAnswer:
-    """A TIMESYNC exchange: the ground's clock halfway, the vehicle's clock, and the duration of the round trip."""
+    """A TIMESYNC exchange: the vehicle's clock, and the duration of the round trip."""
 
-    ground_s: float
     vehicle_s: float
     round_trip_s: float
-
-    @property
-    def offset_s(self) -> float:
-        """Vehicle's clock minus ground's clock."""
-        return self.vehicle_s - self.ground_s
 
 
 @dataclass
@@ -51,7 +43,6 @@ class Observed:
     link: str
     arrivals: dict[str, list[Arrival]] = field(default_factory=dict)
     time_answers: list[TimeAnswer] = field(default_factory=list)
-    texts: list[str] = field(default_factory=list)
     frames: int = 0
     receptions: tuple[Reception, ...] = ()
     left_out: int = 0
@@ -66,26 +57,16 @@ class Observed:
         reading = decode_reading(frame)
         if reading is not None and frame.system != GROUND_STATION[0]:
             self.arrivals.setdefault(reading.signal, []).append(Arrival(now_s, reading))
-        if frame.message_id == dialect.MAVLINK_MSG_ID_STATUSTEXT:
-            message = decode(frame)
-            if message is not None:
-                self.texts.append(printable(message.text))
-        elif frame.message_id == dialect.MAVLINK_MSG_ID_TIMESYNC:
+        if frame.message_id == dialect.MAVLINK_MSG_ID_TIMESYNC:
             message = decode(frame)
             if message is not None and message.tc1 != 0 and frame.system != GROUND_STATION[0]:
                 sent_s = message.ts1 / 1e9
                 # A reply to another ground station, or to a request from before this listening, does not count.
                 if 0.0 <= now_s - sent_s <= 10.0:
-                    halfway_s = (now_s + sent_s) / 2
-                    self.time_answers.append(TimeAnswer(halfway_s, message.tc1 / 1e9, now_s - sent_s))
+                    self.time_answers.append(TimeAnswer(message.tc1 / 1e9, now_s - sent_s))
 
 
-def observe(
-    link: Link,
-    clock: Clock,
-    duration_s: float,
-    on_frame: Callable[[Frame], None] = lambda _: None,
-) -> Observed:
+def observe(link: Link, clock: Clock, duration_s: float) -> Observed:
     """Listen for `duration_s`, sending a TIMESYNC request every half second."""
     observed, framer, peers = Observed(link.name), Framer(), Peers(link)
     encoder = Encoder(*GROUND_STATION)
@@ -99,7 +80,6 @@ def observe(
             arrived_s = clock.boot_s()
             peers.on_frame(frame, link.name, arrived_s)
             observed.take(frame, arrived_s)
-            on_frame(frame)
     observed.ended_s, observed.unix_s = clock.boot_s(), clock.unix_s()
     observed.listened_s = observed.ended_s - start_s
     observed.receptions = tuple(peers.receptions(link.name, observed.ended_s))

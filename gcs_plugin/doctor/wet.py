@@ -1,11 +1,14 @@
 """The wet doctor: finds swapped, reversed or dead thrusters, and the true mountings of DVL, IMU and gyro.
 
-Every hypothesis is tried: 48 ways to mount the DVL, 48 for the IMU, two for the fibre-optic gyro, and for each the
-assignment of channels to thrusters, forwards or reversed, that explains the pulses best (a linear assignment problem,
-so none is missed). A hypothesis pays for the response it leaves unexplained and for each fault that it claims: the
-simplest explanation that fits wins. Its distance to the next best explanation gives the confidence.
+Every hypothesis is tried: 48 ways to mount the DVL (24 turns in steps of 90 degrees and their mirror images), 48 for
+the IMU, two for the fibre-optic gyro, and for each the assignment of channels to thrusters, forwards or reversed, that
+explains the pulses best (a linear assignment problem, so none is missed). A hypothesis pays for the response it leaves
+unexplained and for each fault that it claims: the simplest explanation that fits wins. Its distance to the next best
+explanation gives the confidence.
 """
 
+import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -15,13 +18,79 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from bridge.errors import LogError
-from bridge.vehicle.config import GRAVITY_M_S2, Configuration, Mounting, Vehicle
+from bridge.sensors.mounting import mounting_matrix
+from bridge.vehicle.config import GRAVITY_M_S2, Configuration, Mounting, Vector3, Vehicle
 from bridge.vehicle.thrusters import Curve
-from gcs_plugin.doctor import response, turns
+from gcs_plugin.doctor import response
 from gcs_plugin.doctor.checks import Finding, fail, ok, warn
-from gcs_plugin.doctor.wet_record import Pulse, WetRecord, find_pulses
+from gcs_plugin.doctor.response import Pulse, WetRecord, find_pulses
 
 Array = NDArray[np.float64]
+
+
+def _all_turns() -> tuple[Array, ...]:
+    turns = []
+    for order in itertools.permutations(range(3)):
+        for signs in itertools.product((1.0, -1.0), repeat=3):
+            matrix = np.zeros((3, 3))
+            matrix[range(3), order] = signs
+            turns.append(matrix)
+    # The identity first, then the proper turns, then the mirrors, each sorted by how little they turn.
+    return tuple(sorted(turns, key=lambda m: (bool(np.linalg.det(m) < 0), -np.trace(m))))
+
+
+TURNS: Final = _all_turns()
+IDENTITY: Final = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Correction:
+    """The values that the vehicle file should have for a mounting instead."""
+
+    rotation_deg: Vector3
+    signs: Vector3
+
+
+def is_mirror(turn: Array) -> bool:
+    return bool(np.linalg.det(turn) < 0)
+
+
+def describe(turn: Array) -> str:
+    """Describe the measured axes by the true ones: `x shows -y, y shows x`."""
+    parts = []
+    for row, name in enumerate("xyz"):
+        column = int(np.abs(turn[row]).argmax())
+        if column != row or turn[row, column] < 0:
+            parts.append(f"{name} shows {'-' if turn[row, column] < 0 else ''}{'xyz'[column]}")
+    return ", ".join(parts) or "all axes are right"
+
+
+def corrected(mounting: Mounting, turn: Array) -> Correction:
+    """Return the mounting that undoes `turn`, given measured = turn @ true under the present `mounting`.
+
+    The signs stay as they are for a turn. For a mirror one more sign changes: the choice that leaves least rotation.
+    """
+    matrix = turn.T @ np.array(mounting_matrix(mounting))
+    now = np.array(mounting.signs)
+    flips = [np.ones(3)] if not is_mirror(turn) else [1.0 - 2.0 * np.eye(3)[axis] for axis in range(3)]
+    best = max(flips, key=lambda flip: np.trace(matrix @ np.diag(now * flip)))
+    signs = now * best
+    rotation = euler_deg(matrix @ np.diag(signs))
+    return Correction(rotation, (float(signs[0]), float(signs[1]), float(signs[2])))
+
+
+def euler_deg(rotation: Array) -> Vector3:
+    """Roll, pitch and yaw in degrees of Rz(yaw) Ry(pitch) Rx(roll)."""
+    pitch = math.asin(max(-1.0, min(1.0, -rotation[2, 0])))
+    if abs(rotation[2, 0]) > 1.0 - 1e-9:
+        # Straight up or down, roll and yaw are the same angle: all of it is called yaw.
+        roll, yaw = 0.0, math.atan2(-rotation[0, 1], rotation[1, 1])
+    else:
+        roll = math.atan2(rotation[2, 1], rotation[2, 2])
+        yaw = math.atan2(rotation[1, 0], rotation[0, 0])
+    roll, pitch, yaw = (round(math.degrees(angle), 3) + 0.0 for angle in (roll, pitch, yaw))
+    return roll, pitch, yaw
+
 
 WEIGHTS: Final = {"dvl": 1.0, "rate": 1.0, "force": 0.5, "fog": 0.5}
 THRUSTER_FAULT: Final = 2.0
@@ -32,7 +101,7 @@ AXIS_GAIN_LIMIT: Final = 3.0
 MODEL_ERROR: Final = 0.35
 CROSS_TALK: Final = 0.05
 WRONG: Final = 12.0
-SURE: Final = 0.8
+CONFIDENT: Final = 0.8
 FAR: Final = 12.0
 BACKWARDS, DEAD = 1, 2
 LABELS: Final = {"dvl": "DVL", "imu": "IMU", "fog": "fibre-optic gyro"}
@@ -64,8 +133,8 @@ def diagnose(vehicle: Vehicle, configuration: Configuration, curve: Curve, recor
     scale = {name: _scale(felt[name], want[name]) for name in felt}
     noise, rest_force = response.noise(record, pulses), response.rest_force(record, pulses)
     evidence = _Evidence(felt, want, noise, scale, rest_force)
-    dvl = [_cost(evidence, "dvl", turn) for turn in turns.TURNS]
-    imu = [_imu_cost(evidence, turn) for turn in turns.TURNS]
+    dvl = [_cost(evidence, "dvl", turn) for turn in TURNS]
+    imu = [_imu_cost(evidence, turn) for turn in TURNS]
     fog = [_cost(evidence, "fog", np.array([[sign]])) for sign in (1.0, -1.0)]
     return _search(pulses, dvl, imu, fog, felt)
 
@@ -92,14 +161,14 @@ def _scale(felt: Array, want: Array) -> float:
 class _Evidence:
     """Responses to the pulses by sensor: measured `felt` (channels, k) and expected `want` (channels, thrusters, k).
 
-    `noise` (k,); `scale`: overall ratio of measured to expected; `rest` (3,): specific force before the first pulse.
+    `noise` (k,); `scale`: overall ratio of measured to expected; `at_rest` (3,): specific force before the first pulse.
     """
 
     felt: dict[str, Array]
     want: dict[str, Array]
     noise: dict[str, Array]
     scale: dict[str, float]
-    rest: Array | None
+    at_rest: Array | None
 
     @property
     def channels(self) -> int:
@@ -135,8 +204,8 @@ def _cost(evidence: _Evidence, name: str, turn: Array) -> Array:
 
 def _imu_cost(evidence: _Evidence, turn: Array) -> Array:
     cost = _cost(evidence, "rate", turn) + _cost(evidence, "force", turn)
-    if evidence.rest is not None:
-        off = evidence.rest @ turn / GRAVITY_M_S2 - np.array([0.0, 0.0, -1.0])
+    if evidence.at_rest is not None:
+        off = evidence.at_rest @ turn / GRAVITY_M_S2 - np.array([0.0, 0.0, -1.0])
         cost = cost + GRAVITY_WEIGHT * float(off @ off) / len(cost)
     return np.asarray(cost)
 
@@ -153,9 +222,9 @@ def _penalty(count: int) -> Array:
 
 
 def _claim(index: int) -> float:
-    if index == turns.IDENTITY:
+    if index == IDENTITY:
         return 0.0
-    return MOUNTING_FAULT + (MIRROR_FAULT if turns.is_mirror(turns.TURNS[index]) else 0.0)
+    return MOUNTING_FAULT + (MIRROR_FAULT if is_mirror(TURNS[index]) else 0.0)
 
 
 def _search(
@@ -189,7 +258,7 @@ def _search(
         confidence[f"thruster {channel + 1}"] = _confidence(
             _second_best(combined, int(channel), int(thruster_of[channel]), int(story[channel])) - bare
         )
-    turns_found = {"dvl": turns.TURNS[d], "imu": turns.TURNS[i], "fog": np.array([[1.0 - 2.0 * f]])}
+    turns_found = {"dvl": TURNS[d], "imu": TURNS[i], "fog": np.array([[1.0 - 2.0 * f]])}
     present = {"dvl": "dvl" in felt, "imu": "rate" in felt, "fog": "fog" in felt}
     turn = {name: matrix for name, matrix in turns_found.items() if present[name]}
     sign = np.where(story == BACKWARDS, -1.0, 1.0)
@@ -253,7 +322,7 @@ def _thruster_finding(diagnosis: Diagnosis, channel: int) -> Finding:
         return fail(name, f"{name} moved nothing; check its power, its lead and its propeller", conf)
     driven, backwards = int(diagnosis.thruster_of[channel]), diagnosis.sign[channel] < 0
     if driven == channel and not backwards:
-        if conf < SURE:
+        if conf < CONFIDENT:
             return warn(name, f"{name} seems right, but its pulse was too weak to be sure", conf)
         return ok(name, f"{name} is where the vehicle file has it, and pushes forwards", conf)
     trouble = []
@@ -266,13 +335,13 @@ def _thruster_finding(diagnosis: Diagnosis, channel: int) -> Finding:
             f"{name} pushes backwards; swap two of its motor leads, or turn its direction in the file"
         )
     sentence = "; ".join(trouble)
-    return fail(name, sentence, conf) if conf >= SURE else warn(name, f"it seems that {sentence}", conf)
+    return fail(name, sentence, conf) if conf >= CONFIDENT else warn(name, f"it seems that {sentence}", conf)
 
 
 def _mounting_finding(diagnosis: Diagnosis, vehicle: Vehicle, sensor: str, turn: Array) -> Finding:
     conf, label = diagnosis.confidence[sensor], LABELS[sensor]
     if np.array_equal(turn, np.eye(len(turn))):
-        if conf < SURE:
+        if conf < CONFIDENT:
             return warn(
                 sensor, f"{label}: its mounting seems right, but the pulses were too weak to be sure", conf
             )
@@ -282,10 +351,10 @@ def _mounting_finding(diagnosis: Diagnosis, vehicle: Vehicle, sensor: str, turn:
     if sensor == "fog":
         sentence = f"{label}: its sign is wrong; turn its mounting over"
     else:
-        right = turns.corrected(mounting, turn)
+        right = corrected(mounting, turn)
         angles = ", ".join(f"{angle:g}" for angle in right.rotation_deg)
         signs = ", ".join(f"{value:g}" for value in right.signs)
-        sentence = (
-            f"{label}: {turns.describe(turn)}; set its mounting to rotation_deg [{angles}], signs [{signs}]"
-        )
-    return fail(sensor, sentence, conf) if conf >= SURE else warn(sensor, f"it seems that {sentence}", conf)
+        sentence = f"{label}: {describe(turn)}; set its mounting to rotation_deg [{angles}], signs [{signs}]"
+    return (
+        fail(sensor, sentence, conf) if conf >= CONFIDENT else warn(sensor, f"it seems that {sentence}", conf)
+    )

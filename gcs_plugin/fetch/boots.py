@@ -5,13 +5,14 @@ The vehicle sends its boot once a second as NAMED_VALUE_INT `BOOT_ID`, so neithe
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import zip_longest
+from math import inf
 from typing import Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import LogError
 from bridge.wire.framing import Frame, decode
-from bridge.wire.segments import Segment
 from gcs_plugin.fetch.requests import Listing
 
 MARGIN_MS: Final = 10_000
@@ -63,32 +64,16 @@ def of_dive(listing: Listing, boots: list[Boot]) -> Listing:
         raise LogError(NOTHING_OF_IT)
     first, last = min(numbers), max(numbers)
     chosen = []
-    successors = _followers(listing)
-    for segment, size in listing:
+    for entry, following in zip_longest(listing, listing[1:]):
+        segment, boot = entry[0], heard.get(entry[0].identity)
         if not first <= segment.boot <= last:
             continue
-        boot = heard.get(segment.identity)
-        successor = successors.get(segment)
-        if boot is not None and segment.boot == first and successor is not None:
-            outside = successor.begins_ms < boot.first_ms - MARGIN_MS
-        else:
-            outside = False
-        if boot is not None and segment.boot == last:
-            outside = outside or segment.begins_ms > boot.last_ms + MARGIN_MS
-        if not outside:
-            chosen.append((segment, size))
+        ends_ms = following[0].begins_ms if following and following[0].identity == segment.identity else inf
+        is_before = boot is not None and segment.boot == first and ends_ms < boot.first_ms - MARGIN_MS
+        is_after = boot is not None and segment.boot == last and segment.begins_ms > boot.last_ms + MARGIN_MS
+        if not is_before and not is_after:
+            chosen.append(entry)
     return chosen
-
-
-def _followers(listing: Listing) -> dict[Segment, Segment]:
-    """Map each segment to the next segment of the same boot."""
-    successors: dict[Segment, Segment] = {}
-    previous: dict[int, Segment] = {}
-    for segment, _ in listing:
-        if segment.identity in previous:
-            successors[previous[segment.identity]] = segment
-        previous[segment.identity] = segment
-    return successors
 
 
 def newest(listing: Listing, most_ms: int | None) -> Listing:

@@ -181,7 +181,7 @@ class Fetching:
             else:
                 self._stage = _Stage.READ
         elif fault is Fault.NOT_FOUND:
-            self._gone()
+            self._next()  # the ring has let it go: what was fetched of it is kept
         else:
             self._open()
 
@@ -225,7 +225,7 @@ class Fetching:
         elif fault is Fault.SESSION:
             self._open()
         elif fault is Fault.NOT_FOUND:
-            self._gone()
+            self._next()  # the ring has let it go: what was fetched of it is kept
         else:
             self._compare()
 
@@ -253,9 +253,13 @@ class Fetching:
             if fault is Fault.SESSION:  # the vehicle restarted, or has forgotten this session
                 self._open()
             elif fault is Fault.NOT_FOUND:
-                self._gone()
+                self._next()  # the ring has let it go: what was fetched of it is kept
             elif fault is Fault.END:
-                self._shrink(offset)
+                # The vehicle lost the rest of it, for example in a power failure.
+                self._size = min(self._size, offset)
+                self._asked = min(self._asked, self._size)
+                if self._kept >= self._size:
+                    self._finish()
             else:
                 self._ask_read(offset, size)
             return
@@ -283,13 +287,6 @@ class Fetching:
         if at >= self._size:
             self._finish()
 
-    def _shrink(self, offset: int) -> None:
-        """End the segment at `offset`: the vehicle lost the rest of it, for example in a power failure."""
-        self._size = min(self._size, offset)
-        self._asked = min(self._asked, self._size)
-        if self._kept >= self._size:
-            self._finish()
-
     def _finish(self) -> None:
         """All bytes have arrived: request the checksum, unless the segment is still growing."""
         self._requests.forget()
@@ -311,7 +308,7 @@ class Fetching:
             if complete:  # the vehicle can no longer compute it; the checksum was right when this was fetched
                 self._next()
             elif fault is Fault.NOT_FOUND:
-                self._gone()
+                self._next()  # the ring has let it go: what was fetched of it is kept
             else:
                 self._ask_sum()
             return
@@ -330,10 +327,6 @@ class Fetching:
             self._fail(f"{name}: arrived {MOST_TRIES} times with a wrong checksum; check the vehicle's disk")
         else:
             self._open()
-
-    def _gone(self) -> None:
-        """The ring has deleted the segment: keep the bytes fetched so far."""
-        self._next()
 
     def _fail(self, fault: str) -> None:
         self.fault, self._stage = fault, _Stage.DONE

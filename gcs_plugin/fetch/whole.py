@@ -173,6 +173,9 @@ def made_whole(
     heard_count = copies + sum((frame.system, frame.component) == source for _, frame in ground_only)
     span = last + 1 - first
     strange_us = [stamp_us for stamp_us, frame in ground_only if (frame.system, frame.component) == source]
+    has_files = any(
+        frame.message_id == _TRANSFER and (frame.system, frame.component) == source for _, frame in heard
+    )
     damaged = _within(aboard.damaged, kept, dated, (first, last), strange_us)
     return Whole(
         records,
@@ -186,13 +189,7 @@ def made_whole(
         clock.clock,
         clock.guessed,
         holes_in(records, source),
-        0 if _has_files(heard, source) else lost_in(records, source),
-    )
-
-
-def _has_files(heard: Iterable[tuple[int, Frame]], source: tuple[int, int]) -> bool:
-    return any(
-        frame.message_id == _TRANSFER and (frame.system, frame.component) == source for _, frame in heard
+        0 if has_files else lost_in(records, source),
     )
 
 
@@ -209,17 +206,17 @@ def _forward(path: Path) -> list[tuple[int, Frame]]:
 
 
 def _span(
-    both: Collection[int], mine: Sequence[tuple[int, int | None]], dated: Sequence[int]
+    both: Collection[int], heard: Sequence[tuple[int, int | None]], dated: Sequence[int]
 ) -> tuple[int, int]:
     """First and last place of the dive in the vehicle's recording.
 
-    `own`: for each frame of the vehicle that the ground heard, the time and the frame's place, None if the vehicle's
+    `heard`: for each frame of the vehicle that the ground heard, the time and the frame's place, None if the vehicle's
     recording lacks it. If the first frame heard is in the vehicle's recording, the dive begins with it; otherwise
     with the first frame sent after that time. The end is found in the same way.
     """
     first, last = min(both, default=len(dated)), max(both, default=-1)
-    begins_us, begins = min(mine, key=itemgetter(0), default=(0, first))
-    ends_us, ends = max(mine, key=itemgetter(0), default=(0, last))
+    begins_us, begins = min(heard, key=itemgetter(0), default=(0, first))
+    ends_us, ends = max(heard, key=itemgetter(0), default=(0, last))
     if begins is None:
         first = min(first, bisect_left(dated, begins_us))
     if ends is None:
@@ -306,11 +303,11 @@ def _anchors(
     met: set[bytes] = set()
     anchors = []
     for stamp_us, frame in heard:
-        found_at = places.get(frame.raw, ())
-        if len(found_at) != 1 or frame.raw in met or frame.message_id not in TIMED:
+        at = places.get(frame.raw, ())
+        if len(at) != 1 or frame.raw in met or frame.message_id not in TIMED:
             continue
         met.add(frame.raw)
-        anchors.append(Anchor(found_at[0], stamp_us - kept[found_at[0]].stamp_us))
+        anchors.append(Anchor(at[0], stamp_us - kept[at[0]].stamp_us))
     return sorted(anchors, key=lambda anchor: anchor.place)
 
 

@@ -247,11 +247,11 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
         now_s = self._clock.boot_s()
         sources = self._fleet.sources(now_s)
         for link, health in sources:
-            source = (health.system, health.component)
             lines = [f"{health.system}/{health.component} on {link}: heard {health.age_s:.1f} s ago"]
             lines.append(f"{health.received} frames, {health.loss:.1%} lost as seen here")
-            if self._fleet.is_vehicle(source):
-                lines.append("ARMED" if self._fleet.armed(health.system) else "disarmed")
+            peer = self._fleet.peers.get((health.system, health.component))
+            if peer is not None and peer.is_vehicle:
+                lines.append("ARMED" if self._fleet.peers.armed(health.system) else "disarmed")
                 if health.system in self._ff_mode:
                     lines.append(f"feed-forward {word_of(self._ff_mode[health.system])}")
             self.say_line(", ".join(lines))

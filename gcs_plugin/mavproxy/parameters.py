@@ -8,13 +8,13 @@ from typing import Any, Final
 
 from bridge.clock import Clock
 from bridge.errors import ParamError, ParamRejected, SeatrialError
-from gcs_plugin.fleet import Fleet, News
+from gcs_plugin.fleet import Fleet
 from gcs_plugin.params.comparison import COLUMNS, Planned, Wanted, planned, planned_back, wanted_by
 from gcs_plugin.params.files import check_system
-from gcs_plugin.params.last_accepted import before_newest
+from gcs_plugin.params.last_accepted import newest_before
 from gcs_plugin.params.plan import ACCEPT_IMPLAUSIBLE, Verdict, action_of
 from gcs_plugin.params.receipt import RECEIPT, RESULT_COLUMNS, Newest, newest, path_of
-from gcs_plugin.params.session import Session, Step
+from gcs_plugin.params.session import News, Session, Step
 
 SHOW_EVERY_S: Final = 2.0
 AGREE_WITHIN_S: Final = 120.0
@@ -24,17 +24,25 @@ ARMED: Final = "armed"
 RECEIPTS: Final = Path("receipts")
 
 
+@dataclass(frozen=True)
+class _Asked:
+    """The command that was typed: `names` are the lines to send, none for all; `armed`: the vehicle may be armed."""
+
+    action: str
+    file: Path
+    names: tuple[str, ...] = ()
+    accepts: tuple[str, ...] = ()
+    despite_doubts: bool = False
+    armed: bool = False
+
+
 @dataclass
 class _Work:
-    """A session together with the command that was typed for it; `plan` is None until the vehicle was read."""
+    """A session with the command that was typed for it; `plan` is None until the vehicle was read."""
 
     session: Session
+    asked: _Asked
     wanted: Wanted
-    file: Path
-    action: str
-    names: tuple[str, ...]
-    accepts: tuple[str, ...]
-    armed_said: bool
     read_at: Newest
     shown_s: float
     plan: Planned | None = None
@@ -56,26 +64,25 @@ class Parameters:
         """Handle `params WORDS`; False for an unknown command. Raises SeatrialError."""
         match words:
             case ["diff", file]:
-                self._begin("diff", Path(file), (), False, False)
+                self._begin(_Asked("diff", Path(file)))
             case ["upload", file, *names]:
                 arguments, accepts = _parted(names)
                 chosen = tuple(name for name in arguments if name != DESPITE)
-                self._begin("upload", Path(file), chosen, DESPITE in arguments, False, accepts)
+                self._begin(
+                    _Asked("upload", Path(file), chosen, accepts, despite_doubts=DESPITE in arguments)
+                )
             case ["yes", code]:
                 self._agree(code)
             case ["rollback", *arguments] if len(arguments) <= 2:
                 files = [word for word in arguments if word != ARMED]
                 if len(files) > 1:
                     return False
-                before = Path(files[0]) if files else self._before()
-                self._begin("rollback", before, (), True, ARMED in arguments)
+                system, _ = self._fleet.meant(self._clock.boot_s())
+                before = Path(files[0]) if files else newest_before(RECEIPTS, system)
+                self._begin(_Asked("rollback", before, despite_doubts=True, armed=ARMED in arguments))
             case _:
                 return False
         return True
-
-    def _before(self) -> Path:
-        """File with the values held before the last upload that still stands, whoever made it."""
-        return before_newest(RECEIPTS, self._fleet.meant(self._clock.boot_s())[0])
 
     def cancel(self) -> bool:
         """Stop the current session; False if none is running."""
@@ -126,66 +133,49 @@ class Parameters:
             self._say(f"params: {self._progress(session)}")
         return messages
 
-    def _begin(
-        self,
-        action: str,
-        file: Path,
-        names: tuple[str, ...],
-        doubts: bool,
-        armed: bool,
-        accepts: tuple[str, ...] = (),
-    ) -> None:
+    def _begin(self, asked: _Asked) -> None:
         if self.busy:
             raise ParamRejected("parameters are being read or written; wait, or `seatrial cancel`")
-        now_s = self._clock.boot_s()
+        now_s, file = self._clock.boot_s(), asked.file
         source = self._fleet.meant(now_s)
-        wanted = wanted_by(file, DESPITE, despite_doubts=doubts)
+        wanted = wanted_by(file, DESPITE, despite_doubts=asked.despite_doubts)
         check_system(file, wanted.system, source[0], "")
         self._say(f"params: reading vehicle {source[0]}, component {source[1]}")
-        session = Session(self._fleet, source, self._clock)
+        session = Session(self._fleet.peers, source, self._clock)
         session.read()
         read_at = newest(RECEIPTS, source[0])
-        self._work = _Work(
-            session,
-            wanted.narrowed(file, names or None),
-            file,
-            action,
-            names,
-            accepts,
-            armed,
-            read_at,
-            now_s,
-        )
+        self._work = _Work(session, asked, wanted.narrowed(file, asked.names or None), read_at, now_s)
 
     def _show_plan(self, work: _Work) -> None:
         """Show the plan once the vehicle was read, and go on as far as is allowed without a further command."""
-        session, system, back = work.session, work.session.vehicle[0], work.action == "rollback"
+        asked, file = work.asked, work.asked.file
+        session, system, back = work.session, work.session.vehicle[0], asked.action == "rollback"
         try:
             if back:
-                plan = planned_back(work.file, work.wanted, session.present, RECEIPTS, system)
+                plan = planned_back(file, work.wanted, session.present, RECEIPTS, system)
             else:
-                names = work.names or None
-                plan = planned(work.file, work.wanted, session.present, names, RECEIPTS, system, work.accepts)
+                names = asked.names or None
+                plan = planned(file, work.wanted, session.present, names, RECEIPTS, system, asked.accepts)
             work.plan = plan
             for note in plan.notes:
                 self._say(note)
-            hidden = (Verdict.READ_ONLY,) if work.action == "diff" else (Verdict.READ_ONLY, Verdict.SAME)
+            hidden = (Verdict.READ_ONLY,) if asked.action == "diff" else (Verdict.READ_ONLY, Verdict.SAME)
             self._say_table(COLUMNS, plan.cells(hidden))
             self._say(plan.plan.summary())
-            if work.action == "diff":
+            if asked.action == "diff":
                 self._work = None
                 return
             plan.plan.check()
             session.check_armed(plan.plan, even_armed=True)
             # Values that the vehicle holds already need no confirmation, but a receipt: they too can be rolled back
             # or accepted.
-            if (back and (work.armed_said or not session.armed)) or not plan.writes(session.vehicle):
+            if (back and (asked.armed or not session.armed)) or not plan.writes(session.vehicle):
                 self._write(work, session.armed)
                 return
             self._say(
                 f"to {action_of(plan.plan)} on vehicle {system}{', which is ARMED' if session.armed else ''}:"
             )
-            again = f"rollback {work.file} {ARMED}" if back else f"yes {plan.plan.code(armed=session.armed)}"
+            again = f"rollback {file} {ARMED}" if back else f"yes {plan.plan.code(armed=session.armed)}"
             self._say(f"    seatrial params {again}")
             if back:
                 self._work = None

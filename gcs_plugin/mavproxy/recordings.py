@@ -24,7 +24,7 @@ from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, new_folder
 from gcs_plugin.mavproxy.words import newest_dive
 from gcs_plugin.recording import orders
 from gcs_plugin.recording.link import among, same_link
-from gcs_plugin.recording.recorder import SYNC_EVERY_S, Count, Notice, Recorder
+from gcs_plugin.recording.recorder import Count, Notice, Recorder
 from gcs_plugin.recording.state import Holding, held
 
 TELL_RATE_AFTER_S: Final = 5.0
@@ -75,7 +75,9 @@ class Recording:
             [self._frames], self._opener(self.folder), clock, self.free_bytes, notice, None, None
         )
         self._stop = threading.Event()
-        self._syncer = threading.Thread(target=self._sync, name="seatrial-sync", daemon=True)
+        self._syncer = threading.Thread(
+            target=self._recorder.sync_until, args=(self._stop,), name="seatrial-sync", daemon=True
+        )
         self._syncer.start()
 
     def keep(self, frame: Frame) -> None:
@@ -142,10 +144,6 @@ class Recording:
         size = f"{count.frames} frames, {count.bytes / 1e3:.0f} kB"
         self._say(f"recorded {size}{lost}: {self.finished}")
 
-    def _sync(self) -> None:
-        while not self._stop.wait(SYNC_EVERY_S):
-            self._recorder.sync()
-
 
 def progress(span_s: float, frames: int, left: str) -> str:
     """Format as `00:12:31, 1234 frames, 41 h of disk left`."""
@@ -188,7 +186,12 @@ class Recordings:
                 self._next()
             case ["stop"]:
                 if self._own is None:
-                    raise LogError(self._other_ends() or f"nothing is being recorded; {BEGIN}")
+                    other = self._other()
+                    ends = (
+                        other
+                        and f"process {other.pid} records, not MAVProxy; `seatrial record --end` ends it"
+                    )
+                    raise LogError(ends or f"nothing is being recorded; {BEGIN}")
                 self.stop()
             case ["note", *text] if text:
                 noted, unix_s = self._noted()
@@ -289,12 +292,6 @@ class Recordings:
         """The recording of another process whose hub carries the vehicle to MAVProxy, if any."""
         holding = held(self._clock.unix_s())
         return holding if holding is not None and among(holding.hub, self._links()) else None
-
-    def _other_ends(self) -> str:
-        holding = self._other()
-        return (
-            f"process {holding.pid} records, not MAVProxy; `seatrial record --end` ends it" if holding else ""
-        )
 
 
 def _words(holding: Holding, unix_s: float) -> str:

@@ -10,9 +10,10 @@ from bridge.vehicle.mode import ORDERS, Mode
 from bridge.vehicle.parameters import ACTIVE
 from bridge.wire.framing import Frame
 from gcs_plugin.feedforward import Switch
-from gcs_plugin.fleet import Fleet, News
+from gcs_plugin.fleet import Fleet
 from gcs_plugin.mavproxy.parameters import ARMED
-from gcs_plugin.modes import OffMarks, OffOrders
+from gcs_plugin.off_orders import OffMarks, OffOrders
+from gcs_plugin.params.session import News
 from gcs_plugin.params.transfer import Source
 
 SHOW_EVERY_S: Final = 2.0
@@ -68,7 +69,7 @@ class Switching:
         if switch is None:
             return []
         systems = self._fleet.systems(now_s) if self._fleet.chosen is None else (self._fleet.chosen,)
-        switch.twins = next((fault for system in systems if (fault := self._fleet.fault(system))), "")
+        switch.twins = next((fault for system in systems if (fault := self._fleet.peers.fault(system))), "")
         if switch.mode is not Mode.OFF:
             switch.overruled = switch.overruled or any(
                 self._orders.given(n) for n in switch.waits_for or systems
@@ -109,7 +110,7 @@ class Switching:
                 f"vehicle {system} has no parameters in force to feed forward; upload some first"
             )
         self._asked, self._orders = (ORDERS[mode], system, now_s), OffOrders()
-        armed = self._fleet.armed(system)
+        armed = self._fleet.peers.armed(system)
         self._say(
             f"to set the feed-forward of vehicle {system}{', which is ARMED,' if armed else ''} to {mode}:"
         )
@@ -123,7 +124,7 @@ class Switching:
             raise ParamRejected(
                 f"`seatrial ff {mode}` comes first, within {AGREE_WITHIN_S:.0f} s; nothing was sent"
             )
-        if self._fleet.armed(system) and not armed_said:
+        if self._fleet.peers.armed(system) and not armed_said:
             self._asked = asked
             raise ParamRejected(
                 f"the vehicle is ARMED; to set it all the same: seatrial ff yes {mode} {ARMED}"

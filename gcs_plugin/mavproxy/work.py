@@ -56,8 +56,9 @@ class Work:
         words = ["-m", MODULE, function, str(dive), *_conditions(dive, "")]
         for option in OPTIONS[function]:
             value = getattr(at, option)
-            if option != "param":
-                words += [word for piece in _each(value) for word in (f"--{option}", piece)]
+            if option != "param" and value is not None:
+                pieces = [value] if isinstance(value, str) else value
+                words += [word for piece in pieces for word in (f"--{option}", piece)]
         if function == "diagnose":
             words += _conditions(Path(at.check), "check-") if at.check else []
             words += ["--without", TETHER] if conditions_of(dive).tether_out_m == 0.0 else []
@@ -173,10 +174,6 @@ def _parsed(function: str, options: list[str]) -> Namespace:
         return parser.parse_args(options)
     except ArgumentError as error:
         raise ConfigError(str(error)) from None
-
-
-def _each(value: str | list[str] | None) -> list[str]:
-    return [] if value is None else [value] if isinstance(value, str) else value
 
 
 def _conditions(dive: Path, prefix: str) -> list[str]:

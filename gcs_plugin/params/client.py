@@ -9,24 +9,12 @@ from bridge.clock import Clock
 from bridge.errors import LinkError, LinkLost, LinkTimeout
 from bridge.links.link import Link
 from bridge.wire.framing import Encoder, Framer
-from gcs_plugin.fleet import Fleet, News
-from gcs_plugin.params.deadline import Timing
 from gcs_plugin.params.receipt import Receipt
-from gcs_plugin.params.session import READ_WITHIN_S, Order, Progress, Session, Step
+from gcs_plugin.params.session import READ_WITHIN_S, News, Order, Progress, Session, Step, news_of
 from gcs_plugin.params.transfer import Result, Source
-from gcs_plugin.peers import COMPANIONS_MAY_FOLLOW_S, GROUND_STATION, parameter_holder
+from gcs_plugin.peers import COMPANIONS_MAY_FOLLOW_S, GROUND_STATION, Peers, parameter_holder
 
 POLL_S: Final = 0.02
-
-
-def _no_line(name: str, result: Result) -> None:
-    """Default `line` callback: ignores the result of a parameter."""
-    del name, result
-
-
-def _no_progress(progress: Progress) -> None:
-    """Default `progress` callback: ignores the progress."""
-    del progress
 
 
 class ParameterClient:
@@ -41,14 +29,12 @@ class ParameterClient:
         self,
         link: Link,
         clock: Clock,
-        timing: Timing | None = None,
-        progress: Callable[[Progress], None] = _no_progress,
-        line: Callable[[str, Result], None] = _no_line,
+        progress: Callable[[Progress], None] = lambda _: None,
+        line: Callable[[str, Result], None] = lambda *_: None,
     ) -> None:
-        self._link, self._clock, self._timing = link, clock, timing
-        self._progress, self._line = progress, line
+        self._link, self._clock, self._progress, self._line = link, clock, progress, line
         self._framer, self._encoder = Framer(), Encoder(*GROUND_STATION)
-        self._fleet = Fleet(link)
+        self._peers = Peers(link)
         self._session: Session | None = None
 
     def find_vehicle(self, timeout_s: float = 5.0, system: int | None = None) -> Source:
@@ -72,9 +58,9 @@ class ParameterClient:
                 f"{self._link.name}: several vehicles beat (systems {numbers}); name one with --system"
             )
         vehicle = parameter_holder(candidates)
-        if fault := self._fleet.fault(vehicle[0]):
+        if fault := self._peers.fault(vehicle[0]):
             raise LinkError(fault)
-        self._session = Session(self._fleet, vehicle, self._clock, self._timing)
+        self._session = Session(self._peers, vehicle, self._clock)
         return vehicle
 
     @property
@@ -95,7 +81,7 @@ class ParameterClient:
         """The component that drives the vehicle's thrusters: its autopilot, otherwise the component in use."""
         autopilots = [
             peer.source
-            for peer in self._fleet.peers
+            for peer in self._peers
             if peer.source[0] == self.vehicle[0]
             and peer.heartbeat is not None
             and peer.heartbeat.is_autopilot
@@ -161,16 +147,16 @@ class ParameterClient:
     def _receive(self) -> list[News]:
         frames = self._framer.feed(self._link.read(POLL_S))
         now_s = self._clock.boot_s()
-        heard = (self._fleet.on_frame(frame, self._link.name, now_s) for frame in frames)
+        heard = (news_of(frame, self._peers.on_frame(frame, self._link.name, now_s)) for frame in frames)
         return [news for news in heard if news is not None]
 
     def _candidates(self, system: int | None) -> list[Source]:
-        vehicles = self._fleet.peers.vehicles(self._clock.boot_s())
+        vehicles = self._peers.vehicles(self._clock.boot_s())
         return [peer.source for peer in vehicles if system in (None, peer.source[0])]
 
     def _nobody(self, timeout_s: float, system: int | None) -> str:
         wanted = "" if system is None else f" of system {system}"
-        beating = sorted(peer.source for peer in self._fleet.peers if peer.heartbeat is not None)
+        beating = sorted(peer.source for peer in self._peers if peer.heartbeat is not None)
         others = ", ".join(f"{s}/{c}" for s, c in beating) or "nobody at all"
         return (
             f"{self._link.name}: no vehicle's HEARTBEAT{wanted} within {timeout_s:g} s (heard: {others}); "

@@ -11,6 +11,8 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
+LOSS: Final = 0.3
+FAILURE: Final = 1e-4
 STAGES: Final = 4  # quiet periods of an upload that is written, refused once, committed and switched to
 
 
@@ -32,14 +34,6 @@ class Timing:
     quiet_max_s: float = 10.0
     deadline_s: float = 60.0
 
-    def __post_init__(self) -> None:
-        if self.window < 1 or min(self.retry_s, self.quiet_s, self.deadline_s) <= 0:
-            raise ValueError(f"a transfer needs a window and times above zero, not {self}")
-        if self.retry_max_s < self.retry_s:
-            raise ValueError(f"retry_max_s {self.retry_max_s} is below retry_s {self.retry_s}")
-        if self.quiet_max_s < self.quiet_s:
-            raise ValueError(f"quiet_max_s {self.quiet_max_s} is below quiet_s {self.quiet_s}")
-
 
 def retry_delay_s(attempt: int, timing: Timing) -> float:
     """Delay between attempt number `attempt` (from 1) and the next, s."""
@@ -57,21 +51,14 @@ def attempts_needed(loss: float, requests: int, failure: float) -> int:
     return max(1, math.ceil(math.log(failure / max(requests, 1)) / math.log(1.0 - success)))
 
 
-def deadline_s(requests: int, timing: Timing, loss: float = 0.3, failure: float = 1e-4) -> float:
-    """Time in which `requests` writes and their read-backs all succeed except with probability `failure`, s.
-
-    `loss` is the link's loss in each direction. Includes a quiet period of `quiet_max_s` for each of the STAGES of an
-    upload.
+def deadline_s(requests: int, timing: Timing) -> float:
+    """Time in which `requests` writes and their read-backs all succeed except with probability FAILURE, s, if the link
+    loses LOSS in each direction. Includes a quiet period of `quiet_max_s` for each of the STAGES of an upload.
     """
-    attempts = attempts_needed(loss, 2 * requests, failure)
+    attempts = attempts_needed(LOSS, 2 * requests, FAILURE)
     patience = sum(retry_delay_s(attempt, timing) for attempt in range(1, attempts + 1))
     queue = math.ceil(requests / timing.window) * timing.retry_max_s * 2
     return 2 * patience + 2 * queue + STAGES * timing.quiet_max_s
-
-
-def is_past(now_s: float, start_s: float, allowed_s: float) -> bool:
-    """Whether `allowed_s` have passed since `start_s`."""
-    return now_s - start_s >= allowed_s
 
 
 MARGIN: Final = 2.0

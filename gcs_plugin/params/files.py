@@ -23,30 +23,28 @@ from gcs_plugin.params import float32
 LARGEST_FILE_BYTES: Final = 4_000_000
 NAME_LENGTH: Final = 16
 REAL32: Final = 9
+SUFFIXES: Final = (".param", ".parm", ".params")
 FORMAT: Final = 1
 """Format of the sidecar."""
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-_LINE_END = re.compile(r"\r\n|\n|\r")
+LINE_END = re.compile(r"\r\n|\n|\r")
 """Only these, not all that `str.splitlines` splits at: a comment would end at a form feed, but go on for a reader."""
 _SAVED_OF = "Onboard parameters for Vehicle"
 """Start of the first line of QGroundControl's files."""
 _SAVED_OF_LINE = re.compile(rf"#\s*{_SAVED_OF} (\d{{1,3}})\s*")
-_FOUND_BY_LINE = re.compile(r"#\s*(.+?), configuration (.+?), by \S+ from .*")
-"""First line of the files that `identify --param` and `diagnose --accept` write."""
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)(\(.*\))?", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """Line of a parameter file; `system` and `component` are None in formats without them."""
+    """Line of a parameter file; `system` is None in formats without it."""
 
     name: str
     value: float
     line: int
     system: int | None = None
-    component: int | None = None
 
 
 def parse(text: str, source: str) -> list[Entry]:
@@ -56,7 +54,7 @@ def parse(text: str, source: str) -> list[Entry]:
     without parameters.
     """
     entries = []
-    for number, line in enumerate(_LINE_END.split(text), start=1):
+    for number, line in enumerate(LINE_END.split(text), start=1):
         content = line.split("#", 1)[0].strip()
         if content:
             entries.append(_entry(content, number, source))
@@ -69,9 +67,7 @@ def _entry(content: str, line: int, source: str) -> Entry:
     place = f"{source}, line {line}"
     parts = [part for part in re.split(r"[\s,]+", content) if part]
     if len(parts) == 5 and parts[0].isdecimal() and parts[1].isdecimal() and parts[4].isdecimal():
-        return Entry(
-            _name(parts[2], place), _value(parts[2], parts[3], place), line, int(parts[0]), int(parts[1])
-        )
+        return Entry(_name(parts[2], place), _value(parts[2], parts[3], place), line, int(parts[0]))
     if len(parts) != 2:
         raise ParamRejected(f"{place}: '{_shown(content)}' is not a name and a value; mend that line")
     return Entry(_name(parts[0], place), _value(parts[0], parts[1], place), line)
@@ -114,23 +110,14 @@ def system_of(path: Path) -> int | None:
 
     Raises ParamRejected for an unreadable file and for a file with the values of several systems.
     """
-    text = _text_of(path)
-    saved = (int(match[1]) for line in _LINE_END.split(text) if (match := _SAVED_OF_LINE.fullmatch(line)))
+    text = text_in(path)
+    saved = (int(match[1]) for line in LINE_END.split(text) if (match := _SAVED_OF_LINE.fullmatch(line)))
     listed = (entry.system for entry in parse(text, str(path)) if entry.system is not None)
     systems = sorted({*saved, *listed})
     if len(systems) > 1:
         both = ", ".join(map(str, systems))
         raise ParamRejected(f"{path}: holds values of several vehicles ({both}); keep the lines of one")
     return systems[0] if systems else None
-
-
-def found_of(path: Path) -> tuple[str, str] | None:
-    """Vehicle and configuration of the identification, from the first line that `identify --param` or
-    `diagnose --accept` wrote; None if the file has no such line. Raises ParamRejected for an unreadable file.
-    """
-    lines = _LINE_END.split(_text_of(path))
-    origins = ((match[1], match[2]) for line in lines if (match := _FOUND_BY_LINE.fullmatch(line)))
-    return next(origins, None)
 
 
 def check_system(path: Path, named: int | None, system: int, otherwise: str) -> None:
@@ -145,7 +132,8 @@ def check_system(path: Path, named: int | None, system: int, otherwise: str) -> 
         )
 
 
-def _text_of(path: Path) -> str:
+def text_in(path: Path) -> str:
+    """Text of a parameter file. Raises ParamRejected if it can't be read or is too long."""
     try:
         size = size_to_read(path)
         if size is None:
@@ -159,45 +147,41 @@ def _text_of(path: Path) -> str:
         raise ParamRejected(f"{path}: {why_unread(error)}; give a .param file") from None
 
 
-def read_parameters(path: Path, component: int | None = None) -> dict[str, float]:
+def read_parameters(path: Path) -> dict[str, float]:
     """The values of a file by name, each exactly a float32.
 
-    With `component`, lines that name another component are skipped. Raises ParamRejected for a file that can't be read,
-    a malformed line, NaN, a name that is given twice, or if no parameter is left.
+    Raises ParamRejected for a file that can't be read, a malformed line, NaN, or a name that is given twice.
     """
-    lines: dict[str, int] = {}
-    values: dict[str, float] = {}
-    for entry in parse(_text_of(path), str(path)):
-        if component is not None and entry.component not in (None, component):
-            continue
-        if entry.name in values:
-            both = f"{lines[entry.name]} and {entry.line}"
+    entries: dict[str, Entry] = {}
+    for entry in parse(text_in(path), str(path)):
+        if (before := entries.get(entry.name)) is not None:
+            both = f"{before.line} and {entry.line}"
             raise ParamRejected(f"{path}: {entry.name} is given twice, on lines {both}; keep one")
-        lines[entry.name], values[entry.name] = entry.line, entry.value
-    if not values:
-        raise ParamRejected(f"{path}: holds no parameters of component {component}; name another component")
-    return values
+        entries[entry.name] = entry
+    return {name: entry.value for name, entry in entries.items()}
 
 
-def param_text(values: Mapping[str, float], comments: Iterable[str] = ()) -> str:
-    """Text of a file in the form of Mission Planner and MAVProxy: `NAME,value`."""
+def text_of(
+    values: Mapping[str, float],
+    suffix: str,
+    comments: Iterable[str] = (),
+    system: int = 1,
+    component: int = 1,
+) -> str:
+    """Text of a file in the form that its suffix stands for.
+
+    `.param`, of Mission Planner and MAVProxy: name, comma, value. `.parm`, the classic form: name padded to 16
+    characters, a blank, value. `.params`, of QGroundControl: system, component, name, value and type, between tabs.
+    """
     head = [f"# {comment}" for comment in comments]
-    return "\n".join(head + [f"{name},{float32.text(value)}" for name, value in values.items()]) + "\n"
-
-
-def parm_text(values: Mapping[str, float], comments: Iterable[str] = ()) -> str:
-    """Text of a file in the classic form: name padded to 16 characters, a blank, value."""
-    head = [f"# {comment}" for comment in comments]
-    lines = [f"{name:<{NAME_LENGTH}} {float32.text(value)}" for name, value in values.items()]
-    return "\n".join(head + lines) + "\n"
-
-
-def qgc_text(values: Mapping[str, float], system: int, component: int, comments: Iterable[str] = ()) -> str:
-    """Text of a file in QGroundControl's form: system, component, name, value and type, separated by tabs."""
-    head = [*(f"# {comment}" for comment in comments), "# Vehicle-Id Component-Id Name Value Type"]
-    lines = [
-        f"{system}\t{component}\t{name}\t{float32.text(value)}\t{REAL32}" for name, value in values.items()
-    ]
+    texts = {name: float32.text(value) for name, value in values.items()}
+    if suffix == ".param":
+        lines = [f"{name},{text}" for name, text in texts.items()]
+    elif suffix == ".parm":
+        lines = [f"{name:<{NAME_LENGTH}} {text}" for name, text in texts.items()]
+    else:
+        head.append("# Vehicle-Id Component-Id Name Value Type")
+        lines = [f"{system}\t{component}\t{name}\t{text}\t{REAL32}" for name, text in texts.items()]
     return "\n".join(head + lines) + "\n"
 
 
@@ -220,15 +204,10 @@ def write_parameters(
     if strange:
         words += (f"left out, since no parameter has such a name: {', '.join(map(_shown, strange))}",)
         values = {name: value for name, value in values.items() if name not in strange}
+    if path.suffix not in SUFFIXES:
+        raise ParamRejected(f"{path}: a parameter file ends in .param, .parm or .params; name it so")
     try:
-        if path.suffix == ".param":
-            text = param_text(values, words)
-        elif path.suffix == ".parm":
-            text = parm_text(values, words)
-        elif path.suffix == ".params":
-            text = qgc_text(values, 1 if system is None else system, component, words)
-        else:
-            raise ParamRejected(f"{path}: a parameter file ends in .param, .parm or .params; name it so")
+        text = text_of(values, path.suffix, words, 1 if system is None else system, component)
     except ValueError as error:
         raise ParamRejected(f"{path}: not written, {error}; mend the value") from None
     replace_text(path, text)
@@ -312,15 +291,3 @@ def read_sidecar(path: Path) -> Sidecar | None:
         return schema.build(Sidecar, data, str(source))
     except (OSError, ValueError, ConfigError) as error:
         raise ParamRejected(f"{source}: not a sidecar ({error}); remove it or identify again") from None
-
-
-def intervals_of(identification: Mapping[str, Any], parameter_ids: Mapping[str, str]) -> dict[str, Interval]:
-    """95 % intervals from an identification's JSON, by parameter id; `parameter_ids` maps coefficient name to id."""
-    intervals = {}
-    for estimate in identification.get("parameters", []):
-        name = estimate.get("name")
-        if name in parameter_ids and estimate.get("low95") is not None and estimate.get("high95") is not None:
-            intervals[parameter_ids[name]] = Interval(
-                name, str(estimate.get("unit", "")), float(estimate["low95"]), float(estimate["high95"])
-            )
-    return intervals

@@ -6,15 +6,12 @@ values that were to be written. A verified roll back to TIME-before.param takes 
 a roll back to a file of another name takes back all uploads.
 """
 
-import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from bridge.errors import ParamError, ParamRejected
-from bridge.files import read_small
-from bridge.plain import from_json
 from bridge.vehicle.parameters import ACTIVE
 from gcs_plugin.params import float32
 from gcs_plugin.params.files import (
@@ -26,21 +23,14 @@ from gcs_plugin.params.files import (
     write_sidecar,
 )
 from gcs_plugin.params.plan import coefficient_of
-from gcs_plugin.params.receipt import BEFORE, MOST_UPLOADS, RECEIPT, WANTED, Receipt, path_of, whole
+from gcs_plugin.params.receipt import BEFORE, WANTED, PastUpload, Receipt, kept_in, path_of
 from gcs_plugin.params.transfer import Outcome
 
 ACCEPTED: Final = "-accepted.param"
 
-_LARGEST_CRC: Final = 2**32 - 1
-
-_TIME = re.compile(r"\d{4}-\d\d-\d\dT\d{6}Z(-\d+)?")
 _HELD: Final = (Outcome.APPLIED, Outcome.SAME)
-_HELD_WORDS: Final = tuple(outcome.name.lower() for outcome in _HELD)
-_BEGUN: Final = Outcome.BEGUN.name.lower()
-_OPEN_WORDS: Final = (_BEGUN, Outcome.UNVERIFIED.name.lower())
-_AS_BEFORE_WORDS: Final = tuple(
-    outcome.name.lower() for outcome in (Outcome.NOT_SENT, Outcome.REFUSED, Outcome.ROLLED_BACK)
-)
+_OPEN: Final = (Outcome.BEGUN, Outcome.UNVERIFIED)
+_AS_BEFORE: Final = (Outcome.NOT_SENT, Outcome.REFUSED, Outcome.ROLLED_BACK)
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,33 +43,6 @@ class AcceptedValue:
     value: float
     interval: Interval | None
     time: str
-
-
-@dataclass(frozen=True, slots=True)
-class Unfinished:
-    """An upload or roll back that the ground station began and never finished.
-
-    `time` is that of its file names; `preimage` is the file with the values before; `restores` is the file that a roll
-    back was to go back to, "" for an upload; `targets` are the values to write; `active_crc` is the CRC of the set that
-    was to fly, None without a commit.
-    """
-
-    time: str
-    preimage: Path
-    restores: str
-    targets: Mapping[str, float]
-    active_crc: int | None
-
-
-@dataclass(frozen=True, slots=True)
-class _Kept:
-    number: int
-    time: str
-    outcome: str
-    restores: str
-    targets: Mapping[str, float]
-    written: Mapping[str, float]
-    active_crc: int | None
 
 
 def keep_accepted(receipt: Receipt, sidecar: Sidecar | None, complete: bool) -> Path | None:
@@ -116,7 +79,7 @@ def last_accepted(receipts: Path, system: int | None = None) -> dict[str, Accept
     """
     accepted: dict[str, AcceptedValue] = {}
     for kept in _standing(receipts, system):
-        path = receipts / f"{kept.time}{ACCEPTED}"
+        path = path_of(kept.preimage, ACCEPTED)
         try:
             values, sidecar = read_parameters(path), read_sidecar(path)
         except ParamError:
@@ -128,63 +91,48 @@ def last_accepted(receipts: Path, system: int | None = None) -> dict[str, Accept
     return accepted
 
 
-def newest_before(receipts: Path, system: int | None = None) -> Path | None:
+def newest_before(receipts: Path, system: int) -> Path:
     """Pre-image for a roll back in one step: the values before the newest upload that wrote and was not rolled back.
 
     If uploads with an unknown end (begun or unverified) precede it, with no applied upload in between, it is the
-    pre-image of the first of these. None if there is no such upload.
+    pre-image of the first of these. Raises ParamRejected if there is no such upload to that MAVLink system.
     """
-    oldest: _Kept | None = None
+    oldest: PastUpload | None = None
     for kept in reversed(_standing(receipts, system)):
-        if kept.outcome in _OPEN_WORDS or (oldest is None and kept.outcome == Outcome.APPLIED.name.lower()):
+        if kept.outcome in _OPEN or (oldest is None and kept.outcome is Outcome.APPLIED):
             oldest = kept
-        elif oldest is not None and kept.outcome == Outcome.APPLIED.name.lower():
+        elif oldest is not None and kept.outcome is Outcome.APPLIED:
             break
-    return None if oldest is None else receipts / f"{oldest.time}{BEFORE}"
-
-
-def before_newest(receipts: Path, system: int) -> Path:
-    """Like `newest_before`, for a given MAVLink system. Raises ParamRejected if no upload to it can be rolled back."""
-    preimage = newest_before(receipts, system)
-    if preimage is None:
+    if oldest is None:
         raise ParamRejected(
             f"{receipts}: no upload to vehicle {system} that stands is kept there; give the -before.param to go back to"
         )
-    return preimage
+    return oldest.preimage
 
 
-def unfinished(receipts: Path, system: int | None = None) -> Unfinished | None:
+def unfinished(receipts: Path, system: int | None = None) -> PastUpload | None:
     """The newest upload or roll back that was begun and never finished; None if a later upload or roll back has settled
     the values on the vehicle.
     """
     held: set[str] = set()
-    for kept in reversed(_in_order(receipts, system)):
-        if kept.outcome == _BEGUN:
-            if held >= set(kept.written):
-                return None
-            preimage = receipts / f"{kept.time}{BEFORE}"
-            return Unfinished(kept.time, preimage, kept.restores, kept.written, kept.active_crc)
-        if kept.outcome == Outcome.SAME.name.lower() and not kept.restores:
+    for kept in reversed(kept_in(receipts, system)):
+        if kept.outcome is Outcome.BEGUN:
+            return None if held >= set(kept.written) else kept
+        if kept.outcome is Outcome.SAME and not kept.restores:
             held |= set(kept.targets)
-        elif kept.outcome not in _AS_BEFORE_WORDS:
+        elif kept.outcome not in _AS_BEFORE:
             return None
     return None
 
 
-def _in_order(receipts: Path, system: int | None) -> list[_Kept]:
-    """All uploads and roll backs, the newest last, ordered by number: a clock may be set back, a number never is."""
-    begun = _read_all(receipts.glob(f"*{RECEIPT}"), system)
-    return sorted(begun, key=lambda kept: (kept.number, kept.time))
-
-
-def _standing(receipts: Path, system: int | None) -> list[_Kept]:
+def _standing(receipts: Path, system: int | None) -> list[PastUpload]:
     """Uploads that no later roll back has undone, the newest last."""
-    standing: list[_Kept] = []
-    begun = _in_order(receipts, system)
+    standing: list[PastUpload] = []
+    begun = kept_in(receipts, system)
     for kept in begun:
         if not kept.restores:
             standing.append(kept)
-        elif kept.outcome in _HELD_WORDS:
+        elif kept.outcome in _HELD:
             back_to = Path(kept.restores).name.removesuffix(BEFORE)
             place = next((n for n, upload in enumerate(begun) if upload.time == back_to), 0)
             taken = {upload.time for upload in begun[place:]}
@@ -192,37 +140,7 @@ def _standing(receipts: Path, system: int | None) -> list[_Kept]:
     return standing
 
 
-def _read_all(paths: Iterable[Path], system: int | None) -> Iterator[_Kept]:
-    for path in paths:
-        time = path.name.removesuffix(RECEIPT)
-        if not _TIME.fullmatch(time):
-            continue
-        try:
-            data: Any = from_json(read_small(path))
-            holder, restores, crc = (
-                data["vehicle"]["system"],
-                data.get("restores") or "",
-                data.get("active_crc"),
-            )
-            lines = data.get("parameters", ())
-            targets = {str(line["name"]): float32.rounded(line["target"]) for line in lines}
-            begun = (str(line["name"]) for line in lines if line["outcome"] == _BEGUN)
-            kept = _Kept(
-                whole(data.get("number", 0), MOST_UPLOADS),
-                time,
-                str(data["outcome"]),
-                str(restores),
-                targets,
-                {name: targets[name] for name in begun},
-                None if crc is None else whole(crc, _LARGEST_CRC),
-            )
-        except (OSError, ValueError, KeyError, TypeError, AttributeError):
-            continue
-        if system in (None, holder):
-            yield kept
-
-
-def reminder(left: Unfinished, present: Mapping[str, float]) -> tuple[str, ...]:
+def reminder(left: PastUpload, present: Mapping[str, float]) -> tuple[str, ...]:
     """Lines for the crew about an unfinished upload.
 
     `present` are the values on the vehicle now, empty if it was not read yet.
@@ -235,13 +153,13 @@ def reminder(left: Unfinished, present: Mapping[str, float]) -> tuple[str, ...]:
     return (*lines, f"finish it: params upload {path_of(left.preimage, WANTED)}; or go back: params rollback")
 
 
-def _state(left: Unfinished, present: Mapping[str, float]) -> str:
+def _state(left: PastUpload, present: Mapping[str, float]) -> str:
     if not present:
         return ""
     there = sum(
-        name in present and float32.same(present[name], value) for name, value in left.targets.items()
+        name in present and float32.same(present[name], value) for name, value in left.written.items()
     )
-    words = f": of its {len(left.targets)} values {there} are on the vehicle"
+    words = f": of its {len(left.written)} values {there} are on the vehicle"
     active = present.get(ACTIVE)
     if left.active_crc is None or active is None:
         return words
@@ -254,7 +172,7 @@ def _state(left: Unfinished, present: Mapping[str, float]) -> str:
     )
 
 
-def belongs(left: Unfinished, file: Path) -> bool:
+def belongs(left: PastUpload, file: Path) -> bool:
     """Whether uploading `file` finishes the upload or takes it back: then no message is needed."""
     remedies = (left.preimage, path_of(left.preimage, WANTED), Path(left.restores or left.preimage))
     return file.resolve() in {path.resolve() for path in remedies}

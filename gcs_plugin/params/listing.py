@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Final
 
-from gcs_plugin.params.deadline import Timing, is_past, retry_delay_s
+from gcs_plugin.params.deadline import Timing, retry_delay_s
 from gcs_plugin.params.transfer import Source
 
 NO_INDEX: Final = 65535
@@ -35,7 +35,9 @@ class Listing:
     values: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self._count: int | None = None
+        self.count: int | None = (
+            None  # the number that the vehicle reports, None before its first PARAM_VALUE
+        )
         self._name_at: dict[int, str] = {}
         self._due_s: dict[int, float] = {}
         self._attempts: dict[int, int] = {}
@@ -45,18 +47,13 @@ class Listing:
         self._expired = False
 
     @property
-    def count(self) -> int | None:
-        """Number of parameters that the vehicle reports, None before its first PARAM_VALUE."""
-        return self._count
-
-    @property
     def missing(self) -> list[int]:
         """Indices of the parameters that have not arrived."""
-        return [index for index in range(self._count or 0) if index not in self._name_at]
+        return [index for index in range(self.count or 0) if index not in self._name_at]
 
     @property
     def complete(self) -> bool:
-        return self._count is not None and not self.missing
+        return self.count is not None and not self.missing
 
     @property
     def done(self) -> bool:
@@ -68,9 +65,9 @@ class Listing:
         """A PARAM_VALUE arrived; a message without an index or from another component is ignored."""
         if source != self.source or index >= count or index == NO_INDEX:
             return
-        if count != self._count or self._name_at.get(index, name) != name:
+        if count != self.count or self._name_at.get(index, name) != name:
             # The parameter table differs from before: the vehicle was replaced, or rebooted.
-            self._count, self._name_at, self.values = count, {}, {}
+            self.count, self._name_at, self.values = count, {}, {}
             self._due_s, self._attempts = {}, {}
         if index not in self._name_at:
             self._last_new_s = time_s
@@ -79,17 +76,17 @@ class Listing:
 
     def on_reboot(self, time_s: float) -> None:
         """The vehicle rebooted: discard all values and read the list again."""
-        self._count, self._name_at, self.values = None, {}, {}
+        self.count, self._name_at, self.values = None, {}, {}
         self._due_s, self._attempts = {}, {}
         self._list_due_s, self._list_attempts = time_s + SILENCE_S, 0
 
     def tick(self, time_s: float) -> list[ReadList | ReadIndex]:
         """The messages to send now."""
-        if is_past(time_s, self.start_s, self.timing.deadline_s):
+        if time_s - self.start_s >= self.timing.deadline_s:
             self._expired = True
         if self.done:
             return []
-        if self._count is None:
+        if self.count is None:
             if time_s < self._list_due_s:
                 return []
             self._list_attempts += 1

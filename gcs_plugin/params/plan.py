@@ -1,18 +1,16 @@
 """The plan of an upload, made before anything is sent: lines that change, are set already or can't be written.
 
-With it, the parameters that an identification's JSON stands for, and notes on values in staging that a vehicle does not
-fly.
+With it, notes on values in staging that a vehicle does not fly.
 """
 
-import math
 import re
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Any, Final
+from typing import Final
 
 from bridge.errors import ParamRejected, ParamUnknown
-from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, MASSES, OF_HULL, QUADRATICS, Coefficient
+from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, Coefficient
 from bridge.vehicle.effect_coefficients import OF_ANY_VEHICLE, EffectCoefficient
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import (
@@ -103,15 +101,6 @@ class Plan:
         """Number of lines with each verdict, in one sentence."""
         parts = [f"{self.count(verdict)} {verdict.value}" for verdict in Verdict if self.count(verdict)]
         return f"{len(self.rows)} parameters: {', '.join(parts) or 'none'}"
-
-    def chosen(self, names: Iterable[str]) -> "Plan":
-        """The plan reduced to the named lines. Raises ParamUnknown for a name that is not in it."""
-        wanted = list(names)
-        known = {row.name for row in self.rows}
-        for name in wanted:
-            if name not in known:
-                raise ParamUnknown(f"the plan has no line {name}; it has {', '.join(sorted(known))}")
-        return replace(self, rows=tuple(row for row in self.rows if row.name in wanted))
 
     def explained(self, names: Iterable[str], reason: str) -> "Plan":
         """The plan with `reason` on the named lines."""
@@ -304,51 +293,6 @@ def value_text(value: float) -> str:
         return float32.text(value)
     except ValueError:
         return str(value)
-
-
-def parameters_from_identification(
-    data: Mapping[str, Any], veh_cfg: int, names: Collection[str] | None = None
-) -> dict[str, float]:
-    """Parameter id to float32 value, for every identifiable coefficient; `names` restricts it to these coefficients.
-
-    If only the quadratic damping of an axis was identified, its linear damping is set to 0, so that no earlier value
-    stays in force. Derived values (added mass) and coefficients that are not identifiable are left out. Raises
-    ParamRejected for a damaged identification, for a value that is not finite or out of its bounds, and if nothing is
-    left to send.
-    """
-    estimates = data.get("parameters")
-    if not isinstance(estimates, list):
-        raise ParamRejected("the identification has no list 'parameters'; give the file that --json wrote")
-    targets: dict[str, float] = {}
-    for estimate in estimates:
-        if not isinstance(estimate, dict):
-            raise ParamRejected("the identification's list 'parameters' is damaged; identify again")
-        coefficient = OF_HULL.get(str(estimate.get("name")))
-        if coefficient is None or (names is not None and coefficient.name not in names):
-            continue
-        if estimate.get("identifiable") is not True:
-            continue
-        value = estimate.get("value")
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            raise ParamRejected(f"{coefficient.name} is {value}, not a finite number; identify again")
-        if not coefficient.low <= value <= coefficient.high:
-            raise ParamRejected(
-                f"{coefficient.name} = {value:g} {coefficient.unit} is outside {coefficient.low:g} to "
-                f"{coefficient.high:g}; nothing of this identification is fit to send"
-            )
-        try:
-            targets[coefficient.parameter_id(veh_cfg)] = float32.given(value)
-        except ValueError as error:
-            raise ParamRejected(f"{coefficient.name}: {error}; identify again") from None
-    valueless = {entry["name"] for entry in estimates if entry.get("value") is None}
-    for squared in QUADRATICS:
-        linear = DAMPINGS[squared.dof]
-        wanted = linear.name in valueless and (names is None or linear.name in names)
-        if wanted and squared.parameter_id(veh_cfg) in targets:
-            targets[linear.parameter_id(veh_cfg)] = 0.0
-    if not targets:
-        raise ParamRejected("the identification holds no identifiable coefficient to send; dive again")
-    return targets
 
 
 def staging_notes(present: Mapping[str, float]) -> tuple[str, ...]:

@@ -20,7 +20,7 @@ from gcs_plugin.params.plan import TAKES_EFFECT, Plan, Row, coefficient_of, valu
 Z95: Final = 1.96
 SMALL_DAMPING_PER_S: Final = 0.1
 """A damping with a standard deviation below this share of its mass (1/s) is small, not unknown."""
-SURE: Final = 3.0
+INTERVALS_APART: Final = 3.0
 """A value may differ from the value accepted last by this multiple of the sum of both half intervals."""
 LARGE: Final = 0.3
 """A change below this share of the accepted value is not objected to: payload, water and fouling do as much."""
@@ -52,7 +52,8 @@ def implausible(
     values = {**plan.present, **{row.name: row.target for row in plan.rows}}
     objections = {}
     for row in plan.rows:
-        if row.verdict not in TAKES_EFFECT or _is_taken_back(row):
+        is_taken_back = row.target == 0.0 and not isinstance(coefficient_of(row.name), Coefficient)
+        if row.verdict not in TAKES_EFFECT or is_taken_back:
             continue
         interval, last = intervals.get(row.name), accepted.get(row.name)
         reasons = (
@@ -94,10 +95,6 @@ def half_a_model(name: str, value: float, values: Mapping[str, float]) -> str:
         return ""
     stays = f"the feed-forward of {DOFS[coefficient.dof]} stays off"
     return f"0 is not set: {stays}" if value == 0.0 else f"without {counterpart} {stays}"
-
-
-def _is_taken_back(row: Row) -> bool:
-    return row.target == 0.0 and not isinstance(coefficient_of(row.name), Coefficient)
 
 
 def _half(interval: Interval) -> float:
@@ -161,9 +158,9 @@ def _against_accepted(row: Row, interval: Interval | None, last: AcceptedValue |
     change = abs(row.target - last.value)
     before = f"{value_text(last.value)} was accepted last"
     if interval is not None and last.interval is not None:
-        allowed = SURE * (_half(interval) + _half(last.interval))
+        allowed = INTERVALS_APART * (_half(interval) + _half(last.interval))
         if change > max(allowed, LARGE * abs(last.value)):
-            return f"{before}, and both 95 % intervals together allow a change of {allowed / SURE:.4g}"
+            return f"{before}, and both 95 % intervals together allow a change of {allowed / INTERVALS_APART:.4g}"
         return ""
     if not isinstance(coefficient_of(row.name), Coefficient):
         return ""

@@ -11,6 +11,7 @@ checked on the vehicle in any case, before a commit and at the end.
 import contextlib
 import json
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -22,6 +23,7 @@ from bridge.errors import ParamRejected
 from bridge.files import open_own, read_small, sync_folder
 from bridge.plain import from_json
 from gcs_plugin.locks import locked
+from gcs_plugin.params import float32
 from gcs_plugin.params.files import (
     Sidecar,
     replace_text,
@@ -39,6 +41,8 @@ RECEIPT: Final = "-receipt.json"
 WANTED: Final = "-wanted.param"
 MOST_UPLOADS: Final = 2**53
 """A receipt with a larger number was not written by this program."""
+_LARGEST_CRC: Final = 2**32 - 1
+_TIME = re.compile(r"\d{4}-\d\d-\d\dT\d{6}Z(-\d+)?")
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,27 +143,7 @@ def begin(
     ParamUnwritten if they can't be written: then nothing may be sent, and none of the files is left behind, for they
     would look like an upload.
     """
-    preimage = _claimed(preimage)
-    wanted = path_of(preimage, WANTED)
-    try:
-        return _begun(plan, vehicle, preimage, active_crc, unix_s, restores, sidecar)
-    except BaseException:
-        _take_away(preimage, wanted, sidecar_path(wanted), path_of(preimage, RECEIPT))
-        raise
-
-
-def _begun(
-    plan: Plan,
-    vehicle: Source,
-    preimage: Path,
-    active_crc: int | None,
-    unix_s: float,
-    restores: str,
-    sidecar: Sidecar | None,
-) -> Receipt:
     started_utc = f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H:%M:%SZ}"
-    words = f"what vehicle {vehicle[0]}, component {vehicle[1]} held before an upload, {started_utc}"
-    write_parameters(preimage, plan.present, (words,), *vehicle)
     begun = dict.fromkeys((Verdict.CHANGED, Verdict.STAGED), Outcome.BEGUN)
     outcomes = {**begun, Verdict.SAME: Outcome.SAME}
     lines = tuple(
@@ -167,24 +151,31 @@ def _begun(
         for row in plan.rows
     )
     values = {line.name: line.target for line in lines if line.outcome is not Outcome.NOT_SENT}
-    if values and not restores:
-        wanted = path_of(preimage, WANTED)
-        write_parameters(wanted, values, (f"what was to be written, {started_utc}",), *vehicle)
-        if sidecar is not None:
-            write_sidecar(wanted, sidecar)
-    receipt = Receipt(
-        Outcome.BEGUN,
-        Outcome.BEGUN.value,
-        *vehicle,
-        lines,
-        preimage,
-        active_crc,
-        started_utc,
-        0.0,
-        restores,
-        next_number(preimage.parent),
-    )
-    _keep(receipt)
+    preimage = _claimed(preimage)
+    wanted = path_of(preimage, WANTED)
+    try:
+        words = f"what vehicle {vehicle[0]}, component {vehicle[1]} held before an upload, {started_utc}"
+        write_parameters(preimage, plan.present, (words,), *vehicle)
+        if values and not restores:
+            write_parameters(wanted, values, (f"what was to be written, {started_utc}",), *vehicle)
+            if sidecar is not None:
+                write_sidecar(wanted, sidecar)
+        receipt = Receipt(
+            Outcome.BEGUN,
+            Outcome.BEGUN.value,
+            *vehicle,
+            lines,
+            preimage,
+            active_crc,
+            started_utc,
+            0.0,
+            restores,
+            next_number(preimage.parent),
+        )
+        _keep(receipt)
+    except BaseException:
+        _take_away(preimage, wanted, sidecar_path(wanted), path_of(preimage, RECEIPT))
+        raise
     return receipt
 
 
@@ -216,28 +207,6 @@ def _take_away(*paths: Path) -> None:
     for path in paths:
         with contextlib.suppress(OSError):  # a file left behind does no harm: it is only no longer needed
             path.unlink()
-
-
-def next_number(folder: Path) -> int:
-    """Number for the next receipt in a folder: largest number so far plus 1, at most MOST_UPLOADS, the largest that
-    `number_in` reads.
-    """
-    return min(1 + max((number_in(path) for path in folder.glob(f"*{RECEIPT}")), default=0), MOST_UPLOADS)
-
-
-def number_in(path: Path) -> int:
-    """The number of a receipt; 0 for a receipt from before numbers were introduced, and for an unreadable one."""
-    try:
-        return whole(from_json(read_small(path))["number"], MOST_UPLOADS)
-    except (OSError, ValueError, KeyError, TypeError):
-        return 0
-
-
-def whole(number: Any, most: int) -> int:
-    """Check that a value from a receipt is an integer from 0 to `most`. Raises ValueError for anything else."""
-    if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number <= most:
-        raise ValueError(f"no whole number from 0 to {most}")
-    return number
 
 
 def new_preimage(folder: Path, unix_s: float) -> Path:
@@ -296,10 +265,79 @@ def _number(value: float | None) -> float | None:
     return value if value is not None and math.isfinite(value) else None
 
 
-Newest = tuple[int, str]
-"""Number and outcome of a vehicle's newest receipt; (0, "") if it has none."""
+@dataclass(frozen=True, slots=True)
+class PastUpload:
+    """A receipt as read back: `targets` are those of all its lines, `written` of the lines that say BEGUN."""
 
-NONE_YET: Final[Newest] = (0, "")
+    preimage: Path
+    number: int
+    outcome: Outcome
+    restores: str
+    targets: Mapping[str, float]
+    written: Mapping[str, float]
+    active_crc: int | None
+
+    @property
+    def time(self) -> str:
+        """Time at which it was begun, as in its file names."""
+        return self.preimage.name.removesuffix(BEFORE)
+
+
+def kept_in(receipts: Path, system: int | None = None) -> list[PastUpload]:
+    """The receipts in a folder, of one vehicle or of all, by number: a clock may be set back, a number never is.
+
+    A receipt from before numbers were introduced has number 0. Unreadable receipts are left out, and so are receipts
+    with a number that none of ours has.
+    """
+    kept = (_read(path, system) for path in receipts.glob(f"*{RECEIPT}"))
+    return sorted(filter(None, kept), key=lambda receipt: (receipt.number, receipt.time))
+
+
+def next_number(receipts: Path) -> int:
+    """Number for the next receipt in a folder."""
+    return min(1 + max((kept.number for kept in kept_in(receipts)), default=0), MOST_UPLOADS)
+
+
+def _read(path: Path, system: int | None) -> PastUpload | None:
+    time = path.name.removesuffix(RECEIPT)
+    if not _TIME.fullmatch(time):
+        return None
+    try:
+        data: Any = from_json(read_small(path))
+        if system not in (None, data["vehicle"]["system"]):
+            return None
+        crc, lines = data.get("active_crc"), data.get("parameters", ())
+        targets = {str(line["name"]): float32.rounded(line["target"]) for line in lines}
+        begun = {str(line["name"]) for line in lines if line["outcome"] == Outcome.BEGUN.name.lower()}
+        return PastUpload(
+            path.with_name(time + BEFORE),
+            _whole(data.get("number", 0), MOST_UPLOADS),
+            Outcome[data["outcome"].upper()],
+            str(data.get("restores") or ""),
+            targets,
+            {name: value for name, value in targets.items() if name in begun},
+            None if crc is None else _whole(crc, _LARGEST_CRC),
+        )
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return None
+
+
+def _whole(number: Any, most: int) -> int:
+    if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number <= most:
+        raise ValueError(f"no whole number from 0 to {most}")
+    return number
+
+
+Newest = tuple[int, Outcome | None]
+"""Number and outcome of a vehicle's newest receipt; (0, None) if it has none."""
+
+NONE_YET: Final[Newest] = (0, None)
+
+
+def newest(receipts: Path, system: int) -> Newest:
+    """Number and outcome of a vehicle's newest receipt in a folder; unchanged while no upload begins or ends."""
+    kept = kept_in(receipts, system)
+    return (kept[-1].number, kept[-1].outcome) if kept else NONE_YET
 
 
 class Turn:
@@ -339,18 +377,3 @@ class Turn:
 
     def __exit__(self, *_: object) -> None:
         self.end()
-
-
-def newest(receipts: Path, system: int) -> Newest:
-    """Number and outcome of a vehicle's newest receipt in a folder; unchanged while no upload begins or ends."""
-    numbered = ((number_in(path), _outcome(path, system)) for path in receipts.glob(f"*{RECEIPT}"))
-    return max((receipt for receipt in numbered if receipt[1]), default=NONE_YET)
-
-
-def _outcome(path: Path, system: int) -> str:
-    """Outcome in a receipt; "" for a receipt of another vehicle and for an unreadable receipt."""
-    try:
-        data = from_json(read_small(path))
-        return str(data["outcome"]) if data["vehicle"]["system"] == system else ""
-    except (OSError, ValueError, KeyError, TypeError):
-        return ""

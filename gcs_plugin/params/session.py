@@ -15,7 +15,7 @@ An OFF that another program orders after the reading began wins over a mode that
 of values from before that order.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum, auto
 from pathlib import Path
 from typing import Any, Final
@@ -24,8 +24,8 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import Clock
 from bridge.errors import LinkError, LinkTimeout, ParamRejected, ParamUnverified, SeatrialError
-from gcs_plugin.fleet import Fleet, News
-from gcs_plugin.modes import OffOrders
+from bridge.wire.framing import Frame, decode
+from gcs_plugin.off_orders import OffOrders
 from gcs_plugin.params.deadline import Timing
 from gcs_plugin.params.files import Sidecar
 from gcs_plugin.params.listing import Listing, ReadIndex, ReadList
@@ -33,12 +33,36 @@ from gcs_plugin.params.plan import Plan, obstacle
 from gcs_plugin.params.receipt import Newest, Receipt, Turn, begin, finish
 from gcs_plugin.params.transfer import ReadValue, Result, SetValue, Source
 from gcs_plugin.params.upload import Ending, Stage, Upload
+from gcs_plugin.peers import Peer, Peers
 
 READ_WITHIN_S: Final = 30.0
 HEARTBEAT_LIMIT_S: Final = 6.0  # at 30 % loss of 1 Hz heartbeats, once in a thousand
 GONE_S: Final = 12.0  # without any frame of the vehicle: at the same loss, once in a million
 SHOW_SILENCE_S: Final = 2.0
 NO_INDEX: Final = -1
+
+_USED: Final = frozenset(
+    (
+        dialect.MAVLINK_MSG_ID_SYSTEM_TIME,
+        dialect.MAVLINK_MSG_ID_PARAM_VALUE,
+        dialect.MAVLINK_MSG_ID_PARAM_ERROR,
+    )
+)
+
+
+@dataclass(frozen=True, slots=True)
+class News:
+    """A message for a session; `rebooted`: it shows that its sender has rebooted."""
+
+    source: Source
+    message: Any
+    rebooted: bool = False
+
+
+def news_of(frame: Frame, peer: Peer | None) -> News | None:
+    """The message in a frame that `peer` sent; None for a frame that no session uses."""
+    message = decode(frame) if peer is not None and frame.message_id in _USED else None
+    return None if peer is None or message is None else News(peer.source, message, peer.rebooted)
 
 
 class Step(Enum):
@@ -97,20 +121,20 @@ def message_of(send: ReadList | ReadIndex | ReadValue | SetValue, target: Source
 
 
 class Session:
-    """Reads and writes the parameters of the component `vehicle`, which `fleet` has heard.
+    """Reads and writes the parameters of the component `vehicle`, which `peers` have heard.
 
     `present` holds the parameters read, `failure` why a reading or an upload did not come about (then nothing was
     written), `receipt` the result of an upload that was begun.
     """
 
-    def __init__(self, fleet: Fleet, vehicle: Source, clock: Clock, timing: Timing | None = None) -> None:
+    def __init__(self, peers: Peers, vehicle: Source, clock: Clock) -> None:
         self.vehicle = vehicle
         self.step = Step.IDLE
         self.present: dict[str, float] = {}
         self.read_s = clock.boot_s()
         self.failure: SeatrialError | None = None
         self.receipt: Receipt | None = None
-        self._fleet, self._clock, self._timing = fleet, clock, timing or Timing()
+        self._peers, self._clock = peers, clock
         self._orders = OffOrders()
         self._listing: Listing | None = None
         self._listed_s = 0.0
@@ -123,7 +147,7 @@ class Session:
     @property
     def armed(self) -> bool:
         """Whether any component of the vehicle reports that it is armed."""
-        return self._fleet.armed(self.vehicle[0])
+        return self._peers.armed(self.vehicle[0])
 
     @property
     def busy(self) -> bool:
@@ -149,7 +173,7 @@ class Session:
         now_s = self._clock.boot_s()
         self.step, self.failure, self._upload = Step.READING, None, None
         self._within_s, self._listed_s, self._orders = within_s, now_s, OffOrders()
-        self._listing = Listing(self.vehicle, now_s, replace(self._timing, deadline_s=within_s))
+        self._listing = Listing(self.vehicle, now_s, Timing(deadline_s=within_s))
 
     def write(self, order: Order) -> None:
         """Start to carry out an order, once the next HEARTBEAT arrives.
@@ -228,11 +252,11 @@ class Session:
 
     @property
     def _named(self) -> str:
-        link = self._fleet.link_of(self.vehicle)
-        return f"vehicle {self.vehicle[0]}, component {self.vehicle[1]}{f' on {link}' if link else ''}"
+        peer = self._peers.get(self.vehicle)
+        return f"vehicle {self.vehicle[0]}, component {self.vehicle[1]}{f' on {peer.link}' if peer else ''}"
 
     def _end_reading(self, listing: Listing, now_s: float) -> None:
-        if fault := self._fleet.fault(self.vehicle[0]):
+        if fault := self._peers.fault(self.vehicle[0]):
             self._fail(LinkError(fault))
         elif listing.complete:
             self.present, self.read_s, self.step = dict(listing.values), now_s, Step.IDLE
@@ -254,7 +278,8 @@ class Session:
         """Begin the upload once a HEARTBEAT arrived: take the turn, check the vehicle, save the values before."""
         order = self._order
         assert order is not None
-        if self._fleet.beat_age_s(self.vehicle, now_s) > now_s - self._since_s:
+        peer = self._peers.get(self.vehicle)
+        if peer is None or not peer.beats(now_s, now_s - self._since_s):
             if now_s >= self._since_s + HEARTBEAT_LIMIT_S:
                 self._fail(
                     LinkTimeout(
@@ -262,9 +287,9 @@ class Session:
                     )
                 )
             return
-        upload = Upload(order.plan, self.vehicle, now_s, self._timing)
+        upload = Upload(order.plan, self.vehicle, now_s)
         try:
-            if fault := self._fleet.fault(self.vehicle[0]):
+            if fault := self._peers.fault(self.vehicle[0]):
                 raise LinkError(fault)
             self.check_armed(order.plan, order.even_armed)
             self._turn = Turn(order.preimage.parent, self.vehicle[0], order.read_at)
@@ -289,8 +314,9 @@ class Session:
         if self._orders.given(self.vehicle[0]):
             upload.overrule(now_s)
         sends = upload.tick(now_s)
-        trouble = self._fleet.fault(self.vehicle[0])
-        if self._fleet.silent_s(self.vehicle, now_s) >= GONE_S:
+        trouble = self._peers.fault(self.vehicle[0])
+        peer = self._peers.get(self.vehicle)
+        if peer is None or now_s - peer.heard_s >= GONE_S:
             trouble = trouble or f"{self._named} went silent, nothing came from it for {GONE_S:.0f} s"
         if trouble and upload.ending is None:
             # Send no further write: it would reach the second vehicle too, or nobody.

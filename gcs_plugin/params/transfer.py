@@ -6,15 +6,14 @@ quiet period is longer than this vehicle's answers take to arrive (`RoundTrips`)
 count, unless the vehicle shows twice that it keeps another value.
 """
 
-from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum, auto
 from typing import Final
 
 from bridge.vehicle.parameters import COMMIT, MODE
 from gcs_plugin.params import float32
-from gcs_plugin.params.deadline import RoundTrips, Timing, is_past, retry_delay_s
+from gcs_plugin.params.deadline import RoundTrips, Timing, retry_delay_s
 
 Source = tuple[int, int]
 
@@ -133,16 +132,15 @@ class Transfer:
     """Several tasks with the same vehicle component, under a common deadline.
 
     Call `on_value`, `on_error` and `on_reboot` as messages arrive, and send the messages that `tick` returns.
-    `unmatched` counts messages that belong to no task: from another source, or about a parameter that no task waits
-    for. `round_trips` holds the link's round trips measured so far; `probes` are parameters without a task that are
-    requested once to measure more of them.
+    Messages from another source, or about a parameter that no task waits for, change nothing. `round_trips` holds the
+    link's round trips measured so far; `probes` are parameters without a task that are requested once to measure more
+    of them.
     """
 
     tasks: Iterable[Task]
     source: Source
     start_s: float
     timing: Timing
-    unmatched: Counter[str] = field(default_factory=Counter)
     round_trips: RoundTrips | None = None
     probes: Sequence[str] = ()
 
@@ -155,8 +153,6 @@ class Transfer:
         ]
         self._by_check = {item.task.name: item for item in self._items}
         self._by_write = {item.task.write_to: item for item in self._items if item.task.write_to}
-        if len(self._by_check) != len(self._items):
-            raise ValueError("two tasks of one transfer have the same name")
 
     @property
     def done(self) -> bool:
@@ -193,15 +189,12 @@ class Transfer:
     def on_value(self, name: str, value: float, source: Source, time_s: float) -> None:
         """A PARAM_VALUE arrived."""
         if source != self.source:
-            self.unmatched["source"] += 1
             return
         self._trips.on_heard(name, time_s)
-        matched = False
         writing = self._by_write.get(name)
         if writing is not None and writing.state is _State.ECHO:
             writing.heard_echo = True
             self._be_quiet(writing, writing.last_write_s)
-            matched = True
         reading = self._by_check.get(name)
         if reading is not None and reading.state is _State.ANSWER:
             if reading.asked_s < self._quiet_until_s(reading):
@@ -209,15 +202,11 @@ class Transfer:
                 self._be_quiet(reading, reading.quiet_since_s)
             else:
                 self._judge(reading, value, time_s)
-            matched = True
-        if not matched:
-            self.unmatched["unasked"] += 1
 
     def on_error(self, name: str, code: int, source: Source) -> None:
         """A PARAM_ERROR arrived; a read-back still decides, unless the parameter or the component does not exist."""
         item = self._by_write.get(name) or self._by_check.get(name)
         if source != self.source or item is None or item.state not in (_State.ECHO, _State.ANSWER):
-            self.unmatched["error"] += 1
             return
         sentence = ERROR_SENTENCES.get(code, f"the vehicle answers error {code}")
         if name == COMMIT and code == OUT_OF_RANGE:
@@ -249,7 +238,7 @@ class Transfer:
 
     def tick(self, time_s: float) -> list[Send]:
         """The messages to send now."""
-        if is_past(time_s, self.start_s, self.timing.deadline_s):
+        if time_s - self.start_s >= self.timing.deadline_s:
             for item in self._items:
                 if item.state is not _State.DONE:
                     self._expire(item)

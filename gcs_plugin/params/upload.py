@@ -14,7 +14,7 @@ written meanwhile. A commit that the vehicle neither accepted nor refused is lef
 a later reading of FF_ACTIVE can settle it.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Final
@@ -24,8 +24,6 @@ from gcs_plugin.params import float32
 from gcs_plugin.params.deadline import RoundTrips, Timing, deadline_s
 from gcs_plugin.params.plan import Plan, Verdict, is_staged
 from gcs_plugin.params.transfer import Outcome, Result, Send, SetValue, Source, Task, Transfer, confirm, write
-
-Crc = Callable[[Mapping[str, float]], int]
 
 UNANSWERED_S: Final = 20.0  # at 30 % loss each way and one attempt per second, once in a million
 PROBES: Final = 16
@@ -56,27 +54,19 @@ class Ending:
 class Upload:
     """Brings one vehicle component from `plan.present` to the plan's targets, or back.
 
-    `crc` computes the CRC of a staged set as the vehicle does. Call `on_value`, `on_error` and `on_reboot` as messages
-    arrive, and send the messages that `tick` returns, until `ending` is set.
+    Call `on_value`, `on_error` and `on_reboot` as messages arrive, and send the messages that `tick` returns, until
+    `ending` is set.
     """
 
-    def __init__(
-        self,
-        plan: Plan,
-        source: Source,
-        start_s: float = 0.0,
-        timing: Timing | None = None,
-        crc: Crc = set_crc,
-    ) -> None:
-        timing = timing or Timing()
-        self._plan, self._source, self._timing = plan, source, timing
-        self._trips = RoundTrips(timing)
+    def __init__(self, plan: Plan, source: Source, start_s: float = 0.0) -> None:
+        self._plan, self._source, self._timing = plan, source, Timing()
+        self._trips = RoundTrips(self._timing)
         present, changes = plan.present, plan.changes
         self._commits = COMMIT in present and ACTIVE in present
         staged = [name for name in present if is_staged(name)] if self._commits else []
         self._old_set = {name: present[name] for name in staged}
         self._new_set = {name: changes.get(name, present[name]) for name in staged}
-        self._crc_old, self._crc_new = (crc(s) if s else 0 for s in (self._old_set, self._new_set))
+        self._crc_old, self._crc_new = (set_crc(s) if s else 0 for s in (self._old_set, self._new_set))
         self._live = {name: value for name, value in changes.items() if self._commits and name not in staged}
         self._direct = {name: value for name, value in changes.items() if name not in self._live}
         self._written: set[str] = set()
@@ -88,7 +78,7 @@ class Upload:
         self.ending: Ending | None = None
         self._answered_s = start_s
         tasks = len({*self._direct, *self._new_set}) + len(self._live) + 1
-        self._end_s = start_s + max(timing.deadline_s, deadline_s(tasks, timing))
+        self._end_s = start_s + max(self._timing.deadline_s, deadline_s(tasks, self._timing))
         self._begin(start_s)
 
     @property

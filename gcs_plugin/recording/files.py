@@ -155,11 +155,6 @@ class RecordedFiles:
         return Kept(self.files, self._frames, self._bytes, self._lost)
 
     @property
-    def lost(self) -> int:
-        """Number of frames that are in no file of the dive's folder."""
-        return self._lost
-
-    @property
     def waiting(self) -> int:
         """Number of frames that could not be written yet."""
         return len(self._waiting)
@@ -181,7 +176,7 @@ class RecordedFiles:
         if failure is not None:
             self._fail(failure)
         while self._waiting:
-            if self._writer is None and not self._may_open():
+            if self._writer is None and (self._clock.boot_s() < self._retry_s or not self._has_room()):
                 break
             stamp_us, raw = self._waiting[0]
             try:
@@ -259,9 +254,6 @@ class RecordedFiles:
             self._writer.close()
             self._writer = None
         self.sync()
-
-    def _may_open(self) -> bool:
-        return self._clock.boot_s() >= self._retry_s and self._has_room()
 
     def _open_next(self) -> None:
         self.files += 1

@@ -101,10 +101,6 @@ class _Client:
         return frames
 
 
-def _nobody(_: str) -> None:
-    """Default for `tell`: ignores the sentence."""
-
-
 class Hub:
     """A listener on `port` of this computer, 0 for any free port, with several clients.
 
@@ -114,10 +110,9 @@ class Hub:
 
     def __init__(self, clock: Clock, port: int = 0) -> None:
         self._clock = clock
-        # In the order in which they connected: those after the first PLACES are
         self._clients: list[_Client] = []
         self.dropped = 0
-        self.tell: Callable[[str], None] = _nobody
+        self.tell: Callable[[str], None] = lambda _: None
         self._warned = False
         self._listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         try:

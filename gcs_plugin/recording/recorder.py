@@ -84,10 +84,6 @@ class Outlet(Protocol):
         ...
 
 
-def _nothing() -> None:
-    """Default for `before_sync`: does nothing."""
-
-
 class Recorder:
     """Records the frames of `links`. `open_file(n)` opens the n-th file of the recording, from 1.
 
@@ -108,7 +104,7 @@ class Recorder:
         reopen: Callable[[str], Link] | None = None,
         heartbeat: tuple[int, int] | None = None,
         outlet: Outlet | None = None,
-        before_sync: Callable[[], None] = _nothing,
+        before_sync: Callable[[], None] = lambda: None,
     ) -> None:
         self._clock = clock
         self._boot_at_start_s = clock.boot_s()
@@ -150,7 +146,7 @@ class Recorder:
     @property
     def lost(self) -> int:
         """Number of frames that are in no file of the dive's folder."""
-        return self._files.lost
+        return self._files.kept.lost
 
     @property
     def unwritten(self) -> str:
@@ -225,7 +221,7 @@ class Recorder:
 
     def run(self, stop: threading.Event) -> None:
         """Record until `stop` is set, then close; another thread syncs the disk twice a second."""
-        syncer = threading.Thread(target=self._sync_until, args=(stop,), name="recorder-sync", daemon=True)
+        syncer = threading.Thread(target=self.sync_until, args=(stop,), name="recorder-sync", daemon=True)
         syncer.start()
         try:
             while not stop.is_set():
@@ -238,7 +234,8 @@ class Recorder:
             syncer.join()
             self.close()
 
-    def _sync_until(self, stop: threading.Event) -> None:
+    def sync_until(self, stop: threading.Event) -> None:
+        """Sync the disk twice a second until `stop` is set; in another thread than `step`."""
         while not stop.wait(SYNC_EVERY_S):
             # Before any access to the disk: a disk that stalls would make a running recording look dead.
             self._before_sync()

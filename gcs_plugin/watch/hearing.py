@@ -1,4 +1,4 @@
-"""Messages as signals, and a channel for each signal: who sends it, how often, and since when it has no value.
+"""Messages as signals, a channel for each signal (who sends it, how often, since when without a value), and STATUSTEXT.
 
 The signals are those of `bridge.wire.readings`, and: `rates` (3, rad/s), `velocity` (3, m/s, body axes), `velocity_ned`
 (3, earth axes, from an autopilot's filter), `depth` (m, as stated). Rank 0 is the best source of a signal.
@@ -7,13 +7,16 @@ The signals are those of `bridge.wire.readings`, and: `rates` (3, rad/s), `veloc
 import math
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.wire.framing import Frame
+from bridge.text import printable
+from bridge.wire.framing import Frame, decode
 from bridge.wire.readings import TABLE
 from bridge.wire.readings import decode as decode_reading
+from bridge.wire.status_codes import CrewText, decoded
 
 Values = tuple[float, ...]
 Wire = tuple[Any, ...]
@@ -215,3 +218,57 @@ class Channel:
             return 0.0
         until_s = now_s if now_s - recent_s[-1] > silent_after_s else recent_s[-1]
         return (len(recent_s) - 1) / (until_s - recent_s[0]) if until_s > recent_s[0] else 0.0
+
+
+PIECE_CHARACTERS: Final = 50
+LONGEST_CHARACTERS: Final = 1000
+MOST_BEGUN: Final = 256
+
+Tell = Callable[[tuple[int, int], int, CrewText], None]
+"""Called with (system, component), severity and text."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Begun:
+    number: int
+    severity: int
+    text: str
+
+
+class StatusTexts:
+    """Joins long STATUSTEXTs from their pieces, printable on a screen.
+
+    Takes every frame of a link; `tell` gets each text once it is complete, or at its sender's next heartbeat.
+    """
+
+    def __init__(self, tell: Tell) -> None:
+        self._tell = tell
+        self._begun: dict[tuple[int, int], _Begun] = {}
+
+    def hear(self, frame: Frame) -> None:
+        if frame.message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT:
+            self._end((frame.system, frame.component))
+        elif frame.message_id == dialect.MAVLINK_MSG_ID_STATUSTEXT:
+            self._take(frame)
+
+    def _take(self, frame: Frame) -> None:
+        source = (frame.system, frame.component)
+        message = decode(frame)
+        if message is None:
+            return
+        begun = self._begun.get(source)
+        before = begun.text if begun is not None and message.id and begun.number == message.id else ""
+        if not before:
+            self._end(source)
+        text = before + message.text
+        if source not in self._begun and len(self._begun) >= MOST_BEGUN:
+            self._end(next(iter(self._begun)))
+        self._begun[source] = _Begun(message.id, message.severity, text)
+        goes_on = message.id and len(message.text) >= PIECE_CHARACTERS
+        if not goes_on or len(text) > LONGEST_CHARACTERS:
+            self._end(source)
+
+    def _end(self, source: tuple[int, int]) -> None:
+        begun = self._begun.pop(source, None)
+        if begun is not None and begun.text:
+            self._tell(source, begun.severity, decoded(printable(begun.text)))

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from bridge.vehicle.config import Configuration, Thruster, Vehicle, Water
+from bridge.vehicle.config import Configuration, Vehicle, Water
 from gcs_plugin.watch.hearing import Channel, Values
 from gcs_plugin.watch.picture import Array, ThrusterRow, Trace, freshness
 from gcs_plugin.watch.sensors import is_pressure
@@ -196,22 +196,20 @@ OFF_CENTRE: Final = 0.2
 """Share of the farthest thruster's distance beyond which a thruster counts as off the centre line."""
 
 
-def name_of(thruster: Thruster, reach_m: float) -> str:
-    """`fore port`, `vertical aft starboard`, `lateral fore`; `reach_m` is the farthest thruster's distance."""
-    x, y, _ = thruster.position_m
-    _, sideways, down = (abs(c) for c in thruster.direction)
-    words = ["vertical"] if down > MOSTLY else ["lateral"] if sideways > MOSTLY else []
-    if abs(x) > OFF_CENTRE * reach_m:
-        words.append("fore" if x > 0 else "aft")
-    if abs(y) > OFF_CENTRE * reach_m:
-        words.append("starboard" if y > 0 else "port")
-    return " ".join(words) or "midships"
-
-
 def names_of(configuration: Configuration) -> tuple[str, ...]:
-    """The name of each thruster, in the file's order."""
+    """The name of each thruster, in the file's order: `fore port`, `vertical aft starboard`, `lateral fore`."""
     reach_m = max((math.hypot(*t.position_m[:2]) for t in configuration.thrusters), default=0.0)
-    return tuple(name_of(thruster, reach_m) for thruster in configuration.thrusters)
+    names = []
+    for thruster in configuration.thrusters:
+        x, y, _ = thruster.position_m
+        _, sideways, down = (abs(c) for c in thruster.direction)
+        words = ["vertical"] if down > MOSTLY else ["lateral"] if sideways > MOSTLY else []
+        if abs(x) > OFF_CENTRE * reach_m:
+            words.append("fore" if x > 0 else "aft")
+        if abs(y) > OFF_CENTRE * reach_m:
+            words.append("starboard" if y > 0 else "port")
+        names.append(" ".join(words) or "midships")
+    return tuple(names)
 
 
 def thruster_rows(

@@ -30,34 +30,9 @@ def _numbers(values: Values) -> bool:
     return all(map(math.isfinite, values))
 
 
-def _imu(values: Values) -> bool:
-    return _numbers(values[:6]) and any(values[:3])
-
-
-def _velocity(values: Values) -> bool:
-    return _numbers(values[:3])
-
-
-def _first(values: Values) -> bool:
-    return bool(values) and math.isfinite(values[0])
-
-
 def is_pressure(values: Values) -> bool:
     """Whether the pressure is that of air or water."""
     return values[0] > LEAST_PRESSURE_PA
-
-
-def _attitude(values: Values) -> bool:
-    w, x, y, z = values[:4]
-    return LEAST_NORM < w * w + x * x + y * y + z * z < MOST_NORM
-
-
-def _pulses(values: Values) -> bool:
-    return bool(values) and _numbers(values)
-
-
-def _volts(values: Values) -> bool:
-    return values[0] > 0.0
 
 
 def always(values: Values) -> bool:
@@ -76,15 +51,15 @@ class Sensor:
 
 
 SENSORS: Final = (
-    Sensor("imu", _imu, "no number, or all zero"),
+    Sensor("imu", lambda values: _numbers(values[:6]) and any(values[:3]), "no number, or all zero"),
     Sensor("fog", _numbers, "no rate"),
-    Sensor("dvl", _velocity, "no bottom lock"),
-    Sensor("altitude", _first, "sees no bottom"),
+    Sensor("dvl", lambda values: _numbers(values[:3]), "no bottom lock"),
+    Sensor("altitude", lambda values: math.isfinite(values[0]), "sees no bottom"),
     Sensor("pressure", is_pressure, "no pressure"),
-    Sensor("attitude", _attitude, "no attitude"),
-    Sensor("pwm", _pulses, "no commands"),
+    Sensor("attitude", lambda values: LEAST_NORM < sum(v * v for v in values[:4]) < MOST_NORM, "no attitude"),
+    Sensor("pwm", lambda values: bool(values) and _numbers(values), "no commands"),
     Sensor("rpm", always, ""),
-    Sensor("battery", _volts, "no voltage"),
+    Sensor("battery", lambda values: values[0] > 0.0, "no voltage"),
     Sensor("gnss", always, ""),
 )
 _EXPECTED: Final = {expected.signal: expected for expected in CONTRACT}

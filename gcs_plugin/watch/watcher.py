@@ -16,11 +16,10 @@ from bridge.vehicle.parameters import ACTIVE, COMMIT
 from bridge.wire.framing import Frame, decode
 from bridge.wire.status_codes import CrewText, Topic
 from gcs_plugin.peers import GONE_S, GROUND_STATION, Heartbeat, Peer, Peers, Source
-from gcs_plugin.watch.hearing import FROM_ANYONE, TELLING, Channel, Values, heard
+from gcs_plugin.watch.hearing import FROM_ANYONE, TELLING, Channel, StatusTexts, Values, heard
 from gcs_plugin.watch.picture import Armed, LinkRow, Picture, Said
 from gcs_plugin.watch.quantities import Quantities, names_of, thruster_rows
 from gcs_plugin.watch.sensors import SENSORS, always, expected_hz, sensor_rows
-from gcs_plugin.watch.words import StatusTexts
 
 TEXTS_KEPT: Final = 20
 TWICE_WITHIN_S: Final = 1.0

@@ -9,7 +9,7 @@ from fakes.vehicle import FakeVehicle
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge import exit_codes
-from gcs_plugin.modes import OffMarks
+from gcs_plugin.off_orders import OffMarks
 from gcs_plugin.recording.state import HeardVehicle, Holding, write_holding
 from tui import cli
 

@@ -42,7 +42,10 @@ class FakeLink(QuietLink):
 
 
 class Disk:
-    """Writers whose n-th write over all files fails, half written; `full` fails every one, `gone` the look at it."""
+    """Files in memory whose n-th write over all fails; `full` fails every one, `refuses` every new file.
+
+    `gone`: it can't be asked for its space. `calls` are the syncs and closes of its files.
+    """
 
     def __init__(self, fail_at=()):
         self.fail_at = set(fail_at)
@@ -50,9 +53,8 @@ class Disk:
         self.writes = 0
         self.full = False
         self.free = 1 << 40
-        self.gone = False
-        self.sync_fails = False
-        self.synced = 0
+        self.gone = self.refuses = self.sync_fails = False
+        self.calls = []
 
     def space(self):
         if self.gone:
@@ -60,12 +62,18 @@ class Disk:
         return self.free
 
     def open(self, number):
+        if self.refuses:
+            raise LogError("the folder can't be made; choose another")
         assert number == len(self.files) + 1
         self.files.append([])
         return DiskFile(self, self.files[-1])
 
     def stored(self):
         return [record for file in self.files for record in file]
+
+    @property
+    def raws(self):
+        return [raw for _, raw in self.stored()]
 
 
 class DiskFile:
@@ -80,7 +88,7 @@ class DiskFile:
         self.records.append((unix_us, raw))
 
     def sync(self):
-        self.disk.synced += 1
+        self.disk.calls.append("sync")
         if self.disk.sync_fails:
             raise LogError("the sync failed; mend the disk")
 
@@ -88,7 +96,7 @@ class DiskFile:
         """It lies where it was made."""
 
     def close(self):
-        pass
+        self.disk.calls.append("close")
 
 
 class Ground:

@@ -3,11 +3,9 @@
 import heapq
 import itertools
 import random
-import struct
-import zlib
 from dataclasses import dataclass, field
 
-from bridge.vehicle.parameters import ACTIVE, COMMIT
+from bridge.vehicle.parameters import ACTIVE, COMMIT, set_crc
 from gcs_plugin.params import float32
 from gcs_plugin.params.listing import ReadIndex, ReadList
 from gcs_plugin.params.plan import is_staged
@@ -16,12 +14,6 @@ from gcs_plugin.params.transfer import ReadValue, SetValue
 SOURCE = (1, 191)
 STEP_S = 0.05
 NO_INDEX = 65535
-
-
-def crc_of(values):
-    """A CRC of 24 bits over a staged set, standing in for the vehicle's own."""
-    packed = b"".join(name.encode() + struct.pack("<f", values[name]) for name in sorted(values))
-    return zlib.crc32(packed) & 0xFFFFFF
 
 
 @dataclass
@@ -53,7 +45,7 @@ class LossyVehicle:
         self.now_s = 0.0
         self.commits = commits
         if commits:
-            self.values |= {COMMIT: 0.0, ACTIVE: float(crc_of(self.staged()))}
+            self.values |= {COMMIT: 0.0, ACTIVE: float(set_crc(self.staged()))}
         self.flying = self.staged()
         self.writes = 0
         self.sends = 0
@@ -126,7 +118,7 @@ class LossyVehicle:
             self._error(name, 3)
             self._say(name, self.values[name], NO_INDEX)
         elif name == COMMIT:
-            if not self.faults.armed and value == crc_of(self.staged()):
+            if not self.faults.armed and value == set_crc(self.staged()):
                 self.flying = self.staged()
                 self.values |= {ACTIVE: value, COMMIT: value}
             else:

@@ -237,14 +237,6 @@ def test_what_was_recorded_or_put_there_after_a_dive_was_made_whole_is_told_and_
     assert "is this dive's own recording" in capsys.readouterr().err
 
 
-def test_the_next_merge_puts_in_what_came_since_as_well(tmp_path, folder, frames, other) -> None:
-    after(folder, frames, other, "telemetry.tlog")
-    write_records(tmp_path / "third.tlog", heard_by(frames, lambda one: one, random.Random(9)))
-    merge(folder, tmp_path / "third.tlog")
-    assert {raw for _, raw in frames} <= set(raws(folder.path / WHOLE))
-    assert lacked(list(folder.path.iterdir())) == []
-
-
 def test_the_next_fetch_puts_in_what_came_since_as_well(tmp_path, folder) -> None:
     dive = Dive(tmp_path / "fetched")
     dive.dive(20.0)

@@ -9,17 +9,16 @@ from soak import rest_in_soak
 from wet_dive import turned, wet_check
 
 from bridge.errors import ConfigError, LogError
-from bridge.sensors.mounting import mounting_matrix, rotation_matrix
+from bridge.sensors.mounting import mounting_matrix
 from bridge.vehicle.config import Mounting, load_vehicle
 from bridge.vehicle.thrusters import thrust_curve
 from bridge.wire.framing import Encoder, Framer
 from bridge.wire.readings import Reading, encode
-from gcs_plugin.doctor import turns
 from gcs_plugin.doctor.checks import Level, worst
 from gcs_plugin.doctor.latency import latencies, latency_findings, wet_findings
 from gcs_plugin.doctor.pulses import duration_s, pulses
-from gcs_plugin.doctor.wet import diagnose, findings
-from gcs_plugin.doctor.wet_record import Series, find_pulses, record_of
+from gcs_plugin.doctor.response import Series, find_pulses, record_of
+from gcs_plugin.doctor.wet import TURNS, corrected, describe, diagnose, findings
 
 VEHICLES = [("ruvifist", "hovering"), ("ruvifist", "survey"), ("bluerov2_heavy", "heavy")]
 EIGHT = range(8)
@@ -79,9 +78,9 @@ def test_every_reversed_and_every_dead_thruster_is_named(key, sign, words):
 @pytest.mark.parametrize("key", rest_in_soak(VEHICLES))
 @pytest.mark.parametrize("sensor", ["dvl", "imu"])
 def test_every_turn_and_mirror_of_a_sensor_is_named(right, key, sensor):
-    for turn in turns.TURNS[1:]:
+    for turn in TURNS[1:]:
         found = diagnosis_of(key, turned(right[key], sensor, turn))
-        assert np.array_equal(found.turn[sensor], turn), turns.describe(turn)
+        assert np.array_equal(found.turn[sensor], turn), describe(turn)
         assert all(is_identity(m) for name, m in found.turn.items() if name != sensor)
         assert list(found.thruster_of) == list(EIGHT)
         assert (found.sign > 0).all()
@@ -101,7 +100,7 @@ def test_several_faults_at_once_are_told_apart(seed):
     a, b, c = rng.permutation(8)[:3]
     wiring, signs = list(EIGHT), np.ones(8)
     wiring[a], wiring[b], signs[c] = int(b), int(a), -1.0
-    turn = turns.TURNS[int(rng.integers(1, 48))]
+    turn = TURNS[int(rng.integers(1, 48))]
     found = diagnosis_of(
         key, turned(wet_check(FILES[key[0]], key[1], wiring=wiring, signs=signs, seed=seed), "dvl", turn)
     )
@@ -114,8 +113,8 @@ def test_several_faults_at_once_are_told_apart(seed):
 def test_the_advice_mends_the_mounting(right):
     key = VEHICLES[0]
     configured = FILES[key[0]].vehicle.sensors.dvl.mounting
-    for turn in turns.TURNS:
-        advice = turns.corrected(configured, turn)
+    for turn in TURNS:
+        advice = corrected(configured, turn)
         mended = np.array(mounting_matrix(Mounting(advice.rotation_deg, advice.signs)))
         # What the device says is turn @ true after the configured mounting; the advised one must give the truth.
         device = np.array(mounting_matrix(configured)).T @ turn
@@ -124,13 +123,6 @@ def test_the_advice_mends_the_mounting(right):
     assert wrong == {
         "dvl": "DVL: x shows -x, y shows -y; set its mounting to rotation_deg [180, 0, -45], signs [1, 1, 1]"
     }
-
-
-def test_euler_angles_are_those_of_the_rotation():
-    for angles in [(10.0, 20.0, 30.0), (-170.0, 80.0, 100.0), (0.0, 90.0, 40.0), (0.0, -90.0, -40.0)]:
-        assert np.allclose(
-            rotation_matrix(turns.euler_deg(rotation_matrix(angles))), rotation_matrix(angles), atol=1e-4
-        )
 
 
 @pytest.mark.parametrize("key", rest_in_soak(VEHICLES))

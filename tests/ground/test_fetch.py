@@ -4,7 +4,7 @@ import pytest
 from diving_vehicle import BAD, Dive
 from soak import rest_in_soak
 
-from bridge.errors import LinkError, LinkTimeout, LogError
+from bridge.errors import LinkTimeout, LogError
 from bridge.onboard.ring import Bounds
 from bridge.wire.framing import Encoder
 from bridge.wire.ftp import Op, Packet
@@ -54,15 +54,6 @@ def test_a_ring_is_fetched_whole_over_a_link_that_loses_doubles_reorders_and_del
     assert is_mirrored(mirror, dive, fetching.chosen)
     assert all(mirror.is_whole(segment.name) for segment, _ in fetching.chosen[:-1])
     assert fetching.fetched == fetching.total_bytes > 20_000
-
-
-def test_no_byte_is_fetched_twice(tmp_path) -> None:
-    dive, mirror = Dive(tmp_path / "ring"), Mirror(tmp_path / "mirror")
-    dive.dive(10.0)
-    first = fetched(dive, mirror)
-    second = fetched(dive, mirror)
-    assert second.fetched == second.total_bytes - first.total_bytes
-    assert is_mirrored(mirror, dive, second.chosen)
 
 
 class KilledError(BaseException):
@@ -154,17 +145,6 @@ def test_a_segment_that_the_ring_lets_go_meanwhile_costs_only_itself(tmp_path) -
     )
 
 
-def test_a_segment_that_was_begun_and_holds_nothing_is_fetched_as_such(tmp_path) -> None:
-    """As where the power went just then."""
-    dive, mirror = Dive(tmp_path / "ring"), Mirror(tmp_path / "mirror")
-    dive.folder.mkdir(exist_ok=True)
-    empty = dive.folder / Segment(1, 999, 1, 0).name
-    empty.touch()
-    dive.dive(5.0)
-    assert is_mirrored(mirror, dive, fetched(dive, mirror).chosen)
-    assert mirror.is_whole(empty.name)
-
-
 def test_a_vehicle_without_a_ring_is_named() -> None:
     fetching = Fetching(Mirror(None), everything, 0.0)
     (asked,) = fetching.tick(0.0)
@@ -221,16 +201,6 @@ def test_a_dive_is_whole_byte_for_byte_in_order_and_once_each(tmp_path, seed) ->
     assert abs(stamps[-1] - stamps[0] - 40e6) < 1e6
 
 
-def test_the_vehicles_frames_are_dated_on_the_grounds_clock(tmp_path) -> None:
-    dive, folder, beat = a_dive_under_water(tmp_path)
-    made_whole(dive, folder)
-    arrived = {raw: stamp_us for stamp_us, raw in dive.heard}
-    off_us = [
-        stamp_us - arrived[raw] for stamp_us, raw in whole_frames(folder) if raw in arrived and raw != beat
-    ]
-    assert max(map(abs, off_us)) < 100_000
-
-
 def test_all_that_reads_a_dive_reads_the_whole_one(tmp_path) -> None:
     dive, folder, _ = a_dive_under_water(tmp_path)
     assert folder.telemetry() == recording_files(folder.path) == folder.heard()
@@ -256,15 +226,6 @@ def test_a_vehicle_that_started_anew_under_water_is_whole_too(tmp_path) -> None:
     made_whole(dive, folder)
     assert [raw for _, raw in whole_frames(folder)] == sent
     assert len(sent) > 0.8 * len(dive.kept())
-
-
-def test_making_whole_twice_changes_nothing(tmp_path) -> None:
-    dive, folder, _ = a_dive_under_water(tmp_path)
-    made_whole(dive, folder)
-    first = (folder.path / WHOLE).read_bytes()
-    done = made_whole(dive, folder)
-    assert (folder.path / WHOLE).read_bytes() == first
-    assert done.missing == 0
 
 
 def test_a_dive_of_which_nothing_was_heard_becomes_a_folder_of_its_own(tmp_path) -> None:
@@ -317,10 +278,3 @@ def test_segments_of_other_dives_are_not_fetched() -> None:
     ]
     assert [s.number for s, _ in newest(listing, 90_000)] == [7, 8, 9]
     assert len(newest(listing, None)) == 10
-
-
-def test_a_link_that_never_answers_is_given_up_in_words(tmp_path) -> None:
-    dive = Dive(tmp_path / "ring")
-    dive.cut(True)
-    with pytest.raises(LinkError, match="answered nothing for 5 s"):
-        fetched(dive, Mirror(tmp_path), patience_s=5.0)

@@ -1,20 +1,14 @@
 """FF_MODE is switched when the vehicle has said so twice over, whatever link and vehicle do on the way."""
 
 import random
-from dataclasses import replace
 
 import pytest
 from fakes.lossy import Lossy
 from fakes.vehicle import SMALL, FakeVehicle, QuietLink
-from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
-from bridge.onboard.parameters import ParameterServer
-from bridge.vehicle.config import Vehicle
 from bridge.vehicle.mode import Mode
-from bridge.vehicle.parameters import vehicle_table
 from bridge.wire.framing import Encoder, Framer
-from bridge.wire.readings import Reading
 from gcs_plugin.feedforward import Switch
 from gcs_plugin.peers import GROUND_STATION, KnownVehicle, Peers
 
@@ -95,17 +89,6 @@ def test_nothing_is_sent_before_a_vehicle_is_heard(clock):
     assert switch.words == "no vehicle heard, nothing is sent yet"
     craft.mute = False
     assert drive(switch, craft, clock, 5.0)
-
-
-def test_it_is_sent_every_half_second_until_it_is_so(clock):
-    craft = Craft(clock)
-    craft.deaf = True
-    switch = Switch(Mode.OFF)
-    assert not drive(switch, craft, clock, 10.0)
-    assert 19 <= switch.sent <= 21
-    craft.deaf = False
-    assert drive(switch, craft, clock, 5.0)
-    assert craft.server.mode == 0
 
 
 def test_it_says_how_often_it_was_sent_and_for_how_long_nobody_answers(clock):
@@ -196,36 +179,6 @@ def test_thirty_per_cent_of_loss_each_way_only_take_longer(clock, seed):
     assert craft.server.mode == 0
 
 
-@pytest.mark.parametrize("seed", range(10))
-def test_on_a_bad_link_a_stuck_vehicle_is_not_taken_for_switched_either(clock, seed):
-    craft = Craft(clock)
-    craft.echoes = True
-    link = Lossy(craft, random.Random(seed), clock, loss=0.3, duplicate=0.1, reorder=0.1, delay_s=0.2)
-    assert not drive(Switch(Mode.OFF), link, clock, 60.0)
-
-
-def test_a_link_that_was_cut_is_gone_through_when_it_is_back(clock):
-    craft = Craft(clock)
-    link = Lossy(craft, random.Random(1), clock)
-    switch = Switch(Mode.OFF)
-    drive(switch, link, clock, 0.1)
-    link.outgoing.cut = link.incoming.cut = True
-    assert not drive(switch, link, clock, 30.0)
-    link.outgoing.cut = link.incoming.cut = False
-    assert drive(switch, link, clock, 5.0)
-
-
-def test_what_a_vehicle_refuses_is_said(clock):
-    craft = Craft(clock, mode=0.0)
-    shape = replace(SMALL.configurations["survey"], model={})
-    craft.server = ParameterServer(None, vehicle_table(Vehicle("empty", {"a": shape})))
-    craft.armed = True
-    switch = Switch(Mode.BOTH)
-    assert not drive(switch, craft, clock, 5.0)
-    assert switch.refusal == "vehicle 1: the vehicle does not permit it now: no active set"
-    assert "it answers off (the vehicle does not permit it now: no active set)" in switch.words
-
-
 def test_that_a_vehicle_takes_its_orders_from_another_ground_is_said_as_the_reason(clock):
     craft = Craft(clock)
     craft.bound = True
@@ -235,14 +188,6 @@ def test_that_a_vehicle_takes_its_orders_from_another_ground_is_said_as_the_reas
     assert switch.refusal == (
         "vehicle 1: the vehicle does not permit it now: it takes no orders from system 255, but from another ground"
     )
-
-
-def test_the_component_that_tells_its_mode_is_the_one_that_is_told(clock):
-    autopilot, companion = Craft(clock), Craft(clock, (1, 191), autopilot=8, phase_s=0.9)
-    autopilot.lacks = True
-    switch = Switch(Mode.SHADOW)
-    assert drive(switch, Both(autopilot, companion), clock, 10.0)
-    assert (autopilot.sets, companion.server.mode) == ([], 1)
 
 
 def test_off_waits_for_no_companion_and_goes_to_it_as_soon_as_it_beats(clock):
@@ -276,13 +221,6 @@ def test_off_reaches_a_companion_that_tells_no_mode_though_the_autopilot_has_non
 
 def heard_before(*vehicles):
     return tuple(KnownVehicle(source, holds, heard_s) for source, holds, heard_s in vehicles)
-
-
-def test_off_goes_at_the_first_tick_to_the_one_that_was_heard_before(clock):
-    craft = Craft(clock, phase_s=0.97)
-    switch = Switch(Mode.OFF, known=heard_before(((1, 1), True, -0.5)))
-    assert drive(switch, craft, clock, 5.0)
-    assert craft.sets[0][::3] == (0.0, 0.0)
 
 
 def test_off_is_sent_blindly_and_works_where_the_vehicle_is_heard_no_more_but_is_never_called_done(clock):
@@ -356,13 +294,6 @@ def test_a_companion_that_is_heard_late_is_found_though_the_autopilot_said_no(cl
     assert not switch.lacking
 
 
-def test_every_vehicle_that_is_heard_is_switched_off(clock):
-    one, other = Craft(clock, (1, 1)), Craft(clock, (2, 1), phase_s=0.5)
-    switch = Switch(Mode.OFF)
-    assert drive(switch, Both(one, other), clock, 10.0)
-    assert (one.server.mode, other.server.mode) == (0, 0)
-
-
 def test_it_is_not_done_while_one_of_them_is_stuck_and_says_which(clock):
     one, other = Craft(clock, (1, 1)), Craft(clock, (2, 1), phase_s=0.5)
     other.stuck = True
@@ -371,12 +302,6 @@ def test_it_is_not_done_while_one_of_them_is_stuck_and_says_which(clock):
     first, second = switch.words.split("; ")
     assert first == "vehicle 1: off, as read back and as its telemetry says"
     assert second.startswith("vehicle 2: sent ")
-
-
-def test_the_vehicle_that_is_named_is_the_only_one_that_is_sent_anything(clock):
-    one, other = Craft(clock, (1, 1)), Craft(clock, (2, 1), phase_s=0.5)
-    assert drive(Switch(Mode.OFF, system=2), Both(one, other), clock, 10.0)
-    assert (one.sets, one.server.mode, other.server.mode) == ([], 3, 0)
 
 
 def twins_on(clock):
@@ -398,27 +323,3 @@ def test_of_two_vehicles_with_one_address_it_is_not_off_while_either_says_otherw
     assert switch.words.startswith(
         "vehicle 1: off, as answered; but two vehicles answer: both:: two vehicles beat as system 1"
     )
-
-
-def test_of_two_vehicles_with_one_address_another_mode_than_off_is_never_done(clock):
-    one, other, link, twins = twins_on(clock)
-    drive(Switch(Mode.OFF, system=9), link, clock, 5.0, twins)
-    assert twins.fault()
-    switch = Switch(Mode.SHADOW)
-    assert not drive(switch, link, clock, 20.0, twins)
-    assert (one.server.mode, other.server.mode) == (1, 1)
-    assert switch.sent == 1
-
-
-def test_one_vehicle_that_is_taken_for_two_is_off_once_it_has_answered(clock):
-    switch = Switch(Mode.OFF)
-    switch.twins = "udp: two vehicles beat as system 1"
-    assert drive(switch, Craft(clock), clock, 6.0)
-    assert switch.words == f"vehicle 1: off, as answered; but two vehicles answer: {switch.twins}"
-
-
-def test_a_ground_station_is_no_vehicle():
-    switch = Switch(Mode.OFF)
-    switch.on_reading(Reading("alive", 0.0, (0.0, dialect.MAV_TYPE_GCS, 8.0)), (255, 190), 0.0)
-    assert not switch.heard
-    assert switch.tick(9.0) == []

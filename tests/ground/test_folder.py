@@ -13,9 +13,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.errors import ConfigError, LogError
 from bridge.wire.framing import Encoder
 from gcs_plugin.dives.conditions import (
-    NAMES,
     NOTHING_SAID,
-    TITLES,
     Conditions,
     density_kg_m3,
     mistakes,
@@ -26,12 +24,12 @@ from gcs_plugin.dives.folder import (
     About,
     DiveFolder,
     Event,
+    began,
     last_conditions,
     list_folders,
     load_folder,
     new_folder,
 )
-from gcs_plugin.dives.order import began
 from gcs_plugin.locks import alone_in
 
 SECOND_S = 1_795_165_923.0
@@ -47,16 +45,6 @@ def test_a_folder_is_named_by_utc_and_name(tmp_path):
 def test_two_dives_of_one_minute_get_folders_of_their_own(tmp_path):
     names = [new_folder(tmp_path, SECOND_S, "hovering").path.name for _ in range(3)]
     assert names == [f"2026-11-20T0912Z-hovering{end}" for end in ("", "-2", "-3")]
-
-
-def test_dives_are_listed_oldest_first_and_other_folders_left_out(tmp_path):
-    (tmp_path / "notes").mkdir()
-    later = new_folder(tmp_path, SECOND_S + 3600, "a")
-    earlier = new_folder(tmp_path, SECOND_S, "b")
-    for folder in (later, earlier):
-        folder.open_telemetry(1).close()
-    assert list_folders(tmp_path) == [earlier, later]
-    assert list_folders(tmp_path / "none") == []
 
 
 def recorded(root, name, began_s, telemetry="telemetry.tlog"):
@@ -186,12 +174,6 @@ def test_recordings_come_in_the_order_in_which_they_were_begun(tmp_path):
         load_folder(tmp_path / "none")
 
 
-def test_a_place_that_can_not_hold_folders_is_said(tmp_path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(LogError, match="no dive folder can be made there"):
-        new_folder(tmp_path / "file", SECOND_S, "x")
-
-
 KNOWN = Conditions(11.5, 35.0, 40.0, 2.0, -0.5, "camera", "calm")
 
 
@@ -206,17 +188,6 @@ KNOWN = Conditions(11.5, 35.0, 40.0, 2.0, -0.5, "camera", "calm")
 )
 def test_density_is_that_of_the_check_values_of_unesco_44(temperature_c, salinity, density):
     assert density_kg_m3(temperature_c, salinity) == pytest.approx(density, abs=1e-5)
-
-
-def test_density_is_known_where_both_temperature_and_salinity_are():
-    assert KNOWN.density_kg_m3 == density_kg_m3(11.5, 35.0)
-    assert Conditions(water_temperature_c=11.5).density_kg_m3 is None
-    assert Conditions(salinity=0.0).density_kg_m3 is None
-
-
-def test_what_is_carried_is_ballast_and_payload_together():
-    assert KNOWN.carried_kg == 1.5
-    assert NOTHING_SAID.carried_kg == 0.0
 
 
 @pytest.mark.parametrize(
@@ -236,10 +207,6 @@ def test_they_are_told_in_a_line():
     assert NOTHING_SAID.words == ""
 
 
-def test_a_form_asks_for_each_of_them():
-    assert tuple(TITLES) == NAMES
-
-
 @pytest.mark.parametrize("conditions", [KNOWN, NOTHING_SAID, Conditions(salinity=0.0, weather="swell")])
 def test_what_a_form_shows_it_reads_back(conditions):
     assert of_texts(texts_of(conditions)) == conditions
@@ -248,15 +215,6 @@ def test_what_a_form_shows_it_reads_back(conditions):
 def test_a_decimal_comma_is_read_and_blanks_are_nothing():
     assert of_texts({"salinity": " 34,5 ", "weather": " a  b "}) == Conditions(salinity=34.5, weather="a b")
     assert of_texts({"ballast_kg": "   "}) == NOTHING_SAID
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [("salty", "salinity: 'salty' is no number"), ("99", "salinity: must lie from 0 to 42, it is 99")],
-)
-def test_a_mistake_is_named(text, words):
-    with pytest.raises(ConfigError, match=words):
-        of_texts({"salinity": text})
 
 
 def test_all_mistakes_are_told_each_by_its_field():
@@ -276,12 +234,6 @@ def dive(root, name, conditions=NOTHING_SAID):
     folder.path.mkdir(parents=True)
     folder.describe(About(notes="here", conditions=conditions))
     return folder
-
-
-def test_a_dive_folder_keeps_them_beside_what_it_has(tmp_path):
-    folder = dive(tmp_path, "2026-11-20T0912Z")
-    folder.set_conditions(KNOWN)
-    assert folder.about() == About(notes="here", conditions=KNOWN)
 
 
 def test_last_times_are_those_of_the_newest_earlier_dive_that_has_any(tmp_path):

@@ -4,21 +4,19 @@ from pathlib import Path
 
 import pytest
 from diving_vehicle import Dive
-from pymavlink.dialects.v20 import ardupilotmega as dialect
 from test_merge_recordings import of_it
 
 from bridge.files import PART
-from bridge.wire.framing import Encoder, message_id_at
+from bridge.wire.framing import Encoder
 from bridge.wire.segments import Segment, segments_in
 from bridge.wire.tlog import read_tlog, record_of
 from bridge.wire.whole import WHOLE
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.holes import Hole, as_sent, holes_in, lost_in
-from gcs_plugin.fetch.mirror import damaged_before
-from gcs_plugin.fetch.whole import made_whole, newest_frames, write_records
+from gcs_plugin.fetch.whole import made_whole, write_records
 from gcs_plugin.peers import ground_heartbeat
 from tui.fetched import MIRROR, Fetched, Fetcher
-from tui.merging import Merged, Refused, merge_all
+from tui.merging import merge_all
 
 pytestmark = pytest.mark.usefixtures("switched_off")
 
@@ -32,12 +30,6 @@ def frames(tmp_path_factory):
     dive = Dive(tmp_path_factory.mktemp("sent"))
     dive.dive(80.0)
     return dive.heard
-
-
-@pytest.fixture(scope="module")
-def clockless(frames):
-    """What a vehicle sent that tells nobody what its own clock reads."""
-    return [one for one in frames if message_id_at(one[1], 0) != dialect.MAVLINK_MSG_ID_SYSTEM_TIME]
 
 
 def raws(records):
@@ -149,18 +141,6 @@ def test_two_recordings_that_overlap_each_other_fill_the_dive_in_either_order(
     assert "the dive is whole" in last.words
 
 
-def test_a_recording_that_overlaps_nothing_is_refused_and_the_next_goes_in(tmp_path, clockless) -> None:
-    folder = dive_of(tmp_path, of_it(clockless, 0.0, 18.0) + of_it(clockless, 79.0))
-    for name, (begins_s, ends_s) in {"bridge": (10.0, 40.0), "far": (50.0, 70.0)}.items():
-        write_records(tmp_path / f"{name}.tlog", of_it(clockless, begins_s, ends_s))
-    refused, taken = merge_all(folder, [tmp_path / "far.tlog", tmp_path / "bridge.tlog"])
-    assert isinstance(taken, Merged)
-    assert isinstance(refused, Refused)
-    assert refused.file.name == "far.tlog"
-    assert "39 s of it, from 0:39 on and " in taken.words
-    assert "nobody has; merge what else was recorded then" in taken.words
-
-
 def test_what_was_sent_before_and_after_the_dive_is_told(tmp_path, frames) -> None:
     folder = dive_of(tmp_path, of_it(frames, 20.0, 60.0))
     write_records(tmp_path / "other.tlog", frames)
@@ -247,10 +227,6 @@ def test_damage_before_the_dive_or_after_it_costs_it_nothing(tmp_path, sent, sec
     assert damage(tmp_path, sent, [place(sent, second) for second in seconds]) == (0, len(seconds))
 
 
-def test_damage_at_the_very_end_of_the_recording_is_after_the_dive(tmp_path, sent):
-    assert damage(tmp_path, sent, [len(sent) - 2, len(sent) - 1]) == (0, 1)
-
-
 @pytest.mark.parametrize("second", [50.5, 65.0, 79.5])
 def test_damage_within_the_dive_makes_it_doubtful(tmp_path, sent, second):
     assert damage(tmp_path, sent, [place(sent, second)]) == (1, 0)
@@ -268,38 +244,12 @@ def test_damage_next_to_the_first_and_the_last_frame_that_was_heard_is_beyond(tm
     assert damage(tmp_path, sent, hurt) == (0, 2)
 
 
-@pytest.mark.parametrize("second", [50.0, 80.0])
-def test_damage_of_the_first_or_the_last_frame_that_was_heard_makes_the_dive_doubtful(tmp_path, sent, second):
-    """Who knows which of the damaged frames was sent after it."""
-    middle = place(sent, second)
-    assert damage(tmp_path, sent, range(middle - 3, middle + 4)) == (1, 0)
-
-
 def test_where_a_frame_may_have_been_on_its_way_for_long_damage_shortly_before_is_no_longer_certain(
     tmp_path, sent
 ):
     """The vehicle's recording lacks the first that was heard, so that nobody knows when it was sent."""
     hurt = [place(sent, 10.0), place(sent, 30.0), place(sent, 50.0), place(sent, 110.0)]
     assert damage(tmp_path, sent, hurt) == (2, 2)
-
-
-@pytest.mark.parametrize(("second", "count"), [(10.0, 0), (105.0, 0), (115.0, 1)])
-def test_of_the_newest_seconds_alone_damage_before_them_costs_nothing(tmp_path, sent, second, count):
-    ring = ring_with_damage(tmp_path / "ring.tlog", sent, [place(sent, second)])
-    assert newest_frames([ring], 10_000_000)[1] == count
-    assert newest_frames([ring], None)[1] == 1
-
-
-def test_damage_stands_before_the_record_that_follows_it(sent):
-    records = [record_of(*one) for one in sent[:6]]
-    assert damaged_before(b"".join(records)) == []
-    records[2] = b"\xa5" * len(records[2])
-    assert damaged_before(b"".join(records)) == [2]
-    records[0] = b"\xa5" * len(records[0])
-    assert damaged_before(b"".join(records)) == [0, 1]
-    records[5] = b"\xa5" * len(records[5])
-    assert damaged_before(b"".join(records)) == [0, 1, 3]
-    assert damaged_before(b"".join(records[3:5]) + records[4][:-1]) == []
 
 
 def test_a_fetch_says_that_the_dive_is_whole_and_where_else_there_is_damage(tmp_path):

@@ -111,18 +111,6 @@ def test_frames_that_were_recorded_twice_and_out_of_order_come_once(tmp_path) ->
     assert merged == sent[sent.index(merged[0]) : sent.index(merged[-1]) + 1]
 
 
-def test_another_file_and_then_a_third_add_up(tmp_path) -> None:
-    frames, rng = all_frames(tmp_path), random.Random(4)
-    (tmp_path / "dive").mkdir()
-    write_records(tmp_path / "dive" / "telemetry.tlog", heard_by(frames, lambda one: one, rng, 0.5))
-    counts = []
-    for name in ("a", "b"):
-        file = tmp_path / f"{name}.tlog"
-        write_records(file, heard_by(frames, lambda one: one + 7.0, rng, 0.5))
-        counts.append(len(raws(merge(DiveFolder(tmp_path / "dive"), file).into)))
-    assert 0.7 * len(frames) < counts[0] < 0.8 * len(frames) < counts[1]
-
-
 def test_the_file_of_another_dive_or_vehicle_is_refused_and_changes_nothing(tmp_path) -> None:
     (tmp_path / "dive").mkdir()
     write_records(tmp_path / "dive" / "telemetry.tlog", all_frames(tmp_path, seed=0))
@@ -225,12 +213,6 @@ def test_a_ring_of_a_vehicle_that_starts_anew_on_a_bare_clock_is_dated_boot_by_b
     assert [raw for _, raw in found.records] == [raw for _, raw in sent]
     assert max(abs(one[0] - true[0]) for one, true in zip(found.records, sent, strict=True)) < 10_000
     assert (found.guessed > 0, found.holes) == (not second_heard, ())
-
-
-def test_another_recorder_whose_clock_began_anew_is_refused(tmp_path) -> None:
-    first, second, bare = bare_boots(tmp_path)
-    with pytest.raises(LogError, match=r"other.tlog: its clock was set by -"):
-        put_together(tmp_path, of_it(first + second, share=0.7, seed=1), [*bare[0], *bare[1]])
 
 
 @pytest.mark.parametrize(("begins_s", "ends_s"), [(40.0, 60.0), (20.0, 30.0)])

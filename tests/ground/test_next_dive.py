@@ -1,72 +1,18 @@
 """The recorder goes on in the next dive's files: each frame lies in exactly one of both dives."""
 
 import pytest
-from pymavlink.dialects.v20 import ardupilotmega as dialect
+from faked_ground import Disk, Ground, frames_of
 
-from bridge.clock import SimulatedClock
 from bridge.errors import LogError
-from bridge.links.memory import memory_pair
-from bridge.wire.framing import Encoder
-from gcs_plugin.recording.recorder import Count, Recorder
+from gcs_plugin.recording.recorder import Count
 
 
-def frames_of(count):
-    encoder = Encoder(1, 1)
-    return [encoder.encode(dialect.MAVLink_system_time_message(1, 1000 + n)) for n in range(count)]
+class Sea(Ground):
+    """A recorder into a `first` dive, and the `second` that it may go on in."""
 
-
-class Dive:
-    """Files that are kept in memory; `full` fails every write, `refuses` every new file."""
-
-    def __init__(self, name=""):
-        self.name = name
-        self.files = []
-        self.full = self.refuses = False
-        self.calls = []
-
-    def open(self, number):
-        if self.refuses:
-            raise LogError(f"{self.name}: can't be made; choose another")
-        assert number == len(self.files) + 1
-        self.files.append([])
-        return DiveFile(self, self.files[-1])
-
-    @property
-    def raws(self):
-        return [raw for file in self.files for raw in file]
-
-
-class DiveFile:
-    def __init__(self, dive, raws):
-        self.dive, self.raws = dive, raws
-
-    def write(self, unix_us, raw):
-        assert unix_us > 0
-        if self.dive.full:
-            raise LogError("the disk failed; mend it")
-        self.raws.append(raw)
-
-    def sync(self):
-        self.dive.calls.append("sync")
-
-    def look(self):
-        """It lies where it was made."""
-
-    def close(self):
-        self.dive.calls.append("close")
-
-
-class Sea:
     def __init__(self):
-        self.first, self.second, self.clock = Dive("first"), Dive("second"), SimulatedClock()
-        self.far, near = memory_pair()
-        self.notices, self.counts = [], []
-        self.recorder = Recorder([near], self.first.open, self.clock, lambda: 1 << 40, self.notices.append)
-
-    def hear(self, data):
-        self.clock.advance_to(self.clock.boot_s() + 0.5)
-        self.far.write(data)
-        return self.recorder.step(0.0)
+        super().__init__()
+        self.first, self.second, self.counts = self.disk, Disk(), []
 
     def go_on(self):
         self.recorder.go_on(self.second.open, self.counts.append)
@@ -80,8 +26,8 @@ def test_frames_go_into_the_dive_before_and_from_then_on_into_the_next_one():
     for raw in raws[12:]:
         sea.hear(raw)
     assert (sea.first.raws, sea.second.raws) == (raws[:12], raws[12:])
-    assert sea.counts == [Count(1, 12, 12, 12 * len(raws[0]), 0)]
-    assert sea.recorder.count == Count(1, 8, 8, 8 * len(raws[0]), 0)
+    assert sea.counts == [Count(1, 12, 12, len(b"".join(raws[:12])), 0)]
+    assert sea.recorder.count == Count(1, 8, 8, len(b"".join(raws[12:])), 0)
     assert sea.notices == []
 
 
@@ -93,15 +39,6 @@ def test_a_frame_that_has_come_by_half_lies_whole_in_the_next_dive(cut):
     sea.go_on()
     sea.hear(torn[cut:])
     assert (sea.first.raws, sea.second.raws) == ([before], [torn])
-
-
-def test_the_links_stay_open_and_their_health_goes_on():
-    sea = Sea()
-    sea.hear(frames_of(1)[0])
-    sea.go_on()
-    sea.hear(frames_of(2)[1])
-    (receptions,) = sea.recorder.receptions.values()
-    assert sum(source.received for source in receptions) == 2
 
 
 def test_the_dive_before_is_put_on_the_disk_and_closed_by_who_syncs_and_not_by_who_reads():
@@ -132,14 +69,14 @@ def test_what_the_disk_would_not_take_yet_lies_in_the_next_dive():
     sea.go_on()
     sea.hear(raws[3])
     assert (sea.first.raws, sea.second.raws) == (raws[:1], raws[1:])
-    assert sea.recorder.lost == 0
+    assert sea.recorder.count.lost == 0
 
 
 def test_a_folder_that_can_not_be_made_leaves_the_dive_as_it_is():
     sea, raws = Sea(), frames_of(2)
     sea.hear(raws[0])
     sea.second.refuses = True
-    with pytest.raises(LogError, match="second: can't be made"):
+    with pytest.raises(LogError, match="the folder can't be made"):
         sea.go_on()
     sea.hear(raws[1])
     assert sea.first.raws == raws
@@ -150,18 +87,7 @@ def test_a_second_one_is_refused_while_the_first_waits():
     sea = Sea()
     sea.go_on()
     with pytest.raises(LogError, match="waits for the disk"):
-        sea.recorder.go_on(Dive("third").open, sea.counts.append)
-
-
-def test_the_disk_left_is_told_by_the_rate_of_both_dives():
-    sea, raws = Sea(), frames_of(40)
-    for raw in raws[:21]:
-        sea.hear(raw)
-    before_s = sea.recorder.disk_left_s
-    sea.go_on()
-    for raw in raws[21:]:
-        sea.hear(raw)
-    assert sea.recorder.disk_left_s == pytest.approx(before_s, rel=0.05)
+        sea.recorder.go_on(Disk().open, sea.counts.append)
 
 
 def test_what_was_lost_on_the_way_is_told_of_the_dive_in_which_it_was():

@@ -15,7 +15,7 @@ from bridge.wire.readings import Reading, encode
 from gcs_plugin.feedforward import Switch
 from gcs_plugin.fleet import Fleet
 from gcs_plugin.mavproxy.switching import Switching
-from gcs_plugin.modes import OffMarks, OffOrders
+from gcs_plugin.off_orders import OffMarks, OffOrders
 from gcs_plugin.params.plan import not_raised
 from gcs_plugin.peers import GROUND_STATION
 
@@ -208,14 +208,6 @@ def test_what_was_done_once_stays_done_though_it_is_raised_afterwards(clock):
     assert switch.done
 
 
-def test_none_is_silent_while_one_that_is_heard_is_waited_for(clock):
-    stuck, gone = Craft(clock, (1, 1)), Craft(clock, (2, 1))
-    stuck.stuck = gone.deaf = gone.mute = True
-    switch = Switch(Mode.OFF, known=heard_before(((1, 1), True, 0.0), ((2, 1), True, -3.0)))
-    drive(switch, Both(stuck, gone), clock, 6.0)
-    assert (switch.waits_for, switch.silent) == ((1, 2), ())
-
-
 class Sea:
     def __init__(self):
         self.clock, self.fleet, self.said = SimulatedClock(50.0), Fleet(), []
@@ -246,13 +238,6 @@ def test_off_goes_to_the_vehicle_chosen_else_to_all_that_were_heard_without_anot
     sea.clock.advance_to(62.5)
     assert sea.orders() == orders
     assert sea.switching.status()[0].endswith("vehicle 2: sent 2 times, not heard for 12 s: not confirmed")
-
-
-def test_off_where_nobody_was_ever_heard_says_that_nothing_is_sent():
-    sea = Sea()
-    assert sea.switching.command(["off"])
-    assert sea.orders() == []
-    assert sea.switching.status() == ["ff: no vehicle heard, nothing is sent yet"]
 
 
 GOES_BACK = {

@@ -10,17 +10,16 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from soak import rest_in_soak
 
 from bridge.clock import SimulatedClock
-from bridge.errors import LinkError, LinkTimeout, ParamRejected, ParamUnknown, ParamUnverified
+from bridge.errors import LinkError, LinkTimeout, ParamRejected, ParamUnverified
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import set_crc
 from bridge.wire.framing import Encoder
 from gcs_plugin.feedforward import Switch
-from gcs_plugin.modes import OffMarks
+from gcs_plugin.off_orders import OffMarks
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.plan import make_plan
-from gcs_plugin.params.receipt import Turn
-from gcs_plugin.params.session import Order, Progress
+from gcs_plugin.params.session import Order
 from gcs_plugin.params.transfer import Outcome
 from gcs_plugin.params.upload import Stage
 
@@ -70,9 +69,14 @@ def truth(vehicle):
     return {name: vehicle.server.value(name) for name in vehicle.server.names}
 
 
-def upload(client, tmp_path, targets=TARGETS):
+def plan_of(client, targets=TARGETS):
     client.find_vehicle()
-    return client.apply(Order(make_plan(targets, client.read_all()), tmp_path / "before.param"))
+    return make_plan(targets, client.read_all())
+
+
+def upload(client, tmp_path, targets=TARGETS, even_armed=False):
+    plan = plan_of(client, targets)
+    return client.apply(Order(plan, tmp_path / "before.param", even_armed=even_armed))
 
 
 def test_a_set_goes_into_the_vehicle_and_flies(client, vehicle, tmp_path):
@@ -97,20 +101,6 @@ def test_a_set_goes_into_the_vehicle_and_flies(client, vehicle, tmp_path):
         "outcome": "applied",
         "sentence": "FF0_M_U = 96.5",
     }
-
-
-def test_the_set_is_still_there_after_a_reboot(client, vehicle, tmp_path):
-    upload(client, tmp_path)
-    vehicle.boot()
-    assert {n: vehicle.server.value(n) for n in TARGETS} == TARGETS
-
-
-def test_a_second_upload_of_the_same_set_writes_nothing(client, vehicle, tmp_path):
-    upload(client, tmp_path)
-    vehicle.sets.clear()
-    receipt = client.apply(Order(make_plan(TARGETS, client.read_all()), tmp_path / "again.param"))
-    assert receipt.outcome is Outcome.SAME
-    assert vehicle.sets == []
 
 
 def test_the_values_before_lie_on_the_disk_before_anything_is_written(clock, tmp_path):
@@ -158,44 +148,12 @@ def test_one_value_unfit_to_send_sends_nothing(client, vehicle, tmp_path, target
     assert not (tmp_path / "before.param").exists()
 
 
-def test_a_name_that_the_vehicle_lacks_sends_nothing(client, vehicle, tmp_path):
-    with pytest.raises(ParamUnknown, match="FF7_M_U"):
-        upload(client, tmp_path, {"FF0_M_U": 96.5, "FF7_M_U": 1.0})
-    assert vehicle.sets == []
-
-
-def test_an_armed_vehicle_is_left_alone(client, vehicle, tmp_path):
-    vehicle.armed = True
-    with pytest.raises(ParamRejected, match="is armed; nothing was sent: disarm it, or say"):
-        upload(client, tmp_path)
-    assert vehicle.sets == []
-
-
-SET = {name: value for name, value in TARGETS.items() if name != "FF_MODE"}
-
-
-def given_armed(client, tmp_path, targets=SET):
-    client.find_vehicle()
-    plan = make_plan(targets, client.read_all())
-    return client.apply(Order(plan, tmp_path / "before.param", even_armed=True))
-
-
-@pytest.mark.parametrize("mode", [0.0, 1.0])
-def test_an_armed_vehicle_takes_a_set_on_purpose_while_its_feed_forward_does_not_act(
-    client, vehicle, tmp_path, mode
-):
-    vehicle.server.write("FF_MODE", mode, armed=False)
-    vehicle.armed = True
-    assert given_armed(client, tmp_path).outcome is Outcome.APPLIED
-    assert vehicle.server.active(0)["M_u"] == 96.5
-
-
 def test_an_armed_vehicle_takes_no_set_that_is_to_fly_at_once_for_none_has_been_shadowed(
     client, vehicle, tmp_path
 ):
     before = truth(vehicle)
     vehicle.armed = True
-    receipt = given_armed(client, tmp_path, TARGETS)
+    receipt = upload(client, tmp_path, even_armed=True)
     assert receipt.outcome is Outcome.ROLLED_BACK
     assert receipt.sentence.startswith("FF_MODE = 3 refused: the vehicle does not permit it now")
     assert truth(vehicle) == before
@@ -208,7 +166,7 @@ def test_an_armed_vehicle_whose_feed_forward_acts_is_left_alone_whatever_is_said
     vehicle.server.write("FF_MODE", mode, armed=False)
     vehicle.armed = True
     with pytest.raises(ParamRejected, match="force the feed-forward off first; nothing was sent"):
-        given_armed(client, tmp_path)
+        upload(client, tmp_path, {"FF0_M_U": 96.5}, even_armed=True)
     assert vehicle.sets == []
 
 
@@ -217,8 +175,7 @@ def test_one_whose_feed_forward_is_raised_meanwhile_refuses_the_commit_and_is_as
 ):
     before = truth(vehicle) | {"FF_MODE": 3.0}
     vehicle.armed = True
-    client.find_vehicle()
-    plan = make_plan(TARGETS, client.read_all())
+    plan = plan_of(client)
     vehicle.server.write("FF_MODE", 3.0, armed=False)
     receipt = client.apply(Order(plan, tmp_path / "before.param", even_armed=True))
     assert receipt.outcome is Outcome.ROLLED_BACK
@@ -235,8 +192,7 @@ def test_an_armed_vehicle_may_change_its_mode(client, vehicle, tmp_path):
 def test_a_vehicle_armed_meanwhile_gets_its_values_back_or_has_them_all(
     client, vehicle, clock, tmp_path, after_s
 ):
-    client.find_vehicle()
-    plan = make_plan(TARGETS, client.read_all())
+    plan = plan_of(client)
     before = truth(vehicle)
     vehicle.arms_at_s = clock.now_s + 1.0 + after_s
     receipt = client.apply(Order(plan, tmp_path / "before.param"))
@@ -259,8 +215,7 @@ def test_values_of_before_and_after_a_reboot_are_not_mixed_in_one_reading(client
 
 @pytest.mark.parametrize("after_s", [0.1 * n for n in range(1, 40, 3)])
 def test_a_reboot_at_any_moment_ends_with_the_whole_set(client, vehicle, clock, tmp_path, after_s):
-    client.find_vehicle()
-    plan = make_plan(TARGETS, client.read_all())
+    plan = plan_of(client)
     vehicle.reboots_at_s = clock.now_s + after_s
     receipt = client.apply(Order(plan, tmp_path / "before.param"))
     assert receipt.outcome is Outcome.APPLIED
@@ -272,8 +227,7 @@ def test_a_reboot_at_any_moment_ends_with_the_whole_set(client, vehicle, clock, 
 def test_a_cable_pulled_at_any_moment_is_said_and_the_upload_can_be_finished(
     client, vehicle, clock, tmp_path, after_s
 ):
-    client.find_vehicle()
-    plan = make_plan(TARGETS, client.read_all())
+    plan = plan_of(client)
     vehicle.lost_at_s = clock.now_s + 1.0 + after_s
     receipt = client.apply(Order(plan, tmp_path / "before.param"))
     if receipt.outcome is not Outcome.APPLIED:
@@ -298,18 +252,6 @@ def test_a_pre_image_is_never_overwritten(client, vehicle, tmp_path):
     assert read_parameters(receipt.preimage) == before
 
 
-def test_silence_is_no_vehicle(client, vehicle):
-    vehicle.beats = False
-    with pytest.raises(LinkTimeout, match=r"no vehicle's HEARTBEAT within 5 s \(heard: nobody at all\)"):
-        client.find_vehicle()
-
-
-def test_another_ground_station_is_no_vehicle(client, vehicle):
-    vehicle.kind, vehicle.autopilot = dialect.MAV_TYPE_GCS, dialect.MAV_AUTOPILOT_INVALID
-    with pytest.raises(LinkTimeout, match="heard: 1/1"):
-        client.find_vehicle()
-
-
 def test_a_companion_is_chosen_before_its_autopilot_and_alone_written_to(clock, tmp_path):
     companion = SimulatedVehicle(clock, None, 191, 8)
     companion.others = [beat_of(1, 1, dialect.MAV_TYPE_SUBMARINE, 3), beat_of(255, 190, dialect.MAV_TYPE_GCS)]
@@ -318,19 +260,6 @@ def test_a_companion_is_chosen_before_its_autopilot_and_alone_written_to(clock, 
     assert client.thrusters == (1, 1)
     assert client.apply(Order(make_plan(TARGETS, client.read_all()), tmp_path / "b.param")).good
     assert {one.component for one in companion.sets} == {191}
-
-
-def test_a_vehicle_without_an_autopilot_turns_its_thrusters_itself(clock):
-    alone = SimulatedVehicle(clock, None, 191, 8)
-    client = ParameterClient(alone, clock)
-    client.find_vehicle()
-    assert client.thrusters == (1, 191)
-
-
-def test_nothing_is_sent_to_a_system_that_was_not_heard(client, vehicle):
-    with pytest.raises(LinkTimeout, match="of system 7 within"):
-        client.find_vehicle(system=7)
-    assert vehicle.sets == []
 
 
 def test_of_two_vehicles_one_must_be_named(client, vehicle):
@@ -357,8 +286,7 @@ def test_a_list_with_a_hole_is_no_list(client, vehicle):
 
 
 def test_a_heart_that_stopped_stops_the_upload_before_it_begins(client, vehicle, tmp_path):
-    client.find_vehicle()
-    plan = make_plan(TARGETS, client.read_all())
+    plan = plan_of(client)
     vehicle.beats = False
     vehicle.queue.clear()
     with pytest.raises(LinkTimeout, match="no HEARTBEAT"):
@@ -369,8 +297,7 @@ def test_a_heart_that_stopped_stops_the_upload_before_it_begins(client, vehicle,
 def test_a_vehicle_that_beats_and_answers_nothing_is_given_up_with_the_cause(vehicle, clock, tmp_path):
     told = []
     client = ParameterClient(vehicle, clock, progress=told.append)
-    client.find_vehicle()
-    plan = make_plan(TARGETS, client.read_all())
+    plan = plan_of(client)
     begun_s, before = clock.now_s, truth(vehicle)
     vehicle.server.handle = lambda *_: []
     receipt = client.apply(Order(plan, tmp_path / "before.param"))
@@ -390,8 +317,7 @@ def test_a_vehicle_that_beats_and_answers_nothing_is_given_up_with_the_cause(veh
 
 @pytest.mark.parametrize("after_s", [0.1, 1.5, 2.5, 3.5])
 def test_a_vehicle_that_goes_silent_is_given_up_soon_and_said(client, vehicle, clock, tmp_path, after_s):
-    client.find_vehicle()
-    plan = make_plan(TARGETS, client.read_all())
+    plan = plan_of(client)
     begun_s, read = clock.now_s, vehicle.read
 
     def fade(timeout_s):
@@ -408,8 +334,7 @@ def test_a_vehicle_that_goes_silent_is_given_up_soon_and_said(client, vehicle, c
 
 
 def test_two_vehicles_with_one_id_are_not_even_read(client, vehicle, tmp_path):
-    client.find_vehicle()
-    plan = make_plan(TARGETS, client.read_all())
+    plan = plan_of(client)
     vehicle.contested = frozenset(((1, 1),))
     for ask in (
         client.find_vehicle,
@@ -425,8 +350,7 @@ def test_two_vehicles_with_one_id_are_not_even_read(client, vehicle, tmp_path):
 def test_a_second_vehicle_that_comes_on_during_an_upload_ends_it_without_another_write(
     client, vehicle, clock, tmp_path
 ):
-    client.find_vehicle()
-    plan = make_plan(TARGETS, client.read_all())
+    plan = plan_of(client)
     flying = vehicle.server.active_crc
     twin = SimulatedVehicle(clock)
     twin.booted_s = clock.now_s - 500.0
@@ -448,23 +372,11 @@ def test_a_second_vehicle_that_comes_on_during_an_upload_ends_it_without_another
     assert len(vehicle.sets) == sent
 
 
-def test_progress_is_told(vehicle, clock, tmp_path):
-    told = []
-    upload(ParameterClient(vehicle, clock, progress=told.append), tmp_path)
-    assert Progress(None, 68, 68, 0.0) in told
-    assert list(dict.fromkeys(progress.words for progress in told))[:3] == [
-        "reading",
-        "staging",
-        "committing",
-    ]
-
-
 def to_first_write(client, vehicle, tmp_path, targets=TARGETS):
     """A session driven until its first write is sent; `go_on` drives it to its end."""
-    client.find_vehicle()
+    plan = plan_of(client, targets)
     session = client.session
-    order = Order(make_plan(targets, client.read_all()), tmp_path / "before.param")
-    session.write(order)
+    session.write(Order(plan, tmp_path / "before.param"))
 
     def step():
         for message in session.tick():
@@ -505,8 +417,7 @@ def test_off_that_was_ordered_since_the_vehicle_was_read_keeps_the_mode_down_and
 ):
     targets, off = {"FF0_M_U": 96.5, "FF_MODE": 1.0}, Switch(Mode.OFF, 1)
     before = truth(vehicle)
-    client.find_vehicle()
-    plan = make_plan(targets, client.read_all())
+    plan = plan_of(client, targets)
     if ordered == "before the upload":
         OffMarks().mark(off.tick(0.0))
         receipt = client.apply(Order(plan, tmp_path / "before.param"))
@@ -518,9 +429,3 @@ def test_off_that_was_ordered_since_the_vehicle_was_read_keeps_the_mode_down_and
     assert receipt.outcome is Outcome.ROLLED_BACK
     assert receipt.sentence.startswith("OFF was ordered meanwhile and wins: FF_MODE is not raised")
     assert truth(vehicle) == before
-
-
-def test_the_receipt_of_an_upload_frees_the_vehicle_for_the_next(client, tmp_path):
-    upload(client, tmp_path)
-    with Turn(tmp_path, 1):
-        pass

@@ -7,23 +7,22 @@ import pytest
 from bridge.errors import ParamRejected, ParamUnknown
 from bridge.vehicle.parameters import set_crc
 from gcs_plugin.params import float32
-from gcs_plugin.params.comparison import compared, wanted_by
+from gcs_plugin.params.comparison import wanted_by
 from gcs_plugin.params.files import (
     Interval,
     Sidecar,
-    intervals_of,
     read_sidecar,
     sidecar_path,
     write_parameters,
     write_sidecar,
 )
+from gcs_plugin.params.identified import intervals_of, parameters_from_identification
 from gcs_plugin.params.last_accepted import AcceptedValue
 from gcs_plugin.params.plan import (
     Verdict,
     action_of,
     is_staged,
     make_plan,
-    parameters_from_identification,
     taken_back,
 )
 from gcs_plugin.params.plausible import implausible
@@ -72,16 +71,6 @@ def test_one_refused_or_unknown_line_stops_the_whole_plan():
         make_plan({"FF0_D_U": 42.0, "FF3_M_U": 30.0}, PRESENT).check()
 
 
-def test_lines_can_be_chosen_and_nothing_is_skipped_in_silence():
-    plan = make_plan({"FF0_D_U": 42.0, "FF3_M_U": 30.0}, PRESENT)
-    assert plan.summary() == "2 parameters: 1 changed, 1 not on the vehicle"
-    chosen = plan.chosen(["FF0_D_U"])
-    chosen.check()
-    assert chosen.changes == {"FF0_D_U": 42.0}
-    with pytest.raises(ParamUnknown, match="no line FF9"):
-        plan.chosen(["FF9"])
-
-
 def held(active, **values):
     return {**values, "FF_COMMIT": active, "FF_ACTIVE": active}
 
@@ -121,14 +110,6 @@ def test_what_an_upload_is_about_to_do_is_said_as_it_is(present, words):
     assert action_of(make_plan(wanted, present)) == words
 
 
-def test_rows_print_with_comparable_values():
-    plan = make_plan({"FF0_M_U": 24.4, "FF3_M_U": 30.0}, PRESENT)
-    assert [line.cells() for line in compared(plan, {}, {})] == [
-        ("FF0_M_U", "kg", "24.4", "24.4", "-", "-", "same"),
-        ("FF3_M_U", "kg", "-", "30", "-", "-", "not on the vehicle: the vehicle has no such parameter"),
-    ]
-
-
 def estimate(name, value, identifiable=True):
     return {
         "name": name,
@@ -150,7 +131,6 @@ def test_only_identifiable_coefficients_become_parameters():
         ]
     }
     assert parameters_from_identification(data, 1) == {"FF1_M_U": float32.rounded(24.4), "FF1_D_Q": 5.0}
-    assert parameters_from_identification(data, 1, ["M_u"]) == {"FF1_M_U": float32.rounded(24.4)}
 
 
 @pytest.mark.parametrize("value", [None, float("nan"), -1.0, 1e7, "24", True])
@@ -229,12 +209,6 @@ def file(tmp_path):
     return path
 
 
-def test_a_file_without_a_sidecar_is_values_alone_and_no_whole_model(file):
-    wanted = wanted_by(file, "despite-doubts", despite_doubts=False)
-    assert wanted.values == {"FF1_M_U": 96.5, "FF1_D_U": 42.25}
-    assert (wanted.notes, wanted.whole) == ((), False)
-
-
 def test_an_identification_says_where_it_is_from_and_what_is_doubted_of_what_it_sends(file):
     doubted = {"D_u": "the dive is too short", "D_r": "yaw was never pushed"}
     write_sidecar(file, dataclasses.replace(SIDECAR, doubted=doubted))
@@ -242,26 +216,6 @@ def test_an_identification_says_where_it_is_from_and_what_is_doubted_of_what_it_
     assert wanted.whole
     assert wanted.notes == ("from lake of ruvifist, configuration hovering, by likelihood: converged",)
     assert wanted.warnings == ("warning: D_u is doubted: the dive is too short",)
-
-
-def test_a_dump_of_another_station_says_of_which_vehicle_it_is(tmp_path):
-    path = tmp_path / "saved.params"
-    write_parameters(path, {"FF1_M_U": 96.5}, [], system=7)
-    assert wanted_by(path, "despite-doubts", despite_doubts=False).system == 7
-    write_sidecar(path, SIDECAR)
-    assert wanted_by(path, "despite-doubts", despite_doubts=False).system == 7
-
-
-def test_one_that_did_not_converge_is_sent_only_despite_doubts(file):
-    write_sidecar(file, dataclasses.replace(SIDECAR, outcome="stopped at a bound"))
-    with pytest.raises(ParamRejected, match=r"ended with 'stopped at a bound'.*nothing was sent"):
-        wanted_by(file, "despite-doubts", despite_doubts=False)
-    assert wanted_by(file, "despite-doubts", despite_doubts=True).values["FF1_M_U"] == 96.5
-
-
-def test_the_json_of_identify_is_refused_with_what_to_give(tmp_path):
-    with pytest.raises(ParamRejected, match=r"give the \.param"):
-        wanted_by(tmp_path / "identified.json", "despite-doubts", despite_doubts=False)
 
 
 PRESENT_MODEL = {
@@ -360,6 +314,10 @@ def test_a_coefficient_of_zero_is_believed_no_more_than_any_other_number():
     assert unfed == ("", ""), "nothing speaks against it"
 
 
+def judged(targets, present=PRESENT_MODEL):
+    return implausible(make_plan(targets, present), {}, {}, {})
+
+
 AXES = [("surge", "FF1_M_U", "FF1_D_U"), ("sway", "FF1_M_V", "FF1_D_V"), ("yaw", "FF1_I_R", "FF1_D_R")]
 
 
@@ -367,7 +325,6 @@ AXES = [("surge", "FF1_M_U", "FF1_D_U"), ("sway", "FF1_M_V", "FF1_D_V"), ("yaw",
 def test_half_a_model_of_an_axis_is_no_value_to_write_whichever_half_it_is(axis, mass, damping):
     off = f"the feed-forward of {axis} stays off"
     empty, both = {mass: 0.0, damping: 0.0}, {mass: 90.0, damping: 40.0}
-    judged = lambda targets, present: implausible(make_plan(targets, present), {}, {}, {})  # noqa: E731
     assert judged({mass: 90.0}, empty) == {mass: f"without {damping} {off}"}
     assert judged({damping: 40.0}, empty) == {damping: f"without {mass} {off}"}
     assert judged({damping: 0.0}, both) == {damping: f"0 is not set: {off}"}
@@ -376,7 +333,6 @@ def test_half_a_model_of_an_axis_is_no_value_to_write_whichever_half_it_is(axis,
 
 
 def test_a_mass_beside_quadratic_damping_alone_is_a_whole_model():
-    judged = lambda targets, present: implausible(make_plan(targets, present), {}, {}, {})  # noqa: E731
     empty = {"FF0_M_U": 0.0, "FF0_D_U": 40.0, "FF0_X_UU": 0.0}
     assert judged({"FF0_M_U": 90.0, "FF0_D_U": 0.0, "FF0_X_UU": 60.0}, empty) == {}
     off = "without FF0_D_U the feed-forward of surge stays off"
@@ -386,7 +342,6 @@ def test_a_mass_beside_quadratic_damping_alone_is_a_whole_model():
 @pytest.mark.parametrize(("axis", "mass", "damping"), AXES)
 def test_what_the_vehicle_holds_already_makes_a_model_whole(axis, mass, damping):
     del axis
-    judged = lambda targets, present: implausible(make_plan(targets, present), {}, {}, {})  # noqa: E731
     assert judged({mass: 90.0}, {mass: 0.0, damping: 40.0}) == {}
     assert judged({damping: 40.0}, {mass: 90.0, damping: 0.0}) == {}
     assert judged({mass: 90.0, damping: 40.0}, {mass: 0.0, damping: 0.0}) == {}
@@ -395,7 +350,6 @@ def test_what_the_vehicle_holds_already_makes_a_model_whole(axis, mass, damping)
 
 
 def test_a_damping_by_which_the_vehicle_would_coast_for_hours_is_no_value_to_write():
-    judged = lambda targets: implausible(make_plan(targets, PRESENT_MODEL), {}, {}, {})  # noqa: E731
     assert judged({"FF1_D_U": 0.0089}) == {
         "FF1_D_U": "0.0089 is next to no damping beside FF1_M_U 90: half of a model"
     }
@@ -428,6 +382,5 @@ def test_one_implausible_line_stops_all_until_it_is_left_out_or_taken_by_name():
         ParamRejected, match=r"FF1_M_U: too light; nothing was sent.*--accept-implausible FF1_M_U"
     ):
         judged.check()
-    judged.chosen(("FF1_D_U",)).check()
     assert judged.with_implausible().changes == plan.changes
     assert judged.count(Verdict.IMPLAUSIBLE) == 1

@@ -94,13 +94,13 @@ class Power:
 def test_a_recorder_loses_half_a_second_at_most_when_the_power_fails(disk, tmp_path):
     (tmp_path / "dives").mkdir()
     power = Power(disk, tmp_path / "dives", 5.0)
-    power.recorder._sync_until(power)
+    power.recorder.sync_until(power)
     assert power.looks > 50
     following = new_folder(tmp_path / "dives", UNIX_S + 60.0, "lake")
     power.recorder.go_on(following.open_telemetry, lambda _: None)
     power.recorder.sync()
     power.left_s = 5.0
-    power.recorder._sync_until(power)
+    power.recorder.sync_until(power)
     assert len(frames_in([following.path / "telemetry.tlog"])) > 50
     power.recorder.close()
 
@@ -116,7 +116,7 @@ def test_what_a_file_held_that_could_not_be_written_on_is_put_on_the_disk(disk, 
     def refuse():
         raise OSError(28, "No space left on device")
 
-    power.recorder._sync_until(power)
+    power.recorder.sync_until(power)
     assert power.recorder.files == 2
     assert power.looks > 50
     power.recorder.close()

@@ -10,7 +10,6 @@ from bridge.clock import SimulatedClock, SystemClock
 from bridge.links.memory import memory_pair
 from bridge.wire.tlog import TlogWriter, of_those_that_hold_frames, read_tlog
 from gcs_plugin.dives.folder import About, new_folder
-from gcs_plugin.recording.files import DiskLeft
 from gcs_plugin.recording.recorder import Recorder
 
 
@@ -37,18 +36,6 @@ def test_a_full_disk_is_waited_out_in_memory_without_a_litter_of_files():
     ground.hear(rest[-1], after_s=10.0)
     assert [raw for _, raw in ground.disk.stored()] == [first, *rest]
     assert any("the disk has 0.0 MB left" in sentence for sentence in ground.sentences())
-
-
-def test_a_disk_that_is_pulled_out_is_waited_for_and_nothing_is_missing():
-    ground = Ground()
-    ground.disk.full = ground.disk.gone = True
-    raws = frames_of(5)
-    for raw in raws:
-        ground.hear(raw, after_s=2.5)
-    assert ground.disk.stored() == []
-    ground.disk.full = ground.disk.gone = False
-    ground.hear(b"", after_s=10.0)
-    assert [raw for _, raw in ground.disk.stored()] == raws
 
 
 def test_a_disk_that_fails_though_it_has_space_is_tried_ever_less_often():
@@ -94,18 +81,6 @@ def test_an_early_warning_names_the_minutes_left():
     warnings = [n for n in ground.notices if n.level == "warning"]
     assert len(warnings) == 1
     assert "min of recording; free some space" in warnings[0].sentence
-
-
-def test_the_time_that_the_disk_lasts_is_told_while_something_comes():
-    ground = Ground()
-    assert ground.recorder.disk_left_s == float("inf")
-    size = len(b"".join(frames_of(100)))
-    for _ in range(20):
-        ground.hear(b"".join(frames_of(100)), after_s=1.0)
-    assert ground.recorder.disk_left_s == pytest.approx(ground.disk.free / size, rel=0.15)
-    for _ in range(4):
-        ground.hear(b"", after_s=1.0)
-    assert ground.recorder.disk_left_s == float("inf")
 
 
 def test_it_is_the_rate_of_about_a_minute_and_no_silence_changes_it():
@@ -284,33 +259,3 @@ def test_frames_of_a_deleted_file_are_lost_in_their_own_dive_alone(lake):
     lake.recorder.close()
     ended.append(lake.recorder.count)
     assert [(count.frames, count.lost) for count in ended] == [(0, 10), (5, 0)]
-
-
-def test_a_disk_that_numbers_files_anew_at_each_look_raises_no_alarm(lake, monkeypatch):
-    monkeypatch.setattr("os.path.samestat", lambda *_: False)
-    lake.hear(frames_of(10))
-    lake.hear(frames_of(10))
-    lake.recorder.close()
-    assert lake.sentences() == []
-    assert lake.counts() == (20, 0)
-
-
-def test_nobody_is_told_of_megabytes_where_the_folder_is_gone(lake):
-    lake.hear(frames_of(10))
-    shutil.rmtree(lake.root)
-    for _ in range(10):
-        lake.hear(frames_of(10))
-    assert not [sentence for sentence in lake.sentences() if "MB left" in sentence]
-    assert lake.recorder.disk_left_s > 600.0
-
-
-def test_a_disk_that_can_not_be_asked_is_no_full_one():
-    def gone():
-        raise FileNotFoundError("the folder is gone")
-
-    said = []
-    disk = DiskLeft(gone, said.append, 0.0)
-    disk.came(1000)
-    disk.look(10.0)
-    assert said == []
-    assert not disk.has_room

@@ -7,7 +7,7 @@ from bridge.clock import SimulatedClock
 from bridge.errors import LogError
 from bridge.wire.framing import Encoder, Framer
 from bridge.wire.tlog import TlogWriter, read_tlog
-from gcs_plugin.dives.replay import Pace, Player, Reel, schedule
+from gcs_plugin.dives.replay import Pace, Reel, play, schedule
 
 
 def records_at(times_s):
@@ -26,7 +26,7 @@ class SlowClock(SimulatedClock):
 
 
 def played(times_s, pace, clock):
-    return [clock.now_s for _ in Player(records_at(times_s), clock, clock.wait, pace)]
+    return [clock.now_s for _ in play(records_at(times_s), clock, clock.wait, pace)]
 
 
 def test_no_delay_adds_up_over_a_long_recording():
@@ -52,27 +52,6 @@ def test_long_gaps_are_clipped_and_stamps_that_run_back_are_due_at_once():
         2,
         4,
     ]
-
-
-def test_a_pause_stops_the_recorded_clock():
-    clock = SlowClock()
-    clock.overshoot_s = 0.0
-    player = Player(records_at([0, 1, 2]), clock, clock.wait)
-    heard_s = []
-    wait = player._wait
-
-    def wait_and_resume(seconds):
-        wait(seconds)
-        if player.paused and clock.now_s >= 6.0:
-            player.resume()
-
-    player._wait = wait_and_resume
-    for index, _ in enumerate(player):
-        heard_s.append(clock.now_s)
-        if index == 1:
-            player.pause()
-    assert heard_s[:2] == pytest.approx([0.0, 1.0])
-    assert heard_s[2] == pytest.approx(7.0, abs=0.11)
 
 
 @pytest.mark.parametrize("pace", [{"speed": 0.0}, {"speed": float("nan")}, {"longest_gap_s": 0.0}])
@@ -134,8 +113,3 @@ def test_a_file_that_holds_nothing_is_left_out(tmp_path):
     assert [time_s for time_s, _ in reel.between(0.0, 100.0)] == [0.0, 1.0, 2.0, 5.0, 6.0]
     with pytest.raises(LogError, match="is empty"):
         Reel([tmp_path / "empty.tlog"])
-
-
-def test_a_file_that_can_t_be_read_is_said(tmp_path):
-    with pytest.raises(LogError, match="no such file"):
-        Reel([tmp_path / "none.tlog"])

@@ -10,7 +10,7 @@ from bridge.vehicle.coefficients import BY_NAME, MASSES
 from bridge.vehicle.config import GRAVITY_M_S2
 from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
 from gcs_plugin.doctor.pulses import duration_s, pulses
-from gcs_plugin.doctor.wet_record import Series, WetRecord
+from gcs_plugin.doctor.response import Series, WetRecord
 
 TICK_S = 0.05
 ADDED = (1.45, 1.75, 2.3, 1.5, 1.9, 1.4)  # not what the doctor assumes

@@ -23,7 +23,7 @@ from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.whole import newest_frames
 from gcs_plugin.params.files import read_parameters, read_sidecar, write_sidecar
-from gcs_plugin.params.last_accepted import last_accepted, newest_before, unfinished
+from gcs_plugin.params.last_accepted import last_accepted, unfinished
 from gcs_plugin.params.receipt import next_number
 from identify.ingest.open import read_dive
 from identify.ingest.table import column_map
@@ -262,7 +262,7 @@ def stored(folder: Path) -> Any:
 
 def receipts(folder: Path) -> Any:
     (folder / RECEIPT.replace("receipt.json", "accepted.param")).write_bytes(PARAM)
-    return last_accepted(folder), newest_before(folder), unfinished(folder), next_number(folder)
+    return last_accepted(folder), unfinished(folder), next_number(folder)
 
 
 def identification(folder: Path) -> Any:

@@ -34,9 +34,8 @@ from bridge.wire.framing import FULL_BYTES, Encoder, Framer, decode
 from bridge.wire.ftp import Op, Packet
 from gcs_plugin.peers import Peers
 from gcs_plugin.recording.hub import Hub
-from gcs_plugin.watch.hearing import TELLING
+from gcs_plugin.watch.hearing import TELLING, StatusTexts
 from gcs_plugin.watch.watcher import Watcher
-from gcs_plugin.watch.words import StatusTexts
 
 Feed = Callable[[bytes, float], Sequence[Any]]
 NUMBERS = (0.0, -1.0, 1e-30, 3e38, float("nan"), float("inf"), -float("inf"))

@@ -15,7 +15,7 @@ from bridge.wire.framing import Encoder, Framer
 from bridge.wire.tlog import TlogWriter
 from gcs_plugin.dives.folder import About, DiveFolder, Event
 from gcs_plugin.params.files import read_parameters, write_parameters
-from gcs_plugin.watch.words import StatusTexts
+from gcs_plugin.watch.hearing import StatusTexts
 from tui import show
 from tui.app.app import SeatrialApp
 from tui.cli import main

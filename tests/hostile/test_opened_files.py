@@ -26,8 +26,7 @@ from bridge.schema import load_yaml
 from bridge.vehicle.config import CONFIGS, load_vehicle
 from bridge.wire.segments import Segment, segments_in
 from bridge.wire.tlog import load_bytes
-from gcs_plugin.dives.folder import About, DiveFolder
-from gcs_plugin.dives.order import GLANCE
+from gcs_plugin.dives.folder import GLANCE, About, DiveFolder
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.mavproxy.work import Work

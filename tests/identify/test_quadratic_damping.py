@@ -11,7 +11,7 @@ from scipy.stats import truncnorm
 
 from bridge.errors import FitError
 from bridge.vehicle.config import Prior
-from gcs_plugin.params.plan import parameters_from_identification
+from gcs_plugin.params.identified import parameters_from_identification
 from identify.checks.controller import steered_doubts
 from identify.dive import Signal
 from identify.estimators import intervals
@@ -160,7 +160,6 @@ def test_a_hull_with_quadratic_damping_alone_takes_its_earlier_linear_one_back(s
     values = parameters_from_identification(squared.to_json(), 0)
     assert values["FF0_D_U"] == 0.0
     assert values["FF0_X_UU"] > 0.0
-    assert "FF0_D_U" not in parameters_from_identification(squared.to_json(), 0, ("M_u", "X_uu"))
 
 
 def test_of_a_sum_that_is_known_loosely_nothing_is_kept(both):

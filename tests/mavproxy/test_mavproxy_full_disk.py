@@ -10,7 +10,7 @@ from bridge.clock import SimulatedClock
 from bridge.onboard.parameters import ParameterServer
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.parameters import vehicle_table
-from gcs_plugin.fleet import News
+from gcs_plugin.params.session import News
 
 parameters = pytest.importorskip("gcs_plugin.mavproxy.parameters", reason="MAVProxy is not installed")
 
@@ -23,12 +23,13 @@ class Sea:
         self.server = ParameterServer(None, vehicle_table(load_vehicle("ruvifist").vehicle))
         fleet = SimpleNamespace(
             meant=lambda _: (1, 1),
-            armed=lambda _: False,
-            beat_age_s=lambda *_: 0.5,
-            silent_s=lambda *_: 0.0,
-            fault=lambda _: "",
+            peers=SimpleNamespace(armed=lambda _: False, fault=lambda _: "", get=lambda _: self.peer()),
         )
         self.parameters = parameters.Parameters(fleet, self.clock, self.said.append)
+
+    def peer(self):
+        """The vehicle, which beat just now."""
+        return SimpleNamespace(link="", heard_s=self.clock.now_s, beats=lambda *_: True)
 
     def ask(self, words):
         """What is said until nothing is read or written any more."""

@@ -12,7 +12,7 @@ from bridge.wire.framing import Encoder, Framer, decode
 from bridge.wire.readings import Reading, encode
 from bridge.wire.readings import decode as reading_of
 from bridge.wire.tlog import TlogWriter, read_tlog
-from gcs_plugin.dives.replay import Player
+from gcs_plugin.dives.replay import play
 
 LENGTH_S = 90
 REAL32 = dialect.MAV_PARAM_TYPE_REAL32
@@ -53,7 +53,7 @@ class ReplayedVehicle:
     def __init__(self, records, spec):
         self.link, self.mode, self.deaf, self.asked = open_link(spec), 3.0, True, 0
         self._stop, self._framer, self._encoder = threading.Event(), Framer(), Encoder(1, 1)
-        self._player = Player(records, SystemClock(), self._wait)
+        self._played = play(records, SystemClock(), self._wait)
         self._thread = threading.Thread(target=self._run)
 
     def start(self):
@@ -68,7 +68,7 @@ class ReplayedVehicle:
             self.link.close()
 
     def _run(self):
-        for _, frame in self._player:
+        for _, frame in self._played:
             if self._stop.is_set():
                 return
             reading = reading_of(frame)

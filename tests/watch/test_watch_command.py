@@ -107,21 +107,6 @@ def test_before_a_vehicle_beats_nothing_is_called_missing(watcher):
     )
 
 
-def test_next_to_nothing_has_no_sign(watcher):
-    vehicle = OnAir(watcher)
-    vehicle.beats(1.0)
-    vehicle.tells("dvl", dvl(-0.004), 1.0)
-    assert watched.now_of(watcher.picture(1.1).traces["u"]) == "0.00"
-
-
-def test_heading_goes_from_0_to_359(watcher):
-    vehicle = OnAir(watcher)
-    vehicle.beats(1.0)
-    half = -0.001
-    vehicle.tells("attitude", (math.cos(half), 0.0, 0.0, math.sin(half), *STILL), 1.0)
-    assert watched.now_of(watcher.picture(1.1).traces["heading"]) == "0"
-
-
 def test_the_exit_code_says_whether_something_came_and_whether_all_is_well(healthy):
     well = healthy.picture(1.2)
     assert code(5, well, once=True) == exit_codes.DONE
@@ -283,18 +268,6 @@ def test_it_waits_for_the_next_recording_and_leaves_the_vehicles_own_port_to_it(
     ground.holding = replace(HOLDING, hub=SECOND)
     assert ground.turn(link)
     assert ground.opened == [FIRST, SECOND]
-    link.close()
-
-
-def test_a_link_of_its_own_is_opened_again(ground):
-    ground.holding = None
-    link = links.coming_back(links.link_for(SPEC), SPEC, ground.clock)
-    assert ground.turn(link, 3)
-    ground.links[SPEC].on = False
-    ground.turn(link, 1)
-    ground.links[SPEC].on = True
-    assert ground.turn(link)
-    assert set(ground.opened) == {SPEC}
     link.close()
 
 

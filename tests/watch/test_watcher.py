@@ -68,18 +68,6 @@ def test_a_ground_station_is_no_vehicle_and_no_link_row(watcher, vehicle):
     assert [(row.system, row.component) for row in watcher.picture(1.0).links] == [(1, 1)]
 
 
-@pytest.mark.parametrize(
-    ("kind", "autopilot"),
-    [(mav.MAV_TYPE_GCS, mav.MAV_AUTOPILOT_INVALID), (mav.MAV_TYPE_GIMBAL, mav.MAV_AUTOPILOT_INVALID)],
-)
-def test_who_is_no_vehicle_is_not_watched_though_it_beats_first(kind, autopilot):
-    watcher = Watcher(None)
-    OnAir(watcher, 200, 190).beats(0.5, kind=kind, autopilot=autopilot, armed=True)
-    OnAir(watcher, 3).beats(1.0, armed=True)
-    assert watcher.system == 3
-    assert watcher.picture(1.0).armed is Armed.ARMED
-
-
 def test_an_autopilots_word_on_arming_counts_before_its_companions(watcher):
     bridge, autopilot = OnAir(watcher, 1, 191), OnAir(watcher, 1, 1)
     companion = {"kind": mav.MAV_TYPE_ONBOARD_CONTROLLER, "autopilot": mav.MAV_AUTOPILOT_INVALID}
@@ -139,22 +127,6 @@ def test_who_beats_once_and_is_silent_is_left_for_the_next_that_beats():
     assert watcher.picture(11.2).armed is Armed.DISARMED
 
 
-def test_who_beats_many_times_at_once_and_is_silent_then_has_passed_by_too():
-    watcher = Watcher(None)
-    for k in range(20):
-        OnAir(watcher, 33).beats(1.0 + 0.02 * k)
-    OnAir(watcher, 1).beats(11.5)
-    assert watcher.system == 1
-
-
-def test_components_of_one_system_that_beat_once_each_and_are_silent_then_have_passed_by_too():
-    watcher = Watcher(None)
-    for component in (1, 2, 197):
-        OnAir(watcher, 33, component).beats(1.0 + 0.01 * component)
-    OnAir(watcher, 1).beats(13.1)
-    assert watcher.system == 1
-
-
 @pytest.mark.parametrize(("file", "beats"), [(None, 3), (RUVIFIST, 1)])
 def test_a_vehicle_that_has_settled_or_that_the_file_names_is_watched_however_long_it_is_silent(file, beats):
     watcher = Watcher(file)
@@ -162,14 +134,6 @@ def test_a_vehicle_that_has_settled_or_that_the_file_names_is_watched_however_lo
         OnAir(watcher).beats(1.0 + k)
     OnAir(watcher, 9).beats(1000.0)
     assert watcher.system == 1
-
-
-def test_the_system_asked_for_is_watched_whoever_else_beats():
-    watcher = Watcher(None, system=7)
-    OnAir(watcher, 1).beats(1.0)
-    assert watcher.picture(1.1).armed is Armed.UNKNOWN
-    OnAir(watcher, 7).beats(1.2, armed=True)
-    assert watcher.picture(1.3).armed is Armed.ARMED
 
 
 def test_a_link_is_lost_three_seconds_after_the_last_heartbeat(watcher, vehicle):
@@ -224,8 +188,6 @@ def test_frames_without_any_heartbeat_show_as_a_lost_link(watcher, vehicle):
 def test_words_are_joined_dated_and_kept_with_their_severity(watcher, vehicle):
     vehicle.beats(1.0)
     vehicle.tells("clock", (1.8e9,), 2.0)
-    for message in status_texts("depth \x1b[2Jhold " + "is lost " * 12, 3, 1):
-        vehicle.says(message, 3.0)
     for number in range(25):
         vehicle.says(status_texts(f"text {number}", 6, 2 + number)[0], 4.0)
     said = watcher.picture(5.0).said
@@ -292,20 +254,6 @@ def test_feed_forward_mode_configuration_and_thrusters_are_those_last_told(watch
     assert math.isnan(picture.thrusters[0].rpm)
     vehicle.tells("rpm", (-900.0,) + (0.0,) * 57, 2.0)
     assert watcher.picture(2.0).thrusters[0].rpm == -900.0
-
-
-def test_a_damaged_frame_and_an_unknown_one_change_nothing(watcher, vehicle):
-    raw = bytearray(vehicle.encoder.encode(mav.MAVLink_heartbeat_message(12, 0, 128, 0, 4, 3)))
-    raw[-1] ^= 0xFF
-    for frame in vehicle_frames(bytes(raw)):
-        watcher.feed(frame, 1.0, LINK)
-    assert watcher.picture(1.0).armed is Armed.UNKNOWN
-
-
-def vehicle_frames(raw: bytes):
-    from bridge.wire.framing import Frame
-
-    return [Frame(raw, 0, 1, 1, raw[4], False)]
 
 
 def test_no_lock_says_nan_and_the_trace_shows_the_gap(watcher, vehicle):

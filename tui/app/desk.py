@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from bridge.errors import ConfigError, LogError
-from gcs_plugin.dives.folder import DiveFolder, list_folders
-from gcs_plugin.dives.order import length_s
+from gcs_plugin.dives.folder import DiveFolder, length_s, list_folders
 from tui.app.jobs import Jobs
 from tui.app.view import Replay
 from tui.dive_list import kept_glance

@@ -13,7 +13,7 @@ from bridge.links.link import Link
 from bridge.links.reconnecting import Aside, Reconnecting
 from bridge.wire.framing import Encoder, Frame, Framer
 from gcs_plugin.feedforward import Switch
-from gcs_plugin.modes import OffMarks
+from gcs_plugin.off_orders import OffMarks
 from gcs_plugin.peers import GROUND_STATION, KnownVehicle
 from gcs_plugin.watch.watcher import Watcher
 from tui.app.view import Forcing, Recording, View

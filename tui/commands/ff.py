@@ -99,7 +99,7 @@ def switch_to(mode: "Mode", arguments: argparse.Namespace, link: "Link", clock: 
     """Switch to a mode that may move the vehicle: ask first, refuse if the vehicle can't, and give up after a time."""
     from bridge.errors import LinkError
     from gcs_plugin.feedforward import Switch
-    from gcs_plugin.modes import OffOrders
+    from gcs_plugin.off_orders import OffOrders
     from tui import show
     from tui.switching import Line, drive
 
@@ -205,7 +205,7 @@ class Course:
     def told(self, json: str | None) -> int:
         """Report the outcome and return the exit code."""
         from bridge.vehicle.mode import word_of
-        from gcs_plugin.modes import sent_text
+        from gcs_plugin.feedforward import sent_text
         from tui import show
 
         switch, took_s = self._switch, self._clock.boot_s() - self._start_s

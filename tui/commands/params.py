@@ -162,7 +162,7 @@ def run(arguments: argparse.Namespace) -> int:
     from gcs_plugin.params.client import ParameterClient
     from gcs_plugin.params.comparison import left_behind, planned, planned_back
     from gcs_plugin.params.files import check_system
-    from gcs_plugin.params.last_accepted import before_newest
+    from gcs_plugin.params.last_accepted import newest_before
     from gcs_plugin.params.receipt import newest
     from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
     from tui import show
@@ -188,7 +188,7 @@ def run(arguments: argparse.Namespace) -> int:
             return show_values(arguments, present, client.vehicle)
         try:
             if arguments.file is None:
-                arguments.file = str(before_newest(receipts, system))
+                arguments.file = str(newest_before(receipts, system))
                 targets = targets_for(arguments)
         except ParamError as error:
             raise exit_codes.NothingLeft(str(error)) from None

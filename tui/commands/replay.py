@@ -27,7 +27,7 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.wire.redaction import carries_key
     from bridge.wire.tlog import of_those_that_hold_frames, read_tlog
     from gcs_plugin.dives.folder import load_folder
-    from gcs_plugin.dives.replay import Pace, Player
+    from gcs_plugin.dives.replay import Pace, play
     from tui import show
 
     pace = Pace(arguments.speed, arguments.start_s)
@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
     sent = left_out = 0
     try:
         with show.progress(f"replay {path.name}") as tell:
-            for stamp_us, frame in Player(records, clock, time.sleep, pace):
+            for stamp_us, frame in play(records, clock, time.sleep, pace):
                 if carries_key(frame.raw):  # with the key zeroed, the frame would erase a vehicle's own key
                     left_out += 1
                     continue

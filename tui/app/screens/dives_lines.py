@@ -9,7 +9,7 @@ from typing import Any, Final
 from bridge.errors import LogError
 from bridge.text import printable
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
-from gcs_plugin.dives.order import began, length_s
+from gcs_plugin.dives.folder import began, length_s
 from tui.app.drawing import (
     NOTHING,
     SHOWN_IN,

@@ -1,4 +1,4 @@
-"""Orders of the feed-forward's modes: the marks of OFF orders on this computer.
+"""The marks of OFF orders on this computer.
 
 OFF wins: a program that raises the feed-forward yields to one that orders OFF meanwhile. It would see that order only
 through the vehicle's reports, which may be the same as before. So a program that sends OFF first touches a small file
@@ -14,12 +14,6 @@ from typing import Any, Final
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import MODE
 from gcs_plugin.recording.state import state_file
-
-
-def sent_text(count: int) -> str:
-    """Text for a number of sends."""
-    return "sent once" if count == 1 else f"sent {count} times"
-
 
 WAIT_S: Final = 0.05
 """A stalled disk delays OFF by no more than this; the mark then follows later."""
