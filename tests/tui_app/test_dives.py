@@ -17,9 +17,9 @@ from bridge.wire.framing import Encoder
 from gcs_plugin.dives.conditions import Conditions
 from gcs_plugin.dives.folder import DiveFolder
 from tui.app.drawing import width
-from tui.app.screens.asking import AskScreen, FormScreen
 from tui.app.screens.dives import DivesScreen
 from tui.app.screens.dives_lines import details, known_to, length, listed, row_under, table, usual, window
+from tui.app.screens.overlays import AskScreen, FormScreen
 from tui.commands.dives import clock_text
 
 SIZES = ((80, 24), (160, 50))

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 from made_dives import DECK, DIVES, HOVERING, OUT, FakeVerbs, desk, dive
-from made_view import FixedViews, view
+from made_view import FixedViews, recording, view
 from screen_text import made, pressed, run, settled, text
 from soak import rows_rest_in_soak
 
 from bridge.errors import LinkError
 from tui.app.jobs import aside
-from tui.app.screens.asking import AskScreen
+from tui.app.screens.overlays import AskScreen
 from tui.app.view import Forcing
 
 SIZE = (80, 24)
@@ -55,7 +55,7 @@ def test_beside_one_that_hangs_another_is_begun_and_what_holds_it_up_is_said():
     def fail():
         raise LinkError("the recorder hangs and keeps the link: end it with `kill -9 4711`")
 
-    hangs = replace(view(), recording=replace(view().recording, hung_process=4711, reported_unix_s=0.0))
+    hangs = replace(view(), recording=replace(view().recording, written_unix_s=0.0))
     for key in ("ctrl+g", "ctrl+x"):
         assert said_after_the_key(hangs, fail, key) == [
             "nothing is recorded: the recorder hangs and keeps the link: end it with `kill -9 4711`"
@@ -100,7 +100,7 @@ def test_once_there_is_space_again_it_is_said_that_the_recording_goes_on():
         "the recording goes on: every frame that waited is written"
     ]
     assert said_after(full, replace(well, lost=12)) == ["the recording goes on: 12 frames are lost"]
-    assert said_after(full, replace(well, began_unix_s=well.began_unix_s + 60.0)) == []
+    assert said_after(full, recording(lasted_s=60.0)) == []
 
 
 def begun_after(*shown, end=None):

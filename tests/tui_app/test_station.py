@@ -4,7 +4,7 @@ import time
 
 import pytest
 from fakes.vehicle import QuietLink
-from made_view import SENSORS, picture
+from made_view import SENSORS, picture, recording
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from bridge.clock import SimulatedClock
@@ -13,7 +13,6 @@ from bridge.wire.framing import Encoder, Framer, decode
 from gcs_plugin.peers import GROUND_STATION, KnownVehicle, Peers, ground_heartbeat
 from gcs_plugin.watch.watcher import Watcher
 from tui.app.station import LinkSource, Station
-from tui.app.view import Recording
 
 HEARTBEAT = Framer().feed(Encoder(1, 1).encode(ground_heartbeat()))[0]
 SUBMARINE = mav.MAVLink_heartbeat_message(mav.MAV_TYPE_SUBMARINE, 0, 0, 0, 4, 3)
@@ -141,7 +140,7 @@ def test_a_view_says_how_old_its_picture_is(rig):
 
 
 def test_the_recording_is_looked_for_once_a_second(rig):
-    rig.recording = Recording(0.0, 3600.0, 0)
+    rig.recording = recording()
     for _ in range(40):
         rig.turn()
     assert rig.looked == pytest.approx(2, abs=1)

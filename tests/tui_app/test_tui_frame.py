@@ -17,7 +17,7 @@ from textual.widgets import Input
 
 from tui.app.keys import EVERYWHERE
 from tui.app.screens.frame import TopLine
-from tui.app.screens.help import HelpScreen
+from tui.app.screens.overlays import HelpScreen
 from tui.app.screens.table import OPENING, SCREENS
 from tui.app.screens.watch import WatchScreen
 from tui.app.themes import ORDER

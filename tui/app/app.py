@@ -22,15 +22,13 @@ from bridge.errors import SeatrialError
 from gcs_plugin.params.last_accepted import reminder, unfinished
 from tui.app import themes
 from tui.app.desk import Desk
-from tui.app.in_turn import KeysInTurn
 from tui.app.jobs import aside
 from tui.app.keys import EVERYWHERE, Action, Gate, Keymap, bindings
-from tui.app.screens.asking import AskScreen
 from tui.app.screens.frame import StationScreen, TopLine
-from tui.app.screens.help import HelpScreen, help_lines
+from tui.app.screens.overlays import AskScreen, HelpScreen, help_lines
 from tui.app.screens.table import OPENING, PLACES, SCREENS, ActionPalette, ActionProvider, Row, tabs
 from tui.app.screens.transfer import WRITE, agrees
-from tui.app.terminal import PATIENCE_S, AnsweringDriver, Pace, end_within, keep_trace
+from tui.app.terminal import AnsweringDriver, KeysInTurn, Pace, keep_trace
 from tui.app.themes import WithoutColour
 from tui.app.view import Views, aged
 from tui.show import harmless
@@ -309,11 +307,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         if self._dies or error is None:
             return
         self._dies = True
-        sentence = keep_trace(error)
-        driver = self._driver
-        if isinstance(driver, AnsweringDriver):
-            end_within(PATIENCE_S, partial(driver.give_back, sentence))
-        self.panic(Text(sentence))
+        self.panic(Text(keep_trace(error)))
 
     async def on_top_line_chosen(self, message: TopLine.Chosen) -> None:
         row = next(row for row in SCREENS if row.title == message.tab.title)
