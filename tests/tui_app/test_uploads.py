@@ -411,13 +411,10 @@ def test_after_a_roll_back_last_accepted_is_what_stands_then(tmp_path):
     on_screen(FakeVehicle(), work, receipts=tmp_path)
 
 
-def test_a_screen_that_is_not_composed_yet_offers_no_upload_and_takes_no_key():
-    """Keys in a burst come to a screen before its widgets do."""
-
+def test_a_screen_that_is_not_composed_yet_offers_no_upload():
     async def work(_app, _pilot):
         screen = ParametersScreen("Parameters", ())
         assert not any(screen.check_action(action, ()) for action in ("upload", "back", "read", "choose"))
-        assert not await screen.take(events.Key("u", "u"))
 
     run(made(views(), desk=desk(FakeVehicle())), NARROW, work)
 

@@ -19,7 +19,6 @@ from tui.app.screens.dives_lines import (
     CHOSEN,
     RECORDED,
     UNREAD,
-    ListedDive,
     details,
     listed,
     row_under,
@@ -30,6 +29,7 @@ from tui.app.screens.dives_lines import (
 from tui.app.screens.frame import Drawn, StationScreen
 from tui.app.screens.overlays import AskScreen, FormScreen
 from tui.app.view import View, open_replay
+from tui.dive_list import DiveRow
 
 VERB: Final = "dives"
 WORK: Final = ("identify", "diagnose", "validate")
@@ -73,7 +73,7 @@ class DivesScreen(StationScreen):
 
     def __init__(self, title: str, tabs: Sequence[Tab]) -> None:
         super().__init__(title, tabs)
-        self._dives: tuple[ListedDive, ...] = ()
+        self._dives: tuple[DiveRow, ...] = ()
         self._at: Path | None = None
         self._list: object = None
         self._recorded: Path | None = None
@@ -250,7 +250,7 @@ class DivesScreen(StationScreen):
         """Index of the marked dive; -1 until the list or a key places the mark."""
         return next((n for n, dive in enumerate(self._dives) if dive.folder == self._at), -1)
 
-    def _dive(self) -> ListedDive | None:
+    def _dive(self) -> DiveRow | None:
         return self._dives[self._index()] if self._index() >= 0 else None
 
     def _go(self, entry: int) -> None:

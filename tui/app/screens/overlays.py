@@ -195,7 +195,7 @@ class AskLine(Vertical):
         self.add_class("-open")
         self._line.disabled = False
         # Only a drawn widget can have the focus.
-        self.call_after_refresh(self._line.focus)
+        self.screen.call_after_refresh(self.screen.set_focus, self._line)
 
     def close(self) -> None:
         """Hide the line and forget its text."""
@@ -208,20 +208,6 @@ class AskLine(Vertical):
     def empty(self) -> None:
         """Clear the line for another try."""
         self._line.value = ""
-
-    async def take(self, event: events.Key) -> bool:
-        """Type a key that was pressed before the line was drawn; False for a key that it does not use."""
-        if not self.is_open:
-            return False
-        if event.key == "enter":
-            await self._line.action_submit()
-        elif event.key == "backspace":
-            self._line.action_delete_left()
-        elif event.is_printable and event.character is not None:
-            self._line.insert_text_at_cursor(event.character)
-        else:
-            return False
-        return True
 
 
 class HelpText(LineView):

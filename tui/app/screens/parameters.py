@@ -110,10 +110,6 @@ class ParametersScreen(StationScreen):
             return self._ask.is_mounted and not busy
         return super().check_action(action, parameters)
 
-    async def take(self, event: events.Key) -> bool:
-        """Pass typed keys to the answer while a question is open, even before its line is drawn."""
-        return await self._ask.take(event)
-
     def close_up(self) -> None:
         """Close the question; without a question, return from a rollback to the file."""
         asked = self._ask.is_open
