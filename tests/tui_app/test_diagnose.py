@@ -17,7 +17,7 @@ from bridge.wire.framing import Encoder
 from tui.app.drawing import width
 from tui.app.jobs import Jobs
 from tui.app.screens import diagnose
-from tui.app.screens.diagnose import PHASES, answer
+from tui.app.screens.diagnose import answer
 from tui.job import Done
 
 SIZES = ((80, 24), (160, 50))
@@ -63,16 +63,6 @@ def test_where_not_all_fits_a_key_goes_from_section_to_section_and_round(tmp_pat
         assert [head.split()[0] for head in heads] == ["WHERE", "WHICH", "HOW", "WHAT", "WHERE"]
 
     run(made(FixedViews(), desk=desk_with(tmp_path)), SIZES[0], work)
-
-
-def test_where_all_fits_all_is_shown_and_the_key_is_not_offered(tmp_path):
-    async def work(app, pilot):
-        await pressed(pilot, "4")
-        seen = text(app)
-        assert all(title in seen for title in ("WHERE the", "WHICH causes", "HOW FAR", "WHAT TO DIVE"))
-        assert "Section" not in seen
-
-    run(made(FixedViews(), desk=desk_with(tmp_path)), SIZES[1], work)
 
 
 def test_it_runs_the_verb_on_the_dive_checked_on_the_newest_other_and_shows_what_that_left(tmp_path):
@@ -156,18 +146,6 @@ def test_a_diagnosis_that_fails_says_why_beside_what_was_known(tmp_path):
     run(made(FixedViews(), desk=desk_with(tmp_path, jobs=Jobs(verb))), SIZES[0], work)
 
 
-def test_it_goes_on_while_another_screen_is_looked_at(tmp_path):
-    async def work(app, pilot):
-        await pressed(pilot, "4", "d", "1")
-        verb.go.set()
-        await ended(app, pilot)
-        await pressed(pilot, "4")
-        assert "AMBIGUOUS" in text(app)
-
-    verb = Verb()
-    run(made(FixedViews(), desk=desk_with(tmp_path, found=False, jobs=Jobs(verb))), SIZES[0], work)
-
-
 def test_without_a_vehicle_file_it_says_what_lacks_and_starts_nothing(tmp_path):
     async def work(app, pilot):
         await pressed(pilot, "4", "d")
@@ -175,16 +153,6 @@ def test_without_a_vehicle_file_it_says_what_lacks_and_starts_nothing(tmp_path):
         assert not app.desk.jobs.runs("diagnose")
 
     run(made(FixedViews(), desk=desk_with(tmp_path, found=False, vehicle="")), SIZES[0], work)
-
-
-def test_without_any_dive_it_says_so(tmp_path):
-    async def work(app, pilot):
-        app.desk.dive = None
-        app.desk.out = tmp_path / "none"
-        await pressed(pilot, "4", "d")
-        assert "holds no dive yet" in " ".join(text(app).split())
-
-    run(made(FixedViews(), desk=desk_with(tmp_path)), SIZES[0], work)
 
 
 def test_what_an_earlier_diagnosis_accepted_is_not_offered_for_upload(tmp_path):
@@ -265,13 +233,7 @@ def test_a_diagnosis_that_finds_no_room_on_the_disk_is_shown_and_said_to_be_kept
 
 
 KEPT = sorted((Path(__file__).parents[1] / "data" / "sealed_answers").glob("*.json"))
-PARTS = (
-    diagnose.verdict_lines,
-    diagnose.where,
-    diagnose.which,
-    diagnose.how_far,
-    diagnose.what_next,
-)
+PARTS = (diagnose.verdict_lines, diagnose.where, diagnose.which, diagnose.how_far, diagnose.what_next)
 
 
 def lines_of(lines):
@@ -298,13 +260,6 @@ def test_the_map_has_a_row_a_degree_of_freedom_and_its_cells_their_share_in_numb
     assert " ".join(rows[1].split()) == "sway <1 % · · ▓▓▓▓ 19 % ▒▒▒▒ 8 % <1 % 28 %"
     assert " ".join(rows[5].split()) == "yaw · · · ▒▒▒▒ 3 % ████ 56 % · 59 %"
     assert " ".join(foot.split()) == "all <1 % 1 % · 26 % 66 % 6 %"
-
-
-def test_the_columns_of_the_map_stand_under_their_words():
-    head, *rows, _ = lines_of(diagnose.where(found(), 80))
-    ends = [head.index(words) + len(words) for words in PHASES.values()]
-    turning = ends[list(PHASES).index("turning")]
-    assert rows[5][:turning].endswith("56 %")
 
 
 def test_where_there_is_no_gap_the_map_says_that_it_is_of_noise():
@@ -344,15 +299,6 @@ def test_a_cause_less_probable_than_not_is_possible_and_not_accepted():
     assert not any("thruster lag" in line for line in accepted)
 
 
-def test_where_no_cause_is_likely_none_is_accepted_and_the_possible_ones_are_named():
-    lines = lines_of(
-        diagnose.which(found(effects=[one | {"probability": 0.49} for one in diagnosis()["effects"]]), 80)
-    )
-    assert lines[0] == "No candidate of the library is accepted as a cause."
-    assert lines[2].startswith("possible, not accepted ")
-    assert lines[3].startswith("1 quadratic drag")
-
-
 def test_evidence_bars_grow_with_evidence_and_the_strongest_fills_its_place():
     bars = [line.count("█") for line in lines_of(diagnose.which(found(), 80)) if "nats" in line]
     assert bars[0] == diagnose.BAR_CELLS - 8
@@ -371,12 +317,6 @@ def test_the_drift_falls_from_before_to_the_floor_in_numbers_and_bars():
     assert lines[5].split("  ")[-1].strip() == "98 % (93 to 100 %) of what can be closed"
     assert lines[9].startswith("check dive 2026-11-20T1015Z-validation")
     assert lines[2].count("█") == pytest.approx(3.57 * lines[4].count("█"), rel=0.1)
-
-
-def test_what_to_dive_next_comes_before_the_notes():
-    lines = lines_of(diagnose.what_next(found(), 80))
-    assert lines[0].startswith("Dive next: square waves")
-    assert lines[-1].startswith("The DVL had no bottom lock")
 
 
 @pytest.mark.parametrize(

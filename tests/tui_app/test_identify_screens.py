@@ -14,7 +14,6 @@ from screen_text import made, pressed, run, text
 
 from bridge import exit_codes
 from bridge.reports import UNKEPT, Report
-from gcs_plugin.dives.folder import About, DiveFolder
 from tui.app.screens.dives import DivesScreen
 from tui.app.screens.identify import IdentifyScreen
 from tui.app.screens.identify_lines import places, words_for
@@ -71,18 +70,6 @@ def test_two_keys_identify_the_dive_that_one_comes_from(dive):
 
     run(made(FixedViews(), desk=desk(verbs)), NARROW, work)
     assert verbs.words[-1] == words_for(str(dive), "ruvifist:hovering", places(dive))
-
-
-def test_a_dive_is_identified_by_the_vehicle_file_that_it_names(dive):
-    DiveFolder(dive).describe(About("ruvifist.yaml", "", "survey"))
-    verbs = WAITING()
-
-    async def work(app, pilot):
-        await pressed(pilot, "3", "i")
-        assert app.desk.jobs.runs("identify")
-
-    run(made(FixedViews(), desk=desk(verbs, dive=dive)), NARROW, work)
-    assert verbs.words[0][3].endswith("configs/vehicles/ruvifist.yaml:survey")
 
 
 def test_it_goes_on_while_another_screen_is_looked_at_and_is_cancelled_by_a_key(dive):
@@ -252,15 +239,6 @@ def test_one_key_on_watch_identifies_the_dive_just_made_wherever_the_mark_stood(
     assert on_watch([older, HOVERING | {"folder": str(dive)}], work) == (str(dive), [])
 
 
-def test_of_a_dive_that_is_still_recorded_it_identifies_what_is_there(dive):
-    async def work(app, pilot):
-        await pressed(pilot, "i")
-        await ended(app, pilot)
-
-    named, _ = on_watch([HOVERING | {"folder": str(dive)}], work, recorded=lambda: dive)
-    assert named == str(dive)
-
-
 def test_a_newer_recording_that_can_tell_nothing_is_said_to_be_passed_over(dive):
     async def work(app, pilot):
         await pressed(pilot, "i")
@@ -269,16 +247,6 @@ def test_a_newer_recording_that_can_tell_nothing_is_said_to_be_passed_over(dive)
     named, said = on_watch([HOVERING | {"folder": str(dive)}, DECK], work)
     assert named == str(dive)
     assert said == ["hovering; deck, recorded since, can tell nothing yet"]
-
-
-def test_two_dives_of_one_name_are_told_apart_by_their_folders(dive):
-    async def work(app, pilot):
-        await pressed(pilot, "i")
-        await ended(app, pilot)
-
-    newer = DECK | {"folder": str(dive.with_name("2026-11-21T0452Z-hovering")), "name": "hovering"}
-    _, said = on_watch([HOVERING | {"folder": str(dive)}, newer], work)
-    assert said == [f"{dive.name}; 2026-11-21T0452Z-hovering, recorded since, can tell nothing yet"]
 
 
 def test_a_second_one_is_not_begun_while_one_runs(dive):
@@ -303,10 +271,7 @@ def unkept(count=11):
     """A verb that identified so many coefficients and finds no room for any of its files."""
     missing = [one["name"] for one in made_identified.parameters()[count:]]
     found = made_identified.identified(parameters=made_identified.parameters(missing))
-    page = (
-        WHY,
-        "full/identified.html: the report can't be written (No space left on device)",
-    )
+    page = (WHY, "full/identified.html: the report can't be written (No space left on device)")
     tells = (*passes(), Report(UNKEPT, 1.0, WHY, result=found), PAGE)
     return FakeVerbs({"identify": None}, exit_codes.BAD_INPUT, page, tells)
 
@@ -330,20 +295,6 @@ def test_values_of_before_are_neither_shown_nor_uploaded_for_newer_ones_without_
         await pressed(pilot, "3", "i", "p")
         await ended(app, pilot)
         assert "5 of 12 coefficients identified" in text(app)
-        await pressed(pilot, "p")
-        assert isinstance(app.screen, IdentifyScreen)
-        assert app.desk.param is None
-
-    run(made(FixedViews(), desk=desk(unkept(5), dive=identified)), SIZES[1], work)
-
-
-def test_a_key_before_the_next_view_takes_no_values_of_before_either(identified):
-    async def work(app, pilot):
-        await pressed(pilot, "3")
-        app._show = lambda: None  # no view from here on
-        await pressed(pilot, "i")
-        while not app.desk.jobs.state("identify").answered:
-            await pilot.pause()
         await pressed(pilot, "p")
         assert isinstance(app.screen, IdentifyScreen)
         assert app.desk.param is None

@@ -36,12 +36,6 @@ def test_a_recording_is_begun_where_none_runs():
     assert begun == [1]
 
 
-def test_one_that_runs_is_let_be():
-    begun = []
-    assert said_after_the_key(view(), lambda: begun.append(1)) == ["a recording runs already"]
-    assert begun == []
-
-
 def test_why_none_could_be_begun_is_said():
     def fail():
         raise LinkError("the recording did not start: udpin:127.0.0.1:14550: in use; choose another port")
@@ -71,12 +65,6 @@ def test_the_off_key_begins_one_where_it_has_died_for_off_goes_by_its_links():
     begun = []
     assert said_after_the_key(SILENT, lambda: begun.append(1), "ctrl+x") == ["a recording has begun"]
     assert begun == [1]
-
-
-def test_the_off_key_leaves_one_that_runs_as_it_is():
-    begun = []
-    assert said_after_the_key(view(), lambda: begun.append(1), "ctrl+x") == []
-    assert begun == []
 
 
 def said_after(*recordings):
@@ -285,18 +273,6 @@ def test_dives_marks_the_dive_that_is_over_and_the_new_one_is_recorded():
     assert before[1:] == (Path(HOVERING["folder"]), Path(DECK["folder"]))
     assert now[1:] == (Path(DECK["folder"]), Path(SECOND["folder"]))
     assert before[0] != now[0]
-
-
-@pytest.mark.parametrize("key", ["ctrl+n", "ctrl+e"])
-def test_who_only_looks_ends_no_dive(key):
-    boat = Boat()
-
-    async def work(app, pilot):
-        await pressed(pilot, key)
-        assert [one.message for one in app._notifications] == ["VIEW ONLY: nothing is done from here"]
-
-    run(made(FixedViews(), desk=boat.desk, view_only=True), SIZE, work)
-    assert boat.asked == []
 
 
 @pytest.fixture

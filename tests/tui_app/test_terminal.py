@@ -75,13 +75,6 @@ def test_a_terminal_that_never_answers_is_taken_to_keep_up():
     assert pace.period_s(100.0) == 0.25
 
 
-def test_fewer_refreshes_than_one_a_second_stay_so():
-    pace = Pace(0.5)
-    pace.on_asked(0.0)
-    pace.on_answered(3.0)
-    assert pace.period_s(3.1) == 2.0
-
-
 @pytest.fixture
 def state(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
@@ -273,7 +266,3 @@ def test_one_that_was_begun_since_is_told_of_too():
     gone, said = left("diagnose", "ctrl+q", "ctrl+q", restart=True)
     assert not gone
     assert len(said) == 2
-
-
-def test_the_list_of_dives_holds_nobody_up():
-    assert left("dives", "ctrl+q") == (True, [])

@@ -122,13 +122,7 @@ def test_no_recording_and_a_short_disk_are_inverse():
 
 @pytest.mark.parametrize(
     ("mode", "age_s", "words"),
-    [
-        (0, 0.5, "FF off"),
-        (1, 0.5, "FF shadow"),
-        (2, 0.5, "FF ff"),
-        (3, 0.5, "FF both"),
-        (None, 0.5, "FF --"),
-    ],
+    [(0, 0.5, "FF off"), (1, 0.5, "FF shadow"), (2, 0.5, "FF ff"), (3, 0.5, "FF both"), (None, 0.5, "FF --")],
 )
 def test_the_feed_forward_mode_is_a_word(mode, age_s, words):
     assert joined(first(with_picture(ff_mode=mode, ff_mode_age_s=age_s))).endswith(words)
@@ -294,3 +288,9 @@ def test_only_the_cells_that_changed_are_drawn_again(before, after, cells):
 def test_all_that_is_drawn_is_one_cell_wide():
     drawn = "●◐▲○□■│┤─░┈▁▂▃▄▅▆▇█▌▐…⠁⣿⡇"
     assert harmless(drawn) == drawn
+
+
+def test_a_clock_that_is_set_leaves_the_recording_counting():
+    set_back = recording(751, set_by_s=-86_400.0, written_unix_s=UNIX_S - 86_400.0)
+    line = first(replace(view(), unix_s=UNIX_S - 86_400.0, recording=set_back))
+    assert "REC 00:12:31" in joined(line)

@@ -6,13 +6,12 @@ import json
 import numpy as np
 import pytest
 from made_diagnosis import CHECK, DIVE, OLDER
-from made_dives import dive
 from made_validation import run as run_of
 from made_validation import validated_desk, validation
 from made_view import FixedViews
 from screen_text import made, pressed, run, text
 
-from bridge.reports import UNKEPT, Report
+from bridge.reports import Report
 from tui.app.curves import Curve, plot, seconds
 from tui.app.drawing import width
 from tui.app.jobs import Jobs
@@ -67,17 +66,6 @@ def test_keys_go_from_axis_to_axis_and_from_dive_to_dive(tmp_path):
     run(made(FixedViews(), desk=validated_desk(tmp_path)), NARROW, work)
 
 
-def test_the_verdict_is_that_of_the_dive_that_is_looked_at(tmp_path):
-    async def work(app, pilot):
-        await pressed(pilot, "6")
-        assert "raised from shadow to both" in seen(app)
-        await pressed(pilot, "m")
-        assert "raised from ff to both" in seen(app)
-        assert CHECK in seen(app)
-
-    run(made(FixedViews(), desk=validated_desk(tmp_path)), WIDE, work)
-
-
 def test_it_validates_the_chosen_dive_beside_so_many_others_as_a_key_says(tmp_path):
     async def work(app, pilot):
         await pressed(pilot, "6")
@@ -105,49 +93,6 @@ def test_it_validates_the_chosen_dive_beside_so_many_others_as_a_key_says(tmp_pa
         "validate", str(tmp_path / DIVE), str(tmp_path / CHECK), "--vehicle", vehicle,
         "--json", str(tmp_path / DIVE / "validation.json"), "--report", str(tmp_path / DIVE / "validation.html"),
     )  # fmt: skip
-
-
-def test_the_key_on_dives_validates_the_dive_under_the_mark_at_once(tmp_path):
-    async def work(app, pilot):
-        await pressed(pilot, "2")
-        while app.desk.jobs.runs("dives"):
-            await pilot.pause()
-        app._show()
-        await pressed(pilot, "v")
-        assert app.desk.jobs.runs("validate")
-        await pressed(pilot, "x")
-        await ended(app, pilot)
-        assert "validate was cancelled" in text(app)
-
-    async def verbs(words, hear):
-        if words[0] == "dives":
-            return Done(0, [dive("validation", folder=str(tmp_path / DIVE))], ())
-        return await verb(words, hear)
-
-    verb = Verb()
-    run(made(FixedViews(), desk=validated_desk(tmp_path, found=False, jobs=Jobs(verbs))), NARROW, work)
-    assert verb.words[:2] == ("validate", str(tmp_path / DIVE))
-
-
-def test_a_validation_that_finds_no_room_on_the_disk_is_shown_and_said_to_be_kept_nowhere(tmp_path):
-    why = "full/validation.json: the JSON can't be written (No space left on device); give another file"
-
-    async def verb(_words, hear):
-        hear(Report(UNKEPT, 1.0, why, result=validation()))
-        return Done(2, None, errors=(f"{why}",))
-
-    desk = validated_desk(tmp_path, jobs=Jobs(verb))
-    (tmp_path / DIVE / "validation.json").unlink()
-
-    async def work(app, pilot):
-        await pressed(pilot, "6")
-        assert "nothing yet" in seen(app)
-        await pressed(pilot, "v")
-        await ended(app, pilot)
-        assert "nothing yet" not in seen(app)
-        assert f"{why}; its values are below, and kept nowhere" in seen(app)
-
-    run(made(FixedViews(), desk=desk), WIDE, work)
 
 
 def lines_of(lines):
@@ -219,13 +164,6 @@ def test_each_criterion_is_a_line_with_a_mark_its_name_and_its_figure():
     assert lines[0] == "● ok  surge likeness 0.99 between feed-forward and PID, at least 0.8"
     assert lines[1] == "▲ no  surge mass     223 kg fed, PID 110 ± 6.3: ×2.03 (0.71 to 1.41)"
     assert lines[3].startswith("◐ ?   yaw mass")
-
-
-def test_what_is_long_goes_on_below_its_own_column():
-    lines = lines_of(validate.criteria_lines(runs(validation())[0], 60))
-    further = [line for line in lines if line[0] not in "●▲◐"]
-    assert further
-    assert all(line[:21].isspace() and not line[21].isspace() for line in further)
 
 
 def test_errors_stand_side_by_side_and_the_least_of_a_row_is_strong():

@@ -126,11 +126,7 @@ def _link(links: tuple[LinkRow, ...]) -> Piece:
     return Piece(
         8,
         "plain",
-        (
-            f"LINK {age_s:.1f} s  {loss}  {address}",
-            f"LINK {age_s:.1f} s  {loss}",
-            f"LINK {age_s:.1f} s",
-        ),
+        (f"LINK {age_s:.1f} s  {loss}  {address}", f"LINK {age_s:.1f} s  {loss}", f"LINK {age_s:.1f} s"),
     )
 
 

@@ -110,12 +110,7 @@ def usual(dives: Sequence[DiveRow], otherwise: Path | None) -> Path | None:
 
 
 def table(
-    dives: Sequence[DiveRow],
-    at: int,
-    chosen: Path | None,
-    recorded: Path | None,
-    cells: int,
-    rows: int,
+    dives: Sequence[DiveRow], at: int, chosen: Path | None, recorded: Path | None, cells: int, rows: int
 ) -> Lines:
     """Heads and the rows around the dive at `at`; the chosen and the recorded dive are marked."""
     head: Line = ((cut(HEADS, cells), "quiet"),)
