@@ -107,11 +107,11 @@ def answer(data: Any) -> Answer | None:
 
 
 def _answer(data: Mapping[str, Any]) -> Answer:
-    gap, told = data["gap"], data["told"]
-    words = build(Words, {key: told[key] for key in told if key not in ("after", "heldout")}, "told")
-    shrinks = {"this dive": _shrink({"before": gap["before"], "after": told["after"]})}
+    gap, worded = data["gap"], data["told"]
+    words = build(Words, {key: worded[key] for key in worded if key not in ("after", "heldout")}, "told")
+    shrinks = {"this dive": _shrink({"before": gap["before"], "after": worded["after"]})}
     if data["shrink"]["heldout"] is not None:
-        shrinks["pieces held out"] = _shrink(data["shrink"]["heldout"] | told["heldout"])
+        shrinks["pieces held out"] = _shrink(data["shrink"]["heldout"] | worded["heldout"])
     if data["shrink"]["check"] is not None:
         shrinks[f"check dive {words.check}"] = _shrink(data["shrink"]["check"])
     probabilities = tuple(float(effect["probability"]) for effect in data["effects"])
