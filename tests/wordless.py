@@ -107,7 +107,7 @@ def identified_and_diagnosed(folder: Path) -> Any:
     from identify.estimators.table import estimator
     from identify.run.diagnose import diagnose
     from identify.run.identify import identify
-    from tui.app.screens.diagnose_lines import answer as shown_diagnosis
+    from tui.app.screens.diagnose import answer as shown_diagnosis
     from tui.app.screens.identify_lines import load_identified
     from tui.show import plain
 

@@ -12,15 +12,16 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 
 from bridge.vehicle.config import CONFIGS, load_vehicle
 from bridge.wire.tlog import read_tlog
-from gcs_plugin.recording.state import held
+from gcs_plugin.recording.state import Holding, held
 from gcs_plugin.watch.watcher import Watcher
 from tui.app.app import SeatrialApp
 from tui.app.desk import Desk
-from tui.app.view import Recording, View
+from tui.app.view import View
 
 ROOT = Path(__file__).resolve().parents[2]
 IMAGES = ROOT / "docs" / "images"
@@ -84,8 +85,10 @@ def at(telemetry: Path, seconds: float) -> View:
         if now_s > seconds:
             break
         watcher.feed(frame, now_s, LINK)
-    unix_s = began_us / 1e6
-    return View(watcher.picture(now_s), unix_s + now_s, Recording(unix_s, DISK_LEFT_S, 0))
+    began = datetime.fromtimestamp(began_us / 1e6, UTC)
+    unix_s = began_us / 1e6 + now_s
+    recording = Holding(0, "", (), "", began.isoformat(), 0, 0, 0, DISK_LEFT_S, (), unix_s)
+    return View(watcher.picture(now_s), unix_s, recording)
 
 
 def seatrial(*words: str) -> None:

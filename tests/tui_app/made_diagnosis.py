@@ -6,11 +6,7 @@ from pathlib import Path
 from gcs_plugin.dives.folder import About, DiveFolder
 from tui.app.desk import Desk
 
-DIVE, CHECK, OLDER = (
-    "2026-11-20T0912Z-hovering",
-    "2026-11-20T1015Z-validation",
-    "2026-11-19T1400Z-hovering",
-)
+DIVE, CHECK, OLDER = ("2026-11-20T0912Z-hovering", "2026-11-20T1015Z-validation", "2026-11-19T1400Z-hovering")
 SHARES = {
     "surge": {"steady": 0.04, "turning": 0.02, "reversing": 0.06, "accelerating": 0.01},
     "sway": {"steady": 0.19, "turning": 0.08, "reversing": 0.004, "rest": 0.002},

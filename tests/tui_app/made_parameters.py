@@ -6,7 +6,7 @@ from pathlib import Path
 
 from made_dives import OUT
 from made_view import FixedViews, view
-from screen_text import made, pressed, run, text
+from screen_text import made, play, pressed, run, text
 from textual.widgets import Input
 
 from bridge.reports import WRITING, Report, Written
@@ -179,13 +179,20 @@ async def typed(app, pilot, *keys):
         await done(app, pilot)
 
 
-def on_screen(vehicle, work, size=NARROW, shown=None, **what):
+def on_screen(vehicle, *steps, size=NARROW, shown=None, **what):
+    """Open the screen of that vehicle, and play the steps."""
+
     async def begin(app, pilot):
         await typed(app, pilot, "5")
-        await work(app, pilot)
+        await play(app, pilot, done, *steps)
 
     run(made(shown or views(), desk=desk(vehicle, **what)), size, begin)
 
 
 def line_of(app, name):
     return next(line for line in text(app).splitlines() if name in line)
+
+
+def has(name, *words):
+    """Whether the line of that name ends with these words."""
+    return lambda app: tuple(line_of(app, name).split()[-len(words) :]) == words

@@ -2,9 +2,11 @@
 
 import math
 from dataclasses import replace
+from datetime import UTC, datetime
 
 import numpy as np
 
+from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.picture import (
     Armed,
     Condition,
@@ -16,7 +18,7 @@ from gcs_plugin.watch.picture import (
     ThrusterRow,
     Trace,
 )
-from tui.app.view import Recording, View
+from tui.app.view import View
 
 NOW_S = 812.4
 UNIX_S = 1_795_251_151.0  # 2026-11-21 08:52:31 UTC
@@ -112,8 +114,17 @@ def picture():
     )
 
 
+def recording(lasted_s=751.0, disk_left_s=41 * 3600.0, lost=0, **more):
+    """One that has just reported."""
+    began_utc = datetime.fromtimestamp(UNIX_S - lasted_s, UTC).isoformat()
+    told = {"written_unix_s": UNIX_S, "notices": ()} | more
+    return Holding(
+        4711, "tcp:127.0.0.1:5790", (), "dives/deck", began_utc, 1000, 50_000, lost, disk_left_s, **told
+    )
+
+
 def view():
-    return View(picture(), UNIX_S, Recording(UNIX_S - 751.0, 41 * 3600.0, 0))
+    return View(picture(), UNIX_S, recording())
 
 
 class FixedViews:

@@ -55,6 +55,33 @@ async def pressed(pilot, *keys):
     await pilot.pause()
 
 
+class Sees(str):
+    """Words that stand on the screen, wherever its lines break."""
+
+
+class Lacks(str):
+    """Words that do not."""
+
+
+class Now(str):
+    """A key whose work is not waited for."""
+
+
+async def play(app, pilot, settle, *steps):
+    """Press the keys, wait for each with `settle`, hold the screen against `Sees` and `Lacks`, and call functions."""
+    for step in steps:
+        if isinstance(step, Sees):
+            assert step in flat(app), text(app)
+        elif isinstance(step, Lacks):
+            assert step not in flat(app), text(app)
+        elif callable(step):
+            assert step(app) is not False, text(app)
+        else:
+            await pressed(pilot, step)
+        if not isinstance(step, Now):
+            await settle(app, pilot)
+
+
 def strips(app):
     visible_screen_stack.set(app._background_screens)
     return app.screen._compositor.render_strips()
@@ -63,6 +90,11 @@ def strips(app):
 def text(app):
     """What is on the screen, without any style."""
     return "\n".join(strip.text.rstrip() for strip in strips(app))
+
+
+def flat(app):
+    """What is on the screen, in one line."""
+    return " ".join(text(app).replace("│", " ").split())
 
 
 def looks(app):

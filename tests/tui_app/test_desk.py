@@ -108,20 +108,6 @@ def test_a_job_that_is_cancelled_is_over_only_when_it_has_ended():
     ran(steps)
 
 
-def test_a_job_that_is_cancelled_before_it_began_is_over():
-    work = FakeWork()
-    jobs = Jobs(work)
-
-    async def steps():
-        jobs.start("identify", ["identify"])
-        assert jobs.cancel("identify")
-        await ended(jobs)
-
-    ran(steps)
-    assert jobs.state("identify").cancelled
-    assert not work.words
-
-
 def test_a_verb_that_can_t_be_started_says_so():
     jobs = Jobs(FakeWork(fault=OSError(12, "Cannot allocate memory")))
 
@@ -167,11 +153,6 @@ def test_the_dive_that_is_meant_is_chosen_until_another_is_there(tmp_path):
     desk.dive = None
     desk.mean(None)
     assert desk.chosen() == later
-
-
-def test_where_there_is_only_the_dive_that_is_being_recorded_it_is_that(tmp_path):
-    only = dive(tmp_path, "2026-11-20T0800Z")
-    assert Desk(out=tmp_path, recorded=lambda: only).chosen() == only
 
 
 def test_the_newest_is_the_one_that_began_last_whatever_the_folders_are_called(tmp_path):

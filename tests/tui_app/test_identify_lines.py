@@ -1,6 +1,5 @@
 """An identification as lines: bars, curves that converge, and the result beside what was accepted."""
 
-import json
 import os
 
 import numpy as np
@@ -121,27 +120,12 @@ def test_a_value_that_stands_still_is_a_level_line_in_the_middle_and_what_is_to_
     assert not lines[3][7:].strip()
 
 
-def test_where_there_is_one_row_there_is_the_value_alone():
-    assert said(converging(passes_of(passes())[0], "kg", 20, 1)) == ["M_u      112.0 ± 3.7"]
-
-
 @pytest.mark.parametrize(("cells", "rows"), [(80, 18), (156, 40), (80, 6), (30, 12)])
 def test_all_curves_fit_into_their_room(cells, rows):
     lines = curves(passes(), cells, rows)
     assert len(lines) <= rows
     assert all(width(line) <= cells for line in lines)
     assert all(name in "\n".join(said(lines)) for name in BY_NAME)
-
-
-@pytest.mark.parametrize("rows", [12, 16, 17, 18, 23])
-def test_no_row_is_left_empty_where_the_lines_on_top_take_some(rows):
-    lines = said(curves(passes(), 80, rows))
-    assert len(lines) == rows
-    heads = [n for n, line in enumerate(lines) if "±" in line]
-    assert len(heads) == 6
-    for head, following in zip(heads, [*heads[1:], rows], strict=True):
-        drawn = "".join(lines[head + 1 : following])
-        assert any("\u2801" <= character <= "\u28ff" for character in drawn)
 
 
 def test_what_lies_beside_a_dive_is_read(dive):
@@ -162,10 +146,6 @@ def test_parameters_of_an_earlier_identification_are_not_offered(dive):
     folder = dive()
     os.utime(folder / "identified.param", (1.0, 1.0))
     assert load_identified(folder, folder).param is None
-
-
-def test_the_result_of_a_recording_that_is_no_folder_lies_under_its_name(tmp_path):
-    assert places(tmp_path / "a.tlog")["--json"] == tmp_path / "a-identified.json"
 
 
 def test_the_result_begins_with_its_outcome_and_has_each_value_with_interval_and_unit(dive):
@@ -237,8 +217,3 @@ def test_the_command_line_leaves_its_results_beside_the_dive(tmp_path):
         *("--param", str(tmp_path / "identified.param")),
         *("--report", str(tmp_path / "identified.html")),
     )
-
-
-def test_what_was_written_is_what_is_read(tmp_path):
-    (tmp_path / "identified.json").write_text(json.dumps(identified()), encoding="utf-8")
-    assert load_identified(tmp_path, tmp_path).param is None

@@ -10,11 +10,10 @@ import pytest
 from made_dives import DECK, HOVERING, FakeVerbs, desk
 from made_identified import PAGE, answer, leave, passes
 from made_view import UNIX_S, FixedViews
-from screen_text import made, pressed, run, text
+from screen_text import Lacks, Sees, made, play, run, text
 
 from bridge import exit_codes
 from bridge.reports import UNKEPT, Report
-from gcs_plugin.dives.folder import About, DiveFolder
 from tui.app.screens.dives import DivesScreen
 from tui.app.screens.identify import IdentifyScreen
 from tui.app.screens.identify_lines import places, words_for
@@ -59,94 +58,75 @@ async def ended(app, pilot):
     await shown(app, pilot)
 
 
+def on_screens(at, *steps, settle=shown, size=NARROW):
+    run(made(FixedViews(), desk=at), size, lambda app, pilot: play(app, pilot, settle, *steps))
+
+
+def is_on(screen):
+    return lambda app: isinstance(app.screen, screen)
+
+
+def key_line(app):
+    return text(app).splitlines()[-1]
+
+
 def test_two_keys_identify_the_dive_that_one_comes_from(dive):
     verbs = FakeVerbs({"dives": [HOVERING | {"folder": str(dive)}], "identify": {}}, leave=leave)
-
-    async def work(app, pilot):
-        await pilot.press("2", "i")
-        await ended(app, pilot)
-        assert isinstance(app.screen, IdentifyScreen)
-        assert "11 of 12 coefficients" in text(app)
-        assert app.desk.dive == dive
-
-    run(made(FixedViews(), desk=desk(verbs)), NARROW, work)
+    told = (is_on(IdentifyScreen), Sees("11 of 12 coefficients"), lambda app: app.desk.dive == dive)
+    on_screens(desk(verbs), "2", "i", *told, settle=ended)
     assert verbs.words[-1] == words_for(str(dive), "ruvifist:hovering", places(dive))
 
 
-def test_a_dive_is_identified_by_the_vehicle_file_that_it_names(dive):
-    DiveFolder(dive).describe(About("ruvifist.yaml", "", "survey"))
-    verbs = WAITING()
-
-    async def work(app, pilot):
-        await pressed(pilot, "3", "i")
-        assert app.desk.jobs.runs("identify")
-
-    run(made(FixedViews(), desk=desk(verbs, dive=dive)), NARROW, work)
-    assert verbs.words[0][3].endswith("configs/vehicles/ruvifist.yaml:survey")
-
-
 def test_it_goes_on_while_another_screen_is_looked_at_and_is_cancelled_by_a_key(dive):
-    async def work(app, pilot):
-        await pressed(pilot, "3", "i", "1", "3")
-        await shown(app, pilot)
-        assert "IDENTIFYING" in text(app)
-        assert "pass 3" in text(app)
-        assert "i Identify" not in text(app).splitlines()[-1]
-        await pressed(pilot, "x")
-        await ended(app, pilot)
-        assert not app.desk.jobs.runs("identify")
-        assert "stopped by you" in text(app)
-        assert "i Identify" in text(app).splitlines()[-1]
-
-    run(made(FixedViews(), desk=desk(WAITING(), dive=dive)), NARROW, work)
+    runs = (Sees("IDENTIFYING"), Sees("pass 3"), lambda app: "i Identify" not in key_line(app))
+    stopped = (lambda app: not app.desk.jobs.runs("identify"), Sees("stopped by you"))
+    again = (lambda app: "i Identify" in key_line(app),)
+    on_screens(desk(WAITING(), dive=dive), "3", "i", "1", "3", *runs, "x", *stopped, *again)
 
 
 def test_the_curves_can_be_looked_at_afterwards_and_escape_goes_back(dive):
     verbs = FakeVerbs({"identify": {}}, tells=passes(), leave=leave)
-
-    async def work(app, pilot):
-        await pressed(pilot, "3", "i")
-        await ended(app, pilot)
-        assert "┤" not in text(app)
-        await pressed(pilot, "c")
-        await shown(app, pilot)
-        assert "┤" in text(app)
-        await pressed(pilot, "escape")
-        await shown(app, pilot)
-        assert "┤" not in text(app)
-
-    run(made(FixedViews(), desk=desk(verbs, dive=dive)), NARROW, work)
+    looked = ("c", Sees("┤"), "escape", Lacks("┤"))
+    on_screens(desk(verbs, dive=dive), "3", "i", Lacks("┤"), *looked, settle=ended)
 
 
 def test_the_result_is_there_and_goes_to_parameters_while_its_page_is_still_written(dive):
     verbs = FakeVerbs({}, tells=(*passes(), answer(), answer("pinn"), PAGE))
 
-    async def work(app, pilot):
-        await pressed(pilot, "3")
-        leave(words_for(str(dive), "", places(dive)))
-        await pressed(pilot, "i")
-        await shown(app, pilot)
-        assert app.desk.jobs.runs("identify")
-        assert "11 of 12 coefficients" in text(app)
-        assert "25 %  writing the page" in text(app)
-        await pressed(pilot, "p")
-        assert isinstance(app.screen, ParametersScreen)
-        assert app.desk.jobs.runs("identify")
+    def runs(app):
+        return app.desk.jobs.runs("identify")
 
-    run(made(FixedViews(), desk=desk(verbs, dive=dive)), NARROW, work)
+    def leave_values(_):
+        leave(words_for(str(dive), "", places(dive)))
+
+    told = (runs, Sees("11 of 12 coefficients"), Sees("25 % writing the page"))
+    on_screens(desk(verbs, dive=dive), "3", leave_values, "i", *told, "p", is_on(ParametersScreen), runs)
     assert verbs.words[-1][:3] == ("params", "diff", str(places(dive)["--param"]))
 
 
 class Held(FakeVerbs):
     """Identifies only once it is let go."""
 
-    go = None
+    def __init__(self, *of_verbs):
+        super().__init__(*of_verbs)
+        self.go = asyncio.Event()
 
     async def __call__(self, words, hear):
         if words[0] == "identify":
-            self.go = asyncio.Event()
             await self.go.wait()
         return await super().__call__(words, hear)
+
+
+def on_held_screens(at, *steps):
+    """Play the steps, let go, and see where the app is then."""
+    *before, at_last = steps
+
+    async def work(app, pilot):
+        await play(app, pilot, shown, *before)
+        at.jobs._work.go.set()
+        await play(app, pilot, ended, lambda _: None, at_last)
+
+    run(made(FixedViews(), desk=at), NARROW, work)
 
 
 @pytest.mark.parametrize(
@@ -155,144 +135,64 @@ class Held(FakeVerbs):
 def test_parameters_asked_for_while_it_runs_come_with_its_values_and_never_with_older_ones(
     code, screen, identified
 ):
-    verbs = Held({"identify": {}}, code)
-
-    async def work(app, pilot):
-        await pressed(pilot, "3", "i", "p")
-        await shown(app, pilot)
-        assert "then parameters" in text(app)
-        verbs.go.set()
-        while app.desk.jobs.runs("identify"):
-            await pilot.pause()
-        await shown(app, pilot)
-        assert isinstance(app.screen, screen)
-
-    run(made(FixedViews(), desk=desk(verbs, dive=identified)), NARROW, work)
+    at = desk(Held({"identify": {}}, code), dive=identified)
+    on_held_screens(at, "3", "i", "p", Sees("then parameters"), is_on(screen))
 
 
 def test_who_leaves_the_screen_is_not_called_to_parameters(identified):
-    verbs = Held({"identify": {}})
-
-    async def work(app, pilot):
-        await pressed(pilot, "3", "i", "p", "1")
-        verbs.go.set()
-        while app.desk.jobs.runs("identify"):
-            await pilot.pause()
-        await shown(app, pilot)
-        assert isinstance(app.screen, WatchScreen)
-
-    run(made(FixedViews(), desk=desk(verbs, dive=identified)), NARROW, work)
+    on_held_screens(desk(Held({"identify": {}}), dive=identified), "3", "i", "p", "1", is_on(WatchScreen))
 
 
 def test_a_run_that_fails_says_why_and_an_older_result_stays(identified):
-    said = ("the recording is too short; dive longer",)
-    verbs = FakeVerbs({"identify": None}, exit_codes.NO + 1, said)
-
-    async def work(app, pilot):
-        await pressed(pilot, "3", "i")
-        await ended(app, pilot)
-        assert "the recording is too short; dive longer" in text(app)
-        assert "11 of 12 coefficients" in text(app)
-
-    run(made(FixedViews(), desk=desk(verbs, dive=identified)), NARROW, work)
+    why = "the recording is too short; dive longer"
+    verbs = FakeVerbs({"identify": None}, exit_codes.NO + 1, (why,))
+    told = (Sees(why), Sees("11 of 12 coefficients"))
+    on_screens(desk(verbs, dive=identified), "3", "i", *told, settle=ended)
 
 
 def test_without_a_dive_or_a_vehicle_file_it_says_what_to_do(dive):
-    async def none(app, pilot):
-        await pressed(pilot, "3", "i")
-        await shown(app, pilot)
-        assert "holds no dive yet; a recording makes one" in text(app)
-
-    async def unnamed(app, pilot):
-        app.desk.vehicle = ""
-        await pressed(pilot, "3", "i")
-        await shown(app, pilot)
-        assert "names no vehicle file" in text(app)
-
-    elsewhere = desk(WAITING())
-    elsewhere.out = dive / "none"
-    run(made(FixedViews(), desk=elsewhere), NARROW, none)
-    run(made(FixedViews(), desk=desk(WAITING(), dive=dive.relative_to(Path.cwd()))), NARROW, unnamed)
+    elsewhere, unnamed = desk(WAITING()), desk(WAITING(), dive=dive.relative_to(Path.cwd()))
+    elsewhere.out, unnamed.vehicle = dive / "none", ""
+    on_screens(elsewhere, "3", "i", Sees("holds no dive yet; a recording makes one"))
+    on_screens(unnamed, "3", "i", Sees("names no vehicle file"))
 
 
 def test_a_dive_that_was_not_identified_says_which_key_does(dive):
-    async def work(app, pilot):
-        await pressed(pilot, "2", "3")
-        await shown(app, pilot)
-        assert "not identified yet; i identifies it" in text(app)
-        await pressed(pilot, "2")
-        assert isinstance(app.screen, DivesScreen)
-
-    run(made(FixedViews(), desk=desk(WAITING(), dive=dive)), NARROW, work)
+    told = Sees("not identified yet; i identifies it")
+    on_screens(desk(WAITING(), dive=dive), "2", "3", told, "2", is_on(DivesScreen))
 
 
-def on_watch(dives, work, **what):
-    verbs = FakeVerbs({"dives": dives, "identify": {}}, leave=leave)
+def on_watch(dives, *steps):
+    """The dive that was identified last, and what was said."""
+    verbs, notices = FakeVerbs({"dives": dives, "identify": {}}, leave=leave), []
 
-    async def begin(app, pilot):
-        await work(app, pilot)
-        await ended(app, pilot)
-        assert isinstance(app.screen, IdentifyScreen)
-        return [notice.message for notice in app._notifications]
+    def note(app):
+        notices.extend(notice.message for notice in app._notifications)
 
-    said = run(made(FixedViews(), desk=desk(verbs, **what)), NARROW, begin)
-    return verbs.words[-1][1], said
+    on_screens(desk(verbs), *steps, is_on(IdentifyScreen), note, settle=ended)
+    return verbs.words[-1][1], notices
 
 
 def test_one_key_on_watch_identifies_the_dive_just_made_wherever_the_mark_stood(dive):
     older = HOVERING | {"folder": str(dive.with_name("older")), "name": "older", "began_unix_s": 0.0}
-
-    async def work(app, pilot):
-        await pressed(pilot, "2", "end", "enter", "1")
-        await shown(app, pilot)
-        assert app.desk.dive == Path(older["folder"])
-        await pressed(pilot, "i")
-        await ended(app, pilot)
-
-    assert on_watch([older, HOVERING | {"folder": str(dive)}], work) == (str(dive), [])
-
-
-def test_of_a_dive_that_is_still_recorded_it_identifies_what_is_there(dive):
-    async def work(app, pilot):
-        await pressed(pilot, "i")
-        await ended(app, pilot)
-
-    named, _ = on_watch([HOVERING | {"folder": str(dive)}], work, recorded=lambda: dive)
-    assert named == str(dive)
+    chosen = ("2", "end", "enter", "1", lambda app: app.desk.dive == Path(older["folder"]))
+    assert on_watch([older, HOVERING | {"folder": str(dive)}], *chosen, "i") == (str(dive), [])
 
 
 def test_a_newer_recording_that_can_tell_nothing_is_said_to_be_passed_over(dive):
-    async def work(app, pilot):
-        await pressed(pilot, "i")
-        await ended(app, pilot)
-
-    named, said = on_watch([HOVERING | {"folder": str(dive)}, DECK], work)
-    assert named == str(dive)
-    assert said == ["hovering; deck, recorded since, can tell nothing yet"]
-
-
-def test_two_dives_of_one_name_are_told_apart_by_their_folders(dive):
-    async def work(app, pilot):
-        await pressed(pilot, "i")
-        await ended(app, pilot)
-
-    newer = DECK | {"folder": str(dive.with_name("2026-11-21T0452Z-hovering")), "name": "hovering"}
-    _, said = on_watch([HOVERING | {"folder": str(dive)}, newer], work)
-    assert said == [f"{dive.name}; 2026-11-21T0452Z-hovering, recorded since, can tell nothing yet"]
+    said = ["hovering; deck, recorded since, can tell nothing yet"]
+    assert on_watch([HOVERING | {"folder": str(dive)}, DECK], "i") == (str(dive), said)
 
 
 def test_a_second_one_is_not_begun_while_one_runs(dive):
     verbs = FakeVerbs({"dives": [HOVERING | {"folder": str(dive)}]}, tells=passes())
 
-    async def work(app, pilot):
-        for _ in range(2):
-            await pressed(pilot, "1", "i")
-            while app.desk.jobs.runs("dives"):
-                await pilot.pause()
-            await shown(app, pilot)
-        assert isinstance(app.screen, IdentifyScreen)
+    async def listed(app, pilot):
+        while app.desk.jobs.runs("dives"):
+            await pilot.pause()
+        await shown(app, pilot)
 
-    run(made(FixedViews(), desk=desk(verbs)), NARROW, work)
+    on_screens(desk(verbs), *("1", "i") * 2, is_on(IdentifyScreen), settle=listed)
     assert [words[0] for words in verbs.words].count("identify") == 1
 
 
@@ -303,49 +203,19 @@ def unkept(count=11):
     """A verb that identified so many coefficients and finds no room for any of its files."""
     missing = [one["name"] for one in made_identified.parameters()[count:]]
     found = made_identified.identified(parameters=made_identified.parameters(missing))
-    page = (
-        WHY,
-        "full/identified.html: the report can't be written (No space left on device)",
-    )
+    page = (WHY, "full/identified.html: the report can't be written (No space left on device)")
     tells = (*passes(), Report(UNKEPT, 1.0, WHY, result=found), PAGE)
     return FakeVerbs({"identify": None}, exit_codes.BAD_INPUT, page, tells)
 
 
 def test_values_that_find_no_room_on_the_disk_are_shown_and_said_to_be_kept_nowhere(dive):
-    async def work(app, pilot):
-        await pressed(pilot, "3", "i")
-        await ended(app, pilot)
-        seen = " ".join(text(app).split())
-        assert "11 of 12 coefficients identified" in seen
-        assert WHY in seen
-        assert "identified.html: the report can't be written" in seen
-        assert "its values are below, and kept nowhere" in seen
-        assert "not identified yet" not in seen
-
-    run(made(FixedViews(), desk=desk(unkept(), dive=dive)), SIZES[1], work)
+    values = (Sees("11 of 12 coefficients identified"), Sees("its values are below, and kept nowhere"))
+    why = (Sees(WHY), Sees("identified.html: the report can't be written"))
+    at = desk(unkept(), dive=dive)
+    on_screens(at, "3", "i", *values, *why, Lacks("not identified yet"), settle=ended, size=SIZES[1])
 
 
 def test_values_of_before_are_neither_shown_nor_uploaded_for_newer_ones_without_room(identified):
-    async def work(app, pilot):
-        await pressed(pilot, "3", "i", "p")
-        await ended(app, pilot)
-        assert "5 of 12 coefficients identified" in text(app)
-        await pressed(pilot, "p")
-        assert isinstance(app.screen, IdentifyScreen)
-        assert app.desk.param is None
-
-    run(made(FixedViews(), desk=desk(unkept(5), dive=identified)), SIZES[1], work)
-
-
-def test_a_key_before_the_next_view_takes_no_values_of_before_either(identified):
-    async def work(app, pilot):
-        await pressed(pilot, "3")
-        app._show = lambda: None  # no view from here on
-        await pressed(pilot, "i")
-        while not app.desk.jobs.state("identify").answered:
-            await pilot.pause()
-        await pressed(pilot, "p")
-        assert isinstance(app.screen, IdentifyScreen)
-        assert app.desk.param is None
-
-    run(made(FixedViews(), desk=desk(unkept(5), dive=identified)), SIZES[1], work)
+    at = desk(unkept(5), dive=identified)
+    kept = (Sees("5 of 12 coefficients identified"), "p", is_on(IdentifyScreen))
+    on_screens(at, "3", "i", "p", *kept, lambda _: at.param is None, settle=ended, size=SIZES[1])

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 from made_dives import DECK, DIVES, HOVERING, OUT, FakeVerbs, desk, dive
-from made_view import FixedViews, view
+from made_view import FixedViews, recording, view
 from screen_text import made, pressed, run, settled, text
 from soak import rows_rest_in_soak
 
 from bridge.errors import LinkError
 from tui.app.jobs import aside
-from tui.app.screens.asking import AskScreen
+from tui.app.screens.overlays import AskScreen
 from tui.app.view import Forcing
 
 SIZE = (80, 24)
@@ -36,12 +36,6 @@ def test_a_recording_is_begun_where_none_runs():
     assert begun == [1]
 
 
-def test_one_that_runs_is_let_be():
-    begun = []
-    assert said_after_the_key(view(), lambda: begun.append(1)) == ["a recording runs already"]
-    assert begun == []
-
-
 def test_why_none_could_be_begun_is_said():
     def fail():
         raise LinkError("the recording did not start: udpin:127.0.0.1:14550: in use; choose another port")
@@ -55,7 +49,7 @@ def test_beside_one_that_hangs_another_is_begun_and_what_holds_it_up_is_said():
     def fail():
         raise LinkError("the recorder hangs and keeps the link: end it with `kill -9 4711`")
 
-    hangs = replace(view(), recording=replace(view().recording, hung_process=4711, reported_unix_s=0.0))
+    hangs = replace(view(), recording=replace(view().recording, written_unix_s=0.0))
     for key in ("ctrl+g", "ctrl+x"):
         assert said_after_the_key(hangs, fail, key) == [
             "nothing is recorded: the recorder hangs and keeps the link: end it with `kill -9 4711`"
@@ -71,12 +65,6 @@ def test_the_off_key_begins_one_where_it_has_died_for_off_goes_by_its_links():
     begun = []
     assert said_after_the_key(SILENT, lambda: begun.append(1), "ctrl+x") == ["a recording has begun"]
     assert begun == [1]
-
-
-def test_the_off_key_leaves_one_that_runs_as_it_is():
-    begun = []
-    assert said_after_the_key(view(), lambda: begun.append(1), "ctrl+x") == []
-    assert begun == []
 
 
 def said_after(*recordings):
@@ -100,7 +88,7 @@ def test_once_there_is_space_again_it_is_said_that_the_recording_goes_on():
         "the recording goes on: every frame that waited is written"
     ]
     assert said_after(full, replace(well, lost=12)) == ["the recording goes on: 12 frames are lost"]
-    assert said_after(full, replace(well, began_unix_s=well.began_unix_s + 60.0)) == []
+    assert said_after(full, recording(lasted_s=60.0)) == []
 
 
 def begun_after(*shown, end=None):
@@ -285,18 +273,6 @@ def test_dives_marks_the_dive_that_is_over_and_the_new_one_is_recorded():
     assert before[1:] == (Path(HOVERING["folder"]), Path(DECK["folder"]))
     assert now[1:] == (Path(DECK["folder"]), Path(SECOND["folder"]))
     assert before[0] != now[0]
-
-
-@pytest.mark.parametrize("key", ["ctrl+n", "ctrl+e"])
-def test_who_only_looks_ends_no_dive(key):
-    boat = Boat()
-
-    async def work(app, pilot):
-        await pressed(pilot, key)
-        assert [one.message for one in app._notifications] == ["VIEW ONLY: nothing is done from here"]
-
-    run(made(FixedViews(), desk=boat.desk, view_only=True), SIZE, work)
-    assert boat.asked == []
 
 
 @pytest.fixture

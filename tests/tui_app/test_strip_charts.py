@@ -11,7 +11,7 @@ from made_view import NOW_S, traces
 
 from gcs_plugin.watch.picture import Freshness, Trace
 from tui.app.curves import BLANK, Scale, braille, curve_row, dots, extremes, nice_step, scale_for, tick_labels
-from tui.app.screens.strip_chart import QUANTITIES, Quantity, chart
+from tui.app.screens.strip_chart import QUANTITIES, chart
 
 FRESH, STALE, GONE = Freshness
 EDGES = np.arange(0.0, 10.5, 0.5)
@@ -65,12 +65,6 @@ def test_a_silence_of_over_three_intervals_is_a_gap_and_a_shorter_one_is_none():
     assert np.isfinite(low[:11]).all()
 
 
-def test_nothing_at_all_draws_nothing():
-    low, high = extremes(np.array([]), np.array([]), EDGES)
-    assert np.isnan(low).all()
-    assert np.isnan(high).all()
-
-
 @settings(max_examples=60, deadline=None)
 @given(
     st.lists(st.tuples(st.floats(-2, 12), st.floats(-5, 5) | st.just(math.nan)), max_size=40),
@@ -107,10 +101,6 @@ def test_a_scale_holds_its_values_and_spans_enough(values, least, with_zero):
     assert scale.high - scale.low >= least * (1 - 1e-6)
     for end in (scale.low, scale.high):
         assert end / scale.step == pytest.approx(round(end / scale.step), abs=1e-6)
-
-
-def test_a_small_movement_does_not_move_the_scale():
-    assert scale_for(np.array([0.39]), 0.2, True) == scale_for(np.array([0.4]), 0.2, True)
 
 
 def test_the_head_tells_value_unit_and_reference():
@@ -182,10 +172,6 @@ def test_a_chart_is_as_many_rows_as_it_has_and_no_curve_is_wider(key, rows, cell
     lines = lines_of(key, cells, rows)
     assert len(lines) == rows
     assert all(len(joined(line)) <= cells for line in lines[1:])
-
-
-def test_a_quantity_that_nobody_heard_of_is_dashes():
-    assert joined(chart(Quantity("x", "nothing", 1.0, 1), None, NOW_S, 40, 5)[0]).split() == ["nothing", "--"]
 
 
 def test_one_row_of_curve_has_no_tick_for_no_scale_is_seen_in_it():

@@ -4,12 +4,12 @@ import math
 from dataclasses import replace
 
 import pytest
-from made_view import UNIX_S, picture, view
+from made_view import UNIX_S, picture, recording, view
 
 from gcs_plugin.watch.picture import Armed
 from tui.app.drawing import changed, harmless
 from tui.app.header import Tab, header, tab_at
-from tui.app.view import Forcing, Recording, aged
+from tui.app.view import Forcing, aged
 
 TABS = (Tab("1", "Watch", True), Tab("2", "Dives", False))
 
@@ -68,12 +68,12 @@ def test_no_link_at_all_says_so():
 def test_the_recording_tells_its_time_and_how_long_the_disk_lasts():
     assert "REC 00:12:31  41 h left" in joined(first(view()))
     assert "REC 00:12:31  nothing comes" in joined(
-        first(replace(view(), recording=Recording(UNIX_S - 751, math.inf, 0)))
+        first(replace(view(), recording=recording(751, math.inf, 0)))
     )
 
 
 def test_nothing_is_said_to_come_only_once_the_disk_was_looked_at():
-    young = first(replace(view(), recording=Recording(UNIX_S - 4, math.inf, 0)))
+    young = first(replace(view(), recording=recording(4, math.inf, 0)))
     assert "REC 00:00:04" in joined(young)
     assert "nothing comes" not in joined(young)
 
@@ -82,14 +82,14 @@ FULL = "telemetry.tlog: can't be written (No space left on device); free disk sp
 
 
 def test_frames_that_are_not_written_are_told_inverse_with_the_reason():
-    full = Recording(UNIX_S - 90, 0.0, 0, unwritten=FULL, waiting=321)
+    full = recording(90, 0.0, 0, unwritten=FULL, waiting=321)
     lines = header(replace(view(), recording=full), TABS, 80)
     assert (" REC 00:01:30  NOT WRITTEN ", "lost") in lines[0]
     assert " ".join(" ".join(map(joined, lines[2:])).split()) == (
         f"NOTHING IS WRITTEN, 321 frames wait in memory: {FULL}"
     )
     assert {line[0][1] for line in lines[2:]} == {"lost"}
-    silent = Recording(UNIX_S - 90, math.inf, 0, unwritten=FULL, waiting=1)
+    silent = recording(90, math.inf, 0, unwritten=FULL, waiting=1)
     lines = header(replace(view(), recording=silent), TABS, 80)
     assert "nothing comes" not in joined(lines[0])
     assert joined(lines[2]).startswith(" NOTHING IS WRITTEN, 1 frame waits in memory: ")
@@ -97,7 +97,7 @@ def test_frames_that_are_not_written_are_told_inverse_with_the_reason():
 
 def test_a_recorder_that_has_told_nothing_for_a_few_seconds_is_not_called_recording():
     def seen(age_s):
-        told = Recording(UNIX_S - 446, 1e6, 0, reported_unix_s=UNIX_S - age_s)
+        told = recording(446, 1e6, 0, written_unix_s=UNIX_S - age_s)
         return header(replace(view(), recording=told), TABS, 80)
 
     assert "REC 00:07:26  278 h left" in joined(seen(4.9)[0])
@@ -106,7 +106,7 @@ def test_a_recorder_that_has_told_nothing_for_a_few_seconds_is_not_called_record
     assert (" NOT RECORDING? silent 6 s ", "lost") in lines[0]
     assert joined(lines[2]).strip() == ("the recorder has not reported for 6 s: it may have stopped writing")
     assert lines[2][0][1] == "lost"
-    hangs = Recording(UNIX_S - 446, 1e6, 0, reported_unix_s=UNIX_S - 75.0, hung_process=4711)
+    hangs = recording(446, 1e6, 0, written_unix_s=UNIX_S - 75.0)
     lines = header(replace(view(), recording=hangs), TABS, 80)
     assert (" NOT RECORDING? silent 75 s ", "lost") in lines[0]
     assert " ".join(" ".join(map(joined, lines[2:])).split()) == (
@@ -116,19 +116,13 @@ def test_a_recorder_that_has_told_nothing_for_a_few_seconds_is_not_called_record
 
 def test_no_recording_and_a_short_disk_are_inverse():
     assert role_of(first(replace(view(), recording=None)), "NOT RECORDING") == "lost"
-    short = first(replace(view(), recording=Recording(UNIX_S - 751, 480.0, 0)))
+    short = first(replace(view(), recording=recording(751, 480.0, 0)))
     assert role_of(short, "8 min left") == "lost"
 
 
 @pytest.mark.parametrize(
     ("mode", "age_s", "words"),
-    [
-        (0, 0.5, "FF off"),
-        (1, 0.5, "FF shadow"),
-        (2, 0.5, "FF ff"),
-        (3, 0.5, "FF both"),
-        (None, 0.5, "FF --"),
-    ],
+    [(0, 0.5, "FF off"), (1, 0.5, "FF shadow"), (2, 0.5, "FF ff"), (3, 0.5, "FF both"), (None, 0.5, "FF --")],
 )
 def test_the_feed_forward_mode_is_a_word(mode, age_s, words):
     assert joined(first(with_picture(ff_mode=mode, ff_mode_age_s=age_s))).endswith(words)
@@ -190,7 +184,7 @@ def test_an_off_that_another_vehicle_has_not_acknowledged_hides_not_what_this_on
 def test_an_off_that_is_not_done_says_so_at_every_width(sent, armed, armed_age_s, lost, silent_s, cells):
     link = replace(picture().links[0], age_s=8.0, lost=True) if lost else picture().links[0]
     seen = with_picture(armed=armed, armed_age_s=armed_age_s, links=(link,), ff_mode=3, ff_mode_age_s=8.0)
-    told = Recording(UNIX_S - 446, 1e6, 0, reported_unix_s=UNIX_S - silent_s)
+    told = recording(446, 1e6, 0, written_unix_s=UNIX_S - silent_s)
     forcing = Forcing("vehicle 1: sent 14 times, not heard for 8 s: not confirmed", sent, False, (1,))
     words = joined(first(replace(seen, recording=told, forcing=forcing), cells))
     unsent = "OFF not sent" in words
@@ -200,7 +194,7 @@ def test_an_off_that_is_not_done_says_so_at_every_width(sent, armed, armed_age_s
 
 
 def test_what_a_recorder_that_hangs_was_handed_is_told_as_not_sent():
-    told = Recording(UNIX_S - 446, 1e6, 0, reported_unix_s=UNIX_S - 8.0)
+    told = recording(446, 1e6, 0, written_unix_s=UNIX_S - 8.0)
     forcing = Forcing("vehicle 1: sent 9 times, not heard for 8 s: not confirmed", 9, False, (1,))
     shown = replace(with_picture(ff_mode=3, ff_mode_age_s=8.0), recording=told, forcing=forcing)
     assert "FF was both; OFF not sent" in joined(first(shown))
@@ -235,7 +229,7 @@ def test_utc_stands_in_the_first_line_where_it_fits_and_else_in_the_second():
     ("shown", "words"),
     [
         (with_picture(twins="two vehicles beat as system 1"), "two vehicles beat as system 1"),
-        (replace(view(), recording=Recording(UNIX_S, 1e6, 12)), "12 frames are in no file of the dive"),
+        (replace(view(), recording=recording(0, 1e6, 12)), "12 frames are in no file of the dive"),
         (replace(view(), trouble="udpin: in use"), "udpin: in use"),
         (replace(view(), behind_s=5.0), "nothing is read from the link since 5 s"),
     ],
@@ -294,3 +288,9 @@ def test_only_the_cells_that_changed_are_drawn_again(before, after, cells):
 def test_all_that_is_drawn_is_one_cell_wide():
     drawn = "●◐▲○□■│┤─░┈▁▂▃▄▅▆▇█▌▐…⠁⣿⡇"
     assert harmless(drawn) == drawn
+
+
+def test_a_clock_that_is_set_leaves_the_recording_counting():
+    set_back = recording(751, set_by_s=-86_400.0, written_unix_s=UNIX_S - 86_400.0)
+    line = first(replace(view(), unix_s=UNIX_S - 86_400.0, recording=set_back))
+    assert "REC 00:12:31" in joined(line)

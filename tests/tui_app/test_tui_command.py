@@ -168,15 +168,6 @@ def test_a_recording_that_says_nothing_is_not_waited_for_for_ever(process):
         begin(lambda _: None)
 
 
-def test_what_the_top_line_tells_of_a_recording():
-    told = recorder.as_recording(HOLDING)
-    assert UNIX_S - told.began_unix_s == 751.0
-    assert (told.disk_left_s, told.lost, told.reported_unix_s) == (3600.0, 3, HOLDING.written_unix_s)
-    full = recorder.as_recording(replace(HOLDING, unwritten="telemetry.tlog: full", waiting=7))
-    assert (full.unwritten, full.waiting) == ("telemetry.tlog: full", 7)
-    assert recorder.as_recording(replace(HOLDING, began_utc="at noon")).began_unix_s == UNIX_S
-
-
 def test_without_a_recording_there_is_no_hub():
     assert recorder.recording(UNIX_S) is None
     with pytest.raises(LinkError, match="no recording runs"):

@@ -17,7 +17,7 @@ from textual.widgets import Input
 
 from tui.app.keys import EVERYWHERE
 from tui.app.screens.frame import TopLine
-from tui.app.screens.help import HelpScreen
+from tui.app.screens.overlays import HelpScreen
 from tui.app.screens.table import OPENING, SCREENS
 from tui.app.screens.watch import WatchScreen
 from tui.app.themes import ORDER
@@ -226,22 +226,6 @@ def test_a_key_of_the_keymap_keeps_its_place_in_the_footer(keymap):
     run(made(FixedViews(), keymap=keymap), NARROW, work)
 
 
-def test_the_palette_does_what_is_chosen():
-    views = FixedViews()
-    kept = []
-
-    async def work(app, pilot):
-        await pressed(pilot, "ctrl+p", *"sunlight")
-        await pilot.app.workers.wait_for_complete()
-        while not text(app).count("Theme: sunlight"):
-            await pilot.pause()
-        await pressed(pilot, "enter")
-        assert app.theme == "sunlight"
-
-    run(made(views, keep_theme=kept.append), NARROW, work)
-    assert kept == ["sunlight"]
-
-
 def test_one_key_goes_through_the_themes_and_each_is_kept():
     kept = []
 
@@ -252,34 +236,6 @@ def test_one_key_goes_through_the_themes_and_each_is_kept():
 
     run(made(FixedViews(), keep_theme=kept.append), NARROW, work)
     assert kept == ["light", "sunlight", "dark"]
-
-
-def test_charts_have_a_second_page_where_not_all_fit_and_none_where_all_do():
-    async def narrow(app, pilot):
-        assert "surge u" in text(app)
-        assert "c Charts" in text(app)
-        await pressed(pilot, "c")
-        assert "surge u" not in text(app)
-        assert "heading" in text(app)
-
-    async def wide(app, pilot):
-        assert "c Charts" not in text(app)
-        await pressed(pilot, "c")
-        assert all(word in text(app) for word in ("surge u", "heading", "current", "roll p"))
-
-    run(made(FixedViews()), NARROW, narrow)
-    run(made(FixedViews()), WIDE, wide)
-
-
-def test_all_words_are_a_key_away_and_escape_goes_back():
-    async def work(app, pilot):
-        assert "6 devices" not in text(app)
-        await pressed(pilot, "w")
-        assert "6 devices" in text(app)
-        await pressed(pilot, "escape")
-        assert "6 devices" not in text(app)
-
-    run(made(FixedViews()), NARROW, work)
 
 
 def test_the_digit_keys_and_the_tabs_open_screens():
@@ -294,28 +250,6 @@ def test_the_digit_keys_and_the_tabs_open_screens():
 
     run(made(FixedViews()), NARROW, work)
     assert [row.key for row in SCREENS] == [str(n + 1) for n in range(len(SCREENS))]
-
-
-def test_ctrl_q_leaves():
-    async def work(app, pilot):
-        await pilot.press("ctrl+q")
-        await pilot.pause()
-        assert app._exit
-
-    run(made(FixedViews()), NARROW, work)
-
-
-def test_a_screen_that_becomes_larger_shows_more():
-    async def work(app, pilot):
-        assert "VELOCITIES" not in text(app)
-        await pilot.resize_terminal(*WIDE)
-        await pilot.pause()
-        assert "VELOCITIES" in text(app)
-        await pilot.resize_terminal(60, 15)
-        await pilot.pause()
-        assert "■ ARMED" in text(app)
-
-    run(made(FixedViews()), NARROW, work)
 
 
 async def settled(pilot, most):

@@ -19,10 +19,7 @@ from gcs_plugin.recording.state import held
 ROOT = Path(__file__).resolve().parents[2]
 CTRL_X = ("x", 88)
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed"),
-]
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed")]
 
 
 @pytest.fixture

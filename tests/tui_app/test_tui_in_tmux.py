@@ -14,8 +14,9 @@ from waiting import until
 
 from gcs_plugin.recording.state import held
 
-BARE = frozenset({"", "0", "1", "2", "4", "7", "22", "24", "27"})
-"""What sets and resets bold, dim, underline and inverse; all else of `CSI ... m` is a colour, or another style."""
+BARE = frozenset({"", "0", "1", "2", "4", "7", "22", "24", "27", "39", "49"})
+"""What sets and resets bold, dim, underline and inverse, and the terminal's own colours: all else of `CSI ... m` is a
+colour, or another style."""
 
 pytestmark = [pytest.mark.slow, NEEDS_TMUX]
 

@@ -9,6 +9,7 @@ from made_parameters import (
     FakeVehicle,
     desk,
     done,
+    has,
     line_of,
     on_screen,
     plan,
@@ -18,8 +19,7 @@ from made_parameters import (
     typed,
     views,
 )
-from screen_text import made, pressed, run, text
-from soak import rest_in_soak
+from screen_text import Lacks, Now, Sees, made, play, run, text
 from textual import events
 from textual.widgets import Input
 
@@ -31,229 +31,125 @@ from gcs_plugin.params.transfer import Outcome, Result
 from gcs_plugin.params.upload import Ending
 from gcs_plugin.watch.picture import Armed
 from tui.app.desk import Desk
+from tui.app.jobs import JobState
 from tui.app.screens.parameters import ParametersScreen
+from tui.app.screens.parameters_lines import writing
+
+UNIX_S = 1_795_165_923.0
 
 
-@pytest.mark.parametrize(
-    "keys",
-    rest_in_soak(
-        [("enter",), ("7", "7", "enter"), ("6", "enter"), ("enter", "enter"), ("y", "enter")], keep=2
-    ),
-)
+def is_on_parameters(app):
+    return isinstance(app.screen, ParametersScreen)
+
+
+@pytest.mark.parametrize("keys", [("enter",), ("7", "7", "enter"), ("y", "enter")])
 def test_an_enter_alone_or_another_number_writes_nothing(keys):
     vehicle = FakeVehicle()
-
-    async def work(app, pilot):
-        await typed(app, pilot, "u", *keys)
-        assert "is not '7': nothing was sent" in text(app)
-
-    on_screen(vehicle, work)
+    on_screen(vehicle, "u", *keys, Sees("is not '7': nothing was sent"))
     assert vehicle.writes == []
-
-
-def test_a_refusal_is_forgotten_once_something_is_written():
-    vehicle = FakeVehicle()
-
-    async def work(app, pilot):
-        await typed(app, pilot, "u", "2", "enter", "backspace", "7", "enter")
-        assert "nothing was sent" not in text(app)
-
-    on_screen(vehicle, work)
-    assert len(vehicle.writes) == 1
 
 
 def test_escape_asks_no_longer_and_writes_nothing():
     vehicle = FakeVehicle()
-
-    async def work(app, pilot):
-        await typed(app, pilot, "u", "7", "escape")
-        assert "type 7" not in text(app)
-        await typed(app, pilot, "enter")
-
-    on_screen(vehicle, work)
+    on_screen(vehicle, "u", "7", "escape", Lacks("type 7"), "enter")
     assert vehicle.writes == []
 
 
 def test_a_number_that_is_typed_opens_no_other_screen_and_the_off_switch_still_works():
     shown = views()
-
-    async def work(app, pilot):
-        await typed(app, pilot, "u", "1", "ctrl+x")
-        assert app.screen.query_one(Input).value == "1"
-
-    on_screen(FakeVehicle(), work, shown=shown)
+    on_screen(
+        FakeVehicle(), "u", "1", "ctrl+x", lambda app: app.screen.query_one(Input).value == "1", shown=shown
+    )
     assert shown.forced == 1
 
 
 @pytest.mark.parametrize("armed", [Armed.ARMED, Armed.FAILSAFE])
 def test_an_armed_vehicle_is_written_to_once_the_word_is_typed_too(armed):
     vehicle = FakeVehicle()
-
-    async def work(app, pilot):
-        await typed(app, pilot, "u", "7", "enter")
-        assert "is not 'ARMED 7'" in text(app)
-        assert vehicle.writes == []
-        await typed(app, pilot, *"armed", "space", "7", "enter")
-
-    on_screen(vehicle, work, shown=views(armed))
+    refused = ("u", "7", "enter", Sees("is not 'ARMED 7'"), lambda _: vehicle.writes == [])
+    on_screen(vehicle, *refused, *"armed", "space", "7", "enter", shown=views(armed))
     assert "--armed" in vehicle.writes[0]
 
 
 def test_one_that_is_armed_while_the_number_is_typed_asks_for_the_word():
     vehicle, shown = FakeVehicle(), views()
 
-    async def work(app, pilot):
-        await typed(app, pilot, "u", "7")
+    def arm(_):
         shown.shown = views(Armed.ARMED).shown
-        app._show()
-        await typed(app, pilot, "enter")
-        assert "is not 'ARMED 7'" in text(app)
 
-    on_screen(vehicle, work, shown=shown)
+    on_screen(vehicle, "u", "7", arm, "enter", Sees("is not 'ARMED 7'"), shown=shown)
     assert vehicle.writes == []
 
 
 @pytest.mark.parametrize("mode", [2, 3])
 def test_while_the_feed_forward_of_an_armed_vehicle_acts_nothing_is_asked(mode):
     vehicle = FakeVehicle()
-
-    async def work(app, pilot):
-        await typed(app, pilot, "u")
-        assert "force it off first, by ^x" in " ".join(text(app).split())
-        await typed(app, pilot, "7", "enter")
-
-    on_screen(vehicle, work, shown=views(Armed.ARMED, mode))
+    on_screen(vehicle, "u", Sees("force it off first, by ^x"), "7", "enter", shown=views(Armed.ARMED, mode))
     assert vehicle.writes == []
 
 
 def test_what_is_doubted_as_a_whole_needs_a_word_and_what_is_doubted_in_a_line_is_told():
     vehicle = FakeVehicle(plan(outcome="stopped at a bound"))
-
-    async def work(app, pilot):
-        assert "ended with 'stopped at a bound'" in text(app)
-        await typed(app, pilot, "down", "down")
-        assert "doubted: depth was never pushed" in text(app)
-        await typed(app, pilot, "u", "7", "enter")
-        assert vehicle.writes == []
-        await typed(app, pilot, *"doubted", "7", "enter")
-
-    on_screen(vehicle, work)
+    told = (Sees("ended with 'stopped at a bound'"), "down", "down", Sees("doubted: depth was never pushed"))
+    on_screen(vehicle, *told, "u", "7", "enter", lambda _: vehicle.writes == [], *"doubted", "7", "enter")
     assert "--despite-doubts" in vehicle.writes[0]
 
 
 def test_roll_back_shows_what_it_would_change_and_asks_likewise():
     vehicle = FakeVehicle()
-
-    async def work(app, pilot):
-        await typed(app, pilot, "r")
-        assert "ROLL BACK to the values before 2026-11-20 10:15 UTC" in text(app)
-        assert line_of(app, "FF1_M_U").split()[2:5] == ["kg", "111.52", "96.5"]
-        await typed(app, pilot, "enter")
-        assert vehicle.writes == []
-        await typed(app, pilot, "7", "enter")
-
-    on_screen(vehicle, work)
+    on_screen(
+        vehicle,
+        "r",
+        Sees("ROLL BACK to the values before 2026-11-20 10:15 UTC"),
+        lambda app: line_of(app, "FF1_M_U").split()[2:5] == ["kg", "111.52", "96.5"],
+        "enter",
+        lambda _: vehicle.writes == [],
+        "7",
+        "enter",
+    )
     (words,) = vehicle.writes
     assert words[:4] == ("params", "rollback", str(BEFORE), "--yes")
 
 
-def test_a_roll_back_with_nothing_to_go_back_to_says_so():
-    vehicle = FakeVehicle(back={}, said=("receipts: no upload to vehicle 1 that stands",))
-
-    async def work(app, pilot):
-        await typed(app, pilot, "r")
-        assert "no upload to vehicle 1 that stands" in text(app)
-        assert "Nothing was written by this reading; escape leaves it" in text(app)
-        await typed(app, pilot, "escape")
-        assert "identified.param OF hovering" in text(app)
-
-    on_screen(vehicle, work)
-    assert vehicle.writes == []
-
-
 def test_where_nothing_changes_nothing_is_asked():
     same = [{**one, "verdict": "same"} for one in plan()["parameters"]]
-
-    async def work(app, pilot):
-        await typed(app, pilot, "u")
-        assert "holds all of it already" in text(app)
-
-    on_screen(FakeVehicle(plan(parameters=same, writes=False)), work)
-
-
-def test_what_the_vehicle_said_before_a_writing_is_not_told_after_it():
-    note = "no set is in force on the vehicle (FF_ACTIVE is 0)"
-    vehicle = FakeVehicle(plan(notes=[note]))
-
-    async def work(app, pilot):
-        assert note in " ".join(text(app).split())
-        await typed(app, pilot, "u", "7", "enter")
-        assert "✓ applied" in text(app)
-        assert note not in " ".join(text(app).split())
-
-    on_screen(vehicle, work)
+    vehicle = FakeVehicle(plan(parameters=same, writes=False))
+    on_screen(vehicle, "u", Sees("holds all of it already"), Lacks("type"))
 
 
 def test_what_was_refused_is_told_line_by_line():
     failed = receipt("refused", "FF1_D_V refused: the vehicle permits it not", failed=("FF1_D_V",))
-    vehicle = FakeVehicle(written=failed, code=1)
-
-    async def work(app, pilot):
-        await typed(app, pilot, "u", "7", "enter")
-        assert "▲ refused: FF1_D_V refused" in text(app)
-        assert line_of(app, "FF1_D_V  ").split()[-2:] == ["▲", "failed"]
-        await typed(app, pilot, *["down"] * 5)
-        assert "FF1_D_V refused: the vehicle permits it not." in text(app)
-
-    on_screen(vehicle, work)
+    on_screen(
+        FakeVehicle(written=failed, code=1),
+        *("u", "7", "enter"),
+        Sees("▲ refused: FF1_D_V refused"),
+        has("FF1_D_V  ", "▲", "failed"),
+        *["down"] * 5,
+        Sees("FF1_D_V refused: the vehicle permits it not."),
+    )
 
 
 def test_what_came_into_force_is_told_where_its_receipt_could_not_be_written():
     why = (
         "its receipt still says that it was begun: r-receipt.json: can't be written (No space left on device)"
     )
+    applied = Sees("▲ applied: 7 parameters written and read back, set 13247 is active")
     vehicle = FakeVehicle(written=receipt() | {"unkept": why}, code=2)
-
-    async def work(app, pilot):
-        await typed(app, pilot, "u", "7", "enter")
-        shown = " ".join(text(app).split())
-        assert "▲ applied: 7 parameters written and read back, set 13247 is active" in shown
-        assert why in shown
-
-    on_screen(vehicle, work)
+    on_screen(vehicle, "u", "7", "enter", applied, Sees(why))
 
 
-def test_writing_goes_on_while_another_screen_is_looked_at_and_its_end_is_seen():
+def test_writing_goes_on_while_another_screen_is_looked_at_and_the_app_does_not_leave_until_it_has_ended():
     vehicle = FakeVehicle(waits=True)
 
-    async def work(app, pilot):
-        await typed(app, pilot, "u", "7")
-        await pressed(pilot, "enter", "1")
-        vehicle.go.set()
-        await done(app, pilot)
-        await typed(app, pilot, "5")
-        assert "applied: 7 parameters written" in text(app)
-
-    on_screen(vehicle, work)
-    assert len(vehicle.writes) == 1
-
-
-def test_the_app_does_not_leave_while_it_writes():
-    vehicle = FakeVehicle(waits=True)
-
-    async def work(app, pilot):
-        await typed(app, pilot, "u", "7")
-        await pressed(pilot, "enter", "1", "ctrl+q")
+    def is_kept_until_then(app):
+        (notice,) = app._notifications
+        assert notice.message == "parameters are being written; leave once that has ended"
         assert not app._exit
-        assert [one.message for one in app._notifications] == [
-            "parameters are being written; leave once that has ended"
-        ]
         vehicle.go.set()
-        await done(app, pilot)
-        await pressed(pilot, "ctrl+q")
-        assert app._exit
 
-    on_screen(vehicle, work)
+    written = (Sees("applied: 7 parameters written"), "ctrl+q", lambda app: app._exit)
+    on_screen(vehicle, "u", "7", Now("enter"), Now("1"), Now("ctrl+q"), is_kept_until_then, *written)
+    assert len(vehicle.writes) == 1
 
 
 def test_an_upload_that_was_never_finished_is_told_as_the_app_begins(tmp_path):
@@ -276,20 +172,11 @@ def test_an_upload_that_was_never_finished_is_told_as_the_app_begins(tmp_path):
     run(made(views(), desk=Desk(receipts=tmp_path)), NARROW, look)
 
 
-@pytest.mark.parametrize(
-    ("key", "typed_", "words"), [("u", "7", "u tries it again"), ("r", "7", "r tries it again")]
-)
-def test_a_writing_that_found_no_vehicle_says_that_nothing_was_written_and_how_to_try_again(
-    key, typed_, words
-):
+@pytest.mark.parametrize("key", ["u", "r"])
+def test_a_writing_that_found_no_vehicle_says_that_nothing_was_written_and_how_to_try_again(key):
     vehicle = FakeVehicle(written={}, code=3, said=("vehicle 1: no HEARTBEAT for 5 s; check the link",))
-
-    async def work(app, pilot):
-        await typed(app, pilot, key, typed_, "enter")
-        assert "no HEARTBEAT for 5 s" in text(app)
-        assert f"Nothing was written; {words}." in text(app)
-
-    on_screen(vehicle, work)
+    again = Sees(f"Nothing was written; {key} tries it again.")
+    on_screen(vehicle, key, "7", "enter", Sees("no HEARTBEAT for 5 s"), again)
 
 
 @pytest.mark.parametrize(
@@ -302,22 +189,8 @@ def test_a_writing_that_found_no_vehicle_says_that_nothing_was_written_and_how_t
     ],
 )
 def test_what_goes_on_while_it_is_written_is_told_by_its_stage_however_little_is_done(of, stage, told):
-    vehicle = FakeVehicle(tells=(Report(of, 0.0, "x", stage=stage),), waits=True)
-
-    async def work(app, pilot):
-        await typed(app, pilot, "r", "7")
-        await pressed(pilot, "enter")
-        app._show()
-        await pilot.pause()
-        assert told in text(app)
-        vehicle.go.set()
-        await done(app, pilot)
-
-    on_screen(vehicle, work)
-
-
-NONE_LEFT = "no upload to this vehicle that stands is kept here"
-UNIX_S = 1_795_165_923.0
+    at_work = JobState(("params",), 0.0, (Report(of, 0.0, "x", stage=stage),))
+    assert writing(at_work, 80, "u")[0] == ((told, "strong"),)
 
 
 class NothingLeft(FakeVehicle):
@@ -327,44 +200,24 @@ class NothingLeft(FakeVehicle):
         found = await super().__call__(words, hear)
         if words[1] != "rollback":
             return found
-        said = (
-            "receipts: no upload to vehicle 1 that stands is kept there; give the -before.param to go back to"
-        )
+        said = "receipts: no upload to vehicle 1 that stands is kept there; give the -before.param"
         return type(found)(2, None, errors=(said,), error_names=("NothingLeft",))
 
 
-def is_back_at_the_file(app):
-    shown = text(app)
-    assert "ROLL BACK" not in shown
-    assert "FF1_M_U" in shown
-    assert "type" not in shown
+BACK_AT_THE_FILE = (Lacks("ROLL BACK"), Lacks("type"), Sees("FF1_M_U"))
 
 
 def test_with_nothing_left_to_take_back_the_table_stays_with_the_sentence_and_no_file_is_asked_for():
-    async def work(app, pilot):
-        await typed(app, pilot, "r")
-        await done(app, pilot)
-        is_back_at_the_file(app)
-        shown = " ".join(text(app).split())
-        assert f"{NONE_LEFT}: there is nothing to take back" in shown
-        assert "before.param" not in shown
-        await typed(app, pilot, "u")
-        assert "type 7 and Enter" in " ".join(text(app).split())
-
-    on_screen(NothingLeft(), work)
+    why = Sees("no upload to this vehicle that stands is kept here: there is nothing to take back")
+    again = ("u", Sees("type 7 and Enter"))
+    on_screen(NothingLeft(), "r", lambda _: None, *BACK_AT_THE_FILE, why, Lacks("before.param"), *again)
 
 
-@pytest.mark.parametrize("keys", [(), ("escape",)])
-def test_where_the_vehicle_holds_the_values_before_already_no_empty_roll_back_is_left(keys):
+def test_where_the_vehicle_holds_the_values_before_already_no_empty_roll_back_is_left():
     same = [{**one, "verdict": "same"} for one in rows()]
-
-    async def work(app, pilot):
-        await typed(app, pilot, "r", *keys)
-        await done(app, pilot)
-        is_back_at_the_file(app)
-        assert "already: there is nothing to take back" in " ".join(text(app).split())
-
-    on_screen(FakeVehicle(back=plan(file=str(BEFORE), parameters=same)), work)
+    vehicle = FakeVehicle(back=plan(file=str(BEFORE), parameters=same))
+    already = Sees("already: there is nothing to take back")
+    on_screen(vehicle, "r", lambda _: None, *BACK_AT_THE_FILE, already)
 
 
 def test_after_an_upload_the_title_says_what_was_done_and_no_values_before_are_named_where_none_differ():
@@ -372,26 +225,8 @@ def test_after_an_upload_the_title_says_what_was_done_and_no_values_before_are_n
     written = receipt(sentence="8 staged parameters read back, set 8205 is active")
     written["parameters"] = [{**line, "before": line["target"]} for line in written["parameters"]]
     held = FakeVehicle(plan(parameters=staged, active_crc=0.0, staged_crc=8205), written=written)
-
-    async def work(app, pilot):
-        assert "8 staged" in text(app)
-        await typed(app, pilot, "u", "8", "enter")
-        assert "✓ applied: 8 staged parameters read back" in text(app)
-        assert "8 put in force" in text(app)
-        assert "8 staged" not in text(app).replace("8 staged parameters", "")
-        assert "values before" not in text(app)
-
-    on_screen(held, work)
-
-
-def test_after_an_upload_that_changes_values_the_title_says_so_and_the_values_before_are_named():
-    async def work(app, pilot):
-        assert "7 of 7 chosen" in text(app)
-        await typed(app, pilot, "u", "7", "enter")
-        assert "7 written" in text(app)
-        assert "values before: receipts/2026-11-21T085300Z-before.param" in text(app)
-
-    on_screen(FakeVehicle(), work)
+    applied = (Sees("✓ applied: 8 staged parameters read back"), Sees("8 put in force"))
+    on_screen(held, Sees("8 staged"), "u", "8", "enter", *applied, Lacks("values before"))
 
 
 def test_after_a_roll_back_last_accepted_is_what_stands_then(tmp_path):
@@ -399,47 +234,40 @@ def test_after_a_roll_back_last_accepted_is_what_stands_then(tmp_path):
     begun = begin(made, (1, 1), new_preimage(tmp_path, UNIX_S), None, UNIX_S)
     results = {"FF1_M_U": Result(Outcome.APPLIED, "", 101.25)}
     keep_accepted(finish(begun, made, Ending(Outcome.APPLIED, "", results), 1.0), None, True)
+    on_screen(
+        FakeVehicle(),
+        Lacks("101.25"),
+        *("r", "7", "enter"),
+        Sees("✓ applied"),
+        lambda app: line_of(app, "FF1_M_U").count("101.25") == 1,
+        # Nothing of the other line stands.
+        lambda app: line_of(app, "FF1_I_R").partition("✓")[0].split()[-3:] == ["--"] * 3,
+        Sees("last accepted 101.25 kg (2026-11-20 09:12 UTC)"),
+        receipts=tmp_path,
+    )
 
-    async def work(app, pilot):
-        assert "101.25" not in text(app)
-        await typed(app, pilot, "r", "7", "enter")
-        assert "✓ applied" in text(app)
-        assert line_of(app, "FF1_M_U").count("101.25") == 1
-        assert line_of(app, "FF1_I_R").partition("✓")[0].split()[-3:] == ["--"] * 3, "nothing of it stands"
-        assert "last accepted 101.25 kg (2026-11-20 09:12 UTC)" in " ".join(text(app).split())
 
-    on_screen(FakeVehicle(), work, receipts=tmp_path)
-
-
-def test_a_screen_that_is_not_composed_yet_offers_no_upload_and_takes_no_key():
-    """Keys in a burst come to a screen before its widgets do."""
-
+def test_a_screen_that_is_not_composed_yet_offers_no_upload():
     async def work(_app, _pilot):
         screen = ParametersScreen("Parameters", ())
         assert not any(screen.check_action(action, ()) for action in ("upload", "back", "read", "choose"))
-        assert not await screen.take(events.Key("u", "u"))
 
     run(made(views(), desk=desk(FakeVehicle())), NARROW, work)
-
-
-async def burst(app, pilot, *keys):
-    """Keys that come at once, as a slow link brings them."""
-    await pilot.pause()
-    for key in keys:
-        app.post_message(events.Key(key, key if len(key) == 1 else None))
-    await done(app, pilot)
-    await pilot.pause()
 
 
 def test_a_number_that_comes_at_once_with_its_key_is_typed_and_opens_no_screen():
     vehicle = FakeVehicle()
 
     async def work(app, pilot):
-        await burst(app, pilot, "u", "7", "enter")
-        assert isinstance(app.screen, ParametersScreen)
+        await typed(app, pilot, "5")
+        for key in ("u", "7", "enter"):
+            app.post_message(events.Key(key, key if len(key) == 1 else None))
+        while app.is_typing or not vehicle.writes:
+            await pilot.pause()
+        assert is_on_parameters(app)
         await done(app, pilot)
 
-    on_screen(vehicle, work)
+    run(made(views(), desk=desk(vehicle)), NARROW, work)
     assert len(vehicle.writes) == 1
 
 
@@ -448,83 +276,52 @@ def test_what_is_typed_while_the_vehicle_is_still_read_waits_in_the_line_and_is_
     key,
 ):
     vehicle = FakeVehicle(silent=True)
+    keys = ("5", key, "1", "2", "backspace", "backspace", "7", "enter")
 
     async def work(app, pilot):
-        await pressed(pilot, "5", key, "1", "2", "backspace", "backspace", "7", "enter")
-        assert isinstance(app.screen, ParametersScreen)
+        await play(app, pilot, done, *map(Now, keys))
+        assert is_on_parameters(app)
         assert "still being read: nothing was sent" in text(app)
         assert app.screen.query_one(Input).value == "7"
         vehicle.speaks.set()
         await done(app, pilot)
-        await done(app, pilot)
-        assert "type 7 and Enter" in text(app)
-        assert vehicle.writes == []
-        await typed(app, pilot, "enter")
+        asked = (Sees("type 7 and Enter"), lambda _: vehicle.writes == [])
+        await play(app, pilot, done, lambda _: None, *asked, "enter")
 
     run(made(views(), desk=desk(vehicle)), NARROW, work)
     assert [words[1] for words in vehicle.writes] == ["upload" if key == "u" else "rollback"]
 
 
-def test_no_key_begins_anything_else_while_the_vehicle_is_read():
-    vehicle = FakeVehicle(silent=True)
-
-    async def work(app, pilot):
-        await pressed(pilot, "5", "a", "space", "r", "1", "2", "r", "i", "t", "question_mark")
-        assert isinstance(app.screen, ParametersScreen)
-        assert app.theme == "dark"
-
-    run(made(views(), desk=desk(vehicle)), NARROW, work)
-    assert {words[0] for words in vehicle.words} == {"params"}
-
-
-def test_a_vehicle_that_could_not_be_read_leaves_what_was_typed_in_the_line():
-    vehicle = FakeVehicle({}, said=("no vehicle's HEARTBEAT within 5 s",), silent=True)
-
-    async def work(app, pilot):
-        await pressed(pilot, "5", "u", "1")
-        vehicle.speaks.set()
-        await done(app, pilot)
-        await pressed(pilot, "2", "enter")
-        assert isinstance(app.screen, ParametersScreen)
-        assert "no vehicle's HEARTBEAT" in text(app)
-
-    run(made(views(), desk=desk(vehicle)), NARROW, work)
-    assert vehicle.writes == []
-
-
 def test_what_is_staged_and_does_not_fly_says_so_first_and_is_asked_for_as_that():
     vehicle = FakeVehicle(staged())
-
-    async def work(app, pilot):
-        shown = text(app)
-        assert "8 staged" in shown
-        assert "▲ staged, and none of it flies: commit it with u" in shown
-        assert shown.index("commit it with u") < shown.index("FF1_M_U")
-        assert line_of(app, "FF1_D_U").split()[-1] == "staged"
-        assert " same" not in shown
-        await typed(app, pilot, "u")
-        assert "To put 8 lines in force on vehicle 1, type 8 and Enter" in text(app)
-        await typed(app, pilot, "8", "enter")
-        assert "staged, and none of it flies" not in text(app)
-        assert "✓ equal" in line_of(app, "FF1_D_U")
-
-    on_screen(vehicle, work)
+    on_screen(
+        vehicle,
+        Sees("8 staged"),
+        Sees("▲ staged, and none of it flies: commit it with u"),
+        lambda app: text(app).index("commit it with u") < text(app).index("FF1_M_U"),
+        has("FF1_D_U", "staged"),
+        Lacks(" same"),
+        "u",
+        Sees("To put 8 lines in force on vehicle 1, type 8 and Enter"),
+        *("8", "enter"),
+        Lacks("staged, and none of it flies"),
+        has("FF1_D_U", "✓", "equal"),
+    )
     assert "--only" not in vehicle.writes[0]
 
 
 def test_an_upload_that_was_cut_is_still_told_as_staged_once_the_vehicle_is_read_again():
     vehicle = FakeVehicle(staged(changed=("FF1_M_W",), active_crc=4711.0))
-
-    async def work(app, pilot):
-        assert "7 staged, 1 of 1 chosen" in text(app)
-        assert "▲ staged, and another set flies (4711): commit it with u" in text(app)
-        await typed(app, pilot, "u")
-        assert "To write 1 line and put the 7 staged in force on vehicle 1, type 8 and" in text(app)
-        await typed(app, pilot, "escape", "a", "u")
-        assert "To put 7 lines in force on vehicle 1, type 7 and Enter" in text(app)
-        await typed(app, pilot, "7", "enter")
-
-    on_screen(vehicle, work)
+    on_screen(
+        vehicle,
+        Sees("7 staged, 1 of 1 chosen"),
+        Sees("▲ staged, and another set flies (4711): commit it with u"),
+        "u",
+        Sees("To write 1 line and put the 7 staged in force on vehicle 1, type 8 and"),
+        *("escape", "a", "u"),
+        Sees("To put 7 lines in force on vehicle 1, type 7 and Enter"),
+        *("7", "enter"),
+    )
     (words,) = vehicle.writes
     assert words[words.index("--only") + 1 :] == tuple(
         one["name"] for one in plan()["parameters"] if one["name"] != "FF1_M_W"
@@ -533,8 +330,4 @@ def test_an_upload_that_was_cut_is_still_told_as_staged_once_the_vehicle_is_read
 
 def test_a_vehicle_that_never_had_a_set_shows_no_staged_values():
     told = [{**one, "present": 0.0, "verdict": "changed"} for one in plan()["parameters"]]
-
-    async def work(app, _):
-        assert "staged" not in text(app)
-
-    on_screen(FakeVehicle(plan(parameters=told, active_crc=0.0, staged_crc=8205)), work)
+    on_screen(FakeVehicle(plan(parameters=told, active_crc=0.0, staged_crc=8205)), Lacks("staged"))

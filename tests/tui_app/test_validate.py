@@ -6,18 +6,17 @@ import json
 import numpy as np
 import pytest
 from made_diagnosis import CHECK, DIVE, OLDER
-from made_dives import dive
 from made_validation import run as run_of
 from made_validation import validated_desk, validation
 from made_view import FixedViews
 from screen_text import made, pressed, run, text
 
-from bridge.reports import UNKEPT, Report
+from bridge.reports import Report
 from tui.app.curves import Curve, plot, seconds
 from tui.app.drawing import width
 from tui.app.jobs import Jobs
-from tui.app.screens import validate_lines
-from tui.app.screens.validate_lines import runs
+from tui.app.screens import validate
+from tui.app.screens.validate import runs
 from tui.job import Done
 
 NARROW, WIDE = (80, 24), (160, 50)
@@ -67,17 +66,6 @@ def test_keys_go_from_axis_to_axis_and_from_dive_to_dive(tmp_path):
     run(made(FixedViews(), desk=validated_desk(tmp_path)), NARROW, work)
 
 
-def test_the_verdict_is_that_of_the_dive_that_is_looked_at(tmp_path):
-    async def work(app, pilot):
-        await pressed(pilot, "6")
-        assert "raised from shadow to both" in seen(app)
-        await pressed(pilot, "m")
-        assert "raised from ff to both" in seen(app)
-        assert CHECK in seen(app)
-
-    run(made(FixedViews(), desk=validated_desk(tmp_path)), WIDE, work)
-
-
 def test_it_validates_the_chosen_dive_beside_so_many_others_as_a_key_says(tmp_path):
     async def work(app, pilot):
         await pressed(pilot, "6")
@@ -107,49 +95,6 @@ def test_it_validates_the_chosen_dive_beside_so_many_others_as_a_key_says(tmp_pa
     )  # fmt: skip
 
 
-def test_the_key_on_dives_validates_the_dive_under_the_mark_at_once(tmp_path):
-    async def work(app, pilot):
-        await pressed(pilot, "2")
-        while app.desk.jobs.runs("dives"):
-            await pilot.pause()
-        app._show()
-        await pressed(pilot, "v")
-        assert app.desk.jobs.runs("validate")
-        await pressed(pilot, "x")
-        await ended(app, pilot)
-        assert "validate was cancelled" in text(app)
-
-    async def verbs(words, hear):
-        if words[0] == "dives":
-            return Done(0, [dive("validation", folder=str(tmp_path / DIVE))], ())
-        return await verb(words, hear)
-
-    verb = Verb()
-    run(made(FixedViews(), desk=validated_desk(tmp_path, found=False, jobs=Jobs(verbs))), NARROW, work)
-    assert verb.words[:2] == ("validate", str(tmp_path / DIVE))
-
-
-def test_a_validation_that_finds_no_room_on_the_disk_is_shown_and_said_to_be_kept_nowhere(tmp_path):
-    why = "full/validation.json: the JSON can't be written (No space left on device); give another file"
-
-    async def verb(_words, hear):
-        hear(Report(UNKEPT, 1.0, why, result=validation()))
-        return Done(2, None, errors=(f"{why}",))
-
-    desk = validated_desk(tmp_path, jobs=Jobs(verb))
-    (tmp_path / DIVE / "validation.json").unlink()
-
-    async def work(app, pilot):
-        await pressed(pilot, "6")
-        assert "nothing yet" in seen(app)
-        await pressed(pilot, "v")
-        await ended(app, pilot)
-        assert "nothing yet" not in seen(app)
-        assert f"{why}; its values are below, and kept nowhere" in seen(app)
-
-    run(made(FixedViews(), desk=desk), WIDE, work)
-
-
 def lines_of(lines):
     return ["".join(span for span, _ in line).rstrip() for line in lines]
 
@@ -162,13 +107,13 @@ def roles(line):
 def test_no_line_is_wider_than_there_is_room(cells):
     found = runs(validation())
     lines = [
-        *validate_lines.verdict(found[0], cells),
-        *validate_lines.criteria(found[0], cells),
-        *validate_lines.errors(found, DIVE, cells),
+        *validate.verdict_lines(found[0], cells),
+        *validate.criteria_lines(found[0], cells),
+        *validate.error_lines(found, DIVE, cells),
         *(
             line
-            for axis in validate_lines.axes(found)
-            for line in validate_lines.curves(found[0], axis, cells, 15)
+            for axis in validate.axes_of(found)
+            for line in validate.curve_lines(found[0], axis, cells, 15)
         ),
     ]
     assert all(width(line) <= cells for line in lines)
@@ -203,33 +148,26 @@ def test_a_criterion_is_passed_or_failed_or_not_known():
 
 @pytest.mark.parametrize(("go", "mark"), [(True, "● GO"), (False, "▲ NO-GO")])
 def test_the_verdict_is_a_mark_a_word_and_a_sentence(go, mark):
-    lines = lines_of(validate_lines.verdict(runs(validation(go))[0], 80))
+    lines = lines_of(validate.verdict_lines(runs(validation(go))[0], 80))
     assert lines[0].split("  ")[0].strip() == mark
     assert " ".join(lines[1:]).startswith(mark.split()[1])
 
 
 def test_a_dive_that_tells_no_mode_has_no_verdict():
     found = runs(validation())[2]
-    assert lines_of(validate_lines.verdict(found, 80))[0].startswith("No verdict")
-    assert validate_lines.criteria(found, 80) == ()
+    assert lines_of(validate.verdict_lines(found, 80))[0].startswith("No verdict")
+    assert validate.criteria_lines(found, 80) == ()
 
 
 def test_each_criterion_is_a_line_with_a_mark_its_name_and_its_figure():
-    lines = lines_of(validate_lines.criteria(runs(validation(go=False))[0], 80))
+    lines = lines_of(validate.criteria_lines(runs(validation(go=False))[0], 80))
     assert lines[0] == "● ok  surge likeness 0.99 between feed-forward and PID, at least 0.8"
     assert lines[1] == "▲ no  surge mass     223 kg fed, PID 110 ± 6.3: ×2.03 (0.71 to 1.41)"
     assert lines[3].startswith("◐ ?   yaw mass")
 
 
-def test_what_is_long_goes_on_below_its_own_column():
-    lines = lines_of(validate_lines.criteria(runs(validation())[0], 60))
-    further = [line for line in lines if line[0] not in "●▲◐"]
-    assert further
-    assert all(line[:21].isspace() and not line[21].isspace() for line in further)
-
-
 def test_errors_stand_side_by_side_and_the_least_of_a_row_is_strong():
-    lines = validate_lines.errors(runs(validation()), DIVE, 80)
+    lines = validate.error_lines(runs(validation()), DIVE, 80)
     head, acceleration = lines_of(lines)[:2]
     assert head.split() == ["surge,", "m/s", "shadow", "FF", "both"]
     assert acceleration.split() == ["Acceleration", "0.0928", "0.0093", "0.0019"]
@@ -238,7 +176,7 @@ def test_errors_stand_side_by_side_and_the_least_of_a_row_is_strong():
 
 
 def test_a_yaw_rate_is_told_in_degrees():
-    lines = lines_of(validate_lines.errors(runs(validation()), DIVE, 80))
+    lines = lines_of(validate.error_lines(runs(validation()), DIVE, 80))
     head = next(n for n, line in enumerate(lines) if line.startswith("yaw"))
     assert lines[head].split()[:2] == ["yaw,", "deg/s"]
     assert lines[head + 1].split()[1] == "5.32"
@@ -251,7 +189,7 @@ def test_two_dives_of_one_mode_are_told_apart_by_their_hours():
 
 
 def test_curves_show_the_part_in_which_the_axis_moves():
-    lines = lines_of(validate_lines.curves(runs(validation())[0], "sway", 80, 15))
+    lines = lines_of(validate.curve_lines(runs(validation())[0], "sway", 80, 15))
     titles = [line.split("  ")[0] for line in lines if "━" in line]
     assert titles == ["sway speed, m/s", "sway error, m/s", "sway force, N"]
     assert len(lines) == 15
@@ -266,7 +204,7 @@ def test_an_axis_that_a_dive_lacks_is_said():
     surge_only[0]["curves"] = surge_only[0]["curves"][:1]
     (found,) = runs(surge_only)
     assert "its reference does not move there" in " ".join(
-        lines_of(validate_lines.curves(found, "yaw", 80, 15))
+        lines_of(validate.curve_lines(found, "yaw", 80, 15))
     )
 
 

@@ -28,8 +28,8 @@ class FakeScreen:
 
 
 FakeScreen.action_look.__module__ = FakeScreen.action_fly.__module__ = "tui.app.screens.fake"
-LOOK = Action("fake.look", "l", "look", "Look", "look", LOOKS)
-FLY = Action("fake.fly", "f", "fly", "Fly", "fly")
+LOOK = Action("fake.look", "l", "Look", "look", LOOKS)
+FLY = Action("fake.fly", "f", "Fly", "fly")
 
 
 def test_what_is_not_marked_as_looking_is_refused():

@@ -16,8 +16,17 @@ from bridge.wire.framing import Encoder
 from bridge.wire.tlog import TlogWriter
 from gcs_plugin.watch.picture import Armed, Condition, Freshness, Said
 from tui.app.drawing import width
-from tui.app.screens.panes import SensorTable, sensors, signed_bar, thrusters, thrusters_heading, words, worst
-from tui.app.screens.watch import WatchScreen, replay_line
+from tui.app.screens.watch import (
+    SensorTable,
+    WatchScreen,
+    replay_line,
+    sensors,
+    signed_bar,
+    thrusters,
+    thrusters_heading,
+    words,
+    worst,
+)
 from tui.app.view import SPEEDS, Replay
 
 SIZES = ((80, 24), (160, 50))

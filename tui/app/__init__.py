@@ -1,7 +1,7 @@
 """The terminal app: `app` ties it together; `screens` show a `view`, made by `station` in a thread of its own.
 
 `drawing`, `curves` lines of text with roles, and braille, apart from Textual · `themes` looks of the roles · `keys` the
-table of actions, the keymap, the view-only gate · `in_turn` keys one after the other · `desk` what the screens share ·
-`jobs` the verbs that run · `header` the lines on top of every screen · `recorder` the recording, which outlives the app
-· `terminal` how fast it draws, and how the app dies.
+table of actions, the keymap, the view-only gate · `desk` what the screens share · `jobs` the verbs that run · `header`
+the lines on top of every screen · `recorder` the recording, which outlives the app · `terminal` keys in turn, how fast
+it draws, and how the app dies.
 """

@@ -9,12 +9,11 @@ from pathlib import Path
 from typing import ClassVar
 
 from rich.text import Text
-from textual import events
 from textual.actions import ActionParseResult
 from textual.binding import Binding
 from textual.css.query import NoMatches
 from textual.dom import DOMNode
-from textual.filter import LineFilter
+from textual.filter import LineFilter, NoColor
 from textual.notifications import SeverityLevel
 from textual.worker import WorkerFailed
 
@@ -22,16 +21,13 @@ from bridge.errors import SeatrialError
 from gcs_plugin.params.last_accepted import reminder, unfinished
 from tui.app import themes
 from tui.app.desk import Desk
-from tui.app.in_turn import KeysInTurn
 from tui.app.jobs import aside
 from tui.app.keys import EVERYWHERE, Action, Gate, Keymap, bindings
-from tui.app.screens.asking import AskScreen
 from tui.app.screens.frame import StationScreen, TopLine
-from tui.app.screens.help import HelpScreen, help_lines
+from tui.app.screens.overlays import AskScreen, HelpScreen, help_lines
 from tui.app.screens.table import OPENING, PLACES, SCREENS, ActionPalette, ActionProvider, Row, tabs
 from tui.app.screens.transfer import WRITE, agrees
-from tui.app.terminal import PATIENCE_S, AnsweringDriver, Pace, end_within, keep_trace
-from tui.app.themes import WithoutColour
+from tui.app.terminal import AnsweringDriver, KeysInTurn, Pace, keep_trace
 from tui.app.view import Views, aged
 from tui.show import harmless
 
@@ -92,8 +88,8 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         return themes.variables(themes.ORDER[0])
 
     def get_line_filters(self) -> Sequence[LineFilter]:
-        """With NO_COLOR, remove all colour."""
-        return [WithoutColour()] if self.no_color else super().get_line_filters()
+        """With NO_COLOR, remove all colour, where Textual would leave greys."""
+        return [NoColor()] if self.no_color else super().get_line_filters()
 
     def on_mount(self) -> None:
         if isinstance(self._driver, AnsweringDriver):
@@ -147,11 +143,6 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             await self.run_action(action.call, self.screen)
         else:
             self.notify(f"{action.words}: there is nothing for it to do on {self.screen.title} now")
-
-    async def on_key(self, event: events.Key) -> None:
-        """Offer a key that no widget took to the screen's question first, before any binding."""
-        if isinstance(self.screen, StationScreen) and await self.screen.take(event):
-            event.prevent_default()
 
     async def action_open(self, screen: str) -> None:
         """Show a screen and close anything opened over the last screen. The next key already goes to the new screen."""
@@ -309,11 +300,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         if self._dies or error is None:
             return
         self._dies = True
-        sentence = keep_trace(error)
-        driver = self._driver
-        if isinstance(driver, AnsweringDriver):
-            end_within(PATIENCE_S, partial(driver.give_back, sentence))
-        self.panic(Text(sentence))
+        self.panic(Text(keep_trace(error)))
 
     async def on_top_line_chosen(self, message: TopLine.Chosen) -> None:
         row = next(row for row in SCREENS if row.title == message.tab.title)

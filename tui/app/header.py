@@ -126,11 +126,7 @@ def _link(links: tuple[LinkRow, ...]) -> Piece:
     return Piece(
         8,
         "plain",
-        (
-            f"LINK {age_s:.1f} s  {loss}  {address}",
-            f"LINK {age_s:.1f} s  {loss}",
-            f"LINK {age_s:.1f} s",
-        ),
+        (f"LINK {age_s:.1f} s  {loss}  {address}", f"LINK {age_s:.1f} s  {loss}", f"LINK {age_s:.1f} s"),
     )
 
 
@@ -138,12 +134,12 @@ def _recording(view: View) -> Piece:
     recording = view.recording
     if recording is None:
         return Piece(7, "lost", (" NOT RECORDING ", " NOT REC "))
-    silent_s = recorder_silent_s(view)
+    silent_s = view.recorder_silent_s
     if silent_s > RECORDER_SILENT_S:
         return Piece(
             11, "lost", (f" NOT RECORDING? silent {silent_s:.0f} s ", f" NOT REC? {silent_s:.0f} s ")
         )
-    lasted_s = view.unix_s - recording.set_by_s - recording.began_unix_s
+    lasted_s = recording.lasted_s(view.unix_s)
     clock = f"REC {stopwatch(lasted_s)}"
     if recording.unwritten:
         return Piece(11, "lost", (f" {clock}  NOT WRITTEN ", " NOT WRITTEN "))
@@ -154,13 +150,6 @@ def _recording(view: View) -> Piece:
     if recording.disk_left_s < SHORT_DISK_S:
         return Piece(11, "lost", (f" {clock}  {lasts} ", f" REC {lasts} "))
     return Piece(11, "plain", (f"{clock}  {lasts}", f"{clock} {lasts}", f"REC {lasts}"))
-
-
-def recorder_silent_s(view: View) -> float:
-    """Time since the recorder last reported, s; 0 if no recording runs."""
-    if view.recording is None or not math.isfinite(view.recording.reported_unix_s):
-        return 0.0
-    return abs(view.unix_s - view.recording.reported_unix_s)
 
 
 def _feedforward(view: View) -> Piece:
@@ -191,7 +180,7 @@ def _forced(forcing: Forcing, view: View) -> Piece:
     shown = picture.links[0].system if picture.links else None
     other_systems = [system for system in forcing.waits_for if system != shown]
     addressees = f" of {' and '.join(map(str, other_systems))}" if other_systems else ""
-    if forcing.sent and recorder_silent_s(view) <= RECORDER_SILENT_S:
+    if forcing.sent and view.recorder_silent_s <= RECORDER_SILENT_S:
         short = "not done"
         forms: tuple[str, ...] = (
             f": {forcing.words}",
@@ -238,9 +227,9 @@ def _alert(view: View) -> str:
         return f"nothing is read from the link since {view.behind_s:.0f} s: leave the app and start it again"
     if view.picture.twins:
         return view.picture.twins
-    silent_s = recorder_silent_s(view)
-    if view.recording is not None and view.recording.hung_process:
-        return f"the recorder hangs since {silent_s:.0f} s: {how_to_end(view.recording.hung_process)}"
+    silent_s = view.recorder_silent_s
+    if view.recording is not None and view.recorder_hangs:
+        return f"the recorder hangs since {silent_s:.0f} s: {how_to_end(view.recording.pid)}"
     if silent_s > RECORDER_SILENT_S:
         return f"the recorder has not reported for {silent_s:.0f} s: it may have stopped writing"
     if view.recording is not None and view.recording.unwritten:

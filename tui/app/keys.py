@@ -52,17 +52,22 @@ SHOWN, HIDDEN, ALWAYS, LOOKS = Mark(0), Mark.HIDDEN, Mark.ALWAYS, Mark.LOOKS
 
 @dataclass(frozen=True)
 class Action:
-    """An action that a key triggers. `keys` are Textual's names, separated by commas; `call` is its action string.
+    """An action that a key triggers. `keys` are Textual's names, separated by commas.
 
-    `words` appear in the footer, `sentence` in help and palette. `mark` says more of it.
+    `words` appear in the footer, `sentence` in help and palette. `mark` says more of it. `call` is its action string,
+    by default the last word of its id.
     """
 
     id: str
     keys: str
-    call: str
     words: str
     sentence: str
     mark: Mark = SHOWN
+    call: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.call:
+            object.__setattr__(self, "call", self.id.rpartition(".")[2])
 
     @property
     def looks(self) -> bool:
@@ -91,49 +96,49 @@ EVERYWHERE: Final = (
     Action(
         "ff.off",
         "ctrl+x,f12",
-        "app.force_off",
         "FF off",
         "feed-forward off, sent until it is acknowledged",
         ALWAYS,
+        "app.force_off",
     ),
     Action(
-        "app.help", "question_mark,f1", "app.help", "Help", "the keys that work here, and the marks", LOOKS
+        "app.help", "question_mark,f1", "Help", "the keys that work here, and the marks", LOOKS, "app.help"
     ),
     Action(
         "app.palette",
         "ctrl+p",
-        "app.command_palette",
         "Palette",
         "find an action by its name",
         ALWAYS | LOOKS,
+        "app.command_palette",
     ),
     Action(
         "recording.begin",
         "ctrl+g",
-        "app.record",
         "Record",
         "begin a recording, where none runs any more",
         HIDDEN,
+        "app.record",
     ),
     Action(
         "recording.next",
         "ctrl+n",
-        "app.next_dive",
         "Next dive",
         "go on recording in a new dive folder",
         HIDDEN,
+        "app.next_dive",
     ),
     Action(
         "recording.end",
         "ctrl+e",
-        "app.end_recording",
         "End recording",
         "record no longer; asks for a word first",
         HIDDEN,
+        "app.end_recording",
     ),
-    Action("theme.next", "t", "app.next_theme", "Theme", "dark, light, sunlight", LOOKS),
-    Action("app.quit", "ctrl+q", "app.quit", "Quit", "leave; the recording goes on", ALWAYS | LOOKS),
-    Action("app.close", "escape", "app.close", "Close", "close what lies over the screen", HIDDEN | LOOKS),
+    Action("theme.next", "t", "Theme", "dark, light, sunlight", LOOKS, "app.next_theme"),
+    Action("app.quit", "ctrl+q", "Quit", "leave; the recording goes on", ALWAYS | LOOKS, "app.quit"),
+    Action("app.close", "escape", "Close", "close what lies over the screen", HIDDEN | LOOKS, "app.close"),
 )
 
 
@@ -222,14 +227,7 @@ def _check_clashes(keymap: Keymap, places: Places, file: Path) -> None:
 
 def _normal(keys: str) -> list[str]:
     """Each key by its long name, so that `?` is `question_mark`."""
-    return [_long_name(key) for key in keys.split(",")]
-
-
-def _long_name(key: str) -> str:
-    if len(key) > 1 or key.isalnum():
-        return key
-    name = unicodedata.name(key).lower().replace("-", "_").replace(" ", "_")
-    return KEY_NAME_REPLACEMENTS.get(name, name)
+    return [binding.key for binding in Binding.make_bindings([Binding(keys, "")])]
 
 
 class Gate:

@@ -6,7 +6,6 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -15,32 +14,14 @@ from bridge.clock import Clock, SystemClock
 from bridge.errors import LinkError
 from gcs_plugin.recording import orders
 from gcs_plugin.recording.state import Holding, held, how_to_end, hung, state_file
-from tui.app.view import Recording
 
 PATIENCE_S: Final = 15.0
 LOOK_EVERY_S: Final = 0.1
 
 
-def recording(now_unix_s: float) -> Recording | None:
-    """The running or hanging recording, as the top line shows it."""
-    if holding := held(now_unix_s):
-        return as_recording(holding)
-    holding = hung(now_unix_s)
-    return None if holding is None else replace(as_recording(holding), hung_process=holding.pid)
-
-
-def as_recording(holding: Holding) -> Recording:
-    """Convert a recording's holder to the form of the top line."""
-    return Recording(
-        holding.began_unix_s,
-        holding.disk_left_s,
-        holding.lost,
-        holding.trouble,
-        holding.unwritten,
-        holding.waiting,
-        holding.written_unix_s,
-        set_by_s=holding.set_by_s,
-    )
+def recording(now_unix_s: float) -> Holding | None:
+    """The running or hanging recording."""
+    return held(now_unix_s) or hung(now_unix_s)
 
 
 def recorded() -> Path | None:

@@ -15,8 +15,9 @@ from bridge.wire.framing import Encoder, Frame, Framer
 from gcs_plugin.feedforward import Switch
 from gcs_plugin.off_orders import OffMarks
 from gcs_plugin.peers import GROUND_STATION, KnownVehicle
+from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.watcher import Watcher
-from tui.app.view import Forcing, Recording, View
+from tui.app.view import Forcing, View
 
 WAIT_S: Final = 0.05
 IDLE_FLUSH_S: Final = 0.5
@@ -83,7 +84,7 @@ class Station:
         source: LinkSource,
         watcher: Watcher,
         clock: Clock,
-        recording: Callable[[float], Recording | None],
+        recording: Callable[[float], Holding | None],
         make_switch: Callable[[tuple[KnownVehicle, ...]], Switch],
         period_s: float = 0.25,
     ) -> None:
@@ -98,7 +99,7 @@ class Station:
         self._switch: Switch | None = None
         self._done_s: float | None = None
         self._due_s = self._look_s = clock.boot_s()
-        self._recording: Recording | None = None
+        self._recording: Holding | None = None
         self._forcing: Forcing | None = None
         self._newest = watcher.picture(clock.boot_s())
 

@@ -1,36 +1,34 @@
-"""The terminal: how fast it draws, what it is given back, and the death of the app.
+"""The terminal: keys in turn, how fast it draws, and the death of the app.
+
+Each key reaches a screen only after the previous key has taken effect. Textual sends a key to the widget that has the
+focus at that moment, and the effect travels through the queues of all its ancestors: keys that a slow link delivers in
+one burst would otherwise go to the line or screen that was just left.
 
 After each drawing the terminal gets a query for its cursor, which it answers once it has drawn everything before: then
 its lag is known, and a slow terminal is drawn on less often. A terminal that never answers is assumed to keep up.
 """
 
-import os
-import termios
-import threading
+import time
 import traceback
+from collections import deque
 from collections.abc import Callable
-from contextlib import suppress
+from functools import partial
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 from textual import events
+from textual.app import App
+from textual.driver import Driver
 from textual.drivers.linux_driver import LinuxDriver
 from textual.message import Message
 
 from gcs_plugin.recording.state import state_file
 
 WHERE_IS_THE_CURSOR: Final = "\x1b[6n"
-AS_BEFORE: Final = "".join(f"\x1b[?{mode}l" for mode in (1000, 1002, 1003, 1006, 2004, 1004)) + "\x1b[<u"
-"""Switch off mouse, bracketed paste and focus reports, and restore the keyboard mode."""
-OTHER_SCREEN: Final = "\x1b[?1049l\x1b[?25h"
-"""Return to the previous screen, with its cursor."""
-
 LATE_S: Final = 0.5
 LAGGING_PERIOD_S: Final = 1.0
 CALM_S: Final = 5.0  # without a late answer, before the requested rate resumes
 GIVEN_UP_S: Final = 5.0
-PATIENCE_S: Final = 5.0
-"""Time that the app gets to leave by itself; then the process ends, wherever it hangs."""
 
 
 class AnsweringDriver(LinuxDriver):
@@ -39,7 +37,6 @@ class AnsweringDriver(LinuxDriver):
     def __init__(self, *of_driver: Any, **named: Any) -> None:
         super().__init__(*of_driver, **named)
         self.answered: Callable[[], object] = lambda: None
-        self._given_back = False
 
     def ask(self) -> None:
         """Query the cursor; the answer comes when all earlier output is shown."""
@@ -50,14 +47,6 @@ class AnsweringDriver(LinuxDriver):
             self.answered()
             return
         super().process_message(message)
-
-    def start_application_mode(self) -> None:
-        super().start_application_mode()  # type: ignore[no-untyped-call]
-        self._given_back = False
-
-    def stop_application_mode(self) -> None:
-        super().stop_application_mode()
-        self._given_back = True
 
     def _sigcont_application(self, *_: object) -> None:
         """Resume after a stop. After SIGSTOP, which gives no warning, the old threads still live: Textual would start
@@ -77,15 +66,6 @@ class AnsweringDriver(LinuxDriver):
             self._key_thread.join()
         self.exit_event.clear()
         self.close()
-
-    def give_back(self, sentence: str) -> None:
-        """Restore the terminal and print a last sentence, bypassing anything that may hang; do so only once."""
-        if self._given_back:
-            return
-        with suppress(OSError, termios.error):
-            if self.attrs_before is not None:
-                termios.tcsetattr(self.fileno, termios.TCSANOW, self.attrs_before)
-            os.write(self.fileno, f"{AS_BEFORE}{OTHER_SCREEN}{sentence}\n".encode())
 
 
 class Pace:
@@ -147,15 +127,77 @@ def keep_trace(error: BaseException) -> str:
     )
 
 
-def end_within(patience_s: float, give_back: Callable[[], None]) -> None:
-    """End the process after `patience_s` even if it hangs; call `give_back` just before."""
+KEY_PATIENCE_S: Final = 1.0
+"""Limit for the effect of a key whose widget disappears before handling it."""
 
-    def end() -> None:
-        try:
-            give_back()
-        finally:
-            os._exit(1)
 
-    timer = threading.Timer(patience_s, end)
-    timer.daemon = True
-    timer.start()
+class KeyBehind(Message):
+    """Follows the key through the same queues, so that it arrives after the key's effect."""
+
+    def __init__(self, turn: int) -> None:
+        super().__init__()
+        self.turn = turn
+
+
+class KeysInTurn(App[None]):
+    """`AT_ONCE` are the bindings whose keys do not wait for other keys."""
+
+    AT_ONCE: ClassVar[frozenset[str]] = frozenset()
+
+    def __init__(self, driver: type[Driver] | None) -> None:
+        super().__init__(driver_class=driver)
+        self._typed: deque[events.Key] = deque()
+        self._turn = 0
+        self._given_s: float | None = None
+
+    @property
+    def is_typing(self) -> bool:
+        """Whether a key is still waiting or has yet to take effect."""
+        return self.is_running and (self._given_s is not None or bool(self._typed))
+
+    async def on_event(self, event: events.Event) -> None:
+        """Queue keys; keys typed after the key that leaves the app find no screen, and are dropped."""
+        if not isinstance(event, events.InputEvent):
+            await super().on_event(event)
+        elif not (self.screen_stack and self.is_running):
+            self._typed.clear()
+        elif isinstance(event, events.Key) and not event.is_forwarded and not self._is_at_once(event.key):
+            self._typed.append(event)
+            await self.next_key()
+        else:
+            await super().on_event(event)
+
+    async def next_key(self) -> None:
+        """Give the next waiting key to the screen unless a key is under way. Also call this regularly: a key whose
+        widget has disappeared never completes by itself.
+        """
+        now_s = time.monotonic()
+        if not self._typed or (self._given_s is not None and now_s - self._given_s < KEY_PATIENCE_S):
+            return
+        event = self._typed.popleft()
+        target = self.focused or self.screen
+        self._turn += 1
+        turn, self._given_s = self._turn, now_s
+        await super().on_event(event)
+        if not target.post_message(KeyBehind(turn)):
+            await self._over(turn)
+
+    async def on_key_behind(self, message: KeyBehind) -> None:
+        """The key has taken effect; whatever it opened exists once the screen is drawn."""
+        over = partial(self._over, message.turn)
+        if not (self.screen_stack and self.screen.call_after_refresh(over)):
+            await over()
+
+    async def _over(self, turn: int) -> None:
+        if turn != self._turn:
+            return
+        self._given_s = None
+        if self.screen_stack and self.is_running:
+            await self.next_key()
+
+    def _is_at_once(self, key: str) -> bool:
+        return any(
+            binding.id in self.AT_ONCE
+            for _, bindings in self.screen._binding_chain
+            for binding in bindings.key_to_bindings.get(key, ())
+        )

@@ -5,14 +5,9 @@
 
 import contextlib
 import json
-from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
-from rich.segment import Segment
-from rich.style import Style
-from textual.color import Color
-from textual.filter import LineFilter
 from textual.theme import Theme
 
 from bridge.files import read_small, whole
@@ -160,22 +155,6 @@ def component_css() -> str:
         f"Screen:nocolor > .line--{role} {{ text-style: {style}; }}" for role, style in WITHOUT_COLOUR.items()
     )
     return "\n".join((*roles, *bare))
-
-
-class WithoutColour(LineFilter):
-    """Keeps bold, dim, underline and inverse."""
-
-    def apply(self, segments: list[Segment], background: Color) -> list[Segment]:
-        del background
-        return [
-            Segment(text, None if style is None else _bare(style) + Style.from_meta(style.meta), control)
-            for text, style, control in segments
-        ]
-
-
-@lru_cache(1024)
-def _bare(style: Style) -> Style:
-    return Style(bold=style.bold, dim=style.dim, underline=style.underline, reverse=style.reverse)
 
 
 def _theme_file() -> Path:

@@ -10,6 +10,7 @@ from typing import Final, Protocol, TypeVar
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.dives.folder import load_folder
 from gcs_plugin.dives.replay import Reel
+from gcs_plugin.recording.state import FRESH_S, Holding
 from gcs_plugin.watch.picture import Freshness, Picture, SensorRow, ThrusterRow, Trace
 from gcs_plugin.watch.watcher import Watcher
 
@@ -19,27 +20,6 @@ STALE_S, GONE_S = 3.0, 10.0
 SPEEDS: Final = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 BEFORE_S: Final = 65.0
 """Seconds read before the position shown, for the charts of the last minute."""
-
-
-@dataclass(frozen=True)
-class Recording:
-    """The running recording; `disk_left_s` is inf while no data arrives.
-
-    `trouble` says what to do if a signed link accepts no frames. `waiting` frames could not be written yet, for the
-    reason `unwritten`; "" if all received frames are in a file. `reported_unix_s` is the time of its last report, inf
-    for just now; `hung_process` is its process id if that is too long ago, otherwise 0. For `set_by_s` see
-    `Holding`.
-    """
-
-    began_unix_s: float
-    disk_left_s: float
-    lost: int
-    trouble: str = ""
-    unwritten: str = ""
-    waiting: int = 0
-    reported_unix_s: float = math.inf
-    hung_process: int = 0
-    set_by_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -68,7 +48,7 @@ class Replayed:
 
 @dataclass(frozen=True)
 class View:
-    """`behind_s` is the age of the picture; `trouble` is a fault of the station, "" for none.
+    """`recording` runs or hangs; `behind_s` is the picture's age; `trouble` is a fault of the station, "" for none.
 
     `view_only`: the user may only look. `replay` is the replayed dive, which Watch shows in place of the picture;
     everything else here is live.
@@ -76,7 +56,7 @@ class View:
 
     picture: Picture
     unix_s: float
-    recording: Recording | None
+    recording: Holding | None
     forcing: Forcing | None = None
     behind_s: float = 0.0
     trouble: str = ""
@@ -84,9 +64,19 @@ class View:
     replay: Replayed | None = None
 
     @property
+    def recorder_silent_s(self) -> float:
+        """Time since the recorder last reported, s; 0 if no recording runs."""
+        return 0.0 if self.recording is None else abs(self.unix_s - self.recording.written_unix_s)
+
+    @property
+    def recorder_hangs(self) -> bool:
+        """Whether the recorder runs, and has not reported for so long that it must be taken to hang."""
+        return self.recorder_silent_s > FRESH_S
+
+    @property
     def records(self) -> bool:
         """Whether a recording runs that still reports."""
-        return self.recording is not None and not self.recording.hung_process
+        return self.recording is not None and not self.recorder_hangs
 
 
 class Views(Protocol):

@@ -1,6 +1,6 @@
-"""The screens, each with its text in a module of its own (NAME_lines).
+"""The screens; `table` lists them: `watch` · `dives` · `identify` · `diagnose` · `parameters` · `validate`.
 
-`table` lists them: `watch` · `dives` · `identify` · `diagnose` · `parameters` · `validate`. Shared: `frame` base of all
-· `on_dive` base of those that run a verb on a dive · `asking` questions · `transfer` upload and roll back · `panes`
-sensors, thrusters, messages · `strip_chart` · `help`.
+`dives_lines`, `identify_lines`, `parameters_lines` have the text of the three that have most of it. Shared: `frame`
+base of all · `on_dive` base of those that run a verb on a dive · `overlays` help, questions, forms · `transfer` upload
+and roll back · `strip_chart`.
 """

@@ -15,12 +15,10 @@ from tui.app.drawing import Line, Lines, hanging, heading
 from tui.app.header import Tab
 from tui.app.jobs import aside
 from tui.app.keys import HIDDEN, LOOKS, Action, bindings
-from tui.app.screens.asking import AskScreen, FormScreen
 from tui.app.screens.dives_lines import (
     CHOSEN,
     RECORDED,
     UNREAD,
-    ListedDive,
     details,
     listed,
     row_under,
@@ -29,7 +27,9 @@ from tui.app.screens.dives_lines import (
     with_unread,
 )
 from tui.app.screens.frame import Drawn, StationScreen
+from tui.app.screens.overlays import AskScreen, FormScreen
 from tui.app.view import View, open_replay
+from tui.dive_list import DiveRow
 
 VERB: Final = "dives"
 WORK: Final = ("identify", "diagnose", "validate")
@@ -49,27 +49,18 @@ class DivesScreen(StationScreen):
     """The list of dives with the details of the marked dive, below it or, on a wide screen, next to it."""
 
     ACTIONS: ClassVar[tuple[Action, ...]] = (
-        Action("dives.identify", "i", "begin('identify')", "Identify", "identify this dive, at once"),
-        Action("dives.diagnose", "d", "begin('diagnose')", "Diagnose", "diagnose this dive, at once"),
-        Action("dives.validate", "v", "begin('validate')", "Validate", "validate this dive, at once"),
-        Action(
-            "dives.choose", "enter", "choose", "Choose", "the other screens show this dive", HIDDEN | LOOKS
-        ),
-        Action("dives.replay", "r", "replay", "Replay", "play this dive on Watch", LOOKS),
-        Action("dives.note", "n", "note", "Note", "what is noted of this dive, to be changed", HIDDEN),
-        Action(
-            "dives.conditions",
-            "c",
-            "conditions",
-            "Conditions",
-            "water, tether, ballast, payload, weather",
-            HIDDEN,
-        ),
-        Action("dives.again", "ctrl+r", "again", "Read", "read the folder again", HIDDEN | LOOKS),
-        Action("dives.up", "up,k", "go(-1)", "Up", "a newer dive", HIDDEN | LOOKS),
-        Action("dives.down", "down,j", "go(1)", "Down", "an older dive", HIDDEN | LOOKS),
-        Action("dives.newest", "home", "go(-100000)", "Newest", "the newest dive", HIDDEN | LOOKS),
-        Action("dives.oldest", "end", "go(100000)", "Oldest", "the oldest dive", HIDDEN | LOOKS),
+        Action("dives.identify", "i", "Identify", "identify this dive, at once", call="begin('identify')"),
+        Action("dives.diagnose", "d", "Diagnose", "diagnose this dive, at once", call="begin('diagnose')"),
+        Action("dives.validate", "v", "Validate", "validate this dive, at once", call="begin('validate')"),
+        Action("dives.choose", "enter", "Choose", "the other screens show this dive", HIDDEN | LOOKS),
+        Action("dives.replay", "r", "Replay", "play this dive on Watch", LOOKS),
+        Action("dives.note", "n", "Note", "what is noted of this dive, to be changed", HIDDEN),
+        Action("dives.conditions", "c", "Conditions", "water, tether, ballast, payload, weather", HIDDEN),
+        Action("dives.again", "ctrl+r", "Read", "read the folder again", HIDDEN | LOOKS),
+        Action("dives.up", "up,k", "Up", "a newer dive", HIDDEN | LOOKS, "go(-1)"),
+        Action("dives.down", "down,j", "Down", "an older dive", HIDDEN | LOOKS, "go(1)"),
+        Action("dives.newest", "home", "Newest", "the newest dive", HIDDEN | LOOKS, "go(-100000)"),
+        Action("dives.oldest", "end", "Oldest", "the oldest dive", HIDDEN | LOOKS, "go(100000)"),
     )
     BINDINGS = bindings(ACTIONS)  # type: ignore[assignment]
     LEGEND: ClassVar[tuple[tuple[str, str], ...]] = (
@@ -82,7 +73,7 @@ class DivesScreen(StationScreen):
 
     def __init__(self, title: str, tabs: Sequence[Tab]) -> None:
         super().__init__(title, tabs)
-        self._dives: tuple[ListedDive, ...] = ()
+        self._dives: tuple[DiveRow, ...] = ()
         self._at: Path | None = None
         self._list: object = None
         self._recorded: Path | None = None
@@ -259,7 +250,7 @@ class DivesScreen(StationScreen):
         """Index of the marked dive; -1 until the list or a key places the mark."""
         return next((n for n, dive in enumerate(self._dives) if dive.folder == self._at), -1)
 
-    def _dive(self) -> ListedDive | None:
+    def _dive(self) -> DiveRow | None:
         return self._dives[self._index()] if self._index() >= 0 else None
 
     def _go(self, entry: int) -> None:

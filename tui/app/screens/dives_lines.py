@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
@@ -27,9 +26,11 @@ from tui.app.drawing import (
     width,
 )
 from tui.app.jobs import real
-from tui.dive_list import FAIR, dive_folders, kept_glance, letters, short_name
+from tui.dive_list import FAIR, AxisSpan, DiveRow, Glance, dive_folders, kept_glance, letters, short_name
 
-SENTENCES: Final = ("conditions", "stray", "restarts", "damaged", "lacking", "unheard", "underway")
+OF_GLANCE: Final = ("why_not", "error", "stray", "restarts", "lacking", "unheard_s", "unheard")
+OF_ROW: Final = ("name", "size_bytes", "notes", "conditions", "damaged", "underway")
+"""Fields of `Glance` and `DiveRow` that are in the list as they are."""
 
 UNREAD: Final = "…"
 AT, CHOSEN, RECORDED = "▶", "◆", "●"
@@ -40,59 +41,37 @@ LEAST_NAME: Final = 8  # cells
 ANGULAR: Final = 3  # first rotational degree of freedom
 
 
-@dataclass(frozen=True)
-class AxisRange:
-    """One axis: seconds with both thrust and readings, and the range of thrust and speed in SI; NaN if not recorded."""
-
-    seconds: float
-    thrust: float
-    speed: float
-
-
-@dataclass(frozen=True)
-class ListedDive:
-    """One dive. `relative_std` by coefficient predicts how well it could be identified: inf not at all; None unknown.
-
-    `spans` by axis ("surge"). `why_not`, `error`, `stray`, `restarts`, `lacking`, `unheard`, `damaged` and `underway`
-    are sentences, "" for none. `unread`: the recording has not been read yet, and only name, time and length are
-    known.
-    """
-
-    folder: Path
-    name: str
-    began_unix_s: float
-    duration_s: float
-    size_bytes: float = math.nan
-    loss: float = math.nan
-    relative_std: Mapping[str, float] | None = None
-    spans: Mapping[str, AxisRange] = field(default_factory=dict)
-    why_not: str = ""
-    error: str = ""
-    notes: str = ""
-    events: tuple[str, ...] = ()
-    learnt: tuple[str, ...] = ()
-    worked_on: tuple[str, ...] = ()
-    conditions: str = ""
-    stray: str = ""
-    restarts: str = ""
-    damaged: str = ""
-    lacking: str = ""
-    unheard: str = ""
-    underway: str = ""
-    unread: bool = field(default=False, kw_only=True)
-
-    @property
-    def identifiable(self) -> bool:
-        """Whether any coefficient could be identified."""
-        return any(std <= FAIR for std in (self.relative_std or {}).values())
-
-
-def listed(result: Any) -> tuple[ListedDive, ...]:
-    """The dives of a list in reverse order; empty if the value is not a list."""
+def listed(result: Any) -> tuple[DiveRow, ...]:
+    """The dives of a list as `seatrial dives --json` gives it, the newest first; empty if the value is not a list."""
     return tuple(_dive(entry) for entry in reversed(result)) if isinstance(result, list) else ()
 
 
-def with_unread(dives: Sequence[ListedDive], root: Path) -> tuple[ListedDive, ...]:
+def _dive(data: Mapping[str, Any]) -> DiveRow:
+    excitation = data["excitation"]
+    known = {entry["name"]: entry["relative_std"] for entry in excitation or ()}
+    relative_std = {name: math.inf if std is None else std for name, std in known.items()}
+    glance = Glance(
+        data["began_unix_s"],
+        real(data["duration_s"]),
+        real(data["loss"]),
+        None if excitation is None else relative_std,
+        tuple(
+            AxisSpan(span["axis"], real(span["seconds"]), real(span["thrust"]), real(span["speed"]))
+            for span in data["axes"]
+        ),
+        **{name: data[name] for name in OF_GLANCE},
+    )
+    return DiveRow(
+        Path(data["folder"]),
+        glance=glance,
+        events=tuple(data["events"]),
+        learnt=tuple(data["learnt"]),
+        worked_on=tuple(data["worked_on"]),
+        **{name: data[name] for name in OF_ROW},
+    )
+
+
+def with_unread(dives: Sequence[DiveRow], root: Path) -> tuple[DiveRow, ...]:
     """Add the dives of `root` that the list lacks, with the facts known without reading them. The newest first."""
     try:
         folders = dive_folders(root)
@@ -103,62 +82,35 @@ def with_unread(dives: Sequence[ListedDive], root: Path) -> tuple[ListedDive, ..
     return tuple(sorted((*dives, *new), key=_order, reverse=True)) if new else tuple(dives)
 
 
-def _order(dive: ListedDive) -> tuple[float, str]:
-    return _or(dive.began_unix_s, 0.0), dive.folder.name
+def _order(dive: DiveRow) -> tuple[float, str]:
+    return dive.glance.began_unix_s or 0.0, dive.folder.name
 
 
-def _unread(folder: Path) -> ListedDive:
-    glance, began_s, lasts_s = kept_glance(folder), began(folder), length_s(folder)
-    lasts_s = real(lasts_s) if glance is None else glance.duration_s
-    return ListedDive(folder, printable(short_name(folder), "?"), real(began_s), lasts_s, unread=True)
+def _unread(folder: Path) -> DiveRow:
+    glance = kept_glance(folder)
+    lasts_s = real(length_s(folder)) if glance is None else glance.duration_s
+    return DiveRow(folder, printable(short_name(folder), "?"), 0, Glance(began(folder), lasts_s), "", (), ())
 
 
-def usual(dives: Sequence[ListedDive], otherwise: Path | None) -> Path | None:
+def is_unread(dive: DiveRow) -> bool:
+    """Whether the recording has not been read yet, so that nothing is said of what it could tell."""
+    glance = dive.glance
+    return glance.relative_std is None and not (glance.why_not or glance.error or dive.underway)
+
+
+def usual(dives: Sequence[DiveRow], otherwise: Path | None) -> Path | None:
     """The dive that the user most likely means: the newest that could identify anything, else `otherwise`.
 
     A recording begun on deck with no data in it is not the dive that the crew has just made.
     """
-    return next((dive.folder for dive in dives if dive.identifiable), otherwise)
-
-
-def _dive(data: Mapping[str, Any]) -> ListedDive:
-    excitation = data["excitation"]
-    return ListedDive(
-        Path(data["folder"]),
-        str(data["name"]),
-        real(data["began_unix_s"]),
-        real(data["duration_s"]),
-        real(data["size_bytes"]),
-        real(data["loss"]),
-        None
-        if excitation is None
-        else {entry["name"]: _or(real(entry["relative_std"]), math.inf) for entry in excitation},
-        {entry["axis"]: _range(entry) for entry in data["axes"]},
-        str(data["why_not"]),
-        str(data["error"]),
-        str(data["notes"]),
-        tuple(map(str, data["events"])),
-        tuple(map(str, data["learnt"])),
-        tuple(map(str, data["worked_on"])),
-        *(str(data.get(name, "")) for name in SENTENCES),
+    identifiable = (
+        dive.folder for dive in dives if any(std <= FAIR for std in (dive.glance.relative_std or {}).values())
     )
-
-
-def _range(data: Mapping[str, Any]) -> AxisRange:
-    return AxisRange(real(data["seconds"]), real(data["thrust"]), real(data["speed"]))
-
-
-def _or(value: float, otherwise: float) -> float:
-    return value if math.isfinite(value) else otherwise
+    return next(identifiable, otherwise)
 
 
 def table(
-    dives: Sequence[ListedDive],
-    at: int,
-    chosen: Path | None,
-    recorded: Path | None,
-    cells: int,
-    rows: int,
+    dives: Sequence[DiveRow], at: int, chosen: Path | None, recorded: Path | None, cells: int, rows: int
 ) -> Lines:
     """Heads and the rows around the dive at `at`; the chosen and the recorded dive are marked."""
     head: Line = ((cut(HEADS, cells), "quiet"),)
@@ -184,7 +136,7 @@ def row_under(y: int, count: int, at: int, rows: int) -> int | None:
     return entry if y >= 1 and entry < count else None
 
 
-def _row(dive: ListedDive, is_at: bool, is_chosen: bool, is_recorded: bool, cells: int) -> Line:
+def _row(dive: DiveRow, is_at: bool, is_chosen: bool, is_recorded: bool, cells: int) -> Line:
     role: Role = "strong" if is_at else "plain"
     marks: Line = (
         (AT if is_at else " ", "accent"),
@@ -192,15 +144,14 @@ def _row(dive: ListedDive, is_at: bool, is_chosen: bool, is_recorded: bool, cell
         (RECORDED, "bad") if is_recorded else (" ", "plain"),
         (" ", "plain"),
     )
-    loss = f"{number(100 * dive.loss, 1)} %" if math.isfinite(dive.loss) else NOTHING
-    relative_std = dict(dive.relative_std) if dive.relative_std is not None else None
+    loss = f"{number(100 * dive.glance.loss, 1)} %" if math.isfinite(dive.glance.loss) else NOTHING
     line: Line = (
         *marks,
-        (f"{day(dive.began_unix_s):<18}", role),
-        (f"{length(dive.duration_s):<10}", role),
-        (f"{loss:>6}  ", _of_loss(dive.loss, role)),
-        (f"{UNREAD if dive.unread else letters(relative_std, MASSES):<7}", "accent"),
-        (f"{UNREAD if dive.unread else letters(relative_std, DAMPINGS):<8}", "accent"),
+        (f"{day(real(dive.glance.began_unix_s)):<18}", role),
+        (f"{length(dive.glance.duration_s):<10}", role),
+        (f"{loss:>6}  ", _of_loss(dive.glance.loss, role)),
+        (f"{_letters(dive, MASSES):<7}", "accent"),
+        (f"{_letters(dive, DAMPINGS):<8}", "accent"),
     )
     room = cells - width(line)
     made = _made_of(dive, room)
@@ -208,7 +159,11 @@ def _row(dive: ListedDive, is_at: bool, is_chosen: bool, is_recorded: bool, cell
     return apart((*line, (name, role)), ((made, "quiet"),), cells)
 
 
-def _made_of(dive: ListedDive, room: int) -> str:
+def _letters(dive: DiveRow, kind: str) -> str:
+    return UNREAD if is_unread(dive) else letters(dive.glance.relative_std, kind)
+
+
+def _made_of(dive: DiveRow, room: int) -> str:
     """The work done on the dive: in full if it fits next to the name, else in short unless the name gets too short."""
     words, short = ", ".join(dive.worked_on), " ".join(f"{word[:SHORT]}." for word in dive.worked_on)
     if len(dive.name) + 1 + len(words) <= room:
@@ -225,7 +180,7 @@ def length(seconds: float) -> str:
     return stopwatch(round(seconds)) if math.isfinite(seconds) else NOTHING
 
 
-def details(dive: ListedDive, recorded: bool, cells: int, key: str = "") -> Lines:
+def details(dive: DiveRow, recorded: bool, cells: int, key: str = "") -> Lines:
     """Details of a dive: identifiable coefficients and their excitation, notes, and the work done on it.
 
     `key` is the key that asks for the conditions.
@@ -235,21 +190,23 @@ def details(dive: ListedDive, recorded: bool, cells: int, key: str = "") -> Line
         lines += hanging(dive.underway, "warn", cells)
     elif recorded:
         lines += hanging("is being recorded: this is what it holds so far", "warn", cells)
-    if dive.unread:
+    if is_unread(dive):
         return (*lines, *hanging("is being read: what it could tell comes with that", "quiet", cells))
-    if dive.error:
-        lines += hanging(f"can't be read: {dive.error}", "bad", cells)
+    if dive.glance.error:
+        lines += hanging(f"can't be read: {dive.glance.error}", "bad", cells)
     elif not dive.underway:
         lines += _axes(dive)
     if dive.damaged:
         lines += hanging(dive.damaged, "bad", cells)
-    if dive.why_not:
+    if dive.glance.why_not:
         unknown = (
-            "what it could identify is not known" if dive.relative_std is None else "nothing to identify"
+            "what it could identify is not known"
+            if dive.glance.relative_std is None
+            else "nothing to identify"
         )
-        lines += hanging(f"{unknown}: {dive.why_not}", "warn", cells)
-    stray = f"{dive.stray}." if dive.stray else ""
-    for sentence in filter(None, (stray, dive.restarts, dive.lacking, dive.unheard)):
+        lines += hanging(f"{unknown}: {dive.glance.why_not}", "warn", cells)
+    stray = f"{dive.glance.stray}." if dive.glance.stray else ""
+    for sentence in filter(None, (stray, dive.glance.restarts, dive.glance.lacking, dive.glance.unheard)):
         lines += hanging(sentence, "warn", cells)
     asks = f" [{key}]" if key else ""
     if dive.conditions:
@@ -265,7 +222,7 @@ def details(dive: ListedDive, recorded: bool, cells: int, key: str = "") -> Line
     return tuple(lines)
 
 
-def _axes(dive: ListedDive) -> Iterator[Line]:
+def _axes(dive: DiveRow) -> Iterator[Line]:
     """A row per degree of freedom: predicted accuracy of mass and damping, and the range of thrust and speed."""
     yield (
         (
@@ -277,9 +234,9 @@ def _axes(dive: ListedDive) -> Iterator[Line]:
         line: Line = ((f"  {name:<16}", "plain"),)
         for kind, cells in ((MASSES, 12), (DAMPINGS, 13)):
             coefficient = next(c for c in COEFFICIENTS if c.kind == kind and c.dof == dof)
-            text, role = known_to((dive.relative_std or {}).get(coefficient.name, math.nan))
+            text, role = known_to((dive.glance.relative_std or {}).get(coefficient.name, math.nan))
             line = (*line, (f"{coefficient.name} ", "quiet"), (f"{text:<{cells - 4}}", role))
-        span = dive.spans.get(name)
+        span = next((span for span in dive.glance.spans if span.axis == name), None)
         if span is None:
             yield (*line, (f"{NOTHING:>8}", "quiet"))
             continue

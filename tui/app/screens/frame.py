@@ -281,11 +281,6 @@ class StationScreen(Screen[None]):
         """Open another screen, and start its work at once."""
         await cast(AtDesk, self.app).action_begin(screen)
 
-    async def take(self, event: events.Key) -> bool:
-        """Offer a key that no widget took, before any binding; return whether the screen used it."""
-        del event
-        return False
-
     def close_up(self) -> None:
         """Close whatever the screen itself has opened."""
 

@@ -34,10 +34,10 @@ class IdentifyScreen(StationScreen):
     """Bars and curves while it runs; then the result, even while its page is being written. A key shows the curves."""
 
     ACTIONS: ClassVar[tuple[Action, ...]] = (
-        Action("identify.begin", "i", "begin", "Identify", "identify the chosen dive, now"),
-        Action("identify.parameters", "p", "parameters", "Parameters", "compare and upload what was found"),
-        Action("identify.curves", "c", "curves", "Curves", "how the values converged, and back", LOOKS),
-        Action("identify.cancel", "x", "cancel", "Cancel", "end the identification that runs"),
+        Action("identify.begin", "i", "Identify", "identify the chosen dive, now"),
+        Action("identify.parameters", "p", "Parameters", "compare and upload what was found"),
+        Action("identify.curves", "c", "Curves", "how the values converged, and back", LOOKS),
+        Action("identify.cancel", "x", "Cancel", "end the identification that runs"),
     )
     BINDINGS = bindings(ACTIONS)  # type: ignore[assignment]
     LEGEND: ClassVar[tuple[tuple[str, str], ...]] = (

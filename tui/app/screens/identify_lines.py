@@ -20,19 +20,7 @@ from gcs_plugin.params.plan import coefficient_of
 from gcs_plugin.watch.picture import Array
 from identify.words import capital
 from tui.app.curves import ACROSS, AXIS_CELLS, BLANK, Dots, braille, dots, dotted, framed
-from tui.app.drawing import (
-    Line,
-    Lines,
-    Role,
-    apart,
-    cut,
-    day,
-    hanging,
-    heading,
-    number,
-    stopwatch,
-    width,
-)
+from tui.app.drawing import Line, Lines, Role, apart, cut, day, hanging, heading, number, stopwatch, width
 from tui.app.jobs import NOT_KEPT, JobState
 from tui.show import number as significant
 
@@ -111,11 +99,8 @@ class Identified:
 
 
 def places(dive: Path) -> dict[str, Path]:
-    """Result files of a dive by option; for a recording that is not a folder, next to it with its name as a prefix."""
-    return {
-        option: dive / name if dive.is_dir() else dive.with_name(f"{dive.stem}-{name}")
-        for option, name in FILES.items()
-    }
+    """Result files of a dive, by option."""
+    return {option: dive / name for option, name in FILES.items()}
 
 
 def load_identified(dive: Path, receipts: Path, unkept: Any = None) -> Identified | None:

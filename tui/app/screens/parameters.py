@@ -13,8 +13,8 @@ from gcs_plugin.watch.picture import Picture
 from tui.app.drawing import Lines, wrapped
 from tui.app.keys import HIDDEN, LOOKS, Action, bindings
 from tui.app.screens import parameters_lines as lines
-from tui.app.screens.asking import AskLine
 from tui.app.screens.frame import Drawn, StationScreen
+from tui.app.screens.overlays import AskLine
 from tui.app.screens.transfer import READ, Entry, Transfer
 from tui.app.view import View
 
@@ -32,19 +32,15 @@ class ParametersScreen(StationScreen):
     """The table above, the details of the marked line and the confirmation below."""
 
     ACTIONS: ClassVar[tuple[Action, ...]] = (
-        Action(
-            "parameters.choose", "space", "choose", "Choose", "write this line, or leave it as it is", LOOKS
-        ),
-        Action("parameters.all", "a", "all", "All", "choose all lines that change, or none", LOOKS),
-        Action("parameters.upload", "u", "upload", "Upload", "write the chosen lines; asks for their number"),
-        Action(
-            "parameters.back", "r", "back", "Roll back", "the values before the last upload; asks likewise"
-        ),
-        Action("parameters.read", "ctrl+r", "read", "Read", "read the vehicle again", HIDDEN),
-        Action("parameters.up", "up,k", "go(-1)", "Up", "the line above", HIDDEN | LOOKS),
-        Action("parameters.down", "down,j", "go(1)", "Down", "the line below", HIDDEN | LOOKS),
-        Action("parameters.first", "home", "go(-1000)", "First", "the first line", HIDDEN | LOOKS),
-        Action("parameters.last", "end", "go(1000)", "Last", "the last line", HIDDEN | LOOKS),
+        Action("parameters.choose", "space", "Choose", "write this line, or leave it as it is", LOOKS),
+        Action("parameters.all", "a", "All", "choose all lines that change, or none", LOOKS),
+        Action("parameters.upload", "u", "Upload", "write the chosen lines; asks for their number"),
+        Action("parameters.back", "r", "Roll back", "the values before the last upload; asks likewise"),
+        Action("parameters.read", "ctrl+r", "Read", "read the vehicle again", HIDDEN),
+        Action("parameters.up", "up,k", "Up", "the line above", HIDDEN | LOOKS, "go(-1)"),
+        Action("parameters.down", "down,j", "Down", "the line below", HIDDEN | LOOKS, "go(1)"),
+        Action("parameters.first", "home", "First", "the first line", HIDDEN | LOOKS, "go(-1000)"),
+        Action("parameters.last", "end", "Last", "the last line", HIDDEN | LOOKS, "go(1000)"),
     )
     BINDINGS = bindings(ACTIONS)  # type: ignore[assignment]
     LEGEND: ClassVar[tuple[tuple[str, str], ...]] = (
@@ -113,10 +109,6 @@ class ParametersScreen(StationScreen):
         if action in ("upload", "back", "read"):
             return self._ask.is_mounted and not busy
         return super().check_action(action, parameters)
-
-    async def take(self, event: events.Key) -> bool:
-        """Pass typed keys to the answer while a question is open, even before its line is drawn."""
-        return await self._ask.take(event)
 
     def close_up(self) -> None:
         """Close the question; without a question, return from a rollback to the file."""

@@ -237,10 +237,7 @@ def asking(shown: Comparison, chosen: int, needed: str, *, armed: bool, back: bo
         task = f"{write} {_lines(chosen)} and put the {staged} staged in force on"
     sentence = f"To {task} vehicle {shown.system}, type {needed} and Enter; escape leaves it."
     if armed:
-        return (
-            ((f" ■ vehicle {shown.system} is ARMED ", "armed"),),
-            *wrapped(sentence, "strong", cells),
-        )
+        return (((f" ■ vehicle {shown.system} is ARMED ", "armed"),), *wrapped(sentence, "strong", cells))
     return wrapped(sentence, "strong", cells)
 
 

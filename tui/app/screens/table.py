@@ -11,12 +11,11 @@ from textual.command import CommandPalette, DiscoveryHit, Hit, Hits, Provider
 from tui.app import themes
 from tui.app.header import Tab
 from tui.app.keys import EVERYWHERE, HIDDEN, LOOKS, Action
-from tui.app.screens.asking import ASKING, FILLING
 from tui.app.screens.diagnose import DiagnoseScreen
 from tui.app.screens.dives import DivesScreen
 from tui.app.screens.frame import StationScreen
-from tui.app.screens.help import CLOSING
 from tui.app.screens.identify import IdentifyScreen
+from tui.app.screens.overlays import ASKING, CLOSING, FILLING
 from tui.app.screens.parameters import ParametersScreen
 from tui.app.screens.validate import ValidateScreen
 from tui.app.screens.watch import WatchScreen
@@ -60,7 +59,7 @@ SCREENS: Final = (
     Row("6", "Validate", "may the feed-forward be raised, and how well the vehicle followed", ValidateScreen),
 )
 OPENING: Final = tuple(
-    Action(f"screen.{row.id}", row.key, f"app.open('{row.id}')", row.title, row.sentence, HIDDEN | LOOKS)
+    Action(f"screen.{row.id}", row.key, row.title, row.sentence, HIDDEN | LOOKS, f"app.open('{row.id}')")
     for row in SCREENS
 )
 PLACES: Final = (
@@ -101,7 +100,9 @@ class ActionProvider(Provider):
         if isinstance(self.screen, StationScreen):
             yield from (action for action in self.screen.ACTIONS if self.screen.offers(action))
         for name in themes.ORDER:
-            yield Action(f"theme.{name}", "", f"app.use_theme('{name}')", f"Theme: {name}", "use this theme")
+            yield Action(
+                f"theme.{name}", "", f"Theme: {name}", "use this theme", call=f"app.use_theme('{name}')"
+            )
 
     def _entries(self) -> Iterator[tuple[str, str, Callable[[], object]]]:
         """Words, help and function of each action."""

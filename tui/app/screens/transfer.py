@@ -14,7 +14,7 @@ from gcs_plugin.params.last_accepted import last_accepted
 from gcs_plugin.params.plausible import half_a_model, other_half
 from gcs_plugin.watch.picture import Armed, Picture
 from tui.app.desk import Desk
-from tui.app.jobs import JobState
+from tui.app.jobs import JobState, written_ns
 from tui.app.view import STALE_S
 
 ARMED: Final = "ARMED"
@@ -238,7 +238,7 @@ class Transfer:
         if self.back:
             jobs.start(READ, ("params", "rollback", "--dry-run", *receipts))
         elif file is not None:
-            self._read_of = _stamp(file)
+            self._read_of = (file, written_ns(file))
             jobs.start(READ, ("params", "diff", str(file), *receipts, *self._vehicle()))
 
     def _vehicle(self) -> tuple[str, ...]:
@@ -251,12 +251,9 @@ class Transfer:
     def _file(self) -> Path | None:
         """The file that another screen put on the desk for the chosen dive, else the dive's identified parameters."""
         dive, param = self._desk.chosen(), self._desk.param
-        if param is not None and (dive is None or param.parent in (dive, dive.parent)):
+        if param is not None and (dive is None or param.parent == dive):
             return param
-        if dive is None:
-            return None
-        identified = dive / IDENTIFIED if dive.is_dir() else dive.with_name(f"{dive.stem}-{IDENTIFIED}")
-        return identified if identified.exists() else None
+        return dive / IDENTIFIED if dive is not None and (dive / IDENTIFIED).exists() else None
 
     def take(self) -> bool:
         """Take the progress of the write and the result of a read; return whether a read has just ended."""
@@ -398,7 +395,7 @@ class Transfer:
         if not agrees(typed, asked):
             self.trouble = f"'{typed}' is not '{asked}': nothing was sent"
             return False
-        if not self.back and _stamp(shown.file) != self._read_of:
+        if not self.back and (shown.file, written_ns(shown.file)) != self._read_of:
             self.read(back=False)
             self.trouble = f"{shown.file} has changed since it was shown: nothing was sent; look again"
             return True
@@ -421,11 +418,3 @@ class Transfer:
             accepted = shown.accepted(self.chosen)
             words += ["--accept-implausible", *accepted] if accepted else []
         return tuple(words)
-
-
-def _stamp(file: Path) -> tuple[Path, int] | None:
-    """Path and modification time, which change when the file is written again; None if the file is missing."""
-    try:
-        return file, file.stat().st_mtime_ns
-    except OSError:
-        return None

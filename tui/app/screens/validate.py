@@ -1,19 +1,216 @@
 """Validate: may the feed-forward be raised, how well the vehicle tracked its reference, and the curves."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import ClassVar, Final
+from typing import Any, ClassVar, Final
 
-from tui.app.drawing import Lines
+import numpy as np
+
+from bridge.errors import ConfigError
+from bridge.schema import build
+from identify.glance.criteria import Criterion
+from identify.glance.following import CURVES, Followed
+from tui.app.curves import Curve, plot, seconds
+from tui.app.drawing import SHOWN_IN, Line, Lines, Role, Span, apart, cut, number, wrapped
 from tui.app.header import Tab
-from tui.app.jobs import Kept
+from tui.app.jobs import Kept, real
 from tui.app.keys import LOOKS, Action, bindings
-from tui.app.screens import validate_lines
 from tui.app.screens.on_dive import DiveScreen
-from tui.app.screens.validate_lines import Run, runs
 
 JSON, REPORT = "validation.json", "validation.html"
 MOST_BESIDE: Final = 3
+
+
+ROWS: Final = {
+    "acceleration": "Acceleration",
+    "steady_state": "Steady state",
+    "deceleration": "Deceleration",
+    "overall": "Overall",
+}
+EFFORTS: Final = {
+    "delay_s": "delay, ms",
+    "pid_magnitude": "steady |PID|",
+    "pid_minus_ff": "steady |PID - FF|",
+}
+
+MARKS: Final[dict[bool | None, tuple[str, Role]]] = {
+    True: ("● ok ", "quiet"),
+    False: ("▲ no ", "bad"),
+    None: ("◐ ?  ", "warn"),
+}
+PHASE_CELLS: Final = 24
+LEAST_SPANS: Final = {"m/s": 0.05, "deg/s": 1.0, "N": 1.0, "N m": 0.5}
+DIGITS: Final = {"m/s": 4, "deg/s": 2}
+EFFORT_DIGITS: Final = 2
+AROUND_S: Final = 3.0
+NO_VERDICT: Final = "No verdict: the dive tells no FF_MODE, or nothing of its reference moved."
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Go or no-go for raising the feed-forward."""
+
+    go: bool
+    sentence: str
+    criteria: tuple[Criterion, ...]
+
+
+@dataclass(frozen=True)
+class Run:
+    """One dive. `errors` by axis, then by ROWS and EFFORTS; NaN if the phase does not occur."""
+
+    label: str
+    dive: str
+    verdict: Verdict | None
+    units: Mapping[str, str]
+    errors: Mapping[str, Mapping[str, float]]
+    curves: tuple[Followed, ...]
+
+
+def runs(data: Any) -> tuple[Run, ...] | None:
+    """Parse a validation into its dives in the order of their modes; None if it is not a validation."""
+    try:
+        return tuple(_run(entry) for entry in data) or None
+    except (KeyError, TypeError, ValueError, AttributeError, ConfigError):
+        return None
+
+
+def _run(data: Mapping[str, Any]) -> Run:
+    dive, raising = str(data["dive"]), data["raising"]
+    shown = None if raising is None else {key: raising[key] for key in ("go", "sentence", "criteria")}
+    return Run(
+        _short(str(data["run"]), str(data["mode"]), dive),
+        dive,
+        None if shown is None else build(Verdict, shown, "raising"),
+        {entry["axis"]: str(entry["unit"]) for entry in data["axes"]},
+        {entry["axis"]: {key: real(entry[key]) for key in (*ROWS, *EFFORTS)} for entry in data["axes"]},
+        tuple(Followed.from_json(entry) for entry in data["curves"]),
+    )
+
+
+def _short(label: str, mode: str, dive: str) -> str:
+    """The mode; of two dives in one mode, with the hour of each, since their names are long."""
+    hour = dive.partition("T")[2][:5]
+    return f"{hour} {mode}".strip() if label != mode and hour else label
+
+
+def verdict_lines(run: Run, cells: int) -> Lines:
+    """Go or no-go as a mark and a word, then the sentence."""
+    judgement = run.verdict
+    if judgement is None:
+        return wrapped(NO_VERDICT, "warn", cells)
+    mark: Span = (" ● GO ", "strong") if judgement.go else (" ▲ NO-GO ", "bad")
+    head = apart((mark,), ((cut(run.dive, cells - 12), "quiet"),), cells)
+    return (head, *wrapped(judgement.sentence, "strong", cells))
+
+
+def criteria_lines(run: Run, cells: int) -> Lines:
+    """A line per criterion, or several if its words are long."""
+    judged = run.verdict.criteria if run.verdict is not None else ()
+    label_cells = max((len(criterion.what) for criterion in judged), default=0)
+    return tuple(line for criterion in judged for line in _criterion(criterion, label_cells, cells))
+
+
+def _criterion(criterion: Criterion, label_cells: int, cells: int) -> Lines:
+    mark, role = MARKS[criterion.passed]
+    indent = len(mark) + label_cells + 2
+    head: Line = ((mark, role), (f" {criterion.what:<{label_cells}} ", "plain"))
+    first, *more = wrapped(
+        criterion.words, "plain" if criterion.passed is not False else "strong", cells - indent
+    )
+    return ((*head, *first), *(((" " * indent, "plain"), *line) for line in more))
+
+
+def error_lines(runs: Sequence[Run], chosen: str, cells: int) -> Lines:
+    """Mean absolute tracking errors as in the paper's Table 5, the least of a row strong; then delay and PID."""
+    width = max(min((cells - PHASE_CELLS - 2) // len(runs), 16), 7)
+    lines: list[Line] = []
+    for axis in dict.fromkeys(axis for run in runs for axis in run.errors):
+        unit = next(run.units[axis] for run in runs if axis in run.units)
+        shown, factor = SHOWN_IN.get(unit, (unit, 1.0))
+        head: Line = ((f"{f'{axis}, {shown}':<{PHASE_CELLS}}", "strong"),)
+        for run in runs:
+            role: Role = "strong" if run.dive == chosen else "quiet"
+            head = (*head, (f"{cut(run.label, width - 1):>{width}}", role))
+        lines.append(head)
+        for key, words in ROWS.items():
+            values = [run.errors.get(axis, {}).get(key, math.nan) * factor for run in runs]
+            lines.append(_row(words, values, DIGITS.get(shown, 4), width, mark=True))
+        for key, words in EFFORTS.items():
+            values = [run.errors.get(axis, {}).get(key, math.nan) for run in runs]
+            if key == "delay_s":
+                lines.append(_row(words, [1000 * value for value in values], 0, width, mark=False))
+            else:
+                force = "N m" if unit == "rad/s" else "N"
+                lines.append(_row(f"{words}, {force}", values, EFFORT_DIGITS, width, mark=False))
+        lines.append(())
+    return tuple(lines[:-1])
+
+
+def _row(words: str, values: Sequence[float], digits: int, width: int, *, mark: bool) -> Line:
+    known = [value for value in values if math.isfinite(value)]
+    least = min(known) if mark and len(known) > 1 else math.nan
+    line: Line = ((cut(f"  {words}", PHASE_CELLS).ljust(PHASE_CELLS), "quiet"),)
+    for value in values:
+        role: Role = "strong" if value == least else "plain"
+        line = (*line, (f"{number(value, digits):>{width}}", role))
+    return line
+
+
+def curve_lines(run: Run, axis: str, cells: int, rows: int) -> Lines:
+    """Speed with its reference, their difference, and feed-forward with PID, stacked on one time axis."""
+    followed = next((followed for followed in run.curves if followed.axis == axis), None)
+    if followed is None:
+        return wrapped(
+            f"{run.dive} has no curves of {axis}: its reference does not move there", "quiet", cells
+        )
+    moving = _moving(followed)
+    each, spare_rows = divmod(rows - 1, 3)
+    return (
+        *_speed(moving, cells, each + (spare_rows > 1)),
+        *_difference(moving, cells, each),
+        *_wrench(moving, cells, each + (spare_rows > 0)),
+        *seconds(moving.time_s, cells),
+    )
+
+
+def _moving(whole: Followed) -> Followed:
+    """The part in which the axis's reference moves, and a little before and after."""
+    moves = np.flatnonzero(np.nan_to_num(whole.reference))
+    step_s = float(whole.time_s[1] - whole.time_s[0])
+    margin = round(AROUND_S / step_s) + 1
+    part = slice(max(int(moves[0]) - margin, 0), int(moves[-1]) + margin + 1) if moves.size else slice(None)
+    return replace(whole, **{name: getattr(whole, name)[part] for name in ("time_s", *CURVES)})
+
+
+def _speed(curve: Followed, cells: int, rows: int) -> Lines:
+    unit, factor = SHOWN_IN.get(curve.unit, (curve.unit, 1.0))
+    measured, reference = (
+        Curve("measured", factor * curve.measured),
+        Curve("reference", factor * curve.reference),
+    )
+    title = f"{curve.axis} speed, {unit}"
+    return plot(title, curve.time_s, measured, reference, LEAST_SPANS[unit], cells, rows)
+
+
+def _difference(curve: Followed, cells: int, rows: int) -> Lines:
+    unit, factor = SHOWN_IN.get(curve.unit, (curve.unit, 1.0))
+    error = Curve("measured less reference", factor * (curve.measured - curve.reference))
+    return plot(f"{curve.axis} error, {unit}", curve.time_s, error, None, LEAST_SPANS[unit], cells, rows)
+
+
+def _wrench(curve: Followed, cells: int, rows: int) -> Lines:
+    unit = curve.wrench_unit
+    title = f"{curve.axis} {'force' if unit == 'N' else 'moment'}, {unit}"
+    fed, pid = Curve("feed-forward", curve.tau_ff), Curve("PID", curve.tau_pid)
+    return plot(title, curve.time_s, fed, pid, LEAST_SPANS[unit], cells, rows)
+
+
+def axes_of(runs: Sequence[Run]) -> tuple[str, ...]:
+    """The axes for which any dive has curves."""
+    return tuple(dict.fromkeys(curve.axis for run in runs for curve in run.curves))
 
 
 class ValidateScreen(DiveScreen):
@@ -26,28 +223,14 @@ class ValidateScreen(DiveScreen):
         "errors": "ERRORS, mean of the absolute, by phase",
     }
     ACTIONS: ClassVar[tuple[Action, ...]] = (
+        Action("validate.start", "v", "Validate", "validate the chosen dive, in a process of its own"),
         Action(
-            "validate.start", "v", "start", "Validate", "validate the chosen dive, in a process of its own"
+            "validate.beside", "c", "Compare", "beside one more of the newest other dives, up to 3", LOOKS
         ),
-        Action(
-            "validate.beside",
-            "c",
-            "compare",
-            "Compare",
-            "beside one more of the newest other dives, up to 3",
-            LOOKS,
-        ),
-        Action("validate.section", "s", "section", "Section", "the next section, where not all fit", LOOKS),
-        Action("validate.axis", "a", "axis", "Axis", "the curves of the next axis", LOOKS),
-        Action(
-            "validate.run",
-            "m",
-            "run",
-            "Mode",
-            "curves and verdict of the next dive that stands beside",
-            LOOKS,
-        ),
-        Action("validate.cancel", "x", "cancel", "Cancel", "end the validation that runs"),
+        Action("validate.section", "s", "Section", "the next section, where not all fit", LOOKS),
+        Action("validate.axis", "a", "Axis", "the curves of the next axis", LOOKS),
+        Action("validate.run", "m", "Mode", "curves and verdict of the next dive that stands beside", LOOKS),
+        Action("validate.cancel", "x", "Cancel", "end the validation that runs"),
     )
     BINDINGS = bindings(ACTIONS)  # type: ignore[assignment]
     LEGEND: ClassVar[tuple[tuple[str, str], ...]] = (
@@ -64,15 +247,15 @@ class ValidateScreen(DiveScreen):
         self._axis = self._count = 0
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        if action == "compare":
+        if action == "beside":
             return not self.at_work and bool(self.others)
         if action == "axis":
-            return len(validate_lines.axes(self.result())) > 1
+            return len(axes_of(self.result())) > 1
         if action == "run":
             return len(self.result()) > 1
         return super().check_action(action, parameters)
 
-    def action_compare(self) -> None:
+    def action_beside(self) -> None:
         self._count = (self._count + 1) % (min(len(self.others), MOST_BESIDE) + 1)
         self.draw()
 
@@ -95,18 +278,18 @@ class ValidateScreen(DiveScreen):
 
     def verdict(self, cells: int) -> Lines:
         run = self._looked_at()
-        return validate_lines.verdict(run, cells) if run is not None else ()
+        return verdict_lines(run, cells) if run is not None else ()
 
     def section(self, name: str, cells: int, rows: int) -> Lines:
         results, run = self.result(), self._looked_at()
         if run is None:
             return ()
         if name == "criteria":
-            return validate_lines.criteria(run, cells)
+            return criteria_lines(run, cells)
         if name == "errors":
-            return validate_lines.errors(results, run.dive, cells)
-        axes = validate_lines.axes(results)
-        return validate_lines.curves(run, axes[self._axis % len(axes)], cells, rows) if axes else ()
+            return error_lines(results, run.dive, cells)
+        axes = axes_of(results)
+        return curve_lines(run, axes[self._axis % len(axes)], cells, rows) if axes else ()
 
     def head(self, name: str) -> tuple[str, str]:
         title, run = self.SECTIONS[name], self._looked_at()

@@ -1,38 +1,269 @@
 """Watch: the vehicle's present motion, the health of its sensors, and its messages; or a recorded dive in its place."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import ClassVar
+from typing import ClassVar, Final
 
 from textual import events
 from textual.app import ComposeResult
 from textual.containers import Container, Horizontal, Vertical, VerticalScroll
 
-from tui.app.drawing import Line, Lines, cut, stopwatch
+from gcs_plugin.watch.picture import Condition, Freshness, LinkRow, Said, SensorRow, ThrusterRow
+from tui.app.drawing import (
+    NOTHING,
+    Line,
+    Lines,
+    Role,
+    Span,
+    age,
+    ago,
+    apart,
+    cut,
+    heading,
+    number,
+    stopwatch,
+    utc,
+    width,
+)
 from tui.app.header import Tab
 from tui.app.keys import HIDDEN, LOOKS, Action, bindings
-from tui.app.screens import panes
 from tui.app.screens.frame import LineView, StationScreen, TopLine
-from tui.app.screens.panes import Heading, SensorTable, ThrusterBars, ThrusterHeading, Words
 from tui.app.screens.strip_chart import QUANTITIES, StripChart
 from tui.app.view import Replayed, View
 
 MOTION = {"u": "first", "v": "first", "w": "first", "p": "second", "q": "second", "r": "first"}
 STATE = {"depth": "first", "heading": "second", "altitude": "mini", "voltage": "mini", "current": "second"}
 """The charts and, for a small screen, their place: on the first page, on the second, or in one row on both."""
-REPLAYING = tuple(
-    Action(f"replay.{name}", keys, f"replay_{call}", words, sentence, mark)
-    for name, keys, call, words, sentence, mark in (
-        ("end", "l", "end", "Live", "end the replay, and show the vehicle", LOOKS),
-        ("pause", "space", "pause", "Pause", "pause the replay, or go on", HIDDEN | LOOKS),
-        ("back", "b", "seek(-10)", "-10 s", "10 s back in the replay", HIDDEN | LOOKS),
-        ("on", "f", "seek(10)", "+10 s", "10 s on in the replay", HIDDEN | LOOKS),
-        ("far_back", "B", "seek(-60)", "-60 s", "a minute back in the replay", HIDDEN | LOOKS),
-        ("far_on", "F", "seek(60)", "+60 s", "a minute on in the replay", HIDDEN | LOOKS),
-        ("slower", "minus", "speed(-1)", "Slower", "half the speed of the replay", HIDDEN | LOOKS),
-        ("faster", "plus,equals_sign", "speed(1)", "Faster", "twice the speed of the replay", HIDDEN | LOOKS),
-    )
+_OF_REPLAY = HIDDEN | LOOKS
+REPLAYING = (
+    Action("replay.end", "l", "Live", "end the replay, and show the vehicle", LOOKS, "replay_end"),
+    Action("replay.pause", "space", "Pause", "pause the replay, or go on", _OF_REPLAY, "replay_pause"),
+    Action("replay.back", "b", "-10 s", "10 s back in the replay", _OF_REPLAY, "replay_seek(-10)"),
+    Action("replay.on", "f", "+10 s", "10 s on in the replay", _OF_REPLAY, "replay_seek(10)"),
+    Action("replay.far_back", "B", "-60 s", "a minute back in the replay", _OF_REPLAY, "replay_seek(-60)"),
+    Action("replay.far_on", "F", "+60 s", "a minute on in the replay", _OF_REPLAY, "replay_seek(60)"),
+    Action(
+        "replay.slower", "minus", "Slower", "half the speed of the replay", _OF_REPLAY, "replay_speed(-1)"
+    ),
+    Action(
+        "replay.faster",
+        "plus,equals_sign",
+        "Faster",
+        "twice the speed of the replay",
+        _OF_REPLAY,
+        "replay_speed(1)",
+    ),
 )
+WIDE: Final = 50
+NAME_CELLS: Final = 17
+RATE_AND_AGE: Final = 17  # cells of a narrow row after its name
+MARKS: Final[dict[Condition, Span]] = {
+    Condition.OK: ("●", "quiet"),
+    Condition.DEGRADED: ("◐", "warn"),
+    Condition.BAD: ("▲", "bad"),
+    Condition.MISSING: ("○", "bad"),
+}
+SEVERITIES: Final = ("EMERGENCY", "ALERT", "CRITICAL", "ERROR", "WARNING", "NOTICE", "INFO", "DEBUG")
+ERROR, WARNING = 3, 4
+NEUTRAL_US, FULL_US = 1500.0, 400.0
+
+
+def sensors(links: tuple[LinkRow, ...], rows: tuple[SensorRow, ...], cells: int) -> Lines:
+    """Links, then sensors. A fault replaces rate and age, or gets a line of its own if it is long."""
+    names = [_link_name(link) for link in links] + [row.name for row in rows]
+    name_cells = min(max((len(name) for name in names), default=0), NAME_CELLS, max(cells - RATE_AND_AGE, 1))
+    lines: list[Line] = []
+    for link in links:
+        lines += _link(link, name_cells, cells)
+    for row in rows:
+        lines += _sensor(row, name_cells, cells)
+    return tuple(lines)
+
+
+def _link_name(link: LinkRow) -> str:
+    return f"link {link.system}/{link.component}"
+
+
+def _link(link: LinkRow, name_cells: int, cells: int) -> Lines:
+    condition = Condition.BAD if link.lost else Condition.OK
+    head = _head(condition, _link_name(link), "plain", name_cells, cells)
+    if link.lost:
+        return _with_words(head, f"lost, {_heard(link.age_s)}", "bad", cells)
+    return (_with_rate(head, link.rate_hz, math.nan, link.age_s, cells),)
+
+
+def _sensor(row: SensorRow, name_cells: int, cells: int) -> Lines:
+    fresh = row.freshness is Freshness.FRESH
+    head = _head(row.condition, row.name, "plain" if fresh else "stale", name_cells, cells)
+    if row.freshness is Freshness.GONE:
+        heard = ago(row.age_s) if math.isfinite(row.age_s) else "never heard"
+        forms = (f"{NOTHING} {row.words}" if row.words else "", f"{NOTHING} {heard}")
+        room = cells - width(head)
+        return _with_words(
+            head, next((form for form in forms if 0 < len(form) < room), heard), "stale", cells
+        )
+    if not fresh:
+        return _with_words(head, ", ".join(filter(None, (ago(row.age_s), row.words))), "stale", cells)
+    if row.words:
+        return _with_words(head, row.words, MARKS[row.condition][1], cells)
+    return (_with_rate(head, row.rate_hz, row.expected_hz, row.age_s, cells),)
+
+
+def _heard(age_s: float) -> str:
+    return f"heard {ago(age_s)}" if math.isfinite(age_s) else "never heard"
+
+
+def _head(condition: Condition, name: str, role: Role, name_cells: int, cells: int) -> Line:
+    mark = MARKS[condition]
+    word: Line = ((f" {condition.value:<8}", mark[1]),) if cells >= WIDE else ()
+    return (mark, *word, (f" {cut(name, name_cells):<{name_cells}}", role))
+
+
+def _with_rate(head: Line, rate_hz: float, expected_hz: float, age_s: float, cells: int) -> Line:
+    """Rate and age; with the least rate expected, if it fits."""
+    rate, old = number(rate_hz, 1), age(age_s)
+    if cells < WIDE:
+        return apart(head, ((rate, "plain"), (" Hz", "quiet"), (f"{old:>6}", "plain")), cells)
+    unit = f" / {expected_hz:.0f} Hz" if math.isfinite(expected_hz) else " Hz"
+    return (*head, (f"{rate:>{15 - len(unit)}}", "plain"), (unit, "quiet"), (f"{old:>8}", "plain"))
+
+
+def _with_words(head: Line, words: str, role: Role, cells: int) -> Lines:
+    if len(words) < cells - width(head):
+        return ((*head, (f" {words}", role)),)
+    return (head, (("    ", "plain"), (cut(words, cells - 4), role)))
+
+
+def thrusters_heading(configuration: str, cells: int) -> Line:
+    """Heading of the thrusters, with the pulses' unit if the rows are too narrow for it."""
+    return heading("THRUSTERS" if cells >= WIDE else "THRUSTERS, µs", configuration, cells)
+
+
+def thrusters(rows: tuple[ThrusterRow, ...], cells: int) -> Lines:
+    """A signed bar per thruster, zero at the neutral pulse; in two columns on a narrow screen."""
+    if cells >= WIDE:
+        return tuple(_wide_thruster(row, cells) for row in rows)
+    each = cells // 2
+    below = (len(rows) + 1) // 2
+    return tuple(
+        tuple(span for row in rows[n::below] for span in _narrow_thruster(row, each)) for n in range(below)
+    )
+
+
+def _narrow_thruster(row: ThrusterRow, cells: int) -> Line:
+    role, value = _reading(row, row.pwm_us, "strong")
+    bar = signed_bar(row.pwm_us, (cells - 10) // 2)
+    line: Line = ((f"{row.number:>2} ", "quiet"), *_coloured(bar, row), (f"{value:>5}", role))
+    return (*line, (" " * (cells - width(line)), "plain"))
+
+
+def _wide_thruster(row: ThrusterRow, cells: int) -> Line:
+    role, pulse = _reading(row, row.pwm_us, "strong")
+    _, speed = _reading(row, row.rpm, "plain")
+    name = row.name if row.name != str(row.number) else ""
+    head: Line = ((f"{row.number:>2} ", "quiet"), (f"{cut(name, 18):<18} " if name else "", "plain"))
+    tail: Line = ((f"{pulse:>6}", role), (" µs", "quiet"), (f"{speed:>7}", role), (" rpm", "quiet"))
+    if row.freshness is not Freshness.FRESH:
+        tail = ((f"{pulse:>6}", role), (f" {ago(row.age_s):<13}", "stale"))
+    return (
+        *head,
+        *_coloured(signed_bar(row.pwm_us, (cells - width(head) - width(tail) - 1) // 2), row),
+        *tail,
+    )
+
+
+def _reading(row: ThrusterRow, value: float, role: Role) -> tuple[Role, str]:
+    if row.freshness is Freshness.GONE:
+        return "stale", NOTHING
+    return role if row.freshness is Freshness.FRESH else "stale", number(value, 0)
+
+
+def _coloured(bar: str, row: ThrusterRow) -> Line:
+    middle = len(bar) // 2
+    role: Role = "accent" if row.freshness is Freshness.FRESH else "faded"
+    if row.freshness is Freshness.GONE:
+        bar = " " * middle + "│" + " " * middle
+    return ((bar[:middle], role), ("│", "rule"), (bar[middle + 1 :], role))
+
+
+def signed_bar(pwm_us: float, half: int) -> str:
+    """A bar in half cells from the middle of 2 `half` + 1 cells, to the right for pulses above neutral."""
+    share = (pwm_us - NEUTRAL_US) / FULL_US if math.isfinite(pwm_us) else 0.0
+    halves = min(round(abs(share) * 2 * half), 2 * half)
+    full, odd = divmod(halves, 2)
+    if share >= 0:
+        side = ("█" * full + "▌" * odd).ljust(half)
+        return " " * half + "│" + side
+    side = ("▐" * odd + "█" * full).rjust(half)
+    return side + "│" + " " * half
+
+
+def words(said: tuple[Said, ...], cells: int) -> Lines:
+    """The vehicle's messages, the newest first, with the severity as a word."""
+    return tuple(_message(message, cells) for message in reversed(said))
+
+
+def _message(message: Said, cells: int) -> Line:
+    role: Role = "bad" if message.severity <= ERROR else "warn" if message.severity == WARNING else "plain"
+    severity = SEVERITIES[min(max(message.severity, 0), len(SEVERITIES) - 1)]
+    head: Line = (
+        (f"{utc(message.utc_s)} ", "quiet"),
+        (f"{severity:<10}", "quiet" if role == "plain" else role),
+    )
+    return (*head, (cut(message.text, cells - width(head)), role))
+
+
+def worst(said: tuple[Said, ...]) -> str:
+    """Number of errors and warnings among the messages: `1 error, 2 warnings`."""
+    errors = sum(message.severity <= ERROR for message in said)
+    warnings = sum(message.severity == WARNING for message in said)
+    counts = ((errors, "error"), (warnings, "warning"))
+    return ", ".join(f"{count} {name}{'s' * (count > 1)}" for count, name in counts if count)
+
+
+class Heading(LineView):
+    """A title with a rule, and a note at the right that may depend on the view."""
+
+    def __init__(self, title: str, note: Callable[[View], str] = lambda _: "") -> None:
+        super().__init__()
+        self._title, self._note = title, note
+
+    def lines(self, view: View, cells: int, rows: int) -> Lines:
+        del rows
+        return (heading(self._title, self._note(view), cells),)
+
+
+class SensorTable(LineView):
+    """Links and sensors with their freshness."""
+
+    def lines(self, view: View, cells: int, rows: int) -> Lines:
+        del rows
+        return sensors(view.picture.links, view.picture.sensors, cells)
+
+
+class ThrusterHeading(LineView):
+    """The title of the bars, with the configuration in use."""
+
+    def lines(self, view: View, cells: int, rows: int) -> Lines:
+        del rows
+        return (thrusters_heading(view.picture.configuration, cells),)
+
+
+class ThrusterBars(LineView):
+    """Thruster commands as signed bars."""
+
+    def lines(self, view: View, cells: int, rows: int) -> Lines:
+        del rows
+        return thrusters(view.picture.thrusters, cells) or ((("none heard", "quiet"),),)
+
+
+class Words(LineView):
+    """The vehicle's last messages, the newest first."""
+
+    def lines(self, view: View, cells: int, rows: int) -> Lines:
+        del rows
+        return words(view.picture.said, cells) or ((("nothing said", "quiet"),),)
 
 
 def replay_line(replayed: Replayed, cells: int) -> Line:
@@ -65,11 +296,9 @@ class WatchScreen(StationScreen):
     """Charts at the left, sensors and thrusters at the right, messages below."""
 
     ACTIONS: ClassVar[tuple[Action, ...]] = (
-        Action(
-            "watch.identify", "i", "identify", "Identify", "identify the last dive, or what there is of it"
-        ),
-        Action("watch.charts", "c", "charts", "Charts", "the other charts, where not all fit", LOOKS),
-        Action("watch.words", "w", "words", "Words", "all that the vehicle said last, and back", LOOKS),
+        Action("watch.identify", "i", "Identify", "identify the last dive, or what there is of it"),
+        Action("watch.charts", "c", "Charts", "the other charts, where not all fit", LOOKS),
+        Action("watch.words", "w", "Words", "all that the vehicle said last, and back", LOOKS),
         *REPLAYING,
     )
     BINDINGS = bindings(ACTIONS)  # type: ignore[assignment]
@@ -174,4 +403,4 @@ class WatchScreen(StationScreen):
         self.refresh_bindings()
 
     def _words_note(self, view: View) -> str:
-        return "  ".join(filter(None, (panes.worst(view.picture.said), f"[{self.key_of('watch.words')}]")))
+        return "  ".join(filter(None, (worst(view.picture.said), f"[{self.key_of('watch.words')}]")))

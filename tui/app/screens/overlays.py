@@ -1,33 +1,44 @@
-"""Questions: a line or a form over a screen, whose top line stays bright and live, or a line below its content."""
+"""What lies over a screen, whose top line stays bright and live: help, questions, forms; and a question below it."""
 
-from collections.abc import Callable, Mapping
-from typing import Final, TypeVar
+import textwrap
+from collections.abc import Callable, Iterator, Mapping
+from typing import ClassVar, Final, TypeVar
 
 from textual import events
-from textual.app import ComposeResult
+from textual.app import App, ComposeResult
+from textual.binding import Binding
 from textual.containers import Horizontal, Vertical, VerticalScroll
-from textual.screen import ModalScreen
+from textual.screen import ModalScreen, Screen
 from textual.widgets import Input, Label
 
 from bridge.errors import SeatrialError
-from tui.app.drawing import Lines
+from tui.app.drawing import Line, Lines
 from tui.app.keys import HIDDEN, LOOKS, Action, bindings
-from tui.app.screens.frame import Drawn, StationScreen, TopLine
+from tui.app.screens.frame import Drawn, LineView, StationScreen, TopLine
+from tui.app.themes import ROLE_CLASSES
+from tui.app.view import View
 
 Answer = TypeVar("Answer")
 LEAST_ABOVE = 3
 """Rows above the box: the lines on top, and one for a banner that may appear."""
 
 ASKING: Final = (
-    Action("ask.cancel", "escape", "dismiss(None)", "Cancel", "back, and nothing is changed", HIDDEN | LOOKS),
+    Action("ask.cancel", "escape", "Cancel", "back, and nothing is changed", HIDDEN | LOOKS, "dismiss(None)"),
 )
 FILLING: Final = (
     Action(
-        "form.cancel", "escape", "dismiss(None)", "Cancel", "back, and nothing is changed", HIDDEN | LOOKS
+        "form.cancel", "escape", "Cancel", "back, and nothing is changed", HIDDEN | LOOKS, "dismiss(None)"
     ),
-    Action("form.next", "down", "app.focus_next", "Next", "the next line", HIDDEN | LOOKS),
-    Action("form.before", "up", "app.focus_previous", "Before", "the line before", HIDDEN | LOOKS),
+    Action("form.next", "down", "Next", "the next line", HIDDEN | LOOKS, "app.focus_next"),
+    Action("form.before", "up", "Before", "the line before", HIDDEN | LOOKS, "app.focus_previous"),
 )
+CLOSING: Final = (
+    Action(
+        "help.close", "escape,question_mark,f1,q", "Close", "back to the screen", HIDDEN | LOOKS, "dismiss"
+    ),
+)
+EVERYWHERE, MOVING = "Everywhere", "Moving about"
+KEY_CELLS, WORD_CELLS, CELLS = 13, 9, 73
 UNKEPT: Final = "unkept"
 
 
@@ -184,7 +195,7 @@ class AskLine(Vertical):
         self.add_class("-open")
         self._line.disabled = False
         # Only a drawn widget can have the focus.
-        self.call_after_refresh(self._line.focus)
+        self.screen.call_after_refresh(self.screen.set_focus, self._line)
 
     def close(self) -> None:
         """Hide the line and forget its text."""
@@ -198,16 +209,75 @@ class AskLine(Vertical):
         """Clear the line for another try."""
         self._line.value = ""
 
-    async def take(self, event: events.Key) -> bool:
-        """Type a key that was pressed before the line was drawn; False for a key that it does not use."""
-        if not self.is_open:
-            return False
-        if event.key == "enter":
-            await self._line.action_submit()
-        elif event.key == "backspace":
-            self._line.action_delete_left()
-        elif event.is_printable and event.character is not None:
-            self._line.insert_text_at_cursor(event.character)
-        else:
-            return False
-        return True
+
+class HelpText(LineView):
+    """Lines that depend on no view."""
+
+    def __init__(self, lines: Lines) -> None:
+        super().__init__(id="help-text")
+        self._lines = lines
+
+    def get_content_height(self, *_: object) -> int:
+        return len(self._lines)
+
+    def lines(self, view: View, cells: int, rows: int) -> Lines:
+        del view, cells, rows
+        return self._lines
+
+
+class HelpScreen(ModalScreen[None]):
+    """A box over the screen; the top line stays bright and live."""
+
+    COMPONENT_CLASSES: ClassVar[set[str]] = set(ROLE_CLASSES)
+    BINDINGS = bindings(CLOSING)  # type: ignore[assignment]
+
+    def __init__(self, lines: Lines) -> None:
+        super().__init__()
+        self._text = lines
+
+    def compose(self) -> ComposeResult:
+        box = VerticalScroll(HelpText(self._text), id="help-box")
+        box.border_title = "Keys"
+        box.border_subtitle = "escape closes"
+        yield box
+
+
+def help_lines(app: App[None], screen: Screen[object]) -> Lines:
+    """The screen's own keys, those that work everywhere, those of the focused widget, and the meaning of the marks."""
+    title = str(screen.title or "")
+    groups: dict[str, dict[str, tuple[list[str], Binding]]] = {title: {}, EVERYWHERE: {}, MOVING: {}}
+    for node, binding, enabled, _ in screen.active_bindings.values():
+        if not enabled or binding.system or not binding.description:
+            continue
+        group = MOVING if binding.id is None else EVERYWHERE if node is app else title
+        keys, _ = groups[group].setdefault(binding.action, ([], binding))
+        keys.append(app.get_key_display(binding))
+    lines: list[Line] = []
+    for group, rows in groups.items():
+        if group == MOVING and isinstance(screen, StationScreen):
+            lines += _legend(screen)
+        if rows:
+            lines.append(((group, "strong"),))
+        for keys, binding in rows.values():
+            lines += _row(" ".join(dict.fromkeys(keys)), binding.description, binding.tooltip)
+        lines.append(())
+    return tuple(lines[:-1])
+
+
+def _legend(screen: StationScreen) -> Iterator[Line]:
+    if screen.LEGEND:
+        yield (("Marks", "strong"),)
+        for mark, meaning in screen.LEGEND:
+            head, *further = textwrap.wrap(meaning, CELLS - KEY_CELLS - 2)
+            yield ((f"  {mark:<{KEY_CELLS}}", "accent"), (head, "plain"))
+            yield from (((" " * (2 + KEY_CELLS), "plain"), (piece, "plain")) for piece in further)
+        yield ()
+
+
+def _row(keys: str, words: str, sentence: str) -> Iterator[Line]:
+    column = max(WORD_CELLS, len(words) + 1)  # a longer name shifts only its own sentence
+    pieces = textwrap.wrap(sentence, CELLS - KEY_CELLS - column - 2) or [""]
+    head: Line = ((f"  {keys:<{KEY_CELLS}}", "accent"), (f"{words:<{column}}", "plain"))
+    yield (*head, (pieces[0], "quiet"))
+    for piece in pieces[1:]:
+        yield ((" " * (2 + KEY_CELLS + column), "plain"), (piece, "quiet"))
