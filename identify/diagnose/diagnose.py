@@ -181,7 +181,7 @@ def diagnose(
     left, ((before, after), (heldout, held)) = both(
         lambda: unexplained_of(explanation.weighing, explanation.fit), drifted
     )
-    left = above_noise(left, heldout) if explanation.causes else left
+    left = above_noise(left, heldout)
     forces = unexplained_forces(left)
     causes = findings_of(explanation, covariance, missing, unexplained_nats(left))
     gap, trials = both(

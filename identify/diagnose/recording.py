@@ -7,6 +7,7 @@ velocity spikes are removed first: readings that no motion links to their neighb
 
 import math
 from collections.abc import Collection, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,7 +25,8 @@ from identify.diagnose.regression import PIECE_S
 from identify.dive import Dive, Signal
 from identify.effects.effect import OWN_VELOCITY, PULSES, QUICK_COMMANDS
 from identify.estimators.refusals import refuse_unpushed, solvable
-from identify.forces import tells_thrusters
+from identify.estimators.timing import coarse_delay_s
+from identify.forces import tells_thrusters, wrench
 from identify.identifiability import MOST_ADDED
 from identify.ingest.commands import sampled_slowly
 from identify.statistics import Z95
@@ -125,6 +127,8 @@ def fitted_nominal(dive: Dive, file: VehicleFile, configuration: str, like: Nomi
         refuse_unpushed(dive, file, configuration)
         with solvable(dive):
             nominal = nominal_of(dive, file, configuration, like.timing_s if like else None)
+            if like is None and not dive.velocity_is_filtered:
+                nominal = _with_late_thrust(nominal, dive, file, configuration)
     except FitError as error:
         # The source separates two recordings of one name.
         raise FitError(error.reason, of=dive.source) from None
@@ -133,6 +137,20 @@ def fitted_nominal(dive: Dive, file: VehicleFile, configuration: str, like: Nomi
             f"{nominal.built.strange}; give the vehicle file and the configuration that it was dived with",
             of=dive.source,
         )
+    return nominal
+
+
+def _with_late_thrust(nominal: Nominal, dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
+    """The fit with the delay of the thrust that the likelihood prefers, coarsely, from which the search begins.
+
+    Columns for small delays lead to a large delay only where the likelihood rises all the way.
+    """
+    if _seldom(dive, file.vehicle.configurations[configuration]):
+        return nominal
+    forces = wrench(dive, file, configuration)
+    with suppress(np.linalg.LinAlgError):
+        delay_s = coarse_delay_s(forces, nominal.built, nominal.joint, nominal.theta)
+        return replace(nominal, late_thrust_s=(delay_s, 0.0))
     return nominal
 
 

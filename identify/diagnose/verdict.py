@@ -95,10 +95,10 @@ OTHERS: dict[Variable, str] = {
 def above_noise(left: Unexplained, held: Shrink) -> Unexplained:
     """The unexplained remainder, without degrees of freedom in which the model drifts no more than noise.
 
-    It applies if the causes close enough of the gap on held-out pieces. Slow or rare forces are kept, because a
-    disturbance absorbs them without a drift, and so are reading errors.
+    It applies if the causes close enough of the gap on held-out pieces, or if there is no gap there. Slow or rare
+    forces are kept, because a disturbance absorbs them without a drift, and so are reading errors.
     """
-    if not held.value >= LEAST_CLOSED:
+    if held.value < LEAST_CLOSED:
         return left
     quiet = {axis.dof for axis in held.by_axis if axis.after < (1.0 + QUIET) * axis.floor}
     kept = [
@@ -166,7 +166,8 @@ def verdict_of(
         return "partly"
     if not findings:
         return "unknown" if swallowing(disturbance) else "no_gap"
-    return "ambiguous" if any(cause.also for cause in findings) else "explained"
+    accepted = [cause for cause in findings if cause.probability >= LIKELY]
+    return "ambiguous" if any(cause.also for cause in accepted or findings) else "explained"
 
 
 def share_left(verdict: Verdict, closes: float) -> float:

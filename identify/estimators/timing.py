@@ -44,7 +44,7 @@ LEAST_S = 0.005
 LOST, FALLS = 30.0, 3
 """The grid ends after FALLS delays in succession that are each more than LOST nats below the best."""
 
-CLOSER = 5
+CLOSER = 12
 SETTLED = 0.2
 """Share of half an interval: a fit at a delay closer to the best than this is good enough."""
 
@@ -60,7 +60,7 @@ LEAST, MOST = np.array([-0.1, 0.0, 0.0]), np.array([0.8, 0.5, 1.0])
 velocities may differ too."""
 
 DELAYS_S = (0.0, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0)
-"""Start values of the thrust delay, to be compared by yaw, which no velocity filter hides."""
+"""Start values of the thrust delay, to be compared by all axes, or by yaw alone beside an autopilot's velocity."""
 
 LAGS_S = (0.05, 0.1, 0.2, 0.3, 0.45)
 """Extra lags of the thrusters beyond the vehicle file, tried if yaw finds the thrust late by LATE_ENOUGH_S. A
@@ -135,7 +135,7 @@ def with_delay(
     The search runs twice, because drag and Coriolis forces come from the speeds of a fit at another delay, and draw
     the first result towards that delay.
     """
-    profile = _profile(forces, built, fit)
+    profile = _profile(forces, built, fit.joint, fit.theta)
     falls = 0
     for by_s in GRID_S:
         below = profile.top(by_s, COARSELY) < profile.tops[profile.best] - LOST
@@ -152,7 +152,7 @@ def with_delay(
         return None
     built = delayed(built, forces, first_s)
     fit, forces = refit(built), replace(forces, time_s=forces.time_s + first_s)
-    more_s, half_s = _near(_profile(forces, built, fit), 0.0, half_s)
+    more_s, half_s = _near(_profile(forces, built, fit.joint, fit.theta), 0.0, half_s)
     if abs(more_s) > SETTLED * half_s:
         built = delayed(built, forces, more_s)
         fit = refit(built)
@@ -160,14 +160,23 @@ def with_delay(
     return Delayed(ThrustDelay(by_s, by_s - half_s, by_s + half_s, in_file_s), built, fit)
 
 
-def _profile(forces: WrenchHistory, built: Axes, fit: JointFit) -> _Profile:
+def coarse_delay_s(forces: WrenchHistory, built: Axes, joint: JointLikelihood, theta: Array) -> float:
+    """The delay of DELAYS_S from which the likelihood, maximised over all else at each delay, falls."""
+    profile = _profile(forces, built, joint, theta)
+    for by_s in DELAYS_S:
+        if profile.top(by_s, COARSELY) < profile.tops[profile.best]:
+            break
+    return profile.best
+
+
+def _profile(forces: WrenchHistory, built: Axes, joint: JointLikelihood, theta: Array) -> _Profile:
     def at(by_s: float) -> JointLikelihood:
         moved = (
-            replace(problem, axis=later(problem.axis, built, forces, by_s)) for problem in fit.joint.problems
+            replace(problem, axis=later(problem.axis, built, forces, by_s)) for problem in joint.problems
         )
-        return replace(fit.joint, problems=tuple(problem.reshaped() for problem in moved))
+        return replace(joint, problems=tuple(problem.reshaped() for problem in moved))
 
-    return _Profile(at, {0.0: fit.theta})
+    return _Profile(at, {0.0: theta})
 
 
 def _near(profile: _Profile, about_s: float, apart_s: float) -> tuple[float, float]:
@@ -181,7 +190,11 @@ def _near(profile: _Profile, about_s: float, apart_s: float) -> tuple[float, flo
         best = float(np.clip(vertex, sides[0], sides[2]))
         if FLAT[0] < fallen < FLAT[1] and moved < 0.5 * apart:
             break
-        apart = min(half, apart)
+        # On a slope the best lies beyond the sides, and closer points would not reach it.
+        if moved <= apart:
+            apart = min(half, apart)
+    else:
+        half = max(half, apart)
     profile.top(best, NEARLY)
     return best, half
 
