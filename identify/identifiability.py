@@ -362,7 +362,7 @@ def _absurd(parameter: Estimate, configuration: Configuration) -> tuple[str, str
 
 def _held(parameter: Estimate, configuration: Configuration, traded: bool) -> tuple[Estimate, Doubt | None]:
     coefficient = OF_HULL[parameter.name]
-    rigid, rigid_std = configuration.rigid_body(coefficient.dof)
+    rigid, _ = configuration.rigid_body(coefficient.dof)
     if not math.isfinite(parameter.value):
         return parameter, None
     small = 0 < parameter.std < TELLING_PER_S * rigid and parameter.value < Z95 * parameter.std
@@ -373,19 +373,13 @@ def _held(parameter: Estimate, configuration: Configuration, traded: bool) -> tu
     if parameter.value >= coefficient.high * (1 - NEAR):
         return _at(parameter, coefficient, "upper", coefficient.high)
     came_out = f"{parameter.name} came out at {_written_out(parameter.value)} {parameter.unit}"
-    if coefficient.kind == "mass" and parameter.identifiable and parameter.high95 < rigid - Z95 * rigid_std:
+    if parameter.identifiable and is_too_light(coefficient, parameter.high95, configuration):
         problem, remedy = (
             f"{came_out}, below the rigid body's own {rigid:g}, which no water can take away",
             "the vehicle file's thrust is too weak or its mass too large; measure both again.",
         )
         return parameter, Doubt((parameter.name,), problem, remedy, Outcome.DISAGREES)
-    most = (1.0 + MOST_ADDED) * (rigid + Z95 * rigid_std)
-    if (
-        coefficient.kind == "mass"
-        and coefficient.dof < 3
-        and parameter.identifiable
-        and parameter.low95 > most
-    ):
+    if parameter.identifiable and is_too_heavy(coefficient, parameter.low95, configuration):
         problem, remedy = (
             f"{came_out}, {parameter.value / rigid:.1f} times the vehicle file's dry "
             "mass, which no water round it can make up",
@@ -394,6 +388,19 @@ def _held(parameter: Estimate, configuration: Configuration, traded: bool) -> tu
         )
         return parameter, Doubt((parameter.name,), problem, remedy, Outcome.DISAGREES)
     return parameter, None
+
+
+def is_too_light(coefficient: Coefficient, high95: float, configuration: Configuration) -> bool:
+    """Whether a mass is below the rigid body's own, which no water can take away; high95: end of its interval."""
+    rigid, std = configuration.rigid_body(coefficient.dof)
+    return coefficient.kind == "mass" and high95 < rigid - Z95 * std
+
+
+def is_too_heavy(coefficient: Coefficient, low95: float, configuration: Configuration) -> bool:
+    """Whether a mass in a translation is more than water can add; low95: end of its interval."""
+    rigid, std = configuration.rigid_body(coefficient.dof)
+    most = (1.0 + MOST_ADDED) * (rigid + Z95 * std)
+    return coefficient.kind == "mass" and coefficient.dof < 3 and low95 > most
 
 
 def _at(parameter: Estimate, coefficient: Coefficient, side: str, bound: float) -> tuple[Estimate, Doubt]:

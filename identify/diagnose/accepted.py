@@ -35,6 +35,7 @@ from identify.effects.course import Course
 from identify.effects.effect import Compensation, Effect
 from identify.estimators.likelihood_axis import DAMPING, MASS
 from identify.estimators.misfit import Multiplier, doubts_of, timing_of
+from identify.identifiability import is_too_heavy, is_too_light
 from identify.identification import Culprit, Doubt
 from identify.statistics import Z95
 from identify.words import capital, listed
@@ -188,6 +189,11 @@ def _linear(
         if dof in now.doubted:
             continue
         outside = [c.name for c, (v, _) in axis.items() if not kept[c.name][0] <= v <= kept[c.name][1]]
+        far = float(np.exp(Z95 * np.hypot(stds[0], misfit.off[dof])))
+        if is_too_light(MASSES[dof], mass[dof] * far, shape) or is_too_heavy(
+            MASSES[dof], mass[dof] / far, shape
+        ):
+            outside.append(MASSES[dof].name)
         if not stds[0] < LEAST_KNOWN or outside:
             why = (
                 f"{outside[0]} came out where no such vehicle can be"

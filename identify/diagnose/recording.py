@@ -24,7 +24,7 @@ from identify.diagnose.nominal import SURGE, SWAY, Nominal, nominal_of
 from identify.diagnose.regression import PIECE_S
 from identify.dive import Dive, Signal
 from identify.effects.effect import OWN_VELOCITY, PULSES, QUICK_COMMANDS
-from identify.estimators.refusals import refuse_unpushed, solvable
+from identify.estimators.refusals import refuse_unmoved, refuse_unpushed, solvable
 from identify.estimators.timing import coarse_delay_s
 from identify.forces import tells_thrusters, wrench
 from identify.identifiability import MOST_ADDED
@@ -125,6 +125,7 @@ def fitted_nominal(dive: Dive, file: VehicleFile, configuration: str, like: Nomi
     """
     try:
         refuse_unpushed(dive, file, configuration)
+        refuse_unmoved(dive)
         with solvable(dive):
             nominal = nominal_of(dive, file, configuration, like.timing_s if like else None)
             if like is None and not dive.velocity_is_filtered:

@@ -29,6 +29,9 @@ BRAKED_S = 10.0
 LEAST_M_S, LEAST_RAD_S = 0.005, 0.01
 """Smallest speed under thrust that a DVL or a gyro resolves."""
 
+MEAN_S, OFTEN = 1.0, 0.95
+"""Interval of the means by which a vehicle is seen to move, and the share of them that may exceed its noise."""
+
 DRIVEN = {0: LEAST_M_S, 1: LEAST_M_S, 2: LEAST_M_S, 3: LEAST_RAD_S, 4: LEAST_RAD_S, 5: LEAST_RAD_S}
 
 
@@ -166,6 +169,37 @@ def refuse_unpushed(dive: Dive, file: VehicleFile, configuration: str) -> None:
             "does; dive again with starts, stops and turns under thrust",
             of=dive.name,
         )
+
+
+def refuse_unmoved(dive: Dive) -> None:
+    """Raise FitError if no reading of motion ever left its noise, whatever was commanded: a vehicle that is held.
+
+    Speeds are means over MEAN_S, less the median of all, since a gyro at rest reads its bias.
+    """
+    read: dict[int, float] = {}
+    for signal, first in ((dive.velocity, 0), (dive.gyro, 3), (dive.fog, 5)):
+        columns = () if signal is None else tuple(_means(signal.time_s, column) for column in signal.value.T)
+        for dof, means in enumerate(columns, first):
+            if len(means):
+                speed = float(np.quantile(np.abs(means - np.median(means)), OFTEN))
+                read[dof] = max(read.get(dof, 0.0), speed)
+    if read and all(speed < DRIVEN[dof] for dof, speed in read.items()):
+        raise FitError(
+            f"the vehicle hardly moved: what was read stays within {1000 * LEAST_M_S:.0f} mm/s and "
+            f"{math.degrees(LEAST_RAD_S):.1f} deg/s of rest, so nothing can be told of what thrust does; let it swim "
+            "free, and dive again with starts, stops and turns under thrust",
+            of=dive.name,
+        )
+
+
+def _means(time_s: Array, values: Array) -> Array:
+    """Means of the finite values over intervals of MEAN_S, of intervals that hold any."""
+    known = np.isfinite(values)
+    if not known.any():
+        return np.zeros(0)
+    interval = ((time_s[known] - time_s[known][0]) / MEAN_S).astype(np.intp)
+    count = np.bincount(interval)
+    return np.asarray((np.bincount(interval, values[known]) / np.maximum(count, 1))[count > 0])
 
 
 def _driven(forces: WrenchHistory, mass: Array) -> Array:

@@ -21,7 +21,7 @@ from identify.estimators.likelihood_fit import JointFit, rough_maximum
 from identify.estimators.likelihood_joint import JointLikelihood, alone
 from identify.estimators.misfit import DOUBTFUL_SCORE
 from identify.estimators.readings import YAW
-from identify.estimators.refusals import lasting, refuse_unpushed, too_short
+from identify.estimators.refusals import lasting, refuse_unmoved, refuse_unpushed, too_short
 from identify.estimators.scoring import climb
 from identify.forces import WrenchHistory, wrench
 from identify.identification import ThrustDelay
@@ -438,6 +438,7 @@ def lasting_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
     pushed, and in the cases of `build_axes`."""
     lasting(dive)
     refuse_unpushed(dive, file, name)
+    refuse_unmoved(dive)
     built = build_axes(dated(dive, file, name), file, name)
     short = {axis.dof: reason for axis in built.axes if (reason := too_short(dive, axis.dof))}
     kept = tuple(axis for axis in built.axes if axis.dof not in short)
