@@ -435,3 +435,15 @@ def test_a_part_that_is_surely_small_is_told_though_it_may_be_nothing():
 def test_a_cause_of_which_all_is_vague_keeps_its_values():
     told = parameters_of(fitted(QUADRATIC_DRAG, [75, 0, 0, 3040, 0, 0], [60, 70, 70, 1600, 20, 20]), 0)
     assert len(told) == 6
+
+
+def test_a_centre_of_mass_is_told_from_a_thruster_that_sits_elsewhere_by_quick_thrust():
+    """A controller that answers noise makes accelerations as quick as its thrust."""
+    case = draw_case(386013, names=["cg_offset"], seconds=200.0)
+    nominal = planted_nominal(case)
+    shape, lag_s = nominal.course.configuration, nominal.course.lag_s
+    tried = [e for e in library(shape, lag_s) if e.name in ("cg_offset", "thruster_misalignment")]
+    (cause,) = explained(nominal, *tried).causes
+    assert cause.effect is CG_OFFSET_IN_SPACE
+    (truth,) = case.truth()["effects"]
+    assert cause.values[0] == pytest.approx(truth["parameters"]["x"], rel=0.05)

@@ -194,6 +194,34 @@ def test_thrust_that_can_not_have_moved_the_vehicle_is_refused_and_any_more_is_n
     refuse_unpushed(one_command(100.0), case.file, case.configuration)
 
 
+def test_a_vehicle_that_is_held_while_its_thrusters_run_is_refused(case):
+    dive = dive_of(case)
+    rng = np.random.default_rng(1)
+
+    def held(signal, noise):
+        return replace(signal, value=noise + noise * rng.standard_normal(signal.value.shape))
+
+    still = replace(
+        dive,
+        velocity=held(dive.velocity, 0.002),
+        gyro=held(dive.gyro, 0.004),
+        fog=None if dive.fog is None else held(dive.fog, 1e-4),
+    )
+    assert "the vehicle hardly moved" in refused(case, still)
+
+
+def test_a_delay_far_beyond_the_vehicle_file_s_is_named_with_its_size(case):
+    dive = dive_of(case)
+    early = replace(
+        dive,
+        pwm=Signal(dive.pwm.time_s - 0.8, dive.pwm.value),
+        tau_cmd=None if dive.tau_cmd is None else Signal(dive.tau_cmd.time_s - 0.8, dive.tau_cmd.value),
+    )
+    delay = next(item for item in diagnosed(case, dive=early).findings if item.name == "command_delay")
+    assert delay.probability > 0.9
+    assert delay.parameters["delay"].value == pytest.approx(0.8, abs=0.01)
+
+
 def test_a_mass_that_no_vehicle_has_is_refused_in_a_sentence(case):
     vehicle = case.file.vehicle
     shape = replace(vehicle.configurations[case.configuration], dry_mass_kg=1e9)

@@ -191,10 +191,21 @@ def test_what_makes_no_drift_beyond_noise_where_the_causes_close_a_gap_is_not_le
     assert above_noise(left, closing(1.3)) == left
 
 
-@pytest.mark.parametrize("value", [NAN, 0.2])
-def test_where_the_causes_close_little_of_the_gap_all_stays_left(value):
+def test_where_the_causes_close_little_of_the_gap_all_stays_left():
     left = left_by(100.0)
-    assert above_noise(left, closing(1.0, value)) == left
+    assert above_noise(left, closing(1.0, 0.2)) == left
+
+
+def test_without_a_gap_a_force_that_makes_no_drift_beyond_noise_is_no_unknown():
+    left = left_by(100.0)
+    assert verdict_of((), above_noise(left, closing(1.0, NAN)), 0.0, NAN, ()) == "no_gap"
+    assert above_noise(left, closing(1.3, NAN)) == left
+
+
+def test_a_cause_that_is_hardly_probable_makes_no_answer_ambiguous():
+    possible = replace(UNSURE, also=("thruster_misalignment",))
+    assert verdict_of((SURE, possible), left_by(), 1831.0, 0.8, ()) == "explained"
+    assert verdict_of((possible,), left_by(), 10.0, NAN, ()) == "ambiguous"
 
 
 def test_a_slow_force_or_a_reading_error_that_makes_no_drift_is_left_all_the_same():

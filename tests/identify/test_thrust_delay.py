@@ -39,6 +39,32 @@ def test_a_delay_up_to_a_second_is_found_and_the_values_are_those_with_it(late_s
     assert found.outcome is Outcome.CONVERGED
 
 
+class Likelihood:
+    """Log likelihoods that fall by the square of the distance to the best delay, without a fit."""
+
+    def __init__(self, best_s, width_s):
+        self._best_s, self._width_s = best_s, width_s
+
+    def top(self, by_s, _enough):
+        return -(((by_s - self._best_s) / self._width_s) ** 2)
+
+
+@pytest.mark.parametrize("width_s", [1e-3, 1e-4])
+def test_a_delay_far_from_where_the_grid_is_best_is_reached_on_a_steep_slope(width_s):
+    found_s, half_s = delay._near(Likelihood(0.345, width_s), 0.3, 0.02)
+    assert found_s == pytest.approx(0.345, abs=0.1 * width_s)
+    assert half_s == pytest.approx(1.39 * width_s, rel=0.1)
+
+
+def test_a_search_that_ends_on_a_slope_has_an_interval_no_shorter_than_its_steps():
+    class Slope:
+        def top(self, by_s, _enough):
+            return 1e4 * by_s
+
+    _, half_s = delay._near(Slope(), 0.3, 0.02)
+    assert half_s >= 0.02
+
+
 def test_what_is_told_says_what_to_write_into_the_vehicle_file():
     found = estimate(recorded(0.12), with_curve(delay_s=0.05), "only", network_tasks.quiet)
     told = found.thrust_delay
