@@ -11,7 +11,7 @@ from identify.diagnose.evidence import Evidence
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.rhythms import seas_of
 from identify.diagnose.weighing import CandidateEquations, Fitted, FormRemainder, Weighing, rows_of
-from identify.effects.effect import Effect
+from identify.effects.effect import Act, Effect
 from identify.side_by_side import both, side_by_side
 
 Array = NDArray[np.float64]
@@ -119,7 +119,7 @@ def explain(
         weighing, fit, refused = settled, settled_fit, frozenset()
         if again:
             break
-    judged = without_shadows_of_seas(weighing, fit)
+    judged = without_shadows_of_companions(weighing, fit)
     if len(judged.causes) < len(fit.causes):
         weighing, fit = _settled(nominal, weighing, judged, at)
     return Explanation(fit, weighing, weighing.now)
@@ -144,12 +144,12 @@ def _begun(nominal: Nominal, at: Callable[[Nominal, Sequence[Cause]], Weighing])
     return weighing, weighing.fitted(())
 
 
-def without_shadows_of_seas(weighing: Weighing, fit: Fitted) -> Fitted:
-    """The fit without causes that a sea's companions replace, including causes found before the sea."""
+def without_shadows_of_companions(weighing: Weighing, fit: Fitted) -> Fitted:
+    """The fit without causes that the companions of others replace, including causes found before these."""
     for k in range(len(fit.causes) - 1, -1, -1):
         others = weighing.fitted(_without(fit.causes, k))
-        seas = [cause for cause in others.causes if cause.effect.sea]
-        if not seas or fit.causes[k].effect.sea or fit.causes[k].effect.witnessed:
+        accompanied = any(cause.effect.sea or cause.effect.companions for cause in others.causes)
+        if not accompanied or fit.causes[k].effect.sea or fit.causes[k].effect.witnessed:
             continue
         tried = ranked_candidates(_beyond_all(weighing, others), others)
         gains = [gain for gain, _, cause in tried if cause.key == fit.causes[k].key]
@@ -319,12 +319,18 @@ def with_one_more(weighing: Weighing, fit: Fitted, refused: Collection[str] = ()
 
 
 def _beyond_all(weighing: Weighing, fit: Fitted) -> CandidateEquations:
-    """All candidates, with the forms of a fit's causes and the companions of a sea projected out.
+    """All candidates, with the forms of a fit's causes, the companions of a sea, and those that an effect names as its
+    own projected out.
 
     Waves also turn a hull as they push it, and a candidate that goes with the pitch rate would seem to explain all
-    the waves that a few lines leave out.
+    the waves that a few lines leave out. A tether also pulls upright, and a weight would seem to.
     """
-    acts = [act for cause in fit.causes if cause.effect.sea for act in companions(weighing.now.course, cause)]
+    course, acts = weighing.now.course, list[Act]()
+    for cause in fit.causes:
+        if cause.effect.sea:
+            acts += companions(course, cause)
+        elif cause.effect.companions:
+            acts += cause.effect.companions(course, cause.act(course))
     return weighing.candidates_beyond_forms(fit, acts)
 
 
