@@ -181,7 +181,7 @@ def diagnose(
     left, ((before, after), (heldout, held)) = both(
         lambda: unexplained_of(explanation.weighing, explanation.fit), drifted
     )
-    left = above_noise(left, heldout)
+    left = above_noise(left, heldout, nominal.filtered)
     forces = unexplained_forces(left)
     causes = findings_of(explanation, covariance, missing, unexplained_nats(left))
     gap, trials = both(

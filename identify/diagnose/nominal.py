@@ -275,17 +275,23 @@ def _bounded(problem: AxisLikelihood) -> AxisLikelihood:
 def _without_quick(start: Filters, built: Axes) -> Axes:
     """The axes without degrees of freedom that settle within a few commands: the recording misses their motion in
     between."""
-    theta = start.theta
     quick = {
         problem.axis.dof
         for problem, place in zip(start.joint.problems, start.joint.places, strict=True)
-        if theta[place.start + MASS] - theta[place.start + DAMPING] < np.log(QUICKEST_S)
+        if np.exp(start.theta[place][MASS]) < QUICKEST_S * _braking_of(problem, start.theta[place])
     }
     left = dict.fromkeys(
         quick, f"it settles within {QUICKEST_S:g} s, too quickly to be told from recorded commands"
     )
     kept = tuple(axis for axis in built.axes if axis.dof not in quick)
     return replace(built, axes=kept, missing=built.missing | left) if kept and left else built
+
+
+def _braking_of(problem: AxisLikelihood, theta: Array) -> float:
+    """Slope of an axis's drag at its usual speed, N s/m or N m s/rad."""
+    quadratic = problem.axis.quadratic + problem.quadratic(theta)
+    usual = float(np.sqrt(np.average(problem.axis.speed**2, weights=problem.axis.step_s)))
+    return float(np.exp(theta[DAMPING])) + 2.0 * quadratic * usual
 
 
 def _without_still(built: Axes, dive: Dive) -> Axes:

@@ -6,7 +6,7 @@ others.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -92,13 +92,14 @@ OTHERS: dict[Variable, str] = {
 }
 
 
-def above_noise(left: Unexplained, held: Shrink) -> Unexplained:
+def above_noise(left: Unexplained, held: Shrink, filtered: Collection[int]) -> Unexplained:
     """The unexplained remainder, without degrees of freedom in which the model drifts no more than noise.
 
-    It applies if the causes close enough of the gap on held-out pieces, or if there is no gap there. Slow or rare
+    It applies if the causes close enough of the gap on held-out pieces; without a gap there only behind an
+    autopilot's filter, of the degrees of freedom `filtered`, where even the nominal model is less exact. Slow or rare
     forces are kept, because a disturbance absorbs them without a drift, and so are reading errors.
     """
-    if held.value < LEAST_CLOSED:
+    if not (held.value >= LEAST_CLOSED or (filtered and math.isnan(held.value))):
         return left
     quiet = {axis.dof for axis in held.by_axis if axis.after < (1.0 + QUIET) * axis.floor}
     kept = [

@@ -187,19 +187,21 @@ def closing(after, value=1.0):
 
 def test_what_makes_no_drift_beyond_noise_where_the_causes_close_a_gap_is_not_left():
     left = left_by(100.0, 50.0)
-    assert above_noise(left, closing(1.2)).shapes == ()
-    assert above_noise(left, closing(1.3)) == left
+    assert above_noise(left, closing(1.2), ()).shapes == ()
+    assert above_noise(left, closing(1.3), ()) == left
 
 
-def test_where_the_causes_close_little_of_the_gap_all_stays_left():
+@pytest.mark.parametrize("value", [NAN, 0.2])
+def test_where_the_causes_close_little_of_the_gap_all_stays_left(value):
     left = left_by(100.0)
-    assert above_noise(left, closing(1.0, 0.2)) == left
+    assert above_noise(left, closing(1.0, value), ()) == left
 
 
-def test_without_a_gap_a_force_that_makes_no_drift_beyond_noise_is_no_unknown():
-    left = left_by(100.0)
-    assert verdict_of((), above_noise(left, closing(1.0, NAN)), 0.0, NAN, ()) == "no_gap"
-    assert above_noise(left, closing(1.3, NAN)) == left
+def test_behind_an_autopilots_filter_a_force_without_a_drift_is_no_unknown_where_there_is_no_gap():
+    left, filtered = left_by(100.0), (0, 1, 2)
+    assert verdict_of((), above_noise(left, closing(1.0, NAN), filtered), 0.0, NAN, ()) == "no_gap"
+    assert above_noise(left, closing(1.3, NAN), filtered) == left
+    assert above_noise(left, closing(1.0, 0.2), filtered) == left
 
 
 def test_a_cause_that_is_hardly_probable_makes_no_answer_ambiguous():
@@ -214,7 +216,7 @@ def test_a_slow_force_or_a_reading_error_that_makes_no_drift_is_left_all_the_sam
     slow = replace(left, shapes=(replace(left.shapes[0], timing="drifting"),))
     read = replace(left, forces=(0.0,))
     for one in (slow, read):
-        assert above_noise(one, closing(1.0)) == one
+        assert above_noise(one, closing(1.0), ()) == one
 
 
 def test_only_forces_beyond_chance_count_as_left():
