@@ -23,7 +23,7 @@ from gcs_plugin.recording.hub import Hub
 from gcs_plugin.recording.recorder import Recorder
 from gcs_plugin.recording.state import Holding, write_holding
 from tui import cli
-from tui.fetched import MIRROR
+from tui.commands.fetch import MIRROR
 
 pytestmark = pytest.mark.usefixtures("switched_off")
 

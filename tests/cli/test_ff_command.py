@@ -40,7 +40,7 @@ def vehicle(monkeypatch):
     vehicle = afloat()
     monkeypatch.setattr("bridge.links.open.open_link", lambda _: vehicle)
     monkeypatch.setattr("bridge.clock.SystemClock", lambda: vehicle.clock)
-    monkeypatch.setattr("tui.switching.REOPEN_EVERY_S", 0.0)
+    monkeypatch.setattr("tui.commands.ff.REOPEN_EVERY_S", 0.0)
     return vehicle
 
 

@@ -27,7 +27,8 @@ from identify.identification import Identification, Outcome, estimate
 from identify.ingest.open import read_dive
 from tui import cli
 from tui.commands import identify as command
-from tui.parameter_files import Leave, targets_of_identification
+from tui.commands.params import targets_of_identification
+from tui.parameter_files import Leave
 
 ROOT = Path(__file__).resolve().parents[2]
 DIVE = ROOT.parent / "shared" / "sealed" / "open_1" / "dive.tlog.gz"
@@ -99,7 +100,7 @@ def test_files_are_written_though_the_reader_of_the_table_leaves_at_its_first_li
         raise BrokenPipeError
 
     drawn = []
-    monkeypatch.setattr("tui.answers.tell", left)
+    monkeypatch.setattr("tui.commands.identify.tell", left)
     monkeypatch.setattr("tui.pages.publish", lambda *words: drawn.append(words) or [])
     out = tmp_path / "out.json"
     with contextlib.suppress(BrokenPipeError, SystemExit):

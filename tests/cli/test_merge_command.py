@@ -133,7 +133,7 @@ def test_a_file_that_may_not_be_read_is_told_as_any_other(folder, monkeypatch, c
     def refused(*_):
         raise PermissionError(13, "Permission denied", "secret.tlog")
 
-    monkeypatch.setattr("tui.merging.load_recording", refused)
+    monkeypatch.setattr("tui.commands.merge.load_recording", refused)
     assert cli.main(["merge", str(folder), "secret.tlog"]) == exit_codes.BAD_INPUT
     said = "seatrial: secret.tlog: Permission denied; check the path, its rights and the disk"
     assert said in " ".join(capsys.readouterr().err.split())

@@ -17,8 +17,7 @@ from gcs_plugin.params.files import Interval, Sidecar, write_sidecar
 from identify.identification import Identification, Outcome, estimate
 from identify.priors import with_priors
 from tui import cli
-from tui.accepted import doubted_of
-from tui.commands.prior import with_priors_written
+from tui.commands.prior import doubted_of, with_priors_written
 
 BUNDLED = Path(__file__).resolve().parents[2] / "configs" / "vehicles" / "ruvifist.yaml"
 

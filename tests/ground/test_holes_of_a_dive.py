@@ -17,8 +17,8 @@ from gcs_plugin.fetch.holes import Hole, as_sent, holes_in, lost_in
 from gcs_plugin.fetch.mirror import damaged_before
 from gcs_plugin.fetch.whole import made_whole, newest_frames, write_records
 from gcs_plugin.peers import ground_heartbeat
-from tui.fetched import MIRROR, Fetched, Fetcher
-from tui.merging import Merged, Refused, merge_all
+from tui.commands.fetch import MIRROR, Fetched, Fetcher
+from tui.commands.merge import Merged, Refused, merge_all
 
 pytestmark = pytest.mark.usefixtures("switched_off")
 

@@ -39,16 +39,17 @@ from identify.batch.run import Cache
 from identify.challenge.seal import read_key
 from identify.ingest.open import read_dive
 from identify.report.page import Report, write_report
-from tui.accepted import priors_of
 from tui.app import themes
 from tui.app.jobs import Kept
 from tui.app.keys import load_keymap
 from tui.app.screens.identify_lines import load_identified, places
 from tui.commands.challenge import _answer
+from tui.commands.params import targets_of_identification
 from tui.commands.plan import check_plan, identification
+from tui.commands.prior import priors_of
 from tui.dive_list import row_of
 from tui.job import work
-from tui.parameter_files import Leave, read_identification, targets_of_identification
+from tui.parameter_files import Leave, read_identification
 from tui.recordings import vehicle_named
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -15,7 +15,7 @@ from gcs_plugin.recording.recorder import Recorder
 from tui.app import recorder as of_app
 from tui.app.header import header
 from tui.app.view import View
-from tui.recording import RecordingState
+from tui.commands.record import RecordingState
 
 
 class Disk:

@@ -3,45 +3,22 @@
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from bridge import exit_codes
 from bridge.plain import is_number
+from bridge.vehicle.coefficients import BY_NAME, OF_HULL
+from bridge.vehicle.config import load_vehicle
+from gcs_plugin.params.identified import doubt_lines, doubted_in
+from identify.effects.library import library
+from identify.export.model import Model, model_of
+from identify.export.targets import TARGETS, export, is_held, with_effects
+from tui import show
+from tui.files import Files, check_files
+from tui.parameter_files import Leave, accepted_model, check_outcome, read_identification
 from tui.show import STANDARD_OUTPUT
-
-if TYPE_CHECKING:
-    from identify.export.model import Model
-    from tui.parameter_files import Leave
-
-EXAMPLE = "seatrial export hovering.json --vehicle ruvifist --to gazebo --out hovering.sdf"
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "file",
-        metavar="MODEL",
-        help="the JSON of identify, the .param of diagnose --accept, or a vehicle file whose configuration has a model",
-    )
-    parser.add_argument(
-        "--to", required=True, metavar="TARGET", help="the simulator: gazebo, stonefish or ardusub-json"
-    )
-    parser.add_argument("--vehicle", metavar="FILE", help="the vehicle file, where MODEL is JSON or .param")
-    parser.add_argument("--out", metavar="FILE", help="the file (where not given, standard output)")
-    parser.add_argument(
-        "--despite-doubts", action="store_true", help="take an identification that did not converge"
-    )
-    parser.add_argument(
-        "--json", metavar="FILE", help="write what did not fit in as JSON; - for standard output"
-    )
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from gcs_plugin.params.identified import doubt_lines
-    from identify.export.targets import TARGETS, export
-    from tui import show
-    from tui.files import Files, check_files
-    from tui.parameter_files import Leave
-
     if arguments.to not in TARGETS:
         raise exit_codes.UsageError(
             f"--to {arguments.to}: no such target; the targets are {', '.join(TARGETS)}"
@@ -82,12 +59,8 @@ def run(arguments: argparse.Namespace) -> int:
     return files.code(exit_codes.DONE)
 
 
-def _model(
-    given: str, vehicle: str | None, out: str | None, leave: "Leave"
-) -> "tuple[Model, dict[str, str]]":
+def _model(given: str, vehicle: str | None, out: str | None, leave: Leave) -> tuple[Model, dict[str, str]]:
     """Return the model that MODEL names, and the doubts about its values. Raises UsageError if it names no model."""
-    from bridge.vehicle.config import load_vehicle
-
     if given.endswith(".json"):
         return _identified(Path(given), vehicle, leave)
     if given.endswith(".param"):
@@ -99,7 +72,6 @@ def _model(
         raise exit_codes.UsageError(
             f"--out {out}: would write over {file.path}, which this command reads: nothing was done; name another file"
         )
-    from identify.export.model import model_of
 
     configuration = file.configuration_of(None)
     coefficients = file.vehicle.configurations[configuration].model
@@ -111,13 +83,7 @@ def _model(
     return model_of(coefficients, file, configuration), {}
 
 
-def _identified(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model, dict[str, str]]":
-    from bridge.vehicle.coefficients import OF_HULL
-    from bridge.vehicle.config import load_vehicle
-    from gcs_plugin.params.identified import doubted_in
-    from identify.export.model import model_of
-    from tui.parameter_files import check_outcome, read_identification
-
+def _identified(path: Path, vehicle: str | None, leave: Leave) -> tuple[Model, dict[str, str]]:
     if vehicle is None:
         raise exit_codes.UsageError(
             f"{path}: an identification needs --vehicle FILE, for thrusters and weight; add it"
@@ -152,14 +118,7 @@ def _identified(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model
     return model_of(values, file, shape, intervals), doubted
 
 
-def _accepted(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model, dict[str, str]]":
-    from bridge.vehicle.coefficients import BY_NAME, OF_HULL
-    from bridge.vehicle.config import load_vehicle
-    from identify.effects.library import library
-    from identify.export.model import model_of
-    from identify.export.targets import is_held, with_effects
-    from tui.parameter_files import accepted_model
-
+def _accepted(path: Path, vehicle: str | None, leave: Leave) -> tuple[Model, dict[str, str]]:
     if vehicle is None:
         raise exit_codes.UsageError(
             f"{path}: parameters need --vehicle FILE, for thrusters and weight; add it"
