@@ -94,7 +94,8 @@ def _inputs(arguments: argparse.Namespace) -> Iterator[Path]:
     for name in READ:
         words = getattr(arguments, name, None) or ()
         for word in (words,) if isinstance(words, str) else words:
-            for path in map(Path, [word, *glob.glob(word, recursive=True)]):
+            # A vehicle file may be named with its configuration, as our.yaml:heavy.
+            for path in map(Path, [word, word.partition(":")[0], *glob.glob(word, recursive=True)]):
                 yield from (place for place in (path, sidecar_path(path)) if path.name and place.is_file())
                 yield from _of_dives(path)
     columns = getattr(arguments, "columns", None)

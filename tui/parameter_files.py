@@ -1,4 +1,4 @@
-"""Parameter files between `identify` and `params`: read any of their files, write `.param` with its sidecar."""
+"""Files that hold a model: the JSON of `identify`, and a `.param` with its sidecar. Read, and checked to be fit."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,10 +12,7 @@ from bridge.plain import from_json, is_number
 from bridge.schema import why_unread
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.effect_coefficients import AcceptedEffect
-from gcs_plugin.params.files import (
-    read_parameters,
-    read_sidecar,
-)
+from gcs_plugin.params.files import Sidecar, read_parameters, read_sidecar
 from gcs_plugin.params.plan import coefficient_of
 from identify.identification import Outcome
 
@@ -32,7 +29,6 @@ class Leave:
 class AcceptedModel:
     """A parameter file with its sidecar as a model: values, 95 % intervals and doubts by coefficient; effects."""
 
-    file: VehicleFile
     configuration: str
     values: dict[str, float]
     intervals: dict[str, tuple[float, float]]
@@ -47,29 +43,42 @@ def accepted_model(path: Path, file: VehicleFile, leave: Leave) -> AcceptedModel
     converge.
     """
     try:
-        values, sidecar = read_parameters(path), read_sidecar(path)
+        values = read_parameters(path)
     except ParamError as error:
         raise UsageError(str(error)) from None
+    sidecar = sidecar_of(path)
     if sidecar is None:
         raise UsageError(
             f"{path}: has no sidecar that says of which vehicle it is; give one with {path.name}.json"
         )
     check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave, "written")
-    if sidecar.vehicle != file.vehicle.name or file.configuration not in (None, sidecar.configuration):
-        raise UsageError(
-            f"{path}: is of vehicle '{sidecar.vehicle}', configuration '{sidecar.configuration}', and {file.path} is "
-            "not: nothing was written; name its own"
-        )
-    file.vehicle.configuration_named(sidecar.configuration)
+    check_vehicle(path, sidecar.vehicle, sidecar.configuration, file)
     named = {name: coefficient for name in values if (coefficient := coefficient_of(name)) is not None}
     return AcceptedModel(
-        file,
         sidecar.configuration,
         {coefficient.name: values[name] for name, coefficient in named.items() if values[name]},
         {interval.coefficient: (interval.low95, interval.high95) for interval in sidecar.intervals.values()},
         sidecar.effects,
         sidecar.doubted,
     )
+
+
+def sidecar_of(path: Path) -> Sidecar | None:
+    """The sidecar of a parameter file; None if it has none. Raises UsageError for a damaged one."""
+    try:
+        return read_sidecar(path)
+    except ParamError as error:
+        raise UsageError(str(error)) from None
+
+
+def check_vehicle(path: Path, vehicle: str, configuration: str, file: VehicleFile) -> None:
+    """Raise UsageError for a model of another vehicle than that of `file`, or of another configuration."""
+    if vehicle != file.vehicle.name or file.configuration not in (None, configuration):
+        raise UsageError(
+            f"{path}: is of vehicle '{vehicle}', configuration '{configuration}', and {file.path} is not: nothing was "
+            "written; name its own"
+        )
+    file.vehicle.configuration_named(configuration)
 
 
 def check_outcome(path: Path, outcome: str, leave: Leave, done: str) -> None:
@@ -83,7 +92,7 @@ def check_outcome(path: Path, outcome: str, leave: Leave, done: str) -> None:
 
 def read_identification(path: Path) -> dict[str, Any]:
     """Read an identification's JSON and check the parts used here. Raises UsageError for another file."""
-    data = _read(path)
+    data = read_json(path)
     if not _is_identification(data):
         raise UsageError(
             f"{path}: is not an identification; give the file that `seatrial identify --json` wrote"
@@ -118,7 +127,8 @@ def _is_estimate(data: Any) -> bool:
     )
 
 
-def _read(path: Path) -> dict[str, Any]:
+def read_json(path: Path) -> dict[str, Any]:
+    """Read the JSON that a verb wrote of one dive. Raises UsageError for another file."""
     try:
         data = from_json(read_small(path))
     except FileNotFoundError:

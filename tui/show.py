@@ -127,7 +127,7 @@ def say(console: Console, sentence: str) -> None:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of text; the columns named in `numbers` are aligned right."""
+    """A table of text; the columns named in `numbers` are aligned right, the last column may wrap."""
 
     title: str
     columns: Sequence[str]
@@ -169,13 +169,6 @@ class Table:
         with page.capture() as drawn:
             page.print(self.drawn(width))
         return [line.rstrip() for line in drawn.get().splitlines()]
-
-
-def table(
-    title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[str] = ()
-) -> Table:
-    """A table of text; the columns named in `numbers` are aligned right, the last may wrap."""
-    return Table(title, columns, rows, numbers)
 
 
 def put(console: Console, shown: Table) -> None:

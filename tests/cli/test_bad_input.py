@@ -161,8 +161,8 @@ OF_NO_USE = {
     ),
     ("plan", "--vehicle", f"{VEHICLE}:survey", "--after", "FILE.json"): (
         "no such file; check the name",
-        "is a folder; give what identify --json wrote",
-        "is no text; give what identify --json wrote",
+        "is a folder; give the file that --json wrote",
+        "is no text; give the file that --json wrote",
     ),
     ("params", "diff", "FILE.param", "--link", "udpin:127.0.0.1:0"): (
         "no such file; check the name",

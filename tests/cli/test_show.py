@@ -127,7 +127,7 @@ def test_brackets_in_a_note_are_shown_as_they_are(capsys):
 
 
 def test_a_table_shows_each_row_whole(capsys):
-    table = show.table("title", ("name", "value"), [("M_u", "111.6")], numbers=("value",))
+    table = show.Table("title", ("name", "value"), [("M_u", "111.6")], numbers=("value",))
     show.put(show.results(), table)
     shown = capsys.readouterr().out
     assert [line.split() for line in shown.splitlines() if "M_u" in line] == [["M_u", "111.6"]]
@@ -143,7 +143,7 @@ def test_cells_stay_whole_where_a_table_is_wider_than_its_lines(monkeypatch, cap
     monkeypatch.setenv("COLUMNS", "40")
     columns = ("parameter", "identified value", "true value", "what became of it")
     row = ("I_r, kg m2", "123.4567", "1.1 to 2.2", "a long sentence that goes on")
-    show.put(show.results(), show.table("", columns, [row], numbers=columns[1:3]))
+    show.put(show.results(), show.Table("", columns, [row], numbers=columns[1:3]))
     lines = capsys.readouterr().out.splitlines()
     assert "…" not in "".join(lines)
     (first,) = (line for line in lines if "I_r" in line)

@@ -45,7 +45,7 @@ def test_text_keeps_all_that_is_harmless() -> None:
 @pytest.mark.parametrize("terminal", [False, True])
 def test_tables_sentences_and_progress_mark_what_could_steer(terminal: bool) -> None:
     shown, out = console(terminal)
-    show.put(shown, show.table(STEERING, (STEERING, "value"), [(STEERING, STEERING), ("[/x]", "1")]))
+    show.put(shown, show.Table(STEERING, (STEERING, "value"), [(STEERING, STEERING), ("[/x]", "1")]))
     show.say(shown, f"notes: {STEERING} and [bold]so[/]")
     assert not steers(out.getvalue())
     assert out.getvalue().count(SHOWN) == 5

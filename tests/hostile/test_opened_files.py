@@ -45,7 +45,7 @@ from tui.app.keys import load_keymap
 from tui.app.screens.identify_lines import load_identified, places
 from tui.commands.challenge import _answer
 from tui.commands.params import targets_of_identification
-from tui.commands.plan import check_plan, identification
+from tui.commands.plan import check_plan
 from tui.commands.prior import priors_of
 from tui.dive_list import row_of
 from tui.job import work
@@ -282,7 +282,6 @@ def shut(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
 
 JSON: dict[str, tuple[Callable[[Path], Any], type[SeatrialError]]] = {
     "an identification": (read_identification, UsageError),
-    "what a plan starts from": (lambda path: identification(str(path)), UsageError),
     "what a vehicle keeps": (store.load, ParamError),
     "an answer to a case": (_answer, LogError),
 }

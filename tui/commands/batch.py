@@ -187,7 +187,7 @@ def dive_table(rows: Sequence[Row]) -> Table:
         (str(number), utc(row.unix_s), row.configuration or "-", f"{row.dive}: {row.error or _ended(row)}")
         for number, row in enumerate(rows, start=1)
     ]
-    return show.table("dives", ("no.", "date, UTC", "configuration", "dive"), lines, numbers=("no.",))
+    return show.Table("dives", ("no.", "date, UTC", "configuration", "dive"), lines, numbers=("no.",))
 
 
 def parameter_tables(
@@ -210,7 +210,7 @@ def parameter_tables(
         title = f"{configuration}: {', '.join(shown)}, with half of their 95 % intervals"
         title += "" if all(map(drift.counts, group)) else "; *: in no trend, for it did not converge"
         title += f"; {MARKS}" if any(name in row.doubted for row in group for name in shown) else ""
-        tables.append(show.table(title, ("no.", "date, UTC", *columns), lines, numbers=("no.", *columns)))
+        tables.append(show.Table(title, ("no.", "date, UTC", *columns), lines, numbers=("no.", *columns)))
     return tables
 
 
@@ -222,7 +222,7 @@ def trend_table(drift: Drift, configuration: str) -> Table:
         word = ("up" if trend.change > 0 else "down") if name in drift.real else "none shown"
         lines.append((name, str(trend.count), show.number(trend.mean), change, low, high, word))
     columns = ("name", "dives", "mean", "change %", "low 95 %", "high 95 %", "trend")
-    return show.table(f"{configuration}: first dive to last", columns, lines, numbers=columns[1:6])
+    return show.Table(f"{configuration}: first dive to last", columns, lines, numbers=columns[1:6])
 
 
 def drifts_to_json(drifts: Mapping[str, Drift]) -> dict[str, object]:

@@ -92,7 +92,7 @@ def _show(result: Score, json_target: str | None) -> None:
     console = show.results(json_target)
     rows = [(_percent(rate), *_bounds(rate), str(rate.of), name) for name, rate in result.rates.items()]
     columns = ("%", "low 95", "high 95", "cases", "what")
-    show.put(console, show.table("rates", columns, rows, columns[:4]))
+    show.put(console, show.Table("rates", columns, rows, columns[:4]))
     effects = [
         (
             effect.name,
@@ -103,9 +103,9 @@ def _show(result: Score, json_target: str | None) -> None:
         for effect in result.found
     ]
     heads = ("effect", "named", "smallest named", "largest missed")
-    show.put(console, show.table("by effect, sizes over the noise floor", heads, effects, heads[1:]))
+    show.put(console, show.Table("by effect, sizes over the noise floor", heads, effects, heads[1:]))
     values = [(show.number(value, 3), name) for name, value in result.numbers.items()]
-    show.put(console, show.table("numbers", ("value", "what"), values, ("value",)))
+    show.put(console, show.Table("numbers", ("value", "what"), values, ("value",)))
     if result.unanswered:
         show.say(console, f"no answer, so nothing named there: {', '.join(result.unanswered)}")
 

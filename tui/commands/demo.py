@@ -119,7 +119,7 @@ def identified_tables(done: Demo) -> list[Table]:
             if p.name in holds
         ]
         tables.append(
-            show.table(
+            show.Table(
                 f"{campaign.configuration}: identified and true parameters (masses: dry {dry_kg:g} kg, and added)",
                 ("parameter", "identified", "95 % interval", "true", "truth is"),
                 rows,
@@ -143,7 +143,7 @@ def tracking_table(modes: Sequence[str], rows: Sequence[Row]) -> Table:
                 f"{paper:.4f}" if paper else "-",
             )
         )
-    return show.table(
+    return show.Table(
         "mean absolute tracking error, configuration hovering (paper: both)",
         columns,
         lines,

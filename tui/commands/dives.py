@@ -46,7 +46,7 @@ def run(arguments: argparse.Namespace) -> int:
 def table_of(rows: list[DiveRow]) -> Any:
     """Table with one row per dive."""
     columns = ("when", "length", "MB", "loss %", "unheard", "mass", "damping", "dive")
-    return show.table(
+    return show.Table(
         "",
         columns,
         [

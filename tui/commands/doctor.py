@@ -170,7 +170,7 @@ def tell(arguments: argparse.Namespace, findings: Iterable[Finding]) -> int:
     """Print the findings as a table and JSON; the exit code says whether any failed."""
     listed = list(findings)
     rows = [(finding.level.value, finding.name, finding.sentence) for finding in listed]
-    show.put(show.results(arguments.json), show.table("", ("", "what", "finding"), rows))
+    show.put(show.results(arguments.json), show.Table("", ("", "what", "finding"), rows))
     show.write_json([finding.to_json() for finding in listed], arguments.json)
     return exit_codes.NO if worst(listed) is Level.FAIL else exit_codes.DONE
 

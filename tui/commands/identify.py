@@ -137,7 +137,7 @@ def tell(console: Console, dive: Dive, answer: Identification) -> None:
         columns = (*COLUMNS, *((PRIOR_COLUMN,) if priors else ()), LAST_COLUMN)
         rows = [_row(parameter, reasons, priors) for parameter in answer.parameters]
         numbers = ("value", "low 95 %", "high 95 %", "std, %", PRIOR_COLUMN)
-        show.put(console, show.table(title, columns, rows, numbers))
+        show.put(console, show.Table(title, columns, rows, numbers))
         for number, reason in enumerate(reasons, start=1):
             show.say(console, f"{number}: {reason}")
     doubts = [doubt.sentence for doubt in answer.doubts]
@@ -168,7 +168,7 @@ def tell_comparison(console: Console, compared: Comparison) -> None:
     if rows:
         title = f"{methods[0]} beside {methods[1]} ({compared.second.outcome.value})"
         columns = ("name", *methods, "unit", "apart, std", "beyond intervals")
-        show.put(console, show.table(title, columns, rows, (*methods, "apart, std")))
+        show.put(console, show.Table(title, columns, rows, (*methods, "apart, std")))
     if not compared.disagreements:
         for sentence in compared.sentences:
             show.say(console, f"note: {sentence}")

@@ -37,7 +37,7 @@ def run(arguments: argparse.Namespace) -> int:
     console = show.results(arguments.json)
     show.put(
         console,
-        show.table(
+        show.Table(
             f"{dive.name}: {dive.duration_s:.1f} s",
             ("signal", "samples", "rate Hz", "gaps", "longest s", "unknown %"),
             [

@@ -154,7 +154,7 @@ def show_values(arguments: argparse.Namespace, present: Mapping[str, float], veh
         rows = [(name, value_text(value), unit_of(name)) for name, value in shown.items()]
         show.put(
             show.results(arguments.json),
-            show.table("", ("name", "value", "unit"), rows, numbers=("value",)),
+            show.Table("", ("name", "value", "unit"), rows, numbers=("value",)),
         )
     with Files() as files:
         if arguments.out and shown:
@@ -176,7 +176,7 @@ def show_plan(arguments: argparse.Namespace, planned: Planned, hidden: Collectio
     """Print the plan's lines, without those of the `hidden` verdicts, and its summary."""
     console, cells = show.results(arguments.json), planned.cells(hidden)
     if cells:
-        show.put(console, show.table("", COLUMNS, cells, numbers=NUMBERS))
+        show.put(console, show.Table("", COLUMNS, cells, numbers=NUMBERS))
     if any(line.change is not None for line in planned.lines):
         show.say(console, LEGEND)
     show.say(console, planned.plan.summary())
@@ -213,7 +213,7 @@ def apply(
     console = show.results(arguments.json)
     rows = receipt.cells(plan)
     if rows:
-        show.put(console, show.table("", RESULT_COLUMNS, rows, numbers=RESULT_COLUMNS[2:4]))
+        show.put(console, show.Table("", RESULT_COLUMNS, rows, numbers=RESULT_COLUMNS[2:4]))
     show.say(console, f"{receipt.outcome.value}: {receipt.sentence}")
     kept = "" if receipt.unkept else f"receipt: {path_of(before, RECEIPT)}\n"
     show.say(console, f"{kept}values before: {before}")

@@ -7,9 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bridge import exit_codes
-from bridge.files import read_small, size_to_read
-from bridge.plain import from_json
-from bridge.schema import why_unread
+from bridge.files import size_to_read
 from bridge.vehicle.coefficients import COEFFICIENTS
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from identify.dive import Dive
@@ -32,6 +30,7 @@ from identify.statistics import Z95
 from tui import show
 from tui.commands.prior import AGEING
 from tui.files import Files, check_file, check_files
+from tui.parameter_files import read_json
 from tui.show import Table
 from tui.verbs import AXES
 
@@ -89,7 +88,7 @@ def _known(file: VehicleFile, source: str | None, columns: str | None) -> Dive |
     if source is None:
         return None
     if Path(source).suffix == JSON_SUFFIX:
-        return identification(source)
+        return read_json(Path(source))
     return read_dive(Path(source), Path(columns) if columns else None, file)
 
 
@@ -105,25 +104,6 @@ def _begins(path: Path, words: bytes) -> bool:
         return file.read(len(words)) == words
 
 
-def identification(path: str) -> dict[str, Any]:
-    """Read the JSON of a single identification. Raises UsageError for any other file."""
-    try:
-        data = from_json(read_small(Path(path)))
-    except FileNotFoundError:
-        raise exit_codes.UsageError(f"--after {path}: no such file; check the name") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise exit_codes.UsageError(
-            f"--after {path}: {why_unread(error)}; give what identify --json wrote"
-        ) from None
-    except ValueError:
-        raise exit_codes.UsageError(f"--after {path}: is no JSON; give what identify --json wrote") from None
-    if isinstance(data, list):
-        raise exit_codes.UsageError(f"--after {path}: holds several dives; identify one, and give that")
-    if not isinstance(data, dict):
-        raise exit_codes.UsageError(f"--after {path}: is no identification; give what identify --json wrote")
-    return data
-
-
 def manoeuvre_table(title: str, proposal: Proposal) -> Table:
     """Table of manoeuvres in diving order; identical consecutive manoeuvres share a row."""
     rows = []
@@ -137,7 +117,7 @@ def manoeuvre_table(title: str, proposal: Proposal) -> Table:
              part.manoeuvre.sentence + times)
         )  # fmt: skip
         first = last + 1
-    return show.table(title, ("", "seconds", "room", "manoeuvre"), rows, numbers=("seconds",))
+    return show.Table(title, ("", "seconds", "room", "manoeuvre"), rows, numbers=("seconds",))
 
 
 def room(limits: Limits) -> str:
@@ -196,7 +176,7 @@ def interval_table(proposal: Proposal, knowledge: Knowledge) -> Table:
             )  # fmt: skip
     after_columns = ("± this dive alone", "± with known") if joined else ("± after",)
     columns = ("name", "value", "± before", *after_columns, "low 95 %", "high 95 %", "unit")
-    return show.table(
+    return show.Table(
         "what each parameter would be known to, in 95 % intervals", columns, rows, numbers=columns[1:-1]
     )
 

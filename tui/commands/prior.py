@@ -11,18 +11,18 @@ from typing import Any
 import yaml
 
 from bridge import exit_codes, schema
-from bridge.errors import ConfigError, ParamError
+from bridge.errors import ConfigError
 from bridge.exit_codes import UsageError
 from bridge.vehicle.coefficients import BY_NAME, OF_HULL
 from bridge.vehicle.config import CONFIGS, Prior, Vehicle, VehicleFile, load_vehicle
 from bridge.vehicle.effect_coefficients import AcceptedEffect
-from gcs_plugin.params.files import read_sidecar, replace_text
+from gcs_plugin.params.files import replace_text
 from gcs_plugin.params.identified import doubt_lines, doubted_in
 from identify.identification import Outcome
 from identify.statistics import Z95
 from tui import show
 from tui.files import check_file
-from tui.parameter_files import Leave, check_outcome, read_identification
+from tui.parameter_files import Leave, check_outcome, read_identification, sidecar_of
 
 AGEING = {"mass": 0.03, "damping": 0.10, "quadratic": 0.10}
 """Relative standard deviations: water and weed taken along, 1 to 5 kg on 100; fouling and a tether, tens of % over
@@ -66,7 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
     ]
     title = f"priors of {file.path}, configuration {configuration}"
     columns = ("name", "value", "std", "unit", "rests on", "is")
-    show.put(console, show.table(title, columns, rows, ("value", "std")))
+    show.put(console, show.Table(title, columns, rows, ("value", "std")))
     refused = "" if arguments.despite_doubts else "; it was not taken: dive again, or give --despite-doubts"
     for line in doubt_lines(doubted, tuple(doubted)):
         show.say(console, f"warning: {line}{refused}")
@@ -209,16 +209,13 @@ def doubted_of(path: Path) -> dict[str, str]:
     """The reason against each coefficient that the identification doubts, from either file. Raises UsageError."""
     if path.suffix == ".json":
         return doubted_in(read_identification(path))
-    try:
-        sidecar = read_sidecar(path)
-    except ParamError as error:
-        raise UsageError(str(error)) from None
+    sidecar = sidecar_of(path)
     return {} if sidecar is None else sidecar.doubted
 
 
 def effects_of(path: Path) -> tuple[AcceptedEffect, ...]:
     """The effects that `diagnose --accept` wrote into a `.param`'s sidecar; an identification has none."""
-    sidecar = None if path.suffix == ".json" else read_sidecar(path)
+    sidecar = None if path.suffix == ".json" else sidecar_of(path)
     return () if sidecar is None else sidecar.effects
 
 
@@ -261,10 +258,7 @@ def _of_json(path: Path, widen: float | None, leave: Leave) -> tuple[str, dict[s
 
 
 def _of_sidecar(path: Path, widen: float | None, leave: Leave) -> tuple[str, dict[str, Prior]]:
-    try:
-        sidecar = read_sidecar(path)
-    except ParamError as error:
-        raise UsageError(str(error)) from None
+    sidecar = sidecar_of(path)
     if sidecar is None:
         raise UsageError(f"{path}: {_why_no_sidecar(path)}")
     check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave, "written")

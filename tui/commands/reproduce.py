@@ -43,7 +43,7 @@ def run(arguments: argparse.Namespace) -> int:
         columns = ("figure", "number", "unit", "paper", "its values", "our values")
         show.put(
             console,
-            show.table("the paper's validation dives beside ours", columns, rows, numbers=columns[3:]),
+            show.Table("the paper's validation dives beside ours", columns, rows, numbers=columns[3:]),
         )
         show.say(console, page.verdict(done))
         for sentence in files.written:

@@ -75,7 +75,7 @@ def raising_lines(label: str, judged: Raising) -> list[str]:
 
 def error_table(runs: Sequence[str], rows: Sequence[Row]) -> Table:
     """Table of errors, one column per run."""
-    return show.table(
+    return show.Table(
         "mean absolute tracking error",
         ("motion", "phase", *runs),
         [(f"{r.axis}, {r.unit}", r.phase, *(show.number(v, 3) for v in r.values)) for r in rows],
@@ -98,7 +98,7 @@ def speed_table(errors: dict[str, TrackingErrors]) -> Table:
         for speed in sorted({speed for name, speed, _ in held if name == axis})
     ]
     columns = ("axis", "speed held", *errors)
-    return show.table(
+    return show.Table(
         "mean speed less the speed asked for, while it is held", columns, rows, numbers=columns[1:]
     )
 
@@ -131,7 +131,7 @@ def _lags(errors: dict[str, TrackingErrors]) -> Table:
         for label, tracking in errors.items()
         for axis in tracking.axes
     ]
-    return show.table(
+    return show.Table(
         "delay behind the reference, and what the PID still does", columns, rows, numbers=columns[2:]
     )
 

@@ -294,7 +294,7 @@ def sensor_table(picture: Picture) -> show.Table:
         for row in picture.sensors
     ]
     columns = ("sensor", "state", "Hz", "expected", "age s", "")
-    return show.table("", columns, rows, numbers=columns[2:5])
+    return show.Table("", columns, rows, numbers=columns[2:5])
 
 
 def quantity_table(picture: Picture) -> show.Table:
@@ -303,7 +303,7 @@ def quantity_table(picture: Picture) -> show.Table:
         (key, trace.name, now_of(trace), asked_of(trace), trace.unit) for key, trace in picture.traces.items()
     ]
     columns = ("", "quantity", "now", "reference", "unit")
-    return show.table("", columns, rows, numbers=columns[2:4])
+    return show.Table("", columns, rows, numbers=columns[2:4])
 
 
 def thruster_table(picture: Picture) -> show.Table:
@@ -313,7 +313,7 @@ def thruster_table(picture: Picture) -> show.Table:
         for row in picture.thrusters
     ]
     columns = ("thruster", "where", "us", "rpm")
-    return show.table("", columns, rows, numbers=columns[2:])
+    return show.Table("", columns, rows, numbers=columns[2:])
 
 
 def tables(picture: Picture) -> Sequence[show.Table]:
