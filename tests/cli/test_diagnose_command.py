@@ -240,21 +240,6 @@ def test_what_tells_of_the_vehicle_alone_is_refused_beside_a_simulator(
     assert f"{option} tells of the vehicle, --against of a simulator" in capsys.readouterr().err
 
 
-def test_a_page_never_takes_the_place_of_the_simulator_s_recording(
-    pair_of_files: tuple[Case, Path], capsys: pytest.CaptureFixture[str]
-):
-    sim = pair_of_files[1] / "sim.tlog"
-    before = sim.read_bytes()
-    assert held_against(pair_of_files[1], "--report", sim) == exit_codes.BAD_INPUT
-    assert sim.read_bytes() == before
-    assert "sim.tlog" in capsys.readouterr().err
-
-
-def test_twenty_seconds_are_too_short(pair_of_files: tuple[Case, Path], capsys: pytest.CaptureFixture[str]):
-    assert held_against(pair_of_files[1]) == exit_codes.NO
-    assert "too short to tell one cause from another" in " ".join(capsys.readouterr().err.split())
-
-
 @pytest.fixture(scope="module")
 def dive(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A vehicle with a dive of 18 s, packed."""

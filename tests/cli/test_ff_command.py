@@ -226,24 +226,6 @@ def test_off_of_another_program_while_the_question_stands_wins_and_nothing_is_se
     assert "OFF was ordered meanwhile and wins: both is sent no more" in capsys.readouterr().out
 
 
-def test_off_of_another_computer_ends_a_raise_by_what_the_vehicle_says(vehicle, monkeypatch, capsys):
-    vehicle.give_a_model()
-    ask = vehicle.server.handle
-
-    def forced_off(message, armed):
-        answers = ask(message, armed)
-        if message.get_type() == "PARAM_SET":
-            vehicle.server.write("FF_MODE", 0.0, armed)
-        return answers
-
-    monkeypatch.setattr(vehicle.server, "handle", forced_off)
-    assert run("both", "--yes") == exit_codes.NO
-    assert [one[2:] for one in vehicle.sets] == [("FF_MODE", 3.0)]
-    assert "vehicle 1: it says off after both, as if another has switched it" in " ".join(
-        capsys.readouterr().out.split()
-    )
-
-
 @pytest.mark.parametrize("typed", ["no\n", "\n", "y e s\n", ""])
 def test_anything_but_yes_sends_nothing(vehicle, monkeypatch, typed, capsys):
     vehicle.give_a_model()
@@ -306,24 +288,6 @@ def test_a_vehicle_that_does_not_take_a_mode_is_given_up(vehicle, capsys):
     assert run("shadow", "--yes") == exit_codes.NO
     assert "it answers off" in capsys.readouterr().out
     assert 25 <= len(vehicle.sets) <= 31
-
-
-def test_what_the_vehicle_says_against_it_is_shown_and_ends_it(vehicle, monkeypatch, capsys):
-    vehicle.give_a_model()
-    vehicle.armed = True
-    ask = vehicle.server.handle
-
-    def forgets(message, armed):
-        if message.get_type() == "PARAM_SET":
-            vehicle.server._active = None
-        return ask(message, armed)
-
-    monkeypatch.setattr(vehicle.server, "handle", forgets)
-    assert run("both", "--yes") == exit_codes.NO
-    shown = capsys.readouterr()
-    assert "vehicle 1: FF_MODE refused: no active set" in shown.err
-    assert "the vehicle does not permit it now" in shown.out
-    assert len(vehicle.sets) <= 3
 
 
 def test_an_armed_vehicle_says_what_its_shadow_lacks_and_the_crew_hears_what_to_do(vehicle, capsys):

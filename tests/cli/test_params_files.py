@@ -1,6 +1,5 @@
 """`params` and its files: where values come from, what is doubted in them, and files of another vehicle."""
 
-import json
 from pathlib import Path
 
 import params_line
@@ -48,22 +47,6 @@ def test_diff_shows_an_identification_in_doubt(vehicle, tmp_path, capsys):
     path = identified(tmp_path, outcome="stopped at a bound")
     assert run("diff", path, "--vehicle", VEHICLE) == exit_codes.NO
     assert "outcome: stopped at a bound" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize("data", [{}, {"parameters": []}, {"configuration": "hovering"}, {"identified": {}}])
-def test_a_json_that_is_no_identification_is_said_so(vehicle, tmp_path, data, capsys):
-    del vehicle
-    path = tmp_path / "other.json"
-    path.write_text(json.dumps(data), encoding="utf-8")
-    assert run("diff", str(path), "--vehicle", VEHICLE) == exit_codes.BAD_INPUT
-    assert "is not an identification" in capsys.readouterr().err
-
-
-def test_upload_takes_the_json_of_an_identification(vehicle, tmp_path):
-    path = identified(tmp_path)
-    assert run("upload", path, "--vehicle", VEHICLE, "--yes") == exit_codes.DONE
-    assert vehicle.server.active(1)["M_u"] == 112.0
-    assert "M_v" not in vehicle.server.active(1)
 
 
 def test_a_parameter_file_from_an_identification_in_doubt_is_refused_until_told_otherwise(

@@ -126,13 +126,6 @@ def test_brackets_in_a_note_are_shown_as_they_are(capsys):
     assert capsys.readouterr().out == "note: [bold] is no markup here\n"
 
 
-def test_a_table_shows_each_row_whole(capsys):
-    table = show.Table("title", ("name", "value"), [("M_u", "111.6")], numbers=("value",))
-    show.put(show.results(), table)
-    shown = capsys.readouterr().out
-    assert [line.split() for line in shown.splitlines() if "M_u" in line] == [["M_u", "111.6"]]
-
-
 def test_a_last_column_without_a_word_in_it_is_no_fault():
     table = show.Table("", ("sensor", ""), [("DVL", ""), ("IMU", "")])
     assert table.lines(80) == ["sensor", "─────────", "DVL", "IMU"]

@@ -37,7 +37,6 @@ from identify.batch.jobs import IDENTIFY, job_for
 from identify.batch.recordings import Recording
 from identify.batch.run import Cache
 from identify.challenge.seal import read_key
-from identify.ingest.open import read_dive
 from identify.report.page import Report, write_report
 from tui.app import themes
 from tui.app.jobs import Kept
@@ -176,14 +175,6 @@ def test_a_parameter_file_that_has_no_end_is_refused_before_it_is_opened(endless
     with pytest.raises(ParamRejected) as refused:
         read_parameters(endless)
     assert str(refused.value) == f"{endless}: is no file; give a .param file"
-
-
-def test_a_dive_whose_recording_is_a_pipe_is_refused_in_one_sentence(tmp_path: Path) -> None:
-    pipe = tmp_path / "telemetry.tlog"
-    os.mkfifo(pipe)
-    with pytest.raises(LogError) as refused:
-        read_dive(tmp_path)
-    assert str(refused.value) == f"{pipe}: is no file; take it away"
 
 
 def test_pipes_beside_a_recording_are_no_results_of_ours_and_hold_nothing_up(tmp_path: Path) -> None:
