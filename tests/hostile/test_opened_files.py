@@ -461,11 +461,8 @@ def test_the_one_that_all_are_made_of_is_taken(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("place", "value"),
     [
-        (("parameters", 0), 3),
         (("parameters", 0, "name"), ["M_u"]),
         (("parameters", 0, "high95"), "1e400"),
-        (("parameters", 0, "low95"), [1]),
-        (("thrust_scale",), 2.0),
         (("thrust_scale", "shift"), {}),
         (("prior_dives",), 1.5),
         (("doubts", 0), "M_u"),
