@@ -29,10 +29,11 @@ def column_map_for(name: str | None, recordings: Sequence[str]) -> Path | None:
             f"and need{'' if len(recordings) > 1 else 's'} no column map; leave it out"
         )
     bundled = CONFIGS / "columns"
-    if not Path(name).exists() and not (bundled / f"{name}.yaml").exists():
+    place = next((place for place in (Path(name), bundled / f"{name}.yaml") if place.exists()), None)
+    if place is None:
         known = ", ".join(sorted(file.stem for file in bundled.glob("*.yaml")))
         raise UsageError(f"--columns {name}: no such column map; give a YAML file, or one of {known}")
-    return Path(name)
+    return place
 
 
 def vehicle_named(about: About, otherwise: str = "") -> str:

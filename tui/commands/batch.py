@@ -2,7 +2,6 @@
 
 import argparse
 import math
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -11,7 +10,6 @@ from bridge import clock as clocks
 from bridge import exit_codes
 from bridge.clock import Clock
 from bridge.command_line import check_folder
-from bridge.errors import LogError
 from bridge.links.addresses import of_link
 from bridge.text import say
 from bridge.vehicle.coefficients import BY_NAME
@@ -28,7 +26,7 @@ from identify.ingest.open import utc
 from identify.report.page import Read, with_provenance, write_report
 from tui import pages, show
 from tui.files import Files, check_files
-from tui.show import STANDARD_OUTPUT, Table, Tell, harmless, replace_file
+from tui.show import STANDARD_OUTPUT, Table, Tell
 
 PAGE, KEPT = "trends.html", "results.jsonl"
 PAPER = "bench.reproduce.paper"
@@ -119,7 +117,8 @@ def finish(arguments: argparse.Namespace, file: VehicleFile, recordings: Found, 
     tell(arguments, recordings, rows, drifts)
     twins = [(str(twin.path), twin.why, str(twin.counted)) for twin in recordings.twins]
     with Files() as files:
-        files.attempt(partial(write_csv, rows, arguments.csv))
+        if arguments.csv is not None:
+            files.attempt(lambda: show.write_text(to_csv(rows), arguments.csv, "the CSV "))
         files.json(
             {
                 "vehicle": {"name": file.vehicle.name, "sha256": file.sha256},
@@ -166,19 +165,6 @@ def tell(
         show.say(console, f"{configuration}: {drift.sentence}")
     for twin in recordings.twins:
         show.say(console, f"counted once: {twin.path} {twin.why} {twin.counted}")
-
-
-def write_csv(rows: Sequence[Row], target: str | None) -> None:
-    """Write the table to a file, or to standard output for `-`. Raises LogError if it can't be written."""
-    if target == STANDARD_OUTPUT:
-        sys.stdout.write(harmless(to_csv(rows)))
-    elif target is not None:
-        try:
-            replace_file(Path(target), to_csv(rows))
-        except OSError as error:
-            raise LogError(
-                f"{target}: the CSV can't be written ({error.strerror}); give another file"
-            ) from None
 
 
 def dive_table(rows: Sequence[Row]) -> Table:

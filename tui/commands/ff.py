@@ -115,7 +115,7 @@ def permitted(
         return system, present[MODE]
     change = f"feed-forward of vehicle {system} from {word_of(present[MODE])} to {word_of(mode)}"
     if not client.armed:
-        agreed = show.asked(client, f"{change}? [yes/no] ", "switch").lower() in ("y", "yes")
+        agreed = show.agreed(client, f"{change}?", "switch")
         if agreed and client.armed:
             raise ParamRejected(f"vehicle {system} was armed meanwhile; nothing was sent, look and ask again")
         return (system, present[MODE]) if agreed else None

@@ -10,7 +10,7 @@ import numpy as np
 from bridge import exit_codes
 from bridge.errors import LogError
 from bridge.files import replacing
-from bridge.vehicle.config import CONFIGS, VehicleFile, load_vehicle
+from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle
 from gcs_plugin.fetch.whole import write_records
@@ -83,8 +83,7 @@ def dive_folder(out: Path, dive: Dive, columns: Path | None, file: VehicleFile |
     try:
         _copy(dive.source, out)
         if columns is not None:
-            named = columns if columns.exists() else CONFIGS / "columns" / f"{columns}.yaml"
-            _copy_bytes(named, out / "columns.yaml")
+            _copy_bytes(columns, out / "columns.yaml")
         DiveFolder(out).describe(about)
     except BaseException:
         # An incomplete folder would block the next import.

@@ -202,7 +202,11 @@ def apply(
     plan = planned.plan
     show_plan(arguments, planned, (Verdict.READ_ONLY, Verdict.SAME))
     plan.check()
-    if planned.writes(client.vehicle) and not arguments.yes and not agreed(client, f"{action_of(plan)}?"):
+    if (
+        planned.writes(client.vehicle)
+        and not arguments.yes
+        and not show.agreed(client, f"{action_of(plan)}?", "write")
+    ):
         show.say(show.words(), "nothing was sent")
         return exit_codes.INTERRUPTED
     with watch.bar(reports.WRITING):
@@ -229,11 +233,6 @@ def apply(
     if not receipt.good:
         return exit_codes.NO
     return exit_codes.BAD_INPUT if receipt.unkept else exit_codes.DONE
-
-
-def agreed(client: ParameterClient, question: str) -> bool:
-    """Whether the user types yes. Raises UsageError if nobody can be asked."""
-    return show.asked(client, f"{question} [yes/no] ", "write").lower() in ("y", "yes")
 
 
 def targets_of(
