@@ -358,7 +358,7 @@ def write_json(data: Any, target: str | None) -> None:
 
 
 def write_text(text: str, target: str, what: str = "") -> None:
-    """Write `text` to a file, completely or not at all; to standard output for `-`, without what could steer a terminal.
+    """Write `text` to a file, completely or not at all; for `-` to standard output, without what steers a terminal.
 
     Raises LogError if the file can't be written; `what` begins its words.
     """
