@@ -125,15 +125,6 @@ def test_where_only_one_that_is_gone_keeps_off_from_its_end_the_way_out_is_told_
     assert " ".join(capsys.readouterr().err.split()).count(told) == 1
 
 
-def test_off_of_a_vehicle_that_is_named_goes_to_no_other_that_a_recording_has_heard(vehicle, capsys):
-    recording_that_heard(vehicle, HeardVehicle(1, 1, True, vehicle.clock.unix_s()))
-    vehicle.server.write("FF_MODE", 1.0, armed=False)
-    vehicle.mute = True
-    assert cli.main(["ff", "off", "--system", "2", "--seconds", "4.1"]) == exit_codes.LINK
-    assert vehicle.server.mode == 1
-    assert "vehicle 2: sent 9 times, never heard: not confirmed" in capsys.readouterr().out
-
-
 def test_off_ends_where_nothing_that_is_heard_has_a_feed_forward(vehicle, monkeypatch, capsys):
     vehicle.tells_mode = False
     no_such = dialect.MAVLink_param_error_message(255, 190, b"FF_MODE", -1, 1)
@@ -187,13 +178,6 @@ def test_of_two_vehicles_with_one_address_off_is_not_done_while_one_says_otherwi
     vehicle.twin = twin_of(vehicle, 3.0)
     assert run("off", "--seconds", "40") == exit_codes.NO
     assert "two vehicles beat as system 1" in capsys.readouterr().out
-
-
-def test_of_two_vehicles_with_one_address_off_is_done_as_answered_and_says_that_two_answer(vehicle, capsys):
-    vehicle.twin = twin_of(vehicle, 0.0)
-    assert run("off", "--seconds", "40") == exit_codes.DONE
-    shown = " ".join(capsys.readouterr().out.split())
-    assert "vehicle 1: off, as answered; but two vehicles answer: memory:vehicle: two vehicles beat" in shown
 
 
 @pytest.mark.parametrize(("word", "mode"), [("shadow", 1), ("ff", 2), ("both", 3)])

@@ -276,21 +276,6 @@ def test_what_is_put_in_force_without_a_write_is_asked_for_as_well(vehicle, file
     assert "nothing was sent" in capsys.readouterr().err
 
 
-def test_values_staged_beside_a_set_that_flies_are_told_as_staged(vehicle, file, capsys):
-    assert run("upload", file, "--yes") == exit_codes.DONE
-    flying = vehicle.server.active_crc
-    vehicle.server.write("FF1_M_U", 120.0, armed=False)
-    capsys.readouterr()
-    assert run("diff", file) == exit_codes.NO
-    # With that line as in the file, the rest is what flies.
-    assert "2 parameters: 1 changed, 1 same" in capsys.readouterr().out
-    vehicle.server.write("FF1_M_V", 90.0, armed=False)
-    run("diff", file)
-    shown = capsys.readouterr().out
-    assert f"and does not fly: set {flying} does, which is another" in shown
-    assert "2 parameters: 1 changed, 1 staged" in shown
-
-
 def test_rollback_brings_the_values_before_back(vehicle, file, tmp_path, capsys):
     vehicle.server.write("FF1_M_U", 99.0, armed=False)
     vehicle.server.write("FF_COMMIT", vehicle.server.staged_crc, armed=False)
