@@ -132,12 +132,16 @@ def say(console: Console, sentence: str) -> None:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of text; the columns named in `numbers` are aligned right, the last column may wrap."""
+    """A table of text; the columns named in `numbers` are aligned right, the last column may wrap.
+
+    `stale`: for each row whether a terminal dims it; none if empty.
+    """
 
     title: str
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
     numbers: Sequence[str] = ()
+    stale: Sequence[bool] = ()
 
     def widths(self, width: int) -> list[int]:
         """The width of each column for lines of `width`: cells stay whole, except the words of the last column.
@@ -153,8 +157,8 @@ class Table:
         least = max(_longest_word(text) or 1 for text in (self.columns[-1], *(row[-1] for row in self.rows)))
         return [*needed[:-1], max(min(whole[-1], room - sum(needed[:-1])), least)]
 
-    def drawn(self, width: int, styles: Sequence[str] = ()) -> rich.table.Table:
-        """The table for lines of `width`, its rows in `styles`."""
+    def drawn(self, width: int) -> rich.table.Table:
+        """The table for lines of `width`."""
         shape = rich.table.Table(
             box=RULE, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style=""
         )
@@ -163,8 +167,8 @@ class Table:
             shape.add_column(
                 harmless(heading), width=cells, justify="right" if right else "left", overflow="fold"
             )
-        for row, style in zip_longest(self.rows, styles):
-            shape.add_row(*map(harmless, row), style=style)
+        for row, stale in zip_longest(self.rows, self.stale):
+            shape.add_row(*map(harmless, row), style="dim" if stale else "")
         return shape
 
     def lines(self, width: int) -> list[str]:

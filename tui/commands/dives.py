@@ -76,20 +76,11 @@ def said_of(row: DiveRow) -> Iterator[str]:
     if row.damaged:
         yield row.damaged
     if glance.why_not:
-        yield (
-            f"what it could identify is not known: {glance.why_not}"
-            if glance.relative_std is None
-            else (f"nothing to identify: {glance.why_not}")
-        )
+        known = glance.relative_std is not None
+        yield f"{'nothing to identify' if known else 'what it could identify is not known'}: {glance.why_not}"
     if glance.stray:
         yield f"{glance.stray}."
-    if glance.restarts:
-        yield glance.restarts
-    if glance.lacking:
-        yield glance.lacking
-    if glance.unheard:
-        yield glance.unheard
-    yield from row.learnt
+    yield from filter(None, (glance.restarts, glance.lacking, glance.unheard, *row.learnt))
     if row.conditions:
         yield f"conditions: {row.conditions}"
     if row.notes:

@@ -84,13 +84,10 @@ def dry(
         if observed.arrivals:
             parameter_findings.append(check_parameters(ParameterClient(link, clock).read_all))
     place = existing(Path(arguments.out))
+    vehicle, named = (None, None) if file is None else (file.vehicle, file.configuration)
     free_bytes = shutil.disk_usage(place).free
-    if file is None:
-        return dry_findings(observed, None, free_bytes, str(place), parameter_findings), observed
-    findings = dry_findings(
-        observed, file.vehicle, free_bytes, str(place), parameter_findings, file.configuration
-    )
-    return [vehicle_file(file), *findings], observed
+    findings = dry_findings(observed, vehicle, free_bytes, str(place), parameter_findings, named)
+    return ([] if file is None else [vehicle_file(file)]) + findings, observed
 
 
 def wet(

@@ -3,8 +3,9 @@
 import argparse
 import json
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -184,16 +185,6 @@ def _says(line: str) -> bool:
     return bool(line.strip()) and not line.lstrip().startswith("#")
 
 
-@dataclass(frozen=True)
-class _Origin:
-    """Origin of accepted values: in words, the recording's identifiers, and the dives before it."""
-
-    source: str
-    dive_sha256: str
-    dive_opening: str
-    earlier_dives: tuple[str, ...]
-
-
 def priors_of(path: Path, widen: float | None, leave: Leave) -> tuple[str, dict[str, Prior]]:
     """Configuration and priors from the JSON of `identify`, or a `.param` with its sidecar.
 
@@ -244,16 +235,20 @@ def _of_json(path: Path, widen: float | None, leave: Leave) -> tuple[str, dict[s
     source = _source(dive.get("name"), dive.get("date"), str(data.get("method", "identified")))
     earlier = data.get("prior_dives")
     before = tuple(map(str, earlier)) if isinstance(earlier, list) else ()
-    origin = _Origin(source, str(dive.get("sha256", "")), str(dive.get("opening", "")), before)
+    made = partial(
+        Prior,
+        source=source,
+        rests_on="thrust",
+        dive_sha256=str(dive.get("sha256", "")),
+        earlier_dives=before,
+        dive_opening=str(dive.get("opening", "")),
+    )
     priors = {}
     for parameter in data["parameters"]:
-        name, value, std = (
-            parameter.get("name"),
-            parameter.get("given_thrust"),
-            parameter.get("given_thrust_std"),
-        )
+        name = parameter.get("name")
+        value, std = parameter.get("given_thrust"), parameter.get("given_thrust_std")
         if name in OF_HULL and parameter.get("identifiable") is True and _positive(value) and _positive(std):
-            priors[name] = _aged(name, value, std / value, widen, origin)
+            priors[name] = _aged(name, value, std / value, widen, made)
     return str(data["configuration"]), _some(path, priors)
 
 
@@ -262,8 +257,14 @@ def _of_sidecar(path: Path, widen: float | None, leave: Leave) -> tuple[str, dic
     if sidecar is None:
         raise UsageError(f"{path}: {_why_no_sidecar(path)}")
     check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave, "written")
-    source = _source(sidecar.dive, sidecar.dived, sidecar.method)
-    origin = _Origin(source, sidecar.dive_sha256, sidecar.dive_opening, sidecar.prior_dives)
+    made = partial(
+        Prior,
+        source=_source(sidecar.dive, sidecar.dived, sidecar.method),
+        rests_on="thrust",
+        dive_sha256=sidecar.dive_sha256,
+        earlier_dives=sidecar.prior_dives,
+        dive_opening=sidecar.dive_opening,
+    )
     # Next to effects, quadratic drag is itself an effect, of a hull that has none.
     known = BY_NAME if sidecar.effects else OF_HULL
     priors = {}
@@ -272,7 +273,7 @@ def _of_sidecar(path: Path, widen: float | None, leave: Leave) -> tuple[str, dic
         if name in known and 0 < low < high:
             relative = math.log(high / low) / (2 * Z95)
             value = math.sqrt(low * high) / (1.0 + sidecar.thrust_shift)
-            priors[name] = _aged(name, value, relative, widen, origin)
+            priors[name] = _aged(name, value, relative, widen, made)
     return sidecar.configuration, _some(path, priors)
 
 
@@ -288,13 +289,12 @@ def _source(dive: str | None, date: str | None, method: str) -> str:
     return f"{dive or 'a dive'}{f' of {date}' if date else ''}, {method}"
 
 
-def _aged(name: str, value: float, relative_std: float, widen: float | None, origin: _Origin) -> Prior:
-    """A prior of this value, widened for ageing."""
+def _aged(
+    name: str, value: float, relative_std: float, widen: float | None, made: Callable[[float, float], Prior]
+) -> Prior:
+    """A prior of this value, widened for ageing; `made` knows what it comes from."""
     share = AGEING[OF_HULL[name].kind] if widen is None else widen
-    std = value * math.hypot(relative_std, share)
-    return Prior(
-        value, std, origin.source, "thrust", origin.dive_sha256, origin.earlier_dives, origin.dive_opening
-    )
+    return made(value, value * math.hypot(relative_std, share))
 
 
 def _some(path: Path, priors: dict[str, Prior]) -> dict[str, Prior]:

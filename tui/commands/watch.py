@@ -3,7 +3,7 @@
 import argparse
 import math
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,16 @@ from bridge.vehicle.mode import word_of
 from bridge.wire.framing import Framer
 from gcs_plugin.dives.folder import DiveFolder, utc_text
 from gcs_plugin.recording.state import Holding
-from gcs_plugin.watch.picture import Armed, Condition, Freshness, LinkRow, Picture, SensorRow, Trace
+from gcs_plugin.watch.picture import (
+    Armed,
+    Condition,
+    Freshness,
+    LinkRow,
+    Picture,
+    SensorRow,
+    ThrusterRow,
+    Trace,
+)
 from gcs_plugin.watch.watcher import Watcher
 from tui import links, show
 from tui.files import check_file
@@ -150,16 +159,9 @@ def screen(picture: Picture, holding: Holding | None, width: int, fault: str = "
     text = Text(no_wrap=True, overflow="ellipsis")
     for number, sentence in enumerate(header(picture, holding, fault)):
         text.append(f"{sentence}\n", style="bold" if number == 0 else "")
-    fresh = {
-        "quantity": [trace.freshness for trace in picture.traces.values()],
-        "sensor": [row.freshness for row in picture.sensors],
-        "thruster": [row.freshness for row in picture.thrusters],
-    }
     parts: list[RenderableType] = [text]
     for table in tables(picture):
-        kind = next(name for name in fresh if name in table.columns)
-        styles = ["" if state is Freshness.FRESH else "dim" for state in fresh[kind]]
-        parts += [table.drawn(width, styles), ""]
+        parts += [table.drawn(width), ""]
     return Group(*parts)
 
 
@@ -294,7 +296,7 @@ def sensor_table(picture: Picture) -> show.Table:
         for row in picture.sensors
     ]
     columns = ("sensor", "state", "Hz", "expected", "age s", "")
-    return show.Table("", columns, rows, numbers=columns[2:5])
+    return show.Table("", columns, rows, numbers=columns[2:5], stale=_stale(picture.sensors))
 
 
 def quantity_table(picture: Picture) -> show.Table:
@@ -303,7 +305,7 @@ def quantity_table(picture: Picture) -> show.Table:
         (key, trace.name, now_of(trace), asked_of(trace), trace.unit) for key, trace in picture.traces.items()
     ]
     columns = ("", "quantity", "now", "reference", "unit")
-    return show.Table("", columns, rows, numbers=columns[2:4])
+    return show.Table("", columns, rows, numbers=columns[2:4], stale=_stale(picture.traces.values()))
 
 
 def thruster_table(picture: Picture) -> show.Table:
@@ -313,7 +315,11 @@ def thruster_table(picture: Picture) -> show.Table:
         for row in picture.thrusters
     ]
     columns = ("thruster", "where", "us", "rpm")
-    return show.Table("", columns, rows, numbers=columns[2:])
+    return show.Table("", columns, rows, numbers=columns[2:], stale=_stale(picture.thrusters))
+
+
+def _stale(rows: Iterable[Trace | SensorRow | ThrusterRow]) -> list[bool]:
+    return [row.freshness is not Freshness.FRESH for row in rows]
 
 
 def tables(picture: Picture) -> Sequence[show.Table]:
