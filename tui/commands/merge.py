@@ -39,23 +39,22 @@ AGAIN = "merge again"
 def run(arguments: argparse.Namespace) -> int:
     check_file("--json", arguments.json)
     folder = load_folder(Path(arguments.dive))
-    done: list[str] = []
-    refused: list[str] = []
-    came: list[dict[str, str | None]] = []
+    came: list[Merged] = []
     try:
-        for outcome in merge_all(folder, [Path(name) for name in arguments.files]):
-            if isinstance(outcome, Merged):
-                done.append(outcome.file.name)
-                came.append({"file": str(outcome.file), "into": str(outcome.into), "told": outcome.words})
-                show.say(show.results(arguments.json), outcome.words)
+        for merged in merge_all(folder, [Path(name) for name in arguments.files]):
+            came.append(merged)
+            if merged.into is None:
+                show.complain(merged.words)
             else:
-                refused.append(outcome.file.name)
-                came.append({"file": str(outcome.file), "into": None, "told": outcome.words})
-                show.complain(outcome.words)
+                show.say(show.results(arguments.json), merged.words)
+        done, refused = ([one.file.name for one in came if (one.into is None) == no] for no in (False, True))
         if done and refused:
             show.say(show.words(), f"merged: {', '.join(done)}; not merged: {', '.join(refused)}")
     finally:
-        show.write_json(came, arguments.json)
+        show.write_json(
+            [{"file": merged.file, "into": merged.into, "told": merged.words} for merged in came],
+            arguments.json,
+        )
     return exit_codes.BAD_INPUT if refused else exit_codes.DONE
 
 
@@ -91,32 +90,24 @@ def guessed_words(guessed: int) -> str:
 
 @dataclass(frozen=True)
 class Merged:
-    """Result for a merged file: the file in the dive's folder that now holds its data, and a sentence for the crew."""
+    """What came of a file, in a sentence for the crew; `into`: the file in the dive's folder that now holds its data,
+    None if it was not added."""
 
     file: Path
-    into: Path
+    into: Path | None
     words: str
 
 
-@dataclass(frozen=True)
-class Refused:
-    """A file that was not added to the dive, with the reason in a sentence."""
-
-    file: Path
-    words: str
-
-
-def merge_all(folder: DiveFolder, files: Sequence[Path]) -> Iterator[Merged | Refused]:
+def merge_all(folder: DiveFolder, files: Sequence[Path]) -> Iterator[Merged]:
     """Add recordings to a dive in turn; a file that can't be added is reported, and the others go on."""
     for file in files:
         try:
             yield merge(folder, file)
         except SeatrialError as error:
-            yield Refused(file, str(error))
+            yield Merged(file, None, str(error))
         except OSError as error:
-            yield Refused(
-                file, f"{error.filename or file}: {error.strerror}; check the path, its rights and the disk"
-            )
+            subject = error.filename or file
+            yield Merged(file, None, f"{subject}: {error.strerror}; check the path, its rights and the disk")
 
 
 def merge(folder: DiveFolder, file: Path) -> Merged:
