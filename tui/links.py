@@ -220,10 +220,12 @@ def _of_recording(holding: Holding | None) -> Link:
 def known_now(clock: Clock, spec: str | None = None) -> tuple[KnownVehicle, ...]:
     """Vehicles that the running recording has heard, timed by `clock`: those that an OFF sent through it is for.
     Empty for any other link."""
-    holding = holding_now() if spec is None else holder_of(spec)
+    now_unix_s, boot_s = clock.unix_s(), clock.boot_s()
+    first = state.held(now_unix_s)
+    running = [*([first] if first is not None else []), *state.held_beside(now_unix_s)]
+    holding = first if spec is None else next((one for one in running if holds(one, spec)), None)
     if holding is None:
         return ()
-    now_unix_s, boot_s = clock.unix_s(), clock.boot_s()
     heard = (
         KnownVehicle(
             (vehicle.system, vehicle.component),
