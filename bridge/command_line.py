@@ -76,17 +76,6 @@ def _whole(text: str, least: int) -> int:
     return value
 
 
-def add_vehicle(parser: argparse.ArgumentParser) -> None:
-    """Add `--vehicle`, the vehicle file of a dive."""
-    parser.add_argument(
-        "--vehicle",
-        required=True,
-        metavar="FILE[:CONFIGURATION]",
-        help="the vehicle file, or the name of one in configs/vehicles; the recording's VEH_CFG chooses the"
-        " configuration where none is named",
-    )
-
-
 def actions_of(
     parser: argparse.ArgumentParser, actions: Mapping[str, tuple[str, str]]
 ) -> Iterator[tuple[str, argparse.ArgumentParser]]:

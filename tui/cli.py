@@ -9,55 +9,17 @@ import signal
 import sys
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
-from typing import Protocol, cast
+from types import ModuleType
 
 from bridge import exit_codes, reports
 from bridge.command_line import Parser
 from bridge.errors import SeatrialError
 from bridge.text import printable, say
-
-VERBS = {
-    "demo": "dive, record, identify, upload and dive again with a simulated vehicle",
-    "bridge": "run on the vehicle: read its sensors, stream MAVLink, hold its parameters",
-    "simulate": "dive a mission with a simulated vehicle and its simulated devices",
-    "tui": "the terminal app: watch the vehicle live, over ssh and in tmux as well",
-    "record": "record every frame of one or more links into a dive folder",
-    "fetch": "bring what the vehicle kept of a dive and the ground did not hear, and make the dive whole",
-    "merge": "put what another recorder kept of a dive to it, on one clock: the autopilot's log, another .tlog",
-    "note": "write down what happens in the dive that is being recorded",
-    "conditions": "what a dive was made under: water, tether, ballast, payload, weather",
-    "watch": "what an operator sees now of a vehicle: armed, link, sensors, depth, velocities, battery",
-    "dives": "list dive folders: when, how long, what was lost, what each could identify, what was learnt",
-    "import": "say what a recording holds and file it as a dive folder",
-    "identify": "identify mass and damping from dives, with intervals",
-    "batch": "identify many dives, here or on a Dask cluster: one table, and how the vehicle drifts",
-    "plan": "propose what to dive next, and how well each parameter would be known after it",
-    "prior": "take what was identified and accepted into the vehicle file, as known before the next dive",
-    "params": "show, compare, upload and roll back the parameters of a vehicle",
-    "ff": "switch the feed-forward of a vehicle: off, shadow, ff or both",
-    "export": "write the identified model in the files of other simulators",
-    "diagnose": "say where model and recording differ, what causes it, and how far that shrinks the difference",
-    "validate": "tracking errors of dives in acceleration, steady state and deceleration",
-    "replay": "send a recorded dive to a link, on its own clock",
-    "challenge": "make dives with hidden effects and locked answers, and score those who named them",
-    "reproduce": "the source paper's campaigns and figures on the simulated vehicle, on one page",
-    "keys": "make a key that signs the link, and tell which key a file holds",
-    "doctor": "check vehicle file, links, clocks, disk and sensors; with --wet, thrusters and mountings",
-}
-
+from tui.options import Options
+from tui.verbs import VERBS
 
 ROOMS = ("bench", "bridge", "configs", "gcs_plugin", "identify", "tui")
 STOPPED = "stopped before it was done"
-
-
-class Command(Protocol):
-    """Interface of a module of `tui.commands`."""
-
-    EXAMPLE: str
-
-    def add_arguments(self, parser: argparse.ArgumentParser) -> None: ...
-
-    def run(self, arguments: argparse.Namespace) -> int: ...
 
 
 def command() -> int:
@@ -99,21 +61,23 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _complain(STOPPED, exit_codes.INTERRUPTED)
 
 
-def load(verb: str) -> Command:
-    """Load the module of a verb; `import` is a Python keyword, so its module is named `import_`."""
-    return cast(Command, importlib.import_module(f"tui.commands.{'import_' if verb == 'import' else verb}"))
+def module_of(verb: str) -> ModuleType:
+    """Import the module that runs a verb; `import` is a Python keyword, so its module is named `import_`."""
+    if verb == "bridge":  # runs on a vehicle that has no other package
+        return importlib.import_module("bridge.onboard.program")
+    return importlib.import_module(f"tui.commands.{'import_' if verb == 'import' else verb}")
 
 
-def verb_parser(verb: str) -> argparse.ArgumentParser:
+def verb_parser(name: str) -> argparse.ArgumentParser:
     """Make the parser of a verb."""
-    command = load(verb)
+    verb = VERBS[name]
     parser = Parser(
-        prog=f"seatrial {verb}",
-        description=f"{VERBS[verb][0].upper()}{VERBS[verb][1:]}.",
-        epilog=f"example:\n  {command.EXAMPLE}",
+        prog=f"seatrial {name}",
+        description=f"{verb.sentence[0].upper()}{verb.sentence[1:]}.",
+        epilog=f"example:\n  {verb.example}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    command.add_arguments(parser)
+    verb.add_options(Options(parser))
     return parser
 
 
@@ -129,16 +93,16 @@ def _run(argv: list[str]) -> int:
             hint = f"did you mean '{near[0]}'?" if near else f"the verbs are {', '.join(VERBS)}"
             raise exit_codes.UsageError(f"unknown verb '{verb}'; {hint}")
         arguments = verb_parser(verb).parse_args(argv[1:])
-        from tui.files import check_inputs_stay
+        from tui.files import check_inputs_stay  # not for help
 
         check_inputs_stay(arguments)
-        return load(verb).run(arguments)
+        return int(module_of(verb).run(arguments))
     except SystemExit as stop:
         return int(stop.code or 0)
 
 
 def _top_parser() -> argparse.ArgumentParser:
-    verbs = "\n".join(f"  {name:<10} {sentence}" for name, sentence in VERBS.items())
+    verbs = "\n".join(f"  {name:<10} {verb.sentence}" for name, verb in VERBS.items())
     examples = "example:\n  seatrial demo\n  seatrial identify --help"
     codes = "\n".join(f"  {code}  {meaning}" for code, meaning in exit_codes.MEANINGS.items())
     parser = Parser(

@@ -11,22 +11,24 @@ from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from bridge import schema
 from bridge.errors import ConfigError, LogError, SeatrialError
 from bridge.files import read_small, whole
 from bridge.plain import from_json
 from bridge.text import printable
+from bridge.vehicle.coefficients import COEFFICIENTS
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.dives.folder import GLANCE, About, DiveFolder, began, is_date, list_folders, order, recordings
 from gcs_plugin.locks import is_written
+from identify.dive import Dive, Kind
+from identify.glance.excitation import excitation, spans
+from identify.glance.loss import Loss, loss_of
+from identify.ingest.open import date_of, read_dive, recording_files
+from identify.run.recordings import stray_bytes
 from tui.recordings import vehicle_named
 from tui.show import plain
-
-if TYPE_CHECKING:
-    from identify.dive import Dive
-    from identify.glance.loss import Loss
 
 NOTHING_YET: Final = "is being recorded, nothing heard yet"
 Load = Callable[[str], VehicleFile]
@@ -184,8 +186,6 @@ def letters(relative_std: dict[str, float] | None, kind: str) -> str:
 
     A capital if it would be known to 10 %, a small letter to 30 %, a dot if not at all; dashes if nothing is known.
     """
-    from bridge.vehicle.coefficients import COEFFICIENTS
-
     names = [coefficient.name for coefficient in COEFFICIENTS if coefficient.kind == kind]
     if relative_std is None:
         return "-" * len(names)
@@ -199,8 +199,6 @@ def _letter(axis: str, relative_std: float) -> str:
 
 
 def _recordings(folder: Path) -> list[Path]:
-    from identify.ingest.open import recording_files
-
     try:
         return recording_files(folder)
     except LogError:
@@ -209,10 +207,6 @@ def _recordings(folder: Path) -> list[Path]:
 
 def _looked(folder: Path, vehicle: VehicleFile | None) -> Glance:
     """Read the recording for a glance."""
-    from identify.dive import Kind
-    from identify.ingest.open import date_of, read_dive
-    from identify.run.recordings import stray_bytes
-
     columns = folder / "columns.yaml"
     # Reading a pipe would block forever.
     not_a_file = next((file for file in recordings(folder) if file.exists() and not file.is_file()), None)
@@ -239,18 +233,14 @@ def _looked(folder: Path, vehicle: VehicleFile | None) -> Glance:
     )
 
 
-def _loss(folder: Path) -> "Loss | None":
+def _loss(folder: Path) -> Loss | None:
     """Loss in the recordings; None if no sequence numbers are recorded."""
-    from identify.glance.loss import loss_of
-
     files = [file for file in _recordings(folder) if file.name.endswith((".tlog", ".tlog.gz"))]
     unread = [file for file in recordings(folder) if file not in files]
     return loss_of(files, str(folder), unread) if files else None
 
 
-def _excitation(dive: "Dive", vehicle: VehicleFile | None) -> tuple[dict[str, float] | None, str]:
-    from identify.glance.excitation import excitation
-
+def _excitation(dive: Dive, vehicle: VehicleFile | None) -> tuple[dict[str, float] | None, str]:
     if vehicle is None:
         return None, "no vehicle file is known; give one with --vehicle"
     try:
@@ -260,9 +250,7 @@ def _excitation(dive: "Dive", vehicle: VehicleFile | None) -> tuple[dict[str, fl
     return {coefficient.name: coefficient.relative_std for coefficient in result.coefficients}, result.note
 
 
-def _spans(dive: "Dive", vehicle: VehicleFile | None) -> tuple[AxisSpan, ...]:
-    from identify.glance.excitation import spans
-
+def _spans(dive: Dive, vehicle: VehicleFile | None) -> tuple[AxisSpan, ...]:
     try:
         configuration = "" if vehicle is None else vehicle.configuration_of(dive.configuration_index())
         axes = spans(dive, vehicle, configuration)

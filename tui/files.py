@@ -18,7 +18,7 @@ from bridge.exit_codes import UsageError
 from bridge.vehicle.config import CONFIGS, load_vehicle
 from gcs_plugin.params.files import sidecar_path
 from tui import show
-from tui.show import STANDARD_OUTPUT, replace_file
+from tui.show import STANDARD_OUTPUT
 
 PARAMETER_SUFFIXES = (".param", ".parm", ".params")
 WRITTEN = ("json", "csv", "param", "report", "out", "parameters", "predict")
@@ -94,7 +94,8 @@ def _inputs(arguments: argparse.Namespace) -> Iterator[Path]:
     for name in READ:
         words = getattr(arguments, name, None) or ()
         for word in (words,) if isinstance(words, str) else words:
-            for path in map(Path, [word, *glob.glob(word, recursive=True)]):
+            # A vehicle file may be named with its configuration, as our.yaml:heavy.
+            for path in map(Path, [word, word.partition(":")[0], *glob.glob(word, recursive=True)]):
                 yield from (place for place in (path, sidecar_path(path)) if path.name and place.is_file())
                 yield from _of_dives(path)
     columns = getattr(arguments, "columns", None)
@@ -159,14 +160,7 @@ class Files:
 
     def text(self, path: Path, text: str, sentence: str = "") -> bool:
         """`attempt` to write `text` to `path`, completely or not at all."""
-
-        def write() -> None:
-            try:
-                replace_file(path, text)
-            except OSError as error:
-                raise LogError(f"{path}: can't be written ({error.strerror}); give another file") from None
-
-        return self.attempt(write, sentence)
+        return self.attempt(lambda: show.write_text(text, str(path)), sentence)
 
     def json(self, data: Any, target: str | None) -> bool:
         """As `show.write_json`; if that fails, a program that follows the progress gets the data itself."""

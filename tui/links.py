@@ -4,14 +4,20 @@ import time
 from collections.abc import Callable, Iterable
 from typing import Final
 
+import bridge.links.open
+from bridge import clock as clocks
 from bridge.clock import Clock
 from bridge.errors import LinkError, LinkLost
 from bridge.exit_codes import UsageError
+from bridge.links.addresses import of_link
 from bridge.links.link import Link
 from bridge.links.reconnecting import Aside, Reconnecting, unheard
 from gcs_plugin.peers import KnownVehicle
+from gcs_plugin.recording import state
+from gcs_plugin.recording.hub import PLACES, farewell
 from gcs_plugin.recording.link import among
-from gcs_plugin.recording.state import FRESH_S, Holding, hangs, held, held_beside, how_to_end, hung
+from gcs_plugin.recording.state import FRESH_S, Holding, hangs, how_to_end
+from tui import show
 
 LOOK_EVERY_S: Final = 0.1
 LOOKS: Final = 25
@@ -28,16 +34,12 @@ class ByWay(Link):
     """
 
     def __init__(self, hub: Link, links: Iterable[str], wait: Callable[[float], None] = time.sleep) -> None:
-        from bridge.clock import SystemClock
-
-        self._hub, self._wait, self._clock = hub, wait, SystemClock()
+        self._hub, self._wait, self._clock = hub, wait, clocks.SystemClock()
         self._last = b""
         self._silent_s, self._look_s = SILENT_S, self._clock.boot_s() + SILENT_S
         self.name = ", ".join(links)
 
     def read(self, timeout_s: float) -> bytes:
-        from gcs_plugin.recording.hub import PLACES, farewell
-
         try:
             data = self._hub.read(timeout_s)
         except LinkLost:
@@ -70,7 +72,7 @@ class ByWay(Link):
             self._silent_s, self._look_s = FRESH_S, now_s + FRESH_S
         elif now_s >= self._look_s:
             self._look_s = now_s + LOOK_AGAIN_S
-            holding = hung(self._clock.unix_s(), self._silent_s)
+            holding = state.hung(self._clock.unix_s(), self._silent_s)
             if holding is not None and holding.hub == self._hub.name:
                 raise LinkLost(hangs(holding) if self._silent_s == FRESH_S else _may_hang(holding))
 
@@ -99,17 +101,13 @@ def _may_hang(holding: Holding) -> str:
 
 def holding_now() -> Holding | None:
     """The running recording, if any."""
-    from bridge.clock import SystemClock
-
-    return held(SystemClock().unix_s())
+    return state.held(_now())
 
 
 def recordings_now() -> list[Holding]:
     """All running recordings, first the default one that other programs go through."""
-    from bridge.clock import SystemClock
-
     first = holding_now()
-    return [*([first] if first is not None else []), *held_beside(SystemClock().unix_s())]
+    return [*([first] if first is not None else []), *state.held_beside(_now())]
 
 
 def holder_of(spec: str) -> Holding | None:
@@ -137,9 +135,11 @@ def usable_now() -> Holding | None:
 
 
 def _hung_now() -> Holding | None:
-    from bridge.clock import SystemClock
+    return state.hung(_now())
 
-    return hung(SystemClock().unix_s())
+
+def _now() -> float:
+    return clocks.SystemClock().unix_s()
 
 
 def serving_now() -> bool:
@@ -155,21 +155,17 @@ def link_for(spec: str | None, open_one: Callable[[str], Link] | None = None) ->
     recording signs. Raises UsageError if nothing is named and nothing runs, LinkError if the link can't be opened,
     for example because a recording that hangs holds it.
     """
-    from bridge.links.addresses import of_link
-    from bridge.links.open import open_link
-    from tui import show
-
     holding = usable_now() if spec is None else holder_of(spec)
     if holding is None and spec is None:
         raise UsageError(
             "no link is named and no recording runs; give --link SPEC, or start `seatrial record`"
         )
     if holding is None:
-        return _opened(str(spec), open_one or open_link)
+        return _opened(str(spec), open_one or bridge.links.open.open_link)
     if not holding.hub:
         prefix = f"{spec}: " if spec else ""
         raise LinkError(f"{prefix}{words_of(holding)} holds the link and serves nobody; end it first")
-    hub = open_link(holding.hub)
+    hub = bridge.links.open.open_link(holding.hub)
     show.say(show.words(), f"by way of {words_of(holding)}")
     for sentence in of_link(holding.hub, "what it serves"):
         show.say(show.words(), sentence)
@@ -199,8 +195,6 @@ def coming_back(
     `lost` gets the reason for each loss, each sentence once. A link through a recording comes back only through a
     recording: a program that took the vehicle's port meanwhile would keep the next recording from it.
     """
-    from bridge.links.open import open_link
-
     holding = None if spec is None else holder_of(spec)
     second = spec if holding is not None and not _is_first(holding) else None
 
@@ -208,7 +202,7 @@ def coming_back(
         if second is not None:  # the first recording may be of another vehicle
             return _of_recording(holder_of(second))
         if spec is not None and holding is None:
-            return (open_one or open_link)(spec)
+            return (open_one or bridge.links.open.open_link)(spec)
         return _of_recording(usable_now())
 
     later = Aside(again, link.name)
@@ -218,25 +212,20 @@ def coming_back(
 
 def _of_recording(holding: Holding | None) -> Link:
     """The link that a recording serves. Raises LinkError if there is no recording, or it serves nobody."""
-    from bridge.links.open import open_link
-
     if holding is None or not holding.hub:
         raise LinkError("no recording runs that could be listened to; start `seatrial record`")
-    return ByWay(open_link(holding.hub), holding.links)
+    return ByWay(bridge.links.open.open_link(holding.hub), holding.links)
 
 
 def known_now(clock: Clock, spec: str | None = None) -> tuple[KnownVehicle, ...]:
     """Vehicles that the running recording has heard, timed by `clock`: those that an OFF sent through it is for.
     Empty for any other link."""
-    now_unix_s = clock.unix_s()
-    first = held(now_unix_s)
-    running = [*([first] if first is not None else []), *held_beside(now_unix_s)]
-    holding = (
-        first if spec is None else next((recording for recording in running if holds(recording, spec)), None)
-    )
+    now_unix_s, boot_s = clock.unix_s(), clock.boot_s()
+    first = state.held(now_unix_s)
+    running = [*([first] if first is not None else []), *state.held_beside(now_unix_s)]
+    holding = first if spec is None else next((one for one in running if holds(one, spec)), None)
     if holding is None:
         return ()
-    boot_s = clock.boot_s()
     heard = (
         KnownVehicle(
             (vehicle.system, vehicle.component),

@@ -1,16 +1,19 @@
 """Write a verb's page and its figures to the places given by `--report` and `--figures`."""
 
 import argparse
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+from bridge.command_line import check_folder
+from bridge.reports import PAGE
+from bridge.vehicle.config import VehicleFile
+from identify.dive import Dive
+from tui import show
+from tui.files import Files
 
-    from bridge.vehicle.config import VehicleFile
-    from identify.dive import Dive
+if TYPE_CHECKING:
     from identify.report.page import Report
-    from tui.files import Files
 
 UNTOLD = ("report", "figures", "json", "csv", "out")
 """The places of results are not settings."""
@@ -18,45 +21,34 @@ UNTOLD = ("report", "figures", "json", "csv", "out")
 WRITING = "writing the page"
 
 
-def add_figures(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--figures",
-        metavar="FOLDER",
-        help="write each figure of the report as SVG and PNG, as wide as a paper's column",
-    )
-
-
 def check(arguments: argparse.Namespace) -> None:
     """Raise UsageError, before anything is read, if the figures could not be written."""
-    from bridge.command_line import check_folder
-
     if arguments.figures:
         check_folder("--figures", arguments.figures)
 
 
-def wanted(arguments: argparse.Namespace) -> bool:
-    """Whether anything is to be drawn."""
-    return bool(arguments.report or arguments.figures)
-
-
 def publish(
-    files: "Files",
+    files: Files,
     arguments: argparse.Namespace,
     report: "Callable[[], Report]",
-    dives: "Sequence[Dive]",
-    file: "VehicleFile",
+    dives: Sequence[Dive],
+    file: VehicleFile,
     page: str | None = None,
 ) -> None:
-    """Write the page to `page`, otherwise to --report, and the figures, with progress, because drawing takes long."""
-    from bridge.reports import PAGE
-    from tui import show
+    """Write the page to `page`, otherwise to --report, and the figures, with progress, because drawing takes long.
 
+    Without any of these options nothing is drawn.
+    """
+    page = page or arguments.report
+    if not (page or arguments.figures):
+        return
     with show.progress(PAGE) as tell:
         tell(0.0, WRITING)
+        # They load matplotlib, which takes a second.
         from identify.report.page import with_provenance, write_figures, write_report
 
         whole = with_provenance(report(), dives, file, settings(arguments))
-        if page := page or arguments.report:
+        if page:
             place = Path(page)
             files.attempt(
                 lambda: write_report(place, whole, lambda share: tell(share, WRITING)), f"report: {place}"

@@ -3,15 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from bridge.errors import ConfigError
 from bridge.exit_codes import UsageError
 from bridge.vehicle.config import CONFIGS
 from gcs_plugin.dives.folder import About, conditions_of
-
-if TYPE_CHECKING:
-    from identify.run.recordings import Recording
+from identify.ingest.open import recording_files
+from identify.run.recordings import Recording
 
 TETHER = "tether"
 
@@ -22,8 +20,6 @@ def column_map_for(name: str | None, recordings: Sequence[str]) -> Path | None:
     Raises UsageError if the map doesn't exist, or if no recording is a table: a user who names a map wants to read a
     table. Raises LogError if a recording doesn't exist.
     """
-    from identify.ingest.open import recording_files
-
     if not name:
         return None
     files = [file for recording in recordings for file in recording_files(Path(recording))]
@@ -33,10 +29,11 @@ def column_map_for(name: str | None, recordings: Sequence[str]) -> Path | None:
             f"and need{'' if len(recordings) > 1 else 's'} no column map; leave it out"
         )
     bundled = CONFIGS / "columns"
-    if not Path(name).exists() and not (bundled / f"{name}.yaml").exists():
+    place = next((place for place in (Path(name), bundled / f"{name}.yaml") if place.exists()), None)
+    if place is None:
         known = ", ".join(sorted(file.stem for file in bundled.glob("*.yaml")))
         raise UsageError(f"--columns {name}: no such column map; give a YAML file, or one of {known}")
-    return Path(name)
+    return place
 
 
 def vehicle_named(about: About, otherwise: str = "") -> str:
@@ -58,10 +55,8 @@ def vehicle_named(about: About, otherwise: str = "") -> str:
     return otherwise
 
 
-def recording_at(path: Path) -> "Recording":
+def recording_at(path: Path) -> Recording:
     """A dive folder, or a recording in it, with the conditions of its `dive.yaml`."""
-    from identify.run.recordings import Recording
-
     conditions = conditions_of(path)
     return Recording(path, conditions.density_kg_m3, conditions.carried_kg)
 

@@ -10,7 +10,7 @@ import math
 import os
 import sys
 import threading
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import zip_longest
@@ -28,7 +28,7 @@ from bridge.clock import Clock, SystemClock
 from bridge.errors import LogError
 from bridge.exit_codes import UsageError
 from bridge.files import to_disk, whole
-from bridge.reports import Written
+from bridge.reports import Report, Written
 from bridge.text import MARK, printable, wrapped
 from identify.progress import NO_VALUES, Steps, Values
 
@@ -107,6 +107,11 @@ def asked(client: "ParameterClient", question: str, to_do: str) -> str:
         return sys.stdin.readline().strip()
 
 
+def agreed(client: "ParameterClient", question: str, to_do: str) -> bool:
+    """Whether the user types yes. Raises as `asked`."""
+    return asked(client, f"{question} [yes/no] ", to_do).lower() in ("y", "yes")
+
+
 @contextmanager
 def _listening(client: "ParameterClient") -> Iterator[None]:
     """Keep reading the link meanwhile: otherwise old data passes for new later, or a hub drops this program as slow."""
@@ -127,12 +132,16 @@ def say(console: Console, sentence: str) -> None:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of text; the columns named in `numbers` are aligned right."""
+    """A table of text; the columns named in `numbers` are aligned right, the last column may wrap.
+
+    `stale`: for each row whether a terminal dims it; none if empty.
+    """
 
     title: str
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
     numbers: Sequence[str] = ()
+    stale: Sequence[bool] = ()
 
     def widths(self, width: int) -> list[int]:
         """The width of each column for lines of `width`: cells stay whole, except the words of the last column.
@@ -148,8 +157,8 @@ class Table:
         least = max(_longest_word(text) or 1 for text in (self.columns[-1], *(row[-1] for row in self.rows)))
         return [*needed[:-1], max(min(whole[-1], room - sum(needed[:-1])), least)]
 
-    def drawn(self, width: int, styles: Sequence[str] = ()) -> rich.table.Table:
-        """The table for lines of `width`, its rows in `styles`."""
+    def drawn(self, width: int) -> rich.table.Table:
+        """The table for lines of `width`."""
         shape = rich.table.Table(
             box=RULE, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style=""
         )
@@ -158,8 +167,8 @@ class Table:
             shape.add_column(
                 harmless(heading), width=cells, justify="right" if right else "left", overflow="fold"
             )
-        for row, style in zip_longest(self.rows, styles):
-            shape.add_row(*map(harmless, row), style=style)
+        for row, stale in zip_longest(self.rows, self.stale):
+            shape.add_row(*map(harmless, row), style="dim" if stale else "")
         return shape
 
     def lines(self, width: int) -> list[str]:
@@ -169,13 +178,6 @@ class Table:
         with page.capture() as drawn:
             page.print(self.drawn(width))
         return [line.rstrip() for line in drawn.get().splitlines()]
-
-
-def table(
-    title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[str] = ()
-) -> Table:
-    """A table of text; the columns named in `numbers` are aligned right, the last may wrap."""
-    return Table(title, columns, rows, numbers)
 
 
 def put(console: Console, shown: Table) -> None:
@@ -204,7 +206,7 @@ def complain(sentence: str) -> None:
     """Report an error that ends no verb: a line on standard error, or a report to a program that reads the progress."""
     text = " ".join(sentence.split())
     if reports.asked(os.environ):
-        tell_program(reports.Report(reports.ERROR, 1.0, text))
+        tell_program(Report(reports.ERROR, 1.0, text))
     else:
         say(words(), f"seatrial: {text}")
 
@@ -218,13 +220,30 @@ class _Job:
     sentence: str
     prefix: str = ""
 
-    def words(self, words: str, values: Values, answered: bool) -> str:
+    def words(self, report: Report) -> str:
         """A report in words for a person."""
-        if not words:
+        if not report.words:
             return self.sentence
-        fitted = ", ".join(f"{name} {value:.4g} ± {half:.2g}" for name, (value, half) in values.items())
-        fitted = fitted or ("no value" if answered else "")
-        return f"{self.prefix}{words}{': ' if fitted else ''}{fitted}"
+        fitted = ", ".join(
+            f"{name} {value:.4g} ± {half:.2g}" for name, (value, half) in report.values.items()
+        )
+        fitted = fitted or ("no value" if report.answered else "")
+        return f"{self.prefix}{report.words}{': ' if fitted else ''}{fitted}"
+
+    def teller(self, shows: Callable[[Report], None]) -> Tell:
+        """What the job calls; `shows` takes each of its reports."""
+
+        def tell(
+            share: float,
+            words: str,
+            values: Values = NO_VALUES,
+            answered: bool = False,
+            stage: str = "",
+            written: Written | None = None,
+        ) -> None:
+            shows(Report(self.of, share, words, stage, dict(values), answered, written))
+
+        return tell
 
 
 @contextmanager
@@ -261,11 +280,11 @@ def _shown(jobs: Sequence[_Job]) -> Iterator[tuple[Tell, ...]]:
     """A program that reads the progress asks for lines of JSON by an environment variable (`bridge.reports`)."""
     console = words()
     if reports.asked(os.environ):
-        yield tuple(_to_program(job) for job in jobs)
+        yield tuple(job.teller(tell_program) for job in jobs)
         return
     if not console.is_terminal:
         lines = _lines if len(jobs) == 1 else _named_lines
-        yield tuple(lines(console, job, SystemClock()) for job in jobs)
+        yield tuple(job.teller(lines(console, job, SystemClock())) for job in jobs)
         return
     shown = Progress(
         TextColumn("{task.description}", markup=False),
@@ -276,24 +295,10 @@ def _shown(jobs: Sequence[_Job]) -> Iterator[tuple[Tell, ...]]:
         transient=True,
     )
     with shown:
-        yield tuple(_bar(shown, job) for job in jobs)
+        yield tuple(job.teller(_bar(shown, job)) for job in jobs)
 
 
-def _to_program(job: _Job) -> Tell:
-    def tell(
-        share: float,
-        words: str,
-        values: Values = NO_VALUES,
-        answered: bool = False,
-        stage: str = "",
-        written: Written | None = None,
-    ) -> None:
-        tell_program(reports.Report(job.of, share, words, stage, dict(values), answered, written))
-
-    return tell
-
-
-def tell_program(report: reports.Report) -> None:
+def tell_program(report: Report) -> None:
     """Write a report for the program that reads the progress."""
     # A single write per line, since several threads may report at once. A verb goes on when its listener is gone.
     with suppress(BrokenPipeError):
@@ -301,45 +306,35 @@ def tell_program(report: reports.Report) -> None:
         sys.stderr.flush()
 
 
-def _bar(shown: Progress, job: _Job) -> Tell:
+def _bar(shown: Progress, job: _Job) -> Callable[[Report], None]:
     task = shown.add_task(job.sentence, total=1.0)
-
-    def tell(
-        share: float, words: str, values: Values = NO_VALUES, answered: bool = False, **_details: object
-    ) -> None:
-        shown.update(task, completed=share, description=job.words(words, values, answered))
-
-    return tell
+    return lambda report: shown.update(task, completed=report.share, description=job.words(report))
 
 
-def _lines(console: Console, job: _Job, clock: Clock) -> Tell:
+def _lines(console: Console, job: _Job, clock: Clock) -> Callable[[Report], None]:
     told_s = clock.boot_s()
 
-    def tell(
-        share: float, words: str, values: Values = NO_VALUES, answered: bool = False, **_details: object
-    ) -> None:
+    def show(report: Report) -> None:
         nonlocal told_s
         if clock.boot_s() - told_s >= LINE_EVERY_S:
             told_s = clock.boot_s()
-            console.print(f"{share:4.0%} {job.words(words, values, answered)}", soft_wrap=True)
+            console.print(f"{report.share:4.0%} {job.words(report)}", soft_wrap=True)
 
-    return tell
+    return show
 
 
-def _named_lines(console: Console, job: _Job, clock: Clock) -> Tell:
+def _named_lines(console: Console, job: _Job, clock: Clock) -> Callable[[Report], None]:
     """Print a job's words and share when it ends, and before that once a tenth, at most every few seconds."""
     told_s, tenth = clock.boot_s(), 0
 
-    def tell(
-        share: float, words: str, values: Values = NO_VALUES, answered: bool = False, **_details: object
-    ) -> None:
+    def show(report: Report) -> None:
         nonlocal told_s, tenth
-        reached = int(10 * share + 1e-9)
-        if reached > tenth and (share >= 1.0 or clock.boot_s() - told_s >= LINE_EVERY_S):
+        reached = int(10 * report.share + 1e-9)
+        if reached > tenth and (report.share >= 1.0 or clock.boot_s() - told_s >= LINE_EVERY_S):
             told_s, tenth = clock.boot_s(), reached
-            console.print(f"{job.words(words, values, answered)} ({share:.0%})", soft_wrap=True)
+            console.print(f"{job.words(report)} ({report.share:.0%})", soft_wrap=True)
 
-    return tell
+    return show
 
 
 def replace_file(path: Path, text: str) -> None:
@@ -363,14 +358,21 @@ def write_json(data: Any, target: str | None) -> None:
     """
     if target is None:
         return
-    text = json.dumps(plain(data), indent=2, allow_nan=False) + "\n"
+    write_text(json.dumps(plain(data), indent=2, allow_nan=False) + "\n", target, "the JSON ")
+
+
+def write_text(text: str, target: str, what: str = "") -> None:
+    """Write `text` to a file, completely or not at all; for `-` to standard output, without what steers a terminal.
+
+    Raises LogError if the file can't be written; `what` begins its words.
+    """
     if target == STANDARD_OUTPUT:
-        sys.stdout.write(text)
+        sys.stdout.write(harmless(text))
         return
     try:
         replace_file(Path(target), text)
     except OSError as error:
-        raise LogError(f"{target}: the JSON can't be written ({error.strerror}); give another file") from None
+        raise LogError(f"{target}: {what}can't be written ({error.strerror}); give another file") from None
 
 
 def plain(data: Any) -> Any:

@@ -207,8 +207,7 @@ def test_the_tables_are_shown_and_the_page_written_though_csv_and_json_find_no_r
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     full.mkdir()
-    for user in ("tui.show", "tui.files"):
-        monkeypatch.setattr(f"{user}.replace_file", refuse)
+    monkeypatch.setattr("tui.show.replace_file", refuse)
     code = command(dives, known, "--csv", full / "all.csv", "--json", full / "all.json")
     assert code == exit_codes.BAD_INPUT
     told = capsys.readouterr()

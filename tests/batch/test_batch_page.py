@@ -17,7 +17,7 @@ from identify.batch.rows import NAMES, by_configuration, rows_of, to_csv, to_jso
 from identify.identification import Doubt
 from identify.report.page import render_report
 from tui import show
-from tui.answers import dive_table, parameter_tables, trend_table
+from tui.commands.batch import dive_table, parameter_tables, trend_table
 
 WARNED = Doubt(("M_u",), "No rate of turn was recorded in roll", "M_u may be off; record a gyro.")
 LONG = "2026-11-20T0912Z-" + "hovering-in-the-outer-harbour"

@@ -118,23 +118,6 @@ def test_what_is_copied_is_there_and_what_is_installed_is_whole():
     assert all(f"!{source.split('/')[0]}" in ignored for source in copied)
 
 
-def test_the_dockerfile_keeps_the_rules_of_a_linter():
-    (base,) = rest_of("FROM")
-    assert re.fullmatch(r"[a-z]+:[\w.-]+", base)  # hadolint DL3006, DL3007: a tag, and not latest
-    assert not base.endswith(":latest")
-    words = {word for word, _ in instructions()}
-    assert not words & {"ADD", "MAINTAINER", "SHELL"}  # DL3020, DL4000
-    assert all("--no-cache-dir" in run for run in rest_of("RUN") if "pip install" in run)  # DL3042
-    assert not any(
-        re.search(r"\b(sudo|apt-get|cd)\b", run) for run in rest_of("RUN")
-    )  # DL3004, DL3008, DL3003
-    assert all(path.startswith("/") for path in rest_of("WORKDIR"))  # DL3000
-    for keyword in ("ENTRYPOINT", "CMD"):
-        (form,) = rest_of(keyword)  # DL4003, DL4004: one of each
-        assert all(isinstance(word, str) for word in json.loads(form))  # DL3025: as JSON
-    assert json.loads(rest_of("ENTRYPOINT")[0])[1] == "/opt/seatrial/blueos/service.py"
-
-
 async def asked(port, request):
     """The whole answer to a request."""
     reader, writer = await asyncio.open_connection("127.0.0.1", port)

@@ -22,7 +22,7 @@ from bridge.vehicle.config import load_vehicle
 from bridge.wire.framing import Encoder, decode
 from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.folder import About, new_folder
-from gcs_plugin.recording.hub import FULL, Hub
+from gcs_plugin.recording.hub import Hub
 from gcs_plugin.recording.link import same_link
 from gcs_plugin.recording.recorder import Recorder
 from gcs_plugin.recording.state import Holding, held, state_file, write_holding
@@ -339,16 +339,6 @@ def test_a_client_of_its_hub_hears_the_vehicle_and_is_heard_by_it(monkeypatch, t
         ends.set()
     (folder,) = tmp_path.iterdir()
     assert [frame.raw for _, frame in read_tlog(folder / "telemetry.tlog")] == [order, beat()]
-
-
-def test_a_recording_warns_once_where_more_come_than_it_has_places(monkeypatch, tmp_path, ends, capsys):
-    with Recording(monkeypatch, tmp_path):
-        clients = [open_link(until(now).hub) for _ in range(35)]
-        until(lambda: now().notices)
-        for client in clients:
-            client.close()
-        ends.set()
-    assert " ".join(capsys.readouterr().err.split()).count(f"warning: {FULL}") == 1
 
 
 def test_where_the_ground_alone_spoke_nothing_was_recorded(monkeypatch, tmp_path, ends, capsys):

@@ -24,7 +24,7 @@ def section(verb):
 def test_every_verb_has_help_with_an_example_that_it_takes(verb, capsys):
     assert cli.main([verb, "--help"]) == exit_codes.DONE
     shown = capsys.readouterr().out
-    example = cli.load(verb).EXAMPLE
+    example = cli.VERBS[verb].example
     assert example in shown
     words = example.split()
     assert words[:2] == ["seatrial", verb]
@@ -66,15 +66,10 @@ def test_a_missing_argument_is_one_sentence_that_names_the_help(capsys):
 
 
 class Failing:
-    """A verb that ends in whatever it is given."""
-
-    EXAMPLE = "seatrial demo"
+    """A verb's module that ends in whatever it is given."""
 
     def __init__(self, error):
         self.error = error
-
-    def add_arguments(self, parser):
-        pass
 
     def run(self, _):
         raise self.error
@@ -93,7 +88,7 @@ class Failing:
     ],
 )
 def test_each_error_has_its_exit_code_and_one_line(error, code, monkeypatch, capsys):
-    monkeypatch.setattr(cli, "load", lambda _: Failing(error))
+    monkeypatch.setattr(cli, "module_of", lambda _: Failing(error))
     assert cli.main(["demo"]) == code
     shown = capsys.readouterr().err
     assert shown.startswith("seatrial: ")
@@ -111,7 +106,7 @@ def chained(depth):
 
 @pytest.mark.parametrize("depth", [1, 2])
 def test_control_c_within_compiled_code_is_one_sentence(depth, monkeypatch, capsys):
-    monkeypatch.setattr(cli, "load", lambda _: Failing(chained(depth)))
+    monkeypatch.setattr(cli, "module_of", lambda _: Failing(chained(depth)))
     assert cli.main(["demo"]) == exit_codes.INTERRUPTED
     assert capsys.readouterr().err == "seatrial: stopped before it was done\n"
 
@@ -119,12 +114,12 @@ def test_control_c_within_compiled_code_is_one_sentence(depth, monkeypatch, caps
 def test_control_c_met_while_another_error_was_handled_is_one_sentence(monkeypatch):
     error = SystemError("<function> returned a result with an exception set")
     error.__context__ = KeyboardInterrupt()
-    monkeypatch.setattr(cli, "load", lambda _: Failing(error))
+    monkeypatch.setattr(cli, "module_of", lambda _: Failing(error))
     assert cli.main(["demo"]) == exit_codes.INTERRUPTED
 
 
 def test_a_system_error_of_its_own_is_not_taken_for_control_c(monkeypatch):
-    monkeypatch.setattr(cli, "load", lambda _: Failing(SystemError("bad internal call")))
+    monkeypatch.setattr(cli, "module_of", lambda _: Failing(SystemError("bad internal call")))
     with pytest.raises(SystemError, match="bad internal call"):
         cli.main(["demo"])
 

@@ -16,8 +16,8 @@ from gcs_plugin.dives.folder import About, DiveFolder
 from gcs_plugin.recording.recorder import Recorder
 from gcs_plugin.recording.state import held
 from tui import cli
+from tui.commands.record import RecordedDives, RecordingState
 from tui.links import known_now
-from tui.recording import RecordedDives, RecordingState
 
 DAY_S = 86_400.0
 days = pytest.mark.parametrize("set_by_s", [-DAY_S, DAY_S], ids=["back", "forward"])

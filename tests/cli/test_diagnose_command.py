@@ -27,8 +27,7 @@ from identify.effects.rigid_body import ADDED_PAYLOAD
 from identify.ingest.open import OVERLAPPING, PIECE, SAME, of_one_dive
 from identify.run.diagnose import effects_without
 from tui import cli
-from tui.answers import tell_diagnosis
-from tui.commands.diagnose import _sends
+from tui.commands.diagnose import _sends, tell_diagnosis
 
 DRAG = Finding(Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start()), (), {}, 0.95, {}, 50.0, Gain(0.0234, 0.0051))
 D_U = {"D_u": Value(10.0, "N s/m", 9.0, 11.0)}
@@ -177,7 +176,7 @@ def test_a_run_that_compiles_first_says_so_and_no_other(
     def no_dive(*_: object, **_more: object) -> None:
         raise FitError("nothing was pushed")
 
-    monkeypatch.setattr("identify.run.identify.compiles_first", lambda: first)
+    monkeypatch.setattr("tui.commands.diagnose.compiles_first", lambda: first)
     monkeypatch.setattr("identify.diagnose.diagnose.diagnose", no_dive)
     words = ("diagnose", files / "dive.tlog", "--vehicle", files / "vehicle.yaml")
     assert cli.main([*map(str, words)]) == exit_codes.NO
@@ -239,21 +238,6 @@ def test_what_tells_of_the_vehicle_alone_is_refused_beside_a_simulator(
 ):
     assert held_against(pair_of_files[1], option, tmp_path / "other.param") == exit_codes.BAD_INPUT
     assert f"{option} tells of the vehicle, --against of a simulator" in capsys.readouterr().err
-
-
-def test_a_page_never_takes_the_place_of_the_simulator_s_recording(
-    pair_of_files: tuple[Case, Path], capsys: pytest.CaptureFixture[str]
-):
-    sim = pair_of_files[1] / "sim.tlog"
-    before = sim.read_bytes()
-    assert held_against(pair_of_files[1], "--report", sim) == exit_codes.BAD_INPUT
-    assert sim.read_bytes() == before
-    assert "sim.tlog" in capsys.readouterr().err
-
-
-def test_twenty_seconds_are_too_short(pair_of_files: tuple[Case, Path], capsys: pytest.CaptureFixture[str]):
-    assert held_against(pair_of_files[1]) == exit_codes.NO
-    assert "too short to tell one cause from another" in " ".join(capsys.readouterr().err.split())
 
 
 @pytest.fixture(scope="module")

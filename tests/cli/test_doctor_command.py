@@ -67,7 +67,7 @@ def findings(monkeypatch, tmp_path, capsys):
     return run
 
 
-def test_a_vehicle_afloat_is_heard_with_all_its_sensors(findings):
+def test_a_healthy_vehicle_afloat_is_heard_with_all_its_sensors_and_no_warning(findings):
     code, found = findings(Afloat(), "--vehicle", "ruvifist:hovering")
     assert code == exit_codes.DONE
     well = (
@@ -83,7 +83,8 @@ def test_a_vehicle_afloat_is_heard_with_all_its_sensors(findings):
         "gravity",
         "parameters",
     )
-    assert {name: found[name]["level"] for name in well} == dict.fromkeys(well, "ok")
+    assert set(well) <= set(found)
+    assert {name: one["sentence"] for name, one in found.items() if one["level"] != "ok"} == {}
 
 
 def test_the_wet_check_of_a_right_vehicle_finds_every_thruster_and_sensor_right(findings, tmp_path):
@@ -212,11 +213,6 @@ def test_no_thruster_turns_where_two_vehicles_have_one_id(findings):
     assert "no thruster turned" in found["wet check"]["sentence"]
 
 
-def test_a_healthy_vehicle_afloat_has_no_warning_at_all(findings):
-    _, found = findings(Afloat(), "--vehicle", "ruvifist:hovering")
-    assert {name: f["sentence"] for name, f in found.items() if f["level"] != "ok"} == {}
-
-
 def test_a_vehicle_file_without_its_thrust_table_fails(capsys, tmp_path):
     vehicle = tmp_path / "mine.yaml"
     vehicle.write_text(
@@ -254,11 +250,10 @@ def test_without_a_link_the_ports_of_the_devices_are_looked_for(capsys, tmp_path
     assert levels == {"vehicle file": "ok", "disk": "ok", "imu": "ok", "dvl": "failed"}
 
 
-@pytest.mark.parametrize("port", ["250", "250:0x76", "i2c:250:0x76"])
-def test_the_bus_of_the_depth_sensor_is_looked_for_however_its_port_is_written(capsys, tmp_path, port):
+def test_the_bus_of_the_depth_sensor_is_looked_for(capsys, tmp_path):
     vehicle = tmp_path / "mine.yaml"
     vehicle.write_text(
-        f'name: mine\nsensors:\n  depth: {{kind: bar30, port: "{port}"}}\n'
+        'name: mine\nsensors:\n  depth: {kind: bar30, port: "i2c:250:0x76"}\n'
         "configurations:\n  only:\n    dry_mass_kg: 10\n    inertia_kgm2: [1, 1, 1]\n"
         "    thrusters:\n      - {direction: [1, 0, 0], position_m: [0, 0, 0]}\n",
         encoding="utf-8",

@@ -23,9 +23,10 @@ from identify.dive import Dive
 from identify.effects.environment import waves
 from identify.identification import Doubt, Outcome
 from tui import cli
-from tui.accepted import accepted_before, accepted_truth
-from tui.commands.diagnose import accept
-from tui.parameter_files import Leave, accepted_model, targets_of
+from tui.commands.diagnose import accept, accepted_before
+from tui.commands.params import targets_of
+from tui.commands.simulate import accepted_truth
+from tui.parameter_files import Leave, accepted_model
 
 BUNDLED = Path(__file__).resolve().parents[2] / "configs" / "vehicles"
 

@@ -22,7 +22,7 @@ from gcs_plugin.recording.hub import Hub
 from gcs_plugin.recording.recorder import Recorder
 from gcs_plugin.recording.state import Holding, write_holding
 from tui import cli
-from tui.fetched import MIRROR
+from tui.commands.fetch import MIRROR
 
 pytestmark = pytest.mark.usefixtures("switched_off")
 
@@ -129,6 +129,7 @@ def test_over_a_signed_link_it_takes_the_key_and_the_dive_that_it_makes_is_not_s
     assert made == signed.kept()[: len(made)]
     assert len(made) == told["frames"] > 50
     capsys.readouterr()
+    monkeypatch.setattr("tui.commands.fetch.FIND_S", 4.0)
     other = SigningKey(bytes(32))
     write_key(tmp_path / "other.key", other)
     assert cli.main([*words, "--sign-key", "other.key"]) != exit_codes.DONE

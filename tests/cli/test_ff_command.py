@@ -40,7 +40,7 @@ def vehicle(monkeypatch):
     vehicle = afloat()
     monkeypatch.setattr("bridge.links.open.open_link", lambda _: vehicle)
     monkeypatch.setattr("bridge.clock.SystemClock", lambda: vehicle.clock)
-    monkeypatch.setattr("tui.switching.REOPEN_EVERY_S", 0.0)
+    monkeypatch.setattr("tui.commands.ff.REOPEN_EVERY_S", 0.0)
     return vehicle
 
 
@@ -125,15 +125,6 @@ def test_where_only_one_that_is_gone_keeps_off_from_its_end_the_way_out_is_told_
     assert " ".join(capsys.readouterr().err.split()).count(told) == 1
 
 
-def test_off_of_a_vehicle_that_is_named_goes_to_no_other_that_a_recording_has_heard(vehicle, capsys):
-    recording_that_heard(vehicle, HeardVehicle(1, 1, True, vehicle.clock.unix_s()))
-    vehicle.server.write("FF_MODE", 1.0, armed=False)
-    vehicle.mute = True
-    assert cli.main(["ff", "off", "--system", "2", "--seconds", "4.1"]) == exit_codes.LINK
-    assert vehicle.server.mode == 1
-    assert "vehicle 2: sent 9 times, never heard: not confirmed" in capsys.readouterr().out
-
-
 def test_off_ends_where_nothing_that_is_heard_has_a_feed_forward(vehicle, monkeypatch, capsys):
     vehicle.tells_mode = False
     no_such = dialect.MAVLink_param_error_message(255, 190, b"FF_MODE", -1, 1)
@@ -189,13 +180,6 @@ def test_of_two_vehicles_with_one_address_off_is_not_done_while_one_says_otherwi
     assert "two vehicles beat as system 1" in capsys.readouterr().out
 
 
-def test_of_two_vehicles_with_one_address_off_is_done_as_answered_and_says_that_two_answer(vehicle, capsys):
-    vehicle.twin = twin_of(vehicle, 0.0)
-    assert run("off", "--seconds", "40") == exit_codes.DONE
-    shown = " ".join(capsys.readouterr().out.split())
-    assert "vehicle 1: off, as answered; but two vehicles answer: memory:vehicle: two vehicles beat" in shown
-
-
 @pytest.mark.parametrize(("word", "mode"), [("shadow", 1), ("ff", 2), ("both", 3)])
 def test_a_disarmed_vehicle_is_switched_for_who_says_yes(vehicle, monkeypatch, word, mode, capsys):
     vehicle.give_a_model()
@@ -224,24 +208,6 @@ def test_off_of_another_program_while_the_question_stands_wins_and_nothing_is_se
     assert run("both") == exit_codes.NO
     assert vehicle.sets == []
     assert "OFF was ordered meanwhile and wins: both is sent no more" in capsys.readouterr().out
-
-
-def test_off_of_another_computer_ends_a_raise_by_what_the_vehicle_says(vehicle, monkeypatch, capsys):
-    vehicle.give_a_model()
-    ask = vehicle.server.handle
-
-    def forced_off(message, armed):
-        answers = ask(message, armed)
-        if message.get_type() == "PARAM_SET":
-            vehicle.server.write("FF_MODE", 0.0, armed)
-        return answers
-
-    monkeypatch.setattr(vehicle.server, "handle", forced_off)
-    assert run("both", "--yes") == exit_codes.NO
-    assert [one[2:] for one in vehicle.sets] == [("FF_MODE", 3.0)]
-    assert "vehicle 1: it says off after both, as if another has switched it" in " ".join(
-        capsys.readouterr().out.split()
-    )
 
 
 @pytest.mark.parametrize("typed", ["no\n", "\n", "y e s\n", ""])
@@ -306,24 +272,6 @@ def test_a_vehicle_that_does_not_take_a_mode_is_given_up(vehicle, capsys):
     assert run("shadow", "--yes") == exit_codes.NO
     assert "it answers off" in capsys.readouterr().out
     assert 25 <= len(vehicle.sets) <= 31
-
-
-def test_what_the_vehicle_says_against_it_is_shown_and_ends_it(vehicle, monkeypatch, capsys):
-    vehicle.give_a_model()
-    vehicle.armed = True
-    ask = vehicle.server.handle
-
-    def forgets(message, armed):
-        if message.get_type() == "PARAM_SET":
-            vehicle.server._active = None
-        return ask(message, armed)
-
-    monkeypatch.setattr(vehicle.server, "handle", forgets)
-    assert run("both", "--yes") == exit_codes.NO
-    shown = capsys.readouterr()
-    assert "vehicle 1: FF_MODE refused: no active set" in shown.err
-    assert "the vehicle does not permit it now" in shown.out
-    assert len(vehicle.sets) <= 3
 
 
 def test_an_armed_vehicle_says_what_its_shadow_lacks_and_the_crew_hears_what_to_do(vehicle, capsys):

@@ -62,11 +62,10 @@ def test_a_folder_in_place_of_the_copy_of_a_log_is_named(folder, tmp_path, capsy
     assert not (folder / "1.BIN").exists()
 
 
-@pytest.mark.parametrize("name", ["notes.txt", "absent.BIN", "absent.tlog"])
-def test_what_is_no_recording_is_refused(folder, tmp_path, name, capsys) -> None:
+def test_what_is_no_recording_is_refused(folder, tmp_path, capsys) -> None:
     (tmp_path / "notes.txt").write_text("x")
-    assert cli.main(["merge", str(folder), str(tmp_path / name)]) == exit_codes.BAD_INPUT
-    assert name in capsys.readouterr().err
+    assert cli.main(["merge", str(folder), str(tmp_path / "notes.txt")]) == exit_codes.BAD_INPUT
+    assert "notes.txt: can't tell what this is by its ending" in capsys.readouterr().err
 
 
 def test_the_commands_of_the_how_to_do_what_it_says(tmp_path, monkeypatch) -> None:
@@ -133,7 +132,7 @@ def test_a_file_that_may_not_be_read_is_told_as_any_other(folder, monkeypatch, c
     def refused(*_):
         raise PermissionError(13, "Permission denied", "secret.tlog")
 
-    monkeypatch.setattr("tui.merging.load_recording", refused)
+    monkeypatch.setattr("tui.commands.merge.load_recording", refused)
     assert cli.main(["merge", str(folder), "secret.tlog"]) == exit_codes.BAD_INPUT
     said = "seatrial: secret.tlog: Permission denied; check the path, its rights and the disk"
     assert said in " ".join(capsys.readouterr().err.split())

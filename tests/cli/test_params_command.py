@@ -38,10 +38,6 @@ def test_show_names_the_patterns_that_match_nothing(capsys):
     assert "no parameter like 'SERVO'" in shown.err
     assert "FF1_M_U" not in shown.err
     assert "FF1_M_U" in shown.out
-
-
-@pytest.mark.usefixtures("vehicle")
-def test_show_of_nothing_shows_no_empty_table(capsys):
     assert run("show", "SERVO") == exit_codes.NO
     assert capsys.readouterr().out == ""
 
@@ -89,20 +85,6 @@ def test_receipts_that_a_link_leads_nowhere_with_are_refused_before_anything_is_
     assert run("upload", file, "--yes", "--receipts", str(link)) == exit_codes.BAD_INPUT
     assert f"{link} is a link that leads nowhere; name another" in " ".join(capsys.readouterr().err.split())
     assert vehicle.server.value("FF1_M_U") == 0.0
-
-
-def test_only_sends_the_lines_named(vehicle, file):
-    assert run("upload", file, "--yes", "--only", "FF1_D_U", *DESPITE_HALF) == exit_codes.DONE
-    assert vehicle.server.active(1)["D_u"] == 56.25
-    assert "M_u" not in vehicle.server.active(1)
-
-
-def test_a_value_that_the_vehicle_never_takes_leaves_everything_as_it_was(vehicle, file, capsys):
-    vehicle.drops = ("FF1_D_U",)
-    assert run("upload", file, "--yes") == exit_codes.NO
-    assert vehicle.server.value("FF1_M_U") == 0.0
-    assert vehicle.server.active_crc == 0
-    assert "rolled back" in capsys.readouterr().out
 
 
 def test_a_commit_of_what_another_program_wrote_upon_says_so_and_takes_all_back(vehicle, file, capsys):
@@ -292,21 +274,6 @@ def test_what_is_put_in_force_without_a_write_is_asked_for_as_well(vehicle, file
     assert asked == ["put 2 parameters in force? [yes/no] "]
     assert vehicle.server.active_crc == 0
     assert "nothing was sent" in capsys.readouterr().err
-
-
-def test_values_staged_beside_a_set_that_flies_are_told_as_staged(vehicle, file, capsys):
-    assert run("upload", file, "--yes") == exit_codes.DONE
-    flying = vehicle.server.active_crc
-    vehicle.server.write("FF1_M_U", 120.0, armed=False)
-    capsys.readouterr()
-    assert run("diff", file) == exit_codes.NO
-    # With that line as in the file, the rest is what flies.
-    assert "2 parameters: 1 changed, 1 same" in capsys.readouterr().out
-    vehicle.server.write("FF1_M_V", 90.0, armed=False)
-    run("diff", file)
-    shown = capsys.readouterr().out
-    assert f"and does not fly: set {flying} does, which is another" in shown
-    assert "2 parameters: 1 changed, 1 staged" in shown
 
 
 def test_rollback_brings_the_values_before_back(vehicle, file, tmp_path, capsys):

@@ -133,15 +133,6 @@ def test_a_full_disk_hides_nothing_of_a_roll_back_either(vehicle, file, monkeypa
     assert "the same `seatrial params rollback` once more" in " ".join(told.err.split())
 
 
-def test_a_full_disk_before_the_first_write_lets_nothing_be_sent(vehicle, file, monkeypatch, capsys):
-    vehicle.server.write("FF1_M_U", 99.0, armed=False)
-    vehicle.server.write("FF_COMMIT", vehicle.server.staged_crc, armed=False)
-    full_once_in_force(vehicle, monkeypatch)
-    assert run("upload", file, "--yes") == exit_codes.BAD_INPUT
-    assert vehicle.server.value("FF1_M_U") == 99.0
-    assert "read back" not in capsys.readouterr().out
-
-
 @pytest.mark.parametrize("kind", ["-before.param", "-wanted.param", "-wanted.param.json", "-receipt.json"])
 def test_an_upload_whose_files_find_no_room_writes_nothing_and_leaves_none_of_them(
     kind, vehicle, file, tmp_path, monkeypatch, capsys

@@ -1,12 +1,11 @@
 """`params` and its files: where values come from, what is doubted in them, and files of another vehicle."""
 
-import json
 from pathlib import Path
 
 import params_line
 import pytest
 from fakes.vehicle import VEHICLE
-from params_line import DESPITE_HALF, identified, run, with_sidecar
+from params_line import identified, run, with_sidecar
 
 from bridge import exit_codes
 from bridge.vehicle.config import load_vehicle
@@ -48,22 +47,6 @@ def test_diff_shows_an_identification_in_doubt(vehicle, tmp_path, capsys):
     path = identified(tmp_path, outcome="stopped at a bound")
     assert run("diff", path, "--vehicle", VEHICLE) == exit_codes.NO
     assert "outcome: stopped at a bound" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize("data", [{}, {"parameters": []}, {"configuration": "hovering"}, {"identified": {}}])
-def test_a_json_that_is_no_identification_is_said_so(vehicle, tmp_path, data, capsys):
-    del vehicle
-    path = tmp_path / "other.json"
-    path.write_text(json.dumps(data), encoding="utf-8")
-    assert run("diff", str(path), "--vehicle", VEHICLE) == exit_codes.BAD_INPUT
-    assert "is not an identification" in capsys.readouterr().err
-
-
-def test_upload_takes_the_json_of_an_identification(vehicle, tmp_path):
-    path = identified(tmp_path)
-    assert run("upload", path, "--vehicle", VEHICLE, "--yes") == exit_codes.DONE
-    assert vehicle.server.active(1)["M_u"] == 112.0
-    assert "M_v" not in vehicle.server.active(1)
 
 
 def test_a_parameter_file_from_an_identification_in_doubt_is_refused_until_told_otherwise(
@@ -142,20 +125,6 @@ def test_a_model_without_effects_takes_back_those_accepted_before_and_says_so(ve
     assert run("upload", file, "--yes") == exit_codes.DONE
     assert "taken back: FF1_X_UU" in capsys.readouterr().out
     assert "X_uu" not in vehicle.server.active(1)
-
-
-def test_an_effect_that_a_model_takes_back_is_a_line_that_can_be_chosen(vehicle, file, capsys):
-    vehicle.server.write("FF1_X_UU", 12.5, False)
-    vehicle.server.write("FF_COMMIT", float(vehicle.server.staged_crc), False)
-    with_sidecar(file, "converged")
-    assert run("upload", file, "--yes", "--only", "FF1_M_U", *DESPITE_HALF) == exit_codes.DONE
-    assert vehicle.server.active(1)["X_uu"] == 12.5
-    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
-    assert run("upload", file, "--yes", "--only", "FF1_X_UU") == exit_codes.DONE
-    assert "X_uu" not in vehicle.server.active(1)
-    capsys.readouterr()
-    assert run("upload", file, "--yes", "--only", "FF1_Y_VV") == exit_codes.BAD_INPUT
-    assert "nothing of FF1_Y_VV is to be changed" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("suffix", [".param", ".parm", ".params"])

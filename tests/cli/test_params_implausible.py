@@ -164,22 +164,6 @@ def test_a_change_that_what_was_accepted_last_speaks_against_stops_all_but_a_rol
     assert vehicle.server.active(1)["D_u"] == 56.25
 
 
-def test_a_zero_that_what_was_accepted_last_speaks_against_is_taken_by_name_or_a_roll_back_alone(
-    vehicle, file, tmp_path, capsys
-):
-    zero = tmp_path / "zero.param"
-    zero.write_text("FF1_D_U,0\n", encoding="utf-8")
-    assert run("upload", file, "--yes") == exit_codes.DONE
-    assert run("upload", str(zero), "--yes") == exit_codes.NO
-    assert "56.25 was accepted last: this is 0 times as much" in " ".join(capsys.readouterr().err.split())
-    assert vehicle.server.active(1)["D_u"] == 56.25
-    assert run("upload", str(zero), "--yes", "--accept-implausible", "FF1_D_U") == exit_codes.DONE
-    assert "D_u" not in vehicle.server.active(1)
-    assert run("rollback", "--yes") == exit_codes.DONE
-    assert run("rollback", "--yes") == exit_codes.DONE
-    assert vehicle.server.value("FF1_M_U") == 0.0
-
-
 @pytest.mark.usefixtures("vehicle")
 def test_with_a_vehicle_file_a_total_mass_below_its_dry_mass_stops_all(tmp_path, capsys):
     light = tmp_path / "light.param"

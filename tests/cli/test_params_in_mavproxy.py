@@ -5,7 +5,6 @@ import pytest
 from parameter_vehicle import at_any_link
 
 from bridge import exit_codes
-from bridge.errors import ParamRejected
 from bridge.wire.framing import Encoder, Framer
 from gcs_plugin.fleet import Fleet
 from tui import cli
@@ -71,17 +70,6 @@ NONE_STANDS = (
 )
 
 
-def test_a_second_roll_back_never_writes_back_what_the_first_took_back(vehicle):
-    mavproxy = Mavproxy(vehicle)
-    mavproxy.upload("111.param")
-    assert vehicle.server.active(1)["M_u"] == 111.0
-    assert "FF1_M_U  kg          111    0  read back equal" in mavproxy.ask("rollback")
-    for _ in range(2):
-        with pytest.raises(ParamRejected, match=NONE_STANDS):
-            mavproxy.ask("rollback")
-        assert "M_u" not in vehicle.server.active(1)
-
-
 def test_roll_backs_go_back_one_upload_at_a_time_whichever_program_made_them(vehicle):
     mavproxy = Mavproxy(vehicle)
     mavproxy.upload("90.param")
@@ -91,17 +79,6 @@ def test_roll_backs_go_back_one_upload_at_a_time_whichever_program_made_them(veh
     assert "read back equal" in Mavproxy(vehicle).ask("rollback")
     assert "M_u" not in vehicle.server.active(1)
     assert verb("rollback") == exit_codes.BAD_INPUT
-
-
-def test_a_roll_back_to_what_the_vehicle_holds_already_counts_as_one(vehicle):
-    mavproxy = Mavproxy(vehicle)
-    mavproxy.upload("90.param")
-    mavproxy.upload("111.param")
-    vehicle.server.write("FF1_M_U", 90.0, armed=False)
-    vehicle.server.write("FF_COMMIT", float(vehicle.server.staged_crc), armed=False)
-    assert "the vehicle holds all of it already; nothing was written" in mavproxy.ask("rollback")
-    assert "read back equal" in mavproxy.ask("rollback")
-    assert "M_u" not in vehicle.server.active(1)
 
 
 def test_an_upload_of_what_the_vehicle_holds_already_leaves_a_receipt_and_is_accepted(vehicle, tmp_path):

@@ -17,8 +17,7 @@ from gcs_plugin.params.files import Interval, Sidecar, write_sidecar
 from identify.identification import Identification, Outcome, estimate
 from identify.priors import with_priors
 from tui import cli
-from tui.accepted import doubted_of
-from tui.commands.prior import with_priors_written
+from tui.commands.prior import doubted_of, with_priors_written
 
 BUNDLED = Path(__file__).resolve().parents[2] / "configs" / "vehicles" / "ruvifist.yaml"
 
@@ -200,14 +199,6 @@ def test_priors_left_out_for_resting_on_the_dive_are_no_doubt_of_its_values(vehi
     assert doubted_of(again) == {}
 
 
-def test_a_doubt_that_is_none_makes_a_file_no_identification(vehicle, tmp_path, capsys):
-    assert (
-        accept(identified(tmp_path / "a.json", doubts=[DOUBT | {"about": 7}]), vehicle)
-        == exit_codes.BAD_INPUT
-    )
-    assert "is not an identification" in " ".join(capsys.readouterr().err.split())
-
-
 def test_a_sidecar_has_its_thrust_shift_taken_out_and_its_doubts_refused(vehicle, tmp_path):
     param = tmp_path / "a.param"
     param.write_text("FF1_M_U,111\n", encoding="utf-8")
@@ -241,27 +232,18 @@ def test_a_prior_remembers_the_dives_that_its_own_priors_came_from(vehicle, tmp_
     assert "earlier_dives" in vehicle.read_text(encoding="utf-8")
 
 
-def test_a_sidecar_brings_the_earlier_dives_too(vehicle, tmp_path):
-    param = tmp_path / "a.param"
-    param.write_text("FF1_M_U,111\n", encoding="utf-8")
-    told = Sidecar("1" * 64, "0" * 64, "hovering", "likelihood", "0.1",
-                   {"FF1_M_U": Interval("M_u", "kg", 109.0, 111.0)}, prior_dives=("3" * 16,))  # fmt: skip
-    write_sidecar(param, told)
-    assert accept(param, vehicle) == exit_codes.DONE
-    assert priors(vehicle)["M_u"].dives == ("1" * 16, "3" * 16)
-
-
-def test_the_beginning_of_the_recording_goes_with_a_prior(vehicle, tmp_path):
+def test_the_beginning_of_the_recording_and_the_earlier_dives_go_with_a_prior(vehicle, tmp_path):
     dive = {"name": "hovering-7", "sha256": "7" * 64, "opening": "9" * 64}
     accept(identified(tmp_path / "a.json", dive=dive), vehicle)
     assert priors(vehicle)["M_u"].dives == ("7" * 16, "9" * 16)
     param = tmp_path / "a.param"
     param.write_text("FF1_M_U,111\n", encoding="utf-8")
     told = Sidecar("1" * 64, "0" * 64, "hovering", "likelihood", "0.1",
-                   {"FF1_M_U": Interval("M_u", "kg", 109.0, 111.0)}, dive_opening="8" * 64)  # fmt: skip
+                   {"FF1_M_U": Interval("M_u", "kg", 109.0, 111.0)}, dive_opening="8" * 64,
+                   prior_dives=("3" * 16,))  # fmt: skip
     write_sidecar(param, told)
     assert accept(param, vehicle) == exit_codes.DONE
-    assert priors(vehicle)["M_u"].dives == ("1" * 16, "8" * 16)
+    assert priors(vehicle)["M_u"].dives == ("1" * 16, "8" * 16, "3" * 16)
 
 
 def test_a_vehicle_of_seatrials_own_is_not_written_to(tmp_path, capsys):

@@ -144,7 +144,7 @@ def test_a_fetch_that_went_by_way_of_another_vehicles_recording_says_whom_it_ask
     def no_ring(*_):
         raise LinkError("the vehicle keeps no recording of its own; start its bridge with --ring FOLDER")
 
-    monkeypatch.setattr("tui.fetched.fetch", no_ring)
+    monkeypatch.setattr("tui.commands.fetch.fetch", no_ring)
     assert cli.main(["fetch", str(made.path)]) == exit_codes.LINK
     said = " ".join(capsys.readouterr().err.split())
     assert said.endswith(

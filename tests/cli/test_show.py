@@ -25,10 +25,9 @@ from identify.dive import Dive, Signal
 from identify.identification import Identification, Outcome, Partner, added_mass, estimate
 from identify.progress import Step
 from identify.validate import PHASES, AxisErrors, Row, SteadyError, TrackingErrors
-from tui import answers, demo, show
-from tui.commands import demo as demo_command
-from tui.commands import doctor, import_, validate
-from tui.recording import RecordedDive
+from tui import show
+from tui.commands import demo, doctor, identify, import_, validate
+from tui.commands.record import RecordedDive
 
 
 @pytest.mark.parametrize(
@@ -127,13 +126,6 @@ def test_brackets_in_a_note_are_shown_as_they_are(capsys):
     assert capsys.readouterr().out == "note: [bold] is no markup here\n"
 
 
-def test_a_table_shows_each_row_whole(capsys):
-    table = show.table("title", ("name", "value"), [("M_u", "111.6")], numbers=("value",))
-    show.put(show.results(), table)
-    shown = capsys.readouterr().out
-    assert [line.split() for line in shown.splitlines() if "M_u" in line] == [["M_u", "111.6"]]
-
-
 def test_a_last_column_without_a_word_in_it_is_no_fault():
     table = show.Table("", ("sensor", ""), [("DVL", ""), ("IMU", "")])
     assert table.lines(80) == ["sensor", "─────────", "DVL", "IMU"]
@@ -144,7 +136,7 @@ def test_cells_stay_whole_where_a_table_is_wider_than_its_lines(monkeypatch, cap
     monkeypatch.setenv("COLUMNS", "40")
     columns = ("parameter", "identified value", "true value", "what became of it")
     row = ("I_r, kg m2", "123.4567", "1.1 to 2.2", "a long sentence that goes on")
-    show.put(show.results(), show.table("", columns, [row], numbers=columns[1:3]))
+    show.put(show.results(), show.Table("", columns, [row], numbers=columns[1:3]))
     lines = capsys.readouterr().out.splitlines()
     assert "…" not in "".join(lines)
     (first,) = (line for line in lines if "I_r" in line)
@@ -238,7 +230,7 @@ def rows(runs):
 
 def test_demo_shows_a_table_a_configuration_with_units_beside_the_names(printed):
     done = demo.Demo(FILE, tuple(map(campaign, demo.CAMPAIGNS)), receipt(Path("a")), {})
-    for shown in demo_command.identified_tables(done):
+    for shown in demo.identified_tables(done):
         show.put(show.results(), shown)
     out = printed()
     assert cells(out).count("D_r, N m/(rad/s) 1235 1000 to 1501 1234 inside") == len(demo.CAMPAIGNS)
@@ -246,7 +238,7 @@ def test_demo_shows_a_table_a_configuration_with_units_beside_the_names(printed)
 
 
 def test_demo_shows_tracking_errors_beside_the_papers(printed):
-    show.put(show.results(), demo_command.tracking_table(list(demo.MODES), rows(3)))
+    show.put(show.results(), demo.tracking_table(list(demo.MODES), rows(3)))
     out = printed()
     assert [line.split() for line in out.splitlines() if line.startswith(("motion", "Surge"))] == [
         ["motion", "phase", "PID", "FF", "both", "paper"],
@@ -255,7 +247,7 @@ def test_demo_shows_tracking_errors_beside_the_papers(printed):
 
 
 def test_identify(printed):
-    answers.tell(show.results(), dive(), identification())
+    identify.tell(show.results(), dive(), identification())
     out = printed()
     assert "D_r 1235 1000 1501 N m/(rad/s) 11 M_v -0.87 100 yes" in cells(out)
 
@@ -267,7 +259,7 @@ def test_an_error_in_the_table_is_the_one_that_the_reason_names(printed):
     loose = estimate("I_q", 15.5, 0.18 * 15.5, low, high, reason)
     found = identification()
     others = tuple(replace(p, identifiable=True, reason="") for p in found.parameters if p.name != "I_q")
-    answers.tell(show.results(), dive(), replace(found, parameters=(*others, loose)))
+    identify.tell(show.results(), dive(), replace(found, parameters=(*others, loose)))
     out = printed()
     (row,) = [line for line in cells(out) if line.startswith("I_q")]
     assert " 74 " in row
@@ -278,7 +270,7 @@ def test_identify_with_a_second_method(printed):
     other = replace(identification(), method="pinn", parameters=tuple(
         replace(p, value=3 * p.value, low95=2 * p.value, high95=4 * p.value) for p in identification().parameters
     ))  # fmt: skip
-    answers.tell_comparison(show.results(), compare(identification(), other))
+    identify.tell_comparison(show.results(), compare(identification(), other))
     assert "D_r 1235 3704 N m/(rad/s) 14 disagree" in cells(printed())
 
 
@@ -306,7 +298,7 @@ def test_import(monkeypatch, printed, tmp_path):
     time_s = np.arange(0.0, 10000.0, 0.01)
     held = dive(velocity=Signal(time_s, np.full((len(time_s), 3), np.nan)))
     held = replace(held, notes=(REASON,))
-    monkeypatch.setattr("identify.ingest.open.read_dive", lambda *_: held)
+    monkeypatch.setattr("tui.commands.import_.read_dive", lambda *_: held)
     line = argparse.Namespace(file=str(tmp_path), out=None, vehicle=None, columns=None, json=None)
     import_.run(line)
     out = printed()
@@ -317,7 +309,7 @@ def test_demo_leaves_in_its_folder_what_was_identified_uploaded_and_received(mon
     monkeypatch.setattr(demo, "_campaigns", lambda *_: tuple(map(campaign, demo.CAMPAIGNS)))
     monkeypatch.setattr(demo, "_upload", lambda *_: receipt(tmp_path))
     monkeypatch.setattr(demo, "_validation", lambda *_: dive())
-    demo.run(tmp_path, 1, 0.0, lambda *_: None)
+    demo.fly(tmp_path, 1, 0.0, lambda *_: None)
     assert {path.name for path in tmp_path.iterdir()} == {
         f"{configuration}{ending}"
         for configuration in demo.CAMPAIGNS

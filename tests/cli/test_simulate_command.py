@@ -63,6 +63,7 @@ def test_a_mission_of_ones_own_becomes_a_dive_folder(tmp_path, mission, capsys):
         set(dive.signals()) | {"depth"}
     )
     assert dive.configuration_index() == 1
+    assert load_folder(Path(found["folder"])).about().events == ()
 
 
 def test_the_seed_decides_the_noise(tmp_path, mission, capsys):
@@ -165,17 +166,12 @@ def test_a_dive_that_is_stopped_says_in_its_folder_that_it_was_cut(tmp_path, mis
         if share > 0.5:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr("tui.show._lines", lambda *_: lambda share, _: stop(share))
+    monkeypatch.setattr("tui.show._lines", lambda *_: lambda report: stop(report.share))
     assert simulate(tmp_path, mission) == exit_codes.INTERRUPTED
     assert "stopped before it was done" in capsys.readouterr().err
     (folder,) = (tmp_path / "dives").iterdir()
     (event,) = load_folder(folder).about().events
     assert event.text == "cut short: 5 s of 7 s were dived"
-
-
-def test_a_dive_that_ends_has_no_such_event(tmp_path, mission, capsys):
-    assert simulate(tmp_path, mission, "--json", "-") == exit_codes.DONE
-    assert load_folder(Path(json.loads(capsys.readouterr().out)["folder"])).about().events == ()
 
 
 def bridge(tmp_path, monkeypatch, sensors, seconds="1.5"):

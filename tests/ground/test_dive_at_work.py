@@ -21,9 +21,10 @@ from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.locks import HeldTlog, alone_at, holder_of, is_written
 from gcs_plugin.peers import ground_heartbeat
 from gcs_plugin.recording.state import Holding, release, write_holding
-from tui import cli, merging
-from tui.fetched import Fetcher
-from tui.merging import merge
+from tui import cli
+from tui.commands import merge as merging
+from tui.commands.fetch import Fetcher
+from tui.commands.merge import merge
 
 pytestmark = pytest.mark.usefixtures("switched_off")
 

@@ -19,7 +19,7 @@ from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.peers import ground_heartbeat
 from identify.ingest.open import recording_files
-from tui.fetched import Fetcher
+from tui.commands.fetch import Fetcher
 
 pytestmark = pytest.mark.usefixtures("switched_off")
 

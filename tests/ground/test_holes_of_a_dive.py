@@ -15,8 +15,8 @@ from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.holes import Hole, as_sent, holes_in, lost_in
 from gcs_plugin.fetch.whole import made_whole, write_records
 from gcs_plugin.peers import ground_heartbeat
-from tui.fetched import MIRROR, Fetched, Fetcher
-from tui.merging import merge_all
+from tui.commands.fetch import MIRROR, Fetched, Fetcher
+from tui.commands.merge import merge_all
 
 pytestmark = pytest.mark.usefixtures("switched_off")
 

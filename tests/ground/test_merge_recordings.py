@@ -17,7 +17,7 @@ from bridge.wire.whole import WHOLE
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.whole import made_whole, write_records
 from gcs_plugin.peers import ground_heartbeat
-from tui.merging import merge
+from tui.commands.merge import merge
 
 pytestmark = pytest.mark.usefixtures("switched_off")
 

@@ -27,11 +27,12 @@ from gcs_plugin.params.last_accepted import last_accepted, unfinished
 from gcs_plugin.params.receipt import next_number
 from identify.ingest.open import read_dive
 from identify.ingest.table import column_map
-from tui.accepted import doubted_of, priors_of
 from tui.app.keys import load_keymap
 from tui.app.screens.table import PLACES
-from tui.merging import merge
-from tui.parameter_files import Leave, targets_of_identification
+from tui.commands.merge import merge
+from tui.commands.params import targets_of_identification
+from tui.commands.prior import doubted_of, priors_of
+from tui.parameter_files import Leave
 
 UNIX_US = 1_790_000_000_000_000
 COLUMNS = b"""time: {column: t, unit: s}

@@ -11,11 +11,10 @@ from textual.app import App
 
 from bridge.text import printable
 from bridge.vehicle.config import CONFIGS, load_vehicle
-from bridge.wire.framing import Encoder, Framer
+from bridge.wire.framing import Encoder
 from bridge.wire.tlog import TlogWriter
 from gcs_plugin.dives.folder import About, DiveFolder, Event
 from gcs_plugin.params.files import read_parameters, write_parameters
-from gcs_plugin.watch.hearing import StatusTexts
 from tui import show
 from tui.app.app import SeatrialApp
 from tui.cli import main
@@ -45,7 +44,7 @@ def test_text_keeps_all_that_is_harmless() -> None:
 @pytest.mark.parametrize("terminal", [False, True])
 def test_tables_sentences_and_progress_mark_what_could_steer(terminal: bool) -> None:
     shown, out = console(terminal)
-    show.put(shown, show.table(STEERING, (STEERING, "value"), [(STEERING, STEERING), ("[/x]", "1")]))
+    show.put(shown, show.Table(STEERING, (STEERING, "value"), [(STEERING, STEERING), ("[/x]", "1")]))
     show.say(shown, f"notes: {STEERING} and [bold]so[/]")
     assert not steers(out.getvalue())
     assert out.getvalue().count(SHOWN) == 5
@@ -113,16 +112,6 @@ def test_the_name_of_a_vehicle_is_harmless_once_it_is_read(tmp_path: Path) -> No
     path = tmp_path / "hostile.yaml"
     path.write_text("\n".join(named), encoding="utf-8")
     assert load_vehicle(str(path)).vehicle.name == "[2Jmine"
-
-
-def test_status_texts_are_told_without_what_steers() -> None:
-    heard: list[str] = []
-    texts = StatusTexts(lambda _source, _severity, text: heard.append(text.words))
-    for frame in Framer().feed(
-        Encoder(1, 1).encode(dialect.MAVLink_statustext_message(2, b"\x1b[2J\x9bhello"))
-    ):
-        texts.hear(frame)
-    assert heard == ["[2J\N{REPLACEMENT CHARACTER}hello"]
 
 
 def test_a_parameter_file_leaves_out_names_that_are_none_and_says_so(tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ from bridge.wire.whole import WHOLE
 from gcs_plugin.dives.folder import About, DiveFolder
 from gcs_plugin.fetch.mirror import LOCK, doubtful
 from gcs_plugin.fetch.whole import newest_frames
-from tui.fetched import MIRROR, Fetched, Fetcher
+from tui.commands.fetch import MIRROR, Fetched, Fetcher
 
 NAME = segment(0).name
 THINGS = ["a pipe", "a link", "a link to nothing", "a link to a device", "a folder"]

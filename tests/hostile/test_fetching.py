@@ -27,7 +27,7 @@ from gcs_plugin.fetch.fetching import Fetching, fetch
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.requests import Listed
 from gcs_plugin.fetch.whole import made_whole, newest_frames, write_records
-from tui.fetched import MIRROR, Fetcher
+from tui.commands.fetch import MIRROR, Fetcher
 
 BOOT = 7
 UNIX_US = 1_790_000_000_000_000

@@ -26,8 +26,8 @@ from gcs_plugin.dives.replay import Reel
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.recording.recorder import Notice, Recorder
 from tui import cli
+from tui.commands.fetch import Fetcher
 from tui.commands.import_ import DAMAGE_OUT, _copy
-from tui.fetched import Fetcher
 
 KEY = bytes(range(100, 132))
 

@@ -36,18 +36,18 @@ from identify.batch.jobs import IDENTIFY, job_for
 from identify.batch.recordings import Recording
 from identify.batch.run import Cache
 from identify.challenge.seal import read_key
-from identify.ingest.open import read_dive
 from identify.report.page import Report, write_report
-from tui.accepted import priors_of
 from tui.app import themes
 from tui.app.jobs import Kept
 from tui.app.keys import load_keymap
 from tui.app.screens.identify_lines import load_identified, places
 from tui.commands.challenge import _answer
-from tui.commands.plan import check_plan, identification
+from tui.commands.params import targets_of_identification
+from tui.commands.plan import check_plan
+from tui.commands.prior import priors_of
 from tui.dive_list import row_of
 from tui.job import work
-from tui.parameter_files import Leave, read_identification, targets_of_identification
+from tui.parameter_files import Leave, read_identification
 from tui.recordings import vehicle_named
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -176,14 +176,6 @@ def test_a_parameter_file_that_has_no_end_is_refused_before_it_is_opened(endless
     assert str(refused.value) == f"{endless}: is no file; give a .param file"
 
 
-def test_a_dive_whose_recording_is_a_pipe_is_refused_in_one_sentence(tmp_path: Path) -> None:
-    pipe = tmp_path / "telemetry.tlog"
-    os.mkfifo(pipe)
-    with pytest.raises(LogError) as refused:
-        read_dive(tmp_path)
-    assert str(refused.value) == f"{pipe}: is no file; take it away"
-
-
 def test_pipes_beside_a_recording_are_no_results_of_ours_and_hold_nothing_up(tmp_path: Path) -> None:
     (tmp_path / "telemetry.tlog").write_bytes(b"")
     for name in ("identified.json", GLANCE, "x.param.json"):
@@ -280,7 +272,6 @@ def shut(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
 
 JSON: dict[str, tuple[Callable[[Path], Any], type[SeatrialError]]] = {
     "an identification": (read_identification, UsageError),
-    "what a plan starts from": (lambda path: identification(str(path)), UsageError),
     "what a vehicle keeps": (store.load, ParamError),
     "an answer to a case": (_answer, LogError),
 }
@@ -469,11 +460,8 @@ def test_the_one_that_all_are_made_of_is_taken(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("place", "value"),
     [
-        (("parameters", 0), 3),
         (("parameters", 0, "name"), ["M_u"]),
         (("parameters", 0, "high95"), "1e400"),
-        (("parameters", 0, "low95"), [1]),
-        (("thrust_scale",), 2.0),
         (("thrust_scale", "shift"), {}),
         (("prior_dives",), 1.5),
         (("doubts", 0), "M_u"),

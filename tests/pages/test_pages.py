@@ -1,6 +1,5 @@
 """Pages of docs/: made from the code, with its numbers, commands that exist, and promises that have tests."""
 
-import argparse
 import json
 import math
 import re
@@ -28,15 +27,6 @@ from tui import cli
 MADE = pages()
 
 
-def options(parser):
-    """Every option of a parser, those of its sub-parsers included."""
-    for action in parser._actions:
-        yield from (option for option in action.option_strings if option not in ("-h", "--help"))
-        if isinstance(action, argparse._SubParsersAction):
-            for sub in action.choices.values():
-                yield from options(sub)
-
-
 @pytest.mark.parametrize("name", MADE)
 def test_a_page_of_the_reference_is_what_the_code_makes(name):
     kept = (REFERENCE / name).read_text(encoding="utf-8")
@@ -45,15 +35,6 @@ def test_a_page_of_the_reference_is_what_the_code_makes(name):
 
 def test_the_reference_has_no_page_that_nobody_makes():
     assert {path.name for path in REFERENCE.iterdir()} == set(MADE)
-
-
-@pytest.mark.parametrize("verb", cli.VERBS)
-def test_every_option_of_a_verb_is_in_the_reference_with_words(verb):
-    (text,) = re.findall(rf"^## {verb}\n(.*?)(?=^## )", MADE["commands.md"], re.M | re.S)
-    told = dict(re.findall(r"^\| `([^`]+)` \| (.*) \|$", text, re.M))
-    assert all(told.values())
-    for option in options(cli.verb_parser(verb)):
-        assert any(re.search(rf"(^| ){option}\b", argument) for argument in told), option
 
 
 def test_a_bar_in_a_cell_does_not_end_it():

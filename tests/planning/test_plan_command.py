@@ -146,7 +146,7 @@ def test_what_does_not_fit_is_answered_with_no(here, capsys):
         (["--vehicle", "ruvifist:hovering", "--out", "plan.txt"], "must end in .yaml or .yml"),
         (["--vehicle", "ruvifist:hovering", "--after", "nowhere.json"], "nowhere.json"),
         (["--vehicle", "ruvifist:hovering", "--after", "nowhere"], "nowhere"),
-        (["--vehicle", "ruvifist:hovering", "--after", "list.json"], "holds several dives"),
+        (["--vehicle", "ruvifist:hovering", "--after", "list.json"], "holds the results of several dives"),
         (["--vehicle", "ruvifist:hovering", "--after", "junk.json"], "is no JSON"),
         (["--vehicle", "ruvifist:hovering", "--after", "empty.json"], "not an identification"),
         (["--vehicle", "ruvifist", "--after", "empty.json"], "no configuration 'None'"),

@@ -168,7 +168,7 @@ def test_the_command_writes_page_and_results_into_a_folder_of_its_own(done, tmp_
     # All of its figures are put together for the tests above; these are rendered.
     brief = replace(page.report(done), sections=page.report(done).sections[:1])
     monkeypatch.setattr(page, "report", lambda _: brief)
-    monkeypatch.setattr("bench.reproduce.run.reproduce", quickly)
+    monkeypatch.setattr("tui.commands.reproduce.reproduce", quickly)
     line = ["reproduce", "--seed", "7", "--network", "8", "1", "3", "--out", str(tmp_path), "--json", "-"]
     assert cli.main(line) == exit_codes.DONE
     shown = capsys.readouterr()
@@ -185,7 +185,7 @@ def test_the_command_writes_page_and_results_into_a_folder_of_its_own(done, tmp_
 
 
 def test_a_place_that_can_not_be_written_to_is_told_before_any_dive(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("bench.reproduce.run.reproduce", lambda *_: pytest.fail("dived all the same"))
+    monkeypatch.setattr("tui.commands.reproduce.reproduce", lambda *_: pytest.fail("dived all the same"))
     line = ["reproduce", "--out", str(tmp_path), "--json", str(tmp_path / "nowhere" / "r.json")]
     assert cli.main(line) == exit_codes.BAD_INPUT
     assert "there is no folder" in capsys.readouterr().err

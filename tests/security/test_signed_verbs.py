@@ -112,7 +112,7 @@ def test_a_recording_that_lets_nothing_in_says_so_within_three_seconds(
     for raw in plain_beats():
         far_end.write(raw)
     told = []
-    monkeypatch.setattr("tui.recording.write_holding", lambda holding, **_: told.append(holding))
+    monkeypatch.setattr("tui.commands.record.write_holding", lambda holding, **_: told.append(holding))
     line = ["record", "--link", "any", "--sign-key", str(key_file), "--out", str(tmp_path / "dives")]
     assert cli.main([*line, "--seconds", "3"]) == exit_codes.LINK
     assert "system 1, component 1, sends is refused, since it is not signed; give its side the same key" in (

@@ -21,7 +21,8 @@ from bridge.wire.framing import Encoder
 from bridge.wire.readings import Reading, encode
 from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.watcher import Watcher
-from tui import cli, links, watched
+from tui import cli, links
+from tui.commands import watch as watched
 from tui.commands.watch import Look, code, screen
 
 RUVIFIST = load_vehicle("ruvifist")

@@ -1,6 +1,4 @@
-"""The verbs of the command seatrial, a module for each.
+"""The verbs of the command seatrial, a module for each, with `run(arguments) -> exit code`.
 
-Each module has EXAMPLE (a command line for its help), `add_arguments(parser)` and `run(arguments) -> exit code`. Only
-the module of the requested verb is imported, and it imports its own dependencies inside `run(arguments)`, so that help
-appears at once.
+Only the module of the requested verb is imported, and only to run it: its options are in `tui.verbs`.
 """

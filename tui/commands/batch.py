@@ -2,72 +2,41 @@
 
 import argparse
 import math
-import sys
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from bridge import clock as clocks
 from bridge import exit_codes
-from bridge.command_line import size
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from bridge.clock import Clock
-    from bridge.vehicle.config import VehicleFile
-    from identify.batch.drift import Drift
-    from identify.batch.recordings import Found
-    from identify.batch.rows import Row
-    from identify.batch.run import Engine, Standing
-    from tui.show import Tell
-
-EXAMPLE = "seatrial batch dives --vehicle ruvifist --out batch --csv dives.csv"
+from bridge.clock import Clock
+from bridge.command_line import check_folder
+from bridge.links.addresses import of_link
+from bridge.text import say
+from bridge.vehicle.coefficients import BY_NAME
+from bridge.vehicle.config import VehicleFile, load_vehicle
+from identify.batch.drift import Drift, drift_of
+from identify.batch.jobs import IDENTIFY, column_file, job_for
+from identify.batch.page import MARKS, batch_report, doubt_mark
+from identify.batch.recordings import Found, find_recordings
+from identify.batch.rows import Row, Value, by_configuration, names_in, rows_of, to_csv, to_json
+from identify.batch.run import Cache, Engine, Standing, cores, run_batch, run_here
+from identify.estimators.table import METHODS
+from identify.ingest.open import utc
+from identify.report.page import Read, with_provenance, write_report
+from tui import pages, show
+from tui.files import Files, check_files
+from tui.show import STANDARD_OUTPUT, Table, Tell
 
 PAGE, KEPT = "trends.html", "results.jsonl"
 PAPER = "bench.reproduce.paper"
 """Module of the source paper's method, offered as `paper`."""
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "dives",
-        nargs="+",
-        metavar="DIVES",
-        help="recordings, dive folders, folders of them, or quoted patterns such as 'dives/2026-*'",
-    )
-    parser.add_argument(
-        "--vehicle",
-        required=True,
-        metavar="FILE[:CONFIGURATION]",
-        help="the vehicle file of all dives; each dive's VEH_CFG chooses the configuration where none is named",
-    )
-    parser.add_argument("--method", default="likelihood", help="one of identify's (default: likelihood)")
-    parser.add_argument(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="of a Dask cluster, as tcp://10.0.0.5:8786 (default: this computer's cores)",
-    )
-    parser.add_argument("--processes", type=size, metavar="N", help="on this computer (default: one a core)")
-    parser.add_argument(
-        "--out",
-        default="batch",
-        metavar="FOLDER",
-        help=f"takes the page {PAGE}, and {KEPT} from which a batch that was stopped goes on (default: batch)",
-    )
-    parser.add_argument("--columns", metavar="MAP", help="YAML map from the columns of a CSV to signals")
-    parser.add_argument("--json", metavar="FILE", help="write all as JSON; - for standard output")
-    parser.add_argument("--csv", metavar="FILE", help="write the table as CSV; - for standard output")
+PARAMETERS_WIDE = 4
+"""Number of parameters that fit into 80 columns next to number and date."""
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from bridge.clock import SystemClock
-    from bridge.vehicle.config import load_vehicle
-    from identify.batch.jobs import IDENTIFY, column_file, job_for
-    from identify.batch.recordings import find_recordings
-    from identify.batch.rows import rows_of
-    from identify.batch.run import Cache, run_batch
-    from tui import show
-
     check(arguments)
     file = load_vehicle(arguments.vehicle)
     columns = column_file(arguments.columns)
@@ -81,7 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
             job_for(IDENTIFY, recording, file, method, columns) for recording in recordings_found.recordings
         ]
         with show.progress(f"identify {len(jobs)} dives") as tell:
-            results = run_batch(jobs, cache, engine(arguments), teller(tell, SystemClock()))
+            results = run_batch(jobs, cache, engine(arguments), teller(tell, clocks.SystemClock()))
     except KeyboardInterrupt:
         show.say(show.words(), f"what is done is kept in {cache.path}; the same command goes on from there")
         raise
@@ -93,11 +62,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 def check(arguments: argparse.Namespace) -> None:
     """Raise UsageError for contradicting options, and for outputs that can't be written."""
-    from bridge.command_line import check_folder
-    from identify.estimators.table import METHODS
-    from tui.files import check_files
-    from tui.show import STANDARD_OUTPUT
-
     if arguments.method not in (*METHODS, "paper"):
         raise exit_codes.UsageError(
             f"--method {arguments.method}: no such method; give one of {', '.join(METHODS)}, paper"
@@ -110,26 +74,23 @@ def check(arguments: argparse.Namespace) -> None:
     check_folder("--out", arguments.out)
 
 
-def engine(arguments: argparse.Namespace) -> "Engine":
+def engine(arguments: argparse.Namespace) -> Engine:
     """Return the engine: this computer's cores, or a cluster; Dask is imported only for a cluster."""
     if arguments.scheduler:
-        from bridge.links.addresses import of_link
-        from bridge.text import say
         from identify.batch.cluster import run_on_cluster
 
         for sentence in of_link(f"tcp:{arguments.scheduler.partition('://')[2]}", "the scheduler"):
             say(sentence)
         return lambda jobs: run_on_cluster(jobs, arguments.scheduler)
-    from identify.batch.run import cores, run_here
 
     return lambda jobs: run_here(jobs, arguments.processes or cores())
 
 
-def teller(tell: "Tell", clock: "Clock") -> "Callable[[Standing], None]":
+def teller(tell: Tell, clock: Clock) -> Callable[[Standing], None]:
     """Return a callback that shows the batch's progress: dives done, dives failed, time left."""
     started_s = clock.boot_s()
 
-    def told(standing: "Standing") -> None:
+    def told(standing: Standing) -> None:
         words = f"{standing.kept + standing.done} of {standing.total} dives"
         if standing.kept:
             words += f", {standing.kept} known before"
@@ -148,23 +109,14 @@ def duration(seconds: float) -> str:
     return f"{minutes} min" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
 
 
-def finish(
-    arguments: argparse.Namespace, file: "VehicleFile", recordings: "Found", rows: "Sequence[Row]"
-) -> int:
+def finish(arguments: argparse.Namespace, file: VehicleFile, recordings: Found, rows: Sequence[Row]) -> int:
     """Show and write the results of the batch, and return the exit code."""
-    from identify.batch.drift import drift_of
-    from identify.batch.page import batch_report
-    from identify.batch.rows import by_configuration, to_json
-    from identify.report.page import Read, with_provenance, write_report
-    from tui import pages, show
-    from tui.answers import drifts_to_json
-    from tui.files import Files
-
     drifts = {name: drift_of(group) for name, group in by_configuration(rows).items()}
     tell(arguments, recordings, rows, drifts)
     twins = [(str(twin.path), twin.why, str(twin.counted)) for twin in recordings.twins]
     with Files() as files:
-        files.attempt(partial(write_csv, rows, arguments.csv))
+        if arguments.csv is not None:
+            files.attempt(lambda: show.write_text(to_csv(rows), arguments.csv, "the CSV "))
         files.json(
             {
                 "vehicle": {"name": file.vehicle.name, "sha256": file.sha256},
@@ -196,13 +148,9 @@ def finish(
 
 
 def tell(
-    arguments: argparse.Namespace, recordings: "Found", rows: "Sequence[Row]", drifts: "Mapping[str, Drift]"
+    arguments: argparse.Namespace, recordings: Found, rows: Sequence[Row], drifts: Mapping[str, Drift]
 ) -> None:
     """Print the tables and sentences to the terminal."""
-    from identify.batch.rows import by_configuration
-    from tui import show
-    from tui.answers import dive_table, parameter_tables, trend_table
-
     taken = show.STANDARD_OUTPUT in (arguments.json, arguments.csv)
     console = show.results(show.STANDARD_OUTPUT if taken else None)
     show.put(console, dive_table(rows))
@@ -217,18 +165,76 @@ def tell(
         show.say(console, f"counted once: {twin.path} {twin.why} {twin.counted}")
 
 
-def write_csv(rows: "Sequence[Row]", target: str | None) -> None:
-    """Write the table to a file, or to standard output for `-`. Raises LogError if it can't be written."""
-    from bridge.errors import LogError
-    from identify.batch.rows import to_csv
-    from tui.show import STANDARD_OUTPUT, harmless, replace_file
+def dive_table(rows: Sequence[Row]) -> Table:
+    """Every dive, with the number that the other tables use for it, and the reason if it gave no result."""
+    lines = [
+        (str(number), utc(row.unix_s), row.configuration or "-", f"{row.dive}: {row.error or _ended(row)}")
+        for number, row in enumerate(rows, start=1)
+    ]
+    return show.Table("dives", ("no.", "date, UTC", "configuration", "dive"), lines, numbers=("no.",))
 
-    if target == STANDARD_OUTPUT:
-        sys.stdout.write(harmless(to_csv(rows)))
-    elif target is not None:
-        try:
-            replace_file(Path(target), to_csv(rows))
-        except OSError as error:
-            raise LogError(
-                f"{target}: the CSV can't be written ({error.strerror}); give another file"
-            ) from None
+
+def parameter_tables(
+    rows: Sequence[Row], group: Sequence[Row], drift: Drift, configuration: str
+) -> list[Table]:
+    """The parameters of one configuration's dives, with half the width of each 95 % interval."""
+    names = names_in(group)
+    tables = []
+    for first in range(0, len(names), PARAMETERS_WIDE):
+        shown = names[first : first + PARAMETERS_WIDE]
+        columns = [f"{name} {BY_NAME[name].unit}" for name in shown]
+        lines = [
+            (
+                f"{1 + rows.index(row)}{'' if drift.counts(row) else '*'}",
+                utc(row.unix_s),
+                *(_cell(row.values.get(name)) + doubt_mark(row, name, drift) for name in shown),
+            )
+            for row in group
+        ]
+        title = f"{configuration}: {', '.join(shown)}, with half of their 95 % intervals"
+        title += "" if all(map(drift.counts, group)) else "; *: in no trend, for it did not converge"
+        title += f"; {MARKS}" if any(name in row.doubted for row in group for name in shown) else ""
+        tables.append(show.Table(title, ("no.", "date, UTC", *columns), lines, numbers=("no.", *columns)))
+    return tables
+
+
+def trend_table(drift: Drift, configuration: str) -> Table:
+    """Change of each parameter from the first dive to the last, in per cent of its value at the first."""
+    lines = []
+    for name, trend in drift.trends.items():
+        change, low, high = (f"{trend.percent(v):+.1f}" for v in (trend.change, trend.low95, trend.high95))
+        word = ("up" if trend.change > 0 else "down") if name in drift.real else "none shown"
+        lines.append((name, str(trend.count), show.number(trend.mean), change, low, high, word))
+    columns = ("name", "dives", "mean", "change %", "low 95 %", "high 95 %", "trend")
+    return show.Table(f"{configuration}: first dive to last", columns, lines, numbers=columns[1:6])
+
+
+def drifts_to_json(drifts: Mapping[str, Drift]) -> dict[str, object]:
+    """The trends as plain data, by configuration."""
+    return {
+        configuration: {
+            "story": drift.story.name.lower(),
+            "sentence": drift.sentence,
+            "despite_doubts": drift.despite_doubts,
+            "parameters": {
+                name: {**vars(trend), "significant": name in drift.real}
+                for name, trend in drift.trends.items()
+            },
+        }
+        for configuration, drift in drifts.items()
+    }
+
+
+def _ended(row: Row) -> str:
+    """Outcome of a dive: `converged, but doubts M_w`."""
+    names = [name for name in names_in([row]) if name in row.doubted]
+    if not names:
+        return row.outcome
+    return f"{row.outcome}, {'but ' if row.converged else ''}doubts {', '.join(names)}"
+
+
+def _cell(value: Value | None) -> str:
+    if value is None:
+        return "-"
+    half = (value.high95 - value.low95) / 2
+    return f"{show.number(value.value)} ±{show.number(half, 2)}"

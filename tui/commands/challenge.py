@@ -1,40 +1,18 @@
 """`seatrial challenge`: dives with hidden effects, and the score of the answers that name them."""
 
 import argparse
+import secrets
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bridge import exit_codes
-from bridge.command_line import seed, size
-
-if TYPE_CHECKING:
-    from identify.challenge.score import Answer, Rate, Score
-
-EXAMPLE = "seatrial challenge seal --cases 20 --seed 7 --out hidden"
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
-    seal = actions.add_parser("seal", help="make dives with hidden effects and lock the answers")
-    seal.add_argument("--cases", type=size, default=20, metavar="N", help="how many (20)")
-    seal.add_argument("--seed", type=seed, required=True, metavar="S", help="keep it from who is judged")
-    seal.add_argument(
-        "--out", required=True, metavar="FOLDER", help="a new folder for cases, answers and hash"
-    )
-    seal.add_argument(
-        "--without",
-        metavar="EFFECT",
-        help="also hide this effect, as one that the library lacks: diagnose --without it",
-    )
-    score = actions.add_parser("score", help="open the answers and judge those that were given")
-    score.add_argument("folder", metavar="FOLDER", help="what seal made")
-    score.add_argument("--answers", required=True, metavar="FOLDER", help="with case_001.json and so on")
-    score.add_argument(
-        "--hash", metavar="SHA256", help="what was published of the locked answers before they were given"
-    )
-    score.add_argument("--key", metavar="FILE", help="what opens the answers (FOLDER.key)")
-    for action in (seal, score):
-        action.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard output")
+from bridge.errors import LogError
+from bridge.files import check_small
+from identify.challenge.case import left_out
+from identify.challenge.score import Answer, Rate, Score, read_answer, score
+from identify.challenge.seal import hash_path, key_path, seal, unsealed
+from tui import show
+from tui.files import check_file, check_new_folder
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -42,13 +20,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _seal(arguments: argparse.Namespace) -> int:
-    import secrets
-
-    from identify.challenge.case import left_out
-    from identify.challenge.seal import hash_path, key_path, seal
-    from tui import show
-    from tui.files import check_file, check_new_folder
-
     check_new_folder("--out", arguments.out)
     check_file("--json", arguments.json)
     console = show.results(arguments.json)
@@ -77,11 +48,7 @@ def _seal(arguments: argparse.Namespace) -> int:
     return exit_codes.DONE
 
 
-def _answer(path: Path) -> "Answer | None":
-    from bridge.errors import LogError
-    from bridge.files import check_small
-    from identify.challenge.score import read_answer
-
+def _answer(path: Path) -> Answer | None:
     try:
         if path.exists():
             check_small(path)
@@ -97,12 +64,6 @@ def _answer(path: Path) -> "Answer | None":
 
 
 def _score(arguments: argparse.Namespace) -> int:
-    from bridge.errors import LogError
-    from identify.challenge.score import score
-    from identify.challenge.seal import unsealed
-    from tui import show
-    from tui.files import check_file
-
     check_file("--json", arguments.json)
     folder = Path(arguments.answers)
     if not folder.is_dir():
@@ -127,13 +88,11 @@ def _score(arguments: argparse.Namespace) -> int:
     return exit_codes.DONE if not result.unanswered else exit_codes.PARTLY
 
 
-def _show(result: "Score", json_target: str | None) -> None:
-    from tui import show
-
+def _show(result: Score, json_target: str | None) -> None:
     console = show.results(json_target)
     rows = [(_percent(rate), *_bounds(rate), str(rate.of), name) for name, rate in result.rates.items()]
     columns = ("%", "low 95", "high 95", "cases", "what")
-    show.put(console, show.table("rates", columns, rows, columns[:4]))
+    show.put(console, show.Table("rates", columns, rows, columns[:4]))
     effects = [
         (
             effect.name,
@@ -144,30 +103,28 @@ def _show(result: "Score", json_target: str | None) -> None:
         for effect in result.found
     ]
     heads = ("effect", "named", "smallest named", "largest missed")
-    show.put(console, show.table("by effect, sizes over the noise floor", heads, effects, heads[1:]))
+    show.put(console, show.Table("by effect, sizes over the noise floor", heads, effects, heads[1:]))
     values = [(show.number(value, 3), name) for name, value in result.numbers.items()]
-    show.put(console, show.table("numbers", ("value", "what"), values, ("value",)))
+    show.put(console, show.Table("numbers", ("value", "what"), values, ("value",)))
     if result.unanswered:
         show.say(console, f"no answer, so nothing named there: {', '.join(result.unanswered)}")
 
 
 def _size(floors: float) -> str:
     """A size in multiples of the noise floor; below 0.01, a refit absorbs the effect completely."""
-    from tui import show
-
     return "<0.01" if floors < 0.01 else show.number(floors, 2)
 
 
-def _percent(rate: "Rate") -> str:
+def _percent(rate: Rate) -> str:
     return f"{100 * rate.share:.1f}" if rate.of else "-"
 
 
-def _bounds(rate: "Rate") -> tuple[str, str]:
+def _bounds(rate: Rate) -> tuple[str, str]:
     low, high = rate.bounds()
     return f"{100 * low:.1f}", f"{100 * high:.1f}"
 
 
-def _plain(result: "Score") -> dict[str, Any]:
+def _plain(result: Score) -> dict[str, Any]:
     return {
         "rates": {
             name: {"hits": rate.hits, "of": rate.of, "share": rate.share, "low95": rate.bounds()[0],

@@ -1,77 +1,50 @@
 """`seatrial diagnose`: location and causes of the gap between model and recording, and how far it shrinks."""
 
 import argparse
+import math
+from collections.abc import Mapping
 from functools import partial
+from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+from rich.console import Console
 
 from bridge import exit_codes
-from bridge.command_line import add_vehicle
-from tui.pages import add_figures
-
-if TYPE_CHECKING:
-    from bridge.vehicle.config import VehicleFile
-    from identify.diagnose.result import Diagnosis
-    from identify.dive import Dive
-
-EXAMPLE = "seatrial diagnose dives/2026-11-20T0912Z-hovering --vehicle ruvifist --report gap.html"
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("dive", metavar="DIVE", help="a dive folder, .tlog, .tlog.gz, .BIN or .csv")
-    add_vehicle(parser)
-    parser.add_argument(
-        "--check",
-        metavar="DIVE",
-        help="another dive of that vehicle, to measure on it how far the gap shrinks",
-    )
-    parser.add_argument(
-        "--against",
-        metavar="SIM",
-        help="a simulator's recording of that vehicle, driven with the same commands or nearly: say what it must gain",
-    )
-    parser.add_argument("--columns", metavar="MAP", help="YAML map from the columns of a CSV to signals")
-    parser.add_argument("--json", metavar="FILE", help="write the answer as JSON; - for standard output")
-    parser.add_argument("--report", metavar="HTML", help="write a page with what was found")
-    add_figures(parser)
-    parser.add_argument(
-        "--predict",
-        metavar="CSV",
-        help="write the velocities of the check dive: measured, and foretold without and with the causes",
-    )
-    parser.add_argument(
-        "--accepted",
-        metavar="FILE",
-        help="the JSON of identify, or a .param with its sidecar, that was accepted earlier: what has changed since is"
-        " told, too",
-    )
-    parser.add_argument(
-        "--accept",
-        metavar="FILE",
-        help="write the model with the causes as a .param with its sidecar, for `seatrial params upload`",
-    )
-    parser.add_argument(
-        "--without",
-        action="append",
-        metavar="EFFECT",
-        help="leave this effect out of those that are tried; may be given several times",
-    )
+from bridge.errors import LogError, SeatrialError
+from bridge.exit_codes import UsageError
+from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS
+from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.effect_coefficients import effect_coefficients
+from gcs_plugin.params import float32
+from gcs_plugin.params.files import (
+    Interval,
+    Sidecar,
+    sidecar_path,
+)
+from gcs_plugin.params.identified import doubt_lines, origin, write_with_sidecar
+from identify.batch.rows import clauses
+from identify.checks.contradictions import contradictions
+from identify.diagnose import against, wording
+from identify.diagnose.accepted import none_accepted
+from identify.diagnose.against import Against
+from identify.diagnose.result import Diagnosis
+from identify.diagnose.shrink import csv_of
+from identify.diagnose.wording import sorted_by_likelihood
+from identify.dive import Dive
+from identify.identification import Outcome, worst
+from identify.ingest.open import read_dive
+from identify.report.diagnosis import against_report, diagnosis_report
+from identify.run.diagnose import Before, diagnose
+from identify.run.identify import compiles_first
+from identify.run.recordings import read, stray_bytes
+from tui import pages, show
+from tui.commands.prior import doubted_of, effects_of, priors_of
+from tui.files import PARAMETER_SUFFIXES, Files, check_file, check_files
+from tui.parameter_files import Leave
+from tui.recordings import column_map_for, recording_at, ruled_out
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from bridge.errors import SeatrialError
-    from bridge.vehicle.config import load_vehicle
-    from gcs_plugin.params.files import sidecar_path
-    from identify.diagnose.shrink import csv_of
-    from identify.run.diagnose import Before, diagnose
-    from identify.run.identify import compiles_first
-    from identify.run.recordings import read, stray_bytes
-    from tui import pages, show
-    from tui.accepted import accepted_before
-    from tui.answers import tell_diagnosis
-    from tui.files import PARAMETER_SUFFIXES, Files, check_file, check_files
-    from tui.recordings import column_map_for, recording_at, ruled_out
-
     if arguments.against:
         return run_against(arguments)
     if arguments.predict and not arguments.check:
@@ -113,11 +86,8 @@ def run(arguments: argparse.Namespace) -> int:
     # Write the files first: the reader of the table may leave before its end.
     with Files() as files:
         files.json(done.to_json(), arguments.json)
-        if pages.wanted(arguments):
-            from identify.report.diagnosis import diagnosis_report
-
-            dives = [dive for dive in (done.dive, done.check) if dive is not None]
-            pages.publish(files, arguments, partial(diagnosis_report, result), dives, done.file)
+        dives = [dive for dive in (done.dive, done.check) if dive is not None]
+        pages.publish(files, arguments, partial(diagnosis_report, result), dives, done.file)
         if result.prediction is not None and arguments.predict:
             foretold = f"velocities of the check dive: {arguments.predict}"
             files.text(Path(arguments.predict), csv_of(result.prediction), foretold)
@@ -131,18 +101,10 @@ def run(arguments: argparse.Namespace) -> int:
     return files.code(exit_codes.DONE)
 
 
-def accept(path: Path, diagnosis: "Diagnosis", dive: "Dive", file: "VehicleFile") -> tuple[str, ...]:
+def accept(path: Path, diagnosis: Diagnosis, dive: Dive, file: VehicleFile) -> tuple[str, ...]:
     """Write the accepted model as a parameter file; return sentences on the effects that the feed-forward can't
     compensate and on how to upload the file. Without an accepted effect no file is written.
     """
-    from bridge.vehicle.coefficients import BY_NAME
-    from gcs_plugin.params.identified import doubt_lines
-    from identify.batch.rows import clauses
-    from identify.checks.contradictions import contradictions
-    from identify.diagnose.accepted import none_accepted
-    from identify.identification import Outcome, worst
-    from tui.parameter_files import write_accepted
-
     if diagnosis.first:
         return (
             f"{path} was not written: the motion does not go the way the thrust pushes; mend how the sensors or the "
@@ -177,11 +139,8 @@ def accept(path: Path, diagnosis: "Diagnosis", dive: "Dive", file: "VehicleFile"
     return (*diagnosis.accepted.sentences, *doubt_lines(doubted, tuple(doubted)), how)
 
 
-def _sends(path: Path, diagnosis: "Diagnosis") -> str:
+def _sends(path: Path, diagnosis: Diagnosis) -> str:
     """Describe the effect of uploading the file to the vehicle."""
-    from bridge.vehicle.coefficients import BY_NAME
-    from identify.diagnose.wording import sorted_by_likelihood
-
     likely, _ = sorted_by_likelihood(diagnosis.findings)
     upload = f"seatrial params upload {path} sends"
     by_masses = any(finding.cause.effect.feedforward == "nominal" for finding in likely)
@@ -197,15 +156,6 @@ def _sends(path: Path, diagnosis: "Diagnosis") -> str:
 
 def run_against(arguments: argparse.Namespace) -> int:
     """`diagnose REAL --against SIM`: what a simulator must gain."""
-    from bridge.vehicle.config import load_vehicle
-    from identify.diagnose.against import against, plain
-    from identify.ingest.open import read_dive
-    from identify.report.diagnosis import against_report
-    from tui import pages, show
-    from tui.answers import tell_against
-    from tui.files import Files, check_files
-    from tui.recordings import column_map_for
-
     for option in ("check", "predict", "accept"):
         if getattr(arguments, option):
             raise exit_codes.UsageError(
@@ -218,12 +168,11 @@ def run_against(arguments: argparse.Namespace) -> int:
     real, sim = (read_dive(Path(path), columns, file) for path in (arguments.dive, arguments.against))
     configuration = configuration_of_both(real, sim, file)
     with show.progress(f"{real.name} against {sim.name}") as tell:
-        gap = against(real, sim, file, configuration, progress=tell)
+        gap = against.against(real, sim, file, configuration, progress=tell)
     # Files first: the reader of the table may close the pipe before its end.
     with Files() as files:
-        files.json(plain(gap), arguments.json)
-        if pages.wanted(arguments):
-            pages.publish(files, arguments, partial(against_report, gap), (real, sim), file)
+        files.json(against.plain(gap), arguments.json)
+        pages.publish(files, arguments, partial(against_report, gap), (real, sim), file)
         console = show.results(arguments.json)
         tell_against(console, gap)
         for line in files.written:
@@ -231,11 +180,9 @@ def run_against(arguments: argparse.Namespace) -> int:
     return files.code(exit_codes.DONE)
 
 
-def configuration_of_both(real: "Dive", sim: "Dive", file: "VehicleFile") -> str:
+def configuration_of_both(real: Dive, sim: Dive, file: VehicleFile) -> str:
     """The configuration that the user named, otherwise that of the real dive. Raises LogError if the simulator says
     that it was in another."""
-    from bridge.errors import LogError
-
     real_index, its = real.configuration_index(), sim.configuration_index()
     configuration = file.configuration_of(real_index)
     if file.configuration is None and its is not None and file.vehicle.configuration_at(its) != configuration:
@@ -244,3 +191,123 @@ def configuration_of_both(real: "Dive", sim: "Dive", file: "VehicleFile") -> str
             f"'{configuration}'; drive the simulator in the same one"
         )
     return configuration
+
+
+def tell_against(console: Console, comparison: Against) -> None:
+    """Print the verdict on a simulator, then all other sentences, indented."""
+    show.say(console, against.verdict_sentence(comparison))
+    for line in (
+        *against.cause_lines(comparison),
+        *against.lines(comparison),
+        *(f"Where: {line}." for line in wording.where_lines(comparison.vehicle)),
+        *wording.shrink_lines(comparison.vehicle),
+        *wording.next_lines(comparison.vehicle),
+        *comparison.vehicle.notes,
+        *(f"Of the simulator: {note}" for note in comparison.simulator.notes),
+    ):
+        show.say(console, f"  {line}")
+
+
+def tell_diagnosis(console: Console, diagnosis: Diagnosis) -> None:
+    """Print the verdict, the causes and their parameters, where the gap lies, how far it shrinks, the next dive."""
+    show.say(console, wording.verdict_sentence(diagnosis))
+    lines = (
+        *wording.cause_lines(diagnosis),
+        *wording.character_lines(diagnosis),
+        *_where(diagnosis),
+        *wording.disturbance_line(diagnosis.gap.disturbance),
+        *wording.shrink_lines(diagnosis),
+        *wording.gain_lines(diagnosis),
+        *wording.next_lines(diagnosis),
+        *diagnosis.notes,
+    )
+    for line in lines:
+        show.say(console, f"  {line}")
+
+
+def _where(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """Lines on the largest parts of the gap; none when the verdict is "no_gap"."""
+    if diagnosis.verdict == "no_gap":
+        return ()
+    lines = (f"Where: {line}." for line in wording.where_lines(diagnosis))
+    return (*lines, *filter(None, (wording.where_note(diagnosis.gap),)))
+
+
+def accepted_before(path: Path, configuration: str) -> Before:
+    """Read a file of `identify` or of `diagnose --accept`, without ageing.
+
+    A value that its identification doubts is not taken: its error would be reported as a change of the vehicle.
+    Raises UsageError for a file of another configuration, and for a file in which every value is doubted.
+    """
+    of, known = priors_of(path, 0.0, Leave())
+    # A diagnosis looks for changes of the linear model.
+    priors = {name: prior for name, prior in known.items() if name in BY_NAME}
+    if of != configuration:
+        raise UsageError(
+            f"--accepted {path}: is of configuration '{of}', the dive of '{configuration}'; give what was accepted for "
+            "that one"
+        )
+    doubted = doubted_of(path)
+    lines = doubt_lines(doubted, priors)
+    taken = {name: prior for name, prior in priors.items() if name not in doubted}
+    if not taken:
+        raise UsageError(
+            f"--accepted {path}: all that it holds is doubted ({lines[0]}), so no change could be told from it; give "
+            "that of another dive"
+        )
+    notes = tuple(f"Of what was accepted, {line}; it was not held against this dive." for line in lines)
+    return Before(taken, effects_of(path), notes)
+
+
+def write_accepted(
+    path: Path,
+    diagnosis: Diagnosis,
+    dive: Dive,
+    file: VehicleFile,
+    doubted: Mapping[str, str],
+    by_recording: Outcome,
+) -> None:
+    """Write the result of accepting a diagnosis as a parameter file with its sidecar.
+
+    `doubted`: the recording's evidence against values, by coefficient, and `by_recording` the outcome it leads to. If
+    a gap is left that no cause explains, the outcome is that data and model disagree. Raises ParamRejected.
+    """
+    accepted, configuration = diagnosis.accepted, diagnosis.configuration
+    outcome = Outcome.DISAGREES if diagnosis.verdict in ("partly", "unknown") else by_recording
+    veh_cfg = file.vehicle.veh_cfg(configuration)
+    shape = file.vehicle.configurations[configuration]
+    ids = {item.name: item.parameter_id(veh_cfg) for item in COEFFICIENTS}
+    ids |= {item.name: item.parameter_id(veh_cfg) for item in effect_coefficients(shape)}
+    values = {ids[name]: float32.rounded(item.value) for name, item in accepted.values.items()}
+    # Zero takes back an effect that was accepted earlier and is no longer, whichever tool sends the file.
+    values |= {i: 0.0 for item in effect_coefficients(shape) if (i := ids[item.name]) not in values}
+    names = ", ".join(effect.label for effect in accepted.effects)
+    words = (
+        origin(file.vehicle.name, configuration, "diagnose", dive.name),
+        f"accepted: {names}",
+        f"outcome: {outcome.value}",
+        *doubt_lines(doubted, tuple(doubted)),
+    )
+    write_with_sidecar(
+        path,
+        values,
+        words,
+        Sidecar(
+            dive.sha256,
+            file.sha256,
+            configuration,
+            "diagnose",
+            version("seatrial"),
+            {
+                ids[name]: Interval(name, item.unit, item.low95, item.high95)
+                for name, item in accepted.values.items()
+                if math.isfinite(item.low95) and math.isfinite(item.high95)
+            },
+            file.vehicle.name,
+            dive.name,
+            outcome.value,
+            dive_opening=dive.opening,
+            effects=accepted.effects,
+            doubted=dict(doubted),
+        ),
+    )

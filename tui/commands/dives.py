@@ -2,47 +2,24 @@
 
 import argparse
 import math
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bridge import exit_codes
+from bridge.vehicle.config import load_vehicle
+from identify.ingest.open import utc
+from tui import show
+from tui.dive_list import FAIR, DiveRow, letters, rows_of
+from tui.files import check_file
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from tui.dive_list import DiveRow
-
-EXAMPLE = "seatrial dives dives --vehicle ruvifist"
 LEGEND = (
     "mass, damping: what each dive could identify by itself of u v w p q r: a capital letter to 10 %, a small one to "
     "30 % (one standard error), a dot not at all; roll and pitch are promised only where thrusters pushed them"
 )
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "folder", nargs="?", default="dives", metavar="FOLDER", help="holds the dive folders (default: dives)"
-    )
-    parser.add_argument(
-        "--vehicle",
-        metavar="FILE[:CONFIGURATION]",
-        help="the vehicle file to judge by (default: the one that each dive names)",
-    )
-    parser.add_argument(
-        "--otherwise",
-        metavar="FILE[:CONFIGURATION]",
-        default="",
-        help="the vehicle file for a dive that names none, or one that is not there",
-    )
-    parser.add_argument("--json", metavar="FILE", help="write the list as JSON; - for standard output")
-
-
 def run(arguments: argparse.Namespace) -> int:
-    from bridge.vehicle.config import load_vehicle
-    from tui import show
-    from tui.dive_list import rows_of
-    from tui.files import check_file
-
     check_file("--json", arguments.json)
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
     if arguments.otherwise:
@@ -66,14 +43,10 @@ def run(arguments: argparse.Namespace) -> int:
     return exit_codes.PARTLY if len(unread) < len(rows) else exit_codes.BAD_INPUT
 
 
-def table_of(rows: "list[DiveRow]") -> "Any":
+def table_of(rows: list[DiveRow]) -> Any:
     """Table with one row per dive."""
-    from identify.ingest.open import utc
-    from tui import show
-    from tui.dive_list import letters
-
     columns = ("when", "length", "MB", "loss %", "unheard", "mass", "damping", "dive")
-    return show.table(
+    return show.Table(
         "",
         columns,
         [
@@ -93,7 +66,7 @@ def table_of(rows: "list[DiveRow]") -> "Any":
     )
 
 
-def said_of(row: "DiveRow") -> "Iterator[str]":
+def said_of(row: DiveRow) -> Iterator[str]:
     """Remarks on a dive that do not fit into its row."""
     glance = row.glance
     if row.underway:
@@ -103,20 +76,11 @@ def said_of(row: "DiveRow") -> "Iterator[str]":
     if row.damaged:
         yield row.damaged
     if glance.why_not:
-        yield (
-            f"what it could identify is not known: {glance.why_not}"
-            if glance.relative_std is None
-            else (f"nothing to identify: {glance.why_not}")
-        )
+        known = glance.relative_std is not None
+        yield f"{'nothing to identify' if known else 'what it could identify is not known'}: {glance.why_not}"
     if glance.stray:
         yield f"{glance.stray}."
-    if glance.restarts:
-        yield glance.restarts
-    if glance.lacking:
-        yield glance.lacking
-    if glance.unheard:
-        yield glance.unheard
-    yield from row.learnt
+    yield from filter(None, (glance.restarts, glance.lacking, glance.unheard, *row.learnt))
     if row.conditions:
         yield f"conditions: {row.conditions}"
     if row.notes:
@@ -134,10 +98,8 @@ def clock_text(seconds: float) -> str:
     return f"{hours}:{minutes:02d}:{seconds_left:02d}" if hours else f"{minutes}:{seconds_left:02d}"
 
 
-def to_json(row: "DiveRow") -> dict[str, Any]:
+def to_json(row: DiveRow) -> dict[str, Any]:
     """A row as plain data."""
-    from tui.dive_list import FAIR
-
     glance = row.glance
     return {
         "folder": row.folder,

@@ -1,64 +1,53 @@
 """`seatrial doctor`: check the vehicle, its link and its sensors, before a dive and in the water."""
 
 import argparse
+import shutil
+import sys
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from bridge import clock as clocks
 from bridge import exit_codes
-from bridge.command_line import seconds
+from bridge.clock import Clock
+from bridge.command_line import check_folder
+from bridge.errors import ConfigError, LinkError
 from bridge.links import secured
+from bridge.links.link import Link, Wrapper
+from bridge.sensors.bar30 import parse_i2c_port
+from bridge.sensors.drivers import speaks_tcp
+from bridge.vehicle.config import Vehicle, VehicleFile, load_vehicle
+from bridge.vehicle.thrusters import thrust_curve
+from bridge.wire.framing import Framer
+from bridge.wire.tlog import TlogWriter
+from gcs_plugin.dives.folder import about_vehicle, new_folder
+from gcs_plugin.doctor.checks import (
+    Finding,
+    Level,
+    check_disk,
+    check_parameters,
+    dry_findings,
+    fail,
+    findings_against_wet,
+    ok,
+    reported_veh_cfg,
+    warn,
+    worst,
+)
+from gcs_plugin.doctor.latency import wet_findings
+from gcs_plugin.doctor.observe import Observed, observe
+from gcs_plugin.doctor.pulses import arm, confirm, disarm, duration_s, pulses, run_pulses
+from gcs_plugin.params.client import ParameterClient
+from tui import links, show
+from tui.files import check_file
+from tui.show import harmless
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from bridge.clock import Clock
-    from bridge.links.link import Link
-    from bridge.vehicle.config import Vehicle, VehicleFile
-    from gcs_plugin.doctor.checks import Finding
-    from gcs_plugin.doctor.observe import Observed
-
-EXAMPLE = "seatrial doctor --vehicle ruvifist:hovering --link udpin:127.0.0.1:14550"
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--vehicle", metavar="FILE[:CONFIGURATION]", help="what the vehicle should have aboard"
-    )
-    parser.add_argument(
-        "--link",
-        metavar="SPEC",
-        help="the link to the vehicle; without it, that of the recording that runs, else the ports of its devices",
-    )
-    secured.add_argument(parser)
-    parser.add_argument(
-        "--out", default="dives", metavar="FOLDER", help="where recordings go (default: dives)"
-    )
-    parser.add_argument(
-        "--wet",
-        action="store_true",
-        help="in the water: arm, push with each thruster once, disarm; about a minute",
-    )
-    parser.add_argument(
-        "--confirm", metavar="NAME", help="the vehicle's name, so that --wet does not ask for it"
-    )
-    parser.add_argument(
-        "--seconds", type=seconds, default=6.0, metavar="N", help="listen so long (default: 6)"
-    )
-    parser.add_argument("--json", metavar="FILE", help="write the findings as JSON; - for standard output")
+Progress = Callable[[int, int], None]
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from bridge.clock import SystemClock
-    from bridge.command_line import check_folder
-    from bridge.vehicle.config import load_vehicle
-    from gcs_plugin.doctor.checks import findings_against_wet
-    from tui.files import check_file
-    from tui.links import link_for, serving_now
-    from tui.wet_check import confirmed
-
     check_file("--json", arguments.json)
     check_folder("--out", arguments.out)
-    linked = arguments.link is not None or serving_now()
+    linked = arguments.link is not None or links.serving_now()
     if not (arguments.vehicle or linked):
         raise exit_codes.UsageError("nothing to check; give --vehicle FILE, --link SPEC, or both")
     if arguments.wet and not (arguments.vehicle and linked):
@@ -70,9 +59,9 @@ def run(arguments: argparse.Namespace) -> int:
         confirmed(file.vehicle.name, arguments.confirm)
     if file is not None and not linked:
         return tell(arguments, [vehicle_file(file), disk(Path(arguments.out)), *ports(file.vehicle)])
-    clock = SystemClock()
+    clock = clocks.SystemClock()
     opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
-    link = link_for(arguments.link, opener.open)
+    link = links.link_for(arguments.link, opener.open)
     try:
         findings, observed = dry(arguments, file, link, clock)
         findings += signing(opener)
@@ -85,40 +74,25 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def dry(
-    arguments: argparse.Namespace, file: "VehicleFile | None", link: "Link", clock: "Clock"
-) -> tuple[list["Finding"], "Observed"]:
+    arguments: argparse.Namespace, file: VehicleFile | None, link: Link, clock: Clock
+) -> tuple[list[Finding], Observed]:
     """Listen to the link; return the findings on vehicle, clock, sensors and parameters, and the observations."""
-    import shutil
-
-    from gcs_plugin.doctor.checks import check_parameters, dry_findings
-    from gcs_plugin.doctor.observe import observe
-    from gcs_plugin.params.client import ParameterClient
-    from tui import show
-
     with show.words().status(f"listening for {arguments.seconds:g} s"):
         observed = observe(link, clock, arguments.seconds)
         parameter_findings = []
         if observed.arrivals:
             parameter_findings.append(check_parameters(ParameterClient(link, clock).read_all))
     place = existing(Path(arguments.out))
+    vehicle, named = (None, None) if file is None else (file.vehicle, file.configuration)
     free_bytes = shutil.disk_usage(place).free
-    if file is None:
-        return dry_findings(observed, None, free_bytes, str(place), parameter_findings), observed
-    findings = dry_findings(
-        observed, file.vehicle, free_bytes, str(place), parameter_findings, file.configuration
-    )
-    return [vehicle_file(file), *findings], observed
+    findings = dry_findings(observed, vehicle, free_bytes, str(place), parameter_findings, named)
+    return ([] if file is None else [vehicle_file(file)]) + findings, observed
 
 
 def wet(
-    arguments: argparse.Namespace, file: "VehicleFile", observed: "Observed", link: "Link", clock: "Clock"
-) -> list["Finding"]:
+    arguments: argparse.Namespace, file: VehicleFile, observed: Observed, link: Link, clock: Clock
+) -> list[Finding]:
     """Pulse each thruster once and return the findings; the user has confirmed, and no finding spoke against it."""
-    from gcs_plugin.doctor.checks import reported_veh_cfg
-    from gcs_plugin.params.client import ParameterClient
-    from tui import show
-    from tui.wet_check import wet_check
-
     configuration = file.configuration_of(reported_veh_cfg(observed))
     client = ParameterClient(link, clock)
     client.find_vehicle(arguments.seconds)
@@ -134,10 +108,8 @@ def wet(
         return wet_check(file, configuration, link, clock, client.thrusters, Path(arguments.out), progress)
 
 
-def signing(opener: secured.Opener) -> list["Finding"]:
+def signing(opener: secured.Opener) -> list[Finding]:
     """Findings on signed links: whether frames were refused."""
-    from gcs_plugin.doctor.checks import ok, warn
-
     return [
         warn("signing", f"{name}: {gate.words}")
         if gate.words
@@ -146,12 +118,8 @@ def signing(opener: secured.Opener) -> list["Finding"]:
     ]
 
 
-def vehicle_file(file: "VehicleFile") -> "Finding":
+def vehicle_file(file: VehicleFile) -> Finding:
     """Finding on a loaded vehicle file: it fails if the thrust table is missing, and otherwise lists the contents."""
-    from bridge.errors import ConfigError
-    from bridge.vehicle.thrusters import thrust_curve
-    from gcs_plugin.doctor.checks import fail, ok
-
     vehicle = file.vehicle
     try:
         thrust_curve(vehicle.thrust_curve, file.path.parent)
@@ -166,22 +134,14 @@ def vehicle_file(file: "VehicleFile") -> "Finding":
     )
 
 
-def disk(folder: Path) -> "Finding":
+def disk(folder: Path) -> Finding:
     """Finding on the free disk space for recordings."""
-    import shutil
-
-    from gcs_plugin.doctor.checks import check_disk
-
     place = existing(folder)
     return check_disk(shutil.disk_usage(place).free, str(place))
 
 
-def ports(vehicle: "Vehicle") -> list["Finding"]:
+def ports(vehicle: Vehicle) -> list[Finding]:
     """Findings on whether the ports in the vehicle file exist on this computer."""
-    from bridge.sensors.bar30 import parse_i2c_port
-    from bridge.sensors.drivers import speaks_tcp
-    from gcs_plugin.doctor.checks import fail, ok
-
     findings = []
     for slot, device in vehicle.sensors.present().items():
         if not device.port or speaks_tcp(device):
@@ -202,13 +162,76 @@ def existing(folder: Path) -> Path:
     return next(place for place in (folder, *folder.absolute().parents) if place.is_dir())
 
 
-def tell(arguments: argparse.Namespace, findings: "Iterable[Finding]") -> int:
+def tell(arguments: argparse.Namespace, findings: Iterable[Finding]) -> int:
     """Print the findings as a table and JSON; the exit code says whether any failed."""
-    from gcs_plugin.doctor.checks import Level, worst
-    from tui import show
-
     listed = list(findings)
     rows = [(finding.level.value, finding.name, finding.sentence) for finding in listed]
-    show.put(show.results(arguments.json), show.table("", ("", "what", "finding"), rows))
+    show.put(show.results(arguments.json), show.Table("", ("", "what", "finding"), rows))
     show.write_json([finding.to_json() for finding in listed], arguments.json)
     return exit_codes.NO if worst(listed) is Level.FAIL else exit_codes.DONE
+
+
+class Recorded(Wrapper):
+    """A link whose received frames are also written to a recording."""
+
+    def __init__(self, link: Link, writer: TlogWriter, clock: Clock) -> None:
+        super().__init__(link)
+        self._writer, self._clock = writer, clock
+        self._framer = Framer()
+
+    def read(self, timeout_s: float) -> bytes:
+        data = self._link.read(timeout_s)
+        for frame in self._framer.feed(data):
+            self._writer.write(round(self._clock.unix_s() * 1e6), frame.raw)
+        return data
+
+
+def wet_check(
+    file: VehicleFile,
+    configuration: str,
+    link: Link,
+    clock: Clock,
+    target: tuple[int, int],
+    out: Path,
+    progress: Progress,
+) -> list[Finding]:
+    """Arm, push with each thruster once, disarm, and judge; the recording goes into a dive folder under `out`.
+
+    Raises LinkError if the vehicle refuses or goes silent, LogError if its frames hold no wet check.
+    """
+    vehicle = file.vehicle
+    planned = pulses(vehicle, configuration, thrust_curve(vehicle.thrust_curve, file.path.parent))
+    folder = new_folder(out, clock.unix_s(), f"{configuration}-wet-check")
+    folder.describe(about_vehicle(file, configuration, f"wet check, {duration_s(planned):.0f} s"))
+    with folder.open_telemetry(1) as writer:
+        recorded = Recorded(link, writer, clock)
+        try:
+            arm(recorded, clock, target)
+            frames = run_pulses(recorded, clock, target, planned, on_progress=progress)
+            disarm(recorded, clock, target)
+        except BaseException:
+            # Over the link itself: a recording that failed must not leave the vehicle armed.
+            _disarm_anyway(link, clock, target)
+            raise
+    return [ok("recording", str(folder.path)), *wet_findings(file, configuration, frames)]
+
+
+def _disarm_anyway(link: Link, clock: Clock, target: tuple[int, int]) -> None:
+    try:
+        disarm(link, clock, target)
+    except LinkError as error:
+        print(harmless(f"seatrial: the vehicle may still be armed: {error}"), file=sys.stderr)
+
+
+def confirmed(vehicle_name: str, typed: str | None) -> None:
+    """Ask for the vehicle's name if it was not given and stdin is a terminal. Raises ConfigError without it."""
+    if typed is None and sys.stdin.isatty():
+        print(
+            f"after some seconds of listening each thruster of '{vehicle_name}' turns once: the vehicle in the "
+            "water, nobody near it\ntype its name to begin: ",
+            end="",
+            file=sys.stderr,
+            flush=True,
+        )
+        typed = sys.stdin.readline().strip()
+    confirm(vehicle_name, typed)

@@ -3,45 +3,22 @@
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from bridge import exit_codes
 from bridge.plain import is_number
+from bridge.vehicle.coefficients import BY_NAME, OF_HULL
+from bridge.vehicle.config import VehicleFile, load_vehicle
+from gcs_plugin.params.identified import doubt_lines, doubted_in
+from identify.effects.library import library
+from identify.export.model import Model, model_of
+from identify.export.targets import TARGETS, export, is_held, with_effects
+from tui import show
+from tui.files import Files, check_files
+from tui.parameter_files import Leave, accepted_model, check_outcome, check_vehicle, read_identification
 from tui.show import STANDARD_OUTPUT
-
-if TYPE_CHECKING:
-    from identify.export.model import Model
-    from tui.parameter_files import Leave
-
-EXAMPLE = "seatrial export hovering.json --vehicle ruvifist --to gazebo --out hovering.sdf"
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "file",
-        metavar="MODEL",
-        help="the JSON of identify, the .param of diagnose --accept, or a vehicle file whose configuration has a model",
-    )
-    parser.add_argument(
-        "--to", required=True, metavar="TARGET", help="the simulator: gazebo, stonefish or ardusub-json"
-    )
-    parser.add_argument("--vehicle", metavar="FILE", help="the vehicle file, where MODEL is JSON or .param")
-    parser.add_argument("--out", metavar="FILE", help="the file (where not given, standard output)")
-    parser.add_argument(
-        "--despite-doubts", action="store_true", help="take an identification that did not converge"
-    )
-    parser.add_argument(
-        "--json", metavar="FILE", help="write what did not fit in as JSON; - for standard output"
-    )
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from gcs_plugin.params.identified import doubt_lines
-    from identify.export.targets import TARGETS, export
-    from tui import show
-    from tui.files import Files, check_files
-    from tui.parameter_files import Leave
-
     if arguments.to not in TARGETS:
         raise exit_codes.UsageError(
             f"--to {arguments.to}: no such target; the targets are {', '.join(TARGETS)}"
@@ -52,7 +29,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise exit_codes.UsageError("--json -: standard output takes the file itself; add --out FILE")
     check_files({"--out": arguments.out, "--json": arguments.json})
     leave = Leave(doubts=arguments.despite_doubts)
-    model, doubted = _model(arguments.file, arguments.vehicle, arguments.out, leave)
+    model, doubted = _model(arguments.file, arguments.vehicle, leave)
     exported = export(model, arguments.to)
     console = show.words() if arguments.out is None else show.results(arguments.json)
     with Files() as files:
@@ -82,25 +59,16 @@ def run(arguments: argparse.Namespace) -> int:
     return files.code(exit_codes.DONE)
 
 
-def _model(
-    given: str, vehicle: str | None, out: str | None, leave: "Leave"
-) -> "tuple[Model, dict[str, str]]":
+def _model(given: str, vehicle: str | None, leave: Leave) -> tuple[Model, dict[str, str]]:
     """Return the model that MODEL names, and the doubts about its values. Raises UsageError if it names no model."""
-    from bridge.vehicle.config import load_vehicle
-
-    if given.endswith(".json"):
-        return _identified(Path(given), vehicle, leave)
-    if given.endswith(".param"):
-        return _accepted(Path(given), vehicle, leave)
+    if given.endswith((".json", ".param")):
+        if vehicle is None:
+            raise exit_codes.UsageError(f"{given}: needs --vehicle FILE, for thrusters and weight; add it")
+        read = _identified if given.endswith(".json") else _accepted
+        return read(Path(given), load_vehicle(vehicle), leave)
     if vehicle is not None:
         raise exit_codes.UsageError(f"{given}: is no identification, so --vehicle says nothing; leave it out")
     file = load_vehicle(given)
-    if out is not None and Path(out).exists() and Path(out).samefile(file.path):
-        raise exit_codes.UsageError(
-            f"--out {out}: would write over {file.path}, which this command reads: nothing was done; name another file"
-        )
-    from identify.export.model import model_of
-
     configuration = file.configuration_of(None)
     coefficients = file.vehicle.configurations[configuration].model
     if not coefficients:
@@ -111,27 +79,10 @@ def _model(
     return model_of(coefficients, file, configuration), {}
 
 
-def _identified(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model, dict[str, str]]":
-    from bridge.vehicle.coefficients import OF_HULL
-    from bridge.vehicle.config import load_vehicle
-    from gcs_plugin.params.identified import doubted_in
-    from identify.export.model import model_of
-    from tui.parameter_files import check_outcome, read_identification
-
-    if vehicle is None:
-        raise exit_codes.UsageError(
-            f"{path}: an identification needs --vehicle FILE, for thrusters and weight; add it"
-        )
+def _identified(path: Path, file: VehicleFile, leave: Leave) -> tuple[Model, dict[str, str]]:
     data = read_identification(path)
     check_outcome(path, data["outcome"], leave, "written")
-    file = load_vehicle(vehicle)
-    shape = data["configuration"]
-    if data["vehicle"]["name"] != file.vehicle.name or file.configuration not in (None, shape):
-        raise exit_codes.UsageError(
-            f"{path}: is of vehicle '{data['vehicle']['name']}', configuration '{shape}', and --vehicle {vehicle} is "
-            "not: nothing was written; name its own"
-        )
-    file.vehicle.configuration_named(shape)
+    check_vehicle(path, data["vehicle"]["name"], data["configuration"], file)
     known = {
         parameter["name"]: parameter
         for parameter in data["parameters"]
@@ -149,28 +100,17 @@ def _identified(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model
     }
     values = {name: float(parameter["value"]) for name, parameter in known.items()}
     doubted = {name: why for name, why in doubted_in(data).items() if name in known}
-    return model_of(values, file, shape, intervals), doubted
+    return model_of(values, file, data["configuration"], intervals), doubted
 
 
-def _accepted(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model, dict[str, str]]":
-    from bridge.vehicle.coefficients import BY_NAME, OF_HULL
-    from bridge.vehicle.config import load_vehicle
-    from identify.effects.library import library
-    from identify.export.model import model_of
-    from identify.export.targets import is_held, with_effects
-    from tui.parameter_files import accepted_model
-
-    if vehicle is None:
-        raise exit_codes.UsageError(
-            f"{path}: parameters need --vehicle FILE, for thrusters and weight; add it"
-        )
-    accepted = accepted_model(path, load_vehicle(vehicle), leave)
+def _accepted(path: Path, file: VehicleFile, leave: Leave) -> tuple[Model, dict[str, str]]:
+    accepted = accepted_model(path, file, leave)
     # Accepted effects enter the model as effects; identified values enter as plain coefficients.
     squared = {} if accepted.effects else OF_HULL
     values = {name: value for name, value in accepted.values.items() if name in BY_NAME or name in squared}
     intervals = {name: pair for name, pair in accepted.intervals.items() if is_held(name)}
-    model = model_of(values, accepted.file, accepted.configuration, intervals)
+    model = model_of(values, file, accepted.configuration, intervals)
     doubted = {name: why for name, why in accepted.doubted.items() if name in values}
-    shape = accepted.file.vehicle.configurations[accepted.configuration]
-    effects = library(shape, accepted.file.vehicle.thrust_curve.lag_s)
+    shape = file.vehicle.configurations[accepted.configuration]
+    effects = library(shape, file.vehicle.thrust_curve.lag_s)
     return with_effects(model, accepted.effects, effects), doubted

@@ -1,75 +1,52 @@
 """`seatrial fetch`: fetch the part of a dive that the vehicle stored and the ground did not receive."""
 
 import argparse
+import time
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from bridge import clock as clocks
 from bridge import exit_codes
-from bridge.command_line import above_zero, seconds
+from bridge.clock import Clock
+from bridge.command_line import check_folder
+from bridge.errors import LinkError, LogError
+from bridge.exit_codes import UsageError
 from bridge.links import secured
+from bridge.links.link import Link
 from bridge.text import say_warning
+from bridge.vehicle.config import load_vehicle
+from bridge.wire.tlog import of_those_that_hold_frames, read_tlog
+from bridge.wire.whole import WHOLE
+from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, list_folders, load_folder, new_folder
+from gcs_plugin.fetch.boots import NOTHING_OF_IT, Boot, boots_heard, newest, of_dive
+from gcs_plugin.fetch.fetching import Fetching, fetch
+from gcs_plugin.fetch.holes import Hole
+from gcs_plugin.fetch.mirror import Mirror
+from gcs_plugin.fetch.requests import Listing
+from gcs_plugin.fetch.whole import made_whole, newest_frames, refuse_recorded, remade, write_records
+from gcs_plugin.locks import alone_at
+from gcs_plugin.params.client import ParameterClient
+from gcs_plugin.recording import orders
+from tui import links, show
+from tui.commands.merge import beyond_words, guessed_words, lacking_words
+from tui.files import check_file
+from tui.show import Tell
 
-if TYPE_CHECKING:
-    from bridge.clock import Clock
-    from gcs_plugin.dives.folder import DiveFolder
-
-EXAMPLE = "seatrial fetch dives/2026-11-20T0912Z-hovering --link udpin:192.168.2.1:14550"
 FIND_S = 10.0
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "dive",
-        nargs="?",
-        metavar="DIVE",
-        help="the dive folder to make whole (default: that of the recording that runs, which then goes on in a new "
-        "one; else the newest in --out)",
-    )
-    parser.add_argument(
-        "--new",
-        action="store_true",
-        help="make a dive folder of what the vehicle kept since it was switched on, for a dive of which nothing was "
-        "heard",
-    )
-    parser.add_argument("--minutes", type=above_zero, metavar="N", help="of --new: its last minutes alone")
-    parser.add_argument(
-        "--out", default="dives", metavar="FOLDER", help="where the dives are (default: dives)"
-    )
-    parser.add_argument("--name", default="", help="of --new: the end of the dive folder's name")
-    parser.add_argument(
-        "--vehicle", metavar="FILE[:CONFIGURATION]", help="of --new: the vehicle file to name in dive.yaml"
-    )
-    parser.add_argument(
-        "--link", metavar="SPEC", help="the link to the vehicle (default: that of the recording that runs)"
-    )
-    parser.add_argument(
-        "--system", type=int, metavar="N", help="of --new: its MAVLink system, where several beat"
-    )
-    secured.add_argument(parser)
-    parser.add_argument(
-        "--patience",
-        type=seconds,
-        default=60.0,
-        metavar="N",
-        help="give up after so many seconds without an answer; what was fetched is kept (default: 60)",
-    )
-    parser.add_argument("--json", metavar="FILE", help="write what came of it as JSON; - for standard output")
+MIRROR = ".ring"
+AGAIN = "fetch again"
+HURT = "The vehicle's recording is damaged (places: {count}); what stood there may be missing"
+LET_GO = "its ring was full or let its oldest go; merge what others recorded then"
+HURT_BEYOND = (
+    "The vehicle's recording is damaged before or after this dive (places: {count}), which costs it nothing"
+)
+FETCH_SHARE = 0.9
+"""Share of the work; the rest is merging both recordings."""
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from bridge.clock import SystemClock
-    from bridge.command_line import check_folder
-    from bridge.errors import LinkError, LogError
-    from bridge.exit_codes import UsageError
-    from bridge.vehicle.config import load_vehicle
-    from gcs_plugin.dives.folder import About, about_vehicle
-    from gcs_plugin.fetch.boots import NOTHING_OF_IT
-    from gcs_plugin.params.client import ParameterClient
-    from tui import show
-    from tui.fetched import Fetcher
-    from tui.files import check_file
-    from tui.links import coming_back, link_for
-
     check_file("--json", arguments.json)
     check_folder("--out", arguments.out)
     if arguments.new and arguments.dive:
@@ -78,11 +55,11 @@ def run(arguments: argparse.Namespace) -> int:
         raise UsageError("--minutes is for --new; a dive that was heard has its own beginning and end")
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
     about = about_vehicle(file, file.configuration or "") if file else About()
-    clock = SystemClock()
+    clock = clocks.SystemClock()
     opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
     folder = None if arguments.new else dive_of(arguments, clock)
-    first = link_for(arguments.link, opener.open)
-    link = coming_back(first, arguments.link, clock, opener.open, say_warning)
+    first = links.link_for(arguments.link, opener.open)
+    link = links.coming_back(first, arguments.link, clock, opener.open, say_warning)
     try:
         with show.progress("fetching") as tell:
             fetcher = Fetcher(link, clock, arguments.patience, tell)
@@ -114,35 +91,25 @@ def run(arguments: argparse.Namespace) -> int:
     return exit_codes.DONE if done.is_whole else exit_codes.NO
 
 
-def asked_by_way(folder: "DiveFolder") -> str:
+def asked_by_way(folder: DiveFolder) -> str:
     """Name the recording that a fetch without --link went through, which may be another vehicle's; "" if none runs."""
-    from tui.links import holding_now, words_of
-
-    holding = holding_now()
+    holding = links.holding_now()
     if holding is None:
         return ""
     return (
-        f" (asked by way of {words_of(holding)}, on {', '.join(holding.links)}: where that is another vehicle than "
-        f"that of {folder.path}, name its own link with --link)"
+        f" (asked by way of {links.words_of(holding)}, on {', '.join(holding.links)}: where that is another vehicle "
+        f"than that of {folder.path}, name its own link with --link)"
     )
 
 
-def dive_of(arguments: argparse.Namespace, clock: "Clock") -> "DiveFolder":
+def dive_of(arguments: argparse.Namespace, clock: Clock) -> DiveFolder:
     """Return the dive in question. If it is being recorded, end it: the recording goes on in a new folder.
 
     Raises UsageError if there is no dive, LinkError if its recording hangs.
     """
-    import time
-
-    from bridge.exit_codes import UsageError
-    from gcs_plugin.dives.folder import list_folders, load_folder
-    from gcs_plugin.recording import orders
-    from tui import show
-    from tui.links import holder_of, holding_now, usable_now
-
-    holding = holding_now() if arguments.dive else usable_now()
+    holding = links.holding_now() if arguments.dive else links.usable_now()
     recorded = Path(holding.folder) if holding is not None else None
-    asked = holder_of(arguments.link) if arguments.link else None
+    asked = links.holder_of(arguments.link) if arguments.link else None
     if arguments.dive:
         path = Path(arguments.dive)
     elif asked is not None:
@@ -158,3 +125,143 @@ def dive_of(arguments: argparse.Namespace, clock: "Clock") -> "DiveFolder":
         finished, following = orders.next_dive(clock, time.sleep)
         show.say(show.words(), f"{finished} is over; the recording goes on in {following}")
     return load_folder(path)
+
+
+@dataclass(frozen=True)
+class Fetched:
+    """Result of a fetch: the recording, its frames, and how many of them only the vehicle had.
+
+    `damaged`: number of places without a readable frame in the vehicle's recording, as fetched; `damaged_beyond`:
+    number of further such places before or after the dive. `holes`, `lost`, `beyond` and `guessed` as in `Whole`.
+    """
+
+    path: Path
+    frames: int
+    missing: int
+    fetched_bytes: int
+    damaged: int
+    damaged_beyond: int = 0
+    holes: tuple[Hole, ...] = ()
+    lost: int = 0
+    beyond: int = 0
+    guessed: int = 0
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether there is no sign of frames that every recording lacks."""
+        return not (self.holes or self.lost)
+
+    @property
+    def words(self) -> str:
+        """`1200 of 96000 frames had not been heard; the dive is whole in dives/.../telemetry.whole.tlog`."""
+        if self.damaged:
+            subject, complete = (
+                "all that can be read is",
+                f"all {self.frames} frames that can be read are there",
+            )
+        elif self.is_whole:
+            subject, complete = "the dive is whole", f"nothing is missing, all {self.frames} frames are there"
+        else:
+            subject, complete = (
+                "what there is of the dive is",
+                f"all {self.frames} frames that anybody has are there",
+            )
+        if self.missing:
+            summary = f"{self.missing} of {self.frames} frames had not been heard; {subject} in {self.path}"
+        else:
+            summary = f"{complete}: {self.path}"
+        lacking = lacking_words(self.holes, self.lost)
+        more = [
+            f"{lacking}, the vehicle neither: {LET_GO}" if lacking else "",
+            HURT.format(count=self.damaged) if self.damaged else "",
+            HURT_BEYOND.format(count=self.damaged_beyond) if self.damaged_beyond else "",
+            guessed_words(self.guessed),
+            beyond_words(self.beyond),
+        ]
+        return ". ".join((summary, *filter(None, more)))
+
+
+@dataclass(frozen=True)
+class Fetcher:
+    """Fetches over `link`, waiting `patience_s` for an answer."""
+
+    link: Link
+    clock: Clock
+    patience_s: float
+    tell: Tell
+
+    def whole(self, folder: DiveFolder) -> Fetched:
+        """Complete a dive. Raises LogError if the ring has nothing of it, another fetch is running or the dive is
+        still recorded, LinkError if the vehicle can't deliver it."""
+        refuse_recorded(folder, self.clock.unix_s(), AGAIN)
+        boots = heard_in(folder)
+        mirror = Mirror(folder.path.resolve().parent / MIRROR)
+        with mirror.alone():
+            fetching = Fetching(mirror, lambda listing: of_dive(listing, boots), self.clock.boot_s())
+            source = boots[-1].source
+            self._fetch(fetching, source)
+            ring = _paths(mirror, fetching.chosen)
+            with alone_at(folder.path, AGAIN):
+                made = remade(folder, source, lambda ground: made_whole(ground, ring, source), AGAIN)
+            path = folder.path / WHOLE
+        return Fetched(
+            path,
+            len(made.records),
+            made.missing,
+            fetching.fetched,
+            made.damaged,
+            made.damaged_beyond,
+            made.holes,
+            made.lost,
+            made.beyond,
+            made.guessed,
+        )
+
+    def new(
+        self, root: Path, vehicle: tuple[int, int], minutes: float | None, name: str, about: About
+    ) -> Fetched:
+        """Make a dive folder of the vehicle's newest boot, or of its last minutes. Raises as `whole`."""
+        mirror = Mirror(root / MIRROR)
+        most_ms = None if minutes is None else round(minutes * 60_000)
+        with mirror.alone():
+            fetching = Fetching(mirror, lambda listing: newest(listing, most_ms), self.clock.boot_s())
+            self._fetch(fetching, vehicle)
+        most_us = None if most_ms is None else most_ms * 1000
+        ring = _paths(mirror, fetching.chosen)
+        records, damaged = newest_frames(ring, most_us)
+        folder = new_folder(root, records[0][0] / 1e6, name)
+        folder.describe(about)
+        path = folder.path / "telemetry.tlog"
+        write_records(path, records)
+        return Fetched(path, len(records), len(records), fetching.fetched, damaged)
+
+    def _fetch(self, fetching: Fetching, vehicle: tuple[int, int]) -> None:
+        def progress(now: Fetching) -> None:
+            total = now.total_bytes
+            words = (
+                f"fetching, {now.held_bytes / 1e6:.1f} of {total / 1e6:.1f} MB"
+                if total
+                else "asking for the list"
+            )
+            self.tell(FETCH_SHARE * now.held_bytes / max(total, 1), words)
+
+        fetch(self.link, self.clock, fetching, vehicle, self.patience_s, progress)
+        self.tell(FETCH_SHARE, "putting both recordings together")
+
+
+def heard_in(folder: DiveFolder) -> list[Boot]:
+    """The boots in a dive's recording. Raises LogError if it states none."""
+    frames = (f for records in of_those_that_hold_frames(folder.heard(), read_tlog) for _, f in records)
+    boots = boots_heard(frames)
+    if not boots:
+        raise LogError(
+            f"{folder.path}: nothing in it tells which recording of the vehicle's is of this dive; its bridge must run "
+            "with --ring, and for a dive of which nothing was heard give --new"
+        )
+    return boots
+
+
+def _paths(mirror: Mirror, chosen: Listing) -> list[Path]:
+    """Paths of the segments in the mirror, as far as they exist."""
+    paths = (mirror.path(segment.name) for segment, _ in chosen)
+    return [path for path in paths if path.exists()]

@@ -1,27 +1,31 @@
 """`seatrial ff`: switch the feed-forward and wait until the vehicle confirms the mode."""
 
 import argparse
-from typing import TYPE_CHECKING
+import threading
+from collections.abc import Callable
+from typing import Final, Self
 
+from rich.console import Console
+
+from bridge import clock as clocks
 from bridge import exit_codes
-from bridge.command_line import seconds
+from bridge.clock import Clock
+from bridge.errors import LinkError, ParamRejected
+from bridge.exit_codes import UsageError
 from bridge.links import secured
+from bridge.links.link import Link
 from bridge.vehicle.mode import ORDERS, Mode, word_of
+from bridge.vehicle.parameters import ACTIVE, MODE
+from bridge.wire.framing import Encoder, Framer
+from gcs_plugin.feedforward import Switch, sent_text
+from gcs_plugin.off_orders import OffMarks, OffOrders
+from gcs_plugin.params.client import ParameterClient
+from gcs_plugin.params.plan import make_plan
+from gcs_plugin.peers import GROUND_STATION, Peers, ground_heartbeat
+from gcs_plugin.watch.hearing import StatusTexts
+from tui import links, show
+from tui.files import check_file
 
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from bridge.clock import Clock
-    from bridge.links.link import Link
-    from gcs_plugin.feedforward import Switch
-
-EXAMPLE = "seatrial ff off --link udpin:127.0.0.1:14550"
-MODES = {
-    Mode.OFF: "the PID alone: asks nothing, and is sent until the vehicle says so",
-    Mode.SHADOW: "the feed-forward is worked out and told, not applied",
-    Mode.ALONE: "the feed-forward without the PID of its axes",
-    Mode.BOTH: "the feed-forward and the PID",
-}
 PATIENCE_S = 15.0
 LACKING_S = 10.0
 SILENT_S = 10.0
@@ -30,39 +34,18 @@ FIND_S = 5.0
 TELL_EVERY_S = 2.0
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    modes = "; ".join(f"{mode.word}, {sentence}" for mode, sentence in MODES.items())
-    parser.add_argument("mode", choices=ORDERS, metavar="MODE", help=modes)
-    parser.add_argument(
-        "--link", metavar="SPEC", help="the link to the vehicle (default: that of the recording that runs)"
-    )
-    secured.add_argument(parser)
-    parser.add_argument(
-        "--system",
-        type=int,
-        metavar="N",
-        help="its MAVLink system, where several beat (default of off: each of them)",
-    )
-    parser.add_argument("--yes", action="store_true", help="do not ask")
-    parser.add_argument(
-        "--seconds",
-        type=seconds,
-        metavar="N",
-        help=f"try so long (default: {PATIENCE_S:.0f}; of off: until it is done)",
-    )
-    parser.add_argument("--json", metavar="FILE", help="write what came of it as JSON; - for standard output")
+POLL_S: Final = 0.02
+BEAT_EVERY_S: Final = 1.0
+REOPEN_EVERY_S: Final = 0.5
+Tell = Callable[[str], None]
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from bridge.clock import SystemClock
-    from tui.files import check_file
-    from tui.links import link_for
-
     check_file("--json", arguments.json)
     mode = ORDERS[arguments.mode]
-    clock = SystemClock()
+    clock = clocks.SystemClock()
     opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
-    link = link_for(arguments.link, opener.open)
+    link = links.link_for(arguments.link, opener.open)
     if mode is Mode.OFF:
         return switch_off(arguments, link, clock, opener)
     try:
@@ -71,38 +54,29 @@ def run(arguments: argparse.Namespace) -> int:
         link.close()
 
 
-def switch_off(arguments: argparse.Namespace, link: "Link", clock: "Clock", opener: secured.Opener) -> int:
+def switch_off(arguments: argparse.Namespace, link: Link, clock: Clock, opener: secured.Opener) -> int:
     """Switch the feed-forward off, and keep sending: only the vehicle's confirmation, the user or --seconds ends it."""
-    from gcs_plugin.feedforward import Switch
-    from tui import show
-    from tui.links import known_now, link_for
-    from tui.switching import Line, drive_on
-
     words = show.words()
-    switch = Switch(Mode.OFF, arguments.system, known_now(clock, arguments.link))
+    switch = Switch(Mode.OFF, arguments.system, links.known_now(clock, arguments.link))
 
     def tell(sentence: str) -> None:
         show.say(words, sentence)
 
-    def line_on(link: "Link") -> Line:
+    def line_on(link: Link) -> Line:
         return Line(link, clock, switch, arguments.system, tell)
 
     with Course(words, switch, clock, arguments.seconds) as course:
         try:
-            drive_on(line_on(link), course.over, lambda: line_on(link_for(arguments.link, opener.open)), tell)
+            drive_on(
+                line_on(link), course.over, lambda: line_on(links.link_for(arguments.link, opener.open)), tell
+            )
         except KeyboardInterrupt:
             course.stopped = True
     return course.told(arguments.json)
 
 
-def switch_to(mode: "Mode", arguments: argparse.Namespace, link: "Link", clock: "Clock") -> int:
+def switch_to(mode: Mode, arguments: argparse.Namespace, link: Link, clock: Clock) -> int:
     """Switch to a mode that may move the vehicle: ask first, refuse if the vehicle can't, and give up after a time."""
-    from bridge.errors import LinkError
-    from gcs_plugin.feedforward import Switch
-    from gcs_plugin.off_orders import OffOrders
-    from tui import show
-    from tui.switching import Line, drive
-
     words, orders = show.words(), OffOrders()
     allowed = permitted(mode, arguments, link, clock)
     if allowed is None:
@@ -124,17 +98,9 @@ def switch_to(mode: "Mode", arguments: argparse.Namespace, link: "Link", clock: 
 
 
 def permitted(
-    mode: "Mode", arguments: argparse.Namespace, link: "Link", clock: "Clock"
+    mode: Mode, arguments: argparse.Namespace, link: Link, clock: Clock
 ) -> tuple[int, float] | None:
     """Return the vehicle's system and mode, or None if the user declines. Raises ParamError if it refuses the mode."""
-    from bridge.errors import ParamRejected
-    from bridge.vehicle.parameters import ACTIVE, MODE
-    from bridge.wire.framing import Encoder
-    from gcs_plugin.params.client import ParameterClient
-    from gcs_plugin.params.plan import make_plan
-    from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
-    from tui.show import asked
-
     # A vehicle that listens on UDP learns the ground's address from this message.
     link.write(Encoder(*GROUND_STATION).encode(ground_heartbeat()))
     client = ParameterClient(link, clock)
@@ -149,18 +115,18 @@ def permitted(
         return system, present[MODE]
     change = f"feed-forward of vehicle {system} from {word_of(present[MODE])} to {word_of(mode)}"
     if not client.armed:
-        agreed = asked(client, f"{change}? [yes/no] ", "switch").lower() in ("y", "yes")
+        agreed = show.agreed(client, f"{change}?", "switch")
         if agreed and client.armed:
             raise ParamRejected(f"vehicle {system} was armed meanwhile; nothing was sent, look and ask again")
         return (system, present[MODE]) if agreed else None
-    typed = asked(client, f"{change}, and it is ARMED; type {word_of(mode)} to do it: ", "switch")
+    typed = show.asked(client, f"{change}, and it is ARMED; type {word_of(mode)} to do it: ", "switch")
     return (system, present[MODE]) if typed == word_of(mode) else None
 
 
 class Course:
     """Progress of a switch, on a status line of the terminal or every few seconds in a pipe, and its outcome."""
 
-    def __init__(self, console: "Console", switch: "Switch", clock: "Clock", seconds: float | None) -> None:
+    def __init__(self, console: Console, switch: Switch, clock: Clock, seconds: float | None) -> None:
         self.stopped = False
         self._switch, self._clock, self._seconds = switch, clock, seconds
         # The console that also shows the vehicles' messages: a line from another console would break into the status
@@ -171,7 +137,7 @@ class Course:
         self._lacking_s: float | None = None
         self._silent_told = False
 
-    def __enter__(self) -> "Course":
+    def __enter__(self) -> Self:
         self._tell_s = self._clock.boot_s() + TELL_EVERY_S
         self._status.start()
         return self
@@ -181,8 +147,6 @@ class Course:
 
     def over(self) -> bool:
         """Show the progress; return whether the switch is done, its time is up, or no vehicle has a feed-forward."""
-        from tui import show
-
         now_s = self._clock.boot_s()
         self._status.update(self._switch.words)
         if not self._console.is_terminal and now_s >= self._tell_s:
@@ -204,10 +168,6 @@ class Course:
 
     def told(self, json: str | None) -> int:
         """Report the outcome and return the exit code."""
-        from bridge.vehicle.mode import word_of
-        from gcs_plugin.feedforward import sent_text
-        from tui import show
-
         switch, took_s = self._switch, self._clock.boot_s() - self._start_s
         show.say(show.results(json), f"{switch.words} ({sent_text(switch.sent)} in {took_s:.1f} s)")
         outcome = {
@@ -231,3 +191,73 @@ def _not_heard(systems: tuple[int, ...]) -> str:
         f"vehicle {systems[0]} is" if len(systems) == 1 else f"vehicles {' and '.join(map(str, systems))} are"
     )
     return f"{subject} not heard, and OFF is sent until an answer comes; where that is switched off, Ctrl-C ends this"
+
+
+class Line:
+    """A link with a switch on it; `tell` gets the texts of vehicles."""
+
+    def __init__(self, link: Link, clock: Clock, switch: Switch, system: int | None, tell: Tell) -> None:
+        self._link, self._clock, self._switch, self._system = link, clock, switch, system
+        self._framer, self._encoder, self._peers = Framer(), Encoder(*GROUND_STATION), Peers(link)
+        self._texts = StatusTexts(lambda source, _severity, text: tell(f"vehicle {source[0]}: {text.words}"))
+        self._marks = OffMarks()
+        self._beat_s = clock.boot_s()
+
+    def step(self) -> None:
+        """Send the messages due and take the frames that have come. Raises LinkError if the link is lost."""
+        now_s = self._clock.boot_s()
+        # Two vehicles seen once stay reported: drifting sequence numbers can hide them for a while.
+        self._switch.twins = self._switch.twins or self._peers.fault(self._system)
+        messages = self._switch.tick(now_s)
+        if not self._switch.heard and now_s >= self._beat_s:
+            # A vehicle that listens on UDP learns the ground's address from this.
+            self._beat_s = now_s + BEAT_EVERY_S
+            messages.append(ground_heartbeat())
+        self._marks.mark(messages)
+        for message in messages:
+            self._link.write(self._encoder.encode(message))
+        for frame in self._framer.feed(self._link.read(POLL_S)):
+            arrived_s = self._clock.boot_s()
+            self._peers.on_frame(frame, self._link.name, arrived_s)
+            self._switch.on_frame(frame, arrived_s)
+            self._texts.hear(frame)
+
+    def close(self) -> None:
+        self._link.close()
+
+
+def drive(line: Line, over: Callable[[], bool]) -> None:
+    """Step until `over`. Raises LinkError if the link is lost."""
+    while not over():
+        line.step()
+
+
+def drive_on(line: Line, over: Callable[[], bool], again: Callable[[], Line], tell: Tell) -> None:
+    """Step until `over`, through every loss of the link, then close it; `tell` gets the reason for each loss."""
+    pause, reported = threading.Event(), ""
+    now: Line | None = line
+    try:
+        while not over():
+            if now is None:
+                pause.wait(REOPEN_EVERY_S)
+                now = _opened(again)
+                continue
+            try:
+                now.step()
+            except LinkError as error:
+                now.close()
+                now = None
+                if str(error) != reported:
+                    reported = str(error)
+                    tell(reported)
+    finally:
+        if now is not None:
+            now.close()
+
+
+def _opened(again: Callable[[], Line]) -> Line | None:
+    """Open another line; None if that is not possible yet."""
+    try:
+        return again()
+    except (LinkError, UsageError):
+        return None

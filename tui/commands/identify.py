@@ -1,65 +1,40 @@
 """`seatrial identify`: coefficients with intervals from dives."""
 
 import argparse
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rich.console import Console
+
 from bridge import exit_codes
-from bridge.command_line import add_vehicle, size
-from tui.pages import add_figures
+from bridge.vehicle.config import VehicleFile, load_vehicle
+from gcs_plugin.params.files import sidecar_path
+from gcs_plugin.params.identified import write_identified
+from identify.comparison import Comparison
+from identify.dive import Dive
+from identify.estimators.table import METHODS, SIDE_BY_SIDE, Estimator, estimator, judged, refuse_damping
+from identify.identification import Estimate, Identification, Outcome
+from identify.progress import Progress
+from identify.report.identification import further_remarks, identification_report
+from identify.report.tables import standard_error
+from identify.run.identify import Identified, identify, usual_methods
+from identify.run.recordings import Reading, read
+from tui import pages, show
+from tui.files import PARAMETER_SUFFIXES, Files, check_file, check_files
+from tui.recordings import column_map_for, recording_at
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     from bench.reproduce.paper import TrainingCurves
-    from bridge.vehicle.config import VehicleFile
-    from identify.dive import Dive
-    from identify.estimators.table import Estimator
-    from identify.identification import Identification
-    from identify.progress import Progress
-    from identify.run.identify import Identified
-    from identify.run.recordings import Reading
-
-EXAMPLE = "seatrial identify dives/2026-11-20T0912Z-hovering --vehicle ruvifist --json hovering.json"
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "dives", nargs="+", metavar="DIVE", help="a dive folder, .tlog, .tlog.gz, .BIN or .csv"
-    )
-    add_vehicle(parser)
-    parser.add_argument(
-        "--method",
-        metavar="METHOD[+METHOD]",
-        help="likelihood, pinn or paper; two of them are compared (where not given: likelihood+pinn; "
-        "likelihood where the vehicle file's damping is not linear)",
-    )
-    parser.add_argument(
-        "--network",
-        type=size,
-        nargs=3,
-        metavar=("HIDDEN", "DEPTH", "EPOCHS"),
-        help="size and training of the paper's network: 1024 5 100 is the paper's own (small where not given)",
-    )
-    parser.add_argument("--columns", metavar="MAP", help="YAML map from the columns of a CSV to signals")
-    parser.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard output")
-    parser.add_argument("--param", metavar="FILE", help="write a .param with its sidecar, for one dive")
-    parser.add_argument("--report", metavar="HTML", help="write a report with plots")
-    add_figures(parser)
+COLUMNS = ("name", "value", "low 95 %", "high 95 %", "unit", "std, %", "strongest partner")
+PRIOR_COLUMN = "prior, %"
+LAST_COLUMN = "identifiable"
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from bridge.vehicle.config import load_vehicle
-    from gcs_plugin.params.files import sidecar_path
-    from identify.identification import Outcome
-    from identify.run.identify import usual_methods
-    from identify.run.recordings import read
-    from tui import pages, show
-    from tui.answers import tell, tell_comparison
-    from tui.files import PARAMETER_SUFFIXES, Files, check_file, check_files
-    from tui.recordings import column_map_for, recording_at
-
     methods = methods_of(arguments.method)
     if arguments.param and len(arguments.dives) > 1:
         raise exit_codes.UsageError("--param takes what one dive tells; give one DIVE")
@@ -88,8 +63,6 @@ def run(arguments: argparse.Namespace) -> int:
     with Files() as files:
         files.json(results[0] if len(results) == 1 else results, arguments.json)
         if arguments.param and result[0].answer.values():
-            from gcs_plugin.params.identified import write_identified
-
             param = partial(write_identified, Path(arguments.param), results[0], file)
             files.attempt(param, f"parameters: {arguments.param}")
         # The page comes last because drawing takes long. It is written even if the reader of the table has left.
@@ -101,11 +74,8 @@ def run(arguments: argparse.Namespace) -> int:
                 for comparison in each.comparisons:
                     tell_comparison(console, comparison)
         finally:
-            if pages.wanted(arguments):
-                from identify.report.identification import identification_report
-
-                page = partial(identification_report, result, curves)
-                pages.publish(files, arguments, page, [each.dive for each in result], file)
+            page = partial(identification_report, result, curves)
+            pages.publish(files, arguments, page, [each.dive for each in result], file)
         for sentence in files.written:
             show.say(console, sentence)
     converged = all(each.answer.outcome is Outcome.CONVERGED for each in result)
@@ -114,8 +84,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 def methods_of(argument: str | None) -> tuple[str, ...]:
     """Return the method or the two methods that `--method` names. Raises UsageError for an unknown method."""
-    from identify.estimators.table import METHODS, SIDE_BY_SIDE
-
     names = SIDE_BY_SIDE if argument is None else tuple(argument.split("+"))
     for name in names:
         if name not in (*METHODS, "paper"):
@@ -129,26 +97,21 @@ def methods_of(argument: str | None) -> tuple[str, ...]:
 
 
 def estimator_of(
-    method: str, network: "Sequence[int] | None", curves: "dict[str, TrainingCurves]"
-) -> "Estimator":
+    method: str, network: Sequence[int] | None, curves: "dict[str, TrainingCurves]"
+) -> Estimator:
     """Return the estimator of a method; the paper's method leaves its training curves in `curves`."""
-    from identify.estimators.table import estimator, judged
-
     return judged(paper(network, curves)) if method == "paper" else estimator(method)
 
 
-def paper(network: "Sequence[int] | None", curves: "dict[str, TrainingCurves]") -> "Estimator":
+def paper(network: Sequence[int] | None, curves: "dict[str, TrainingCurves]") -> Estimator:
     """Return the paper's method with a network of the given size; it stores its training curves in `curves` by dive."""
     from bench.reproduce.paper import SMALL, PaperOptions, estimate_with_curves
-    from identify.estimators.table import refuse_damping
 
     options = (
         SMALL if network is None else PaperOptions(hidden=network[0], depth=network[1], epochs=network[2])
     )
 
-    def estimate(
-        dive: "Dive", file: "VehicleFile", configuration: str, progress: "Progress"
-    ) -> "Identification":
+    def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progress) -> Identification:
         refuse_damping("paper", file, configuration)
         answer, curves[dive.sha256] = estimate_with_curves(dive, file, configuration, progress, options)
         return answer
@@ -156,10 +119,75 @@ def paper(network: "Sequence[int] | None", curves: "dict[str, TrainingCurves]") 
     return estimate
 
 
-def identified(reading: "Reading", configuration: str, estimates: "Mapping[str, Estimator]") -> "Identified":
+def identified(reading: Reading, configuration: str, estimates: Mapping[str, Estimator]) -> Identified:
     """Identify a dive by all estimators, each with its progress bar."""
-    from identify.run.identify import identify
-    from tui import show
-
     with show.bars({name: f"{name}: {reading.dive.name}" for name in estimates}) as progress:
         return identify(reading.dive, reading.file, configuration, estimates, progress)
+
+
+def tell(console: Console, dive: Dive, answer: Identification) -> None:
+    """Show the result as a table with its notes; if a single reason left nothing to show, only that reason."""
+    reasons = list(dict.fromkeys(p.reason for p in answer.parameters if not p.identifiable))
+    title = f"{dive.name}: {answer.method}, configuration {answer.configuration}, {answer.outcome.value}"
+    if len(reasons) == 1 and not any(p.identifiable for p in answer.parameters):
+        show.say(console, f"{title}\n{reasons[0]}")
+    else:
+        priors = any(p.share_from_prior for p in answer.parameters)
+        columns = (*COLUMNS, *((PRIOR_COLUMN,) if priors else ()), LAST_COLUMN)
+        rows = [_row(parameter, reasons, priors) for parameter in answer.parameters]
+        numbers = ("value", "low 95 %", "high 95 %", "std, %", PRIOR_COLUMN)
+        show.put(console, show.Table(title, columns, rows, numbers))
+        for number, reason in enumerate(reasons, start=1):
+            show.say(console, f"{number}: {reason}")
+    doubts = [doubt.sentence for doubt in answer.doubts]
+    for doubt in dict.fromkeys(doubts):
+        show.say(console, f"warning: {doubt}")
+    for note in dict.fromkeys((*answer.sentences, *dive.notes)):
+        if note not in doubts:
+            show.say(console, f"note: {note}")
+
+
+def tell_comparison(console: Console, compared: Comparison) -> None:
+    """Show both methods' values side by side, and why any is missing; disagreements are among the first's doubts."""
+    methods = (compared.first.method, compared.second.method)
+    rows = [
+        (
+            d.name,
+            *(
+                show.number(estimate.value) if estimate.identifiable else "-"
+                for estimate in (d.first, d.second)
+            ),
+            d.first.unit,
+            show.number(d.distance, 2),
+            "disagree" if d.disagrees else "",
+        )
+        for d in compared.differences
+        if d.first.identifiable or d.second.identifiable
+    ]
+    if rows:
+        title = f"{methods[0]} beside {methods[1]} ({compared.second.outcome.value})"
+        columns = ("name", *methods, "unit", "apart, std", "beyond intervals")
+        show.put(console, show.Table(title, columns, rows, (*methods, "apart, std")))
+    if not compared.disagreements:
+        for sentence in compared.sentences:
+            show.say(console, f"note: {sentence}")
+    for sentence in further_remarks(compared):
+        show.say(console, f"note: {sentence}")
+
+
+def _row(parameter: Estimate, reasons: Sequence[str], priors: bool) -> tuple[str, ...]:
+    values = (parameter.value, parameter.low95, parameter.high95)
+    partner = parameter.partner if parameter.partner and parameter.partner.is_close else None
+    return (
+        parameter.name,
+        *(show.number(value) for value in values),
+        parameter.unit,
+        show.number(100 * standard_error(parameter), 2),
+        f"{partner.name} {partner.correlation:+.2f}" if partner else "-",
+        *(
+            (f"{100 * parameter.share_from_prior:.0f}" if parameter.share_from_prior else "-",)
+            if priors
+            else ()
+        ),
+        "yes" if parameter.identifiable else f"no, see {1 + reasons.index(parameter.reason)}",
+    )

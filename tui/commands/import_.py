@@ -3,41 +3,30 @@
 import argparse
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from bridge import exit_codes
-
-if TYPE_CHECKING:
-    from bridge.vehicle.config import VehicleFile
-    from identify.dive import Dive, Signal
-
-EXAMPLE = "seatrial import 00000042.BIN --out dives/lake-42"
+from bridge.errors import LogError
+from bridge.files import replacing
+from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.wire.tlog import read_tlog
+from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle
+from gcs_plugin.fetch.whole import write_records
+from identify.dive import Dive, Signal
+from identify.fixes import check_fixes
+from identify.ingest.open import read_dive
+from tui import show
+from tui.files import Files, check_file, check_new_folder
+from tui.recordings import column_map_for
 
 GAP_PERIODS = 5.0
 SHORTEST_GAP_S = 0.5
 DAMAGE_OUT = "What is damaged in it is left out."
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "file", metavar="FILE", help="a .tlog, .tlog.gz, DataFlash .BIN, .csv or a dive folder"
-    )
-    parser.add_argument(
-        "--out", metavar="FOLDER", help="the dive folder to make; without it, only say what there is"
-    )
-    parser.add_argument("--vehicle", metavar="FILE", help="the vehicle file to name in the dive folder")
-    parser.add_argument("--columns", metavar="MAP", help="YAML map from the columns of a CSV to signals")
-    parser.add_argument("--json", metavar="FILE", help="write what it holds as JSON; - for standard output")
-
-
 def run(arguments: argparse.Namespace) -> int:
-    from bridge.vehicle.config import load_vehicle
-    from identify.fixes import check_fixes
-    from identify.ingest.open import read_dive
-    from tui import show
-    from tui.files import Files, check_file, check_new_folder
-    from tui.recordings import column_map_for
-
     check_file("--json", arguments.json)
     if arguments.out:
         check_new_folder("--out", arguments.out)
@@ -48,7 +37,7 @@ def run(arguments: argparse.Namespace) -> int:
     console = show.results(arguments.json)
     show.put(
         console,
-        show.table(
+        show.Table(
             f"{dive.name}: {dive.duration_s:.1f} s",
             ("signal", "samples", "rate Hz", "gaps", "longest s", "unknown %"),
             [
@@ -78,17 +67,11 @@ def run(arguments: argparse.Namespace) -> int:
     return files.code(exit_codes.DONE)
 
 
-def dive_folder(
-    out: Path, dive: "Dive", columns: Path | None, file: "VehicleFile | None"
-) -> tuple[Path, str]:
+def dive_folder(out: Path, dive: Dive, columns: Path | None, file: VehicleFile | None) -> tuple[Path, str]:
     """Make a dive folder with a copy of the recording and of its column map; return it with remarks on the copy.
 
     Raises LogError if that fails, and then removes the folder again.
     """
-    from bridge.errors import LogError
-    from bridge.vehicle.config import CONFIGS
-    from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle
-
     if dive.source.is_dir():
         raise exit_codes.UsageError(f"{dive.source}: is a dive folder already; import a file")
     notes = f"imported from {dive.source.name}, SHA-256 {dive.sha256}"
@@ -100,8 +83,7 @@ def dive_folder(
     try:
         _copy(dive.source, out)
         if columns is not None:
-            named = columns if columns.exists() else CONFIGS / "columns" / f"{columns}.yaml"
-            _copy_bytes(named, out / "columns.yaml")
+            _copy_bytes(columns, out / "columns.yaml")
         DiveFolder(out).describe(about)
     except BaseException:
         # An incomplete folder would block the next import.
@@ -116,9 +98,6 @@ def _is_tlog(path: Path) -> bool:
 
 def _copy(source: Path, out: Path) -> None:
     """Copy the recording: the intact frames of a tlog, which are read without signing keys, any other file as it is."""
-    from bridge.wire.tlog import read_tlog
-    from gcs_plugin.fetch.whole import write_records
-
     if _is_tlog(source):
         frames = ((stamp_us, frame.raw) for stamp_us, frame in read_tlog(source))
         write_records(out / "telemetry.tlog", frames)
@@ -128,13 +107,11 @@ def _copy(source: Path, out: Path) -> None:
 
 def _copy_bytes(source: Path, made: Path) -> None:
     """Copy the bytes to disk. Raises LogError naming the copy, since the source was read in full just before."""
-    from bridge.files import replacing
-
     with source.open("rb") as read, replacing(made, "import again") as written:
         shutil.copyfileobj(read, written)
 
 
-def contents(dive: "Dive") -> dict[str, Any]:
+def contents(dive: Dive) -> dict[str, Any]:
     """Contents of a dive as plain data."""
     return {
         "name": dive.name,
@@ -146,9 +123,7 @@ def contents(dive: "Dive") -> dict[str, Any]:
     }
 
 
-def _signal(name: str, signal: "Signal") -> dict[str, Any]:
-    import numpy as np
-
+def _signal(name: str, signal: Signal) -> dict[str, Any]:
     steps = np.diff(signal.time_s)
     usual = 1.0 / signal.rate_hz if signal.rate_hz else 0.0
     gaps = steps[steps > max(GAP_PERIODS * usual, SHORTEST_GAP_S)]

@@ -1,33 +1,15 @@
 """`seatrial keys`: make a key for signing links, and show a key's fingerprint."""
 
 import argparse
+import getpass
 from pathlib import Path
 
 from bridge import exit_codes
-from bridge.command_line import actions_of
-
-EXAMPLE = "seatrial keys make seatrial.key"
-ACTIONS = {
-    "make": ("make a key in a new file that nobody else can read", EXAMPLE),
-    "show": ("say which key a file holds, by its fingerprint", "seatrial keys show seatrial.key"),
-}
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    for name, action in actions_of(parser, ACTIONS):
-        action.add_argument("key", metavar="FILE", help="the file of the key")
-        if name == "make":
-            action.add_argument(
-                "--passphrase",
-                action="store_true",
-                help="ask for a passphrase, and make the key that MAVProxy and QGroundControl make of it",
-            )
+from bridge.signing.key import new_key, of_passphrase, read_key, write_key
+from tui import show
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from bridge.signing.key import new_key, of_passphrase, read_key, write_key
-    from tui import show
-
     path = Path(arguments.key)
     if arguments.action == "show":
         show.say(show.results(), f"{path}: key {read_key(path).fingerprint}")
@@ -44,8 +26,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _asked() -> str:
     """Read a passphrase twice without echo. Raises UsageError if it is empty or the two differ."""
-    import getpass
-
     try:
         phrase = getpass.getpass("passphrase: ")
         again = getpass.getpass("again: ")

@@ -1,49 +1,207 @@
 """`seatrial merge`: add other recorders' logs of a dive to its folder, on the dive's clock."""
 
 import argparse
+import shutil
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
 
+from bridge import clock as clocks
 from bridge import exit_codes
+from bridge.errors import LogError, SeatrialError
+from bridge.files import replacing
+from bridge.wire.tlog import load_recording, of_those_that_hold_frames, read_tlog
+from bridge.wire.whole import WHOLE
+from gcs_plugin.dives.folder import DiveFolder, load_folder
+from gcs_plugin.fetch.holes import Hole
+from gcs_plugin.fetch.whole import Whole, made_whole, refuse_recorded, remade, renew
+from gcs_plugin.locks import alone_at
+from identify.ingest.logs import merged
+from identify.ingest.messages import clock
+from identify.ingest.tlog import read_tlog as read_fields
+from identify.words import listed
+from tui import show
+from tui.files import check_file
 
-EXAMPLE = "seatrial merge dives/2026-11-20T0912Z-hovering 00000042.BIN"
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("dive", metavar="DIVE", help="the dive folder to put them to")
-    parser.add_argument(
-        "files",
-        nargs="+",
-        metavar="FILE",
-        help="what another recorder made of the dive: the autopilot's log (.BIN), or a .tlog of the vehicle's or of "
-        "another ground station's; they stay as they are",
-    )
-    parser.add_argument("--json", metavar="FILE", help="write what came of it as JSON; - for standard output")
+TOLD: Final = 3
+"""Number of entries that are named individually if there are many."""
+FEWEST, LEAST_SHARE = 20, 0.3
+"""Least number of common frames, and least share of those heard meanwhile; two vehicles may send equal bytes."""
+TLOGS, LOGS = (".tlog", ".tlog.gz"), (".bin",)
+MORE = "merge what else was recorded then, or fetch it where the vehicle keeps a recording"
+GROUNDS = 240
+"""System ids from this number on are ground stations."""
+AGAIN = "merge again"
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from pathlib import Path
-
-    from gcs_plugin.dives.folder import load_folder
-    from tui import show
-    from tui.files import check_file
-    from tui.merging import Merged, merge_all
-
     check_file("--json", arguments.json)
     folder = load_folder(Path(arguments.dive))
-    done: list[str] = []
-    refused: list[str] = []
-    came: list[dict[str, str | None]] = []
+    came: list[Merged] = []
     try:
-        for outcome in merge_all(folder, [Path(name) for name in arguments.files]):
-            if isinstance(outcome, Merged):
-                done.append(outcome.file.name)
-                came.append({"file": str(outcome.file), "into": str(outcome.into), "told": outcome.words})
-                show.say(show.results(arguments.json), outcome.words)
+        for merged in merge_all(folder, [Path(name) for name in arguments.files]):
+            came.append(merged)
+            if merged.into is None:
+                show.complain(merged.words)
             else:
-                refused.append(outcome.file.name)
-                came.append({"file": str(outcome.file), "into": None, "told": outcome.words})
-                show.complain(outcome.words)
+                show.say(show.results(arguments.json), merged.words)
+        done, refused = ([one.file.name for one in came if (one.into is None) == no] for no in (False, True))
         if done and refused:
             show.say(show.words(), f"merged: {', '.join(done)}; not merged: {', '.join(refused)}")
     finally:
-        show.write_json(came, arguments.json)
+        show.write_json(
+            [{"file": merged.file, "into": merged.into, "told": merged.words} for merged in came],
+            arguments.json,
+        )
     return exit_codes.BAD_INPUT if refused else exit_codes.DONE
+
+
+def lacking_words(holes: Sequence[Hole], lost: int) -> str:
+    """`58 s of it, from 0:18 on, nobody has`; "" if nothing shows that frames are missing."""
+    longest = sorted(sorted(holes, key=lambda hole: -hole.length_s)[:TOLD], key=lambda hole: hole.after_s)
+    parts = [f"{hole.length_s:.0f} s of it, from {clock(hole.after_s)} on" for hole in longest]
+    if len(holes) > len(longest):
+        parts.append(f"{len(holes) - len(longest)} shorter times")
+    if lost:
+        parts.append(f"{lost} {'single frames' if lost > 1 else 'single frame'}")
+    return f"{listed(parts)}, nobody has" if parts else ""
+
+
+def beyond_words(beyond: int) -> str:
+    """Number of frames left out because of their time; "" for none."""
+    if not beyond:
+        return ""
+    were = "frame of it was" if beyond == 1 else "frames of it were"
+    are = "is" if beyond == 1 else "are"
+    return f"{beyond} {were} sent before the dive's first frame or after its last and {are} left out"
+
+
+def guessed_words(guessed: int) -> str:
+    """Number of frames that are dated by a guess; "" for none."""
+    if not guessed:
+        return ""
+    return (
+        f"When {guessed} frames of it were sent is a guess: between two of its starts nobody else heard any, and they "
+        "are dated from the end of the one before"
+    )
+
+
+@dataclass(frozen=True)
+class Merged:
+    """What came of a file, in a sentence for the crew; `into`: the file in the dive's folder that now holds its data,
+    None if it was not added."""
+
+    file: Path
+    into: Path | None
+    words: str
+
+
+def merge_all(folder: DiveFolder, files: Sequence[Path]) -> Iterator[Merged]:
+    """Add recordings to a dive in turn; a file that can't be added is reported, and the others go on."""
+    for file in files:
+        try:
+            yield merge(folder, file)
+        except SeatrialError as error:
+            yield Merged(file, None, str(error))
+        except OSError as error:
+            subject = error.filename or file
+            yield Merged(file, None, f"{subject}: {error.strerror}; check the path, its rights and the disk")
+
+
+def merge(folder: DiveFolder, file: Path) -> Merged:
+    """Add a recording to a dive. The file and the dive's original recordings stay unchanged.
+
+    Raises LogError if it can't be read, is of another vehicle, dive or boot, if the dive is still recorded, or if
+    another process is at work on it: then nothing is changed.
+    """
+    name = file.name.lower()
+    if not name.endswith((*TLOGS, *LOGS)):
+        raise LogError(f"{file}: can't tell what this is by its ending; give a .tlog, a .tlog.gz or a .BIN")
+    with alone_at(folder.path, AGAIN):
+        return _frames(folder, file) if name.endswith(TLOGS) else _log(folder, file)
+
+
+def _frames(folder: DiveFolder, file: Path) -> Merged:
+    """Merge so that every frame of both recordings occurs once."""
+    load_recording(file)  # reports the problem of a file without frames
+    refuse_recorded(folder, clocks.SystemClock().unix_s(), AGAIN)
+    present = folder.telemetry()
+    source, into = _busiest(present), folder.path / WHOLE
+    if any(file.samefile(recording) for recording in (*folder.heard(), *present)):
+        return _own(folder, file, source)
+    strangers = f"{file}: has hardly a frame in common with the dive; check that it is of this dive"
+
+    def make(ground: Sequence[Path]) -> Whole:
+        merged_frames = made_whole(ground, [file], source, strangers)
+        if merged_frames.common < FEWEST or merged_frames.share < LEAST_SHARE:
+            raise LogError(strangers)
+        return merged_frames
+
+    merged_frames = remade(folder, source, make, AGAIN)
+    return Merged(file, into, _came(file, into, merged_frames))
+
+
+def _came(file: Path, into: Path, whole: Whole) -> str:
+    """Describe the result of a merge."""
+    begins_us, ends_us = whole.records[0][0], whole.records[-1][0]
+    lacking = lacking_words(whole.holes, whole.lost)
+    subject = "what there is of the dive is" if lacking else "the dive is whole"
+    sentences = [
+        f"{file.name}: its clock {whole.clock.words(begins_us * 1e-6, ends_us * 1e-6)}",
+        f"{whole.missing} of {len(whole.records)} frames had not been heard; {subject} in {into}",
+        f"{lacking}; {MORE}" if lacking else "",
+        guessed_words(whole.guessed),
+        beyond_words(whole.beyond),
+    ]
+    return " ".join(f"{sentence}." for sentence in sentences if sentence)
+
+
+def _own(folder: DiveFolder, file: Path, source: tuple[int, int]) -> Merged:
+    """Add to the whole recording all that the dive's own recordings have gained since it was made."""
+    into = folder.path / WHOLE
+    renewed = renew(folder, source) if file.name != WHOLE else None
+    if renewed is None:
+        raise LogError(f"{file}: is this dive's own recording; give what another recorder made")
+    return Merged(
+        file,
+        into,
+        f"{file.name}: what was recorded, or put there, after {into} was made is in it now: {len(renewed.records)} "
+        f"frames.",
+    )
+
+
+def _busiest(recordings: list[Path]) -> tuple[int, int]:
+    """System and component of the vehicle that sent most frames."""
+    counts = Counter(
+        (frame.system, frame.component)
+        for records in of_those_that_hold_frames(recordings, read_tlog)
+        for _, frame in records
+        if frame.system < GROUNDS
+    )
+    if not counts:
+        raise LogError(f"{recordings[0]}: holds no frame of a vehicle")
+    return counts.most_common(1)[0][0]
+
+
+def _log(folder: DiveFolder, file: Path) -> Merged:
+    """Copy the log into the folder, so that every reader of the dive reads it too."""
+    heard = folder.telemetry()
+    if file.name.startswith("telemetry"):
+        raise LogError(f"{file}: is named as a dive's own recording is; give it another name")
+    sentence = merged(read_fields(heard, str(folder.path)), heard, file)["notes"][-1]
+    into = folder.path / file.name
+    if into.exists() and not into.is_file():
+        raise LogError(f"{into}: is no file; take it away")
+    if into.exists() and not into.samefile(file) and into.read_bytes() != file.read_bytes():
+        raise LogError(f"{into}: is there already, and is another log; give {file} another name")
+    if not into.exists():
+        _copy(file, into)
+    return Merged(file, into, sentence)
+
+
+def _copy(file: Path, into: Path) -> None:
+    """Copy the file completely or not at all."""
+    with replacing(into, "merge again") as copied, file.open("rb") as log:
+        shutil.copyfileobj(log, copied)

@@ -1,103 +1,56 @@
 """`seatrial params`: show, compare, upload and roll back the parameters of a vehicle."""
 
 import argparse
+import os
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
-from bridge import exit_codes
-from bridge.command_line import actions_of, seconds
+from bridge import clock as clocks
+from bridge import exit_codes, reports
+from bridge.command_line import check_folder
+from bridge.errors import ParamError
+from bridge.exit_codes import UsageError
 from bridge.links import secured
-
-if TYPE_CHECKING:
-    from gcs_plugin.params.client import ParameterClient
-    from gcs_plugin.params.comparison import Planned, Wanted
-    from gcs_plugin.params.plan import Verdict
-    from gcs_plugin.params.receipt import Newest
-    from gcs_plugin.params.session import Progress
-    from gcs_plugin.params.transfer import Result, Source
-    from tui.show import Tell
-
-EXAMPLE = "seatrial params upload hovering.json --vehicle ruvifist --link udpin:127.0.0.1:14550"
-_LINK = "--link udpin:127.0.0.1:14550"
-ACTIONS = {
-    "show": ("what the vehicle holds", f"seatrial params show FF0_ {_LINK}"),
-    "diff": ("what an upload would change; sends no write", f"seatrial params diff hovering.param {_LINK}"),
-    "upload": ("write a file to the vehicle and prove it", EXAMPLE),
-    "rollback": ("bring back the values before an upload", f"seatrial params rollback {_LINK}"),
-}
-FILES = {
-    "diff": "a .param, .parm or .params file, or the JSON of identify",
-    "upload": "a .param, .parm or .params file, or the JSON of identify",
-    "rollback": "the -before.param that an upload kept (default: that of the last upload that stands)",
-}
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    for name, action in actions_of(parser, ACTIONS):
-        if name == "show":
-            action.add_argument(
-                "patterns", nargs="*", metavar="PATTERN", help="start of a name, or one with *"
-            )
-            action.add_argument("--out", metavar="FILE", help="write them as .param, .parm or .params")
-        else:
-            nargs = "?" if name == "rollback" else None
-            action.add_argument("file", metavar="FILE", help=FILES[name], nargs=nargs)
-        if name in ("diff", "upload"):
-            action.add_argument(
-                "--vehicle", metavar="FILE", help="the vehicle file; needed where FILE is JSON"
-            )
-            action.add_argument("--only", nargs="+", metavar="NAME", help="these parameters alone")
-        if name != "show":
-            action.add_argument(
-                "--any-vehicle", action="store_true", help="take what is of another vehicle all the same"
-            )
-        if name == "upload":
-            action.add_argument(
-                "--despite-doubts", action="store_true", help="take an identification that did not converge"
-            )
-            action.add_argument(
-                "--accept-implausible",
-                dest="accepts",
-                nargs="+",
-                default=[],
-                metavar="NAME",
-                help="write these although they are implausible, half of a model, or raise the feed-forward",
-            )
-        if name in ("upload", "rollback"):
-            action.add_argument("--yes", action="store_true", help="do not ask")
-            action.add_argument(
-                "--dry-run", action="store_true", help="show what it would change; sends no write"
-            )
-            action.add_argument(
-                "--armed",
-                action="store_true",
-                help="write to an armed vehicle too, while its feed-forward is off",
-            )
-        action.add_argument(
-            "--receipts",
-            default="receipts",
-            metavar="FOLDER",
-            help="where values before, receipts and what was accepted lie (default: receipts)",
-        )
-        action.add_argument(
-            "--link",
-            metavar="SPEC",
-            help="the link to the vehicle (default: that of the recording that runs)",
-        )
-        secured.add_argument(action)
-        action.add_argument("--system", type=int, metavar="N", help="its MAVLink system, where several beat")
-        action.add_argument("--seconds", type=seconds, default=5.0, metavar="N", help="wait so long for it")
-        action.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard output")
+from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, OF_HULL
+from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.effect_coefficients import effect_coefficients
+from bridge.vehicle.parameters import bounds, to_float32
+from bridge.wire.framing import Encoder
+from gcs_plugin.params.client import ParameterClient
+from gcs_plugin.params.comparison import (
+    COLUMNS,
+    LEGEND,
+    NUMBERS,
+    Planned,
+    Wanted,
+    left_behind,
+    planned,
+    planned_back,
+    wanted_by,
+)
+from gcs_plugin.params.files import (
+    check_system,
+    write_parameters,
+)
+from gcs_plugin.params.identified import doubted_in, origin_in, parameters_from_identification, sidecar_of
+from gcs_plugin.params.last_accepted import newest_before
+from gcs_plugin.params.plan import Verdict, action_of, unit_of, value_text
+from gcs_plugin.params.receipt import RECEIPT, RESULT_COLUMNS, Newest, newest, path_of
+from gcs_plugin.params.session import Progress
+from gcs_plugin.params.transfer import Outcome, Result, Source
+from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
+from tui import links, show
+from tui.files import PARAMETER_SUFFIXES, Files, check_file, check_files
+from tui.parameter_files import Leave, check_outcome, read_identification
+from tui.show import Tell
 
 
 def check_outputs(arguments: argparse.Namespace) -> None:
     """Raise UsageError if an output file could not be written."""
-    from bridge.command_line import check_folder
-    from tui.files import PARAMETER_SUFFIXES, check_file, check_files
-
     output = getattr(arguments, "out", None)
     check_files({"--json": arguments.json, "--out": output})
     check_file("--out", output, PARAMETER_SUFFIXES)
@@ -105,11 +58,8 @@ def check_outputs(arguments: argparse.Namespace) -> None:
         check_folder("--receipts", arguments.receipts)
 
 
-def targets_for(arguments: argparse.Namespace) -> "Wanted":
+def targets_for(arguments: argparse.Namespace) -> Wanted:
     """Return the parameters that the action's file requests; none for `show`. Raises UsageError if it can't be sent."""
-    from gcs_plugin.params.comparison import Wanted
-    from tui.parameter_files import Leave, targets_of, targets_of_identification
-
     if arguments.action == "show" or arguments.file is None:
         return Wanted({})
     path, only = Path(arguments.file), getattr(arguments, "only", None)
@@ -126,20 +76,14 @@ class Watch:
         self._tell: Tell | None = None
         self._share = 0.0
 
-    def __call__(self, progress: "Progress") -> None:
+    def __call__(self, progress: Progress) -> None:
         self._share = progress.done / max(progress.total, 1)
         if self._tell is not None:
             stage = "" if progress.stage is None else progress.stage.name
             self._tell(self._share, progress.words, stage=stage)
 
-    def line(self, name: str, result: "Result") -> None:
+    def line(self, name: str, result: Result) -> None:
         """Report the result of one parameter to a program that reads the progress; a bar has no line for it."""
-        import os
-
-        from bridge import reports
-        from gcs_plugin.params.plan import value_text
-        from gcs_plugin.params.transfer import Outcome
-
         if self._tell is not None and reports.asked(os.environ):
             words = result.sentence
             if result.outcome is Outcome.APPLIED and result.seen is not None:
@@ -148,31 +92,17 @@ class Watch:
 
     @contextmanager
     def bar(self, sentence: str) -> Iterator[None]:
-        from tui import show
-
         with show.progress(sentence) as self._tell:
             yield
         self._tell = None
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from bridge.clock import SystemClock
-    from bridge.errors import ParamError
-    from bridge.wire.framing import Encoder
-    from gcs_plugin.params.client import ParameterClient
-    from gcs_plugin.params.comparison import left_behind, planned, planned_back
-    from gcs_plugin.params.files import check_system
-    from gcs_plugin.params.last_accepted import newest_before
-    from gcs_plugin.params.receipt import newest
-    from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
-    from tui import show
-    from tui.links import link_for
-
     check_outputs(arguments)
     targets = targets_for(arguments)
-    clock, watch = SystemClock(), Watch()
+    clock, watch = clocks.SystemClock(), Watch()
     opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
-    link = link_for(arguments.link, opener.open)
+    link = links.link_for(arguments.link, opener.open)
     try:
         # A vehicle that listens on UDP learns the ground's address from this message.
         link.write(Encoder(*GROUND_STATION).encode(ground_heartbeat()))
@@ -211,13 +141,8 @@ def run(arguments: argparse.Namespace) -> int:
         link.close()
 
 
-def show_values(arguments: argparse.Namespace, present: Mapping[str, float], vehicle: "Source") -> int:
+def show_values(arguments: argparse.Namespace, present: Mapping[str, float], vehicle: Source) -> int:
     """`params show`."""
-    from gcs_plugin.params.files import write_parameters
-    from gcs_plugin.params.plan import unit_of, value_text
-    from tui import show
-    from tui.files import Files
-
     patterns = {given: _pattern(given) for given in arguments.patterns or ["*"]}
     shown = {name: v for name, v in present.items() if any(fnmatchcase(name, p) for p in patterns.values())}
     missed = [given for given, p in patterns.items() if not any(fnmatchcase(name, p) for name in present)]
@@ -225,7 +150,7 @@ def show_values(arguments: argparse.Namespace, present: Mapping[str, float], veh
         rows = [(name, value_text(value), unit_of(name)) for name, value in shown.items()]
         show.put(
             show.results(arguments.json),
-            show.table("", ("name", "value", "unit"), rows, numbers=("value",)),
+            show.Table("", ("name", "value", "unit"), rows, numbers=("value",)),
         )
     with Files() as files:
         if arguments.out and shown:
@@ -243,24 +168,18 @@ def _pattern(given: str) -> str:
     return given.upper() if "*" in given else f"{given.upper()}*"
 
 
-def show_plan(arguments: argparse.Namespace, planned: "Planned", hidden: Collection["Verdict"]) -> None:
+def show_plan(arguments: argparse.Namespace, planned: Planned, hidden: Collection[Verdict]) -> None:
     """Print the plan's lines, without those of the `hidden` verdicts, and its summary."""
-    from gcs_plugin.params.comparison import COLUMNS, LEGEND, NUMBERS
-    from tui import show
-
     console, cells = show.results(arguments.json), planned.cells(hidden)
     if cells:
-        show.put(console, show.table("", COLUMNS, cells, numbers=NUMBERS))
+        show.put(console, show.Table("", COLUMNS, cells, numbers=NUMBERS))
     if any(line.change is not None for line in planned.lines):
         show.say(console, LEGEND)
     show.say(console, planned.plan.summary())
 
 
-def show_difference(arguments: argparse.Namespace, planned: "Planned", client: "ParameterClient") -> int:
+def show_difference(arguments: argparse.Namespace, planned: Planned, client: ParameterClient) -> int:
     """`params diff`, and `upload` and `rollback` with `--dry-run`."""
-    from gcs_plugin.params.plan import Verdict
-    from tui import show
-
     show_plan(arguments, planned, (Verdict.READ_ONLY,))
     show.write_json(planned.to_json(client.vehicle, armed=client.armed), arguments.json)
     alike = all(row.verdict in (Verdict.SAME, Verdict.READ_ONLY) for row in planned.plan.rows)
@@ -269,25 +188,21 @@ def show_difference(arguments: argparse.Namespace, planned: "Planned", client: "
 
 def apply(
     arguments: argparse.Namespace,
-    client: "ParameterClient",
+    client: ParameterClient,
     watch: Watch,
-    planned: "Planned",
+    planned: Planned,
     unix_s: float,
-    read_at: "Newest",
+    read_at: Newest,
 ) -> int:
     """`params upload` and `params rollback`: plan, question, upload, receipt."""
-    from dataclasses import replace
-
-    from bridge import reports
-    from bridge.errors import ParamError
-    from gcs_plugin.params.plan import Verdict, action_of
-    from gcs_plugin.params.receipt import RECEIPT, RESULT_COLUMNS, path_of
-    from tui import show
-
     plan = planned.plan
     show_plan(arguments, planned, (Verdict.READ_ONLY, Verdict.SAME))
     plan.check()
-    if planned.writes(client.vehicle) and not arguments.yes and not agreed(client, f"{action_of(plan)}?"):
+    if (
+        planned.writes(client.vehicle)
+        and not arguments.yes
+        and not show.agreed(client, f"{action_of(plan)}?", "write")
+    ):
         show.say(show.words(), "nothing was sent")
         return exit_codes.INTERRUPTED
     with watch.bar(reports.WRITING):
@@ -298,7 +213,7 @@ def apply(
     console = show.results(arguments.json)
     rows = receipt.cells(plan)
     if rows:
-        show.put(console, show.table("", RESULT_COLUMNS, rows, numbers=RESULT_COLUMNS[2:4]))
+        show.put(console, show.Table("", RESULT_COLUMNS, rows, numbers=RESULT_COLUMNS[2:4]))
     show.say(console, f"{receipt.outcome.value}: {receipt.sentence}")
     kept = "" if receipt.unkept else f"receipt: {path_of(before, RECEIPT)}\n"
     show.say(console, f"{kept}values before: {before}")
@@ -316,8 +231,100 @@ def apply(
     return exit_codes.BAD_INPUT if receipt.unkept else exit_codes.DONE
 
 
-def agreed(client: "ParameterClient", question: str) -> bool:
-    """Whether the user types yes. Raises UsageError if nobody can be asked."""
-    from tui.show import asked
+def targets_of(
+    path: Path, leave: Leave, only: Collection[str] | None = None, vehicle: str | None = None
+) -> Wanted:
+    """Read a parameter file with its sidecar, if it has one.
 
-    return asked(client, f"{question} [yes/no] ", "write").lower() in ("y", "yes")
+    If `vehicle` names a vehicle file, the values must be of that vehicle, by the sidecar or else by the file's own
+    header. Raises UsageError for a file that can't or should not be sent: nothing was sent then.
+    """
+    file = None if vehicle is None else load_vehicle(vehicle)
+    try:
+        wanted = wanted_by(
+            path, "--despite-doubts", despite_doubts=leave.doubts, any_vehicle=leave.any_vehicle
+        )
+        own_words = origin_in(path)
+        if file is not None:
+            about = None
+            if wanted.sidecar is None and own_words is not None:
+                about = {
+                    "vehicle": {"name": own_words[0], "sha256": file.sha256},
+                    "configuration": own_words[1],
+                }
+            elif wanted.sidecar is not None and wanted.sidecar.vehicle:
+                owner = {"name": wanted.sidecar.vehicle, "sha256": wanted.sidecar.vehicle_sha256}
+                about = {"vehicle": owner, "configuration": wanted.sidecar.configuration}
+            warnings = () if about is None else _check_vehicle(path, about, file, leave.any_vehicle)
+            wanted = replace(
+                wanted, notes=(*warnings, *wanted.notes), rigid=_rigid_bodies(file), kept=_kept_by(file)
+            )
+        return wanted.narrowed(path, only)
+    except ParamError as error:
+        raise UsageError(str(error)) from None
+
+
+def targets_of_identification(
+    path: Path, vehicle: str | None, leave: Leave, only: Collection[str] | None = None
+) -> Wanted:
+    """Values of the JSON that `identify` wrote. Raises UsageError for a file that can't or should not be sent."""
+    if vehicle is None:
+        raise UsageError(f"{path}: an identification needs --vehicle FILE, to know its VEH_CFG; add it")
+    file = load_vehicle(vehicle)
+    data = read_identification(path)
+    warnings = _check_vehicle(path, data, file, leave.any_vehicle)
+    outcome = data["outcome"]
+    check_outcome(path, outcome, leave, "sent")
+    configuration = file.configuration or file.vehicle.configuration_named(data["configuration"])
+    veh_cfg = file.vehicle.veh_cfg(configuration)
+    doubts = (f"warning: {doubt['sentence']}" for doubt in data.get("doubts", ()))
+    notes = (*warnings, f"outcome: {outcome}", *doubts, *(f"note: {note}" for note in data.get("notes", ())))
+    doubted = doubted_in(data)
+    sidecar = sidecar_of(data, {c.name: c.parameter_id(veh_cfg) for c in OF_HULL.values()}, doubted)
+    try:
+        values = parameters_from_identification(data, veh_cfg)
+        wanted = Wanted(values, notes, True, sidecar, rigid=_rigid_bodies(file), kept=_kept_by(file))
+    except ParamError as error:
+        raise UsageError(f"{path}: {error}") from None
+    try:
+        return wanted.narrowed(path, only)
+    except ParamError as error:
+        raise UsageError(str(error)) from None
+
+
+def _rigid_bodies(file: VehicleFile) -> dict[str, tuple[float, float]]:
+    """Mass or inertia of the rigid body and its standard deviation, by the id of each total mass."""
+    return {
+        mass.parameter_id(file.vehicle.veh_cfg(name)): shape.rigid_body(mass.dof)
+        for name, shape in file.vehicle.configurations.items()
+        for mass in MASSES
+    }
+
+
+def _kept_by(file: VehicleFile) -> dict[str, tuple[float, float]]:
+    """The least and the greatest value of each parameter that a vehicle of this file takes, in any configuration."""
+    limits: dict[str, tuple[float, float]] = {}
+    for name, shape in file.vehicle.configurations.items():
+        veh_cfg = file.vehicle.veh_cfg(name)
+        limits |= {c.parameter_id(veh_cfg): bounds(c, shape) for c in COEFFICIENTS}
+        of_effects = effect_coefficients(shape)
+        limits |= {c.parameter_id(veh_cfg): (to_float32(c.low), to_float32(c.high)) for c in of_effects}
+    return limits
+
+
+def _check_vehicle(path: Path, data: Mapping[str, Any], file: VehicleFile, any_vehicle: bool) -> list[str]:
+    """Return warnings. Raises UsageError if the values belong to another vehicle or another configuration of it."""
+    name, shape = data["vehicle"]["name"], data["configuration"]
+    misfits = []
+    if name != file.vehicle.name:
+        misfits.append(f"is of vehicle '{name}', and {file.path} is of '{file.vehicle.name}'")
+    if file.configuration not in (None, shape):
+        misfits.append(f"is of configuration '{shape}', and --vehicle names '{file.configuration}'")
+    if misfits and not any_vehicle:
+        raise UsageError(
+            f"{path}: {'; it '.join(misfits)}: nothing was sent; name its own vehicle, or give --any-vehicle"
+        )
+    warnings = [f"warning: {path} {misfit}" for misfit in misfits]
+    if not misfits and data["vehicle"]["sha256"] != file.sha256:
+        warnings.append(f"warning: {file.path} has changed since {path} was identified with it")
+    return warnings

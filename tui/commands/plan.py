@@ -4,76 +4,40 @@ import argparse
 import math
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bridge import exit_codes
-from bridge.command_line import above_zero
+from bridge.files import size_to_read
+from bridge.vehicle.coefficients import COEFFICIENTS
+from bridge.vehicle.config import VehicleFile, load_vehicle
+from identify.dive import Dive
+from identify.ingest.open import read_dive
+from identify.planning.knowledge import Knowledge
+from identify.planning.limits import START_DEPTH_M, Limits
+from identify.planning.propose import Proposal
+from identify.planning.writing import (
+    DOUBT_MARK,
+    TITLE,
+    instruction,
+    interval,
+    legend,
+    mission_text,
+    needs,
+    notes,
+)
+from identify.run.plan import plan
+from identify.statistics import Z95
+from tui import show
+from tui.commands.prior import AGEING
+from tui.files import Files, check_file, check_files
+from tui.parameter_files import read_json
+from tui.show import Table
+from tui.verbs import AXES
 
-if TYPE_CHECKING:
-    from bridge.vehicle.config import VehicleFile
-    from identify.dive import Dive
-    from identify.planning.knowledge import Knowledge
-    from identify.planning.limits import Limits
-    from identify.planning.propose import Proposal
-    from tui.show import Table
-
-EXAMPLE = "seatrial plan --vehicle ruvifist:hovering --after hovering.json --out plan.yaml"
-AXES = {"surge": 0, "sway": 1, "heave": 2, "yaw": 5}
 JSON_SUFFIX = ".json"
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--vehicle", required=True, metavar="FILE[:CONFIGURATION]", help="the vehicle file")
-    parser.add_argument(
-        "--after",
-        metavar="DIVE",
-        help="start from what this dive tells: a recording, or the JSON that identify wrote of one",
-    )
-    parser.add_argument("--columns", metavar="MAP", help="YAML map from the columns of a CSV to signals")
-    parser.add_argument(
-        "--minutes", type=above_zero, default=5.0, metavar="N", help="time in all (default: 5)"
-    )
-    parser.add_argument(
-        "--space", type=above_zero, default=6.0, metavar="METRES", help="room across (default: 6)"
-    )
-    parser.add_argument(
-        "--depth-space",
-        type=above_zero,
-        metavar="METRES",
-        help="room up and down (default: as much as --space); never more than the 1.5 m of depth a plan begins at",
-    )
-    parser.add_argument(
-        "--speed",
-        type=above_zero,
-        default=0.5,
-        metavar="M_S",
-        help="fastest, in m/s; up and down half of it (default: 0.5)",
-    )
-    parser.add_argument(
-        "--axes",
-        nargs="+",
-        choices=AXES,
-        default=list(AXES),
-        metavar="AXIS",
-        help="surge sway heave yaw (all)",
-    )
-    parser.add_argument(
-        "--out",
-        default="plan.yaml",
-        metavar="FILE",
-        help="the mission, for simulate and for the crew; an older one is replaced (default: plan.yaml)",
-    )
-    parser.add_argument("--json", metavar="FILE", help="write the plan as JSON; - for standard output")
-
-
 def run(arguments: argparse.Namespace) -> int:
-    from bridge.vehicle.config import load_vehicle
-    from identify.planning.limits import Limits
-    from identify.planning.writing import legend, mission_text, notes
-    from identify.run.plan import plan
-    from tui import show
-    from tui.files import Files, check_file, check_files
-
     check_files({"--out": arguments.out, "--json": arguments.json})
     check_file("--out", arguments.out, (".yaml", ".yml"))
     check_plan(arguments.out)
@@ -119,22 +83,17 @@ def run(arguments: argparse.Namespace) -> int:
     return files.code(exit_codes.DONE)
 
 
-def _known(file: "VehicleFile", source: str | None, columns: str | None) -> "Dive | dict[str, Any] | None":
+def _known(file: VehicleFile, source: str | None, columns: str | None) -> Dive | dict[str, Any] | None:
     """Read the earlier dive, or the identification of one; None if no source is named."""
-    from identify.ingest.open import read_dive
-
     if source is None:
         return None
     if Path(source).suffix == JSON_SUFFIX:
-        return identification(source)
+        return read_json(Path(source))
     return read_dive(Path(source), Path(columns) if columns else None, file)
 
 
 def check_plan(path: str) -> None:
     """Raise UsageError if the path holds a file that `plan` did not write."""
-    from bridge.files import size_to_read
-    from identify.planning.writing import TITLE
-
     out = Path(path)
     if out.exists() and (size_to_read(out) is None or not _begins(out, TITLE.encode())):
         raise exit_codes.UsageError(f"--out {path}: exists and is no plan, so it stays; name another file")
@@ -145,34 +104,8 @@ def _begins(path: Path, words: bytes) -> bool:
         return file.read(len(words)) == words
 
 
-def identification(path: str) -> dict[str, Any]:
-    """Read the JSON of a single identification. Raises UsageError for any other file."""
-    from bridge.files import read_small
-    from bridge.plain import from_json
-    from bridge.schema import why_unread
-
-    try:
-        data = from_json(read_small(Path(path)))
-    except FileNotFoundError:
-        raise exit_codes.UsageError(f"--after {path}: no such file; check the name") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise exit_codes.UsageError(
-            f"--after {path}: {why_unread(error)}; give what identify --json wrote"
-        ) from None
-    except ValueError:
-        raise exit_codes.UsageError(f"--after {path}: is no JSON; give what identify --json wrote") from None
-    if isinstance(data, list):
-        raise exit_codes.UsageError(f"--after {path}: holds several dives; identify one, and give that")
-    if not isinstance(data, dict):
-        raise exit_codes.UsageError(f"--after {path}: is no identification; give what identify --json wrote")
-    return data
-
-
-def manoeuvre_table(title: str, proposal: "Proposal") -> "Table":
+def manoeuvre_table(title: str, proposal: Proposal) -> Table:
     """Table of manoeuvres in diving order; identical consecutive manoeuvres share a row."""
-    from identify.planning.writing import instruction, needs
-    from tui import show
-
     rows = []
     first = 1
     for _, same in groupby(proposal.parts, key=instruction):
@@ -184,23 +117,19 @@ def manoeuvre_table(title: str, proposal: "Proposal") -> "Table":
              part.manoeuvre.sentence + times)
         )  # fmt: skip
         first = last + 1
-    return show.table(title, ("", "seconds", "room", "manoeuvre"), rows, numbers=("seconds",))
+    return show.Table(title, ("", "seconds", "room", "manoeuvre"), rows, numbers=("seconds",))
 
 
-def room(limits: "Limits") -> str:
+def room(limits: Limits) -> str:
     """Say how much room the plan uses, and which options set it."""
-    from identify.planning.limits import START_DEPTH_M
-
     return (
         f"The plan keeps to {limits.space_m:g} m across (--space) and {limits.heave_m:g} m up and down (--depth-space, "
         f"where not given as much as across, and never more than the {START_DEPTH_M:g} m of depth that it begins at)."
     )
 
 
-def joint(proposal: "Proposal", after: str | None) -> tuple[str, ...]:
+def joint(proposal: Proposal, after: str | None) -> tuple[str, ...]:
     """Explain how to combine the dive with earlier knowledge; empty if nothing is known yet."""
-    from tui.accepted import AGEING
-
     if not _known_before(proposal):
         return ()
     if after is None:
@@ -222,20 +151,16 @@ def joint(proposal: "Proposal", after: str | None) -> tuple[str, ...]:
     )
 
 
-def _known_before(proposal: "Proposal") -> bool:
+def _known_before(proposal: Proposal) -> bool:
     return any(math.isfinite(before) for before in proposal.before)
 
 
-def interval_table(proposal: "Proposal", knowledge: "Knowledge") -> "Table":
+def interval_table(proposal: Proposal, knowledge: Knowledge) -> Table:
     """Table of how well each parameter is known before and after; parameters that stay unknown are left out.
 
     If anything is known before, a separate column gives the result of this dive alone. Parameters that the earlier
     dive doubted bear DOUBT_MARK.
     """
-    from bridge.vehicle.coefficients import COEFFICIENTS
-    from identify.planning.writing import DOUBT_MARK, interval
-    from tui import show
-
     joined = _known_before(proposal)
     widths = zip(COEFFICIENTS, proposal.before, proposal.alone, proposal.after, strict=True)
     rows = []
@@ -251,14 +176,11 @@ def interval_table(proposal: "Proposal", knowledge: "Knowledge") -> "Table":
             )  # fmt: skip
     after_columns = ("± this dive alone", "± with known") if joined else ("± after",)
     columns = ("name", "value", "± before", *after_columns, "low 95 %", "high 95 %", "unit")
-    return show.table(
+    return show.Table(
         "what each parameter would be known to, in 95 % intervals", columns, rows, numbers=columns[1:-1]
     )
 
 
 def _share(relative_std: float) -> str:
     """Half of the 95 % interval as a share of the value."""
-    from identify.statistics import Z95
-    from tui import show
-
     return f"{show.number(100 * Z95 * relative_std, 2)} %" if math.isfinite(relative_std) else "unknown"

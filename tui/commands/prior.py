@@ -2,49 +2,35 @@
 
 import argparse
 import json
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
-from bridge import exit_codes
-from bridge.command_line import above_zero
+import yaml
+
+from bridge import exit_codes, schema
 from bridge.errors import ConfigError
+from bridge.exit_codes import UsageError
+from bridge.vehicle.coefficients import BY_NAME, OF_HULL
+from bridge.vehicle.config import CONFIGS, Prior, Vehicle, VehicleFile, load_vehicle
+from bridge.vehicle.effect_coefficients import AcceptedEffect
+from gcs_plugin.params.files import replace_text
+from gcs_plugin.params.identified import doubt_lines, doubted_in
+from identify.identification import Outcome
+from identify.statistics import Z95
+from tui import show
+from tui.files import check_file
+from tui.parameter_files import Leave, check_outcome, read_identification, sidecar_of
 
-if TYPE_CHECKING:
-    from bridge.vehicle.config import Prior, VehicleFile
-
-EXAMPLE = "seatrial prior hovering.json --vehicle our.yaml"
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "file", metavar="FILE", help="the JSON of identify, or a .param with its sidecar, that was accepted"
-    )
-    parser.add_argument(
-        "--vehicle", required=True, metavar="FILE", help="your vehicle file, which takes the priors"
-    )
-    parser.add_argument(
-        "--widen",
-        type=above_zero,
-        metavar="PERCENT",
-        help="by what a parameter may have changed since (where not given: 3 for masses, 10 for dampings)",
-    )
-    parser.add_argument(
-        "--despite-doubts",
-        action="store_true",
-        help="take an identification that did not converge, and values that are doubted",
-    )
-    parser.add_argument("--json", metavar="FILE", help="write the priors as JSON; - for standard output")
+AGEING = {"mass": 0.03, "damping": 0.10, "quadratic": 0.10}
+"""Relative standard deviations: water and weed taken along, 1 to 5 kg on 100; fouling and a tether, tens of % over
+weeks."""
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from bridge.vehicle.coefficients import OF_HULL
-    from bridge.vehicle.config import load_vehicle
-    from gcs_plugin.params.identified import doubt_lines
-    from tui import show
-    from tui.accepted import doubted_of, left_behind, merged, priors_of
-    from tui.files import check_file
-    from tui.parameter_files import Leave
-
     check_file("--json", arguments.json)
     file = load_vehicle(arguments.vehicle)
     widen = None if arguments.widen is None else arguments.widen / 100
@@ -81,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
     ]
     title = f"priors of {file.path}, configuration {configuration}"
     columns = ("name", "value", "std", "unit", "rests on", "is")
-    show.put(console, show.table(title, columns, rows, ("value", "std")))
+    show.put(console, show.Table(title, columns, rows, ("value", "std")))
     refused = "" if arguments.despite_doubts else "; it was not taken: dive again, or give --despite-doubts"
     for line in doubt_lines(doubted, tuple(doubted)):
         show.say(console, f"warning: {line}{refused}")
@@ -91,10 +77,8 @@ def run(arguments: argparse.Namespace) -> int:
     return exit_codes.DONE
 
 
-def _change(name: str, before: "Prior | None", prior: "Prior") -> str:
+def _change(name: str, before: Prior | None, prior: Prior) -> str:
     """Describe the change of a coefficient's prior, at the precision of the vehicle file."""
-    from tui import show
-
     if before is None:
         return "new"
     if entry(name, before) == entry(name, prior):
@@ -103,7 +87,7 @@ def _change(name: str, before: "Prior | None", prior: "Prior") -> str:
     return f"replaces {show.number(before.value)} ± {show.number(before.std, 2)}{source}"
 
 
-def _lost(names: "list[str]", present: "dict[str, Prior]", path: Path) -> str:
+def _lost(names: list[str], present: dict[str, Prior], path: Path) -> str:
     """Warn that earlier dives' information on these coefficients is lost, and say how to keep both."""
     sources = dict.fromkeys(present[name].source or "an earlier dive" for name in names)
     return (
@@ -113,19 +97,11 @@ def _lost(names: "list[str]", present: "dict[str, Prior]", path: Path) -> str:
     )
 
 
-def write(file: "VehicleFile", configuration: str, priors: "dict[str, Prior]") -> None:
+def write(file: VehicleFile, configuration: str, priors: dict[str, Prior]) -> None:
     """Write the priors into the vehicle file, after checking that the rest of the new text means the same as before.
 
     Raises UsageError for a file that is part of seatrial, ConfigError for a file whose layout can't be edited.
     """
-    from dataclasses import replace
-
-    import yaml
-
-    from bridge import schema
-    from bridge.vehicle.config import CONFIGS, Vehicle
-    from gcs_plugin.params.files import replace_text
-
     if file.path.resolve().is_relative_to(CONFIGS):
         raise exit_codes.UsageError(f"{file.path}: is part of seatrial; copy it, and give your copy")
     text = with_priors_written(file.path.read_text(encoding="utf-8"), configuration, priors, str(file.path))
@@ -140,17 +116,12 @@ def write(file: "VehicleFile", configuration: str, priors: "dict[str, Prior]") -
     replace_text(file.path, text)
 
 
-def _as_written(line: str, name: str) -> "Prior":
+def _as_written(line: str, name: str) -> Prior:
     """A prior rounded to the digits that the vehicle file holds."""
-    import yaml
-
-    from bridge import schema
-    from bridge.vehicle.config import Prior
-
     return schema.build(Prior, yaml.safe_load(line)[name], name)
 
 
-def with_priors_written(text: str, configuration: str, priors: "dict[str, Prior]", where: str) -> str:
+def with_priors_written(text: str, configuration: str, priors: dict[str, Prior], where: str) -> str:
     """Return the vehicle file `text` with these `priors`, and no others, in a configuration.
 
     Raises ConfigError if the file does not put each key on a line of its own; `where` names the file.
@@ -175,7 +146,7 @@ def with_priors_written(text: str, configuration: str, priors: "dict[str, Prior]
     return "\n".join([*lines[:place], *block, *kept, *lines[end:]]) + "\n"
 
 
-def entry(name: str, prior: "Prior") -> str:
+def entry(name: str, prior: Prior) -> str:
     """Format a prior as a line of the vehicle file."""
     of_dive = f", dive_sha256: {json.dumps(prior.dive_sha256)}" if prior.dive_sha256 else ""
     opening = f", dive_opening: {json.dumps(prior.dive_opening)}" if prior.dive_opening else ""
@@ -212,3 +183,129 @@ def _indent(line: str) -> int:
 def _says(line: str) -> bool:
     """Whether a line is neither blank nor a comment."""
     return bool(line.strip()) and not line.lstrip().startswith("#")
+
+
+def priors_of(path: Path, widen: float | None, leave: Leave) -> tuple[str, dict[str, Prior]]:
+    """Configuration and priors from the JSON of `identify`, or a `.param` with its sidecar.
+
+    The priors assume the thrust of the vehicle file: a correction of thrust by a weighed prior is taken out, because
+    the weighed prior stays in the file and would apply it again. `widen` (relative) is added to every width in
+    quadrature; None takes AGEING. Raises UsageError for another kind of file, and for an identification that did not
+    converge, unless `leave` lets it pass.
+    """
+    return _of_json(path, widen, leave) if path.suffix == ".json" else _of_sidecar(path, widen, leave)
+
+
+def doubted_of(path: Path) -> dict[str, str]:
+    """The reason against each coefficient that the identification doubts, from either file. Raises UsageError."""
+    if path.suffix == ".json":
+        return doubted_in(read_identification(path))
+    sidecar = sidecar_of(path)
+    return {} if sidecar is None else sidecar.doubted
+
+
+def effects_of(path: Path) -> tuple[AcceptedEffect, ...]:
+    """The effects that `diagnose --accept` wrote into a `.param`'s sidecar; an identification has none."""
+    sidecar = None if path.suffix == ".json" else sidecar_of(path)
+    return () if sidecar is None else sidecar.effects
+
+
+def merged(present: Mapping[str, Prior], accepted: Mapping[str, Prior]) -> dict[str, Prior]:
+    """Replace earlier values by accepted ones, but keep weighed values: a dive is no better force standard."""
+    weighed = {name: prior for name, prior in present.items() if prior.rests_on == "weight"}
+    both = {**present, **accepted, **weighed}
+    return {name: both[name] for name in OF_HULL if name in both}
+
+
+def left_behind(present: Mapping[str, Prior], after: Mapping[str, Prior]) -> list[str]:
+    """Names whose earlier dive is not among the dives of the new prior; a prior that names no dive is not judged."""
+    own_dives = {name: set(before.dives) - set(before.earlier_dives) for name, before in present.items()}
+    return [
+        name
+        for name, dives in own_dives.items()
+        if name in after and dives and not dives.intersection(after[name].dives)
+    ]
+
+
+def _of_json(path: Path, widen: float | None, leave: Leave) -> tuple[str, dict[str, Prior]]:
+    data = read_identification(path)
+    check_outcome(path, data["outcome"], leave, "written")
+    dive_data = data.get("dive")
+    dive = dive_data if isinstance(dive_data, dict) else {}
+    source = _source(dive.get("name"), dive.get("date"), str(data.get("method", "identified")))
+    earlier = data.get("prior_dives")
+    before = tuple(map(str, earlier)) if isinstance(earlier, list) else ()
+    made = partial(
+        Prior,
+        source=source,
+        rests_on="thrust",
+        dive_sha256=str(dive.get("sha256", "")),
+        earlier_dives=before,
+        dive_opening=str(dive.get("opening", "")),
+    )
+    priors = {}
+    for parameter in data["parameters"]:
+        name = parameter.get("name")
+        value, std = parameter.get("given_thrust"), parameter.get("given_thrust_std")
+        if name in OF_HULL and parameter.get("identifiable") is True and _positive(value) and _positive(std):
+            priors[name] = _aged(name, value, std / value, widen, made)
+    return str(data["configuration"]), _some(path, priors)
+
+
+def _of_sidecar(path: Path, widen: float | None, leave: Leave) -> tuple[str, dict[str, Prior]]:
+    sidecar = sidecar_of(path)
+    if sidecar is None:
+        raise UsageError(f"{path}: {_why_no_sidecar(path)}")
+    check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave, "written")
+    made = partial(
+        Prior,
+        source=_source(sidecar.dive, sidecar.dived, sidecar.method),
+        rests_on="thrust",
+        dive_sha256=sidecar.dive_sha256,
+        earlier_dives=sidecar.prior_dives,
+        dive_opening=sidecar.dive_opening,
+    )
+    # Next to effects, quadratic drag is itself an effect, of a hull that has none.
+    known = BY_NAME if sidecar.effects else OF_HULL
+    priors = {}
+    for interval in sidecar.intervals.values():
+        name, low, high = interval.coefficient, interval.low95, interval.high95
+        if name in known and 0 < low < high:
+            relative = math.log(high / low) / (2 * Z95)
+            value = math.sqrt(low * high) / (1.0 + sidecar.thrust_shift)
+            priors[name] = _aged(name, value, relative, widen, made)
+    return sidecar.configuration, _some(path, priors)
+
+
+def _why_no_sidecar(path: Path) -> str:
+    if not path.exists():
+        return "no such file; check the name"
+    problem = "is a folder" if path.is_dir() else "has no sidecar that tells its intervals"
+    return f"{problem}; give the JSON of `seatrial identify`, or a .param with its sidecar"
+
+
+def _source(dive: str | None, date: str | None, method: str) -> str:
+    """Describe a source: `hovering-7 of 2026-11-20, likelihood`."""
+    return f"{dive or 'a dive'}{f' of {date}' if date else ''}, {method}"
+
+
+def _aged(
+    name: str, value: float, relative_std: float, widen: float | None, made: Callable[[float, float], Prior]
+) -> Prior:
+    """A prior of this value, widened for ageing; `made` knows what it comes from."""
+    share = AGEING[OF_HULL[name].kind] if widen is None else widen
+    return made(value, value * math.hypot(relative_std, share))
+
+
+def _some(path: Path, priors: dict[str, Prior]) -> dict[str, Prior]:
+    if not priors:
+        raise UsageError(
+            f"{path}: holds no identifiable parameter with an interval given the thrust; identify anew, or dive again"
+        )
+    return priors
+
+
+def _positive(value: Any) -> bool:
+    return (
+        isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value) and value > 0
+    )

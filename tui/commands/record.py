@@ -1,86 +1,68 @@
 """`seatrial record`: record links into a dive folder, and share them with other programs on this computer."""
 
 import argparse
-from dataclasses import asdict
+import os
+import threading
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from bridge import exit_codes
-from bridge.command_line import seconds
+from bridge import clock as clocks
+from bridge import command_line, exit_codes
+from bridge.clock import Clock, EvenClock
+from bridge.command_line import check_folder
+from bridge.errors import LogError
 from bridge.links import secured
+from bridge.links.addresses import of_links, of_served
+from bridge.links.secured import Opener
+from bridge.vehicle.config import load_vehicle
+from bridge.wire.silences import way_to_mend
+from bridge.wire.tlog import TlogWriter
+from gcs_plugin.dives.conditions import NOTHING_SAID
+from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, last_conditions, new_folder, utc_text
+from gcs_plugin.peers import GROUND_STATION
+from gcs_plugin.recording import orders
+from gcs_plugin.recording.hub import Hub
+from gcs_plugin.recording.recorder import Count, Notice, Recorded, Recorder
+from gcs_plugin.recording.state import HeardVehicle, Holding, held, release, write_holding
+from gcs_plugin.watch.hearing import StatusTexts
+from tui import show
+from tui.files import check_file
+from tui.links import refuse_second, words_of
 
-if TYPE_CHECKING:
-    import threading
-    from collections.abc import Sequence
-
-    from bridge.clock import Clock
-    from gcs_plugin.recording.hub import Hub
-    from gcs_plugin.recording.recorder import Notice, Recorder
-    from tui.recording import RecordedDive
-
-EXAMPLE = "seatrial record --link udpin:127.0.0.1:14550 --out dives"
-NO_HUB = "none"
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    actions = parser.add_mutually_exclusive_group(required=True)
-    actions.add_argument("--link", action="append", metavar="SPEC", help="a link; may be given again")
-    actions.add_argument(
-        "--next", action="store_true", help="let the recording that runs go on in a new dive folder"
-    )
-    actions.add_argument("--end", action="store_true", help="end the recording that runs")
-    parser.add_argument(
-        "--out", default="dives", metavar="FOLDER", help="takes the dive folder (default: dives)"
-    )
-    parser.add_argument("--name", default="", help="the end of the dive folder's name")
-    parser.add_argument(
-        "--vehicle", metavar="FILE[:CONFIGURATION]", help="the vehicle file to name in dive.yaml"
-    )
-    parser.add_argument(
-        "--same-conditions",
-        action="store_true",
-        help="water, tether, ballast and so on as in the dive before",
-    )
-    parser.add_argument(
-        "--seconds", type=seconds, metavar="N", help="stop after so long (default: at Ctrl-C)"
-    )
-    parser.add_argument(
-        "--heartbeat",
-        action="store_true",
-        help="beat as a ground station, for a vehicle that waits to hear one",
-    )
-    secured.add_argument(parser)
-    parser.add_argument(
-        "--hub",
-        type=hub_port,
-        default=0,
-        metavar="PORT",
-        help="where params, doctor, ff and others find the links: a port of this computer alone, or none "
-        "(default: a free one)",
-    )
-    parser.add_argument(
-        "--json", metavar="FILE", help="write what was recorded as JSON; - for standard output"
-    )
+MOST_NOTICES = 5
 
 
-def hub_port(text: str) -> int | None:
-    """Parse the hub's port: 0 for a free port, None for `none`."""
-    if text == NO_HUB:
-        return None
-    if not text.isdecimal() or int(text) > 65535:
-        raise argparse.ArgumentTypeError(f"'{text}' is no port from 0 to 65535, and not {NO_HUB}")
-    return int(text)
+@dataclass(frozen=True)
+class RecordedDive:
+    """A dive that is over; `folder` is None if nothing was heard in it, and no folder is kept."""
+
+    folder: Path | None
+    count: Count
+
+    @property
+    def words(self) -> str:
+        """`1200 frames, 96000 bytes, 0 lost here, 12 lost on the way: dives/2026-11-20T0912Z-hovering`."""
+        count = self.count
+        counts = f"{count.frames} frames, {count.bytes} bytes, {count.lost} lost here"
+        counts += f", {count.missed} lost on the way" if count.missed else ""
+        counts += f", {count.unheard_s:.0f} s unheard at a stretch" if count.unheard_s else ""
+        return f"{counts}: {self.folder}" if self.folder else counts
+
+    @property
+    def advice(self) -> str:
+        """How to get the frames of a silence; "" without a silence."""
+        if self.folder is None or not self.count.unheard_s:
+            return ""
+        return f"{self.count.unheard_s:.0f} s unheard: {way_to_mend(self.count.keeps_ring)}"
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from bridge.clock import SystemClock
-    from bridge.command_line import check_folder
-    from gcs_plugin.recording.hub import Hub
-    from tui.files import check_file
-    from tui.links import refuse_second
-
     check_file("--json", arguments.json)
-    clock = SystemClock()
+    clock = clocks.SystemClock()
     if arguments.next or arguments.end:
         return order(arguments, clock)
     check_folder("--out", arguments.out)
@@ -94,13 +76,8 @@ def run(arguments: argparse.Namespace) -> int:
         hub.close()
 
 
-def order(arguments: argparse.Namespace, clock: "Clock") -> int:
+def order(arguments: argparse.Namespace, clock: Clock) -> int:
     """Order the running recording to start the next dive, or to end."""
-    import time
-
-    from gcs_plugin.recording import orders
-    from tui import show
-
     finished: Path
     present: Path | None = None
     if arguments.next:
@@ -117,18 +94,8 @@ def order(arguments: argparse.Namespace, clock: "Clock") -> int:
     return exit_codes.DONE
 
 
-def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> int:
+def record(arguments: argparse.Namespace, clock: Clock, hub: Hub | None) -> int:
     """Record until stopped, and report the result."""
-    from bridge.command_line import until_stopped
-    from bridge.errors import LogError
-    from bridge.vehicle.config import load_vehicle
-    from gcs_plugin.dives.folder import About, about_vehicle
-    from gcs_plugin.peers import GROUND_STATION
-    from gcs_plugin.recording import orders
-    from gcs_plugin.recording.recorder import Notice
-    from tui import show
-    from tui.recording import RecordedDives, RecordingState, TellingRecorder
-
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
     opener = secured.Opener(
         arguments.sign_key,
@@ -153,7 +120,7 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
     )
     orders.forget()
 
-    def notice(said: "Notice") -> None:
+    def notice(said: Notice) -> None:
         state.notice(said)
         show.say(words, f"{said.level}: {said.sentence}")
 
@@ -179,7 +146,7 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
         hub.tell = warn
     with words.status("waiting for the first frame") as status:
 
-        def work(stop: "threading.Event") -> None:
+        def work(stop: threading.Event) -> None:
             show.say(words, f"recording into {dives.folder.path}; Ctrl-C ends it")
             show.say(words, state.way)
             for sentence in sockets(arguments.link, hub):
@@ -200,7 +167,7 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
 
         try:
             state.tell(recorder)
-            until_stopped(work, clock, arguments.seconds, each)
+            command_line.until_stopped(work, clock, arguments.seconds, each)
         finally:
             state.end()
     last = dives.end(recorder.count)
@@ -226,15 +193,13 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
     return exit_codes.NO if lost else exit_codes.DONE
 
 
-def sockets(links: "Sequence[str]", hub: "Hub | None") -> list[str]:
+def sockets(links: Sequence[str], hub: Hub | None) -> list[str]:
     """Sentences on the open network sockets."""
-    from bridge.links.addresses import of_links, of_served
-
     served = [of_served(hub.address)] if hub else []
     return [*of_links(links, "a link that is recorded"), *served]
 
 
-def summary(recorder: "Recorder", dives: "list[RecordedDive]") -> dict[str, Any]:
+def summary(recorder: Recorder, dives: list[RecordedDive]) -> dict[str, Any]:
     """Summary of the recording as plain data: the last dive, the earlier dives, and the links over all of them."""
     *earlier, last = ({"folder": str(dive.folder) if dive.folder else None} | _counts(dive) for dive in dives)
     return last | {
@@ -247,10 +212,180 @@ def summary(recorder: "Recorder", dives: "list[RecordedDive]") -> dict[str, Any]
     }
 
 
-def _counts(dive: "RecordedDive") -> dict[str, int]:
+def _counts(dive: RecordedDive) -> dict[str, int]:
     count = dive.count
     return {key: value for key, value in asdict(count).items() if key != "heard"}
 
 
-def _line(recorder: "Recorder", since_s: float) -> str:
+def _line(recorder: Recorder, since_s: float) -> str:
     return f"{since_s:.0f} s, {recorder.recorded} frames, {recorder.recorded_bytes / 1e3:.0f} kB"
+
+
+class RecordedDives:
+    """Makes a folder under `root` for each dive, the first at once. `about` describes all of them."""
+
+    def __init__(self, root: Path, name: str, about: About, clock: Clock, *, same_conditions: bool) -> None:
+        self._root, self._name, self._about, self._clock = root, name, about, EvenClock(clock)
+        self._same_conditions = same_conditions
+        self.finished: list[RecordedDive] = []
+        self.folder = self._new()
+
+    def free_bytes(self) -> int:
+        """Free space on the disk."""
+        return self.folder.free_bytes()
+
+    def open_file(self) -> Callable[[int], TlogWriter]:
+        """Factory for the files of the present dive."""
+        return _opener(self.folder)
+
+    def go_on(self, recorder: Recorder, begun: Callable[[Path], None]) -> None:
+        """Let the recorder begin the next dive; `begun` gets its folder. Raises LogError if no folder can be made."""
+        following = self._new()
+        try:
+            recorder.go_on(_opener(following), partial(self._change, following, begun))
+        except LogError:
+            following.discard()
+            raise
+
+    def end(self, count: Count) -> RecordedDive:
+        """End the present dive; if nothing was heard in it, discard its folder."""
+        if not count.heard:
+            self.folder.discard()
+        dive = RecordedDive(self.folder.path if count.heard else None, count)
+        self.finished.append(dive)
+        return dive
+
+    def _change(self, following: DiveFolder, begun: Callable[[Path], None], count: Count) -> None:
+        dive = self.end(count)
+        self.folder = following
+        begun(following.path)
+        for sentence in filter(None, (dive.words, dive.advice)):
+            show.say(show.words(), sentence)
+        show.say(show.words(), f"the next dive goes into {following.path}")
+
+    def _new(self) -> DiveFolder:
+        folder = new_folder(self._root, self._clock.unix_s(), self._name)
+        before = last_conditions(self._root, folder.path)
+        try:
+            folder.describe(replace(self._about, conditions=before) if self._same_conditions else self._about)
+        except LogError:
+            folder.discard()
+            raise
+        if before != NOTHING_SAID:
+            note = "taken" if self._same_conditions else "`seatrial conditions --same` takes that"
+            show.say(show.words(), f"conditions of the dive before: {before.words}; {note}")
+        return folder
+
+
+def _opener(folder: DiveFolder) -> Callable[[int], TlogWriter]:
+    """Factory for the files of a folder; a folder that someone removed is described again as it was at first."""
+    return partial(folder.open_telemetry, about=folder.about())
+
+
+class RecordingState:
+    """State of the recording of `links` into `folder`; in a second file while another recording is the default.
+
+    `hub` is the address at which it serves its links, "" if it serves nobody; `opener` opened them, with the key in
+    `sign_key`.
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        links: tuple[str, ...],
+        folder: Path,
+        hub: str,
+        opener: Opener,
+        sign_key: str = "",
+    ) -> None:
+        self._opener = opener
+        self._sign_key = str(Path(sign_key).absolute()) if sign_key else ""
+        self._clock, self._links, self._hub = clock, links, hub
+        self._own_clock = EvenClock(clock)
+        self.begin(folder)
+        self._notices: tuple[str, ...] = ()
+        self._fault = ""
+
+    @property
+    def way(self) -> str:
+        """How other programs reach the links of this recording, in a sentence."""
+        first = self._other()
+        if first is not None:
+            own_links = (
+                f"; the links of this one are at {self._hub}, or by their names with --link"
+                if self._hub
+                else ""
+            )
+            return f"params, doctor, ff and note go by way of {words_of(first)}{own_links}"
+        if not self._hub:
+            return "its links serve nobody else"
+        return f"params, doctor, ff and note go by way of it, at {self._hub}"
+
+    def begin(self, folder: Path) -> None:
+        """Begin a dive in this folder."""
+        # A single assignment, because another thread may be writing the state.
+        self._dive = (folder, utc_text(self._own_clock.unix_s()))
+
+    def notice(self, said: Notice) -> None:
+        """Keep a notice that an operator must read."""
+        self._notices = (*self._notices, f"{said.level}: {said.sentence}")[-MOST_NOTICES:]
+
+    def tell(self, recorder: Recorder) -> None:
+        """Write the state now; if that fails, say so once."""
+        folder, began_utc = self._dive
+        holding = Holding(
+            os.getpid(),
+            self._hub,
+            self._links,
+            str(folder.absolute()),
+            began_utc,
+            recorder.recorded,
+            recorder.recorded_bytes,
+            recorder.lost,
+            recorder.disk_left_s,
+            self._notices,
+            self._clock.unix_s(),
+            "; ".join(filter(None, map(self._opener.words, self._links))),
+            next(filter(None, map(self._opener.trouble, self._links)), ""),
+            self._sign_key,
+            recorder.unwritten.replace(f"{folder}/", ""),
+            recorder.waiting,
+            round(self._clock.unix_s() - self._own_clock.unix_s(), 3),
+            self._vehicles(recorder),
+        )
+        try:
+            write_holding(holding, second=self._other() is not None)
+            self._fault = ""
+        except LogError as error:
+            if not self._fault:
+                show.say(show.words(), f"warning: {error}")
+            self._fault = str(error)
+
+    def end(self) -> None:
+        """Remove the state."""
+        release()
+
+    def _vehicles(self, recorder: Recorder) -> tuple[HeardVehicle, ...]:
+        boot_s, unix_s = self._clock.boot_s(), self._clock.unix_s()
+        return tuple(
+            HeardVehicle(*vehicle.source, vehicle.holds, round(unix_s - boot_s + vehicle.heard_s, 3))
+            for vehicle in recorder.vehicles
+        )
+
+    def _other(self) -> Holding | None:
+        holding = held(self._clock.unix_s())
+        return holding if holding is not None and holding.pid != os.getpid() else None
+
+
+class TellingRecorder(Recorder):
+    """A recorder that passes on the texts of vehicles."""
+
+    def __init__(self, tell: Callable[[str], None], *of_recorder: Any) -> None:
+        self._texts = StatusTexts(lambda source, _severity, text: tell(f"vehicle {source[0]}: {text.words}"))
+        super().__init__(*of_recorder)
+
+    def step(self, timeout_s: float) -> list[Recorded]:
+        taken = super().step(timeout_s)
+        for item in taken:
+            self._texts.hear(item.frame)
+        return taken

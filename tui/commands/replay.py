@@ -1,35 +1,21 @@
 """`seatrial replay`: send a recorded dive to a link, at its recorded times."""
 
 import argparse
+import time
 from itertools import chain
 from pathlib import Path
 
+from bridge import clock as clocks
 from bridge import exit_codes
 from bridge.links import secured
-
-EXAMPLE = "seatrial replay dives/2026-11-20T0912Z-hovering --link udpout:127.0.0.1:14550 --speed 4"
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("dive", metavar="DIVE", help="a dive folder, a .tlog or a .tlog.gz")
-    parser.add_argument("--link", required=True, metavar="SPEC", help="where to send it")
-    secured.add_argument(parser)
-    parser.add_argument("--speed", type=float, default=1.0, metavar="N", help="times real time (default: 1)")
-    parser.add_argument(
-        "--from", type=float, default=0.0, dest="start_s", metavar="S", help="seconds into it"
-    )
+from bridge.wire.redaction import carries_key
+from bridge.wire.tlog import of_those_that_hold_frames, read_tlog
+from gcs_plugin.dives.folder import load_folder
+from gcs_plugin.dives.replay import Pace, play
+from tui import show
 
 
 def run(arguments: argparse.Namespace) -> int:
-    import time
-
-    from bridge.clock import SystemClock
-    from bridge.wire.redaction import carries_key
-    from bridge.wire.tlog import of_those_that_hold_frames, read_tlog
-    from gcs_plugin.dives.folder import load_folder
-    from gcs_plugin.dives.replay import Pace, play
-    from tui import show
-
     pace = Pace(arguments.speed, arguments.start_s)
     path = Path(arguments.dive)
     files = load_folder(path).telemetry() if path.is_dir() else [path]
@@ -40,7 +26,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise exit_codes.UsageError(
             f"--from {arguments.start_s:g}: {path} is {length_us / 1e6:.0f} s long; name an earlier second"
         )
-    clock = SystemClock()
+    clock = clocks.SystemClock()
     link = secured.Opener(arguments.sign_key, clock, secured.on_words).open(arguments.link)
     sent = left_out = 0
     try:

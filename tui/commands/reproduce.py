@@ -1,57 +1,29 @@
 """`seatrial reproduce`: the source paper's campaigns and figures on the simulated vehicle, on one page."""
 
 import argparse
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from bench.reproduce import page
+from bench.reproduce.comparisons import validation
+from bench.reproduce.paper import PaperOptions
+from bench.reproduce.run import reproduce
+from bridge import clock as clocks
 from bridge import exit_codes
-from bridge.command_line import seed, size
-from tui.pages import add_figures
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from bench.reproduce.paper import PaperOptions
-
-EXAMPLE = "seatrial reproduce --seed 1 --out reproduction"
+from bridge.command_line import check_folder
+from gcs_plugin.dives.folder import new_folder
+from tui import pages, show
+from tui.files import Files, check_file
 
 PAGE, RESULT = "reproduction.html", "result.json"
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--seed", type=seed, default=1, help="of noise and disturbance (default: 1)")
-    parser.add_argument(
-        "--out",
-        default="reproduction",
-        metavar="FOLDER",
-        help="takes a folder for this run (default: reproduction)",
-    )
-    parser.add_argument(
-        "--network",
-        type=size,
-        nargs=3,
-        metavar=("HIDDEN", "DEPTH", "EPOCHS"),
-        help="size and training of the paper's network: 1024 5 100 is its own, for hours (small where not given)",
-    )
-    add_figures(parser)
-    parser.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard output")
-
-
 def run(arguments: argparse.Namespace) -> int:
-    from bench.reproduce import page
-    from bench.reproduce.comparisons import validation
-    from bench.reproduce.run import reproduce
-    from bridge.clock import SystemClock
-    from bridge.command_line import check_folder
-    from gcs_plugin.dives.folder import new_folder
-    from tui import pages, show
-    from tui.files import Files, check_file
-
     check_file("--json", arguments.json)
     check_folder("--out", arguments.out)
     pages.check(arguments)
-    clock = SystemClock()
+    clock = clocks.SystemClock()
     folder = new_folder(Path(arguments.out), clock.unix_s(), f"seed-{arguments.seed}").path
     with show.progress("reproduce") as tell:
         done = reproduce(folder, arguments.seed, clock.unix_s(), options(arguments.network), tell)
@@ -71,7 +43,7 @@ def run(arguments: argparse.Namespace) -> int:
         columns = ("figure", "number", "unit", "paper", "its values", "our values")
         show.put(
             console,
-            show.table("the paper's validation dives beside ours", columns, rows, numbers=columns[3:]),
+            show.Table("the paper's validation dives beside ours", columns, rows, numbers=columns[3:]),
         )
         show.say(console, page.verdict(done))
         for sentence in files.written:
@@ -84,7 +56,7 @@ def run(arguments: argparse.Namespace) -> int:
     return files.code(exit_codes.DONE)
 
 
-def options(network: "Sequence[int] | None") -> "PaperOptions":
+def options(network: Sequence[int] | None) -> PaperOptions:
     """The paper's network in the requested size."""
     from bench.reproduce.paper import SMALL, PaperOptions
 

@@ -1,90 +1,43 @@
 """`seatrial simulate`: the simulated vehicle dives a mission, recorded into a dive folder."""
 
 import argparse
+import math
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from bridge import exit_codes
-from bridge.command_line import seconds, seed
+from bridge import clock as clocks
+from bridge import command_line, exit_codes
+from bridge.clock import Clock
+from bridge.command_line import check_folder, check_no_folder
+from bridge.errors import ConfigError
+from bridge.exit_codes import UsageError
 from bridge.links import secured
+from bridge.links.addresses import of_links
+from bridge.links.link import Link
+from bridge.onboard.parameters import ParameterServer, parameters_of
+from bridge.signing.link import Trouble
+from bridge.simulator.body import Start
+from bridge.simulator.dive import SimulatedVehicle, real_time
+from bridge.simulator.missions import Mission, mission_named
+from bridge.simulator.truth import GAIN, PLANTED, Truth, load_truth
 from bridge.text import say, say_warning
+from bridge.vehicle.coefficients import BY_NAME
+from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.mode import BY_WORD, Mode
-
-if TYPE_CHECKING:
-    import threading
-    from collections.abc import Callable, Sequence
-
-    from bridge.clock import SystemClock
-    from bridge.links.link import Link
-    from bridge.onboard.parameters import ParameterServer
-    from bridge.signing.link import Trouble
-    from bridge.simulator.missions import Mission
-    from bridge.vehicle.config import VehicleFile
-
-EXAMPLE = "seatrial simulate --vehicle ruvifist:survey --mission survey --seed 1"
+from gcs_plugin import simulated
+from identify.effects.effect import SIMULATED
+from identify.effects.library import library
+from tui import show
+from tui.files import check_file
+from tui.parameter_files import Leave, accepted_model
 
 IDLE = "idle"
 IDLE_DEPTH_M = 0.2
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--vehicle",
-        required=True,
-        metavar="FILE[:CONFIGURATION]",
-        help="the vehicle file; FILE.truth.yaml beside it holds what the simulated vehicle truly is",
-    )
-    parser.add_argument(
-        "--mission",
-        required=True,
-        metavar="NAME",
-        help="survey, hovering, validation, a YAML file of legs, or idle: afloat and disarmed until Ctrl-C",
-    )
-    parser.add_argument(
-        "--out", default="dives", metavar="FOLDER", help="takes the dive folder (default: dives)"
-    )
-    parser.add_argument("--seed", type=seed, default=1, help="of noise and disturbance (default: 1)")
-    parser.add_argument("--mode", choices=BY_WORD, help="what the feed-forward does (default: as stored)")
-    parser.add_argument(
-        "--heading",
-        choices=("smooth", "linear"),
-        default="smooth",
-        help="how turns are led (default: smooth)",
-    )
-    parser.add_argument(
-        "--parameters", metavar="FILE", help="where the vehicle keeps its parameters (default: nowhere)"
-    )
-    parser.add_argument(
-        "--accepted",
-        metavar="FILE",
-        help="the vehicle truly is the .param of diagnose --accept, effects included",
-    )
-    parser.add_argument("--link", action="append", default=[], metavar="SPEC", help="also stream there")
-    secured.add_argument(parser)
-    parser.add_argument(
-        "--speed", type=speed, metavar="N|max", help="times real time (default: max, with --link 1)"
-    )
-    parser.add_argument("--seconds", type=seconds, metavar="N", help="end idle after so long")
-    parser.add_argument("--json", metavar="FILE", help="write what was dived as JSON; - for standard output")
-
-
-def speed(text: str) -> float:
-    """Parse a speed of simulated time: a positive number, or `max`."""
-    value = float("inf") if text == "max" else float(text)
-    if not value > 0:
-        raise ValueError
-    return value
-
-
 def run(arguments: argparse.Namespace) -> int:
-    from bridge.clock import SystemClock
-    from bridge.command_line import check_folder, check_no_folder
-    from bridge.errors import ConfigError
-    from bridge.onboard.parameters import parameters_of
-    from bridge.simulator.missions import mission_named
-    from bridge.vehicle.config import load_vehicle
-    from tui.files import check_file
-
     check_file("--json", arguments.json)
     if arguments.parameters:
         check_folder("--parameters", str(Path(arguments.parameters).parent))
@@ -110,7 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
     parameters = parameters_of(file, store)
     if parameters.trouble:
         say_warning(parameters.trouble)
-    clock, troubles = SystemClock(), Troubles()
+    clock, troubles = clocks.SystemClock(), Troubles()
     opener = secured.Opener(arguments.sign_key, clock, troubles, listed=secured.later)
     links = [opener.open(spec) for spec in arguments.link]
     try:
@@ -123,10 +76,8 @@ def run(arguments: argparse.Namespace) -> int:
             link.close()
 
 
-def list_sockets(links: "Sequence[str]") -> None:
+def list_sockets(links: Sequence[str]) -> None:
     """Print which network sockets are open."""
-    from bridge.links.addresses import of_links
-
     for sentence in of_links(links, "a link to the ground"):
         say(sentence)
 
@@ -137,12 +88,12 @@ class Troubles:
     def __init__(self) -> None:
         self.say: Callable[[str], None] = lambda _: None
 
-    def __call__(self, trouble: "Trouble") -> None:
+    def __call__(self, trouble: Trouble) -> None:
         secured.on_words(trouble)
         self.say(trouble.brief)
 
 
-def configuration_of(file: "VehicleFile", mission: str) -> str:
+def configuration_of(file: VehicleFile, mission: str) -> str:
     """The named configuration; else the configuration with the mission's name, or the only one."""
     configurations = file.vehicle.configurations
     chosen = file.configuration or (mission if mission in configurations else None)
@@ -155,21 +106,14 @@ def configuration_of(file: "VehicleFile", mission: str) -> str:
 
 def dive(
     arguments: argparse.Namespace,
-    file: "VehicleFile",
+    file: VehicleFile,
     configuration: str,
-    mission: "Mission",
-    parameters: "ParameterServer",
-    links: "Sequence[Link]",
+    mission: Mission,
+    parameters: ParameterServer,
+    links: Sequence[Link],
     unix_s: float,
 ) -> int:
     """Dive a mission and record it."""
-    import math
-
-    from bridge.simulator.dive import real_time
-    from gcs_plugin import simulated
-    from tui import show
-    from tui.accepted import accepted_truth
-
     times = arguments.speed or (1.0 if links else math.inf)
     if Mode(BY_WORD.get(arguments.mode, parameters.mode)).applies_feedforward and not parameters.active_crc:
         raise exit_codes.UsageError(
@@ -212,19 +156,14 @@ def dive(
 
 def idle(
     arguments: argparse.Namespace,
-    file: "VehicleFile",
+    file: VehicleFile,
     configuration: str,
-    parameters: "ParameterServer",
-    links: "Sequence[Link]",
-    clock: "SystemClock",
-    troubles: "Troubles",
+    parameters: ParameterServer,
+    links: Sequence[Link],
+    clock: Clock,
+    troubles: Troubles,
 ) -> int:
     """Stay afloat and disarmed, and answer on the links, until the user stops it."""
-    from bridge.command_line import until_stopped
-    from bridge.simulator.body import Start
-    from bridge.simulator.dive import SimulatedVehicle, real_time
-    from tui import show
-
     if not links:
         raise exit_codes.UsageError("--mission idle waits for a ground on a link; give --link SPEC")
     start = Start(arguments.seed, IDLE_DEPTH_M, unix_at_boot_s=clock.unix_s())
@@ -232,7 +171,7 @@ def idle(
     troubles.say = vehicle.bridge.say
     words = show.words()
 
-    def work(stop: "threading.Event") -> None:
+    def work(stop: threading.Event) -> None:
         show.say(words, f"{file.vehicle.name} is afloat on {', '.join(arguments.link)}; Ctrl-C ends it")
         list_sockets(arguments.link)
         pace = real_time(arguments.speed or 1.0)
@@ -240,9 +179,36 @@ def idle(
             vehicle.rest()
             pace(vehicle.clock.boot_s())
 
-    until_stopped(work, clock, arguments.seconds, lambda _: None)
+    command_line.until_stopped(work, clock, arguments.seconds, lambda _: None)
     return exit_codes.DONE
 
 
 def at_once(_: float) -> None:
     """Pace of simulated time that never waits."""
+
+
+def accepted_truth(path: Path, file: VehicleFile, configuration: str) -> tuple[Truth, tuple[str, ...]]:
+    """The model of an accepted `.param` in the water of the vehicle's own truth, and its parts left out.
+
+    Values that were not identified come from that truth, otherwise from the vehicle file's model. Raises UsageError
+    for a file of another vehicle or configuration, ConfigError if a coefficient is found nowhere.
+    """
+    accepted = accepted_model(path, file, Leave(doubts=True))
+    if accepted.configuration != configuration:
+        raise UsageError(
+            f"{path}: is of configuration '{accepted.configuration}', not '{configuration}'; name its own"
+        )
+    linear = {name: value for name, value in accepted.values.items() if name in BY_NAME}
+    shape = file.vehicle.configurations[configuration]
+    shapes = file.vehicle.configurations | {configuration: replace(shape, model=shape.model | linear)}
+    truth = load_truth(replace(file, vehicle=replace(file.vehicle, configurations=shapes)), configuration)
+    effects = {name: value for name, value in accepted.values.items() if name not in linear}
+    held = {name: value for name, value in effects.items() if name in PLANTED or GAIN.fullmatch(name)}
+    effects_held = {
+        effect.label
+        for effect in library(shape, file.vehicle.thrust_curve.lag_s)
+        if effect.feedforward in SIMULATED
+    }
+    lost = [effect.label for effect in accepted.effects if effect.label not in effects_held]
+    notes = (f"not simulated: {', '.join(lost)}",) if lost else ()
+    return replace(truth, model=truth.model | linear, effects=held), notes

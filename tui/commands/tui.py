@@ -1,70 +1,47 @@
 """`seatrial tui`: the terminal app."""
 
 import argparse
+import asyncio
 import contextlib
+import os
+import sys
+import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+import bridge.links.open
+from bridge import clock as clocks
 from bridge import exit_codes
-from bridge.command_line import above_zero, port
+from bridge.errors import LinkError
 from bridge.links import secured
+from bridge.links.addresses import listening, of_links, of_served
+from bridge.links.link import Link
 from bridge.text import say
+from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.mode import Mode
+from gcs_plugin.feedforward import Switch
+from gcs_plugin.peers import newest
+from gcs_plugin.recording import state
+from gcs_plugin.watch.watcher import Watcher
+from tui import links, show
+from tui.app import recorder, themes
+from tui.app.app import SeatrialApp
+from tui.app.desk import Desk
+from tui.app.jobs import Jobs
+from tui.app.keys import load_keymap, looking_work
+from tui.app.recorder import end, next_dive, recorded, recording
+from tui.app.screens.table import PLACES
+from tui.app.station import LinkSource, Station
+from tui.app.terminal import AnsweringDriver
+from tui.links import ByWay
+from tui.web.server import PageServer, in_url, warning
 
-if TYPE_CHECKING:
-    from bridge.links.link import Link
-
-EXAMPLE = "seatrial tui --link udpin:127.0.0.1:14550 --vehicle ruvifist"
 MOST_FPS = 30.0
 OF_RECORDING = "the recording"
 """Name of the link that the running recording serves; its port differs with every recording."""
 PASSED_ON = ("vehicle", "out", "receipts", "fps", "theme", "keymap")
 """Options that are passed on to the app of each browser; its link is the recording's."""
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--link",
-        action="append",
-        default=[],
-        metavar="SPEC",
-        help="a link to record and to show; may be given again (default: what is being recorded)",
-    )
-    secured.add_argument(parser)
-    parser.add_argument(
-        "--vehicle", metavar="FILE[:CONFIGURATION]", help="the vehicle file: what must be heard"
-    )
-    parser.add_argument(
-        "--out", default="dives", metavar="FOLDER", help="takes the dive folder (default: dives)"
-    )
-    parser.add_argument(
-        "--receipts",
-        default="receipts",
-        metavar="FOLDER",
-        help="where uploads leave values before and receipt (default: receipts)",
-    )
-    parser.add_argument(
-        "--unrecorded", action="store_true", help="look at the link itself, and record nothing"
-    )
-    parser.add_argument(
-        "--fps", type=above_zero, default=4.0, metavar="N", help="refreshes a second (default: 4)"
-    )
-    parser.add_argument("--theme", choices=("dark", "light", "sunlight"), help="default: that of last time")
-    parser.add_argument(
-        "--keymap", type=Path, metavar="FILE", help="keys by action (default: ~/.config/seatrial/keymap.yaml)"
-    )
-    parser.add_argument(
-        "--view-only", action="store_true", help="look, and neither send, start nor write anything"
-    )
-    web = parser.add_argument_group("in a browser")
-    web.add_argument("--web", action="store_true", help="serve the app as a page, to look at alone")
-    web.add_argument(
-        "--host", metavar="ADDRESS", help="the page's address (default: 127.0.0.1, this computer alone)"
-    )
-    web.add_argument("--port", type=port, metavar="PORT", help="the page's port (default: 8000)")
-    web.add_argument(
-        "--control", action="store_true", help="whoever opens the page may do all that the app can"
-    )
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -77,16 +54,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _serve(arguments: argparse.Namespace) -> int:
     """Serve the app as a page: this process starts the recording and serves, and each browser gets its own process."""
-    import asyncio
-    import sys
-
-    from bridge.clock import SystemClock
-    from bridge.links.addresses import listening
-    from tui import show
-    from tui.app.keys import load_keymap
-    from tui.app.screens.table import PLACES
-    from tui.web.server import PageServer, in_url, warning
-
     if arguments.unrecorded or arguments.view_only:
         raise exit_codes.UsageError(
             "--web shows the recording, to look at unless --control is given; leave --unrecorded and --view-only out"
@@ -95,7 +62,7 @@ def _serve(arguments: argparse.Namespace) -> int:
     host = arguments.host or "127.0.0.1"
     port = 8000 if arguments.port is None else arguments.port
     # An unreadable key is reported before anything starts.
-    secured.Opener(arguments.sign_key, SystemClock(), secured.on_words)
+    secured.Opener(arguments.sign_key, clocks.SystemClock(), secured.on_words)
     _open(arguments)
     command = [sys.executable, "-m", "tui", "tui"]
     for name in PASSED_ON:
@@ -119,49 +86,24 @@ def _serve(arguments: argparse.Namespace) -> int:
 
 def list_recording() -> None:
     """Print the network sockets that the running recording holds open."""
-    from bridge.links.addresses import of_links, of_served
-    from tui.links import holding_now, words_of
-
-    if (holding := holding_now()) is not None:
-        say(f"{words_of(holding)} goes on by itself, and has")
+    if (holding := links.holding_now()) is not None:
+        say(f"{links.words_of(holding)} goes on by itself, and has")
         for sentence in (of_served(holding.hub), *of_links(holding.links, "a link that is recorded")):
             say(sentence)
 
 
 def list_sockets(arguments: argparse.Namespace) -> None:
     """Print the open network sockets; a terminal shows them before and after the app."""
-    from bridge.links.addresses import of_links
-    from tui.links import holding_now
-
     if arguments.unrecorded:
         for sentence in of_links(arguments.link, "the link"):
             say(sentence)
-    elif (holding := holding_now()) is not None:
+    elif (holding := links.holding_now()) is not None:
         list_recording()
         for sentence in of_links([holding.hub], "what it serves"):
             say(sentence)
 
 
 def _show(arguments: argparse.Namespace) -> int:
-    import os
-
-    from bridge.clock import SystemClock
-    from bridge.vehicle.config import load_vehicle
-    from bridge.vehicle.mode import Mode
-    from gcs_plugin.feedforward import Switch
-    from gcs_plugin.peers import newest
-    from gcs_plugin.watch.watcher import Watcher
-    from tui.app import themes
-    from tui.app.app import SeatrialApp
-    from tui.app.desk import Desk
-    from tui.app.jobs import Jobs
-    from tui.app.keys import load_keymap, looking_work
-    from tui.app.recorder import end, next_dive, recorded, recording
-    from tui.app.screens.table import PLACES
-    from tui.app.station import LinkSource, Station
-    from tui.app.terminal import AnsweringDriver
-    from tui.links import known_now
-
     keymap = load_keymap(arguments.keymap, PLACES)
     vehicle = load_vehicle(arguments.vehicle) if arguments.vehicle else None
     in_browser = "TEXTUAL_DRIVER" in os.environ
@@ -169,7 +111,7 @@ def _show(arguments: argparse.Namespace) -> int:
         raise exit_codes.UsageError(
             "the terminal app needs a terminal; `seatrial watch` writes lines to a pipe"
         )
-    clock = SystemClock()
+    clock = clocks.SystemClock()
     # Its messages appear on the screen instead: see `refused`.
     opener = secured.Opener(arguments.sign_key, clock, lambda _: None, lambda _: None, secured.later)
     name, factory = _open(arguments, opener.open)
@@ -179,7 +121,7 @@ def _show(arguments: argparse.Namespace) -> int:
         Watcher(vehicle),
         clock,
         recording,
-        lambda known: Switch(Mode.OFF, known=newest([*known, *known_now(clock, *arguments.link[:1])])),
+        lambda known: Switch(Mode.OFF, known=newest([*known, *links.known_now(clock, *arguments.link[:1])])),
         1.0 / arguments.fps,
     )
     app = SeatrialApp(
@@ -212,50 +154,34 @@ def _show(arguments: argparse.Namespace) -> int:
 
 def _is_terminal() -> bool:
     """Whether a person sits at the terminal; Textual draws on standard error."""
-    import sys
-
     return sys.stdin.isatty() and sys.stderr.isatty()
 
 
-def _again(arguments: argparse.Namespace) -> "Callable[[], None] | None":
+def _again(arguments: argparse.Namespace) -> Callable[[], None] | None:
     """Return the function that restarts an ended recording; without --link it uses the links of that recording."""
-    from functools import partial
-
-    from tui.app import recorder
-    from tui.links import holding_now
-
-    holding = holding_now()
-    links = arguments.link or (holding.links if holding is not None else ())
-    if arguments.unrecorded or arguments.view_only or not links:
+    holding = links.holding_now()
+    specs = arguments.link or (holding.links if holding is not None else ())
+    if arguments.unrecorded or arguments.view_only or not specs:
         return None
     key = arguments.sign_key or (holding.sign_key if holding is not None else "")
-    return partial(recorder.begin_again, recorder.options(links, arguments.out, arguments.vehicle or "", key))
+    return partial(recorder.begin_again, recorder.options(specs, arguments.out, arguments.vehicle or "", key))
 
 
 def _open(
-    arguments: argparse.Namespace, open_one: "Callable[[str], Link] | None" = None
-) -> "tuple[str, Callable[[], Link]]":
+    arguments: argparse.Namespace, open_one: Callable[[str], Link] | None = None
+) -> tuple[str, Callable[[], Link]]:
     """Return the link's name and opener: of the running recording, of one begun here, or of the --unrecorded link."""
-    import time
-
-    from bridge.clock import SystemClock
-    from bridge.errors import LinkError
-    from bridge.links.open import open_link
-    from gcs_plugin.recording.state import hangs, held, hung
-    from tui.app import recorder
-    from tui.links import ByWay, holds, words_of
-
     if arguments.unrecorded:
         if len(arguments.link) != 1:
             raise exit_codes.UsageError("--unrecorded looks at one link; give it with --link")
         spec = arguments.link[0]
-        return spec, lambda: (open_one or open_link)(spec)
-    clock = SystemClock()
-    holding = held(clock.unix_s())
+        return spec, lambda: (open_one or bridge.links.open.open_link)(spec)
+    clock = clocks.SystemClock()
+    holding = state.held(clock.unix_s())
     if holding is None:
-        stuck = hung(clock.unix_s())
+        stuck = state.hung(clock.unix_s())
         if stuck is not None and (arguments.view_only or not arguments.link):
-            raise LinkError(hangs(stuck))
+            raise LinkError(state.hangs(stuck))
         if arguments.view_only:
             raise exit_codes.UsageError(
                 "no recording runs that could be looked at, and --view-only begins none; start `seatrial record`"
@@ -269,10 +195,12 @@ def _open(
         )
         holding = recorder.begin(options, clock, time.sleep)
     if not holding.hub:
-        raise LinkError(f"{words_of(holding)} serves nobody; end it first, and start it without --hub none")
-    not_held = [link for link in arguments.link if not holds(holding, link)]
+        raise LinkError(
+            f"{links.words_of(holding)} serves nobody; end it first, and start it without --hub none"
+        )
+    not_held = [link for link in arguments.link if not links.holds(holding, link)]
     if not_held:
         raise exit_codes.UsageError(
-            f"{words_of(holding)} does not hold {', '.join(not_held)}; end it first, or leave --link out"
+            f"{links.words_of(holding)} does not hold {', '.join(not_held)}; end it first, or leave --link out"
         )
-    return OF_RECORDING, lambda: ByWay(open_link(recorder.hub()), holding.links)
+    return OF_RECORDING, lambda: ByWay(bridge.links.open.open_link(recorder.hub()), holding.links)

@@ -3,43 +3,26 @@
 import argparse
 import math
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bridge import exit_codes
-from tui.pages import add_figures
+from bridge.vehicle.config import load_vehicle
+from identify.dive import Dive, Kind
+from identify.glance.raising import MARKS, Raising
+from identify.ingest.open import read_dive
+from identify.run.validate import Validation, validate
+from identify.validate import METHOD, Row, TrackingErrors
+from tui import pages, show
+from tui.files import Files, check_files
+from tui.recordings import column_map_for
+from tui.show import Table
 
 if TYPE_CHECKING:
-    from identify.dive import Dive
-    from identify.glance.raising import Raising
-    from identify.validate import Row, TrackingErrors
-    from tui.show import Table
-
-EXAMPLE = "seatrial validate dives/pid dives/both --vehicle ruvifist"
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("dives", nargs="+", metavar="DIVE", help="a dive folder or a recording; one a mode")
-    parser.add_argument(
-        "--vehicle", required=True, metavar="FILE", help="the vehicle file: where its DVL sits"
-    )
-    parser.add_argument("--columns", metavar="MAP", help="YAML map from the columns of a CSV to signals")
-    parser.add_argument("--json", metavar="FILE", help="write the errors as JSON; - for standard output")
-    parser.add_argument("--report", metavar="HTML", help="write a page with the errors and the curves")
-    add_figures(parser)
+    from identify.report.page import Report
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from bridge.vehicle.config import load_vehicle
-    from identify.dive import Kind
-    from identify.ingest.open import read_dive
-    from identify.run.validate import validate
-    from identify.validate import METHOD
-    from tui import pages, show
-    from tui.files import Files, check_files
-    from tui.recordings import column_map_for
-
     check_files({"--json": arguments.json, "--report": arguments.report})
     pages.check(arguments)
     file = load_vehicle(arguments.vehicle)
@@ -55,11 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
         show.put(console, _lags(errors))
     with Files() as files:
         files.json(done.to_json(), arguments.json)
-        if pages.wanted(arguments):
-            from identify.report.validation import validation_report
-
-            page = partial(validation_report, done)
-            pages.publish(files, arguments, page, [run.dive for run in done.runs], file)
+        pages.publish(files, arguments, lambda: page_of(done), [run.dive for run in done.runs], file)
         for run in done.runs:
             # The errors cover only the data that these notes leave.
             for note in run.dive.notes:
@@ -76,10 +55,15 @@ def run(arguments: argparse.Namespace) -> int:
     return files.code(exit_codes.NO if nothing else exit_codes.DONE)
 
 
-def raising_lines(label: str, judged: "Raising") -> list[str]:
-    """Lines for a dive: go or no-go, then each criterion."""
-    from identify.glance.raising import MARKS
+def page_of(done: Validation) -> "Report":
+    """Return the report of the errors."""
+    from identify.report.validation import validation_report  # loads matplotlib
 
+    return validation_report(done)
+
+
+def raising_lines(label: str, judged: Raising) -> list[str]:
+    """Lines for a dive: go or no-go, then each criterion."""
     return [
         f"{label}: {judged.sentence}",
         *(
@@ -89,11 +73,9 @@ def raising_lines(label: str, judged: "Raising") -> list[str]:
     ]
 
 
-def error_table(runs: Sequence[str], rows: "Sequence[Row]") -> "Table":
+def error_table(runs: Sequence[str], rows: Sequence[Row]) -> Table:
     """Table of errors, one column per run."""
-    from tui import show
-
-    return show.table(
+    return show.Table(
         "mean absolute tracking error",
         ("motion", "phase", *runs),
         [(f"{r.axis}, {r.unit}", r.phase, *(show.number(v, 3) for v in r.values)) for r in rows],
@@ -101,10 +83,8 @@ def error_table(runs: Sequence[str], rows: "Sequence[Row]") -> "Table":
     )
 
 
-def speed_table(errors: "dict[str, TrackingErrors]") -> "Table":
+def speed_table(errors: dict[str, TrackingErrors]) -> Table:
     """Table of mean-speed errors by axis and commanded speed, one column per run."""
-    from tui import show
-
     units = {axis.axis: axis.unit for tracking in errors.values() for axis in tracking.axes}
     held = {
         (axis.axis, at.speed, label): at.error
@@ -118,7 +98,7 @@ def speed_table(errors: "dict[str, TrackingErrors]") -> "Table":
         for speed in sorted({speed for name, speed, _ in held if name == axis})
     ]
     columns = ("axis", "speed held", *errors)
-    return show.table(
+    return show.Table(
         "mean speed less the speed asked for, while it is held", columns, rows, numbers=columns[1:]
     )
 
@@ -127,7 +107,7 @@ def _signed(error: float | None) -> str:
     return "-" if error is None else f"{error:+.4f}"
 
 
-def _why_nothing(dive: "Dive") -> str:
+def _why_nothing(dive: Dive) -> str:
     if dive.nu_ref is None:
         return "has no reference (NU_REF), so nothing to compare with; record the dive of a mission"
     if dive.velocity is None and dive.gyro is None and dive.fog is None:
@@ -138,9 +118,7 @@ def _why_nothing(dive: "Dive") -> str:
     )
 
 
-def _lags(errors: "dict[str, TrackingErrors]") -> "Table":
-    from tui import show
-
+def _lags(errors: dict[str, TrackingErrors]) -> Table:
     columns = ("axis", "dive", "delay, ms", "acceleration less delay", "mean |PID| when steady")
     rows = [
         (
@@ -153,12 +131,10 @@ def _lags(errors: "dict[str, TrackingErrors]") -> "Table":
         for label, tracking in errors.items()
         for axis in tracking.axes
     ]
-    return show.table(
+    return show.Table(
         "delay behind the reference, and what the PID still does", columns, rows, numbers=columns[2:]
     )
 
 
 def _with_unit(value: float, unit: str) -> str:
-    from tui import show
-
     return f"{show.number(value, 3)} {unit}" if math.isfinite(value) else "-"

@@ -1,72 +1,61 @@
 """`seatrial watch`: the present state of a vehicle: a line per second in a pipe, a live table on a terminal."""
 
 import argparse
+import math
+import threading
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
-from bridge import exit_codes
-from bridge.command_line import seconds
+from rich.console import Group, RenderableType
+from rich.live import Live
+from rich.text import Text
+
+from bridge import clock as clocks
+from bridge import command_line, exit_codes
+from bridge.clock import Clock
 from bridge.links import secured
+from bridge.links.reconnecting import Reconnecting
+from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.mode import word_of
+from bridge.wire.framing import Framer
+from gcs_plugin.dives.folder import DiveFolder, utc_text
+from gcs_plugin.recording.state import Holding
+from gcs_plugin.watch.picture import (
+    Armed,
+    Condition,
+    Freshness,
+    LinkRow,
+    Picture,
+    SensorRow,
+    ThrusterRow,
+    Trace,
+)
+from gcs_plugin.watch.watcher import Watcher
+from tui import links, show
+from tui.files import check_file
 
-if TYPE_CHECKING:
-    import threading
-    from collections.abc import Callable
-
-    from rich.console import RenderableType
-
-    from bridge.clock import Clock
-    from bridge.links.reconnecting import Reconnecting
-    from bridge.vehicle.config import VehicleFile
-    from gcs_plugin.recording.state import Holding
-    from gcs_plugin.watch.picture import Picture
-    from gcs_plugin.watch.watcher import Watcher
-
-EXAMPLE = "seatrial watch --vehicle ruvifist --link udpin:127.0.0.1:14550"
 POLL_S = 0.1
 EVERY_S = 1.0
 ONCE_S = 3.0
+"""How long --once looks."""
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--link", metavar="SPEC", help="a link (default: by way of the recording that runs)")
-    secured.add_argument(parser)
-    parser.add_argument(
-        "--vehicle",
-        metavar="FILE[:CONFIGURATION]",
-        help="the vehicle file: which sensors it has (default: the one that the recording that runs names)",
-    )
-    parser.add_argument(
-        "--system",
-        type=int,
-        metavar="N",
-        help="which vehicle, where several beat on the link (default: the vehicle file's, else the first)",
-    )
-    parser.add_argument(
-        "--seconds", type=seconds, metavar="N", help="stop after so long (default: at Ctrl-C)"
-    )
-    parser.add_argument(
-        "--once",
-        action="store_true",
-        help=f"look for {ONCE_S:g} s, print the tables, and end with 1 where a sensor is missing or bad",
-    )
-    parser.add_argument(
-        "--json", metavar="FILE", help="write the last picture as JSON; - for standard output"
-    )
+GONE = "--"
+NO_READING = "none"
+DECIMALS = {"m/s": 2, "rad/s": 3, "m": 2, "V": 1, "A": 1}
+SEVERITIES = ("emergency", "alert", "critical", "error", "warning", "notice", "info", "debug")
+VELOCITIES = ("u", "v", "w", "r")
+POOR = (Condition.BAD, Condition.MISSING)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from bridge.clock import SystemClock
-    from gcs_plugin.watch.watcher import Watcher
-    from tui import show, watched
-    from tui.files import check_file
-    from tui.links import coming_back, holding_now, link_for
-
     check_file("--json", arguments.json)
-    holding = holding_now()
+    holding = links.holding_now()
     file = _vehicle(arguments.vehicle, holding)
-    clock = SystemClock()
+    clock = clocks.SystemClock()
     opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
-    link = coming_back(link_for(arguments.link, opener.open), arguments.link, clock, opener.open)
+    link = links.coming_back(links.link_for(arguments.link, opener.open), arguments.link, clock, opener.open)
     try:
         watcher = Watcher(file, arguments.system, clock.unix_s() - clock.boot_s())
         looked = Look(link, watcher, clock, lambda: opener.words(arguments.link or ""))
@@ -79,23 +68,21 @@ def run(arguments: argparse.Namespace) -> int:
     picture = looked.picture
     if arguments.once:
         console = show.results(arguments.json)
-        for sentence in watched.header(picture, holding_now(), looked.wrong()):
+        for sentence in header(picture, links.holding_now(), looked.wrong()):
             show.say(console, sentence)
-        for table in watched.tables(picture):
+        for table in tables(picture):
             show.put(console, table)
-    show.write_json(watched.plain(picture), arguments.json)
+    show.write_json(plain(picture), arguments.json)
     if not looked.frames:
         show.say(show.words(), f"nothing arrived on {link.name}; check vehicle, cable and port")
     return code(looked.frames, picture, arguments.once)
 
 
-def code(frames: int, picture: "Picture", once: bool) -> int:
+def code(frames: int, picture: Picture, once: bool) -> int:
     """Return the exit code; poor sensors count only with `once`."""
-    from tui import watched
-
     if not frames:
         return exit_codes.LINK
-    poor = any(row.condition in watched.POOR for row in picture.sensors)
+    poor = any(row.condition in POOR for row in picture.sensors)
     return exit_codes.NO if once and poor else exit_codes.DONE
 
 
@@ -104,10 +91,10 @@ class Look:
 
     def __init__(
         self,
-        link: "Reconnecting",
-        watcher: "Watcher",
-        clock: "Clock",
-        refused: "Callable[[], str]" = lambda: "",
+        link: Reconnecting,
+        watcher: Watcher,
+        clock: Clock,
+        refused: Callable[[], str] = lambda: "",
     ) -> None:
         # A link that replaces a lost link keeps its name.
         self._link, self._name, self._watcher, self._clock = link, link.name, watcher, clock
@@ -120,10 +107,8 @@ class Look:
         """Return why the link is down and which frames it refused; "" for neither."""
         return "; ".join(filter(None, (self._link.fault, self._refused())))
 
-    def listen(self, stop: "threading.Event") -> None:
+    def listen(self, stop: threading.Event) -> None:
         """Read the link until `stop` is set."""
-        from bridge.wire.framing import Framer
-
         framer = Framer()
         due_s = self._clock.boot_s() + EVERY_S
         while not stop.is_set():
@@ -139,22 +124,11 @@ class Look:
 
 
 def _quietly(looked: Look, seconds: float) -> None:
-    from bridge.clock import SystemClock
-    from bridge.command_line import until_stopped
-
-    until_stopped(looked.listen, SystemClock(), seconds, lambda _: None)
+    command_line.until_stopped(looked.listen, clocks.SystemClock(), seconds, lambda _: None)
 
 
 def _shown(looked: Look, arguments: argparse.Namespace) -> None:
-    from rich.live import Live
-
-    from bridge.clock import SystemClock
-    from bridge.command_line import until_stopped
-    from gcs_plugin.dives.folder import utc_text
-    from tui import show, watched
-    from tui.links import holding_now
-
-    console, clock = show.results(arguments.json), SystemClock()
+    console, clock = show.results(arguments.json), clocks.SystemClock()
     shown = looked.picture
 
     def new() -> bool:
@@ -166,51 +140,230 @@ def _shown(looked: Look, arguments: argparse.Namespace) -> None:
 
         def tell(_: float) -> None:
             if new():
-                line = watched.line(shown, holding_now(), looked.fault)
-                show.say(console, f"{utc_text(clock.unix_s())} {line}")
+                seen = line(shown, links.holding_now(), looked.fault)
+                show.say(console, f"{utc_text(clock.unix_s())} {seen}")
 
-        until_stopped(looked.listen, clock, arguments.seconds, tell)
+        command_line.until_stopped(looked.listen, clock, arguments.seconds, tell)
         return
     with Live(console=console, auto_refresh=False) as live:
 
         def draw(_: float) -> None:
             if new():
-                live.update(screen(shown, holding_now(), console.width, looked.fault), refresh=True)
+                live.update(screen(shown, links.holding_now(), console.width, looked.fault), refresh=True)
 
-        until_stopped(looked.listen, clock, arguments.seconds, draw)
+        command_line.until_stopped(looked.listen, clock, arguments.seconds, draw)
 
 
-def screen(picture: "Picture", holding: "Holding | None", width: int, fault: str = "") -> "RenderableType":
+def screen(picture: Picture, holding: Holding | None, width: int, fault: str = "") -> RenderableType:
     """Return the tables for a terminal, with stale rows dimmed; `fault` says why nothing arrives."""
-    from rich.console import Group
-    from rich.text import Text
-
-    from gcs_plugin.watch.picture import Freshness
-    from tui import watched
-
     text = Text(no_wrap=True, overflow="ellipsis")
-    for number, sentence in enumerate(watched.header(picture, holding, fault)):
+    for number, sentence in enumerate(header(picture, holding, fault)):
         text.append(f"{sentence}\n", style="bold" if number == 0 else "")
-    fresh = {
-        "quantity": [trace.freshness for trace in picture.traces.values()],
-        "sensor": [row.freshness for row in picture.sensors],
-        "thruster": [row.freshness for row in picture.thrusters],
-    }
     parts: list[RenderableType] = [text]
-    for table in watched.tables(picture):
-        kind = next(name for name in fresh if name in table.columns)
-        styles = ["" if state is Freshness.FRESH else "dim" for state in fresh[kind]]
-        parts += [table.drawn(width, styles), ""]
+    for table in tables(picture):
+        parts += [table.drawn(width), ""]
     return Group(*parts)
 
 
-def _vehicle(named: str | None, holding: "Holding | None") -> "VehicleFile | None":
+def _vehicle(named: str | None, holding: Holding | None) -> VehicleFile | None:
     """Return the named vehicle file, or that of the running recording."""
-    from bridge.vehicle.config import load_vehicle
-    from gcs_plugin.dives.folder import DiveFolder
-
     if named is None and holding is not None:
         about = DiveFolder(Path(holding.folder)).about()
         if about.vehicle_path is not None:
             named = ":".join(filter(None, (about.vehicle_file, about.configuration)))
     return load_vehicle(named) if named else None
+
+
+def valued(value: float, unit: str, age_s: float, freshness: Freshness) -> str:
+    """Format a number, without its unit."""
+    if freshness is Freshness.GONE:
+        return GONE
+    if not math.isfinite(value):
+        text = NO_READING
+    elif unit == "deg":
+        text = str(round(value) % 360)
+    else:
+        text = f"{value:z.{DECIMALS[unit]}f}"
+    return text if freshness is Freshness.FRESH else f"{text} ({age_s:.1f} s old)"
+
+
+def now_of(trace: Trace) -> str:
+    """The newest value."""
+    value = float(trace.value[-1]) if len(trace.value) else math.nan
+    return valued(value, trace.unit, trace.age_s, trace.freshness)
+
+
+def asked_of(trace: Trace) -> str:
+    """The reference now; empty if there is none."""
+    if trace.reference is None or not math.isfinite(trace.reference[-1]):
+        return ""
+    return valued(float(trace.reference[-1]), trace.unit, 0.0, Freshness.FRESH)
+
+
+def beside_asked(trace: Trace) -> str:
+    """Value and reference as `0.29/0.30`, or the value alone."""
+    reference = asked_of(trace)
+    return f"{now_of(trace)}/{reference}" if reference else now_of(trace)
+
+
+def armed_words(picture: Picture) -> str:
+    """The armed state; if no heartbeat came for a while, with its age."""
+    lost = picture.links and picture.links[0].lost
+    if picture.armed is Armed.UNKNOWN or not lost:
+        return picture.armed.value
+    return f"{picture.armed.value} {picture.armed_age_s:.0f} s ago"
+
+
+def link_words(row: LinkRow) -> str:
+    """`LINK 0.4 s loss 2 % 284 Hz sys 1/1`."""
+    if row.age_s == math.inf:
+        return f"LINK without HEARTBEAT  {row.rate_hz:.0f} Hz  sys {row.system}/{row.component}"
+    if row.lost:
+        return f"LINK LOST {row.age_s:.0f} s  sys {row.system}/{row.component}"
+    return (
+        f"LINK {row.age_s:.1f} s  loss {row.loss:.0%}  {row.rate_hz:.0f} Hz  sys {row.system}/{row.component}"
+    )
+
+
+def mode_words(picture: Picture) -> str:
+    """Mode of the feed-forward; empty if the vehicle never reported it."""
+    mode = picture.ff_mode
+    if mode is None:
+        return ""
+    return f"FF {word_of(mode)}" + (
+        f" {picture.ff_mode_age_s:.0f} s ago" if picture.ff_mode_age_s > 3.0 else ""
+    )
+
+
+def recording_words(holding: Holding | None) -> str:
+    """Whether a recording runs, and how long the disk will last."""
+    if holding is None:
+        return "NOT RECORDING"
+    left = f"  {holding.disk_left_s / 3600:.0f} h left" if math.isfinite(holding.disk_left_s) else ""
+    lost = f"  {holding.lost} LOST" if holding.lost else ""
+    refused = f"  {holding.refused}" if holding.refused else ""
+    if holding.unwritten:
+        return f"NOT WRITTEN: {holding.unwritten}  {holding.waiting} frames wait{lost}{refused}"
+    return f"REC {holding.frames} frames  {holding.bytes / 1e6:.1f} MB{lost}{refused}{left}"
+
+
+def trouble(picture: Picture) -> list[str]:
+    """All problems, the worst first; none are known before the vehicle's first heartbeat."""
+    if picture.armed is Armed.UNKNOWN:
+        return []
+    rows = sorted(
+        (row for row in picture.sensors if row.condition is not Condition.OK),
+        key=lambda row: POOR.index(row.condition) if row.condition in POOR else len(POOR),
+    )
+    return [*filter(None, (picture.twins,)), *(f"{row.name}: {row.words}" for row in rows)]
+
+
+def line(picture: Picture, holding: Holding | None, fault: str = "") -> str:
+    """The whole picture in a line; `fault` says why nothing comes."""
+    traces = picture.traces
+    parts = [
+        armed_words(picture),
+        link_words(picture.links[0]) if picture.links else "NO LINK",
+        f"depth {beside_asked(traces['depth'])} m",
+        " ".join(f"{key} {beside_asked(traces[key])}" for key in VELOCITIES),
+        f"{now_of(traces['voltage'])} V {now_of(traces['current'])} A",
+        mode_words(picture),
+        recording_words(holding),
+        fault,
+        *trouble(picture),
+    ]
+    return " | ".join(part for part in parts if part)
+
+
+def header(picture: Picture, holding: Holding | None, fault: str = "") -> list[str]:
+    """Armed state, links and recording, a line each; `fault` says why nothing comes."""
+    first = [armed_words(picture), mode_words(picture), picture.configuration]
+    links = [f"{link_words(row)}  {row.name}" for row in picture.links] or ["NO LINK"]
+    texts = [f"{SEVERITIES[min(said.severity, 7)]}: {said.text}" for said in picture.said[-3:]]
+    return [
+        "  ".join(filter(None, first)),
+        *links,
+        recording_words(holding),
+        *filter(None, (fault, picture.twins)),
+        *texts,
+    ]
+
+
+def sensor_table(picture: Picture) -> show.Table:
+    """Each sensor, its rate and age, and its problem, if any."""
+    rows = [
+        (row.name, row.condition.value, _rate(row), show.number(row.expected_hz, 3), _age(row), row.words)
+        for row in picture.sensors
+    ]
+    columns = ("sensor", "state", "Hz", "expected", "age s", "")
+    return show.Table("", columns, rows, numbers=columns[2:5], stale=_stale(picture.sensors))
+
+
+def quantity_table(picture: Picture) -> show.Table:
+    """Each quantity with its reference."""
+    rows = [
+        (key, trace.name, now_of(trace), asked_of(trace), trace.unit) for key, trace in picture.traces.items()
+    ]
+    columns = ("", "quantity", "now", "reference", "unit")
+    return show.Table("", columns, rows, numbers=columns[2:4], stale=_stale(picture.traces.values()))
+
+
+def thruster_table(picture: Picture) -> show.Table:
+    """Each thruster's command and speed."""
+    rows = [
+        (str(row.number), row.name, *(_of_thruster(v, row.freshness) for v in (row.pwm_us, row.rpm)))
+        for row in picture.thrusters
+    ]
+    columns = ("thruster", "where", "us", "rpm")
+    return show.Table("", columns, rows, numbers=columns[2:], stale=_stale(picture.thrusters))
+
+
+def _stale(rows: Iterable[Trace | SensorRow | ThrusterRow]) -> list[bool]:
+    return [row.freshness is not Freshness.FRESH for row in rows]
+
+
+def tables(picture: Picture) -> Sequence[show.Table]:
+    """The tables that have rows."""
+    candidates = (quantity_table(picture), sensor_table(picture), thruster_table(picture))
+    return [table for table in candidates if table.rows]
+
+
+def plain(picture: Picture) -> dict[str, Any]:
+    """The picture as plain data, with only the newest value of each trace."""
+    return {
+        "armed": picture.armed.value,
+        "armed_age_s": picture.armed_age_s,
+        "links": [vars(row) for row in picture.links],
+        "sensors": [
+            vars(row) | {"freshness": row.freshness.value, "condition": row.condition.value}
+            for row in picture.sensors
+        ],
+        "quantities": {
+            key: {
+                "name": trace.name,
+                "unit": trace.unit,
+                "value": float(trace.value[-1]) if len(trace.value) else math.nan,
+                "reference": math.nan if trace.reference is None else float(trace.reference[-1]),
+                "age_s": trace.age_s,
+                "freshness": trace.freshness.value,
+            }
+            for key, trace in picture.traces.items()
+        },
+        "thrusters": [vars(row) | {"freshness": row.freshness.value} for row in picture.thrusters],
+        "ff_mode": picture.ff_mode,
+        "configuration": picture.configuration,
+        "said": [vars(said) for said in picture.said],
+        "twins": picture.twins,
+    }
+
+
+def _rate(row: SensorRow) -> str:
+    return show.number(row.rate_hz, 3) if row.rate_hz else "-"
+
+
+def _age(row: SensorRow) -> str:
+    return f"{row.age_s:.1f}" if math.isfinite(row.age_s) else GONE
+
+
+def _of_thruster(value: float, freshness: Freshness) -> str:
+    return GONE if freshness is Freshness.GONE or not math.isfinite(value) else f"{value:.0f}"

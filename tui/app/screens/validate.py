@@ -10,8 +10,8 @@ import numpy as np
 
 from bridge.errors import ConfigError
 from bridge.schema import build
-from identify.glance.criteria import Criterion
 from identify.glance.following import CURVES, Followed
+from identify.glance.raising import Criterion
 from tui.app.curves import Curve, plot, seconds
 from tui.app.drawing import SHOWN_IN, Line, Lines, Role, Span, apart, cut, number, wrapped
 from tui.app.header import Tab

@@ -1,0 +1,94 @@
+"""Options of the verbs: those that several verbs share, and the two shapes of the others, a value and a switch."""
+
+import argparse
+from typing import Any
+
+from bridge.command_line import seconds, seed, size
+from bridge.links import secured
+
+NO_HUB = "none"
+
+
+def speed(text: str) -> float:
+    """Parse a speed of simulated time: a positive number, or `max`."""
+    value = float("inf") if text == "max" else float(text)
+    if not value > 0:
+        raise ValueError
+    return value
+
+
+def hub_port(text: str) -> int | None:
+    """Parse the hub's port: 0 for a free port, None for `none`."""
+    if text == NO_HUB:
+        return None
+    if not text.isdecimal() or int(text) > 65535:
+        raise argparse.ArgumentTypeError(f"'{text}' is no port from 0 to 65535, and not {NO_HUB}")
+    return int(text)
+
+
+class Options:
+    """Adds options to a parser of argparse, or to a group of one."""
+
+    def __init__(self, parser: Any) -> None:
+        self.parser = parser
+
+    def value(self, name: str, metavar: str | tuple[str, ...] | None, meaning: str, **more: Any) -> None:
+        """Add an option or an argument with a value, which `--help` calls `metavar`; `more` as for argparse."""
+        self.parser.add_argument(name, metavar=metavar, help=meaning, **more)
+
+    def switch(self, name: str, meaning: str) -> None:
+        """Add an option without a value."""
+        self.parser.add_argument(name, action="store_true", help=meaning)
+
+    def json(self, what: str = "the result") -> None:
+        self.value("--json", "FILE", f"write {what} as JSON; - for standard output")
+
+    def columns(self) -> None:
+        self.value("--columns", "MAP", "YAML map from the columns of a CSV to signals")
+
+    def figures(self) -> None:
+        meaning = "write each figure of the report as SVG and PNG, as wide as a paper's column"
+        self.value("--figures", "FOLDER", meaning)
+
+    def seed(self) -> None:
+        self.value("--seed", None, "of noise and disturbance (default: 1)", type=seed, default=1)
+
+    def network(self, large: str) -> None:
+        """The size of the source paper's network; `large` says what the largest is."""
+        self.value(
+            "--network",
+            ("HIDDEN", "DEPTH", "EPOCHS"),
+            f"size and training of the paper's network: 1024 5 100 is {large} (small where not given)",
+            type=size,
+            nargs=3,
+        )
+
+    def vehicle(self, meaning: str, *, required: bool = False) -> None:
+        self.value("--vehicle", "FILE[:CONFIGURATION]", meaning, required=required)
+
+    def vehicle_of_dive(self) -> None:
+        self.vehicle(
+            "the vehicle file, or the name of one in configs/vehicles; the recording's VEH_CFG chooses the"
+            " configuration where none is named",
+            required=True,
+        )
+
+    def despite_doubts(self, meaning: str = "take an identification that did not converge") -> None:
+        self.switch("--despite-doubts", meaning)
+
+    def link(
+        self, meaning: str = "the link to the vehicle (default: that of the recording that runs)"
+    ) -> None:
+        self.value("--link", "SPEC", meaning)
+
+    def sign_key(self) -> None:
+        secured.add_argument(self.parser)
+
+    def system(self, meaning: str = "its MAVLink system, where several beat") -> None:
+        self.value("--system", "N", meaning, type=int)
+
+    def takes_dive(self) -> None:
+        self.value("--out", "FOLDER", "takes the dive folder (default: dives)", default="dives")
+
+    def run_for(self) -> None:
+        self.value("--seconds", "N", "stop after so long (default: at Ctrl-C)", type=seconds)

@@ -1,0 +1,623 @@
+"""The verbs of the command seatrial: for each a sentence, an example, and its options, as `--help` prints them.
+
+What a verb does is in the module of its name in `tui.commands`, which is imported only to run it: so help appears at
+once. For that, nothing heavy is imported here. The verbs stand in the order in which `seatrial --help` lists them.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from bridge.command_line import above_zero, actions_of, port, seconds, seed, size
+from bridge.onboard import program
+from bridge.vehicle.mode import BY_WORD, ORDERS, Mode
+from tui.options import Options, hub_port, speed
+
+MODES = {
+    Mode.OFF: "the PID alone: asks nothing, and is sent until the vehicle says so",
+    Mode.SHADOW: "the feed-forward is worked out and told, not applied",
+    Mode.ALONE: "the feed-forward without the PID of its axes",
+    Mode.BOTH: "the feed-forward and the PID",
+}
+AXES = {"surge": 0, "sway": 1, "heave": 2, "yaw": 5}
+CONDITIONS = {
+    "water_temperature_c": ("--water-temperature", "C", "of the water"),
+    "salinity": ("--salinity", "S", "practical: 0 for fresh water, 35 for the ocean"),
+    "tether_out_m": ("--tether-out", "M", "length of tether in the water"),
+    "ballast_kg": (
+        "--ballast",
+        "KG",
+        "mass in air beyond the vehicle file's dry mass; below 0 for what is off",
+    ),
+    "payload_kg": ("--payload-mass", "KG", "likewise, of what it carries"),
+    "payload": ("--payload", "TEXT", "what it carries"),
+    "weather": ("--weather", "TEXT", "wind and sea"),
+}
+"""Option, unit and meaning of each condition of a dive, by its field in `gcs_plugin.dives.conditions.Conditions`."""
+_LINK = "--link udpin:127.0.0.1:14550"
+_PARAMS_UPLOAD = f"seatrial params upload hovering.json --vehicle ruvifist {_LINK}"
+_PARAMS = {
+    "show": ("what the vehicle holds", f"seatrial params show FF0_ {_LINK}"),
+    "diff": ("what an upload would change; sends no write", f"seatrial params diff hovering.param {_LINK}"),
+    "upload": ("write a file to the vehicle and prove it", _PARAMS_UPLOAD),
+    "rollback": ("bring back the values before an upload", f"seatrial params rollback {_LINK}"),
+}
+_KEYS_MAKE = "seatrial keys make seatrial.key"
+_KEYS = {
+    "make": ("make a key in a new file that nobody else can read", _KEYS_MAKE),
+    "show": ("say which key a file holds, by its fingerprint", "seatrial keys show seatrial.key"),
+}
+
+
+@dataclass(frozen=True)
+class Verb:
+    """A verb: what it does in a sentence, a command line for its help, and its options."""
+
+    sentence: str
+    example: str
+    add_options: Callable[[Options], None]
+
+
+VERBS: dict[str, Verb] = {}
+
+
+def verb(sentence: str, example: str) -> Callable[[Callable[[Options], None]], None]:
+    """Decorator: the function adds the options of the verb of its name."""
+
+    def listed(add_options: Callable[[Options], None]) -> None:
+        VERBS[add_options.__name__.strip("_")] = Verb(sentence, example, add_options)
+
+    return listed
+
+
+@verb(
+    "dive, record, identify, upload and dive again with a simulated vehicle",
+    "seatrial demo --seed 3 --out demo",
+)
+def _demo(options: Options) -> None:
+    options.seed()
+    options.value("--out", "FOLDER", "takes a folder for this run (default: demo)", default="demo")
+    options.json()
+
+
+@verb(
+    "run on the vehicle: read its sensors, stream MAVLink, hold its parameters",
+    f"seatrial bridge {program.OPTIONS}",
+)
+def _bridge(options: Options) -> None:
+    program.add_arguments(options.parser)
+
+
+@verb(
+    "dive a mission with a simulated vehicle and its simulated devices",
+    "seatrial simulate --vehicle ruvifist:survey --mission survey --seed 1",
+)
+def _simulate(options: Options) -> None:
+    options.vehicle(
+        "the vehicle file; FILE.truth.yaml beside it holds what the simulated vehicle truly is", required=True
+    )
+    options.value(
+        "--mission",
+        "NAME",
+        "survey, hovering, validation, a YAML file of legs, or idle: afloat and disarmed until Ctrl-C",
+        required=True,
+    )
+    options.takes_dive()
+    options.seed()
+    options.value("--mode", None, "what the feed-forward does (default: as stored)", choices=BY_WORD)
+    options.value(
+        "--heading",
+        None,
+        "how turns are led (default: smooth)",
+        choices=("smooth", "linear"),
+        default="smooth",
+    )
+    options.value("--parameters", "FILE", "where the vehicle keeps its parameters (default: nowhere)")
+    options.value(
+        "--accepted", "FILE", "the vehicle truly is the .param of diagnose --accept, effects included"
+    )
+    options.value("--link", "SPEC", "also stream there", action="append", default=[])
+    options.sign_key()
+    options.value("--speed", "N|max", "times real time (default: max, with --link 1)", type=speed)
+    options.value("--seconds", "N", "end idle after so long", type=seconds)
+    options.json("what was dived")
+
+
+@verb(
+    "the terminal app: watch the vehicle live, over ssh and in tmux as well",
+    "seatrial tui --link udpin:127.0.0.1:14550 --vehicle ruvifist",
+)
+def _tui(options: Options) -> None:
+    options.value(
+        "--link",
+        "SPEC",
+        "a link to record and to show; may be given again (default: what is being recorded)",
+        action="append",
+        default=[],
+    )
+    options.sign_key()
+    options.vehicle("the vehicle file: what must be heard")
+    options.takes_dive()
+    options.value(
+        "--receipts",
+        "FOLDER",
+        "where uploads leave values before and receipt (default: receipts)",
+        default="receipts",
+    )
+    options.switch("--unrecorded", "look at the link itself, and record nothing")
+    options.value("--fps", "N", "refreshes a second (default: 4)", type=above_zero, default=4.0)
+    options.value("--theme", None, "default: that of last time", choices=("dark", "light", "sunlight"))
+    options.value("--keymap", "FILE", "keys by action (default: ~/.config/seatrial/keymap.yaml)", type=Path)
+    options.switch("--view-only", "look, and neither send, start nor write anything")
+    web = Options(options.parser.add_argument_group("in a browser"))
+    web.switch("--web", "serve the app as a page, to look at alone")
+    web.value("--host", "ADDRESS", "the page's address (default: 127.0.0.1, this computer alone)")
+    web.value("--port", "PORT", "the page's port (default: 8000)", type=port)
+    web.switch("--control", "whoever opens the page may do all that the app can")
+
+
+@verb(
+    "record every frame of one or more links into a dive folder",
+    "seatrial record --link udpin:127.0.0.1:14550 --out dives",
+)
+def _record(options: Options) -> None:
+    actions = Options(options.parser.add_mutually_exclusive_group(required=True))
+    actions.value("--link", "SPEC", "a link; may be given again", action="append")
+    actions.switch("--next", "let the recording that runs go on in a new dive folder")
+    actions.switch("--end", "end the recording that runs")
+    options.takes_dive()
+    options.value("--name", None, "the end of the dive folder's name", default="")
+    options.vehicle("the vehicle file to name in dive.yaml")
+    options.switch("--same-conditions", "water, tether, ballast and so on as in the dive before")
+    options.run_for()
+    options.switch("--heartbeat", "beat as a ground station, for a vehicle that waits to hear one")
+    options.sign_key()
+    options.value(
+        "--hub",
+        "PORT",
+        "where params, doctor, ff and others find the links: a port of this computer alone, or none "
+        "(default: a free one)",
+        type=hub_port,
+        default=0,
+    )
+    options.json("what was recorded")
+
+
+@verb(
+    "bring what the vehicle kept of a dive and the ground did not hear, and make the dive whole",
+    "seatrial fetch dives/2026-11-20T0912Z-hovering --link udpin:192.168.2.1:14550",
+)
+def _fetch(options: Options) -> None:
+    options.value(
+        "dive",
+        "DIVE",
+        "the dive folder to make whole (default: that of the recording that runs, which then goes on "
+        "in a new one; else the newest in --out)",
+        nargs="?",
+    )
+    options.switch(
+        "--new",
+        "make a dive folder of what the vehicle kept since it was switched on, for a dive of which "
+        "nothing was heard",
+    )
+    options.value("--minutes", "N", "of --new: its last minutes alone", type=above_zero)
+    options.value("--out", "FOLDER", "where the dives are (default: dives)", default="dives")
+    options.value("--name", None, "of --new: the end of the dive folder's name", default="")
+    options.vehicle("of --new: the vehicle file to name in dive.yaml")
+    options.link()
+    options.system("of --new: its MAVLink system, where several beat")
+    options.sign_key()
+    options.value(
+        "--patience",
+        "N",
+        "give up after so many seconds without an answer; what was fetched is kept (default: 60)",
+        type=seconds,
+        default=60.0,
+    )
+    options.json("what came of it")
+
+
+@verb(
+    "put what another recorder kept of a dive to it, on one clock: the autopilot's log, another .tlog",
+    "seatrial merge dives/2026-11-20T0912Z-hovering 00000042.BIN",
+)
+def _merge(options: Options) -> None:
+    options.value("dive", "DIVE", "the dive folder to put them to")
+    options.value(
+        "files",
+        "FILE",
+        "what another recorder made of the dive: the autopilot's log (.BIN), or a .tlog of the "
+        "vehicle's or of another ground station's; they stay as they are",
+        nargs="+",
+    )
+    options.json("what came of it")
+
+
+@verb(
+    "write down what happens in the dive that is being recorded",
+    'seatrial note "tether caught on the ladder"',
+)
+def _note(options: Options) -> None:
+    options.value("text", "TEXT", "what happened", nargs="+")
+    options.value("--dive", "DIVE", "the folder of a dive: TEXT takes the place of its notes as a whole")
+
+
+@verb(
+    "what a dive was made under: water, tether, ballast, payload, weather",
+    "seatrial conditions dives/2026-11-20T0912Z-hovering --water-temperature 11.5 --salinity 35 --ballast 2",
+)
+def _conditions(options: Options) -> None:
+    options.value(
+        "dive",
+        "DIVE",
+        "a dive folder (default: the dive that is being recorded, else the newest in dives)",
+        nargs="?",
+    )
+    for name, (option, metavar, sentence) in CONDITIONS.items():
+        options.value(option, metavar, f'{sentence}; "" for not known', dest=name)
+    options.switch("--same", "as in the dive before, but for what is given")
+    options.json("them")
+
+
+@verb(
+    "what an operator sees now of a vehicle: armed, link, sensors, depth, velocities, battery",
+    "seatrial watch --vehicle ruvifist --link udpin:127.0.0.1:14550",
+)
+def _watch(options: Options) -> None:
+    options.link("a link (default: by way of the recording that runs)")
+    options.sign_key()
+    options.vehicle(
+        "the vehicle file: which sensors it has (default: the one that the recording that runs names)"
+    )
+    options.system(
+        "which vehicle, where several beat on the link (default: the vehicle file's, else the first)"
+    )
+    options.run_for()
+    options.switch(
+        "--once", "look for 3 s, print the tables, and end with 1 where a sensor is missing or bad"
+    )
+    options.json("the last picture")
+
+
+@verb(
+    "list dive folders: when, how long, what was lost, what each could identify, what was learnt",
+    "seatrial dives dives --vehicle ruvifist",
+)
+def _dives(options: Options) -> None:
+    options.value("folder", "FOLDER", "holds the dive folders (default: dives)", nargs="?", default="dives")
+    options.vehicle("the vehicle file to judge by (default: the one that each dive names)")
+    options.value(
+        "--otherwise",
+        "FILE[:CONFIGURATION]",
+        "the vehicle file for a dive that names none, or one that is not there",
+        default="",
+    )
+    options.json("the list")
+
+
+@verb(
+    "say what a recording holds and file it as a dive folder",
+    "seatrial import 00000042.BIN --out dives/lake-42",
+)
+def _import(options: Options) -> None:
+    options.value("file", "FILE", "a .tlog, .tlog.gz, DataFlash .BIN, .csv or a dive folder")
+    options.value("--out", "FOLDER", "the dive folder to make; without it, only say what there is")
+    options.value("--vehicle", "FILE", "the vehicle file to name in the dive folder")
+    options.columns()
+    options.json("what it holds")
+
+
+@verb(
+    "identify mass and damping from dives, with intervals",
+    "seatrial identify dives/2026-11-20T0912Z-hovering --vehicle ruvifist --json hovering.json",
+)
+def _identify(options: Options) -> None:
+    options.value("dives", "DIVE", "a dive folder, .tlog, .tlog.gz, .BIN or .csv", nargs="+")
+    options.vehicle_of_dive()
+    options.value(
+        "--method",
+        "METHOD[+METHOD]",
+        "likelihood, pinn or paper; two of them are compared (where not given: likelihood+pinn; "
+        "likelihood where the vehicle file's damping is not linear)",
+    )
+    options.network("the paper's own")
+    options.columns()
+    options.json()
+    options.value("--param", "FILE", "write a .param with its sidecar, for one dive")
+    options.value("--report", "HTML", "write a report with plots")
+    options.figures()
+
+
+@verb(
+    "identify many dives, here or on a Dask cluster: one table, and how the vehicle drifts",
+    "seatrial batch dives --vehicle ruvifist --out batch --csv dives.csv",
+)
+def _batch(options: Options) -> None:
+    options.value(
+        "dives",
+        "DIVES",
+        "recordings, dive folders, folders of them, or quoted patterns such as 'dives/2026-*'",
+        nargs="+",
+    )
+    options.vehicle(
+        "the vehicle file of all dives; each dive's VEH_CFG chooses the configuration where none is named",
+        required=True,
+    )
+    options.value("--method", None, "one of identify's (default: likelihood)", default="likelihood")
+    options.value(
+        "--scheduler", "ADDRESS", "of a Dask cluster, as tcp://10.0.0.5:8786 (default: this computer's cores)"
+    )
+    options.value("--processes", "N", "on this computer (default: one a core)", type=size)
+    options.value(
+        "--out",
+        "FOLDER",
+        "takes the page trends.html, and results.jsonl from which a batch that was stopped goes on "
+        "(default: batch)",
+        default="batch",
+    )
+    options.columns()
+    options.json("all")
+    options.value("--csv", "FILE", "write the table as CSV; - for standard output")
+
+
+@verb(
+    "propose what to dive next, and how well each parameter would be known after it",
+    "seatrial plan --vehicle ruvifist:hovering --after hovering.json --out plan.yaml",
+)
+def _plan(options: Options) -> None:
+    options.vehicle("the vehicle file", required=True)
+    options.value(
+        "--after",
+        "DIVE",
+        "start from what this dive tells: a recording, or the JSON that identify wrote of one",
+    )
+    options.columns()
+    options.value("--minutes", "N", "time in all (default: 5)", type=above_zero, default=5.0)
+    options.value("--space", "METRES", "room across (default: 6)", type=above_zero, default=6.0)
+    options.value(
+        "--depth-space",
+        "METRES",
+        "room up and down (default: as much as --space); never more than the 1.5 m of depth a plan begins at",
+        type=above_zero,
+    )
+    options.value(
+        "--speed",
+        "M_S",
+        "fastest, in m/s; up and down half of it (default: 0.5)",
+        type=above_zero,
+        default=0.5,
+    )
+    options.value("--axes", "AXIS", "surge sway heave yaw (all)", nargs="+", choices=AXES, default=list(AXES))
+    options.value(
+        "--out",
+        "FILE",
+        "the mission, for simulate and for the crew; an older one is replaced (default: plan.yaml)",
+        default="plan.yaml",
+    )
+    options.json("the plan")
+
+
+@verb(
+    "take what was identified and accepted into the vehicle file, as known before the next dive",
+    "seatrial prior hovering.json --vehicle our.yaml",
+)
+def _prior(options: Options) -> None:
+    options.value("file", "FILE", "the JSON of identify, or a .param with its sidecar, that was accepted")
+    options.value("--vehicle", "FILE", "your vehicle file, which takes the priors", required=True)
+    options.value(
+        "--widen",
+        "PERCENT",
+        "by what a parameter may have changed since (where not given: 3 for masses, 10 for dampings)",
+        type=above_zero,
+    )
+    options.despite_doubts("take an identification that did not converge, and values that are doubted")
+    options.json("the priors")
+
+
+@verb("show, compare, upload and roll back the parameters of a vehicle", _PARAMS_UPLOAD)
+def _params(options: Options) -> None:
+    sent = "a .param, .parm or .params file, or the JSON of identify"
+    before = "the -before.param that an upload kept (default: that of the last upload that stands)"
+    for name, parser in actions_of(options.parser, _PARAMS):
+        action = Options(parser)
+        if name == "show":
+            action.value("patterns", "PATTERN", "start of a name, or one with *", nargs="*")
+            action.value("--out", "FILE", "write them as .param, .parm or .params")
+        elif name == "rollback":
+            action.value("file", "FILE", before, nargs="?")
+        else:
+            action.value("file", "FILE", sent)
+            action.value("--vehicle", "FILE", "the vehicle file; needed where FILE is JSON")
+            action.value("--only", "NAME", "these parameters alone", nargs="+")
+        if name != "show":
+            action.switch("--any-vehicle", "take what is of another vehicle all the same")
+        if name == "upload":
+            action.despite_doubts()
+            action.value(
+                "--accept-implausible",
+                "NAME",
+                "write these although they are implausible, half of a model, or raise the feed-forward",
+                dest="accepts",
+                nargs="+",
+                default=[],
+            )
+        if name in ("upload", "rollback"):
+            action.switch("--yes", "do not ask")
+            action.switch("--dry-run", "show what it would change; sends no write")
+            action.switch("--armed", "write to an armed vehicle too, while its feed-forward is off")
+        action.value(
+            "--receipts",
+            "FOLDER",
+            "where values before, receipts and what was accepted lie (default: receipts)",
+            default="receipts",
+        )
+        action.link()
+        action.sign_key()
+        action.system()
+        action.value("--seconds", "N", "wait so long for it", type=seconds, default=5.0)
+        action.json()
+
+
+@verb(
+    "switch the feed-forward of a vehicle: off, shadow, ff or both",
+    "seatrial ff off --link udpin:127.0.0.1:14550",
+)
+def _ff(options: Options) -> None:
+    modes = "; ".join(f"{mode.word}, {sentence}" for mode, sentence in MODES.items())
+    options.value("mode", "MODE", modes, choices=ORDERS)
+    options.link()
+    options.sign_key()
+    options.system("its MAVLink system, where several beat (default of off: each of them)")
+    options.switch("--yes", "do not ask")
+    options.value("--seconds", "N", "try so long (default: 15; of off: until it is done)", type=seconds)
+    options.json("what came of it")
+
+
+@verb(
+    "write the identified model in the files of other simulators",
+    "seatrial export hovering.json --vehicle ruvifist --to gazebo --out hovering.sdf",
+)
+def _export(options: Options) -> None:
+    options.value(
+        "file",
+        "MODEL",
+        "the JSON of identify, the .param of diagnose --accept, or a vehicle file whose "
+        "configuration has a model",
+    )
+    options.value("--to", "TARGET", "the simulator: gazebo, stonefish or ardusub-json", required=True)
+    options.value("--vehicle", "FILE", "the vehicle file, where MODEL is JSON or .param")
+    options.value("--out", "FILE", "the file (where not given, standard output)")
+    options.despite_doubts()
+    options.json("what did not fit in")
+
+
+@verb(
+    "say where model and recording differ, what causes it, and how far that shrinks the difference",
+    "seatrial diagnose dives/2026-11-20T0912Z-hovering --vehicle ruvifist --report gap.html",
+)
+def _diagnose(options: Options) -> None:
+    options.value("dive", "DIVE", "a dive folder, .tlog, .tlog.gz, .BIN or .csv")
+    options.vehicle_of_dive()
+    options.value("--check", "DIVE", "another dive of that vehicle, to measure on it how far the gap shrinks")
+    options.value(
+        "--against",
+        "SIM",
+        "a simulator's recording of that vehicle, driven with the same commands or nearly: say what "
+        "it must gain",
+    )
+    options.columns()
+    options.json("the answer")
+    options.value("--report", "HTML", "write a page with what was found")
+    options.figures()
+    options.value(
+        "--predict",
+        "CSV",
+        "write the velocities of the check dive: measured, and foretold without and with the causes",
+    )
+    options.value(
+        "--accepted",
+        "FILE",
+        "the JSON of identify, or a .param with its sidecar, that was accepted earlier: what has "
+        "changed since is told, too",
+    )
+    options.value(
+        "--accept",
+        "FILE",
+        "write the model with the causes as a .param with its sidecar, for `seatrial params upload`",
+    )
+    options.value(
+        "--without",
+        "EFFECT",
+        "leave this effect out of those that are tried; may be given several times",
+        action="append",
+    )
+
+
+@verb(
+    "tracking errors of dives in acceleration, steady state and deceleration",
+    "seatrial validate dives/pid dives/both --vehicle ruvifist",
+)
+def _validate(options: Options) -> None:
+    options.value("dives", "DIVE", "a dive folder or a recording; one a mode", nargs="+")
+    options.value("--vehicle", "FILE", "the vehicle file: where its DVL sits", required=True)
+    options.columns()
+    options.json("the errors")
+    options.value("--report", "HTML", "write a page with the errors and the curves")
+    options.figures()
+
+
+@verb(
+    "send a recorded dive to a link, on its own clock",
+    "seatrial replay dives/2026-11-20T0912Z-hovering --link udpout:127.0.0.1:14550 --speed 4",
+)
+def _replay(options: Options) -> None:
+    options.value("dive", "DIVE", "a dive folder, a .tlog or a .tlog.gz")
+    options.value("--link", "SPEC", "where to send it", required=True)
+    options.sign_key()
+    options.value("--speed", "N", "times real time (default: 1)", type=float, default=1.0)
+    options.value("--from", "S", "seconds into it", type=float, default=0.0, dest="start_s")
+
+
+@verb(
+    "make dives with hidden effects and locked answers, and score those who named them",
+    "seatrial challenge seal --cases 20 --seed 7 --out hidden",
+)
+def _challenge(options: Options) -> None:
+    actions = options.parser.add_subparsers(dest="action", metavar="ACTION", required=True)
+    seal = Options(actions.add_parser("seal", help="make dives with hidden effects and lock the answers"))
+    seal.value("--cases", "N", "how many (20)", type=size, default=20)
+    seal.value("--seed", "S", "keep it from who is judged", type=seed, required=True)
+    seal.value("--out", "FOLDER", "a new folder for cases, answers and hash", required=True)
+    seal.value(
+        "--without", "EFFECT", "also hide this effect, as one that the library lacks: diagnose --without it"
+    )
+    score = Options(actions.add_parser("score", help="open the answers and judge those that were given"))
+    score.value("folder", "FOLDER", "what seal made")
+    score.value("--answers", "FOLDER", "with case_001.json and so on", required=True)
+    score.value("--hash", "SHA256", "what was published of the locked answers before they were given")
+    score.value("--key", "FILE", "what opens the answers (FOLDER.key)")
+    for action in (seal, score):
+        action.json()
+
+
+@verb(
+    "the source paper's campaigns and figures on the simulated vehicle, on one page",
+    "seatrial reproduce --seed 1 --out reproduction",
+)
+def _reproduce(options: Options) -> None:
+    options.seed()
+    options.value(
+        "--out", "FOLDER", "takes a folder for this run (default: reproduction)", default="reproduction"
+    )
+    options.network("its own, for hours")
+    options.figures()
+    options.json()
+
+
+@verb("make a key that signs the link, and tell which key a file holds", _KEYS_MAKE)
+def _keys(options: Options) -> None:
+    for name, parser in actions_of(options.parser, _KEYS):
+        action = Options(parser)
+        action.value("key", "FILE", "the file of the key")
+        if name == "make":
+            action.switch(
+                "--passphrase",
+                "ask for a passphrase, and make the key that MAVProxy and QGroundControl make of it",
+            )
+
+
+@verb(
+    "check vehicle file, links, clocks, disk and sensors; with --wet, thrusters and mountings",
+    "seatrial doctor --vehicle ruvifist:hovering --link udpin:127.0.0.1:14550",
+)
+def _doctor(options: Options) -> None:
+    options.vehicle("what the vehicle should have aboard")
+    options.link(
+        "the link to the vehicle; without it, that of the recording that runs, else the ports of its devices"
+    )
+    options.sign_key()
+    options.value("--out", "FOLDER", "where recordings go (default: dives)", default="dives")
+    options.switch("--wet", "in the water: arm, push with each thruster once, disarm; about a minute")
+    options.value("--confirm", "NAME", "the vehicle's name, so that --wet does not ask for it")
+    options.value("--seconds", "N", "listen so long (default: 6)", type=seconds, default=6.0)
+    options.json("the findings")
