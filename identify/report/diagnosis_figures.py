@@ -40,7 +40,9 @@ SLICES = {
 }
 UNITS = {"speed": "m/s", "depth": "m", "time": "s", "voltage": "V", "distance": "m"}
 FLOWN = ("measured", "before", "after")
-LINES = ("before", "after", "floor: noise alone")
+BEFORE, AFTER, NOISE = "before", "after", "floor: noise alone"
+STYLE_OF = {NOISE: 0, BEFORE: 1, AFTER: 2}
+"""Before and after have the colours that they have in FLOWN, on the whole page."""
 
 
 def where_map(gap: Gap) -> Figure:
@@ -183,16 +185,12 @@ def growth(gap: Gap) -> Figure:
 def _growth_panel(gap: Gap, dof: int) -> Panel:
     unit, scale = ("mm/s", 1e3) if dof < 3 else ("°/s", math.degrees(1.0))
     at = np.array([drift.horizon_s for drift in gap.drifts])
-    curves = (
-        _rms(gap.drifts, dof),
-        _rms(gap.after, dof),
-        np.array([drift.floor[dof] for drift in gap.drifts]),
-    )
-    lines = [
-        Line(at[: len(y)], scale * y, label, style)
-        for style, (label, y) in enumerate(zip(LINES, curves, strict=True))
-        if len(y)
-    ]
+    curves = {
+        BEFORE: _rms(gap.drifts, dof),
+        AFTER: _rms(gap.after, dof),
+        NOISE: np.array([drift.floor[dof] for drift in gap.drifts]),
+    }
+    lines = [Line(at[: len(y)], scale * y, label, STYLE_OF[label]) for label, y in curves.items() if len(y)]
 
     def draw(box: "Axes") -> None:
         box.set_xscale("log")
@@ -214,12 +212,12 @@ def over_time(diagnosis: Diagnosis) -> Figure | None:
     if before is None or not len(before.starts_s):
         return None
     start_s = float(before.starts_s[0])
-    lines = [_binned(before, LINES[0], 0, start_s)]
+    lines = [_binned(before, BEFORE, start_s)]
     after = _at_horizon(diagnosis.gap.after)
     if after is not None:
-        lines.append(_binned(after, LINES[1], 1, start_s))
+        lines.append(_binned(after, AFTER, start_s))
     end_s = float(before.starts_s[-1]) - start_s
-    lines.append(Line(np.array([0.0, end_s]), np.ones(2), LINES[2], 2))
+    lines.append(Line(np.array([0.0, end_s]), np.ones(2), NOISE, STYLE_OF[NOISE]))
     panel = lines_panel("5 s drift, floors", "time, s", lines, (0.0, end_s), (0.0,))
     return Figure(
         "drift over the dive",
@@ -252,14 +250,14 @@ def _at_horizon(drifts: Sequence[Drift]) -> Drift | None:
     return next((drift for drift in drifts if drift.horizon_s == wording.DRIFT_S), None)
 
 
-def _binned(drift: Drift, label: str, style: int, start_s: float) -> Line:
+def _binned(drift: Drift, label: str, start_s: float) -> Line:
     """Rms over the fitted axes, and over each of at most BINS stretches of the dive."""
     known = np.isfinite(drift.floor)
     square = ((drift.off[:, known] / drift.floor[known]) ** 2).mean(axis=1)
     parts = np.array_split(np.arange(len(square)), min(BINS, len(square)))
     value = _over(parts, lambda part: math.sqrt(square[part].mean()))
     time_s = _over(parts, lambda part: drift.starts_s[part].mean() - start_s)
-    return Line(time_s, value, label, style)
+    return Line(time_s, value, label, STYLE_OF[label])
 
 
 def _over(parts: Sequence[NDArray[np.intp]], mean: Callable[[NDArray[np.intp]], float]) -> Array:
