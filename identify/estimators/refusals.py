@@ -185,9 +185,9 @@ def refuse_unmoved(dive: Dive) -> None:
                 read[dof] = max(read.get(dof, 0.0), speed)
     if read and all(speed < DRIVEN[dof] for dof, speed in read.items()):
         raise FitError(
-            f"the vehicle hardly moved: what was read stays within {1000 * LEAST_M_S:.0f} mm/s and "
-            f"{math.degrees(LEAST_RAD_S):.1f} deg/s of rest, so nothing can be told of what thrust does; let it swim "
-            "free, and dive again with starts, stops and turns under thrust",
+            f"the vehicle hardly moved: what was read of {axes_named(sorted(read))} stays within "
+            f"{1000 * LEAST_M_S:.0f} mm/s and {math.degrees(LEAST_RAD_S):.1f} deg/s of rest, so nothing can be told of "
+            "what thrust does; let it swim free, and dive again with starts, stops and turns under thrust",
             of=dive.name,
         )
 
