@@ -46,7 +46,7 @@ def accepted_model(path: Path, file: VehicleFile, leave: Leave) -> AcceptedModel
         values = read_parameters(path)
     except ParamError as error:
         raise UsageError(str(error)) from None
-    sidecar = sidecar_of(path)
+    sidecar = sidecar_beside(path)
     if sidecar is None:
         raise UsageError(
             f"{path}: has no sidecar that says of which vehicle it is; give one with {path.name}.json"
@@ -63,7 +63,7 @@ def accepted_model(path: Path, file: VehicleFile, leave: Leave) -> AcceptedModel
     )
 
 
-def sidecar_of(path: Path) -> Sidecar | None:
+def sidecar_beside(path: Path) -> Sidecar | None:
     """The sidecar of a parameter file; None if it has none. Raises UsageError for a damaged one."""
     try:
         return read_sidecar(path)

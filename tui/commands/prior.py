@@ -23,7 +23,7 @@ from identify.identification import Outcome
 from identify.statistics import Z95
 from tui import show
 from tui.files import check_file
-from tui.parameter_files import Leave, check_outcome, read_identification, sidecar_of
+from tui.parameter_files import Leave, check_outcome, read_identification, sidecar_beside
 
 AGEING = {"mass": 0.03, "damping": 0.10, "quadratic": 0.10}
 """Relative standard deviations: water and weed taken along, 1 to 5 kg on 100; fouling and a tether, tens of % over
@@ -200,13 +200,13 @@ def doubted_of(path: Path) -> dict[str, str]:
     """The reason against each coefficient that the identification doubts, from either file. Raises UsageError."""
     if path.suffix == ".json":
         return doubted_in(read_identification(path))
-    sidecar = sidecar_of(path)
+    sidecar = sidecar_beside(path)
     return {} if sidecar is None else sidecar.doubted
 
 
 def effects_of(path: Path) -> tuple[AcceptedEffect, ...]:
     """The effects that `diagnose --accept` wrote into a `.param`'s sidecar; an identification has none."""
-    sidecar = None if path.suffix == ".json" else sidecar_of(path)
+    sidecar = None if path.suffix == ".json" else sidecar_beside(path)
     return () if sidecar is None else sidecar.effects
 
 
@@ -253,7 +253,7 @@ def _of_json(path: Path, widen: float | None, leave: Leave) -> tuple[str, dict[s
 
 
 def _of_sidecar(path: Path, widen: float | None, leave: Leave) -> tuple[str, dict[str, Prior]]:
-    sidecar = sidecar_of(path)
+    sidecar = sidecar_beside(path)
     if sidecar is None:
         raise UsageError(f"{path}: {_why_no_sidecar(path)}")
     check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave, "written")
