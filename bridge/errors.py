@@ -14,6 +14,7 @@ SeatrialError                 a sentence a user can act on: the problem, its obj
 │   └── ParamUnverified       no independent read-back within the deadline
 ├── LogError                  a recording that can't be read or written
 │   ├── NothingRecorded       a file that was created but holds no frame
+│   ├── NotOfThisDive         a vehicle that has nothing of the dive that is asked for
 │   └── TakenAway             a file that was deleted or moved while it was written
 └── FitError                  an identification that can't be made
 """
@@ -79,6 +80,10 @@ class LogError(SeatrialError):
 
 class NothingRecorded(LogError):
     """A file of a recording was created but holds no frame."""
+
+
+class NotOfThisDive(LogError):
+    """The vehicle on the link has nothing of the dive that is asked for: it may be another vehicle."""
 
 
 class TakenAway(LogError):

@@ -11,7 +11,7 @@ from typing import Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.errors import LogError
+from bridge.errors import LogError, NotOfThisDive
 from bridge.wire.framing import Frame, decode
 from gcs_plugin.fetch.requests import Listing
 
@@ -48,20 +48,17 @@ def boots_heard(frames: Iterable[Frame]) -> list[Boot]:
     return list(boots.values())
 
 
-NOTHING_OF_IT: Final = (
-    "the vehicle's own recording holds nothing of this dive any more; the ground's is all there is"
-)
-
-
 def of_dive(listing: Listing, boots: list[Boot]) -> Listing:
     """Return the segments from the first to the last boot time heard of a dive, including all boots in between.
 
-    Raises LogError if the ring holds none of the dive's boots any more.
+    Raises NotOfThisDive if the ring holds none of the dive's boots any more.
     """
     heard = {boot.identity: boot for boot in boots}
     numbers = [segment.boot for segment, _ in listing if segment.identity in heard]
     if not numbers:
-        raise LogError(NOTHING_OF_IT)
+        raise NotOfThisDive(
+            "the vehicle's own recording holds nothing of this dive any more; the ground's is all there is"
+        )
     first, last = min(numbers), max(numbers)
     chosen = []
     for entry, following in zip_longest(listing, listing[1:]):

@@ -9,7 +9,7 @@ from bridge import clock as clocks
 from bridge import exit_codes
 from bridge.clock import Clock
 from bridge.command_line import check_folder
-from bridge.errors import LinkError, LogError
+from bridge.errors import LinkError, LogError, NotOfThisDive
 from bridge.exit_codes import UsageError
 from bridge.links import secured
 from bridge.links.link import Link
@@ -18,7 +18,7 @@ from bridge.vehicle.config import load_vehicle
 from bridge.wire.tlog import of_those_that_hold_frames, read_tlog
 from bridge.wire.whole import WHOLE
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, list_folders, load_folder, new_folder
-from gcs_plugin.fetch.boots import NOTHING_OF_IT, Boot, boots_heard, newest, of_dive
+from gcs_plugin.fetch.boots import Boot, boots_heard, newest, of_dive
 from gcs_plugin.fetch.fetching import Fetching, fetch
 from gcs_plugin.fetch.holes import Hole
 from gcs_plugin.fetch.mirror import Mirror
@@ -70,11 +70,7 @@ def run(arguments: argparse.Namespace) -> int:
                 name = arguments.name or about.configuration
                 done = fetcher.new(Path(arguments.out), vehicle, arguments.minutes, name, about)
     except (LinkError, LogError) as error:
-        if (
-            folder is None
-            or arguments.link
-            or not (isinstance(error, LinkError) or str(error) == NOTHING_OF_IT)
-        ):
+        if folder is None or arguments.link or not isinstance(error, LinkError | NotOfThisDive):
             raise
         raise type(error)(f"{error}{asked_by_way(folder)}") from None
     finally:
