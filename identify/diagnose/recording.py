@@ -149,6 +149,7 @@ def _with_late_thrust(nominal: Nominal, dive: Dive, file: VehicleFile, configura
     if _seldom(dive, file.vehicle.configurations[configuration]):
         return nominal
     forces = wrench(dive, file, configuration)
+    # A delay at which the equations have no solution ends the search: without a delay they have one.
     with suppress(np.linalg.LinAlgError):
         delay_s = coarse_delay_s(forces, nominal.built, nominal.joint, nominal.theta)
         return replace(nominal, late_thrust_s=(delay_s, 0.0))

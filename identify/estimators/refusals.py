@@ -174,14 +174,16 @@ def refuse_unpushed(dive: Dive, file: VehicleFile, configuration: str) -> None:
 def refuse_unmoved(dive: Dive) -> None:
     """Raise FitError if no reading of motion ever left its noise, whatever was commanded: a vehicle that is held.
 
-    Speeds are means over MEAN_S, less the median of all, since a gyro at rest reads its bias.
+    Speeds are means over MEAN_S, less a bias, at most as large as the least speed: a gyro at rest reads its own. A
+    steady cruise is no rest.
     """
     read: dict[int, float] = {}
     for signal, first in ((dive.velocity, 0), (dive.gyro, 3), (dive.fog, 5)):
         columns = () if signal is None else tuple(_means(signal.time_s, column) for column in signal.value.T)
         for dof, means in enumerate(columns, first):
             if len(means):
-                speed = float(np.quantile(np.abs(means - np.median(means)), OFTEN))
+                bias = np.clip(np.median(means), -DRIVEN[dof], DRIVEN[dof])
+                speed = float(np.quantile(np.abs(means - bias), OFTEN))
                 read[dof] = max(read.get(dof, 0.0), speed)
     if read and all(speed < DRIVEN[dof] for dof, speed in read.items()):
         raise FitError(

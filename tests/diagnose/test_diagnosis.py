@@ -23,7 +23,7 @@ from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, THRUST_GAIN
 from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.effects.sensors import DVL_DELAY
-from identify.estimators.refusals import refuse_unpushed
+from identify.estimators.refusals import refuse_unmoved, refuse_unpushed
 from tui.cli import main
 
 SCHEMA = Path(__file__).resolve().parents[1] / "data" / "answers.schema.json"
@@ -208,6 +208,18 @@ def test_a_vehicle_that_is_held_while_its_thrusters_run_is_refused(case):
         fog=None if dive.fog is None else held(dive.fog, 1e-4),
     )
     assert "the vehicle hardly moved" in refused(case, still)
+
+
+def test_a_vehicle_that_cruises_steadily_is_not_held(case):
+    dive = dive_of(case)
+    cruise = np.zeros_like(dive.velocity.value)
+    cruise[:, 0] = 0.5
+    still = {
+        name: replace(s, value=np.zeros_like(s.value))
+        for name in ("gyro", "fog")
+        if (s := getattr(dive, name))
+    }
+    refuse_unmoved(replace(dive, velocity=replace(dive.velocity, value=cruise), **still))
 
 
 def test_a_delay_far_beyond_the_vehicle_file_s_is_named_with_its_size(case):
