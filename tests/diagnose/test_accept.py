@@ -431,3 +431,15 @@ def test_linear_damping_that_quadratic_drag_may_replace_begins_at_none(nominal, 
 def test_an_axis_whose_thrust_follows_what_was_not_recorded_is_not_called_late(nominal, shape, fit):
     fit(late=changing(8.0, 0.02, OF_MASS, 0.1))
     assert accepted_of((ASTERN,), replace(nominal, doubted=(SURGE,)), shape).doubts == ()
+
+
+@pytest.mark.parametrize("times", [3.0, 0.2])
+def test_no_mass_is_accepted_below_the_rigid_body_s_or_beyond_what_water_adds(times):
+    """A vehicle file of three times the mass, or of a fifth of it, is of another vehicle."""
+    nominal = drawn_nominal()
+    shape = nominal.course.configuration
+    assert "M_u" in accepted_of((), nominal, shape).values
+    other = replace(shape, dry_mass_kg=times * shape.dry_mass_kg)
+    refused = accepted_of((), nominal, other)
+    assert "M_u" not in refused.values
+    assert "D_u" not in refused.values
