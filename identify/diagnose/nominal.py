@@ -418,7 +418,14 @@ def _without_acts(problem: AxisLikelihood, acts: Sequence[Act], course: Course, 
         off = reading_error(problem, act, course)
         if off is not None:
             reading -= off
-    axis = replace(axis, force=force, quadratic=quadratic, speed=near.speed, coriolis=near.coriolis)
+    axis = replace(
+        axis,
+        force=force,
+        quadratic=quadratic,
+        speed=near.speed,
+        before_filter=near.before_filter,
+        coriolis=near.coriolis,
+    )
     return replace(problem, axis=axis, reading=reading).reshaped()
 
 

@@ -16,7 +16,7 @@ from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from bridge.vehicle.config import Vehicle, VehicleFile
 from identify.dive import Dive, Signal
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
-from identify.estimators.lateness import FilteredForce, Timing, behind_filter, timing_of
+from identify.estimators.lateness import FilteredForce, Timing, behind_filter, means_behind_filter, timing_of
 from identify.estimators.motion import NO_MOTION, Motion
 from identify.estimators.readings import (
     FEWEST,
@@ -93,8 +93,8 @@ class Axis:
     channel: index of the reading's entry in `channels`.
     stiffness: restoring moment per angle, for roll and pitch.
     initial (4,): first speed, first angle or depth, and their variances.
-    speed (n,): the axis's own speed over each step, which gives its quadratic drag. quadratic: quadratic damping that
-    is known beforehand.
+    speed (n,): the axis's own speed over each step; before_filter (n,): the same before an autopilot's smoothing, whose
+    square gives the quadratic drag. quadratic: quadratic damping that is known beforehand.
     white_force: force that the log hides of the commands, N (N m) per root of 1/s; 0 if it hides nothing.
     timing: timing errors of the readings of an autopilot's own filter, and of slow samples of the commands.
     smoothing_s: time constant of that filter. sampled_s: interval of the command samples, 0 if the commands are known
@@ -116,6 +116,7 @@ class Axis:
     stiffness: float
     initial: Array
     speed: Array
+    before_filter: Array
     quadratic: float = 0.0
     white_force: float = 0.0
     timing: tuple[Timing, ...] = ()
@@ -143,7 +144,15 @@ class Axis:
         bracket = np.minimum(size / width, count - 1).astype(np.int64)
         slope = np.asarray(slopes[bracket], dtype=np.float64)
         step = np.where(self.step < 0, -1, self.step * count + bracket)
-        return Brackets(slopes, slope, step, np.stack([slope * self.speed, (slope - size) * self.speed]))
+        braked = slope * self.speed
+        return Brackets(slopes, slope, step, np.stack([braked, braked - self.squared]))
+
+    @cached_property
+    def squared(self) -> Array:
+        """Speed times its magnitude (n,) over each step, as the readings show it: a fast hull's drag is over before an
+        autopilot's filter shows the speed that made it."""
+        values = np.asarray(self.before_filter * np.abs(self.before_filter))
+        return means_behind_filter(values, self.step_s, self.smoothing_s) if self.smoothing_s > 0 else values
 
     @property
     def is_coloured(self) -> bool:
@@ -337,6 +346,7 @@ def _events(dof: int, channels: list[Channel], span_s: tuple[float, float]) -> A
         0.0,
         initial,
         np.zeros(len(time_s)),
+        np.zeros(len(time_s)),
     )
 
 
@@ -420,8 +430,13 @@ def coupled(axis: Axis, motion: Motion) -> Axis:
         return motion.mean_between(smooth, before, axis.time_s)
 
     columns = [-shown(force) if force.any() else np.zeros(len(before)) for force in motion.coriolis[axis.dof]]
-    speed = shown(motion.nu[:, axis.dof])
-    return replace(axis, coriolis=np.column_stack(columns), speed=speed)
+    nu = motion.nu[:, axis.dof]
+    return replace(
+        axis,
+        coriolis=np.column_stack(columns),
+        speed=shown(nu),
+        before_filter=motion.mean_between(nu, before, axis.time_s),
+    )
 
 
 def _initial(time_s: Array, value: Array, scale: Array, state: NDArray[np.int64]) -> Array:

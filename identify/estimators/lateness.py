@@ -53,19 +53,35 @@ def _slope(force: Array, half_s: Array, lag_s: float) -> Array:
 
 
 def behind_filter(values: Array, step_s: float, smoothing_s: float) -> Array:
-    """Columns (n, k) at uniform times after a first-order filter, whose state starts at the first row."""
+    """Columns (n, k) at uniform times, straight between them, after a first-order filter, whose state starts at the
+    first row."""
     if smoothing_s <= 0:
         return values
-    return np.asarray(_smoothed(np.ascontiguousarray(values), float(np.exp(-step_s / smoothing_s))))
+    keep = float(np.exp(-step_s / smoothing_s))
+    return np.asarray(_smoothed(np.ascontiguousarray(values), keep, smoothing_s / step_s * (1.0 - keep)))
 
 
 @njit(cache=True, nogil=True)
-def _smoothed(values: Array, keep: float) -> Array:
-    out, share = np.empty_like(values), 1.0 - keep
+def means_behind_filter(values: Array, step_s: Array, smoothing_s: float) -> Array:
+    """Mean (n,) over each step (n,), s, of values (n,) that hold for a step, after a first-order filter, whose state
+    starts at the first value; 0 for an empty step."""
+    out, state = np.zeros(len(values)), values[0]
+    for i in range(len(values)):
+        if step_s[i] > 0:
+            keep = np.exp(-step_s[i] / smoothing_s)
+            out[i] = values[i] + (state - values[i]) * (1.0 - keep) * smoothing_s / step_s[i]
+            state = values[i] + (state - values[i]) * keep
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _smoothed(values: Array, keep: float, mean: float) -> Array:
+    """`mean`: of the filter's decay over a step, of which `keep` is left at its end."""
+    out, at_start, at_end = np.empty_like(values), mean - keep, 1.0 - mean
     out[0] = values[0]
     for i in range(1, values.shape[0]):
         for c in range(values.shape[1]):
-            out[i, c] = share * values[i, c] + keep * out[i - 1, c]
+            out[i, c] = at_start * values[i - 1, c] + at_end * values[i, c] + keep * out[i - 1, c]
     return out
 
 

@@ -176,30 +176,38 @@ class AxisLikelihood:
         means = filtered_means(table, self.step, force, error, gain, axis.state_read, axis.initial)
         return np.asarray(means, dtype=np.float64), gain[:, :3] * error[:, None]
 
-    def expected_speed(self, theta: Array) -> Array:
-        """Velocity (n,) over each step, predicted from the earlier readings.
+    def expected_speeds(self, theta: Array) -> tuple[Array, Array]:
+        """Velocity (n,) over each step, predicted from the earlier readings, and before an autopilot's filter.
 
         The braking force must not depend on the readings that are to be explained. A velocity smoothed over the whole
         dive does depend on them, and the drag made of it would come out too small.
         """
         means, by_reading = self._means(theta)
         after, before = means[:, 0], means[:, 0] - by_reading[:, 0]
-        return 0.5 * (np.concatenate([after[:1], after[:-1]]) + before)
+        start, step_s = np.concatenate([after[:1], after[:-1]]), self.axis.step_s
+        speed = 0.5 * (start + before)
+        if self.axis.smoothing_s <= 0:
+            return speed, speed
+        # Speeds that run away are the caller's to refuse.
+        with np.errstate(invalid="ignore"):
+            change = (before - start) / np.where(step_s > 0, step_s, np.inf)
+        return speed, speed + self.axis.smoothing_s * change
 
     def slowed(self, theta: Array) -> "AxisLikelihood":
         """Return the same problem with the drag of the speed that is expected at theta.
 
         Raises LinAlgError if that speed diverges.
         """
-        speed = self.expected_speed(theta)
+        speed, before_filter = self.expected_speeds(theta)
         if not np.max(np.abs(speed)) < RUNAWAY:
             raise np.linalg.LinAlgError("the speeds that are expected from there run away")
-        axis = replace(self.axis, speed=speed)
+        axis = replace(self.axis, speed=speed, before_filter=before_filter)
         return replace(self, axis=axis, shapes=_shapes(axis, self.unmeasured, self.damped))
 
-    def moving(self, motion: Motion, speed: Array) -> "AxisLikelihood":
-        """Return the same problem with the Coriolis forces of another motion, and the drag of an own speed (n,)."""
-        axis = replace(coupled(self.axis, motion), speed=speed)
+    def moving(self, motion: Motion, speed: Array, before_filter: Array) -> "AxisLikelihood":
+        """Return the same problem with the Coriolis forces of another motion, and the drag of its own speed (n,),
+        shown and before an autopilot's filter."""
+        axis = replace(coupled(self.axis, motion), speed=speed, before_filter=before_filter)
         return replace(self, axis=axis, shapes=_shapes(axis, self.unmeasured, self.damped))
 
     def reshaped(self) -> "AxisLikelihood":
@@ -389,6 +397,6 @@ def likelihood_of(
 
 def _shapes(axis: Axis, unmeasured: Sequence[int], damped: Damping) -> Array:
     """Forces of unit factors, (n, k), in the order of theta."""
-    drag = [] if damped == "linear" else [-axis.speed * np.abs(axis.speed)]
+    drag = [] if damped == "linear" else [-axis.squared]
     late = [timing.force for timing in axis.timing]
     return np.column_stack([np.ones(len(axis.force)), axis.coriolis[:, list(unmeasured)], *drag, *late])

@@ -149,8 +149,11 @@ class JointLikelihood:
 
         def moved(i: int) -> AxisLikelihood:
             # Move half of the way: the full change overshoots, and the passes would oscillate about their limit.
-            speed = 0.5 * (problems[i].axis.speed + problems[i].expected_speed(parameters[i]))
-            moving = problems[i].moving(better, speed)
+            axis = problems[i].axis
+            speed, before_filter = problems[i].expected_speeds(parameters[i])
+            moving = problems[i].moving(
+                better, 0.5 * (axis.speed + speed), 0.5 * (axis.before_filter + before_filter)
+            )
             return replace(moving, reading=problems[i].without_wild(parameters[i]))
 
         return replace(self, problems=tuple(side_by_side(moved, range(len(parameters)), self._readings)))

@@ -16,7 +16,7 @@ from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive, Signal
 from identify.estimators.axes import LAGS_FORGOTTEN, Axes, Axis, build_axes, delayed, later
 from identify.estimators.lateness import Timing, by_lateness
-from identify.estimators.likelihood_axis import MASS_RATIO, AxisLikelihood, likelihood_of, rigid_mass
+from identify.estimators.likelihood_axis import MASS, MASS_RATIO, AxisLikelihood, likelihood_of, rigid_mass
 from identify.estimators.likelihood_fit import JointFit, rough_maximum
 from identify.estimators.likelihood_joint import JointLikelihood, alone
 from identify.estimators.misfit import DOUBTFUL_SCORE
@@ -241,7 +241,7 @@ def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
             timing = 0.5 * (likeliest + timing)
             continue
         best, likeliest, known = max(best, log_posterior), timing, fits
-        further = np.clip(_further(fits), -LONGEST_TURN_S, LONGEST_TURN_S)
+        further = np.clip(_further(fits, delay_s), -LONGEST_TURN_S, LONGEST_TURN_S)
         timing = np.clip(timing + further, LEAST, MOST)
         if np.all(np.abs(further) < SETTLED_S):
             break
@@ -365,14 +365,14 @@ def _of_velocity(fits: Sequence[_Fit]) -> float:
     return sum(fit.log_posterior for fit in fits if fit.dof in (SURGE, SWAY))
 
 
-def _further(fits: Sequence[_Fit]) -> Array:
+def _further(fits: Sequence[_Fit], delay_s: float) -> Array:
     """Further lateness and smoothing of the velocity, from surge and sway, and further thrust delay, from yaw, in s,
-    relative to the values in the fits."""
+    relative to the values in the fits; `delay_s` (s) is the thrust's delay there, and none is negative."""
     total, precision = np.zeros(2), 1e-9 * np.eye(2)
     later_s = 0.0
     for fit in fits:
         if len(fit.timing) == 1:
-            later_s = float(fit.timing[0])
+            later_s = max(float(fit.timing[0]), -delay_s)
         else:
             total, precision = total + fit.precision @ fit.timing, precision + fit.precision
     velocity = np.linalg.solve(precision, total)
@@ -395,6 +395,10 @@ def _fits_of(built: Axes, file: VehicleFile, name: str, near: Sequence[_Fit]) ->
     shape = file.vehicle.configurations[name]
     masses = np.array([MASS_RATIO * rigid_mass(shape, dof) for dof in range(6)])
     starts = {fit.dof: fit.theta for fit in near}
+    for dof, theta in starts.items():
+        # A guess would leave a drifting hull's turning (Munk 1924) to yaw, which would take it for another timing.
+        if np.isfinite(theta[MASS]):
+            masses[dof] = np.exp(theta[MASS])
 
     def fit(axis: Axis) -> _Fit | None:
         if not axis.timing:

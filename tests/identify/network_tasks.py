@@ -68,4 +68,5 @@ def read_by(state_read, time_s, value, scale=None, dof=2):
         0.0,
         np.zeros(4),
         np.zeros(n),
+        np.zeros(n),
     )
