@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -208,6 +208,15 @@ def sized(low: float, size: float) -> float:
 
 
 Apply = Callable[[Site, np.random.Generator], None]
+
+
+def changed(part: Literal["hull", "prop", "faults"], **changes: Any) -> Apply:
+    """An effect that sets parameters of a part of the site, alike in every dive."""
+
+    def apply(site: Site, _: np.random.Generator) -> None:
+        setattr(site, part, getattr(site, part)._replace(**changes))
+
+    return apply
 
 
 @dataclass(frozen=True)

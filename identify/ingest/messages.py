@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import LogError
+from bridge.wire.framing import MAGIC_2
 from bridge.wire.silences import Silence, longest, silences, way_to_mend
 from identify.checks.impossible import WILD_S, tame
 from identify.dive import Array, Kind, Note
-from identify.ingest.frames import Fields, Frames, Rows
+from identify.ingest.frames import HEADER_1, HEADER_2, Fields, Frames, Rows
 
 GROUND_STATION = 6
 CLEARLY_MORE = 5.0
@@ -265,8 +266,6 @@ def _rising(time_s: Array, fields: Fields) -> Batch:
     return Batch(unique_s, fields.at(first))
 
 
-MAGIC_2: Final = 0xFD
-HEADER_1, HEADER_2 = 6, 10
 BOOT_ID: Final = b"BOOT_ID"
 """Name under which a vehicle that keeps its own recording sends its boot id."""
 NAME_AT: Final = 8
