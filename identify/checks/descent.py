@@ -2,11 +2,10 @@
 
 import numpy as np
 
-from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import Water
 from identify.checks.scales import FEWEST_WINDOWS, Scale, edge_means, integral, scale_of, well_read
 from identify.dive import Dive
-from identify.identification import Doubt, Outcome
+from identify.identification import Doubt, Outcome, coefficients_of
 from identify.ingest.rotation import attitude_at
 
 WINDOW_S, STEP_S = 10.0, 0.1
@@ -55,14 +54,13 @@ def descent_doubts(dive: Dive, water: Water) -> tuple[Doubt, ...]:
     scale = descent(dive, water)
     if scale is None or not scale.contradicts(LARGEST_DESCENT_OFF):
         return ()
-    about = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in range(3))
+    about = coefficients_of(range(3))
     return (
         Doubt(
             about,
             f"Depth changes by {scale.times} times what the recorded downward velocity comes to",
-            f"the DVL's "
-            f"scale, sign or mounting is not as taken, and {', '.join(about)} are as far off where it is all of the "
-            "DVL's; check its units and mounting, its speed of sound, and the depth sensor.",
+            f"the DVL's scale, sign or mounting is not as taken, and {', '.join(about)} are as far off where it is all "
+            "of the DVL's; check its units and mounting, its speed of sound, and the depth sensor.",
             Outcome.DISAGREES,
         ),
     )

@@ -173,8 +173,13 @@ def vehicle_runs(frames: Frames, source: str) -> tuple[Messages, ...]:
     components = [int(c) for c in np.unique(frames.component[frames.system == system])]
     timed = {component: timed_rows(frames, system, component) for component in components}
     stating = sum(len(rows) for rows, _ in timed.values())
-    timed = {component: _tame(frames, *rows_times) for component, rows_times in timed.items()}
-    timed = {component: rows_times for component, rows_times in timed.items() if len(rows_times[0])}
+    # A few rows whose time lies far from those around them are left out; a restart shifts all later times and stays.
+    among = {component: tame(frames.arrival_s[rows] - time_s) for component, (rows, time_s) in timed.items()}
+    timed = {
+        component: (rows[among[component]], time_s[among[component]])
+        for component, (rows, time_s) in timed.items()
+        if among[component].any()
+    }
     wild = stating - sum(len(rows) for rows, _ in timed.values())
     wild_notes = (f"{wild} messages state a time that can't be; when they arrived is taken.",) if wild else ()
     if not timed:
@@ -232,12 +237,6 @@ def timed_rows(frames: Frames, system: int, component: int) -> tuple[Rows, Array
     joined, times = np.concatenate(all_rows), np.concatenate(all_times)
     order = np.argsort(joined, kind="stable")
     return joined[order], times[order]
-
-
-def _tame(frames: Frames, rows: Rows, time_s: Array) -> tuple[Rows, Array]:
-    """Remove the few rows whose time lies far from those around them; a restart shifts all later times and stays."""
-    among = tame(frames.arrival_s[rows] - time_s)
-    return rows[among], time_s[among]
 
 
 def _runs(total: int, rows: Rows, time_s: Array) -> list[tuple[slice, float]]:

@@ -65,7 +65,14 @@ def validation_report(validation: Validation) -> Report:
     judged = {run.label: run.raising for run in runs if run.raising is not None}
     file, lever_m = validation.file, validation.lever_m
     axes = [_axis(dof, dives, errors, lever_m) for dof in _moved(errors)]
-    sections = [_raising(judged), *axes, _criteria(judged), _notes(dives)]
+    judgements = tuple((raising.go, f"{label}: {raising.sentence}") for label, raising in judged.items())
+    notes = "\n\n".join(f"{label}: {note}" for label, dive in dives.items() for note in dive.notes)
+    sections = (
+        Section("May the feed-forward be raised?", judged=judgements) if judgements else None,
+        *axes,
+        _criteria(judged),
+        Section("Notes of the recordings", notes) if notes else None,
+    )
     return Report(
         f"{file.vehicle.name}: how the reference was followed",
         "; ".join(f"{label}: {dive.name}" for label, dive in dives.items()),
@@ -108,12 +115,6 @@ def _less(best: str, errors: Mapping[str, float]) -> str:
                 f"{fixed(100 * share, 0)} % less than '{label}'" if share >= ALIKE else f"like '{label}'"
             )
     return f" ({', '.join(words)})" if words else ""
-
-
-def _raising(judged: Mapping[str, Raising]) -> Section | None:
-    """Go or no-go for each dive."""
-    judgements = tuple((raising.go, f"{label}: {raising.sentence}") for label, raising in judged.items())
-    return Section("May the feed-forward be raised?", judged=judgements) if judgements else None
 
 
 def _criteria(judged: Mapping[str, Raising]) -> Section | None:
@@ -190,11 +191,6 @@ def _begun_s(dof: int, dive: Dive) -> float | None:
         return None
     moving = np.flatnonzero(np.abs(dive.nu_ref.value[:, dof]) > LEAST_SPEED)
     return float(dive.nu_ref.time_s[moving[0]]) if len(moving) else None
-
-
-def _notes(dives: Mapping[str, Dive]) -> Section | None:
-    notes = [f"{label}: {note}" for label, dive in dives.items() for note in dive.notes]
-    return Section("Notes of the recordings", "\n\n".join(notes)) if notes else None
 
 
 def _error_tables(
