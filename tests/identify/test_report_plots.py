@@ -11,7 +11,7 @@ from PIL import Image
 from identify.dive import Array, Dive, Signal
 from identify.report.figures import broken_at_gaps, track
 from identify.report.picture import inline, write_files
-from identify.report.plot import DARK, LIGHT, STYLES, Draw, Line, lines_panel, side_by_side, stack
+from identify.report.plot import DARK, LIGHT, STYLES, Draw, Line, lines_panel, stack
 from identify.words import count, fixed, seconds, significant, unit, with_interval
 
 RISING = Line(np.array([0.0, 1.0]), np.array([0.0, 1.0]), "measured")
@@ -124,20 +124,6 @@ def test_files_for_a_paper_are_a_column_wide_on_white_with_their_words_as_text(t
         assert image.size[0] == round(3.46 * 300)
         assert image.convert("RGB").getpixel((0, 0)) == (255, 255, 255)
     assert ">y, m</text>" in svg.read_text(encoding="utf-8")
-
-
-def test_panels_stand_side_by_side_where_there_is_room_and_under_one_another_where_not():
-    draw = side_by_side([lines_panel(name, "x", [RISING]) for name in "abcd"])
-    places = {width: [box.get_subplotspec() for box in draw(width).axes] for width in (10.0, 3.46)}
-    assert [(p.rowspan.start, p.colspan.start) for p in places[10.0]] == [(0, 0), (0, 1), (0, 2), (1, 0)]
-    assert [(p.rowspan.start, p.colspan.start) for p in places[3.46]] == [(0, 0), (1, 0), (2, 0), (3, 0)]
-
-
-def test_numbers_at_an_axis_are_written_out_and_never_powers_or_offsets():
-    svg = wide(of(Line(np.array([1_000_000.0, 1_000_002.0]), np.array([-2.0, 3e4]))))
-    words = re.findall(r">([^<>]+)</text>", svg)
-    assert "1000000.00" in words
-    assert not [w for w in words if ("e" in w and w[0].isdigit()) or "10^" in w or w.startswith("+")]
 
 
 @pytest.mark.parametrize(
