@@ -20,7 +20,7 @@ from bridge.errors import LogError
 from bridge.wire.clock_line import ClockLine, fit_clock
 from identify.dive import Array, Signal
 from identify.ingest import rotation
-from identify.ingest.dataflash import read_log
+from identify.ingest.dataflash import read_dataflash
 from identify.ingest.frames import load_frames
 from identify.ingest.messages import vehicle_runs, vehicle_system
 from identify.statistics import bulk_std
@@ -305,7 +305,7 @@ def with_logs(fields: dict[str, Any], heard: Sequence[Path], logs: Sequence[Path
 
 def merged(fields: dict[str, Any], heard: Sequence[Path], log: Path) -> dict[str, Any]:
     """Fill the fields of a dive from a log, with a note. Raises LogError if that is impossible."""
-    theirs, parameters = read_log(log)
+    theirs, parameters = read_dataflash(log)
     try:
         line, known = _clock(fields, theirs, parameters, heard)
     except LogError as error:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.dive import Array, Signal
 from identify.ingest import rotation
+from identify.ingest.commands import driven_outputs
 from identify.ingest.frames import Frames, load_frames, message_name
 from identify.ingest.messages import Batch, Messages, unheard_notes, vehicle_runs
 from identify.ingest.runs import Run, chosen, driven_s
@@ -250,26 +251,14 @@ def _scaled_imu(messages: Messages) -> tuple[Signal | None, Signal | None]:
 def _outputs(batch: Batch | None) -> Signal | None:
     if batch is None:
         return None
-    return _used_columns(batch.time_s, batch.fields["actuator"].astype(np.float64))
+    return driven_outputs(batch.time_s, batch.fields["actuator"].astype(np.float64))
 
 
 def _servos(batch: Batch | None) -> Signal | None:
     """Pulses in microseconds, one column per output, up to the first output that is never driven."""
     if batch is None:
         return None
-    return _used_columns(batch.time_s, batch.columns(*(f"servo{i}_raw" for i in range(1, 17))))
-
-
-def _used_columns(time_s: Array, pwm_us: Array) -> Signal | None:
-    """Keep outputs up to the first unused one.
-
-    An output that is never a number counts as used, unless the last output is never a number either: then unused
-    outputs are written that way.
-    """
-    unknown = np.asarray(np.isnan(pwm_us).all(axis=0))
-    idle = np.flatnonzero(~((pwm_us > 0).any(axis=0) | (unknown & ~unknown[-1])))
-    width = int(idle[0]) if len(idle) else pwm_us.shape[1]
-    return Signal(time_s, pwm_us[:, :width]) if width else None
+    return driven_outputs(batch.time_s, batch.columns(*(f"servo{i}_raw" for i in range(1, 17))))
 
 
 def _rpm(batch: Batch | None, pwm: Signal | None) -> Signal | None:

@@ -14,7 +14,6 @@ from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Vector3
 from identify.dive import Dive, Signal
 from identify.filters import low_pass
-from identify.glance.following import measured_speed
 from identify.glance.raising import MARKS, Raising
 from identify.report.figures import TIME_TITLE, signal_line, time_panel
 from identify.report.page import Figure, Report, Section, Table
@@ -29,6 +28,7 @@ from identify.validate import (
     AxisErrors,
     SteadyError,
     TrackingErrors,
+    measured_speed,
 )
 from identify.words import MISSING, fixed
 
