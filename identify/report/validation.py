@@ -138,7 +138,7 @@ def _axis(
     """Section of an axis: errors side by side, then each dive's curves, then the numbers as in Table 5."""
     axis = DOFS[dof]
     of_axis = {label: run for label, run in errors.items() if run.axis(axis) is not None}
-    curves = (_curves(label, dive, lever_m).get(dof) for label, dive in dives.items())
+    curves = (_curves(dof, label, dive, lever_m) for label, dive in dives.items())
     compared = _compared(dof, dives, lever_m) if len(of_axis) > 1 else None
     drawn = (_by_phase(axis, of_axis), compared, *curves)
     return Section(
@@ -258,23 +258,19 @@ def _with_error(at: SteadyError | None) -> str:
     return f"{at.error:+.4f}{spread}".replace("-", "−")
 
 
-def _curves(mode: str, dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0)) -> dict[int, Figure]:
-    """For each axis that the reference moves along: reference and measured speed, their error, PID and feed-forward.
+def _curves(dof: int, mode: str, dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0)) -> Figure | None:
+    """Reference and measured speed, their error, PID and feed-forward; None for an axis that the reference rests in.
 
     `lever_m`: position of the DVL's transducer in body axes.
     """
-    if dive.nu_ref is None:
-        return {}
-    return {
-        dof: Figure(
-            f"tracking {DOFS[dof]} {mode}",
-            f"{mode}, {DOFS[dof]}: speed as asked for and as measured; the error, below {CUTOFF_HZ:g} Hz; wrench of "
-            "PID and of feed-forward.",
-            stack(_panels(dof, dive, dive.nu_ref, lever_m)),
-        )
-        for dof in AXES
-        if (np.abs(dive.nu_ref.value[:, dof]) > LEAST_SPEED).any()
-    }
+    if dive.nu_ref is None or not (np.abs(dive.nu_ref.value[:, dof]) > LEAST_SPEED).any():
+        return None
+    return Figure(
+        f"tracking {DOFS[dof]} {mode}",
+        f"{mode}, {DOFS[dof]}: speed as asked for and as measured; the error, below {CUTOFF_HZ:g} Hz; wrench of PID "
+        "and of feed-forward.",
+        stack(_panels(dof, dive, dive.nu_ref, lever_m)),
+    )
 
 
 def _panels(dof: int, dive: Dive, reference: Signal, lever_m: Vector3) -> list[Panel]:
@@ -315,7 +311,12 @@ def tracking_section(
 
     `paper`: published errors, as a further column.
     """
-    drawn = tuple(figure for mode, dive in dives.items() for figure in _curves(mode, dive).values())
+    drawn = tuple(
+        figure
+        for mode, dive in dives.items()
+        for dof in AXES
+        if (figure := _curves(dof, mode, dive)) is not None
+    )
     words = (
         "The phases follow the reference: speeding up, steady, slowing down. Delay is how much later the measured "
         "speed looks most like the reference."
