@@ -135,12 +135,14 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
     velocity = velocity_of(messages, signals.get("attitude"))
     if velocity is not None:
         signals["velocity"] = velocity.signal
+    sent = np.unique(frames.message[frames.system == messages.system], return_counts=True)
     return {
         **{field: signal for field, signal in signals.items() if signal is not None},
         "velocity_is_filtered": velocity is not None and velocity.filtered,
         "unix_at_boot_s": _unix_at_boot_s(messages),
         "notes": messages.notes + restart_notes + _damage(frames) + unheard_notes(frames, messages.system),
-        "counts": _counts(frames, messages.system),
+        "counts": {message_name(int(number)): int(count) for number, count in zip(*sent, strict=True)}
+        | frames.counts,
     }
 
 
@@ -317,13 +319,6 @@ def _unix_at_boot_s(messages: Messages) -> float | None:
     unix_s = batch.fields["time_unix_usec"].astype(np.float64) * 1e-6
     dated = unix_s > HAS_DATE_S
     return float(np.median((unix_s - batch.time_s)[dated])) if dated.any() else None
-
-
-def _counts(frames: Frames, system: int) -> dict[str, int]:
-    """Messages of the vehicle by name, and the reader's counts."""
-    numbers, counts = np.unique(frames.message[frames.system == system], return_counts=True)
-    by_name = {message_name(int(number)): int(count) for number, count in zip(numbers, counts, strict=True)}
-    return by_name | frames.counts
 
 
 def _damage(frames: Frames) -> tuple[str, ...]:

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from drawn_paths import strokes
 from PIL import Image
 
 from identify.dive import Array, Dive, Signal
@@ -24,6 +23,12 @@ def of(*lines: Line, title: str = "y, m") -> Draw:
 def wide(draw: Draw) -> str:
     """The form of the page on a wide screen."""
     return inline(draw, "label", "k").partition('<svg class="column-picture"')[0]
+
+
+def strokes(path: str) -> list[Array]:
+    """Each stroke of a path that begins somewhere and goes on by steps, as points (n, 2), y downwards."""
+    numbers = (re.findall(r"-?(?:\d+\.?\d*|\.\d+)", stroke) for stroke in filter(None, path.split("M")))
+    return [np.cumsum(np.array(steps, dtype=float).reshape(-1, 2), axis=0) for steps in numbers]
 
 
 def curves(svg: str, style: int = 0) -> list[Array]:
