@@ -120,7 +120,11 @@ def compare(
     right."""
     by_name = {parameter.name: parameter for parameter in second.parameters}
     differences = [
-        _difference(parameter, by_name[parameter.name], first, second, (priors or {}).get(parameter.name))
+        _difference(
+            _Side(first, parameter),
+            _Side(second, by_name[parameter.name]),
+            (priors or {}).get(parameter.name),
+        )
         for parameter in first.parameters
         if parameter.name in by_name and parameter.name in OF_HULL
     ]
@@ -138,20 +142,30 @@ def doubted(compared: Comparison) -> Identification:
     return replace(compared.first, outcome=outcome, doubts=(*compared.first.doubts, *doubts))
 
 
-def _difference(
-    parameter: Estimate, other: Estimate, first: Identification, second: Identification, prior: Prior | None
-) -> Difference:
-    distance = distance_between(parameter, other)
-    if not (math.isfinite(distance) and apart(parameter, other)):
-        return Difference(parameter.name, parameter, other, distance)
+@dataclass(frozen=True)
+class _Side:
+    """A method with its estimate of the coefficient that is compared."""
+
+    method: Identification
+    estimate: Estimate
+
+    @property
+    def name(self) -> str:
+        return self.method.method
+
+
+def _difference(first: _Side, second: _Side, prior: Prior | None) -> Difference:
+    value, other = first.estimate, second.estimate
+    distance = distance_between(value, other)
+    if not (math.isfinite(distance) and apart(value, other)):
+        return Difference(value.name, value, other, distance)
     why = (
-        f"On {parameter.name} two methods disagree, {first.method} {parameter.value:.4g} ± {parameter.std:.2g} "
-        f"{parameter.unit} and {second.method} {other.value:.4g} ± {other.std:.2g}, "
-        f"{100 * (other.value / parameter.value - 1):+.1f} % and {abs(distance):.1f} standard errors apart: "
-        f"{_why(parameter, other, first, second, prior)}; rely on neither value before another dive tells (`seatrial "
-        "plan --after` proposes one)."
+        f"On {value.name} two methods disagree, {first.name} {value.value:.4g} ± {value.std:.2g} {value.unit} and "
+        f"{second.name} {other.value:.4g} ± {other.std:.2g}, {100 * (other.value / value.value - 1):+.1f} % and "
+        f"{abs(distance):.1f} standard errors apart: {_why(first, second, prior)}; rely on neither value before "
+        "another dive tells (`seatrial plan --after` proposes one)."
     )
-    return Difference(parameter.name, parameter, other, distance, why)
+    return Difference(value.name, value, other, distance, why)
 
 
 def apart(interval: Interval, other: Interval) -> bool:
@@ -168,26 +182,20 @@ def distance_between(parameter: Estimate, other: Estimate) -> float:
     return math.log(other.value / parameter.value) / max(stds) if all(std > 0 for std in stds) else math.nan
 
 
-def _why(
-    parameter: Estimate, other: Estimate, first: Identification, second: Identification, prior: Prior | None
-) -> str:
+def _why(first: _Side, second: _Side, prior: Prior | None) -> str:
     """Reasons for a disagreement: each method's doubts about the coefficient, their different assumptions, and other
     evidence."""
-    reasons = []
-    for method in (first, second):
-        about = [doubt.clause for doubt in method.doubts if parameter.name in doubt.about]
+    name, reasons = first.estimate.name, []
+    for side in (first, second):
+        about = [doubt.clause for doubt in side.method.doubts if name in doubt.about]
         if about:
-            reasons.append(f"{method.method} doubts it itself ({'; '.join(about)})")
-        elif method.outcome is not Outcome.CONVERGED:
-            reasons.append(f"{method.method} ended with '{method.outcome.value}'")
-    reasons += _other_levels(DOFS[OF_HULL[parameter.name].dof], first, second)
+            reasons.append(f"{side.name} doubts it itself ({'; '.join(about)})")
+        elif side.method.outcome is not Outcome.CONVERGED:
+            reasons.append(f"{side.name} ended with '{side.method.outcome.value}'")
+    reasons += _other_levels(DOFS[OF_HULL[name].dof], first.method, second.method)
     if not reasons:
         reasons.append("neither doubts it, and they took noise and disturbance alike")
-    reasons += [
-        *_entangled(parameter, other, first, second),
-        *_beside(parameter, other, first, second, prior),
-    ]
-    return "; ".join(reasons)
+    return "; ".join([*reasons, *_entangled(first, second), *_beside(first, second, prior)])
 
 
 def _other_levels(axis: str, first: Identification, second: Identification) -> list[str]:
@@ -205,17 +213,15 @@ def _other_levels(axis: str, first: Identification, second: Identification) -> l
     return differing
 
 
-def _entangled(
-    parameter: Estimate, other: Estimate, first: Identification, second: Identification
-) -> list[str]:
+def _entangled(*sides: _Side) -> list[str]:
     """The coefficient that this coefficient correlates most with, by either method."""
     by_partner: dict[str, list[str]] = {}
-    for method, fitted in ((first, parameter), (second, other)):
-        if fitted.partner is not None and fitted.partner.is_close:
-            correlated = f"{fitted.partner.correlation:+.2f} with {fitted.partner.name}"
-            by_partner.setdefault(correlated, []).append(method.method)
+    for side in sides:
+        partner = side.estimate.partner
+        if partner is not None and partner.is_close:
+            by_partner.setdefault(f"{partner.correlation:+.2f} with {partner.name}", []).append(side.name)
     words = " and ".join(f"{correlated} by {' and '.join(by)}" for correlated, by in by_partner.items())
-    return [f"{parameter.name} is correlated {words}"] if by_partner else []
+    return [f"{sides[0].estimate.name} is correlated {words}"] if by_partner else []
 
 
 def _partners(of: Difference) -> tuple[str, ...]:
@@ -224,17 +230,13 @@ def _partners(of: Difference) -> tuple[str, ...]:
     return tuple(dict.fromkeys(each.name for each in partners if each is not None and each.is_close))
 
 
-def _beside(
-    parameter: Estimate, other: Estimate, first: Identification, second: Identification, prior: Prior | None
-) -> list[str]:
+def _beside(first: _Side, second: _Side, prior: Prior | None) -> list[str]:
     """Which of the two values is nearer to the vehicle file's prior, if there is a prior."""
     if prior is None:
         return []
-    away = [abs(math.log(fitted.value / prior.value)) for fitted in (parameter, other)]
-    nearer = first if away[0] < away[1] else second
-    return [
-        f"the vehicle file's prior {prior.value:.4g} ± {prior.std:.2g} {parameter.unit} is nearer to {nearer.method}"
-    ]
+    away = [abs(math.log(side.estimate.value / prior.value)) for side in (first, second)]
+    nearer, unit = first if away[0] < away[1] else second, first.estimate.unit
+    return [f"the vehicle file's prior {prior.value:.4g} ± {prior.std:.2g} {unit} is nearer to {nearer.name}"]
 
 
 def _number(value: float) -> float | None:

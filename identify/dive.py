@@ -65,6 +65,11 @@ class Signal:
         keep = (self.time_s >= start_s) & (self.time_s < end_s)
         return Signal(self.time_s[keep], self.value[keep])
 
+    def finite(self) -> "Signal":
+        """The samples of which every value is known."""
+        known = np.isfinite(self.value).all(axis=1)
+        return Signal(self.time_s[known], self.value[known])
+
     def held_at(self, time_s: Array) -> Array:
         """The latest value at each time, (m, k); NaN before the first sample."""
         index = np.searchsorted(self.time_s, time_s, side="right") - 1
@@ -166,6 +171,15 @@ class Dive:
             name: signal.between(start_s, end_s) for name, signal in self.signals().items()
         }
         return replace(self, **cut)
+
+    @property
+    def yaw_rate(self) -> Signal | None:
+        """Rate of turn about z, (n, 1): the fibre-optic gyro's, else the IMU's; None without readings."""
+        if self.fog is not None and len(self.fog):
+            return self.fog
+        if self.gyro is None or not len(self.gyro):
+            return None
+        return Signal(self.gyro.time_s, self.gyro.value[:, 2:])
 
     def depth_by(self, water: Water) -> Signal | None:
         """Depth (n, 1) in m, positive down: as recorded, otherwise from pressure through the water's density."""

@@ -12,7 +12,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from bridge.errors import FitError
 from bridge.vehicle.config import Vehicle, VehicleFile
-from identify.dive import Array, Dive, Signal
+from identify.dive import Array, Dive
 from identify.forces import wrench
 from identify.ingest.rotation import attitude_at
 
@@ -112,9 +112,7 @@ def aligned(
         low_pass(tau, rate_hz, cutoff_hz),
         _attitude(dive, time_s),
         valid,
-        np.array(
-            [dive.velocity is not None] * 3 + [dive.gyro is not None] * 2 + [_yaw_rate(dive) is not None]
-        ),
+        np.array([dive.velocity is not None] * 3 + [dive.gyro is not None] * 2 + [dive.yaw_rate is not None]),
         forces.notes,
     )
 
@@ -133,17 +131,9 @@ def _velocity(dive: Dive, time_s: Array) -> tuple[Array, np.ndarray[tuple[int], 
 
 def _rates(dive: Dive, time_s: Array) -> Array:
     rates = np.zeros((len(time_s), 3)) if dive.gyro is None else dive.gyro.at(time_s)
-    yaw = _yaw_rate(dive)
-    if yaw is not None:
-        rates[:, 2] = yaw.at(time_s)[:, 0]
+    if dive.yaw_rate is not None:
+        rates[:, 2] = dive.yaw_rate.at(time_s)[:, 0]
     return rates
-
-
-def _yaw_rate(dive: Dive) -> Signal | None:
-    """Yaw rate from the FOG if there is one, otherwise from the gyro."""
-    if dive.fog is not None and len(dive.fog) > 1:
-        return dive.fog
-    return None if dive.gyro is None else Signal(dive.gyro.time_s, dive.gyro.value[:, 2:])
 
 
 def _attitude(dive: Dive, time_s: Array) -> Array:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.dive import Dive
-from identify.ingest.rotation import attitude_at
+from identify.ingest.rotation import attitude_at, to_earth
 
 Array = NDArray[np.float64]
 
@@ -100,9 +100,6 @@ def _over_ground(dive: Dive, time_s: Array) -> NDArray[np.complex128]:
     """Velocity over ground (m,), north + i east, from body velocity and attitude."""
     assert dive.velocity is not None
     assert dive.attitude is not None
-    u, v, w = dive.velocity.at(time_s).T
-    qw, x, y, z = attitude_at(dive.attitude, time_s).T
-    north = (1 - 2 * (y * y + z * z)) * u + 2 * (x * y - qw * z) * v + 2 * (x * z + qw * y) * w
-    east = 2 * (x * y + qw * z) * u + (1 - 2 * (x * x + z * z)) * v + 2 * (y * z - qw * x) * w
-    result: NDArray[np.complex128] = np.nan_to_num(north) + 1j * np.nan_to_num(east)
+    north, east, _ = np.nan_to_num(to_earth(attitude_at(dive.attitude, time_s), dive.velocity.at(time_s))).T
+    result: NDArray[np.complex128] = north + 1j * east
     return result

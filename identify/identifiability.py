@@ -280,9 +280,8 @@ def _note(force: DragForce) -> str:
     unit, per = ("N", "m/s") if force.axis in DOFS[:3] else ("N m", "rad/s")
     return (
         f"{force.linear} and {force.quadratic} hold together (correlation {force.correlation:+.2f}): take both or "
-        "neither. "
-        f"At {force.speed:.2g} {per}, the usual speed of this dive, drag in {force.axis} is {force.force:.3g} {unit} "
-        f"({force.low95:.3g} to {force.high95:.3g})."
+        f"neither. At {force.speed:.2g} {per}, the usual speed of this dive, drag in {force.axis} is {force.force:.3g} "
+        f"{unit} ({force.low95:.3g} to {force.high95:.3g})."
     )
 
 
@@ -374,17 +373,15 @@ def _held(parameter: Estimate, configuration: Configuration, traded: bool) -> tu
         return _at(parameter, coefficient, "upper", coefficient.high)
     came_out = f"{parameter.name} came out at {_written_out(parameter.value)} {parameter.unit}"
     if parameter.identifiable and is_too_light(coefficient, parameter.high95, configuration):
-        problem, remedy = (
-            f"{came_out}, below the rigid body's own {rigid:g}, which no water can take away",
-            "the vehicle file's thrust is too weak or its mass too large; measure both again.",
-        )
+        problem = f"{came_out}, below the rigid body's own {rigid:g}, which no water can take away"
+        remedy = "the vehicle file's thrust is too weak or its mass too large; measure both again."
         return parameter, Doubt((parameter.name,), problem, remedy, Outcome.DISAGREES)
     if parameter.identifiable and is_too_heavy(coefficient, parameter.low95, configuration):
-        problem, remedy = (
-            f"{came_out}, {parameter.value / rigid:.1f} times the vehicle file's dry "
-            "mass, which no water round it can make up",
-            "it can hardly be this vehicle's; check the DVL's axes and "
-            "scale, the order of the thrusters, and that the vehicle file and its dry mass are this vehicle's.",
+        times = f"{parameter.value / rigid:.1f} times the vehicle file's dry mass"
+        problem = f"{came_out}, {times}, which no water round it can make up"
+        remedy = (
+            "it can hardly be this vehicle's; check the DVL's axes and scale, the order of the thrusters, and that the "
+            "vehicle file and its dry mass are this vehicle's."
         )
         return parameter, Doubt((parameter.name,), problem, remedy, Outcome.DISAGREES)
     return parameter, None
@@ -419,12 +416,11 @@ def _at(parameter: Estimate, coefficient: Coefficient, side: str, bound: float) 
         identifiable=False,
         reason=reason,
     )
-    problem, remedy = (
-        f"{reason}",
-        "the signs of its thrust and of its readings, or a force that the model lacks, drive it there; "
-        "look at these before you rely on what else was identified.",
+    remedy = (
+        "the signs of its thrust and of its readings, or a force that the model lacks, drive it there; look at these "
+        "before you rely on what else was identified."
     )
-    return held, Doubt((parameter.name,), problem, remedy, Outcome.AT_BOUND)
+    return held, Doubt((parameter.name,), reason, remedy, Outcome.AT_BOUND)
 
 
 def _written_out(value: float) -> str:

@@ -3,7 +3,7 @@ provenance.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.text import as_clause
-from bridge.vehicle.coefficients import ADDED_MASS_NAMES, BY_NAME, DOFS, MASSES, OF_HULL
+from bridge.vehicle.coefficients import ADDED_MASS_NAMES, BY_NAME, DAMPINGS, DOFS, MASSES, OF_HULL
 from bridge.vehicle.config import Configuration
 from identify.dive import Signal
 from identify.statistics import Z95
@@ -385,6 +385,11 @@ def outcome_of(parameters: Sequence[Estimate], doubts: Sequence[Doubt]) -> Outco
 def worst(outcomes: Iterable[Outcome]) -> Outcome:
     """The outcome that comes last in the list of outcomes; CONVERGED if there are none."""
     return max(outcomes, key=list(Outcome).index, default=Outcome.CONVERGED)
+
+
+def coefficients_of(dofs: Collection[int]) -> tuple[str, ...]:
+    """Names of the masses of these degrees of freedom, then of their linear dampings."""
+    return tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in dofs)
 
 
 def estimate(name: str, value: float, std: float, low: float, high: float, reason: str = "") -> Estimate:

@@ -213,13 +213,14 @@ def _of_prior_alone(parameter: Estimate, priors: Mapping[str, Prior]) -> Estimat
 
 
 def _conflict(parameter: Estimate, prior: Prior, known: Known) -> Doubt:
-    problem, remedy = (
+    return Doubt(
+        (parameter.name,),
         f"The vehicle file's prior of {parameter.name}, {prior.value:.4g} ± {prior.std:.2g} "
         f"{parameter.unit}{_source(prior)}, and the dive's {parameter.value:.4g} ± {parameter.std:.2g} are "
         f"{abs(known.distance(parameter.name, prior)):.1f} standard errors apart",
         "the prior was left out; see what changed on the vehicle, or weigh it anew.",
+        Outcome.DISAGREES,
     )
-    return Doubt((parameter.name,), problem, remedy, Outcome.DISAGREES)
 
 
 def _contradiction(near: Mapping[str, Prior], known: Mapping[str, Known]) -> Doubt:
@@ -228,21 +229,23 @@ def _contradiction(near: Mapping[str, Prior], known: Mapping[str, Known]) -> Dou
     listed = ", ".join(
         f"{n} {p.value:.4g} ± {p.std:.2g} {OF_HULL[n].unit}{_source(p)}" for n, p in near.items()
     )
-    problem, remedy = (
+    return Doubt(
+        tuple(near),
         f"The vehicle file's priors contradict each other, {worst} the others by {apart[worst]:.1f} standard errors "
-        f"once the dive ties them together",
+        "once the dive ties them together",
         f"none of them was taken ({listed}); weigh them anew, and take the wrong one out.",
+        Outcome.DISAGREES,
     )
-    return Doubt(tuple(near), problem, remedy, Outcome.DISAGREES)
 
 
 def _of_this_dive(names: Collection[str]) -> tuple[Doubt, ...]:
     if not names:
         return ()
-    problem, remedy = (
-        f"The vehicle file's priors of {', '.join(names)} rest on this very dive, by themselves or through a later one",
-        "they were left out, for a dive does not confirm itself.",
+    listed = ", ".join(names)
+    problem = (
+        f"The vehicle file's priors of {listed} rest on this very dive, by themselves or through a later one"
     )
+    remedy = "they were left out, for a dive does not confirm itself."
     return (Doubt(tuple(names), problem, remedy, culprit=Culprit.PRIOR),)
 
 

@@ -170,9 +170,24 @@ def delay(reference: Signal, response: Signal) -> float:
     return float(lags[best] + LAG_STEP_S * 0.5 * (before - after) / (before - 2 * peak + after))
 
 
+def measured_speed(dive: Dive, dof: int, lever_m: Vector3) -> Signal | None:
+    """Measured speed of an axis of AXES, (n, 1), unknown samples included: the DVL's at the origin, or the yaw rate."""
+    if dof == 5:
+        return dive.yaw_rate
+    if dive.velocity is None or not len(dive.velocity):
+        return None
+    time_s, value = dive.velocity.time_s, dive.velocity.value
+    if dive.gyro is not None and len(dive.gyro) and any(lever_m):
+        value = value - np.cross(dive.gyro.at(time_s), lever_m)
+    return Signal(time_s, value[:, dof : dof + 1])
+
+
 def _axis_errors(dive: Dive, dof: int, lever_m: Vector3) -> AxisErrors | None:
-    response = _response(dive, dof, lever_m)
-    if dive.nu_ref is None or len(dive.nu_ref) < 2 or response is None or len(response) < 2:
+    measured = measured_speed(dive, dof, lever_m)
+    if dive.nu_ref is None or len(dive.nu_ref) < 2 or measured is None:
+        return None
+    response = measured.finite()
+    if len(response) < 2:
         return None
     reference = Signal(dive.nu_ref.time_s, dive.nu_ref.value[:, dof : dof + 1])
     slope = Signal(dive.nu_ref.time_s, dive.nu_ref.value[:, 6 + dof : 7 + dof])
@@ -244,24 +259,6 @@ def _steady_errors(time_s: Array, wanted: Array, error: Array, steady: Mask) -> 
         for step, errors in sorted(runs.items())
         if step
     )
-
-
-def _response(dive: Dive, dof: int, lever_m: Vector3) -> Signal | None:
-    """Measured velocity or rate of an axis, (n, 1), without unknown samples."""
-    if dof >= 3:
-        source = dive.fog if dof == 5 and dive.fog is not None else dive.gyro
-        if source is None or len(source) < 2:
-            return None
-        if source is dive.fog:
-            return source
-        return Signal(source.time_s, source.value[:, dof - 3 : dof - 2])
-    if dive.velocity is None:
-        return None
-    known = np.isfinite(dive.velocity.value[:, dof])
-    time_s, value = dive.velocity.time_s[known], dive.velocity.value[known]
-    if dive.gyro is not None and any(lever_m):
-        value = value - np.cross(dive.gyro.at(time_s), lever_m)
-    return Signal(time_s, value[:, dof : dof + 1])
 
 
 def _wrenches(dive: Dive, dof: int, reference: Signal, slope: Signal) -> tuple[float, float, float]:

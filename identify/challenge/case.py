@@ -29,11 +29,7 @@ SPOILT_SHARE = 0.5
 """A degree of freedom counts as a right answer if its size is at least this share of the largest."""
 
 UNSEEN_BESIDE = frozenset([*ABSORBED, "wrong_feedback_log"])
-"""Effects that are not planted in pairs, because nobody could tell that they are there."""
-
-TWINS = (frozenset({"command_delay", "thruster_lag"}), frozenset({"fouling", "battery_sag"}),
-         frozenset({"load_sag", "thrust_curve"}), frozenset({"net_buoyancy", "thrust_bias"}))  # fmt: skip
-"""Pairs that are not planted together: they are too alike to be told apart."""
+"""Effects that are not planted in pairs, because nobody could tell that they are there. Nor are two that are alike."""
 
 
 @dataclass(frozen=True)
@@ -187,7 +183,7 @@ def _names(rng: np.random.Generator, kind: str, without: Sequence[str]) -> tuple
     able = [name for name in PLANTS if name not in UNSEEN_BESIDE and name not in without]
     while True:
         pair = tuple(str(name) for name in rng.choice(able, 2, replace=False))
-        if frozenset(pair) not in TWINS:
+        if pair[1] not in alike(pair[0], rpm=False):
             return pair
 
 

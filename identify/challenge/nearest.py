@@ -26,6 +26,7 @@ from identify.challenge.vehicles import Noise
 from identify.effects.course import Course
 from identify.effects.effect import Effect
 from identify.effects.library import library
+from identify.ingest.rotation import euler_angles
 
 Array = NDArray[np.float64]
 
@@ -52,13 +53,11 @@ def missing_wrench(site: Site, simulated: Simulated) -> Array:
 def missing_velocity(site: Site, simulated: Simulated) -> Array:
     """Error of the DVL velocity, (n, 3) m/s at the ticks, against the velocity at the position assumed by the crew."""
     nu, faults = simulated.ticks.state[:, 7:13], site.faults
-    dvl = site.vehicle.file.vehicle.sensors.dvl
-    arm = np.zeros(3) if dvl is None else np.array(dvl.mounting.position_m)
     ticks = np.arange(len(nu))
     steps = (len(site.time_s) - 1) / len(nu)
     late = np.column_stack([np.interp(ticks - faults.late / steps, ticks, column) for column in nu.T])
     read = (late[:, :3] + np.cross(late[:, 3:], faults.arm)) @ faults.seen.T + faults.bias
-    return np.asarray(read - nu[:, :3] - np.cross(nu[:, 3:], arm))
+    return np.asarray(read - nu[:, :3] - np.cross(nu[:, 3:], site.vehicle.crew_arm))
 
 
 def sizes(site: Site, noise: Noise, simulated: Simulated) -> Array:
@@ -156,14 +155,8 @@ def course_of(site: Site, simulated: Simulated) -> Course:
     at_s = dive.pwm.time_s
     within = int(np.ceil((at_s[1] - at_s[0]) / FINE_S))
     time_s = np.interp(np.arange(within * (len(at_s) - 1) + 1) / within, np.arange(len(at_s)), at_s)
-    w, x, y, z = ticks.state[:, 3:7].T
-    euler = np.column_stack(
-        [
-            np.arctan2(2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
-            np.arcsin(2 * (w * y - x * z)),
-            np.unwrap(np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z))),
-        ]
-    )
+    roll, pitch, heading = euler_angles(ticks.state[:, 3:7])
+    euler = np.column_stack([roll, pitch, np.unwrap(heading)])
 
     def fine(values: Array) -> Array:
         return np.column_stack([np.interp(time_s, at_s, column) for column in values.T])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.challenge.site import Planted, Site, sized
+from identify.challenge.site import Planted, Site, changed, sized
 from identify.challenge.vehicles import DrawnVehicle
 
 Plant = Callable[[np.random.Generator, DrawnVehicle, float], Planted]
@@ -25,10 +25,7 @@ def vortex_shedding(rng: np.random.Generator, vehicle: DrawnVehicle, size: float
     force = sized(0.6, size) * vehicle.share / vehicle.speed**2
     wave = 2 * np.pi * 0.2 / rng.uniform(0.2, 0.4)
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.hull = site.hull._replace(shed_n=force, shed_k=wave)
-
-    return Planted("vortex_shedding", {}, apply, size, novel=True)
+    return Planted("vortex_shedding", {}, changed("hull", shed_n=force, shed_k=wave), size, novel=True)
 
 
 def sticking_thruster(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
@@ -53,30 +50,21 @@ def swirl_drag(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Pl
     """A force proportional to yaw rate times depth."""
     gain = sized(0.5, size) * vehicle.share
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.hull = site.hull._replace(swirl=gain)
-
-    return Planted("swirl_drag", {}, apply, size, novel=True)
+    return Planted("swirl_drag", {}, changed("hull", swirl=gain), size, novel=True)
 
 
 def own_wake(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
     """The vehicle's wake, which still pushes for seconds after a reversal."""
     force = sized(0.8, size) * vehicle.share / vehicle.speed
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.hull = site.hull._replace(trail_n=force)
-
-    return Planted("own_wake", {}, apply, size, novel=True)
+    return Planted("own_wake", {}, changed("hull", trail_n=force), size, novel=True)
 
 
 def backlash(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
     """Thrust that depends on the direction in which its command changed."""
     play = sized(0.3, size) * vehicle.share**0.5
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.prop = site.prop._replace(play_n=play)
-
-    return Planted("backlash", {}, apply, size, novel=True)
+    return Planted("backlash", {}, changed("prop", play_n=play), size, novel=True)
 
 
 def dragged_chain(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:

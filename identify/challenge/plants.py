@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.challenge import plants_thrust
-from identify.challenge.site import Planted, Site, sized
+from identify.challenge.site import Planted, Site, changed, sized
 from identify.challenge.vehicles import DrawnVehicle
 
 Array = NDArray[np.float64]
@@ -23,9 +23,7 @@ def quadratic_drag(rng: np.random.Generator, vehicle: DrawnVehicle, size: float)
     top = np.array([vehicle.speed, vehicle.sway, 0.1, 0.2, 0.2, vehicle.turn])
     drag = sized(0.1, size) * vehicle.damping * top**-0.8 * np.exp(0.2 * rng.standard_normal(6))
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.hull = site.hull._replace(drag=drag)
-
+    apply = changed("hull", drag=drag)
     alike = drag * (0.6 * top) ** -0.2
     names = ("X_uu", "Y_vv", "Z_ww", "K_pp", "M_qq", "N_rr")
     return Planted("quadratic_drag", dict(zip(names, alike.tolist(), strict=True)), apply, size)
@@ -34,9 +32,7 @@ def quadratic_drag(rng: np.random.Generator, vehicle: DrawnVehicle, size: float)
 def drag_asymmetry(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
     ratio = sized(0.05, size)
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.hull = site.hull._replace(asymmetry=ratio * vehicle.damping[0])
-
+    apply = changed("hull", asymmetry=ratio * vehicle.damping[0])
     return Planted("drag_asymmetry", {"ratio": 1.0 + ratio}, apply, size)
 
 
@@ -45,9 +41,7 @@ def cross_flow_lift(rng: np.random.Generator, vehicle: DrawnVehicle, size: float
     lift = sized(0.06, size) * vehicle.damping[1] / vehicle.speed
     lever = _sign(rng) * rng.uniform(0.05, 0.25)
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.hull = site.hull._replace(lift_y=lift, lift_n=lever * lift)
-
+    apply = changed("hull", lift_y=lift, lift_n=lever * lift)
     return Planted("cross_flow_lift", {"Y_uv": float(lift), "N_uv": float(lever * lift)}, apply, size)
 
 
@@ -55,9 +49,7 @@ def coupled_damping(rng: np.random.Generator, vehicle: DrawnVehicle, size: float
     both = _sign(rng) * sized(0.04, size) * float(np.sqrt(vehicle.damping[1] * vehicle.damping[5]))
     y_r, n_v = both * rng.uniform(0.6, 1.4), both * rng.uniform(0.6, 1.4)
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.hull = site.hull._replace(y_r=y_r, n_v=n_v)
-
+    apply = changed("hull", y_r=y_r, n_v=n_v)
     return Planted("coupled_damping", {"Y_r": y_r * 1.1, "N_v": n_v * 1.1}, apply, size)
 
 
@@ -66,11 +58,9 @@ def munk_moment(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) ->
     share = _sign(rng) * sized(0.2, size)
     mass = vehicle.mass
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.hull = site.hull._replace(
-            munk=share, munk_yaw_kg=float(mass[1] - mass[0]), munk_pitch_kg=float(mass[0] - mass[2])
-        )
-
+    apply = changed(
+        "hull", munk=share, munk_yaw_kg=float(mass[1] - mass[0]), munk_pitch_kg=float(mass[0] - mass[2])
+    )
     return Planted("munk_moment", {"gain": 1.0 + share}, apply, size)
 
 
@@ -168,9 +158,7 @@ def dvl_bias(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
     way = rng.standard_normal(3)
     bias = sized(0.002, size) * way / float(np.linalg.norm(way))
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.faults = site.faults._replace(bias=bias, wander=0.1)
-
+    apply = changed("faults", bias=bias, wander=0.1)
     return Planted("dvl_bias", dict(zip("xyz", bias.tolist(), strict=True)), apply, size, spoils=(0, 1, 2))
 
 
@@ -201,9 +189,7 @@ def dvl_lever_arm(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Pla
 def dvl_delay(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
     steps = max(round(sized(0.03, size) * 130), 1)
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.faults = site.faults._replace(late=steps)
-
+    apply = changed("faults", late=steps)
     return Planted("dvl_delay", {"delay": steps / 130.0}, apply, size, spoils=(0, 1, 2))
 
 
@@ -211,10 +197,7 @@ def gyro_bias(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted
     """A bias of every gyro aboard that varies by a tenth."""
     bias = _sign(rng) * sized(0.0005, size)
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.faults = site.faults._replace(gyro=bias, wander=0.1)
-
-    return Planted("gyro_bias", {"z": bias}, apply, size, spoils=(5,))
+    return Planted("gyro_bias", {"z": bias}, changed("faults", gyro=bias, wander=0.1), size, spoils=(5,))
 
 
 def imu_gravity_leak(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
@@ -224,9 +207,7 @@ def imu_gravity_leak(rng: np.random.Generator, _: DrawnVehicle, size: float) -> 
     about_x = np.array([[1, 0, 0], [0, np.cos(roll), np.sin(roll)], [0, -np.sin(roll), np.cos(roll)]])
     about_y = np.array([[np.cos(pitch), 0, -np.sin(pitch)], [0, 1, 0], [np.sin(pitch), 0, np.cos(pitch)]])
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.faults = site.faults._replace(tilt=about_x @ about_y)
-
+    apply = changed("faults", tilt=about_x @ about_y)
     parameters = {"roll": float(roll), "pitch": float(pitch)}
     return Planted("imu_gravity_leak", parameters, apply, size, spoils=(0, 1))
 
@@ -234,10 +215,7 @@ def imu_gravity_leak(rng: np.random.Generator, _: DrawnVehicle, size: float) -> 
 def wrong_feedback_log(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
     """A controller that uses its own velocity estimate but logs the DVL's."""
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.faults = site.faults._replace(unseen=1)
-
-    return Planted("wrong_feedback_log", {}, apply, size, spoils=(0, 1))
+    return Planted("wrong_feedback_log", {}, changed("faults", unseen=1), size, spoils=(0, 1))
 
 
 def _lines(
@@ -307,9 +285,7 @@ def free_surface(_: np.random.Generator, __: DrawnVehicle, size: float) -> Plant
     """Added mass that falls off exponentially below the surface."""
     more = sized(0.15, size)
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.hull = site.hull._replace(surface=more, surface_m=0.45)
-
+    apply = changed("hull", surface=more, surface_m=0.45)
     return Planted("free_surface", {"mass_change": 0.6 * more}, apply, size, needs="shallow")
 
 
@@ -317,9 +293,7 @@ def bottom_or_wall(_: np.random.Generator, __: DrawnVehicle, size: float) -> Pla
     """Added mass that falls off as the cube of the altitude, as of a sphere at a wall (Lamb 1932, article 99)."""
     more = sized(0.15, size)
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.hull = site.hull._replace(bottom=more, bottom_m=0.5)
-
+    apply = changed("hull", bottom=more, bottom_m=0.5)
     return Planted("bottom_or_wall", {"mass_change": 0.6 * more}, apply, size, needs="low")
 
 
@@ -329,9 +303,7 @@ def tether(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Plan
     far, angle = rng.uniform(1.0, 5.0), rng.uniform(-np.pi, np.pi)
     north, east = float(far * np.cos(angle)), float(far * np.sin(angle))
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.hull = site.hull._replace(grip=grip, slack_m=6.0, anchor_n=north, anchor_e=east)
-
+    apply = changed("hull", grip=grip, slack_m=6.0, anchor_n=north, anchor_e=east)
     stiff = grip * (1.0 + (far / 6.0) ** 2)
     parameters = {"stiffness": stiff, "north": stiff * north, "east": stiff * east}
     return Planted("tether", parameters, apply, size)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from identify.challenge.site import Planted, Site, sized
+from identify.challenge.site import Planted, Site, changed, sized
 from identify.challenge.vehicles import LAG_S, DrawnVehicle
 
 
@@ -19,40 +19,28 @@ def thrust_curve(_: np.random.Generator, __: DrawnVehicle, size: float) -> Plant
     """A loss that decreases exponentially with thrust."""
     loss = sized(0.06, size)
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.prop = site.prop._replace(low_end=loss)
-
-    return Planted("thrust_curve", {"low_end_loss": loss}, apply, size)
+    return Planted("thrust_curve", {"low_end_loss": loss}, changed("prop", low_end=loss), size)
 
 
 def reverse_thrust_loss(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
     """A loss of reverse thrust that sets in over some tenths of a newton."""
     loss = sized(0.04, size)
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.prop = site.prop._replace(reverse=loss)
-
-    return Planted("reverse_thrust_loss", {"gain": 1.0 - loss}, apply, size)
+    return Planted("reverse_thrust_loss", {"gain": 1.0 - loss}, changed("prop", reverse=loss), size)
 
 
 def dead_zone(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
     """A dead zone with soft edges."""
     width = sized(0.12, size) * vehicle.share**0.5
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.prop = site.prop._replace(dead_n=width)
-
-    return Planted("dead_zone", {"half_width": width}, apply, size)
+    return Planted("dead_zone", {"half_width": width}, changed("prop", dead_n=width), size)
 
 
 def saturation(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
     """A soft limit: between twice the thrust needed to accelerate to the top speed (size 0) and half of it (size 1)."""
     limit = float(vehicle.top_thrust_n * 2.0 * 0.25**size)
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.prop = site.prop._replace(limit_n=limit)
-
-    return Planted("saturation", {"limit": limit}, apply, size)
+    return Planted("saturation", {"limit": limit}, changed("prop", limit_n=limit), size)
 
 
 def inflow_loss(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
@@ -60,20 +48,14 @@ def inflow_loss(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> P
     cruise_n = 0.5 * vehicle.top_thrust_n
     slope = sized(0.04, size) * float(np.sqrt(cruise_n)) / vehicle.speed
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.prop = site.prop._replace(inflow=slope, inflow_2=0.2 * slope)
-
-    return Planted("inflow_loss", {"slope": slope}, apply, size)
+    return Planted("inflow_loss", {"slope": slope}, changed("prop", inflow=slope, inflow_2=0.2 * slope), size)
 
 
 def hull_interaction(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
     """A share of thrust lost by the thrusters whose wash meets the hull; the share grows with thrust."""
     loss = sized(0.04, size)
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.prop = site.prop._replace(wash=loss)
-
-    return Planted("hull_interaction", {"loss": loss}, apply, size)
+    return Planted("hull_interaction", {"loss": loss}, changed("prop", wash=loss), size)
 
 
 def weak_thruster(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
@@ -115,9 +97,7 @@ def thruster_lag(_: np.random.Generator, __: DrawnVehicle, size: float) -> Plant
     """A second-order lag: two equal lags in series, expressed by their total delay."""
     total = LAG_S + sized(0.03, size)
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.prop = site.prop._replace(lag_s=0.5 * total, second_s=0.5 * total)
-
+    apply = changed("prop", lag_s=0.5 * total, second_s=0.5 * total)
     return Planted("thruster_lag", {"time_constant": total}, apply, size)
 
 
@@ -159,9 +139,7 @@ def propeller_torque(_: np.random.Generator, vehicle: DrawnVehicle, size: float)
     """Propellers that all turn the same way, with a torque that grows slightly faster than thrust."""
     torque = sized(0.003, size) * vehicle.share ** (1 / 3)
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.prop = site.prop._replace(torque=torque)
-
+    apply = changed("prop", torque=torque)
     return Planted("propeller_torque", {"K": 1.1 * torque, "N": 1.1 * torque}, apply, size)
 
 

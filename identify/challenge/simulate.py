@@ -74,7 +74,6 @@ def simulate(name: str, site: Site, setup: Setup, reference: Array, rng: np.rand
     file = vehicle.file
     curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
     matrix = allocation_matrix(vehicle.configuration)
-    dvl = file.vehicle.sensors.dvl
     scene = kernel.Scene(
         site.push + drawn,
         np.zeros((1, 12)) if site.water is None else site.water,
@@ -84,7 +83,7 @@ def simulate(name: str, site: Site, setup: Setup, reference: Array, rng: np.rand
         matrix,
         np.ascontiguousarray(np.linalg.pinv(matrix, rcond=1e-6)),
         LAG_S,
-        np.zeros(3) if dvl is None else np.array(dvl.mounting.position_m),
+        vehicle.crew_arm,
     )
     start = np.zeros(STATES)
     heading = float(reference[0, 12])

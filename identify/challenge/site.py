@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -185,8 +185,6 @@ def site_of(vehicle: DrawnVehicle, ticks: int, tick_steps: int, depth_m: float, 
     rigid = np.array([shape.dry_mass_kg] * 3 + list(shape.inertia_kgm2))
     time_s = STEP_S * np.arange(ticks * tick_steps + 1, dtype=np.float64)
     k = len(shape.thrusters)
-    dvl = vehicle.file.vehicle.sensors.dvl
-    arm = np.zeros(3) if dvl is None else np.array(dvl.mounting.position_m)
     prop = Propellers(
         np.array([t.direction for t in shape.thrusters]),
         np.array([t.position_m for t in shape.thrusters]),
@@ -198,7 +196,8 @@ def site_of(vehicle: DrawnVehicle, ticks: int, tick_steps: int, depth_m: float, 
     )
     return Site(
         vehicle, time_s, depth_m, np.diag(rigid), np.diag(vehicle.mass - rigid), np.diag(vehicle.damping),
-        bare_hull(floor_m), prop, honest(arm), np.zeros((len(time_s), 6)), shape.centre_of_gravity_below_buoyancy_m,
+        bare_hull(floor_m), prop, honest(vehicle.crew_arm), np.zeros((len(time_s), 6)),
+        shape.centre_of_gravity_below_buoyancy_m,
     )  # fmt: skip
 
 
@@ -208,6 +207,15 @@ def sized(low: float, size: float) -> float:
 
 
 Apply = Callable[[Site, np.random.Generator], None]
+
+
+def changed(part: Literal["hull", "prop", "faults"], **changes: Any) -> Apply:
+    """An effect that sets parameters of a part of the site, alike in every dive."""
+
+    def apply(site: Site, _: np.random.Generator) -> None:
+        setattr(site, part, getattr(site, part)._replace(**changes))
+
+    return apply
 
 
 @dataclass(frozen=True)

@@ -86,6 +86,12 @@ class DrawnVehicle:
         return next(iter(self.file.vehicle.configurations.values()))
 
     @property
+    def crew_arm(self) -> Array:
+        """Position (3,) of the DVL in the vehicle's file, m."""
+        dvl = self.file.vehicle.sensors.dvl
+        return np.zeros(3) if dvl is None else np.array(dvl.mounting.position_m)
+
+    @property
     def share(self) -> float:
         """Ratio of its dry mass to 72 kg; forces scale with it."""
         return self.configuration.dry_mass_kg / 72.0

@@ -15,7 +15,7 @@ from bridge.vehicle.config import VehicleFile, Water
 from identify.checks.frozen import axis_key
 from identify.dive import Array, Dive
 from identify.forces import wrench
-from identify.identification import Doubt, Outcome
+from identify.identification import Doubt, Outcome, coefficients_of
 from identify.ingest.rotation import euler_angles
 from identify.side_by_side import side_by_side
 from identify.statistics import left_of, spread
@@ -99,14 +99,17 @@ def stamp_doubts(dive: Dive) -> tuple[Doubt, ...]:
     early = {dof: -fed.late_s for dof, fed in by_dof.items() if fed.late_s < 0}
     if 2 * len(early) <= len(by_dof):
         return ()
-    about = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in range(3))
     late_ms = 1000 * float(np.median(list(early.values())))
-    problem, remedy = (
-        f"The controller used velocities (NU_FB) some {late_ms:.0f} ms before the recording says that they were read",
-        "the DVL's stamps are late by that or more, and masses come out too large by it; mend the DVL's clock, or its "
-        "latency in the vehicle file: seatrial doctor --wet tells how late each sensor is.",
+    return (
+        Doubt(
+            coefficients_of(range(3)),
+            f"The controller used velocities (NU_FB) some {late_ms:.0f} ms before the recording says that they were "
+            "read",
+            "the DVL's stamps are late by that or more, and masses come out too large by it; mend the DVL's clock, or "
+            "its latency in the vehicle file: seatrial doctor --wet tells how late each sensor is.",
+            Outcome.DISAGREES,
+        ),
     )
-    return (Doubt(about, problem, remedy, Outcome.DISAGREES),)
 
 
 def filtered_doubts(dive: Dive) -> tuple[Doubt, ...]:
@@ -114,12 +117,14 @@ def filtered_doubts(dive: Dive) -> tuple[Doubt, ...]:
     smoothing are fitted, and their remaining error goes into the masses."""
     if not dive.velocity_is_filtered:
         return ()
-    problem, remedy = (
-        "Velocity comes from the autopilot's own filter, which smooths and delays it",
-        "by how much is fitted, but masses in surge, sway and heave may be off by a few per cent more than their "
-        "intervals; record the DVL's own readings.",
+    return (
+        Doubt(
+            tuple(mass.name for mass in MASSES[:3]),
+            "Velocity comes from the autopilot's own filter, which smooths and delays it",
+            "by how much is fitted, but masses in surge, sway and heave may be off by a few per cent more than their "
+            "intervals; record the DVL's own readings.",
+        ),
     )
-    return (Doubt(tuple(mass.name for mass in MASSES[:3]), problem, remedy),)
 
 
 def frozen_velocity(dive: Dive, dof: int) -> tuple[tuple[float, float], ...]:
@@ -214,13 +219,12 @@ class Unrecorded:
 
     def doubt(self, done: str) -> Doubt:
         """Return the doubt about this axis's mass, with `done` saying how the method handled it."""
-        problem, remedy = (
-            capital(self.found),
-            f"a fit of {DOFS[self.dof]} takes that for mass, so {MASSES[self.dof].name} {done}, and the true "
-            f"{DAMPINGS[self.dof].name} may lie below its value; record the very {READINGS[self.dof]} that the "
-            f"controller uses, to know both from {DOFS[self.dof]} itself.",
+        axis, mass, damping = DOFS[self.dof], MASSES[self.dof].name, DAMPINGS[self.dof].name
+        remedy = (
+            f"a fit of {axis} takes that for mass, so {mass} {done}, and the true {damping} may lie below its value; "
+            f"record the very {READINGS[self.dof]} that the controller uses, to know both from {axis} itself."
         )
-        return Doubt((MASSES[self.dof].name,), problem, remedy, also=(DAMPINGS[self.dof].name,))
+        return Doubt((mass,), capital(self.found), remedy, also=(damping,))
 
 
 def feedback_doubts(dive: Dive, water: Water) -> tuple[Doubt, ...]:
@@ -271,22 +275,24 @@ def depthless_doubts(
     No doubt if the controller's own signals are recorded (`unrecorded` then checks them), if the controller was off
     in heave, or if heave's thrust changes too seldom for a controller to have made it.
     """
-    about = tuple(group[HEAVE].name for group in (MASSES, DAMPINGS))
     lacking, depth = _lacking(dive), dive.depth_by(file.vehicle.water)
-    valued = [name for name in about if name in fitted]
+    valued = [name for name in coefficients_of([HEAVE]) if name in fitted]
     by_hand = dive.tau_pid is not None and len(dive.tau_pid) and not np.any(dive.tau_pid.value[:, HEAVE])
     if not valued or not lacking or (depth is not None and len(depth)) or by_hand or not _commanded(dive):
         return ()
     asked = wrench(dive, file, configuration).asked[:, HEAVE]
     if np.mean(np.diff(asked) != 0.0) < OPEN_SHARE:
         return ()
-    problem, remedy = (
-        f"Depth is not recorded, nor {'is' if len(lacking) == 1 else 'are'} {listed(lacking)}",
-        f"a vehicle that holds "
-        "its depth thrusts by a reading that the recording lacks, which a fit of heave takes for mass, so "
-        f"{listed(valued)} may be off by more than their intervals; record the depth that the controller uses.",
+    return (
+        Doubt(
+            tuple(valued),
+            f"Depth is not recorded, nor {'is' if len(lacking) == 1 else 'are'} {listed(lacking)}",
+            "a vehicle that holds its depth thrusts by a reading that the recording lacks, which a fit of heave takes "
+            f"for mass, so {listed(valued)} may be off by more than their intervals; record the depth that the "
+            "controller uses.",
+            Outcome.DISAGREES,
+        ),
     )
-    return (Doubt(tuple(valued), problem, remedy, Outcome.DISAGREES),)
 
 
 def steered_doubts(
@@ -305,14 +311,15 @@ def steered_doubts(
     about = tuple(group[dof].name for dof in dofs for group in groups if group[dof].name in fitted)
     if not about:
         return ()
-    problem, remedy = (
-        f"An autopilot may have steered in {axes_named(dofs)} by readings that its log lacks, and a fit takes for mass "
-        f"and drag what it did about the sea and about its own noise",
-        f"{', '.join(about)} may be off by more than "
-        "their intervals, and nothing in the log shows by how much; record the very readings that the controller uses, "
-        "or drive by stick without its help.",
+    return (
+        Doubt(
+            about,
+            f"An autopilot may have steered in {axes_named(dofs)} by readings that its log lacks, and a fit takes for "
+            "mass and drag what it did about the sea and about its own noise",
+            f"{', '.join(about)} may be off by more than their intervals, and nothing in the log shows by how much; "
+            "record the very readings that the controller uses, or drive by stick without its help.",
+        ),
     )
-    return (Doubt(about, problem, remedy),)
 
 
 def _commanded(dive: Dive) -> bool:
@@ -334,14 +341,15 @@ def frozen_doubts(dive: Dive) -> tuple[Doubt, ...]:
     named = tuple(group[dof].name for dof in dofs for group in (MASSES, DAMPINGS))
     seconds = max(sum(end_s - start_s for start_s, end_s in frozen) for frozen in by_dof.values())
     share = seconds / max(dive.duration_s, 1e-9)
-    problem, remedy = (
-        f"For {seconds:.0f} s ({100 * share:.1f} % of the dive) the recorded velocity stood still while the "
-        f"controller's own (NU_FB) went on in {axes_named(dofs)}",
-        f"the logged velocity can't be the one that the "
-        f"controller used, so {', '.join(named)} rest on the rest of the dive, and their intervals may be too narrow; "
-        "record the very velocity that the controller uses.",
+    return (
+        Doubt(
+            named,
+            f"For {seconds:.0f} s ({100 * share:.1f} % of the dive) the recorded velocity stood still while the "
+            f"controller's own (NU_FB) went on in {axes_named(dofs)}",
+            f"the logged velocity can't be the one that the controller used, so {', '.join(named)} rest on the rest of "
+            "the dive, and their intervals may be too narrow; record the very velocity that the controller uses.",
+        ),
     )
-    return (Doubt(named, problem, remedy),)
 
 
 def _went_on(dive: Dive, dof: int, stretches: Sequence[tuple[float, float]]) -> bool:

@@ -2,12 +2,11 @@
 
 import numpy as np
 
-from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import Water
 from identify.checks.scales import FEWEST_WINDOWS, Scale, edge_means, integral, scale_of, well_read
 from identify.dive import Dive
-from identify.identification import Doubt, Outcome
-from identify.ingest.rotation import attitude_at
+from identify.identification import Doubt, Outcome, coefficients_of
+from identify.ingest.rotation import attitude_at, to_earth
 
 WINDOW_S, STEP_S = 10.0, 0.1
 
@@ -35,9 +34,9 @@ def descent(dive: Dive, water: Water) -> Scale | None:
     if count < FEWEST_WINDOWS:
         return None
     time_s = start_s + STEP_S * np.arange(count * round(WINDOW_S / STEP_S) + 1)
-    u, v, w = velocity.at(time_s).T
-    qw, x, y, z = attitude_at(attitude, time_s).T
-    down = 2 * (x * z - qw * y) * u + 2 * (y * z + qw * x) * v + (1 - 2 * (x * x + y * y)) * w
+    body = velocity.at(time_s)
+    u, v, _ = body.T
+    down = to_earth(attitude_at(attitude, time_s), body)[:, 2]
     read = np.isfinite(depth.value[:, 0]) & (depth.time_s >= start_s) & (depth.time_s <= time_s[-1])
     at_s = depth.time_s[read]
     ways = np.column_stack([depth.value[read, 0], *(integral(time_s, rate, at_s) for rate in (down, u, v))])
@@ -55,14 +54,13 @@ def descent_doubts(dive: Dive, water: Water) -> tuple[Doubt, ...]:
     scale = descent(dive, water)
     if scale is None or not scale.contradicts(LARGEST_DESCENT_OFF):
         return ()
-    about = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in range(3))
+    about = coefficients_of(range(3))
     return (
         Doubt(
             about,
             f"Depth changes by {scale.times} times what the recorded downward velocity comes to",
-            f"the DVL's "
-            f"scale, sign or mounting is not as taken, and {', '.join(about)} are as far off where it is all of the "
-            "DVL's; check its units and mounting, its speed of sound, and the depth sensor.",
+            f"the DVL's scale, sign or mounting is not as taken, and {', '.join(about)} are as far off where it is all "
+            "of the DVL's; check its units and mounting, its speed of sound, and the depth sensor.",
             Outcome.DISAGREES,
         ),
     )

@@ -15,7 +15,7 @@ from identify.estimators.likelihood_axis import AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.misfit import DOUBTFUL_SCORE, Force, Multiplier, with_forces
 from identify.estimators.readings import Channel
-from identify.identification import Culprit, Doubt, Outcome, ThrustDelay
+from identify.identification import Culprit, Doubt, Outcome, ThrustDelay, coefficients_of
 from identify.words import axes_named
 
 Array = NDArray[np.float64]
@@ -53,15 +53,17 @@ def crossed_doubts(tests: Mapping[tuple[int, int], Multiplier]) -> tuple[Doubt, 
     worst = max(moved, key=lambda pair: abs(moved[pair].score))
     axis, other = (DOFS[dof] for dof in worst)
     dofs = sorted(dof for dof, _ in moved)
-    problem, remedy = (
-        f"The velocity in {axis} answers to the thrust in {other} ({moved[worst].size:+.2g} of it, beside its own; "
-        f"{abs(moved[worst].score):.0f} standard errors)",
-        f"the DVL's axes or the thrusters are not as the vehicle file "
-        f"has them, and what is said of {axes_named(dofs)} can hardly be this vehicle's; check the DVL's mounting and "
-        "the order of the thrusters: seatrial doctor --wet tells of both.",
+    return (
+        Doubt(
+            coefficients_of(dofs),
+            f"The velocity in {axis} answers to the thrust in {other} ({moved[worst].size:+.2g} of it, beside its own; "
+            f"{abs(moved[worst].score):.0f} standard errors)",
+            f"the DVL's axes or the thrusters are not as the vehicle file has them, and what is said of "
+            f"{axes_named(dofs)} can hardly be this vehicle's; check the DVL's mounting and the order of the "
+            "thrusters: seatrial doctor --wet tells of both.",
+            Outcome.DISAGREES,
+        ),
     )
-    about = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in dofs)
-    return (Doubt(about, problem, remedy, Outcome.DISAGREES),)
 
 
 def _thrust_over(other: Axis, axis: Axis) -> Array:
@@ -210,14 +212,13 @@ def _unseen_turning(built: Axes) -> tuple[Doubt, ...]:
     pushed = sorted(along_third & {axis.dof for axis in built.axes})
     if not pushed:
         return ()
-    about = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in pushed)
+    about = coefficients_of(pushed)
     return (
         Doubt(
             about,
             f"No rate of turn was recorded in {axes_named(never)}",
-            f"the forces that turning at speed makes in "
-            f"{axes_named(pushed)} (Coriolis) are left out, so {', '.join(about)} may be off by more than their "
-            "intervals; record a gyro, or dive without turning.",
+            f"the forces that turning at speed makes in {axes_named(pushed)} (Coriolis) are left out, so "
+            f"{', '.join(about)} may be off by more than their intervals; record a gyro, or dive without turning.",
             _outcome(never, pushed),
         ),
     )
@@ -239,15 +240,13 @@ def _unseen_speeds(built: Axes) -> tuple[Doubt, ...]:
     doubts = []
     for dofs, words in cases:
         worked_on = [axis.dof for axis in built.axes if axis.dof >= 3 or _turned_into(axis.dof, dofs, built)]
-        about = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in worked_on)
-        problem, remedy = (
-            f"{words}",
-            f"what speed there does to the vehicle's {axes_named(worked_on)} is guessed, so "
-            f"{', '.join(about)} may be off by more than their intervals; dive with the DVL's bottom lock, or without "
-            "speed while it turns.",
+        about = coefficients_of(worked_on)
+        remedy = (
+            f"what speed there does to the vehicle's {axes_named(worked_on)} is guessed, so {', '.join(about)} may be "
+            "off by more than their intervals; dive with the DVL's bottom lock, or without speed while it turns."
         )
         if about:
-            doubts.append(Doubt(about, problem, remedy, _outcome(never if dofs is never else (), worked_on)))
+            doubts.append(Doubt(about, words, remedy, _outcome(never if dofs is never else (), worked_on)))
     return tuple(doubts)
 
 
@@ -286,9 +285,9 @@ def drag_doubts(lacking: Mapping[int, Multiplier], damping: Damping = "linear") 
             (MASSES[dof].name, DAMPINGS[dof].name),
             f"In {DOFS[dof]} a force that grows as the speed squared is missing from the model "
             f"({tested.score:+.0f} standard errors)",
-            "mass and linear damping hold for the speeds of this dive "
-            "alone; the intervals of all that it bears on are widened by what such a force would change. Where another "
-            "axis moved at one speed alone, its damping holds for that.",
+            "mass and linear damping hold for the speeds of this dive alone; the intervals of all that it bears on are "
+            "widened by what such a force would change. Where another axis moved at one speed alone, its damping holds "
+            "for that.",
             Outcome.DISAGREES,
             Culprit.MODEL,
         )
@@ -301,8 +300,8 @@ def _linear_doubt(dof: int, test: Multiplier) -> Doubt:
         (MASSES[dof].name, QUADRATICS[dof].name),
         f"In {DOFS[dof]} a force that grows as the speed itself is missing from the model ({test.score:+.0f} standard "
         "errors), for the vehicle file's damping is quadratic",
-        "the intervals of all that it bears on are widened by "
-        "what such a force would change; write damping: both into it.",
+        "the intervals of all that it bears on are widened by what such a force would change; write damping: both into "
+        "it.",
         Outcome.DISAGREES,
         Culprit.MODEL,
     )
@@ -312,11 +311,11 @@ def delay_doubt(delay: ThrustDelay, pushed: Sequence[int]) -> Doubt:
     """Doubt that all thrust acts later than the vehicle file says; the values are those with that delay."""
     beyond = f" and its delay of {delay.in_file_s:g} s" if delay.in_file_s else ""
     return Doubt(
-        tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in pushed),
+        coefficients_of(pushed),
         f"Thrust acts {delay.later_s:.3f} s ({delay.low95_s:.3f} to {delay.high95_s:.3f}) after its command, beyond "
         f"the vehicle file's lag{beyond}, or readings are stamped so late",
-        f"the values are those with that delay; write "
-        f"delay_s: {delay.delay_s:.3g} into the vehicle file's thrust_curve, where the feed-forward finds it.",
+        f"the values are those with that delay; write delay_s: {delay.delay_s:.3g} into the vehicle file's "
+        "thrust_curve, where the feed-forward finds it.",
         culprit=Culprit.MODEL,
     )
 
@@ -344,9 +343,8 @@ def late_doubts(late: Mapping[int, Multiplier], pushed: Sequence[int]) -> tuple[
 def _unexplained_doubt(tests: Mapping[int, Multiplier]) -> Doubt:
     sigma = max(abs(tested.score) for tested in tests.values())
     return Doubt(
-        tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in tests),
+        coefficients_of(tests),
         f"In {axes_named(list(tests))} the motion does not follow from the thrust, and timing does not explain it",
-        f""
         f"thrust would have to act more than {LATEST_S:g} s off its time ({sigma:.0f} standard errors); check that the "
         "vehicle file is this vehicle's, and the velocity's axes, signs and unit.",
         Outcome.DISAGREES,
@@ -367,7 +365,7 @@ def _late_doubt(way: str, tests: Mapping[int, Multiplier], pushed: Sequence[int]
     )
     dofs = (*tests, *others)
     return Doubt(
-        tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in dofs),
+        coefficients_of(dofs),
         f"In {axes_named(list(tests))} thrust acts at another time than the vehicle file's lag and the sensors' "
         f"stamps say ({way}, {size}; {sigma:.0f} standard errors)",
         f"masses and dampings {scope} are off"
@@ -403,11 +401,8 @@ def strange_doubts(strange: str) -> tuple[Doubt, ...]:
     """Doubt that the recording is of this vehicle, for the reason in `strange`; none if that is empty."""
     if not strange:
         return ()
-    problem, remedy = (
-        "These values can hardly be this vehicle's",
-        f"{strange}. Give the vehicle file and configuration of the dive.",
-    )
-    return (Doubt(tuple(BY_NAME), problem, remedy, Outcome.DISAGREES),)
+    remedy = f"{strange}. Give the vehicle file and configuration of the dive."
+    return (Doubt(tuple(BY_NAME), "These values can hardly be this vehicle's", remedy, Outcome.DISAGREES),)
 
 
 def missing_forces(lacking: Sequence[int], late: Sequence[int], damping: Damping = "linear") -> str:

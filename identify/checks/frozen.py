@@ -81,7 +81,7 @@ def without_frozen(dive: Dive) -> Dive:
     notes = []
     for name, words in WORDS.items():
         signal = dive.signals().get(name)
-        known = _known(signal) if signal is not None else None
+        known = signal.finite() if signal is not None else None
         runs = _runs(known) if known is not None and len(known) >= FEWEST else None
         if signal is None or known is None or runs is None or not runs.long.any():
             continue
@@ -159,11 +159,6 @@ def _note(words: str, stretches: tuple[tuple[float, float], ...], share: float) 
         f"{words} repeats one value for {seconds:.0f} s{where} ({100 * share:.1f} % of its readings) while the vehicle "
         "goes on: what stands still is left out; check that sensor, and what passes its readings on."
     )
-
-
-def _known(signal: Signal) -> Signal:
-    known = np.isfinite(signal.value).all(axis=1)
-    return Signal(signal.time_s[known], signal.value[known])
 
 
 def _runs(signal: Signal) -> Runs:

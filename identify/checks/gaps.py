@@ -14,7 +14,10 @@ SHORTEST_GAP_S = 2.0
 
 def gaps(dive: Dive) -> tuple[str, ...]:
     """A sentence for each signal that is missing or comes too rarely."""
-    return (*_velocity(dive), *_rates(dive), *_forces(dive), *_attitude(dive))
+    level = (
+        () if dive.attitude is not None else ("No attitude is recorded: the vehicle is taken to be level.",)
+    )
+    return (*_velocity(dive), *_rates(dive), *_forces(dive), *level)
 
 
 def _velocity(dive: Dive) -> list[str]:
@@ -72,12 +75,6 @@ def _forces(dive: Dive) -> list[str]:
     if dive.armed is not None and not (dive.armed.value > 0).any():
         notes.append("The vehicle was never armed in this recording: the thrusters did not push.")
     return notes
-
-
-def _attitude(dive: Dive) -> list[str]:
-    if dive.attitude is None:
-        return ["No attitude is recorded: the vehicle is taken to be level."]
-    return []
 
 
 def longest_gap_s(time_s: Array) -> float:

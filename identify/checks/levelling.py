@@ -9,7 +9,7 @@ from itertools import starmap
 
 import numpy as np
 
-from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
+from bridge.vehicle.coefficients import DOFS
 from identify.checks.scales import (
     DOUBTFUL_SCORE,
     FEWEST_WINDOWS,
@@ -21,7 +21,7 @@ from identify.checks.scales import (
     whole,
 )
 from identify.dive import Array, Dive, Signal
-from identify.identification import Doubt, Outcome
+from identify.identification import Doubt, Outcome, coefficients_of
 from identify.ingest.rotation import euler_angles
 from identify.statistics import left_of
 from identify.words import capital
@@ -42,7 +42,7 @@ LARGEST_LATE_S = 0.15
 LEAST_UPRIGHT = 0.5
 """Cosine of pitch below which roll is hardly defined."""
 
-ABOUT = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in (2, 3, 4))
+ABOUT = coefficients_of((2, 3, 4))
 """The attitude turns gravity and the downward direction into body axes, so these rest on roll and pitch; so do roll
 and pitch themselves if nothing else pushes."""
 
@@ -150,21 +150,20 @@ def levelling_doubts(dive: Dive) -> tuple[Doubt, ...]:
         first, second = "the attitude", "the gyro's rates in roll and pitch"
         late, by = (first, second) if levels.late_s > 0 else (second, first)
         are = "is" if late == first else "are"
-        problem, remedy = (
-            f"{capital(late)} {are} stamped some {1000 * abs(levels.late_s):.0f} ms late, by {by}",
+        problem = f"{capital(late)} {are} stamped some {1000 * abs(levels.late_s):.0f} ms late, by {by}"
+        remedy = (
             f"{', '.join(ABOUT)} may be off by more than their intervals; mend the clocks of both: seatrial doctor "
-            "--wet tells how late each sensor is.",
+            "--wet tells how late each sensor is."
         )
         doubts.append(Doubt(ABOUT, problem, remedy, Outcome.DISAGREES))
     parts = [part for part in starmap(_said, ((3, levels.roll), (4, levels.pitch))) if part]
     if parts:
-        problem, remedy = (
-            f"By the attitude {' and '.join(parts)}",
-            f"the sign, axes or scale of the attitude or of the gyro are not as "
-            f"taken, and {', '.join(ABOUT)} may be off by more than their intervals; check the mounting of the IMU, "
-            "and what passes its attitude and rates on.",
+        remedy = (
+            f"the sign, axes or scale of the attitude or of the gyro are not as taken, and {', '.join(ABOUT)} may be "
+            "off by more than their intervals; check the mounting of the IMU, and what passes its attitude and rates "
+            "on."
         )
-        doubts.append(Doubt(ABOUT, problem, remedy, Outcome.DISAGREES))
+        doubts.append(Doubt(ABOUT, f"By the attitude {' and '.join(parts)}", remedy, Outcome.DISAGREES))
     return tuple(doubts)
 
 

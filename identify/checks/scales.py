@@ -55,10 +55,8 @@ class Scale:
 
 def whole(signal: Signal | None) -> Signal | None:
     """The finite readings of a signal; None if fewer than two."""
-    if signal is None:
-        return None
-    good = np.isfinite(signal.value).all(axis=1)
-    return Signal(signal.time_s[good], signal.value[good]) if np.count_nonzero(good) > 1 else None
+    finite = None if signal is None else signal.finite()
+    return finite if finite is not None and len(finite) > 1 else None
 
 
 def scale_of(seen: Array, said: Array, columns: Array) -> Scale | None:

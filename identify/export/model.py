@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from bridge.errors import ConfigError
 from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, DOFS, MASSES, QUADRATICS
 from bridge.vehicle.config import GRAVITY_M_S2, Configuration, ThrustCurve, Vector3, VehicleFile
-from bridge.vehicle.thrusters import Curve, thrust_curve
+from bridge.vehicle.thrusters import thrust_curve
 
 Six = tuple[float, float, float, float, float, float]
 NONE: Six = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -161,6 +161,7 @@ def model_of(
             )
     arm_nm = shape.centre_of_gravity_below_buoyancy_m * shape.dry_mass_kg * GRAVITY_M_S2
     up_n = shape.dry_mass_kg * GRAVITY_M_S2 + shape.net_buoyancy_n
+    high_n, low_n = min(shape.thruster_limit_n, curve.max_n), max(-shape.thruster_limit_n, curve.min_n)
     return Model(
         name=file.vehicle.name,
         dry_mass_kg=shape.dry_mass_kg,
@@ -168,7 +169,7 @@ def model_of(
         added=added,
         linear=damping,
         quadratic=six([values.get(c.name, 0.0) for c in QUADRATICS]),
-        thrusters=_propellers(shape, curve),
+        thrusters=tuple(Propeller(t.direction, t.position_m, low_n, high_n, t.gain) for t in shape.thrusters),
         lag_s=file.vehicle.thrust_curve.lag_s,
         net_buoyancy_n=shape.net_buoyancy_n,
         # As in the nominal model, the weight acts at the origin; the righting moment is the same.
@@ -198,11 +199,6 @@ def _known(values: Mapping[str, float], shape: Configuration) -> tuple[dict[str,
         else:
             notes.append(f"{name} was not identified and the vehicle file's model has none: it is unknown")
     return known, notes
-
-
-def _propellers(shape: Configuration, curve: Curve) -> tuple[Propeller, ...]:
-    high, low = min(shape.thruster_limit_n, curve.max_n), max(-shape.thruster_limit_n, curve.min_n)
-    return tuple(Propeller(t.direction, t.position_m, low, high, t.gain) for t in shape.thrusters)
 
 
 def six(values: list[float]) -> Six:

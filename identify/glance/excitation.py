@@ -95,9 +95,11 @@ def spans(dive: Dive, file: VehicleFile | None = None, configuration: str = "") 
     return tuple(
         Span(
             axis,
-            max(_common_s(dive, dof), 0.0),
+            max(float(np.nan_to_num(common_s(dive, dof))), 0.0),
             _span(asked, dof),
-            _span(*_reading(dive, dof)),
+            _span(dive.velocity, dof)
+            if dof < 3
+            else _span(dive.yaw_rate if dof == YAW else dive.gyro, dof - 3),
         )
         for dof, axis in enumerate(DOFS)
     )
@@ -155,19 +157,6 @@ def _relative_std(begun: Begun, unseen: Collection[int]) -> Array:
 
 def _nothing(note: str) -> Excitation:
     return Excitation(tuple(Excited(c.name, math.inf) for c in COEFFICIENTS), note)
-
-
-def _common_s(dive: Dive, dof: int) -> float:
-    """Seconds for which an axis has both thrust and readings; 0 if either is missing."""
-    span_s = common_s(dive, dof)
-    return 0.0 if math.isnan(span_s) else span_s
-
-
-def _reading(dive: Dive, dof: int) -> tuple[Signal | None, int]:
-    """Signal that measures an axis's velocity, and its column."""
-    if dof < 3:
-        return dive.velocity, dof
-    return (dive.fog, 0) if dof == YAW and dive.fog is not None else (dive.gyro, dof - 3)
 
 
 def _span(signal: Signal | None, column: int) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Vector3
 from identify.dive import Array, Dive, Signal
-from identify.validate import AXES, LEAST_SPEED
+from identify.validate import AXES, LEAST_SPEED, measured_speed
 
 CURVES: Final = ("reference", "measured", "tau_ff", "tau_pid")
 WRENCH_UNITS: Final = {"m/s": "N", "rad/s": "N m"}
@@ -100,21 +100,6 @@ def followed(dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0), points: int = POINT
         for dof in AXES
         if (np.abs(reference.value[:, dof]) > LEAST_SPEED).any()
     )
-
-
-def measured_speed(dive: Dive, dof: int, lever_m: Vector3) -> Signal | None:
-    """Measured speed of an axis, (n, 1): DVL moved to the origin; in yaw the fibre-optic gyro, else the IMU's gyro."""
-    if dof >= 3:
-        for source, column in ((dive.fog, 0), (dive.gyro, dof - 3)):
-            if source is not None and len(source):
-                return Signal(source.time_s, source.value[:, column : column + 1])
-        return None
-    if dive.velocity is None or not len(dive.velocity):
-        return None
-    time_s, value = dive.velocity.time_s, dive.velocity.value
-    if dive.gyro is not None and len(dive.gyro) and any(lever_m):
-        value = value - np.cross(dive.gyro.at(time_s), lever_m)
-    return Signal(time_s, value[:, dof : dof + 1])
 
 
 def _means(signal: Signal | None, column: int, edges_s: Array) -> Array:

@@ -7,7 +7,7 @@ or a companion, which looks like loss: components that send little are not count
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -90,22 +90,15 @@ def _with_transfers(frames: Frames, logs: Sequence[Path]) -> Frames:
     rows = () if heard is None else heard.rows(TRANSFER)
     if heard is None or not len(rows):
         return frames
-    arrival_s = np.concatenate((frames.arrival_s, heard.arrival_s[rows]))
-    order = np.argsort(arrival_s, kind="stable")
+    order = np.argsort(np.concatenate((frames.stamp_us, heard.stamp_us[rows])), kind="stable")
+    heard = replace(heard, start=heard.start + len(frames.data))
 
-    def both(numbers: NDArray[np.int64], more: NDArray[np.int64]) -> NDArray[np.int64]:
-        return np.concatenate((numbers, more[rows]))[order]
+    def both(name: str) -> Rows:
+        return np.concatenate((getattr(frames, name), getattr(heard, name)[rows]))[order]
 
-    return Frames(
-        np.concatenate((frames.data, heard.data)),
-        arrival_s[order],
-        both(frames.start, heard.start + len(frames.data)),
-        both(frames.length, heard.length),
-        both(frames.system, heard.system),
-        both(frames.component, heard.component),
-        both(frames.message, heard.message),
-        frames.counts,
-    )
+    data = np.concatenate((frames.data, heard.data))
+    length, system, component, message = map(both, ("length", "system", "component", "message"))
+    return Frames(data, both("stamp_us"), both("start"), length, system, component, message, frames.counts)
 
 
 def _of_component(frames: Frames, rows: Rows) -> tuple[int, int]:

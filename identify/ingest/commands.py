@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.dive import Dive, Signal
+from identify.dive import Array, Dive, Signal
 from identify.words import listed
 
 HELD_S = 0.5
@@ -40,6 +40,18 @@ FEWEST = 10
 SPREAD_HZ = 10.0
 
 Span = tuple[float, float]
+
+
+def driven_outputs(time_s: Array, pwm_us: Array) -> Signal | None:
+    """Pulse widths (n, outputs) up to the first output that is never driven; None if that is the first.
+
+    An output that is never a number counts as used, unless the last output is never a number either: then unused
+    outputs are written that way.
+    """
+    unknown = np.asarray(np.isnan(pwm_us).all(axis=0))
+    idle = np.flatnonzero(~((pwm_us > 0).any(axis=0) | (unknown & ~unknown[-1])))
+    width = int(idle[0]) if len(idle) else pwm_us.shape[1]
+    return Signal(time_s, pwm_us[:, :width]) if width else None
 
 
 def logged_at_changes(commands: Signal) -> bool:

@@ -16,6 +16,7 @@ from bridge.wire.tlog import load_bytes
 from identify.checks.impossible import tame
 from identify.dive import Array, Signal
 from identify.ingest import rotation
+from identify.ingest.commands import driven_outputs
 
 MAGIC = b"\xa3\x95"
 FMT, FMT_BYTES = 0x80, 89
@@ -54,14 +55,9 @@ class _Table:
         return np.column_stack([self.body[name].astype(np.float64) * self.scales[name] for name in names])
 
 
-def read_dataflash(path: Path) -> dict[str, Any]:
-    """Fields of a Dive (all but its name, source and hash) in a `.BIN`. Raises LogError."""
-    return read_log(path)[0]
-
-
-def read_log(path: Path) -> tuple[dict[str, Any], dict[str, float]]:
-    """The fields as in `read_dataflash`, and the autopilot's parameters as the log first states them. Raises
-    LogError.
+def read_dataflash(path: Path) -> tuple[dict[str, Any], dict[str, float]]:
+    """Fields of a Dive (all but its name, source and hash) in a `.BIN`, and the autopilot's parameters as the log first
+    states them. Raises LogError.
     """
     data, _ = load_bytes(path)
     if not data:
@@ -239,10 +235,7 @@ def _pwm(log: _Log) -> Signal | None:
     outputs = [f"C{i}" for i in range(1, 15) if f"C{i}" in table.scales]
     if not outputs:
         return None
-    pwm_us = table.columns(*outputs)
-    idle = np.flatnonzero(~(pwm_us > 0).any(axis=0))
-    width = int(idle[0]) if len(idle) else pwm_us.shape[1]
-    return Signal(table.time_s, pwm_us[:, :width]) if width else None
+    return driven_outputs(table.time_s, table.columns(*outputs))
 
 
 def _armed(log: _Log) -> Signal | None:

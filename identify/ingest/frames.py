@@ -8,7 +8,7 @@ right checksum, and leaves that record to `bridge.wire.tlog.next_record`.
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from itertools import accumulate
 from pathlib import Path
 from typing import Any, Final
@@ -41,20 +41,25 @@ Rows = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Frames:
-    """The intact frames of a recording, in file order, one per row.
+    """The intact frames of known ids in a recording, in file order, one per row.
 
-    `arrival_s` is the record's Unix time; `start` and `length` locate the payload in `data`. `counts` are those of
-    the reader: records read and lost.
+    `stamp_us` is the record's Unix time, mended; `start` and `length` locate the payload in `data`. `counts` are those
+    of TlogReader: records read and lost.
     """
 
     data: Bytes
-    arrival_s: NDArray[np.float64]
+    stamp_us: Rows
     start: Rows
     length: Rows
     system: Rows
     component: Rows
     message: Rows
-    counts: dict[str, int]
+    counts: Counter[str]
+
+    @cached_property
+    def arrival_s(self) -> NDArray[np.float64]:
+        """`stamp_us` in seconds."""
+        return self.stamp_us.astype(np.float64) * 1e-6
 
     def __len__(self) -> int:
         return len(self.start)
@@ -110,21 +115,15 @@ def load_frames(paths: Sequence[Path]) -> Frames:
         counts["files empty"] = len(paths) - len(files)
     for file in files:
         counts.update(file.counts)
-    if len(files) == 1:
-        data, shifts = files[0].data, [0]
-    else:
-        data = np.concatenate([file.data for file in files])
-        shifts = [0, *accumulate(len(file.data) for file in files[:-1])]
-    return Frames(
-        data,
-        np.concatenate([file.stamp_us for file in files]).astype(np.float64) * 1e-6,
-        np.concatenate([file.start + shift for file, shift in zip(files, shifts, strict=True)]),
-        np.concatenate([file.length for file in files]),
-        np.concatenate([file.system for file in files]),
-        np.concatenate([file.component for file in files]),
-        np.concatenate([file.message for file in files]),
-        dict(counts),
-    )
+    shifts = accumulate((len(file.data) for file in files[:-1]), initial=0)
+
+    def joined(name: str) -> Any:
+        return np.concatenate([getattr(file, name) for file in files])
+
+    data = files[0].data if len(files) == 1 else joined("data")
+    start = np.concatenate([file.start + shift for file, shift in zip(files, shifts, strict=True)])
+    length, system, component, message = map(joined, ("length", "system", "component", "message"))
+    return Frames(data, joined("stamp_us"), start, length, system, component, message, counts)
 
 
 def message_id(name: str) -> int:
@@ -296,24 +295,7 @@ SHORTEST_FRAME: Final = 8
 LOST: Final = -1
 
 
-@dataclass(frozen=True)
-class Located:
-    """The frames of known ids in a file, in its order: columns (n,) into `data`.
-
-    `stamp_us`: mended Unix time; `start` and `length` of the payload. `counts` as in TlogReader.
-    """
-
-    data: Bytes
-    stamp_us: Rows
-    start: Rows
-    length: Rows
-    system: Rows
-    component: Rows
-    message: Rows
-    counts: Counter[str]
-
-
-def locate(path: Path) -> Located:
+def locate(path: Path) -> Frames:
     """Locate every intact frame of a `.tlog` or `.tlog.gz`. Raises LogError as TlogReader does."""
     data, gzip_whole = load_recording(path)
     counts = Counter[str]() if gzip_whole else Counter(cut=1)
@@ -328,7 +310,7 @@ def locate(path: Path) -> Located:
     if unknown:
         table = np.delete(table, unknown, axis=1)
     stamp_us, start, length, system, component, message = table
-    return Located(content, stamp_us, start, length, system, component, message, counts)
+    return Frames(content, stamp_us, start, length, system, component, message, counts)
 
 
 def _starts(data: bytes, content: Bytes, counts: Counter[str]) -> tuple[Rows, list[int], list[int]]:

@@ -20,7 +20,7 @@ from bridge.errors import LogError
 from bridge.wire.clock_line import ClockLine, fit_clock
 from identify.dive import Array, Signal
 from identify.ingest import rotation
-from identify.ingest.dataflash import read_log
+from identify.ingest.dataflash import read_dataflash
 from identify.ingest.frames import load_frames
 from identify.ingest.messages import vehicle_runs, vehicle_system
 from identify.statistics import bulk_std
@@ -82,15 +82,9 @@ WHOLE_ONLY: Final = ("armed", "gnss")
 
 @dataclass(frozen=True)
 class Match:
-    """Result of a comparison of clocks.
-
-    line: the other clock against this one. alike: correlation at the best shift. overlap_s: time in which both hold
-    readings. within_s: half width of the 95 % interval of the line over that time, s.
-    """
+    """The other clock against this one, with the half width of the line's 95 % interval over their common time, s."""
 
     line: ClockLine
-    alike: float
-    overlap_s: float
     within_s: float
 
 
@@ -123,10 +117,9 @@ def match(mine: dict[str, Any], other: dict[str, Any]) -> Match:
 
 def _match(mine: Signal, other: Signal) -> Match | None:
     """Compare by one kind of reading; None if it gives no result. Raises LogError if the recordings disagree."""
-    shifted = _shift(mine, other)
-    if shifted is None:
+    shift_s = _shift(mine, other)
+    if shift_s is None:
         return None
-    shift_s, alike, overlap_s = shifted
     # The faster signal is interpolated at the samples of the slower one.
     swapped = mine.rate_hz > other.rate_hz
     slow, fast = (other, mine) if swapped else (mine, other)
@@ -138,7 +131,7 @@ def _match(mine: Signal, other: Signal) -> Match | None:
     if scatter_s > max(MOST_SCATTER_S, MOST_SCATTERS * float(np.median(std_s))):
         raise LogError(STRANGERS)
     span_s = max(mine.time_s[0], other.time_s[0] - shift_s), min(mine.time_s[-1], other.time_s[-1] - shift_s)
-    return Match(line, alike, overlap_s, line.within_s(*span_s))
+    return Match(line, line.within_s(*span_s))
 
 
 def _rates(fields: dict[str, Any], kind: str) -> Signal | None:
@@ -165,10 +158,9 @@ def _rates_of_turn(attitude: Signal) -> Signal | None:
     return Signal(middle_s[near], turn[near] / step_s[near, None])
 
 
-def _shift(mine: Signal, other: Signal) -> tuple[float, float, float] | None:
-    """Lead of `other` to a tenth of a second, the correlation there, and the time in which both hold readings.
-
-    None if they have too little in common. Raises LogError if they do not agree.
+def _shift(mine: Signal, other: Signal) -> float | None:
+    """Lead of `other` to a tenth of a second; None if they have too little in common. Raises LogError if they do not
+    agree.
     """
     start_s, start_other_s = mine.time_s[0], other.time_s[0]
     (a, has_a), (b, has_b) = _grid(mine), _grid(other)
@@ -198,7 +190,7 @@ def _shift(mine: Signal, other: Signal) -> tuple[float, float, float] | None:
     if alike[best] < ALIKE or not 1 / GAIN <= gain <= GAIN:
         raise LogError(STRANGERS)
     lag = best if best < len(has_b) else best - size
-    return lag * GRID_S + start_other_s - start_s, float(alike[best]), float(count[best] * GRID_S)
+    return float(lag * GRID_S + start_other_s - start_s)
 
 
 def _grid(rates: Signal) -> tuple[Array, Array]:
@@ -305,7 +297,7 @@ def with_logs(fields: dict[str, Any], heard: Sequence[Path], logs: Sequence[Path
 
 def merged(fields: dict[str, Any], heard: Sequence[Path], log: Path) -> dict[str, Any]:
     """Fill the fields of a dive from a log, with a note. Raises LogError if that is impossible."""
-    theirs, parameters = read_log(log)
+    theirs, parameters = read_dataflash(log)
     try:
         line, known = _clock(fields, theirs, parameters, heard)
     except LogError as error:

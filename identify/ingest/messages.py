@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import LogError
+from bridge.wire.framing import MAGIC_2
 from bridge.wire.silences import Silence, longest, silences, way_to_mend
 from identify.checks.impossible import WILD_S, tame
 from identify.dive import Array, Kind, Note
-from identify.ingest.frames import Fields, Frames, Rows
+from identify.ingest.frames import HEADER_1, HEADER_2, Fields, Frames, Rows
 
 GROUND_STATION = 6
 CLEARLY_MORE = 5.0
@@ -172,8 +173,13 @@ def vehicle_runs(frames: Frames, source: str) -> tuple[Messages, ...]:
     components = [int(c) for c in np.unique(frames.component[frames.system == system])]
     timed = {component: timed_rows(frames, system, component) for component in components}
     stating = sum(len(rows) for rows, _ in timed.values())
-    timed = {component: _tame(frames, *rows_times) for component, rows_times in timed.items()}
-    timed = {component: rows_times for component, rows_times in timed.items() if len(rows_times[0])}
+    # A few rows whose time lies far from those around them are left out; a restart shifts all later times and stays.
+    among = {component: tame(frames.arrival_s[rows] - time_s) for component, (rows, time_s) in timed.items()}
+    timed = {
+        component: (rows[among[component]], time_s[among[component]])
+        for component, (rows, time_s) in timed.items()
+        if among[component].any()
+    }
     wild = stating - sum(len(rows) for rows, _ in timed.values())
     wild_notes = (f"{wild} messages state a time that can't be; when they arrived is taken.",) if wild else ()
     if not timed:
@@ -233,12 +239,6 @@ def timed_rows(frames: Frames, system: int, component: int) -> tuple[Rows, Array
     return joined[order], times[order]
 
 
-def _tame(frames: Frames, rows: Rows, time_s: Array) -> tuple[Rows, Array]:
-    """Remove the few rows whose time lies far from those around them; a restart shifts all later times and stays."""
-    among = tame(frames.arrival_s[rows] - time_s)
-    return rows[among], time_s[among]
-
-
 def _runs(total: int, rows: Rows, time_s: Array) -> list[tuple[slice, float]]:
     """Stretches in which the boot time does not run back: their rows, and the length of each in s."""
     back = np.flatnonzero(np.diff(time_s) < -REBOOT_S) + 1
@@ -265,8 +265,6 @@ def _rising(time_s: Array, fields: Fields) -> Batch:
     return Batch(unique_s, fields.at(first))
 
 
-MAGIC_2: Final = 0xFD
-HEADER_1, HEADER_2 = 6, 10
 BOOT_ID: Final = b"BOOT_ID"
 """Name under which a vehicle that keeps its own recording sends its boot id."""
 NAME_AT: Final = 8

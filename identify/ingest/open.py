@@ -102,11 +102,11 @@ def _number(file: Path) -> int:
 
 def _fields(files: Sequence[Path], columns: Path | None, source: str) -> dict[str, Any]:
     name = files[0].name.lower()
-    if name.endswith((".tlog", ".tlog.gz")):
+    if name.endswith(HEARD):
         heard = [file for file in files if not file.name.lower().endswith(".bin")]
         return with_logs(read_tlog(heard, source), heard, files[len(heard) :])
     if name.endswith(".bin"):
-        return read_dataflash(files[0])
+        return read_dataflash(files[0])[0]
     if name.endswith(".csv"):
         if columns is None:
             raise LogError(f"{source}: a table needs a column map; give one with --columns FILE")
@@ -164,7 +164,7 @@ class Identity:
 def identity_of(files: Sequence[Path]) -> Identity:
     """Identity of the recording in these files, concatenated. Raises LogError if a file can't be read."""
     data = contents(files)
-    has_opening = files[0].name.lower().endswith((".tlog", ".tlog.gz")) and len(data) >= OPENING_BYTES
+    has_opening = _is_tlog(files) and len(data) >= OPENING_BYTES
     opening = hashlib.sha256(data[:OPENING_BYTES]).hexdigest() if has_opening else ""
     return Identity(hashlib.sha256(data).hexdigest(), opening, len(data))
 
@@ -198,7 +198,7 @@ def of_one_dive(files: Sequence[Path], others: Sequence[Path]) -> str:
 
 
 def _is_tlog(files: Sequence[Path]) -> bool:
-    return files[0].name.lower().endswith((".tlog", ".tlog.gz"))
+    return files[0].name.lower().endswith(HEARD)
 
 
 def date_of(dive: Dive) -> tuple[float | None, str]:
@@ -221,7 +221,7 @@ def utc(unix_s: float | None) -> str:
 
 
 def _first_stamp_s(file: Path) -> float | None:
-    if not file.name.endswith((".tlog", ".tlog.gz")):
+    if not file.name.endswith(HEARD):
         return None
     first = next(iter(tlog.read_tlog(file)), None)
     return first[0] * 1e-6 if first is not None and first[0] * 1e-6 > OLDEST_UNIX_S else None

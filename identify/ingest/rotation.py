@@ -54,6 +54,18 @@ def to_body(quaternion: Array, north_east_down: Array) -> Array:
     return north_east_down + w * turned + np.cross(r, turned)
 
 
+def to_earth(quaternion: Array, body: Array) -> Array:
+    """Turn vectors (n, 3) from body axes to north-east-down, at attitudes (n, 4)."""
+    (w, x, y, z), (a, b, c) = quaternion.T, body.T
+    return np.column_stack(
+        (
+            (1 - 2 * (y * y + z * z)) * a + 2 * (x * y - w * z) * b + 2 * (x * z + w * y) * c,
+            2 * (x * y + w * z) * a + (1 - 2 * (x * x + z * z)) * b + 2 * (y * z - w * x) * c,
+            2 * (x * z - w * y) * a + 2 * (y * z + w * x) * b + (1 - 2 * (x * x + y * y)) * c,
+        )
+    )
+
+
 def turned_by(turn: Array, vector: Array) -> Array:
     """Rotate vectors (n, 3) by rotation vectors (n, 3), rad, given in the same axes (Rodrigues)."""
     angle = np.linalg.norm(turn, axis=1, keepdims=True)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.dive import Array, Signal
 from identify.ingest import rotation
+from identify.ingest.commands import driven_outputs
 from identify.ingest.frames import Frames, load_frames, message_name
 from identify.ingest.messages import Batch, Messages, unheard_notes, vehicle_runs
 from identify.ingest.runs import Run, chosen, driven_s
@@ -134,12 +135,14 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
     velocity = velocity_of(messages, signals.get("attitude"))
     if velocity is not None:
         signals["velocity"] = velocity.signal
+    sent = np.unique(frames.message[frames.system == messages.system], return_counts=True)
     return {
         **{field: signal for field, signal in signals.items() if signal is not None},
         "velocity_is_filtered": velocity is not None and velocity.filtered,
         "unix_at_boot_s": _unix_at_boot_s(messages),
         "notes": messages.notes + restart_notes + _damage(frames) + unheard_notes(frames, messages.system),
-        "counts": _counts(frames, messages.system),
+        "counts": {message_name(int(number)): int(count) for number, count in zip(*sent, strict=True)}
+        | frames.counts,
     }
 
 
@@ -250,26 +253,14 @@ def _scaled_imu(messages: Messages) -> tuple[Signal | None, Signal | None]:
 def _outputs(batch: Batch | None) -> Signal | None:
     if batch is None:
         return None
-    return _used_columns(batch.time_s, batch.fields["actuator"].astype(np.float64))
+    return driven_outputs(batch.time_s, batch.fields["actuator"].astype(np.float64))
 
 
 def _servos(batch: Batch | None) -> Signal | None:
     """Pulses in microseconds, one column per output, up to the first output that is never driven."""
     if batch is None:
         return None
-    return _used_columns(batch.time_s, batch.columns(*(f"servo{i}_raw" for i in range(1, 17))))
-
-
-def _used_columns(time_s: Array, pwm_us: Array) -> Signal | None:
-    """Keep outputs up to the first unused one.
-
-    An output that is never a number counts as used, unless the last output is never a number either: then unused
-    outputs are written that way.
-    """
-    unknown = np.asarray(np.isnan(pwm_us).all(axis=0))
-    idle = np.flatnonzero(~((pwm_us > 0).any(axis=0) | (unknown & ~unknown[-1])))
-    width = int(idle[0]) if len(idle) else pwm_us.shape[1]
-    return Signal(time_s, pwm_us[:, :width]) if width else None
+    return driven_outputs(batch.time_s, batch.columns(*(f"servo{i}_raw" for i in range(1, 17))))
 
 
 def _rpm(batch: Batch | None, pwm: Signal | None) -> Signal | None:
@@ -328,13 +319,6 @@ def _unix_at_boot_s(messages: Messages) -> float | None:
     unix_s = batch.fields["time_unix_usec"].astype(np.float64) * 1e-6
     dated = unix_s > HAS_DATE_S
     return float(np.median((unix_s - batch.time_s)[dated])) if dated.any() else None
-
-
-def _counts(frames: Frames, system: int) -> dict[str, int]:
-    """Messages of the vehicle by name, and the reader's counts."""
-    numbers, counts = np.unique(frames.message[frames.system == system], return_counts=True)
-    by_name = {message_name(int(number)): int(count) for number, count in zip(numbers, counts, strict=True)}
-    return by_name | frames.counts
 
 
 def _damage(frames: Frames) -> tuple[str, ...]:

@@ -310,18 +310,6 @@ def of_axis(
     return float(np.sum((mass * w) ** 2 * weight)), float(np.sum(damping**2 * weight))
 
 
-def _read(w: Array, noise: AxisNoise) -> Array:
-    """Noise density of a velocity that is measured directly and also as the slope of its measured integral."""
-    return np.asarray(1.0 / (1.0 / noise.velocity + 1.0 / (w * w * noise.position)))
-
-
-def _pushed(w: Array, noise: AxisNoise) -> Array:
-    """Spectral density of the disturbance."""
-    return np.asarray(
-        2 * noise.disturbance**2 * noise.time_constant_s / (1 + (w * noise.time_constant_s) ** 2)
-    )
-
-
 def _spectrum(
     step_s: float, velocity: Array, mass: float, damping: float, noise: AxisNoise
 ) -> tuple[Array, Array]:
@@ -332,6 +320,9 @@ def _spectrum(
     w = 2 * np.pi * frequency[used]
     power = power[used]
     impedance = (mass * w) ** 2 + damping**2
+    # Noise density of a velocity that is measured directly and also as the slope of its measured integral.
+    read = 1.0 / (1.0 / noise.velocity + 1.0 / (w * w * noise.position))
+    pushed = 2 * noise.disturbance**2 * noise.time_constant_s / (1 + (w * noise.time_constant_s) ** 2)
     # Factor 2 for the negative frequencies, 1 / duration for the width of a spectral line.
-    weight: Array = 2.0 * power / (impedance * _read(w, noise) + _pushed(w, noise)) / (len(velocity) * step_s)
+    weight: Array = 2.0 * power / (impedance * read + pushed) / (len(velocity) * step_s)
     return w, weight

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.simulator.direct import QUIET, TruthRun, simulate_truth
+from bridge.simulator.direct import QUIET, simulate_truth
 from bridge.simulator.missions import Leg, Mission
 from bridge.simulator.truth import Truth
 from bridge.vehicle.config import VehicleFile
@@ -109,16 +109,10 @@ class Tank:
             noise=QUIET,
             truth=self._truth,
         )
-        return Trial(run.nu, *self._room(run), self._worst(run))
-
-    def _room(self, run: TruthRun) -> tuple[float, float]:
         north, east, down = np.ptp(run.state[:, :3], axis=0)
-        return float(max(north, east)), float(down)
-
-    def _worst(self, run: TruthRun) -> float:
-        asked = run.column("tau_cmd")
         inverse = np.linalg.pinv(self._allocator.matrix, rcond=1e-6)
-        return max(self._share(thrust) for thrust in asked @ inverse.T)
+        worst = max(self._share(thrust) for thrust in run.column("tau_cmd") @ inverse.T)
+        return Trial(run.nu, float(max(north, east)), float(down), worst)
 
     def _share(self, thrust: Array) -> float:
         return float(np.max(np.maximum(thrust / self._allocator.high_n, thrust / self._allocator.low_n)))

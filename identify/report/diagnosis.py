@@ -88,8 +88,9 @@ def sections(d: Diagnosis) -> tuple[Section, ...]:
         _candidates(d),
         _how_far(d),
         _over_time(d),
-        _next(d),
     ]
+    if following := wording.next_lines(d):
+        parts.append(Section("What to dive next", "\n\n".join(following)))
     if d.notes:
         parts.append(Section("Notes", "\n\n".join(d.notes)))
     return tuple(part for part in parts if part is not None)
@@ -144,7 +145,8 @@ def _by_dof(d: Diagnosis) -> Section:
     no_gap = d.verdict == "no_gap"
     rows = []
     for i in present:
-        missing = _force(d.gap.force.get(DOFS[i], math.nan), "N" if i < 3 else "N m")
+        force = d.gap.force.get(DOFS[i], math.nan)
+        missing = f"{significant(force, 2)} {'N' if i < 3 else 'N m'}" if math.isfinite(force) else MISSING
         shared = () if no_gap else (wording.percent(shares.get(DOFS[i], 0.0)), missing)
         drifts = (_before_after(d, k, i) for k in range(len(d.gap.drifts)))
         rows.append((DOFS[i], *shared, *_disturbed(d.gap, i), *drifts))
@@ -176,10 +178,6 @@ def _disturbed(gap: Gap, dof: int) -> tuple[str, ...]:
         if matches
         else (MISSING,)
     )
-
-
-def _force(value: float, of: str) -> str:
-    return f"{significant(value, 2)} {of}" if math.isfinite(value) else MISSING
 
 
 def _before_after(d: Diagnosis, k: int, dof: int) -> str:
@@ -330,11 +328,6 @@ def _apart(predicted: Shrink | None, measured: Shrink | None) -> str:
         return ""
     points = fixed(100 * abs(predicted.value - measured.value), 0)
     return f"What was predicted and what was measured are {points} point{'' if points == '1' else 's'} apart."
-
-
-def _next(d: Diagnosis) -> Section | None:
-    lines = wording.next_lines(d)
-    return Section("What to dive next", "\n\n".join(lines)) if lines else None
 
 
 HOW = (

@@ -12,6 +12,7 @@ from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import Water
 from identify.dive import Array, Dive, Signal
 from identify.identification import Estimate
+from identify.ingest.rotation import to_earth
 from identify.report.page import Figure
 from identify.report.plot import (
     DIAMOND,
@@ -139,11 +140,9 @@ def speeds(dive: Dive) -> Figure | None:
         panels += [time_panel(title, dive, [line], 1.2) for title, line in zip(titles, lines, strict=True)]
         place = "from an autopilot's own filter" if dive.velocity_is_filtered else "at the DVL's transducer"
         sources.append(f"velocity {place}")
-    gyros = (("the fibre-optic gyro", dive.fog), ("the IMU", dive.gyro))
-    for name, signal in [(name, gyro) for name, gyro in gyros if gyro is not None and len(gyro)][:1]:
-        line = signal_line(signal, signal.value.shape[1] - 1, start_s)
-        panels.append(time_panel("yaw rate r, rad/s", dive, [line], 1.2))
-        sources.append(f"yaw rate of {name}")
+    if (yaw_rate := dive.yaw_rate) is not None:
+        panels.append(time_panel("yaw rate r, rad/s", dive, [signal_line(yaw_rate, 0, start_s)], 1.2))
+        sources.append(f"yaw rate of {'the fibre-optic gyro' if yaw_rate is dive.fog else 'the IMU'}")
     if not panels:
         return None
     return Figure(f"speeds {dive.name}", f"Speeds in body axes: {', '.join(sources)}.", stack(panels))
@@ -151,17 +150,15 @@ def speeds(dive: Dive) -> Figure | None:
 
 def depth(dive: Dive, water: Water) -> Figure | None:
     """Depth over time, growing downwards: the recording's own, or from pressure; None without either."""
-    if dive.depth is not None and len(dive.depth):
-        signal, caption = dive.depth, "Depth as the recording states it."
-    elif dive.pressure is not None and len(dive.pressure):
-        above_pa = dive.pressure.value - 100 * water.surface_pressure_hpa
-        signal = Signal(dive.pressure.time_s, above_pa / (water.density_kg_m3 * water.gravity_m_s2))
-        caption = (
-            f"Depth from pressure, with {significant(water.surface_pressure_hpa, 6)} hPa at the surface and "
-            f"{significant(water.density_kg_m3, 4)} kg/m³."
-        )
-    else:
+    signal = dive.depth_by(water)
+    if signal is None or not len(signal):
         return None
+    caption = (
+        "Depth as the recording states it."
+        if dive.depth is not None
+        else f"Depth from pressure, with {significant(water.surface_pressure_hpa, 6)} hPa at the surface and "
+        f"{significant(water.density_kg_m3, 4)} kg/m³."
+    )
     line = signal_line(signal, 0, dive.span_s[0])
 
     def draw(box: "Axes") -> None:
@@ -241,11 +238,8 @@ def track(dive: Dive) -> Figure | None:
 
 def dead_reckon(velocity: Signal, attitude: Signal) -> tuple[Array, Array]:
     """East and north in m at each velocity's time: trapezoidal rule on the velocity turned by the attitude."""
-    body = velocity.at(velocity.time_s)
-    w, x, y, z = attitude.held_at(np.maximum(velocity.time_s, attitude.time_s[0])).T
-    u, v, down = body.T
-    rate_n = (1 - 2 * (y * y + z * z)) * u + 2 * (x * y - w * z) * v + 2 * (x * z + w * y) * down
-    rate_e = 2 * (x * y + w * z) * u + (1 - 2 * (x * x + z * z)) * v + 2 * (y * z - w * x) * down
+    turned = attitude.held_at(np.maximum(velocity.time_s, attitude.time_s[0]))
+    rate_n, rate_e, _ = to_earth(turned, velocity.at(velocity.time_s)).T
     step_s = np.diff(velocity.time_s)
     east = np.concatenate(([0.0], np.cumsum((rate_e[1:] + rate_e[:-1]) / 2 * step_s)))
     north = np.concatenate(([0.0], np.cumsum((rate_n[1:] + rate_n[:-1]) / 2 * step_s)))

@@ -50,8 +50,9 @@ def identification_report(answers: Sequence[Identified], curves: Mapping[str, Tr
             sections += [comparison_section(comparison), identification_section(comparison.second)]
         if each.dive.sha256 in curves:
             trained = curves[each.dive.sha256]
-            values = {name: trained.values[:, i] for i, name in enumerate(trained.names)}
-            sections.append(_training(values))
+            values = dict(zip(trained.names, trained.values.T, strict=True))
+            drawn = (figures.training(values),) if len(trained.values) else ()
+            sections.append(Section("Training", figures=drawn))
         if each.answer.innovations:
             sections.append(innovations_section(each.answer.innovations, each.dive.name))
         sections.append(dive_section(each.dive, each.file.vehicle.water))
@@ -150,12 +151,6 @@ def dive_section(dive: Dive, water: Water) -> Section:
     return Section(
         f"Recording: {dive.name}", "\n\n".join(words), table, tuple(figure for figure in drawn if figure)
     )
-
-
-def _training(curves: Mapping[str, Array]) -> Section:
-    """Training curves by parameter, (epochs,) each."""
-    drawn = {name: values for name, values in curves.items() if len(values)}
-    return Section("Training", figures=(figures.training(drawn),) if drawn else ())
 
 
 def innovations_section(normalised: Mapping[str, Signal], dive: str) -> Section:

@@ -321,11 +321,12 @@ def with_provenance(
 def provenance(dives: Sequence[Dive | Read], file: VehicleFile, settings: Mapping[str, str]) -> Section:
     """Each recording once and the vehicle file, with SHA-256; versions of the software; settings as given."""
     seen = {dive.sha256: dive for dive in dives}
+    lengths = {
+        sha: seconds(dive.duration_s) if math.isfinite(dive.duration_s) else MISSING
+        for sha, dive in seen.items()
+    }
     sources = (
-        *(
-            (dive.name, dive.source.name, _length(dive.duration_s), "recording", sha)
-            for sha, dive in seen.items()
-        ),
+        *((dive.name, dive.source.name, lengths[sha], "recording", sha) for sha, dive in seen.items()),
         (file.vehicle.name, file.path.name, MISSING, "vehicle file", file.sha256),
     )
     versions = (("Python", platform.python_version()), *((name, _version(name)) for name in PACKAGES))
@@ -336,10 +337,6 @@ def provenance(dives: Sequence[Dive | Read], file: VehicleFile, settings: Mappin
     if settings:
         tables.append(Table(("Setting", "Value"), tuple(settings.items()), "As given on the command line."))
     return Section("Provenance", tables=tuple(tables))
-
-
-def _length(duration_s: float) -> str:
-    return seconds(duration_s) if math.isfinite(duration_s) else MISSING
 
 
 def _version(package: str) -> str:

@@ -14,7 +14,6 @@ from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Vector3
 from identify.dive import Dive, Signal
 from identify.filters import low_pass
-from identify.glance.following import measured_speed
 from identify.glance.raising import MARKS, Raising
 from identify.report.figures import TIME_TITLE, signal_line, time_panel
 from identify.report.page import Figure, Report, Section, Table
@@ -29,6 +28,7 @@ from identify.validate import (
     AxisErrors,
     SteadyError,
     TrackingErrors,
+    measured_speed,
 )
 from identify.words import MISSING, fixed
 
@@ -65,7 +65,14 @@ def validation_report(validation: Validation) -> Report:
     judged = {run.label: run.raising for run in runs if run.raising is not None}
     file, lever_m = validation.file, validation.lever_m
     axes = [_axis(dof, dives, errors, lever_m) for dof in _moved(errors)]
-    sections = [_raising(judged), *axes, _criteria(judged), _notes(dives)]
+    judgements = tuple((raising.go, f"{label}: {raising.sentence}") for label, raising in judged.items())
+    notes = "\n\n".join(f"{label}: {note}" for label, dive in dives.items() for note in dive.notes)
+    sections = (
+        Section("May the feed-forward be raised?", judged=judgements) if judgements else None,
+        *axes,
+        _criteria(judged),
+        Section("Notes of the recordings", notes) if notes else None,
+    )
     return Report(
         f"{file.vehicle.name}: how the reference was followed",
         "; ".join(f"{label}: {dive.name}" for label, dive in dives.items()),
@@ -110,12 +117,6 @@ def _less(best: str, errors: Mapping[str, float]) -> str:
     return f" ({', '.join(words)})" if words else ""
 
 
-def _raising(judged: Mapping[str, Raising]) -> Section | None:
-    """Go or no-go for each dive."""
-    judgements = tuple((raising.go, f"{label}: {raising.sentence}") for label, raising in judged.items())
-    return Section("May the feed-forward be raised?", judged=judgements) if judgements else None
-
-
 def _criteria(judged: Mapping[str, Raising]) -> Section | None:
     """Criteria of go or no-go, one per row, with a table for each dive."""
     tables = tuple(
@@ -137,7 +138,7 @@ def _axis(
     """Section of an axis: errors side by side, then each dive's curves, then the numbers as in Table 5."""
     axis = DOFS[dof]
     of_axis = {label: run for label, run in errors.items() if run.axis(axis) is not None}
-    curves = (_curves(label, dive, lever_m).get(dof) for label, dive in dives.items())
+    curves = (_curves(dof, label, dive, lever_m) for label, dive in dives.items())
     compared = _compared(dof, dives, lever_m) if len(of_axis) > 1 else None
     drawn = (_by_phase(axis, of_axis), compared, *curves)
     return Section(
@@ -190,11 +191,6 @@ def _begun_s(dof: int, dive: Dive) -> float | None:
         return None
     moving = np.flatnonzero(np.abs(dive.nu_ref.value[:, dof]) > LEAST_SPEED)
     return float(dive.nu_ref.time_s[moving[0]]) if len(moving) else None
-
-
-def _notes(dives: Mapping[str, Dive]) -> Section | None:
-    notes = [f"{label}: {note}" for label, dive in dives.items() for note in dive.notes]
-    return Section("Notes of the recordings", "\n\n".join(notes)) if notes else None
 
 
 def _error_tables(
@@ -262,23 +258,19 @@ def _with_error(at: SteadyError | None) -> str:
     return f"{at.error:+.4f}{spread}".replace("-", "−")
 
 
-def _curves(mode: str, dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0)) -> dict[int, Figure]:
-    """For each axis that the reference moves along: reference and measured speed, their error, PID and feed-forward.
+def _curves(dof: int, mode: str, dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0)) -> Figure | None:
+    """Reference and measured speed, their error, PID and feed-forward; None for an axis that the reference rests in.
 
     `lever_m`: position of the DVL's transducer in body axes.
     """
-    if dive.nu_ref is None:
-        return {}
-    return {
-        dof: Figure(
-            f"tracking {DOFS[dof]} {mode}",
-            f"{mode}, {DOFS[dof]}: speed as asked for and as measured; the error, below {CUTOFF_HZ:g} Hz; wrench of "
-            "PID and of feed-forward.",
-            stack(_panels(dof, dive, dive.nu_ref, lever_m)),
-        )
-        for dof in AXES
-        if (np.abs(dive.nu_ref.value[:, dof]) > LEAST_SPEED).any()
-    }
+    if dive.nu_ref is None or not (np.abs(dive.nu_ref.value[:, dof]) > LEAST_SPEED).any():
+        return None
+    return Figure(
+        f"tracking {DOFS[dof]} {mode}",
+        f"{mode}, {DOFS[dof]}: speed as asked for and as measured; the error, below {CUTOFF_HZ:g} Hz; wrench of PID "
+        "and of feed-forward.",
+        stack(_panels(dof, dive, dive.nu_ref, lever_m)),
+    )
 
 
 def _panels(dof: int, dive: Dive, reference: Signal, lever_m: Vector3) -> list[Panel]:
@@ -319,7 +311,12 @@ def tracking_section(
 
     `paper`: published errors, as a further column.
     """
-    drawn = tuple(figure for mode, dive in dives.items() for figure in _curves(mode, dive).values())
+    drawn = tuple(
+        figure
+        for mode, dive in dives.items()
+        for dof in AXES
+        if (figure := _curves(dof, mode, dive)) is not None
+    )
     words = (
         "The phases follow the reference: speeding up, steady, slowing down. Delay is how much later the measured "
         "speed looks most like the reference."

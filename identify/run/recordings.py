@@ -8,7 +8,7 @@ from bridge.errors import LogError
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify.dive import Dive
 from identify.ingest.frames import locate
-from identify.ingest.open import read_dive, recording_files
+from identify.ingest.open import HEARD, read_dive, recording_files
 
 TOTAL_MASSES: Final = ("M_u", "M_v", "M_w")
 LEAST_CHANGE_KG_M3: Final = 0.1
@@ -79,7 +79,7 @@ def stray_bytes(recording: Path) -> str:
 
     Raises LogError if there is no recording.
     """
-    files = [file for file in recording_files(recording) if file.name.endswith((".tlog", ".tlog.gz"))]
+    files = [file for file in recording_files(recording) if file.name.endswith(HEARD)]
     names = [file.name if file == recording else f"{recording.name}/{file.name}" for file in files]
     return ". ".join(filter(None, map(_stray, files, names)))
 

@@ -126,40 +126,26 @@ def test_the_published_page_holds_known_sections_alone() -> None:
 CODE = '"""Words."""\n\ndef one() -> int:\n    """More."""\n    return 1\n'
 
 
-def _stamp(root: Path, code: str, monkeypatch: pytest.MonkeyPatch) -> str:
-    folder = root / "part"
-    folder.mkdir(exist_ok=True)
-    (folder / "module.py").write_text(code)
-    monkeypatch.setattr(stamps, "ROOT", root)
-    stamps.stamp.cache_clear()
-    try:
-        return stamps.stamp("part")
-    finally:
-        stamps.stamp.cache_clear()
-
-
-def test_comments_layout_and_docstrings_change_no_stamp(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("name", "text", "other", "same"),
+    [
+        ("module.py", CODE, "def one() -> int:  # a remark\n\n    return 1\n", True),
+        ("module.py", CODE, CODE.replace("return 1", "return 2"), False),
+        ("gains.yaml", "kp: 1\n", "kp: 2\n", False),
+    ],
+    ids=["comments, layout and docstrings", "what code does", "what is no code"],
+)
+def test_a_stamp_changes_with_what_code_does_and_with_any_other_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, text: str, other: str, same: bool
 ) -> None:
-    other = "def one() -> int:  # a remark\n\n    return 1\n"
-    assert _stamp(tmp_path, CODE, monkeypatch) == _stamp(tmp_path, other, monkeypatch)
-
-
-def test_what_the_code_does_changes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    other = CODE.replace("return 1", "return 2")
-    assert _stamp(tmp_path, CODE, monkeypatch) != _stamp(tmp_path, other, monkeypatch)
-
-
-def test_a_source_that_is_no_code_counts_as_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    gains = tmp_path / "gains.yaml"
     monkeypatch.setattr(stamps, "ROOT", tmp_path)
     found = []
-    for text in ("kp: 1\n", "kp: 2\n"):
-        gains.write_text(text)
+    for content in (text, other):
+        (tmp_path / name).write_text(content)
         stamps.stamp.cache_clear()
-        found.append(stamps.stamp("gains.yaml"))
+        found.append(stamps.stamp(name))
     stamps.stamp.cache_clear()
-    assert found[0] != found[1]
+    assert (found[0] == found[1]) is same
 
 
 def test_what_a_module_imports_is_found_by_reading_and_what_the_benchmark_is_made_of_is_not(
@@ -185,12 +171,6 @@ def test_what_a_module_imports_is_found_by_reading_and_what_the_benchmark_is_mad
 
 def _never() -> dict[str, int]:
     raise AssertionError("measured again")
-
-
-def test_what_was_measured_is_not_measured_again(tmp_path: Path) -> None:
-    path = tmp_path / "folder" / "kept.jsonl"
-    assert Remembered(path).get("one", lambda: {"value": 1}) == {"value": 1}
-    assert Remembered(path).get("one", _never) == {"value": 1}
 
 
 def test_a_line_that_a_kill_cut_short_is_measured_again_and_spoils_nothing(tmp_path: Path) -> None:

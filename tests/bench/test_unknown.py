@@ -48,20 +48,18 @@ def test_a_product_of_two_odd_factors_is_even() -> None:
     assert parities == ["odd", "even", "even", "odd", "even"]
 
 
-def test_a_steady_force_is_always_there() -> None:
-    assert (when(PLAIN, TIME_S) == 1.0).all()
-
-
-def test_a_force_from_a_time_on_comes_and_stays() -> None:
-    there = when(replace(PLAIN, timing="from a time on", begin=0.5), TIME_S)
-    assert not there[TIME_S < 149.9].any()
-    assert (there[TIME_S > 151.1] == 1.0).all()
-
-
-def test_a_force_for_a_while_comes_and_goes() -> None:
-    there = when(replace(PLAIN, timing="for a while", begin=0.5, end=0.75), TIME_S)
-    assert not there[(TIME_S < 149.9) | (TIME_S > 225.0)].any()
-    assert (there[(TIME_S > 151.1) & (TIME_S < 223.8)] == 1.0).all()
+@pytest.mark.parametrize(
+    ("timing", "ends", "there", "gone"),
+    [
+        ("steady", {}, (0.0, 300.0), (300.0, 300.0)),
+        ("from a time on", {"begin": 0.5}, (151.1, 300.0), (0.0, 149.9)),
+        ("for a while", {"begin": 0.5, "end": 0.75}, (151.1, 223.8), (225.0, 300.0)),
+    ],
+)
+def test_a_force_is_there_when_its_timing_says(timing, ends, there, gone) -> None:
+    force = when(replace(PLAIN, timing=timing, **ends), TIME_S)
+    assert (force[(there[0] < TIME_S) & (there[1] > TIME_S)] == 1.0).all()
+    assert not force[(gone[0] < TIME_S) & (gone[1] > TIME_S)].any()
 
 
 def test_a_rhythm_has_its_period() -> None:

@@ -124,13 +124,13 @@ def test_every_effect_can_be_planted_and_larger_ones_show_more(name: str) -> Non
     assert np.abs(large.simulated(0)[1].ticks.state[:, 7:13]).max() < 3.0
 
 
-@pytest.mark.parametrize("name", ["entrained_water", "added_payload"])
-def test_what_a_refit_takes_up_leaves_nothing(name: str) -> None:
-    assert draw_case(SEED + 4, names=[name], size=1.0, seconds=60.0).truth()["size"] < 1e-9
-
-
-def test_a_wrong_dvl_scale_leaves_no_more_than_what_turning_adds_at_its_place() -> None:
-    assert draw_case(SEED + 4, names=["dvl_scale"], size=1.0, seconds=60.0).truth()["size"] < 0.3
+@pytest.mark.parametrize(
+    ("name", "left"), [("entrained_water", 1e-9), ("added_payload", 1e-9), ("dvl_scale", 0.3)]
+)
+def test_what_a_refit_takes_up_leaves_nothing_but_what_turning_adds_at_the_dvl(
+    name: str, left: float
+) -> None:
+    assert draw_case(SEED + 4, names=[name], size=1.0, seconds=60.0).truth()["size"] < left
 
 
 def test_there_is_a_plant_for_every_name_that_an_answer_may_give() -> None:
@@ -206,46 +206,33 @@ def test_a_signal_is_what_its_place_says() -> None:
     assert seen == pytest.approx([0.3, 5.0, 11.0, math.sin(0.5), 2.5, 22.0])
 
 
-def test_an_odd_factor_turns_with_its_signal_and_an_even_one_does_not() -> None:
-    assert [shape(by(VELOCITY, power=(2.0, 1.0)), u) for u in (-0.5, 0.5)] == pytest.approx([-0.25, 0.25])
-    even = by(VELOCITY, even=(1, 0), power=(2.0, 1.0))
+def test_factors_are_odd_or_even_powers_of_their_signals_in_typical_sizes_and_multiplied() -> None:
+    odd, even = by(VELOCITY, power=(2.0, 1.0)), by(VELOCITY, even=(1, 0), power=(2.0, 1.0))
+    assert [shape(odd, u) for u in (-0.5, 0.5)] == pytest.approx([-0.25, 0.25])
     assert [shape(even, u) for u in (-0.5, 0.5)] == pytest.approx([0.25, 0.25])
-
-
-def test_a_signal_counts_from_its_middle_in_its_typical_size() -> None:
-    force = by(DEPTH)._replace(middle=np.array([2.0, 0.0]), scale=np.array([0.5, 1.0]))
-    assert shape(force, 0.0, depth=3.0) == pytest.approx(2.0)
-
-
-def test_two_factors_are_multiplied_and_none_are_one() -> None:
+    from_middle = by(DEPTH)._replace(middle=np.array([2.0, 0.0]), scale=np.array([0.5, 1.0]))
+    assert shape(from_middle, 0.0, depth=3.0) == pytest.approx(2.0)
     assert shape(by(VELOCITY, DEPTH), 0.5, depth=4.0) == pytest.approx(2.0)
     assert shape(by(), 0.5) == 1.0
 
 
-def test_a_lag_follows_a_step_exponentially() -> None:
-    force = no_force()._replace(memory=LAG, memory_s=0.7)
-    seen = course(force, np.ones(200))
-    assert seen == pytest.approx(1.0 - np.exp(-STEP_S * np.arange(1, 201) / 0.7))
+STEPS = np.ones(200)
+NOISE = np.random.default_rng(1).standard_normal(100)
+SWING = np.array([0.4, 1.0, 2.0, 1.5, 1.0, 0.5, -1.0])
 
 
-def test_a_delay_tells_what_was_so_long_ago() -> None:
-    force = no_force()._replace(memory=DELAY, memory_s=0.25)
-    product = np.random.default_rng(1).standard_normal(100)
-    seen = course(force, product)
-    assert not seen[:25].any()
-    assert seen[25:].tolist() == product[:-25].tolist()
-
-
-def test_a_leaky_integral_comes_to_its_memory_times_what_it_is_of() -> None:
-    seen = course(no_force()._replace(memory=LEAK, memory_s=5.0), np.full(10_000, 0.3))
-    assert seen[0] == pytest.approx(0.3 * STEP_S)
-    assert seen[-1] == pytest.approx(1.5, rel=1e-6)
-
-
-def test_hysteresis_stands_still_until_its_play_is_used_up() -> None:
-    force = no_force()._replace(memory=PLAY, play=0.5)
-    seen = course(force, np.array([0.4, 1.0, 2.0, 1.5, 1.0, 0.5, -1.0]))
-    assert seen == pytest.approx([0.0, 0.5, 1.5, 1.5, 1.5, 1.0, -0.5])
+@pytest.mark.parametrize(
+    ("memory", "product", "seen"),
+    [
+        ({"memory": LAG, "memory_s": 0.7}, STEPS, 1.0 - np.exp(-STEP_S * np.arange(1, 201) / 0.7)),
+        ({"memory": DELAY, "memory_s": 0.25}, NOISE, np.concatenate([np.zeros(25), NOISE[:-25]])),
+        ({"memory": LEAK, "memory_s": 5.0}, STEPS, 5.0 * (1.0 - (1.0 - STEP_S / 5.0) ** np.arange(1, 201))),
+        ({"memory": PLAY, "play": 0.5}, SWING, [0.0, 0.5, 1.5, 1.5, 1.5, 1.0, -0.5]),
+    ],
+    ids=["lag", "delay", "leaky integral", "hysteresis"],
+)
+def test_a_memory_follows_its_product(memory: dict[str, float], product: Array, seen: Array) -> None:
+    assert course(no_force()._replace(**memory), product) == pytest.approx(seen)
 
 
 def test_a_dive_feels_the_drawn_force_and_nothing_else_that_is_missing() -> None:

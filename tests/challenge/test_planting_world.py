@@ -22,22 +22,27 @@ def floating(rigid: Array, added: Array, damping: Array, weight_n: float = 0.0, 
     return body(rigid, added, damping, np.array([0.0, 0.0, low_m]), weight_n, 0.0, 0.0)
 
 
+def slope_of(
+    thing: Body, state: Array, tau: Array | None = None, water: Array | None = None, hull: Hull | None = None
+) -> Array:
+    """The state's time derivative (STATES,), without a wrench in still water far from the bottom unless told."""
+    slope, tau = np.empty(STATES), np.zeros(6) if tau is None else tau
+    water, hull = np.zeros(12) if water is None else water, bare_hull(1e3) if hull is None else hull
+    rates(state, tau, water, 0.0, thing, hull, 0.0, 0.0, slope, np.empty(WORK))
+    return slope
+
+
 def moved(
     thing: Body, start: Array, tau: Array, seconds: float, step_s: float, water: Array | None = None,
     hull: Hull | None = None,
 ) -> Array:  # fmt: skip
     """States (n, STATES) by fourth-order Runge-Kutta under a constant wrench."""
-    water = np.zeros(12) if water is None else water
-    hull = bare_hull(1e3) if hull is None else hull
-    work = np.empty(WORK)
     out = [start]
     for _ in range(round(seconds / step_s)):
         slopes, state = [], out[-1]
         for share in (0.0, 0.5, 0.5, 1.0):
-            slope = np.empty(STATES)
             trial = state + share * step_s * slopes[-1] if slopes else state
-            rates(trial, tau, water, 0.0, thing, hull, 0.0, 0.0, slope, work)
-            slopes.append(slope)
+            slopes.append(slope_of(thing, trial, tau, water, hull))
         out.append(state + step_s / 6 * (slopes[0] + 2 * slopes[1] + 2 * slopes[2] + slopes[3]))
     return np.array(out)
 
@@ -112,40 +117,26 @@ def test_a_free_body_drifts_with_the_current() -> None:
     assert over_ground == pytest.approx([0.2, -0.1, 0.0], abs=1e-6)
 
 
-def test_water_that_speeds_up_carries_a_body_of_its_own_density_along() -> None:
-    rigid, added = np.diag([70.0] * 6), np.diag([30.0, 50.0, 60.0, 1.0, 1.0, 1.0])
-    thing = body(rigid, added, np.zeros((6, 6)), np.zeros(3), 0.0, 0.0, 70.0)
-    water, slope = np.zeros(12), np.empty(STATES)
-    water[3] = 0.3
-    rates(level(), np.zeros(6), water, 0.0, thing, bare_hull(1e3), 0.0, 0.0, slope, np.empty(WORK))
-    assert slope[7:10] == pytest.approx([0.3, 0.0, 0.0])
+@pytest.mark.parametrize("hull", [bare_hull(1e3), bare_hull(0.4)._replace(bottom=0.5)])
+def test_water_that_speeds_up_carries_a_body_and_the_mass_that_a_boundary_adds_along(hull: Hull) -> None:
+    added = np.diag([30.0, 50.0, 60.0, 1.0, 1.0, 1.0])
+    thing = body(np.diag([70.0] * 6), added, np.zeros((6, 6)), np.zeros(3), 0.0, 0.0, 70.0)
+    water = np.zeros(12)
+    water[3:6] = 0.3, -0.2, 0.1
+    assert slope_of(thing, level(), water=water, hull=hull)[7:10] == pytest.approx([0.3, -0.2, 0.1])
 
 
 def test_planted_drag_has_its_own_power() -> None:
     thing = floating(np.eye(6), np.zeros((6, 6)), np.zeros((6, 6)))
     hull = bare_hull(1e3)._replace(drag=np.array([7.0, 0, 0, 0, 0, 0]))
-    slope = np.empty(STATES)
     for u in (-0.4, 0.4):
-        rates(level(u=u), np.zeros(6), np.zeros(12), 0.0, thing, hull, 0.0, 0.0, slope, np.empty(WORK))
-        assert slope[7] == pytest.approx(-7.0 * math.copysign(0.4**1.8, u))
+        assert slope_of(thing, level(u=u), hull=hull)[7] == pytest.approx(-7.0 * math.copysign(0.4**1.8, u))
 
 
 def test_a_heavier_added_mass_near_the_surface_slows_the_same_push() -> None:
     thing = floating(np.diag([70.0] * 6), np.diag([30.0] * 6), np.zeros((6, 6)))
     hull = bare_hull(1e3)._replace(surface=0.5, surface_m=0.5)
-    slope = np.empty(STATES)
-    rates(
-        level(),
-        np.array([0, 10.0, 0, 0, 0, 0]),
-        np.zeros(12),
-        0.0,
-        thing,
-        hull,
-        0.0,
-        0.0,
-        slope,
-        np.empty(WORK),
-    )
+    slope = slope_of(thing, level(), tau=np.array([0, 10.0, 0, 0, 0, 0]), hull=hull)
     assert slope[8] == pytest.approx(10.0 / (100.0 + 0.5 * 30.0))
 
 
@@ -162,16 +153,6 @@ def test_a_boundary_neither_gives_nor_takes_energy(which: str) -> None:
     energy = 0.5 * (mass * states[:, 7:13] ** 2).sum(axis=1)
     assert np.ptp(shares) > 0.25
     assert energy == pytest.approx(energy[0], rel=1e-8)
-
-
-def test_water_that_speeds_up_carries_the_mass_that_a_boundary_adds_along() -> None:
-    rigid, added = np.diag([70.0] * 6), np.diag([30.0, 50.0, 60.0, 1.0, 1.0, 1.0])
-    thing = body(rigid, added, np.zeros((6, 6)), np.zeros(3), 0.0, 0.0, 70.0)
-    water, slope = np.zeros(12), np.empty(STATES)
-    water[3:6] = 0.3, -0.2, 0.1
-    hull = bare_hull(0.4)._replace(bottom=0.5)
-    rates(level(), np.zeros(6), water, 0.0, thing, hull, 0.0, 0.0, slope, np.empty(WORK))
-    assert slope[7:10] == pytest.approx([0.3, -0.2, 0.1])
 
 
 def test_the_hand_written_solver_solves() -> None:

@@ -93,7 +93,6 @@ WEAK = AcceptedEffect("weak_thruster", "weak_thruster of thruster 2", {"gain": 0
 STARTS = AcceptedEffect("dead_zone", "dead_zone (above it so much less)", {"half_width": 0.8})
 LEAST = AcceptedEffect("dead_zone", "dead_zone (all above it)", {"half_width": 2.0})
 ASTERN = AcceptedEffect("reverse_thrust_loss", "reverse_thrust_loss", {"gain": 0.7})
-DELAY = AcceptedEffect("dvl_delay", "dvl_delay", {"delay": 0.1})
 VEHICLE = load_vehicle("ruvifist:hovering").vehicle
 EFFECTS = library(VEHICLE.configurations["hovering"], VEHICLE.thrust_curve.lag_s)
 
@@ -116,12 +115,6 @@ def test_effects_of_hull_and_thrusters_have_their_place(model):
     assert rich.unheld == ()
     second = json.loads(export(rich, "ardusub-json").text)["plant"]["thrusters"][1]
     assert (second["gain"], second["reverse_gain"], second["dead_zone_n"]) == (0.75, 0.7, 0.8)
-
-
-@pytest.mark.parametrize("target", list(TARGETS))
-def test_what_has_no_place_is_named_with_its_reason(model, target):
-    told = whats(with_effects(model, (DRAG, DELAY), EFFECTS), target)
-    assert "beside them" in told["accepted effects (dvl_delay)"]
 
 
 @pytest.mark.parametrize("target", list(TARGETS))

@@ -241,20 +241,6 @@ def test_every_reason_is_one_that_a_rich_model_meets_or_a_plain_one(rich, target
     assert all("{" not in part.reason and part.what for part in exported.left_out)
 
 
-def test_what_did_not_fit_is_told_with_its_numbers_and_what_to_do(model, rich):
-    gazebo = whats(model, "gazebo")
-    assert "filter of 0.05 s" in gazebo["thruster lag 0.05 s"]
-    assert "deadband" in whats(rich, "gazebo")["dead zone in N (thruster 1 0.5)"]
-    stonefish_told = whats(model, "stonefish")
-    masses = "mass by direction (M_u 111.6 kg, M_v 112.4 kg, M_w 134 kg)"
-    assert "119.3 kg" in stonefish_told[masses]
-    assert "thruster lag 0.05 s" not in stonefish_told
-    assert "damping of turns (D_p 4, D_q 9, D_r 11)" in stonefish_told
-    assert "quadratic drag (X_uu 12, Y_vv 24, Z_ww 48)" in whats(rich, "stonefish")
-    assert "quadratic drag (X_uu 12, Y_vv 24, Z_ww 48)" not in whats(rich, "gazebo")
-    assert "linear damping (D_u 56.2, D_v 70.1, D_w 0.3333)" in whats(model, "ardusub-json")
-
-
 @pytest.fixture
 def planar():
     """Only what a dive in the horizontal plane tells."""
@@ -270,17 +256,6 @@ def test_an_unknown_mass_is_no_part_of_the_one_mass_for_all_directions(planar):
     masses = "mass by direction (M_u 111.6 kg, M_v 112.4 kg, M_w unknown)"
     for target in ("stonefish", "ardusub-json"):
         assert "the mean of what is known, 112 kg, is written" in whats(planar, target)[masses]
-
-
-def test_where_no_damping_is_known_the_simulator_is_told_to_be_undamped(planar):
-    gazebo, stonefish_told = whats(planar, "gazebo"), whats(planar, "stonefish")
-    assert "undamped there" in gazebo["unknown damping (heave)"]
-    assert "undamped there" in gazebo["unknown damping of turns (roll, pitch)"]
-    assert "no added mass" in gazebo["unknown mass (M_w)"]
-    assert "no added inertia" in gazebo["unknown inertia (I_p, I_q)"]
-    assert "undamped there" in stonefish_told["unknown damping (heave)"]
-    braked = replace(planar, quadratic=(0.0, 0.0, 48.0, 0.0, 0.0, 0.0))
-    assert "unknown damping (heave)" not in whats(braked, "gazebo")
 
 
 def test_ardusubs_own_submarine_keeps_its_drag_where_none_is_known(planar):

@@ -205,15 +205,6 @@ def test_quick_heave_is_no_doubt_of_the_dvls_scale():
     assert found.most == pytest.approx(1.0, abs=0.03)
 
 
-def test_what_can_not_be_told_apart_names_the_scale_of_the_dvl():
-    found = answered(
-        fitted.fit({"M_u": 100.0, "I_r": 15.0}, 1e-4 * np.eye(2)), fitted.dive(), fitted.vehicle_file()
-    )
-    assert any(
-        "Nor can the DVL's scale and M_u: one that read 1 % too little" in told for told in found.sentences
-    )
-
-
 def test_a_recording_without_the_controllers_own_signals_says_that_it_can_not_be_checked():
     dive = mission().dive
     assert unchecked(dive) == ()

@@ -280,12 +280,6 @@ def test_a_scale_that_a_healthy_gyro_has_is_none_to_doubt(off, doubted):
     assert bool(turning_doubts(turns(fog=1.0 / (1.0 + off)))) is doubted
 
 
-@pytest.mark.parametrize("scale", [0.5, 1.2])
-def test_a_dive_whose_gyros_read_another_scale_is_doubted(scale):
-    dive = mission(100_301, "together")
-    assert "Heading turns by" in doubt_of_turns(turning_doubts(with_rates(dive, scale)))
-
-
 def test_a_gyros_bias_is_not_taken_for_a_scale():
     for dive in (turns(), mission(100_301, "together")):
         assert turning_doubts(with_rates(dive, bias_rad_s=0.05)) == ()

@@ -100,18 +100,6 @@ def test_sections_of_the_same_heading_are_numbered_in_heading_and_link():
     assert page.texts_in("a") == page.texts_in("h2") == ["Dive", "Other", "Dive (2)"]
 
 
-def test_numbers_align_to_the_right_and_words_to_the_left():
-    row = (
-        "a",
-        "−1.5 to 2",
-        "long words that are no number",
-        "2 % of the force at a held speed, at most 50 %",
-    )
-    table = Table(("Name", "Number", "Word", "Limit"), (row,))
-    page = Page(render_report(report(Section("Part", tables=(table, Table(("Name", "Value"), ()))))))
-    assert [attrs.get("class") for tag, attrs in page.elements if tag == "td"] == ["number", None, None]
-
-
 def labelled(words: str) -> Figure:
     """A figure that is called, captioned and titled so."""
     return Figure(words, words, stack([lines_panel(words, words, ())]))

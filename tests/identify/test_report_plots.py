@@ -5,13 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from drawn_paths import strokes
 from PIL import Image
 
 from identify.dive import Array, Dive, Signal
 from identify.report.figures import broken_at_gaps, track
 from identify.report.picture import inline, write_files
-from identify.report.plot import DARK, LIGHT, STYLES, Draw, Line, lines_panel, side_by_side, stack
+from identify.report.plot import DARK, LIGHT, STYLES, Draw, Line, lines_panel, stack
 from identify.words import count, fixed, seconds, significant, unit, with_interval
 
 RISING = Line(np.array([0.0, 1.0]), np.array([0.0, 1.0]), "measured")
@@ -24,6 +23,12 @@ def of(*lines: Line, title: str = "y, m") -> Draw:
 def wide(draw: Draw) -> str:
     """The form of the page on a wide screen."""
     return inline(draw, "label", "k").partition('<svg class="column-picture"')[0]
+
+
+def strokes(path: str) -> list[Array]:
+    """Each stroke of a path that begins somewhere and goes on by steps, as points (n, 2), y downwards."""
+    numbers = (re.findall(r"-?(?:\d+\.?\d*|\.\d+)", stroke) for stroke in filter(None, path.split("M")))
+    return [np.cumsum(np.array(steps, dtype=float).reshape(-1, 2), axis=0) for steps in numbers]
 
 
 def curves(svg: str, style: int = 0) -> list[Array]:
@@ -124,20 +129,6 @@ def test_files_for_a_paper_are_a_column_wide_on_white_with_their_words_as_text(t
         assert image.size[0] == round(3.46 * 300)
         assert image.convert("RGB").getpixel((0, 0)) == (255, 255, 255)
     assert ">y, m</text>" in svg.read_text(encoding="utf-8")
-
-
-def test_panels_stand_side_by_side_where_there_is_room_and_under_one_another_where_not():
-    draw = side_by_side([lines_panel(name, "x", [RISING]) for name in "abcd"])
-    places = {width: [box.get_subplotspec() for box in draw(width).axes] for width in (10.0, 3.46)}
-    assert [(p.rowspan.start, p.colspan.start) for p in places[10.0]] == [(0, 0), (0, 1), (0, 2), (1, 0)]
-    assert [(p.rowspan.start, p.colspan.start) for p in places[3.46]] == [(0, 0), (1, 0), (2, 0), (3, 0)]
-
-
-def test_numbers_at_an_axis_are_written_out_and_never_powers_or_offsets():
-    svg = wide(of(Line(np.array([1_000_000.0, 1_000_002.0]), np.array([-2.0, 3e4]))))
-    words = re.findall(r">([^<>]+)</text>", svg)
-    assert "1000000.00" in words
-    assert not [w for w in words if ("e" in w and w[0].isdigit()) or "10^" in w or w.startswith("+")]
 
 
 @pytest.mark.parametrize(

@@ -139,15 +139,6 @@ def test_a_linear_heading_reference_has_only_a_steady_state() -> None:
     assert math.isnan(yaw.pid_effort)
 
 
-def test_the_transducer_s_lever_arm_is_taken_out() -> None:
-    turning = dive()
-    assert turning.velocity is not None
-    gyro = np.tile([0.0, 0.0, 0.2], (len(turning.gyro), 1))
-    turning = replace(turning, gyro=Signal(turning.gyro.time_s, gyro))
-    surge = tracking_errors(turning, lever_m=(0.0, 0.5, 0.0)).axis("surge")
-    assert surge.overall == pytest.approx(0.1)
-
-
 def test_the_table_compares_modes_row_by_row() -> None:
     rows = compare({"PID": dive(0.03), "feed-forward": dive(0.02), "both": dive(0.01)})
     assert [row.phase for row in rows] == list(PHASES)

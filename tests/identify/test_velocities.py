@@ -1,6 +1,7 @@
 """Velocities from an autopilot and from surface fixes: each in its own axes, over its own time."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mav
 from identify.dive import Dive, Signal
 from identify.fixes import check_fixes
 from identify.ingest.open import read_dive
-from identify.ingest.rotation import quaternions_from_euler
+from identify.ingest.rotation import quaternions_from_euler, to_body, to_earth
 
 SURGE, SWAY, SINK, RATE = 0.5, -0.1, 0.05, 0.8
 EVERY_S = 0.2
@@ -139,6 +140,22 @@ def test_an_odometry_of_axes_that_nobody_knows_is_left_for_the_next_best(tmp_pat
 def test_an_odometry_of_an_estimator_that_fuses_accelerations_is_a_filters(tmp_path, kind, filtered):
     dive = read(tmp_path, lambda t: odometry(t, (SURGE, SWAY, SINK), kind=kind), system=1)
     assert dive.velocity_is_filtered is filtered
+
+
+def test_turning_to_the_earth_undoes_turning_to_the_body():
+    rng = np.random.default_rng(1)
+    attitudes, vectors = rng.standard_normal((50, 4)), rng.standard_normal((50, 3))
+    attitudes /= np.linalg.norm(attitudes, axis=1, keepdims=True)
+    assert to_body(attitudes, to_earth(attitudes, vectors)) == pytest.approx(vectors)
+
+
+def test_the_yaw_rate_is_the_fibre_optic_gyros_where_it_reads_and_else_the_imus():
+    imu = Signal(np.arange(3.0), np.tile([0.1, 0.2, 0.3], (3, 1)))
+    both = Dive("both", Path("both.tlog"), "0", gyro=imu, fog=Signal(np.arange(2.0), np.full((2, 1), 0.35)))
+    assert both.yaw_rate is both.fog
+    for fog in (None, Signal(np.zeros(0), np.zeros((0, 1)))):
+        assert replace(both, fog=fog).yaw_rate.value.tolist() == [[0.3]] * 3
+    assert Dive("none", Path("none.tlog"), "0").yaw_rate is None
 
 
 SPEED, SECONDS = 0.5, 400.0

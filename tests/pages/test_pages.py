@@ -16,7 +16,6 @@ from bridge.simulator.missions import load_mission
 from bridge.vehicle.config import Vehicle
 from docs.make import reliability
 from docs.make.__main__ import REFERENCE, pages
-from docs.make.markdown import table
 from identify.diagnose import confidence, drift, evidence, regression, search, shrink, unexplained, verdict
 from identify.estimators import misfit as admitted
 from identify.estimators.pinn import network, training
@@ -35,10 +34,6 @@ def test_a_page_of_the_reference_is_what_the_code_makes(name):
 
 def test_the_reference_has_no_page_that_nobody_makes():
     assert {path.name for path in REFERENCE.iterdir()} == set(MADE)
-
-
-def test_a_bar_in_a_cell_does_not_end_it():
-    assert table(("a",), [("N|max",)]) == "| a |\n| --- |\n| N\\|max |\n"
 
 
 def test_every_picture_stays_small_and_asks_for_no_net():
@@ -129,21 +124,6 @@ def test_a_figure_is_kept_where_it_is_wanted_and_stands_on_the_page(tmp_path, mo
         reliability.promise_of(tmp_path / "kills.yaml").measured
         == f"0 of 100 lost ({kept['date']}, {kept['code']})"
     )
-
-
-def test_a_figure_names_the_commit_and_whether_files_differ_from_it(tmp_path):
-    def git(*words):
-        subprocess.run(["git", "-c", "user.name=a", "-c", "user.email=a@b", *words], cwd=tmp_path, check=True)
-
-    assert figures.commit(tmp_path) == ""
-    git("init", "-q")
-    (tmp_path / "code.py").write_text("1\n")
-    git("add", ".")
-    git("commit", "-qm", "first")
-    clean = figures.commit(tmp_path)
-    assert re.fullmatch("[0-9a-f]{8}", clean)
-    (tmp_path / "code.py").write_text("2\n")
-    assert figures.commit(tmp_path) == f"{clean}+"
 
 
 def test_a_long_test_that_fails_takes_the_figure_of_its_promise_away(tmp_path, monkeypatch):

@@ -16,12 +16,10 @@ from identify.estimators.likelihood import estimate
 from identify.identification import Outcome
 from identify.ingest.open import read_dive
 from identify.planning.knowledge import NAMES, before_any_dive
-from identify.planning.limits import Limits, Tank, Trial
-from identify.planning.manoeuvres import YAW, Drive, square
-from identify.planning.propose import Part, Proposal, propose
+from identify.planning.limits import Limits, Tank
+from identify.planning.propose import propose
 from identify.planning.writing import mission_text
 from tui.cli import main
-from tui.commands.plan import manoeuvre_table
 
 QUICK = ["--axes", "yaw", "--minutes", "1"]
 
@@ -106,20 +104,6 @@ def test_what_the_dive_before_doubted_is_marked_and_told_right_under_the_table(h
     told = json.loads((here / "plan.json").read_text())
     assert {p["name"] for p in told["parameters"] if p["doubted"]} == {"I_r", "M_w"}
     assert told["notes"][:2] == under
-
-
-def test_the_same_manoeuvre_several_times_over_is_one_row():
-    drive = Drive(YAW, "yaw_rad_s", 0.3)
-    once, other = (
-        Part(square(period_s, drive).at(1.0, 4), Trial(np.zeros((1, 6)), 0.0, 0.0, 0.1), 0.0)
-        for period_s in (4.0, 8.0)
-    )
-    none = np.full(12, np.inf)
-    proposal = Proposal((once,) * 5 + (other,), none, none, none, once.trial, 100.0, (YAW,))
-    rows = [list(row) for row in manoeuvre_table("plan", proposal).rows]
-    assert [row[0] for row in rows] == ["1 to 5", "6"]
-    assert rows[0][2:] == ["stays in place", f"{once.manoeuvre.sentence}, 5 times"]
-    assert rows[1][3] == other.manoeuvre.sentence
 
 
 def test_an_older_plan_is_replaced_and_any_other_file_stays(here, capsys):

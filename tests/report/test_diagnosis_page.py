@@ -1,7 +1,6 @@
 """The page of a diagnosis: verdict, causes, candidates, place of the gap, pictures."""
 
 import math
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +16,6 @@ from identify.diagnose.result import (
     Finding,
     Gain,
     Gap,
-    Next,
     Share,
     Shrink,
     Slice,
@@ -45,23 +43,6 @@ def test_where_there_is_no_gap_the_page_shows_no_shares_of_it_and_no_empty_pictu
     assert "There is no gap, so it lies nowhere" not in read(diagnosis())
 
 
-def test_the_parts_come_in_the_order_in_which_a_crew_asks():
-    html = render_report(
-        diagnosis_report(diagnosis(next=Next(("a coast-down",), (), ("quadratic_drag", "inflow_loss"))))
-    )
-    assert re.findall(r"<h2>(.*?)</h2>", html) == [
-        "1. Where it lies",
-        "1.1 How large it is",
-        "1.2 What it goes with",
-        "2. What causes it",
-        "2.1 All candidates",
-        "3. How far it shrinks",
-        "What to dive next",
-        "Notes",
-    ]
-    assert html.index("explains the gap") < html.index("<h2>")
-
-
 def test_an_interval_of_nothing_but_one_number_is_left_out():
     assert wording.percents(0.84, 0.94) == "84 % to 94 %"
     assert wording.percents(-0.001, 0.004) == wording.percents(NAN, 0.4) == ""
@@ -70,12 +51,6 @@ def test_an_interval_of_nothing_but_one_number_is_left_out():
         "On pieces held out: the 5 s drift goes from 1.5 floors to 1.5 floors, 0 % of what can be closed.",
     )
     assert "1.50\n1.50\n0 %\n—" in read(diagnosis(heldout=none))
-
-
-def test_the_drift_stands_before_and_after_by_degree_of_freedom():
-    page = read(diagnosis())
-    assert "surge\n83 %\n2.4 N\n3.4 → 1.2\n3.4 → 1.2\n3.4 → 1.2" in page
-    assert "yaw\n2 %\n0.12 N m\n1.7 → 0.6" in page
 
 
 def test_predicted_and_measured_shrink_stand_side_by_side():
@@ -360,15 +335,6 @@ def test_the_feed_forward_s_gain_is_told_in_millimetres_a_second_and_where_there
     )
 
 
-def test_what_to_dive_next_says_what_it_splits():
-    said = diagnosis(next=Next(("a coast-down",), ("shaft speeds",), ("thruster_lag", "command_delay")))
-    assert wording.next_lines(said) == (
-        "Dive next: a coast-down. It splits thruster lag and command delay.",
-        "Record as well: shaft speeds.",
-    )
-    assert "Record as well: shaft speeds." in read(said)
-
-
 def test_a_speed_is_named_only_above_that_of_rest_and_where_the_gap_goes_with_it():
     def above(low: float) -> str:
         slices = (Slice("surge", "speed", 0.0, low, 0.01), Slice("surge", "speed", low, 0.6, 0.82))
@@ -422,16 +388,6 @@ def test_a_degree_of_freedom_that_drifts_most_without_the_most_force_is_named():
     assert "What is shared out is force, not drift" in read(diagnosis())
     assert "By drift it is another" in read(diagnosis(gap=sway))
     assert wording.where_note(replace(sway, before=1.1)) == ""
-
-
-def test_the_largest_parts_come_first_and_nothing_is_named_that_rounds_to_none():
-    assert wording.where_lines(diagnosis()) == (
-        "71 % surge, steady",
-        "15 % sway, turning",
-        "12 % surge, accelerating",
-    )
-    tiny = replace(gap(), where=(Share("surge", "rest", 0.998), Share("yaw", "rest", 0.002)))
-    assert wording.where_lines(diagnosis(gap=tiny)) == ("100 % surge, at rest",)
 
 
 def test_what_stays_the_same_is_not_sliced_and_a_slice_that_is_the_whole_is_not_shown():

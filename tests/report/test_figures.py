@@ -17,7 +17,6 @@ from identify.report.page import (
     Section,
     file_name,
     provenance,
-    render_report,
     with_provenance,
     write_figures,
 )
@@ -74,13 +73,6 @@ def test_every_recording_stands_once_with_its_hash_and_the_vehicle_file_with_its
         ("other", "telemetry.tlog", "1 min 40 s", "recording", "cd" * 32),
         ("ruvifist", "ruvifist.yaml", "—", "vehicle file", FILE.sha256),
     )
-
-
-def test_a_hash_is_broken_where_its_table_would_leave_the_page_and_shorter_words_are_not():
-    page = render_report(with_provenance(Report("t", "s", "v"), [dive("one", "ab" * 32)], FILE, {}))
-    assert f'<td class="long" data-label="SHA-256">{"ab" * 32}</td>' in page
-    assert page.count('<td class="long"') == 2
-    assert "\ntd.long { overflow-wrap: anywhere; }\n" in page
 
 
 def test_provenance_ends_the_page_with_versions_and_settings():

@@ -15,7 +15,7 @@ from identify.report.page import Figure, Report, render_report
 from identify.report.plot import HATCHES, Group, grouped, stack
 from identify.report.validation import Reference, error_line, tracking_section, validation_report, verdict
 from identify.run.validate import Run, Validation
-from identify.validate import METHOD, AxisErrors, SteadyError, TrackingErrors, tracking_errors
+from identify.validate import AxisErrors, SteadyError, TrackingErrors, tracking_errors
 from identify.words import safe
 
 FILE = load_vehicle("ruvifist:hovering")
@@ -209,13 +209,6 @@ def test_published_errors_stand_in_a_column_of_their_own_with_their_source():
     assert "Vangi" not in yaw.caption
 
 
-def test_the_page_says_how_noise_was_kept_out_of_the_errors_and_how_much_is_left():
-    noisy = replace(SURGE, noise=0.00127)
-    (table,) = tracking_section({"PID": TrackingErrors("a", (noisy,))}, {}).tables
-    assert METHOD in table.caption
-    assert table.caption.endswith("Noise of the sensor that is left in it, m/s rms: PID 0.0013.")
-
-
 def test_the_speeds_held_stand_in_a_table_of_their_own_the_runs_side_by_side():
     slow, fast = SteadyError(0.2, -0.0012, 0.0004, 4), SteadyError(0.4, 0.0021, NAN, 1)
     errors = {
@@ -229,26 +222,3 @@ def test_the_speeds_held_stand_in_a_table_of_their_own_the_runs_side_by_side():
         ("0.20", "−0.0012 ± 0.0004", "—", "—"),
         ("0.40", "+0.0021", "+0.0021", "—"),
     )
-
-
-def test_each_run_has_a_figure_for_each_axis_that_moved():
-    dives = {"PID alone": moving("a", 0.5, (0, 5)), "Both": moving("b", 0.5, (1,))}
-    section = tracking_section({mode: tracking_errors(dive) for mode, dive in dives.items()}, dives)
-    assert [f.caption.partition(":")[0] for f in section.figures] == [
-        "PID alone, surge",
-        "PID alone, yaw",
-        "Both, sway",
-    ]
-    assert [[box.get_title(loc="left") for box in f.draw(10.0).axes] for f in section.figures] == [
-        ["surge speed u, m/s", "error in surge, m/s", "surge force X, N"],
-        ["yaw rate r, rad/s", "error in yaw, rad/s", "yaw moment N, N m"],
-        ["sway speed v, m/s", "error in sway, m/s", "sway force Y, N"],
-    ]
-    words = [text.get_text() for text in section.figures[0].draw(10.0).legends[0].get_texts()]
-    assert words == ["measured", "reference", "PID", "feed-forward"]
-
-
-def test_runs_without_a_reference_make_an_empty_section():
-    dive = Dive("run", Path("run.tlog"), "")
-    section = tracking_section({"Off": tracking_errors(dive)}, {"Off": dive})
-    assert (section.text, section.tables, section.figures) == ("", (), ())

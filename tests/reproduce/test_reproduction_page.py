@@ -14,7 +14,7 @@ from direct_dive import dive
 
 from bench.reproduce import page
 from bench.reproduce.comparisons import validation
-from bench.reproduce.dives import TURN_RAD, Trial, carrying, identified, legs, without_inertia
+from bench.reproduce.dives import TURN_RAD, carrying, identified, legs, without_inertia
 from bench.reproduce.paper import PaperOptions
 from bench.reproduce.run import Reproduction, planned
 from bench.reproduce.sections import campaign_section
@@ -28,7 +28,6 @@ from bridge.vehicle.parameters import bounds
 from gcs_plugin.job import side_by_side
 from identify.report.page import render_report
 from tui import cli, show
-from tui.commands.reproduce import options
 
 TINY = PaperOptions(hidden=4, depth=1, epochs=40, batch=32, threads=1)
 
@@ -150,12 +149,6 @@ def test_the_json_is_plain_and_holds_every_validation_number(done):
     assert f"On {misfits} points the paper's text and numbers do not fit" in page.verdict(done)
 
 
-def test_the_network_is_small_unless_another_is_asked_for():
-    small, own = options(None), options([1024, 5, 100])
-    assert small.hidden < own.hidden == 1024
-    assert (own.depth, own.epochs) == (5, 100)
-
-
 @pytest.mark.soak
 def test_the_command_writes_page_and_results_into_a_folder_of_its_own(done, tmp_path, monkeypatch, capsys):
     asked = []
@@ -234,13 +227,6 @@ def test_without_inertia_means_the_least_that_the_parameters_take():
     assert found == {**VALUES, "I_r": least}
     assert least < 0.1 * VALUES["I_r"]
     carrying(FILE, "survey", found)
-
-
-def test_a_folder_does_not_name_its_mode_twice():
-    trials = [
-        Trial(name, "hovering", "line", Mode.ALONE, {}) for name in ("surge alone", "hovering alone ours")
-    ]
-    assert [trial.title for trial in trials] == ["surge", "hovering ours"]
 
 
 def square(number, progress):
