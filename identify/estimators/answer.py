@@ -78,6 +78,9 @@ class Fitted:
     innovations: dict[str, Signal] = field(default_factory=dict)
 
 
+NO_LINEAR = "the vehicle file's damping is quadratic: its hull has no linear damping"
+
+
 def answer_of(
     fitted: Fitted,
     tests: Mapping[int, Doubts],
@@ -174,7 +177,7 @@ def _estimate(
         return as_estimate(name, nan, nan, nan, nan, built.missing[dof])
     value, own_std = float(fitted.value[row]), float(np.sqrt(fitted.covariance[row, row]))
     if not np.isfinite(value):
-        return as_estimate(name, nan, nan, nan, nan, _absent(of, built))
+        return as_estimate(name, nan, nan, nan, nan, NO_LINEAR)
     std, (below, above) = let_in.std(row, own_std), let_in.reach(row, own_std, fitted.stretch[row])
     reason, widest = "", max(below, above) / Z95
     if widest > LARGEST_RELATIVE_STD:
@@ -185,13 +188,6 @@ def _estimate(
         reason = f"the dive can't tell {name} from none: it is below {value * np.exp(above):.3g} {of.unit}"
     low, high = value * np.exp(-below), value * np.exp(above)
     return as_estimate(name, value, value * std, float(low), float(high), reason)
-
-
-def _absent(of: Coefficient, built: Axes) -> str:
-    """Why the model of a fitted axis lacks this coefficient."""
-    if of.kind == "quadratic":
-        return f"{built.unpushed[of.dof]}, and the little motion there tells no drag by its square"
-    return "the vehicle file's damping is quadratic: its hull has no linear damping"
 
 
 def _of_others(unheard: Unrecorded, mass: Estimate) -> Doubt:

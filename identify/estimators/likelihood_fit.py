@@ -79,10 +79,9 @@ def _begin(built: Axes, configuration: Configuration, doubted: tuple[int, ...]) 
 
     def begun(axis: Axis) -> tuple[AxisLikelihood, Array]:
         loose = sorted(set(range(6)) - {axis.dof}) if axis.dof in doubted else unmeasured
-        damped = "linear" if axis.dof in built.unpushed else configuration.damping
-        problem = likelihood_of(axis, configuration, masses, loose, damped)
+        problem = likelihood_of(axis, configuration, masses, loose, configuration.damping)
         theta = rough_maximum(problem, rigid_mass(configuration, axis.dof), configuration.model).theta.copy()
-        if damped != "linear":
+        if configuration.damping != "linear":
             # The measured speed contains the readings that it is to explain, so the drag made of it comes out too
             # small.
             problem = problem.slowed(theta)
