@@ -1,17 +1,17 @@
 """The result of accepting the likely causes: a model with its effects, parameters of the feed-forward, and doubts.
 
-Only causes that are likelier present than absent are accepted, with masses and dampings fitted together with them.
+Only causes that are likelier present than absent are accepted, with the hull's coefficients fitted together with them.
 Sentences name the effects that the feed-forward can't compensate. The doubts are those of any fit; they widen the
 intervals by the coefficients' changes if the cause of a doubt were part of the model.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, DOFS, MASSES, OF_HULL
+from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, OF_HULL, QUADRATICS, Coefficient
 from bridge.vehicle.config import Configuration
 from bridge.vehicle.effect_coefficients import (
     ASTERN,
@@ -25,7 +25,7 @@ from identify.checks.fit import drag_doubts, late_doubts
 from identify.diagnose.candidates import Cause
 from identify.diagnose.changed import all_accepted
 from identify.diagnose.evidence import inverse
-from identify.diagnose.nominal import Nominal
+from identify.diagnose.nominal import Nominal, quadratic_of
 from identify.diagnose.regression import mean_places, regression_of
 from identify.diagnose.result import Accepted, Finding, Value
 from identify.diagnose.search import Explanation, explained_by
@@ -33,7 +33,7 @@ from identify.diagnose.verdict import LIKELY
 from identify.diagnose.wording import effect_words, name_of, percent_sure, words
 from identify.effects.course import Course
 from identify.effects.effect import Compensation, Effect
-from identify.estimators.likelihood_axis import DAMPING, MASS
+from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
 from identify.estimators.misfit import Multiplier, doubts_of, timing_of
 from identify.identifiability import is_too_heavy, is_too_light
 from identify.identification import Culprit, Doubt
@@ -47,6 +47,8 @@ MOST_CHANGE = 3.0
 
 LEAST_KNOWN = 0.2
 """Relative standard error of a mass from which its axis is not sent, and the vehicle keeps its present values."""
+
+ROW = {name: row for row, name in enumerate(OF_HULL)}
 
 HELD_BY_PID = QUADRATIC[2:5]
 """Quadratic drag in heave, roll and pitch, which have no feed-forward."""
@@ -106,7 +108,7 @@ def accepted_of(findings: Sequence[Finding], now: Nominal, shape: Configuration)
     """
     quadratic = _quadratic_dofs(findings)
     misfit = misfit_of(now, quadratic)
-    values, sentences = _linear(
+    values, sentences = _of_hull(
         [found_cause.cause for found_cause in findings], now, shape, misfit, quadratic
     )
     of_effects: dict[str, Value] = {}
@@ -131,8 +133,8 @@ def accepted_of(findings: Sequence[Finding], now: Nominal, shape: Configuration)
 
 
 def beside_all(explanation: Explanation, shape: Configuration) -> dict[str, Value]:
-    """Masses and dampings fitted together with all causes, accepted or not."""
-    return _linear(explanation.causes, explanation.now, shape)[0]
+    """The hull's coefficients fitted together with all causes, accepted or not."""
+    return _of_hull(explanation.causes, explanation.now, shape)[0]
 
 
 def _quadratic_dofs(findings: Sequence[Finding]) -> tuple[int, ...]:
@@ -165,52 +167,67 @@ def _effect(finding: Finding) -> AcceptedEffect:
     return AcceptedEffect(effect.name, effect.label, values, effect.number)
 
 
-def _linear(
+def _of_hull(
     causes: Sequence[Cause],
     now: Nominal,
     shape: Configuration,
     misfit: Misfit = NO_MISFIT,
     quadratic: Collection[int] = (),
 ) -> tuple[dict[str, Value], list[str]]:
-    """The linear model's determined coefficients, with intervals that include the misfit.
+    """The hull's determined coefficients, with intervals that include the misfit.
 
-    Coefficients biased by a closed loop through an unrecorded reading are left out. With `quadratic` drag, linear
-    damping may be absent.
+    Coefficients biased by a closed loop through an unrecorded reading are left out. Where drag is linear and quadratic,
+    by the vehicle file or by a cause in the degrees of freedom `quadratic`, either may be absent.
     """
     values, sentences = {}, []
-    mass, damping = now.course.mass, now.course.damping
-    kept = {c.name: bounds(c, shape) for c in COEFFICIENTS}
+    mass = now.course.mass
+    kept = {c.name: bounds(c, shape) for c in OF_HULL.values()}
     unheard = [problem.axis.dof for problem in now.joint.problems if problem.axis.dof in now.doubted]
     if unheard:
         sentences.append(_unrecorded_note(unheard))
     for problem, stds in zip(now.joint.problems, log_stds(causes, now), strict=True):
         dof = problem.axis.dof
-        axis = {MASSES[dof]: (mass[dof], stds[0]), DAMPINGS[dof]: (damping[dof], stds[1])}
+        axis = _of_axis(problem, now, stds)
         if dof in now.doubted:
             continue
         outside = [c.name for c, (v, _) in axis.items() if not kept[c.name][0] <= v <= kept[c.name][1]]
-        far = float(np.exp(Z95 * np.hypot(stds[0], misfit.off[dof])))
+        far = float(np.exp(Z95 * np.hypot(stds[MASS], misfit.off[dof])))
         if is_too_light(MASSES[dof], mass[dof] * far, shape) or is_too_heavy(
             MASSES[dof], mass[dof] / far, shape
         ):
             outside.append(MASSES[dof].name)
-        if not stds[0] < LEAST_KNOWN or outside:
+        if not stds[MASS] < LEAST_KNOWN or outside:
             why = (
                 f"{outside[0]} came out where no such vehicle can be"
                 if outside
                 else "this dive hardly tells them"
             )
-            sentences.append(
-                f"{MASSES[dof].name} and {DAMPINGS[dof].name} stay as the vehicle has them: {why}."
-            )
+            sentences.append(f"{listed([c.name for c in axis])} stay as the vehicle has them: {why}.")
             continue
-        for (coefficient, (value, std)), row in zip(axis.items(), (dof, 6 + dof), strict=True):
-            reach = Z95 * float(np.hypot(std, misfit.off[row]))
+        for coefficient, (value, std) in axis.items():
+            reach = Z95 * float(np.hypot(std, misfit.off[ROW[coefficient.name]]))
             low, high = value * np.exp(-reach), value * np.exp(reach)
-            if dof in quadratic and coefficient is DAMPINGS[dof] and reach >= 1.0:
+            is_one_drag_of_two = coefficient.kind != "mass" and (dof in quadratic or len(axis) > 2)
+            if is_one_drag_of_two and reach >= 1.0:
                 low, high = 0.0, value * (1.0 + reach)
             values[coefficient.name] = Value(float(value), coefficient.unit, float(low), float(high))
     return values, sentences
+
+
+def _of_axis(
+    problem: AxisLikelihood, now: Nominal, stds: Mapping[int, float]
+) -> dict[Coefficient, tuple[float, float]]:
+    """An axis's coefficients, each with its value and the standard error of its logarithm."""
+    dof = problem.axis.dof
+    out = {MASSES[dof]: (float(now.course.mass[dof]), stds[MASS])}
+    if problem.damped != "quadratic":
+        out[DAMPINGS[dof]] = float(now.course.damping[dof]), stds[DAMPING]
+    if problem.damped != "linear":
+        out[QUADRATICS[dof]] = (
+            float(quadratic_of(now.joint, now.theta)[dof]),
+            stds[problem.quadratic_place],
+        )
+    return out
 
 
 def _unrecorded_note(dofs: Sequence[int]) -> str:
@@ -224,8 +241,9 @@ def _unrecorded_note(dofs: Sequence[int]) -> str:
     )
 
 
-def log_stds(causes: Sequence[Cause], now: Nominal) -> list[tuple[float, float]]:
-    """Standard errors of log mass and log damping of each axis, with the causes fitted too."""
+def log_stds(causes: Sequence[Cause], now: Nominal) -> list[dict[int, float]]:
+    """Standard errors of the logarithms of each axis's mass and drags, by their places in its part of theta, with the
+    causes fitted too."""
     rows = regression_of(now.joint, now.theta, now.unheard)
     slopes = [
         cause.slope(now.course, p)
@@ -238,7 +256,10 @@ def log_stds(causes: Sequence[Cause], now: Nominal) -> list[tuple[float, float]]
     std = np.sqrt(np.maximum(np.diag(inverse(columns.square() + np.diag(known))), 0.0))
     kept = sorted({*now.joint.mass_places, *mean_places(now.joint)})
     at = {place: float(std[i]) for i, place in enumerate(kept)}
-    return [(at[place.start + MASS], at[place.start + DAMPING]) for place in now.joint.places]
+    return [
+        {k: at[place.start + k] for k in (MASS, DAMPING, problem.quadratic_place) if k >= 0}
+        for problem, place in zip(now.joint.problems, now.joint.places, strict=True)
+    ]
 
 
 def _coefficients(finding: Finding, course: Course) -> dict[str, Value]:

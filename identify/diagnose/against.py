@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
+from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS
 from bridge.vehicle.config import VehicleFile
 from identify.diagnose import wording
 from identify.diagnose.changed import priors_of, simulator_of
@@ -145,7 +145,7 @@ def compared(vehicle: Diagnosis, simulator: Diagnosis) -> Against:
     costs = _costs(vehicle)
     nominal = [
         Difference("", each.name, its[each.name], mine[each.name])
-        for group in (MASSES, DAMPINGS)
+        for group in (MASSES, DAMPINGS, QUADRATICS)
         for dof, each in enumerate(group)
         if each.name in its and each.name in mine and costs[dof] and differ(its[each.name], mine[each.name])
     ]

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import DAMPINGS, MASSES
+from bridge.vehicle.coefficients import DAMPINGS, MASSES, QUADRATICS
 from bridge.vehicle.config import Prior
 from bridge.vehicle.effect_coefficients import AcceptedEffect
 from identify.diagnose.candidates import Cause
@@ -314,11 +314,22 @@ def _nominal_covariance(weighing: Weighing, fit: Fitted) -> tuple[Array, list[in
 
 
 def _coefficient_places(now: Nominal) -> list[tuple[str, int]]:
-    """Name and place in theta of each mass and damping; a mass as in its own axis' equation."""
-    out = []
-    for problem, place in zip(now.joint.problems, now.joint.places, strict=True):
-        dof = problem.axis.dof
-        out += [(MASSES[dof].name, place.start + MASS), (DAMPINGS[dof].name, place.start + DAMPING)]
+    """Name and place in theta of each mass and drag; a mass as in its own axis' equation."""
+    return [
+        (name, place.start + k)
+        for problem, place in zip(now.joint.problems, now.joint.places, strict=True)
+        for name, k in places_of_hull(problem).items()
+    ]
+
+
+def places_of_hull(problem: AxisLikelihood) -> dict[str, int]:
+    """Places of an axis's mass and drags in its part of theta, by the coefficients' names."""
+    dof = problem.axis.dof
+    out = {MASSES[dof].name: MASS}
+    if problem.damped != "quadratic":
+        out[DAMPINGS[dof].name] = DAMPING
+    if problem.damped != "linear":
+        out[QUADRATICS[dof].name] = problem.quadratic_place
     return out
 
 
@@ -336,13 +347,15 @@ def _pattern(effect: Effect, weighing: Weighing, inverse: Array) -> Array:
 
 
 def _direct_pattern(effect: Effect, now: Nominal, names: Sequence[str]) -> Array:
-    """Relative shift by removal of one unit of a direct change of masses and dampings."""
+    """Relative shift by removal of one unit of a direct change of masses and drags."""
     act = effect.act(now.course, effect.none() + 1.0)
     share = {}
     for dof in range(6):
         share[MASSES[dof].name] = 0.0 if act.mass is None else -act.mass[dof] / now.course.mass[dof]
         less = 0.0 if act.damping is None else -act.damping[dof]
         share[DAMPINGS[dof].name] = less / max(now.course.damping[dof], 1e-9)
+        less = 0.0 if act.quadratic is None else -act.quadratic[dof]
+        share[QUADRATICS[dof].name] = less / max(now.course.quadratic[dof], 1e-9)
     return np.array([share[name] for name in names])
 
 
@@ -355,6 +368,9 @@ def _as_wrench(act: Act, course: Course) -> Array:
         out -= act.damping * course.nu
     return out
 
+
+LEAST = 1e-9
+"""A drag that is accepted as zero."""
 
 HELD_STD = 1e-3
 """Relative width of masses and dampings held at the simulator's values, against a refit."""
@@ -381,37 +397,37 @@ class Simulator:
         joint = nominal.joint
         theta = nominal.theta.copy()
         for problem, place in zip(joint.problems, joint.places, strict=True):
-            logs = self._logs(problem.axis.dof, nominal)
-            if logs is not None:
-                theta[place.start + MASS], theta[place.start + DAMPING] = logs
-        held = tuple(self._held(problem, nominal) for problem in joint.problems)
+            for k, log in self._logs(problem, nominal.theta[place]).items():
+                theta[place.start + k] = log
+        held = tuple(
+            self._held(problem, nominal.theta[place])
+            for problem, place in zip(joint.problems, joint.places, strict=True)
+        )
         locked = replace(joint, problems=held, apart_prior=self._apart(nominal))
         acts = [cause.act(nominal.course) for cause in self.causes]
         return refitted(replace(nominal, joint=locked, theta=theta), acts)
 
-    def _held(self, problem: AxisLikelihood, nominal: Nominal) -> AxisLikelihood:
-        logs = self._logs(problem.axis.dof, nominal)
-        if logs is None:
-            return problem
+    def _held(self, problem: AxisLikelihood, theta: Array) -> AxisLikelihood:
         mean, precision = problem.prior_mean.copy(), problem.prior_precision.copy()
-        mean[MASS], mean[DAMPING] = logs
-        precision[[MASS, DAMPING]] = HELD_STD**-2
+        for k, log in self._logs(problem, theta).items():
+            mean[k], precision[k] = log, HELD_STD**-2
         return replace(problem, prior_mean=mean, prior_precision=precision)
 
     def _apart(self, nominal: Nominal) -> Array:
         prior = nominal.joint.apart_prior.copy()
         for k, dof in enumerate(nominal.joint.apart):
-            logs = self._logs(dof, nominal)
-            if logs is not None:
-                prior[k] = logs[0], HELD_STD**-2
+            mass = self.values.get(MASSES[dof].name)
+            if mass is not None:
+                prior[k] = _nearest(mass, float(np.log(nominal.course.mass[dof]))), HELD_STD**-2
         return prior
 
-    def _logs(self, dof: int, nominal: Nominal) -> tuple[float, float] | None:
-        """Logarithms of a degree of freedom's mass and damping; None if the simulator lacks either."""
-        mass, damping = (self.values.get(coefficient.name) for coefficient in (MASSES[dof], DAMPINGS[dof]))
-        if mass is None or damping is None:
-            return None
-        return _nearest(mass, nominal.course.mass[dof]), _nearest(damping, nominal.course.damping[dof])
+    def _logs(self, problem: AxisLikelihood, theta: Array) -> dict[int, float]:
+        """Logarithms of an axis's mass and drags by their places in its theta; empty if the simulator lacks the mass
+        or the drag, of two drags the linear."""
+        places = places_of_hull(problem)
+        if not {*list(places)[:2]} <= self.values.keys():
+            return {}
+        return {k: _nearest(self.values[name], theta[k]) for name, k in places.items() if name in self.values}
 
 
 def priors_of(simulator: Simulator) -> dict[str, Prior]:
@@ -425,9 +441,10 @@ def priors_of(simulator: Simulator) -> dict[str, Prior]:
     }
 
 
-def _nearest(value: Value, value_here: float) -> float:
-    """The logarithm of the value nearest to `own` within the interval."""
-    return float(np.log(np.clip(value_here, value.low95, value.high95)))
+def _nearest(value: Value, log_here: float) -> float:
+    """The logarithm within the interval that is nearest to `log_here`."""
+    low, high = np.log(np.maximum([value.low95, value.high95], LEAST))
+    return float(np.clip(log_here, low, high))
 
 
 def simulator_of(diagnosis: Diagnosis) -> Simulator:

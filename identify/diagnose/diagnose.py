@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import BY_NAME, DOFS
-from bridge.vehicle.config import Prior, VehicleFile
+from bridge.vehicle.coefficients import DOFS, OF_HULL
+from bridge.vehicle.config import Configuration, Prior, VehicleFile
 from bridge.vehicle.effect_coefficients import AcceptedEffect
 from identify.diagnose.accepted import beside_all, likely_accepted, log_stds
 from identify.diagnose.changed import (
@@ -91,6 +91,7 @@ from identify.diagnose.verdict import (
 from identify.dive import Dive
 from identify.effects.effect import Effect
 from identify.effects.library import library
+from identify.estimators.likelihood_axis import MASS
 from identify.side_by_side import both
 
 Array = NDArray[np.float64]
@@ -139,11 +140,11 @@ def diagnose(
     shape = file.vehicle.configurations[configuration]
     dives = [item for item in (dive, check) if item is not None]
     lacks = lacking(dives, shape)
-    full_library = _judged(library(shape, file.vehicle.thrust_curve.lag_s), lacks)
+    full_library = _judged(library(shape, file.vehicle.thrust_curve.lag_s), lacks, shape)
     holds, not_held = accepted_causes(effects_accepted, full_library)
     fitted = fitted_nominal(dive, file, configuration)
     nominal = with_accepted(fitted, holds)
-    tried = library_with_changes(_judged(effects or (), lacks) or full_library, holds)
+    tried = library_with_changes(_judged(effects or (), lacks, shape) or full_library, holds)
 
     def searched() -> tuple[Explanation, Array]:
         explanation = explain(nominal, tried, lambda share, words: progress(0.1 + 0.6 * share, words))
@@ -221,7 +222,7 @@ def diagnose(
         dive_next,
         (
             *mass_hints(
-                explanation.now, [mass for mass, _ in log_stds(explanation.causes, explanation.now)], shape
+                explanation.now, [std[MASS] for std in log_stds(explanation.causes, explanation.now)], shape
             ),
             *held_sentence(holds),
             *not_held,
@@ -249,9 +250,13 @@ def diagnose(
     )
 
 
-def _judged(effects: Sequence[Effect], lacks: Collection[str]) -> tuple[Effect, ...]:
-    """The effects whose required thruster commands (`Effect.needs`) are all recorded."""
-    return tuple(effect for effect in effects if not {*lacks} & {*effect.needs})
+def _judged(effects: Sequence[Effect], lacks: Collection[str], shape: Configuration) -> tuple[Effect, ...]:
+    """The effects whose required thruster commands (`Effect.needs`) are all recorded, without those that the hull's
+    own model has."""
+    own = {"quadratic"} if shape.damping != "linear" else set()
+    return tuple(
+        effect for effect in effects if not {*lacks} & {*effect.needs} and effect.model_part not in own
+    )
 
 
 def beside(explanation: Explanation, nominal: Nominal) -> tuple[Simulation, Simulation]:
@@ -311,6 +316,6 @@ def _gap(
 def _values(accepted: Mapping[str, Prior]) -> dict[str, Value]:
     """Accepted values without their widths: the gap is that of the crew's own model."""
     return {
-        name: Value(prior.value, BY_NAME[name].unit, prior.value, prior.value)
+        name: Value(prior.value, OF_HULL[name].unit, prior.value, prior.value)
         for name, prior in accepted.items()
     }

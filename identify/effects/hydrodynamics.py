@@ -159,12 +159,19 @@ FOULING = Effect(
     variant="over the dive",
 )
 
+
+def _grown(course: Course, values: Array) -> Act:
+    quadratic = values[0] * course.quadratic
+    drag = -quadratic * np.abs(course.nu) * course.nu
+    return Act(wrench=drag, quadratic=quadratic, damping=values[0] * course.damping)
+
+
 FOULING_SINCE = Effect(
     "fouling",
     "more drag in all degrees of freedom than when the parameters were accepted",
     "force",
     (Parameter("share", "1", 0.2, low=0.0),),
-    lambda course, values: Act(damping=values[0] * course.damping),
+    _grown,
     Separation(manoeuvres=("the parameters that were accepted before",)),
     feedforward="nominal",
     variant="since the last time",

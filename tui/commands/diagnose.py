@@ -2,7 +2,7 @@
 
 import argparse
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -12,8 +12,8 @@ from rich.console import Console
 from bridge import exit_codes
 from bridge.errors import LogError, SeatrialError
 from bridge.exit_codes import UsageError
-from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS
-from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, OF_HULL, QUADRATICS
+from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
 from bridge.vehicle.effect_coefficients import effect_coefficients
 from gcs_plugin.params import float32
 from gcs_plugin.params.files import (
@@ -67,7 +67,9 @@ def run(arguments: argparse.Namespace) -> int:
             raise type(error)(f"the check dive {error}") from None
     remarks = [*reading.remarks, *(check.remarks if check else ()), *filter(None, map(stray_bytes, places))]
     configuration = reading.configuration
-    before = accepted_before(Path(arguments.accepted), configuration) if arguments.accepted else Before()
+    before = (
+        accepted_before(Path(arguments.accepted), file, configuration) if arguments.accepted else Before()
+    )
     impossible, why = ruled_out(places[0])
     if compiles_first():
         show.say(show.words(), "compiling first, once after installation: this takes up to a minute more")
@@ -125,11 +127,12 @@ def accept(path: Path, diagnosis: Diagnosis, dive: Dive, file: VehicleFile) -> t
     ]
     doubts = [*diagnosis.accepted.doubts, *of_recording]
     doubted = {
-        name: why for name, why in clauses(doubts, BY_NAME).items() if name in diagnosis.accepted.values
+        name: why for name, why in clauses(doubts, OF_HULL).items() if name in diagnosis.accepted.values
     }
     outcome = worst(doubt.outcome for doubt in doubts)
     write_accepted(path, diagnosis, dive, file, doubted, outcome)
-    how = f"accepted: {path}; {_sends(path, diagnosis)}"
+    shape = file.vehicle.configurations[diagnosis.configuration]
+    how = f"accepted: {path}; {_sends(path, diagnosis, shape)}"
     if diagnosis.verdict in ("partly", "unknown"):
         how += " with --despite-doubts, because something is left that no cause explains"
     elif outcome is not Outcome.CONVERGED:
@@ -139,12 +142,13 @@ def accept(path: Path, diagnosis: Diagnosis, dive: Dive, file: VehicleFile) -> t
     return (*diagnosis.accepted.sentences, *doubt_lines(doubted, tuple(doubted)), how)
 
 
-def _sends(path: Path, diagnosis: Diagnosis) -> str:
+def _sends(path: Path, diagnosis: Diagnosis, shape: Configuration) -> str:
     """Describe the effect of uploading the file to the vehicle."""
     likely, _ = sorted_by_likelihood(diagnosis.findings)
     upload = f"seatrial params upload {path} sends"
     by_masses = any(finding.cause.effect.feedforward == "nominal" for finding in likely)
-    if by_masses or any(name not in BY_NAME for name in diagnosis.accepted.values):
+    hull = coefficients_of_hull(shape)
+    if by_masses or any(name not in hull for name in diagnosis.accepted.values):
         return f"{upload} it to the vehicle"
     if not diagnosis.accepted.values:
         return "nothing in it is for the vehicle; export and simulate --accepted take it"
@@ -152,6 +156,11 @@ def _sends(path: Path, diagnosis: Diagnosis) -> str:
         "the feed-forward can make up for none of its causes; "
         f"{upload} only the masses and dampings that were fitted beside them"
     )
+
+
+def coefficients_of_hull(shape: Configuration) -> Collection[str]:
+    """Names of the coefficients of the hull's own model; the others are effects."""
+    return BY_NAME if shape.damping == "linear" else OF_HULL
 
 
 def run_against(arguments: argparse.Namespace) -> int:
@@ -233,15 +242,16 @@ def _where(diagnosis: Diagnosis) -> tuple[str, ...]:
     return (*lines, *filter(None, (wording.where_note(diagnosis.gap),)))
 
 
-def accepted_before(path: Path, configuration: str) -> Before:
+def accepted_before(path: Path, file: VehicleFile, configuration: str) -> Before:
     """Read a file of `identify` or of `diagnose --accept`, without ageing.
 
     A value that its identification doubts is not taken: its error would be reported as a change of the vehicle.
     Raises UsageError for a file of another configuration, and for a file in which every value is doubted.
     """
     of, known = priors_of(path, 0.0, Leave())
-    # A diagnosis looks for changes of the linear model.
-    priors = {name: prior for name, prior in known.items() if name in BY_NAME}
+    # A diagnosis looks for changes of the hull's own model.
+    hull = coefficients_of_hull(file.vehicle.configurations[configuration])
+    priors = {name: prior for name, prior in known.items() if name in hull}
     if of != configuration:
         raise UsageError(
             f"--accepted {path}: is of configuration '{of}', the dive of '{configuration}'; give what was accepted for "
@@ -276,11 +286,15 @@ def write_accepted(
     outcome = Outcome.DISAGREES if diagnosis.verdict in ("partly", "unknown") else by_recording
     veh_cfg = file.vehicle.veh_cfg(configuration)
     shape = file.vehicle.configurations[configuration]
-    ids = {item.name: item.parameter_id(veh_cfg) for item in COEFFICIENTS}
+    ids = {item.name: item.parameter_id(veh_cfg) for item in OF_HULL.values()}
     ids |= {item.name: item.parameter_id(veh_cfg) for item in effect_coefficients(shape)}
     values = {ids[name]: float32.rounded(item.value) for name, item in accepted.values.items()}
     # Zero takes back an effect that was accepted earlier and is no longer, whichever tool sends the file.
     values |= {i: 0.0 for item in effect_coefficients(shape) if (i := ids[item.name]) not in values}
+    if shape.damping == "quadratic":
+        # No linear damping is a part of this hull's model.
+        squared = [item.dof for item in QUADRATICS if item.name in accepted.values]
+        values |= {ids[DAMPINGS[dof].name]: 0.0 for dof in squared}
     names = ", ".join(effect.label for effect in accepted.effects)
     words = (
         origin(file.vehicle.name, configuration, "diagnose", dive.name),

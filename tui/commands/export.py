@@ -6,7 +6,7 @@ from pathlib import Path
 
 from bridge import exit_codes
 from bridge.plain import is_number
-from bridge.vehicle.coefficients import BY_NAME, OF_HULL
+from bridge.vehicle.coefficients import OF_HULL
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.params.identified import doubt_lines, doubted_in
 from identify.effects.library import library
@@ -105,9 +105,10 @@ def _identified(path: Path, file: VehicleFile, leave: Leave) -> tuple[Model, dic
 
 def _accepted(path: Path, file: VehicleFile, leave: Leave) -> tuple[Model, dict[str, str]]:
     accepted = accepted_model(path, file, leave)
-    # Accepted effects enter the model as effects; identified values enter as plain coefficients.
-    squared = {} if accepted.effects else OF_HULL
-    values = {name: value for name, value in accepted.values.items() if name in BY_NAME or name in squared}
+    # Accepted effects enter the model as effects; identified values enter as plain coefficients. A zero takes an
+    # earlier effect back, and is no value.
+    hull = OF_HULL.keys() - {name for effect in accepted.effects for name in effect.parameters}
+    values = {name: value for name, value in accepted.values.items() if name in hull and value}
     intervals = {name: pair for name, pair in accepted.intervals.items() if is_held(name)}
     model = model_of(values, file, accepted.configuration, intervals)
     doubted = {name: why for name, why in accepted.doubted.items() if name in values}
