@@ -93,13 +93,8 @@ def diagnosis(**other):
             next=Next(("fast steps",), (), ("thruster_lag", "command_delay")),
         ),
         diagnosis(
-            verdict="unknown",
-            character=Character(("sway",), "world", "neither", "periodic", ("heading",)),
-            check=Shrink(2.0, NAN, NAN, NAN, NAN),
-        ),
-        diagnosis(findings=(found("weak_thruster", feedforward=Gain(0.02, 0.01)),)),
-        diagnosis(
             verdict="partly",
+            findings=(found("weak_thruster", feedforward=Gain(0.02, 0.01)),),
             gap=replace(
                 diagnosis().gap,
                 unexplained=0.4,
@@ -132,13 +127,6 @@ def test_parameters_of_every_effect_are_those_that_the_schema_lists_for_it(schem
     listed = schema["$defs"]["parameters_of_each_effect"]
     for one in LIBRARY:
         assert set(one.told(one.start())) <= set(listed[one.name]), one.label
-
-
-def test_the_judge_of_challenges_reads_the_same_numbers():
-    judged = answer_of(plain(diagnosis(check=Shrink(2.0, 1.5, 0.5, NAN, NAN))))
-    assert judged.first_dof == "surge"
-    assert (judged.predicted, judged.measured) == (0.9, 0.5)
-    assert judged.named[0].parameters["X_uu"][0] == 10.0
 
 
 NOTHING = Unexplained((), (), ())

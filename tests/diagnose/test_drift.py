@@ -31,21 +31,6 @@ def still(seconds=10.0, **changes):
     return replace(plain, **changes)
 
 
-def after(model, seconds, start_error=None):
-    errors = np.zeros_like(model.nu)
-    if start_error is not None:
-        errors[0] = start_error
-    return model.off(np.array([0]), [round(seconds / STEP_S)], errors)[0, 0]
-
-
-def test_a_start_that_is_off_fades_with_its_damping_and_with_what_causes_add_to_that():
-    slope = np.zeros((250, 6, 6))
-    slope[:, 0, 0] = -25.0
-    error = np.array([0.1, 0, 0, 0, 0, 0])
-    assert after(still(), 2.0, error)[0] == pytest.approx(0.1 * np.exp(-1.0), rel=1e-3)
-    assert after(still(slope=slope), 2.0, error)[0] == pytest.approx(0.1 * np.exp(-1.5), rel=1e-3)
-
-
 def test_a_steady_push_is_steady_where_two_sensors_are_read_at_one_instant():
     end_s = np.repeat(np.arange(1.0, 20.0), 2)
     step_s = np.diff(end_s, prepend=0.0)
@@ -71,7 +56,7 @@ def test_a_model_that_runs_away_has_a_drift_that_numbers_hold_and_is_told_so():
     )
 
 
-@pytest.mark.parametrize(("seconds", "dives"), [(60.0, 40), (240.0, 10), (600.0, 4), (1200.0, 4)])
+@pytest.mark.parametrize(("seconds", "dives"), [(240.0, 10), (1200.0, 4)])
 def test_a_floor_is_the_rms_of_forty_minutes_of_drawn_dives_and_of_four_dives_at_least(
     monkeypatch, seconds, dives
 ):

@@ -48,15 +48,6 @@ def test_parts_that_disagree_widen_the_interval_as_much_as_the_mean_of_so_many_i
     assert np.mean(added) == pytest.approx(2.0**2 / PARTS, rel=0.25)
 
 
-def test_a_part_that_hardly_tells_of_a_parameter_has_no_say() -> None:
-    slopes, left, parts = regression(3, 0.0)
-    quiet = parts == 0
-    slopes[quiet] *= 0.01
-    left[quiet] += 50.0 * slopes[quiet, 0] / 0.01
-    rest = between_parts(slopes[~quiet], left[~quiet], parts[~quiet] - 1)
-    assert between_parts(slopes, left, parts) == pytest.approx(rest)
-
-
 def test_one_part_alone_says_nothing_of_others() -> None:
     slopes, left, parts = regression(4, 2.0)
     assert between_parts(slopes, left, np.zeros_like(parts)) == pytest.approx([0.0])
@@ -78,15 +69,6 @@ def test_drag_that_grows_is_so_many_times_the_damping_and_changes_with_it(weighi
 def test_a_drag_of_its_own_changes_with_no_damping(weighing: Weighing) -> None:
     cause = Cause(QUADRATIC_DRAG, np.full(6, 5.0))
     assert coupled_nominal(weighing, (cause,)) is weighing.rows.nuisance
-
-
-def test_no_parameter_is_known_much_better_or_worlds_worse_than_white_innovations_let_it_be(
-    weighing: Weighing,
-) -> None:
-    fit = weighing.fitted((Cause(FOULING, np.array([4e-4])), Cause(QUADRATIC_DRAG, np.full(6, 5.0))))
-    wider = np.diag(covariance_of(weighing, fit)) / np.diag(fit.covariance)
-    assert np.all(wider > 0.95)
-    assert np.all(wider < 100.0)
 
 
 def read(weighing: Weighing, act: Act) -> Weighing:
