@@ -58,11 +58,6 @@ def test_a_dead_zone_swallows_what_is_below_it_and_one_kind_takes_from_all_above
     assert shifted == pytest.approx([-0.3, 0.3, -0.5, 0.5, 0, 0, 0, 0])
 
 
-def test_a_limit_cuts_peaks_both_ways(course: Made) -> None:
-    asked = course(asked_n=[30.0, -30.0, 5.0, 0, 0, 0, 0, 0])
-    assert more(actuators.SATURATION, asked, 12.0) == pytest.approx([-18, 18, 0, 0, 0, 0, 0, 0])
-
-
 def stepping(course: Made) -> Course:
     asked = np.zeros((400, 8))
     asked[200:] = 10 * SURGE
@@ -123,9 +118,7 @@ def test_load_sags_by_the_current_of_all_thrusters(course: Made) -> None:
     current_a = 4 * 0.062 * 125
     left = (1 - 0.05 * current_a / 16.0) ** 2
     assert found == pytest.approx(surge(-25 * (1 - left)))
-
-
-def test_a_supply_never_turns_thrust_round(course: Made) -> None:
+    # A supply never turns thrust round.
     assert pushed(supply.LOAD_SAG, course(asked_n=40 * SURGE), 2.0) == pytest.approx(surge(-40))
 
 
@@ -231,6 +224,7 @@ def test_shafts_show_what_a_saturation_takes_and_nothing_where_they_are_not_reco
 ) -> None:
     asked = course(asked_n=[30.0, -30.0, 5.0, 0, 0, 0, 0, 0])
     act = SATURATION.act(asked, np.array([12.0]))
+    assert act.shaft_n[-1] == pytest.approx([-18, 18, 0, 0, 0, 0, 0, 0])
     rpm = 60 * shaft_speed(CURVE, asked.thrust_n + act.shaft_n)
     rpm[:, 7] = np.nan
     seen = thrust_by_shaft(CURVE, rpm) - asked.thrust_n

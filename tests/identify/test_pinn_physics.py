@@ -83,20 +83,6 @@ def test_every_slope_of_the_balance_is_that_of_automatic_differentiation(dofs, p
     assert found.residual.shape == (3, n)
 
 
-@pytest.mark.parametrize(("dofs", "placed"), CASES)
-def test_the_slope_in_the_mean_velocity_is_damping_and_the_differentiated_coriolis_force(dofs, placed):
-    known, given, state = case(dofs, placed)
-    found = balance(known, given, state)
-
-    def force(nu):
-        return torch.stack(coriolis(tuple(MASS), tuple(nu)))[list(dofs)]
-
-    for k in range(3):
-        turned = torch.func.jacrev(force)(found.mean[k])[:, list(dofs)]
-        expected = known.step_s[k] * (turned + torch.diag(given.damping))
-        torch.testing.assert_close(found.by_mean[k], expected)
-
-
 def steady(nu, push, disturbance=0.0):
     """Residuals (1, 6) of a steady motion `nu` (6,) under `push` (6,)."""
     known = Interval(
@@ -357,7 +343,7 @@ def test_what_a_wandering_disturbance_leaves_open_is_the_variance_of_brownian_mo
     """Given velocity and force at both ends, the path between them is a cubic and what is left open about it."""
     rng = np.random.default_rng(1)
     h, n = 0.1, 400
-    force = np.cumsum(rng.normal(size=(20_000, n)), axis=1) * np.sqrt(h / n)
+    force = np.cumsum(rng.normal(size=(5_000, n)), axis=1) * np.sqrt(h / n)
     force = np.column_stack([np.zeros(len(force)), force])
     s = np.linspace(0.0, 1.0, n + 1)
     bridge = force - s * force[:, -1:]
@@ -369,13 +355,13 @@ def test_what_a_wandering_disturbance_leaves_open_is_the_variance_of_brownian_mo
     off = nu - (3 * s**2 - 2 * s**3) * nu[:, -1:]
     for at in (0.25, 0.5):
         found = readings(read_by(VELOCITY, [at * h], [0.0]), np.array([0.0, h]))
-        assert found.open[0] == pytest.approx(np.var(off[:, round(at * n)]), rel=0.05)
+        assert found.open[0] == pytest.approx(np.var(off[:, round(at * n)]), rel=0.08)
     whole = readings(read_by(INCREMENT, [h], [0.0], scale=[h]), np.array([0.0, h]))
-    assert whole.open[0] == pytest.approx(np.var(h * np.trapezoid(off, s, axis=1)), rel=0.05)
+    assert whole.open[0] == pytest.approx(np.var(h * np.trapezoid(off, s, axis=1)), rel=0.08)
     mean = readings(
         read_by(VELOCITY, np.array([0.1, 0.3, 0.5, 0.7, 0.9]) * h, np.zeros(5)), np.array([0.0, h])
     )
-    assert mean.open[0] == pytest.approx(np.var(np.trapezoid(off, s, axis=1)), rel=0.05)
+    assert mean.open[0] == pytest.approx(np.var(np.trapezoid(off, s, axis=1)), rel=0.08)
 
 
 def test_without_increments_the_instants_are_even_and_reach_the_last_reading():

@@ -102,24 +102,7 @@ def test_the_curvature_comes_with_the_priors_and_without():
     )
 
 
-def test_a_loss_that_only_rises_is_never_called_settled():
-    @dataclass(frozen=True)
-    class Misled(Bowl):
-        def at(self, raw, noise, state):
-            point = super().at(raw, noise, state)
-            return Point(raw, noise, point.equations, -point.slope)
-
-    full = torch.diag(torch.tensor([1.0, 1.0, 1.0, 1.0], dtype=torch.float64))
-    bowl = Misled(
-        SimpleNamespace(axes=1), None, Prior(LEVELS, ONE), lambda _: full, lambda _: None, lambda x: 2 * x**2
-    )
-    start = bowl.at(torch.tensor([1.0], dtype=torch.float64), LEVELS, torch.zeros(1, 1, dtype=torch.float64))
-    found = bowl.train(start)
-    assert bowl.loss(found.point) > bowl.loss(start)
-    assert not found.settled
-
-
-NODES = [1, 2, 3, 4, 7, 8, 9, 17, 33]
+NODES = [1, 2, 3, 8, 9, 17]
 
 
 def tridiagonal(nodes, width=3):
@@ -208,21 +191,6 @@ def test_the_best_state_is_where_the_loss_no_longer_falls():
     point = network_tasks.settled(trainer, start.raw, start.noise, start.equations.state)
     again = trainer.at(point.raw, point.noise, point.equations.state)
     torch.testing.assert_close(again.equations.state, point.equations.state, rtol=0, atol=1e-8)
-
-
-@pytest.mark.soak
-def test_the_score_of_the_wrong_coefficients_points_back():
-    """The slope in each raw parameter is downhill from 30 % above, and from 30 % below."""
-    task = network_tasks.drawn(100_009, "spin", 30.0)
-    trainer, map_ = task.trainer, task.trainer.map_
-    trained = trainer.train(task.start)
-    best, noise = map_.values(trained.point.raw), trained.point.noise
-    for dof in task.layout.dofs:
-        for factor in (1.3, 0.7):
-            values = best.clone()
-            values[dof] *= factor
-            there = network_tasks.settled(trainer, map_.raw(values), noise, trained.point.equations.state)
-            assert float(there.slope[dof]) * (factor - 1) > 0, (dof, factor)
 
 
 SHAPE = Configuration(
@@ -320,12 +288,3 @@ def test_the_slope_in_the_levels_of_a_known_disturbance_is_that_of_its_likelihoo
     at = row(np.log(2.0), np.log(1.1))
     found = slope(moments, step_s, Noise(NOISE.sensor, row(2.0), row(1.1)))
     torch.testing.assert_close(found[2:], torch.func.grad(half_loss)(at), rtol=1e-6, atol=1e-6)
-
-
-@pytest.mark.parametrize(("level", "sign"), [(1.0, -1), (9.0, 1)])
-def test_a_level_that_is_too_low_is_drawn_up_and_one_too_high_down(level, sign):
-    moments, _ = path(3.0, 1.6, 400)
-    found = slope(
-        moments, torch.full((400,), 0.1, dtype=torch.float64), Noise(NOISE.sensor, row(level), row(1.6))
-    )
-    assert sign * float(found[2]) > 0

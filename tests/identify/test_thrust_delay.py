@@ -28,7 +28,7 @@ def with_curve(**changes):
     return replace(FILE, vehicle=replace(FILE.vehicle, thrust_curve=curve))
 
 
-@pytest.mark.parametrize("late_s", [0.03, 0.12, 0.33, 0.8])
+@pytest.mark.parametrize("late_s", [0.03, 0.8])
 def test_a_delay_up_to_a_second_is_found_and_the_values_are_those_with_it(late_s):
     found = estimate(recorded(late_s), FILE, "only", network_tasks.quiet)
     told = found.thrust_delay
@@ -86,7 +86,7 @@ def test_with_that_delay_in_the_vehicle_file_the_same_values_come_without_a_word
     assert again["M_u"].value == pytest.approx(found["M_u"].value, rel=2e-3)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_thrust_at_its_own_time_has_no_delay(seed):
     assert estimate(recorded(0.0, seed), FILE, "only", network_tasks.quiet).thrust_delay is None
 
