@@ -79,12 +79,6 @@ def test_an_effect_of_the_dive_alone_is_what_the_simulator_must_gain():
     )
 
 
-def test_an_effect_that_both_have_alike_is_no_matter():
-    one = compared(diagnosis(found("quadratic_drag"), before=1.1), diagnosis(found("quadratic_drag")))
-    assert one.lacks == one.spare == one.differences == ()
-    assert verdict_sentence(one).startswith("Your simulator lacks nothing that this dive shows: ")
-
-
 def test_an_effect_that_both_have_but_not_as_much_is_a_number_to_change():
     one = compared(diagnosis(found("thruster_lag", size=2.0)), diagnosis(found("thruster_lag")))
     (each,) = one.differences
@@ -93,9 +87,17 @@ def test_an_effect_that_both_have_but_not_as_much_is_a_number_to_change():
     assert "its thruster lag's time constant is " in verdict_sentence(one)
 
 
-def test_causes_that_can_not_be_told_apart_count_as_the_same():
-    mine = found("thruster_lag", also=("command_delay",))
-    one = compared(diagnosis(mine), diagnosis(found("command_delay")))
+@pytest.mark.parametrize(
+    ("vehicle", "simulator"),
+    [
+        (diagnosis(found("quadratic_drag"), before=1.1), diagnosis(found("quadratic_drag"))),
+        (diagnosis(found("thruster_lag", also=("command_delay",))), diagnosis(found("command_delay"))),
+        (diagnosis(before=1.1), diagnosis(values={"M_u": 88.0})),
+    ],
+    ids=["alike", "causes that can't be told apart", "a number that costs no drift"],
+)
+def test_what_both_have_or_costs_no_drift_is_no_matter(vehicle, simulator):
+    one = compared(vehicle, simulator)
     assert one.lacks == one.spare == one.differences == ()
 
 
@@ -170,10 +172,6 @@ def test_a_mass_that_is_off_is_told_in_per_cent_of_the_vehicle_s():
     assert verdict_sentence(one).startswith(
         "Your simulator lacks no effect that this dive shows, but its M_u is 12 % too small; "
     )
-
-
-def test_a_number_that_costs_no_drift_is_not_told():
-    assert compared(diagnosis(before=1.1), diagnosis(values={"M_u": 88.0})).differences == ()
 
 
 def test_what_no_candidate_explains_is_never_told_as_nothing():

@@ -16,6 +16,7 @@ from identify.challenge.case import check_of, dive_of, draw_case
 from identify.challenge.seal import tlog_of
 from identify.diagnose import diagnose as module
 from identify.diagnose.diagnose import diagnose
+from identify.diagnose.recording import lacking, unjudged_causes
 from identify.diagnose.result import plain
 from identify.dive import Signal
 from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, THRUST_GAIN
@@ -107,16 +108,19 @@ def refused(case, dive, check=None):
     return sentence
 
 
+def without_velocity(dive):
+    """The dive with a velocity that is never a number."""
+    return replace(dive, velocity=Signal(dive.velocity.time_s, np.full_like(dive.velocity.value, np.nan)))
+
+
 def test_a_dive_without_velocity_is_judged_by_its_turning_and_its_depth(case):
-    lost = Signal(dive_of(case).velocity.time_s, np.full_like(dive_of(case).velocity.value, np.nan))
-    for velocity in (None, lost):
-        said = diagnosed(case, QUADRATIC_DRAG, dive=replace(dive_of(case), velocity=velocity))
-        *unread, unseen = said.provisos
-        assert [one.split(" was")[0] for one in unread] == ["Surge", "Sway", "Heave"]
-        assert "depth alone says too little of it" in unread[2]
-        assert all("no velocity" in one and "record the DVL" in one for one in unread)
-        assert unseen.startswith("In roll, pitch and yaw no unknown force was looked for")
-        assert "I_r" in said.numbers
+    said = diagnosed(case, QUADRATIC_DRAG, dive=without_velocity(dive_of(case)))
+    *unread, unseen = said.provisos
+    assert [one.split(" was")[0] for one in unread] == ["Surge", "Sway", "Heave"]
+    assert "depth alone says too little of it" in unread[2]
+    assert all("no velocity" in one and "record the DVL" in one for one in unread)
+    assert unseen.startswith("In roll, pitch and yaw no unknown force was looked for")
+    assert "I_r" in said.numbers
 
 
 def test_a_wrench_without_pulses_tells_of_all_but_single_thrusters_and_their_curve(case):
@@ -127,20 +131,26 @@ def test_a_wrench_without_pulses_tells_of_all_but_single_thrusters_and_their_cur
     assert [one.name for one in said.findings] == ["quadratic_drag"]
 
 
-def test_commands_sampled_seldom_leave_a_delay_and_a_lag_unjudged(case):
-    dive = dive_of(case)
-    every = round(dive.pwm.rate_hz / 2.0)
-    seldom = replace(dive, pwm=Signal(dive.pwm.time_s[::every], dive.pwm.value[::every]), tau_cmd=None)
-    said = diagnosed(case, COMMAND_DELAY, QUADRATIC_DRAG, dive=seldom)
-    assert {one.name for one in said.tried} == {"quadratic_drag"}
-    assert any("a delay or a lag of the thrusters was not judged" in one for one in said.provisos)
-
-
-def test_how_late_an_autopilots_own_velocity_is_is_no_late_dvl(case):
-    dive = replace(dive_of(case), velocity_is_filtered=True)
-    said = diagnosed(case, DVL_DELAY, QUADRATIC_DRAG, dive=dive)
-    assert {one.name for one in said.tried} == {"quadratic_drag"}
-    assert any("a late DVL was not judged" in one for one in said.provisos)
+@pytest.mark.parametrize(
+    ("spoilt", "unjudged", "words"),
+    [
+        (lambda dive: dive, (), ()),
+        (lambda dive: replace(dive, pwm=None, rpm=None), (DEAD_ZONE,), ("SERVO_OUTPUT_RAW",)),
+        (lambda dive: replace(dive, pwm=Signal(dive.pwm.time_s[::10], dive.pwm.value[::10]), tau_cmd=None),
+         (COMMAND_DELAY,), ("a delay or a lag of the thrusters was not judged",)),
+        (lambda dive: replace(dive, velocity_is_filtered=True), (DVL_DELAY,), ("a late DVL was not judged",)),
+        (lambda dive: replace(without_velocity(dive), velocity_is_filtered=True), (), ()),
+    ],
+    ids=["whole", "no pulses", "seldom commands", "an autopilot's velocity", "an autopilot's that is no number"],
+)  # fmt: skip
+def test_causes_that_need_what_was_not_recorded_are_not_tried_and_told(case, spoilt, unjudged, words):
+    lacks = lacking(
+        [spoilt(dive_of(case)), dive_of(case)], case.file.vehicle.configurations[case.configuration]
+    )
+    tried = (DEAD_ZONE, COMMAND_DELAY, DVL_DELAY, QUADRATIC_DRAG)
+    assert {*tried} - {*module._judged(tried, lacks)} == {*unjudged}
+    for sentence, told in zip(unjudged_causes(lacks), words, strict=True):
+        assert told in sentence
 
 
 def with_pulses(dive, of_neutral):
@@ -240,6 +250,7 @@ def folder(case, tmp_path_factory):
     return out
 
 
+@pytest.mark.usefixtures("sketched")
 class TestCommand:
     @pytest.fixture(autouse=True)
     def few(self, monkeypatch):

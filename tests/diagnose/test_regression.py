@@ -53,14 +53,6 @@ def test_readings_that_are_off_add_to_the_innovations_what_their_column_says(row
         np.testing.assert_allclose(change / own.std, own.by_reading(off[:, None])[:, 0], atol=1e-8)
 
 
-def test_an_act_adds_to_the_axes_that_it_touches_and_to_no_other(nominal, rows):
-    wrench = np.zeros((len(nominal.course.time_s), 6))
-    wrench[:, 1] = 1.0
-    column = rows.columns([Act(wrench=wrench)], nominal.course)[:, 0]
-    assert np.any(column[rows.dof == 1])
-    assert not np.any(column[rows.dof != 1])
-
-
 def test_what_is_expected_at_a_time_knows_no_reading_from_then_on(nominal):
     middle = float(np.median(nominal.course.time_s))
     problems = tuple(

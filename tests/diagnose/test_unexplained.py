@@ -158,15 +158,6 @@ def test_two_of_the_strongest_are_asked_for_beside_what_tells_the_causes_apart(n
     assert (more.sensors, more.splits) == (("voltage log",), ("fouling", "battery_sag"))
 
 
-def test_a_steady_push_that_no_candidate_is_about_is_left(nominal):
-    wrench = np.zeros_like(nominal.course.nu)
-    wrench[:, 1] = 5.0
-    weighing = weighing_of(replace(refitted(nominal, [Act(wrench=wrench)]), acts=()), ())
-    left = unexplained_of(weighing, weighing.fitted(()))
-    assert (left.shapes[0].dof, left.shapes[0].timing) == (1, "steady")
-    assert unexplained_forces(left)[:1] == left.shapes[:1]
-
-
 def test_a_gyro_that_is_off_is_left_though_nothing_pushes(nominal):
     off = tuple(replace(one, off=one.off - 0.05) for one in nominal.witnesses if one.kind == "heading")
 
@@ -347,8 +338,8 @@ def test_a_slow_push_that_the_disturbance_took_up_is_told_with_its_axis_and_cour
     assert found.gain > 23.4
     assert np.corrcoef(found.force, true)[0, 1] > 0.8
     assert np.std(found.force) == pytest.approx(np.std(true), rel=0.3)
-    left = unexplained_of(weighing_of(now, ()), weighing_of(now, ()).fitted(()))
-    told = [(shape.dof, shape.timing) for shape in left.shapes]
+    weighing = weighing_of(now, ())
+    told = [(shape.dof, shape.timing) for shape in unexplained_of(weighing, weighing.fitted(())).shapes]
     assert (5, "drifting") in told
 
 

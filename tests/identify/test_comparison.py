@@ -130,20 +130,8 @@ def test_the_json_names_the_disagreeing_parameters_with_why():
     assert "why" not in sway
 
 
-SHARED = Doubt(("M_u",), "The DVL was late", "dive again.")
-OWN = Doubt(("D_u",), "The loss still fell", "dive longer.", Outcome.DISAGREES)
-
-
 def answer_by(method, values=SURGE, std=0.01, **keys):
     return fitted.fit(values, std**2 * np.eye(len(values)), method=method, **keys)
-
-
-def test_a_second_that_did_not_converge_says_so_and_what_it_alone_doubts():
-    second = answer_by("pinn", outcome=Outcome.DISAGREES, doubts=(SHARED, OWN))
-    assert further_remarks(compare(answer_by("likelihood", doubts=(SHARED,)), second)) == (
-        "Pinn ended with 'data and model disagree'.",
-        "Pinn: The loss still fell: dive longer.",
-    )
 
 
 def drag(score, axis="surge"):
@@ -161,14 +149,6 @@ def test_a_doubt_of_both_that_differs_by_a_figure_is_not_said_again_and_another_
     assert further_remarks(
         compare(answer_by("likelihood", doubts=(late,)), answer_by("pinn", doubts=(drag(8),)))
     ) == ("Pinn: In surge a drag is missing (8 standard errors): dive slower.",)
-
-
-def test_what_one_alone_gives_no_value_of_stands_with_its_reason():
-    found = compare(answer_by("likelihood", {"M_u": 100.0, "M_v": 110.0}), answer_by("pinn"))
-    assert further_remarks(found) == (
-        f"Likelihood gives no D_u: {fitted.NOT_DIVED}",
-        f"Pinn gives no M_v: {fitted.NOT_DIVED}",
-    )
 
 
 def test_the_page_says_it_whether_or_not_the_methods_disagree():

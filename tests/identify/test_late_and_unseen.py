@@ -19,7 +19,6 @@ from identify.estimators.axes import build_axes
 from identify.estimators.lateness import by_lateness
 from identify.estimators.likelihood import estimate
 from identify.estimators.misfit import Multiplier
-from identify.estimators.scoring import Maximum
 from identify.estimators.table import estimator
 from identify.identification import Outcome
 from identify.ingest.open import read_dive
@@ -138,18 +137,3 @@ def test_a_search_that_is_cut_off_is_told(monkeypatch):
     found = estimate(mission.dive, mission.file, mission.configuration, network_tasks.quiet)
     assert found.outcome is Outcome.AT_BOUND
     assert any("stopped at its bound of 1 passes before it settled" in told for told in found.sentences)
-
-
-@pytest.mark.parametrize(
-    ("steps", "converged", "settled", "told"),
-    [
-        (1, True, True, ""),
-        (1, True, False, "16 passes"),
-        (60, False, True, "60 steps"),
-        (4, False, True, "a smallest step"),
-    ],
-)
-def test_the_bound_that_is_told_is_the_one_that_the_search_met(steps, converged, settled, told):
-    none = np.zeros((0, 0))
-    maximum = Maximum(np.zeros(0), 0.0, none, none, steps, converged)
-    assert likelihood_fit.stopped_at(maximum, settled) == told

@@ -59,16 +59,6 @@ def test_a_controller_that_used_an_unrecorded_velocity_is_found_out():
     assert found["D_u"].identifiable
 
 
-def test_a_dropout_and_a_wild_reading_do_no_harm():
-    dive = closed_loop.dive(np.random.default_rng(6))
-    plain = fit(dive)
-    velocity = dive.velocity.value
-    velocity[500:560] = np.nan
-    velocity[1000, 0] = 7.0
-    spoiled = fit(dive)
-    assert abs(spoiled["M_u"].value - plain["M_u"].value) < plain["M_u"].std
-
-
 def test_a_dive_of_three_seconds_is_refused_in_one_sentence():
     with pytest.raises(FitError, match="lasts 3 s"):
         fit(closed_loop.dive(np.random.default_rng(7), seconds=3.0))

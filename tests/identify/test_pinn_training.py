@@ -56,6 +56,8 @@ def test_a_quadratic_loss_of_known_curvature_is_settled_in_one_pass():
     assert float(found.raw) == pytest.approx(0.4)
     assert len(passes) == found.passes == 2
     assert "10 % of its standard error" in found.reason
+    of_priors = torch.tensor([0.0, 1.0, 1.0 / 9.0, 1.0], dtype=torch.float64)
+    torch.testing.assert_close((found.curvature - found.told).diagonal(), of_priors)
 
 
 def test_a_curvature_that_is_taken_for_ten_times_too_large_makes_training_creep_for_one_step_alone():
@@ -92,14 +94,6 @@ def test_a_loss_without_an_end_is_left_at_the_bound_of_passes_and_not_called_set
     assert not found.settled
     assert len(passes) == found.passes == 40
     assert found.reason
-
-
-def test_the_curvature_comes_with_the_priors_and_without():
-    _, found, _ = train(lambda x: 50 * (x - 0.4) ** 2, 100.0)
-    added = found.curvature - found.told
-    torch.testing.assert_close(
-        added.diagonal(), torch.tensor([0.0, 1.0, 1.0 / 9.0, 1.0], dtype=torch.float64)
-    )
 
 
 NODES = [1, 2, 3, 8, 9, 17]
@@ -206,14 +200,16 @@ def row(*values):
     return torch.tensor(values, dtype=torch.float64)
 
 
-def test_masses_and_dampings_are_positive_whatever_is_trained_and_trims_are_free():
-    values = MAP.values(torch.full((10,), -30.0, dtype=torch.float64))
-    assert (values[:8] > 0).all()
-    assert (values[8:] < 0).all()
-
-
-def test_raw_parameters_and_values_are_each_others_inverse():
+def test_raw_parameters_are_positive_masses_and_dampings_and_free_trims_in_this_order_and_back_again():
+    low = MAP.values(torch.full((10,), -30.0, dtype=torch.float64))
+    assert (low[:8] > 0).all()
+    assert (low[8:] < 0).all()
     torch.testing.assert_close(MAP.raw(MAP.values(RAW)), RAW)
+    given = MAP.coefficients(RAW)
+    torch.testing.assert_close(torch.cat([given.mass, given.damping, given.trim]), MAP.values(RAW))
+    assert (len(given.mass), len(given.damping), len(given.trim)) == (6, 2, 2)
+    residual, _ = MAP.prior(MAP.raw(MAP.middle))
+    torch.testing.assert_close(residual, torch.zeros_like(residual))
 
 
 def test_the_slopes_of_values_logarithms_and_priors_are_those_of_automatic_differentiation():
@@ -231,20 +227,9 @@ def test_the_slopes_of_values_logarithms_and_priors_are_those_of_automatic_diffe
     torch.testing.assert_close(torch.diag(tilt), jacobian(lambda raw: MAP.prior(raw)[0]))
 
 
-def test_the_priors_pull_on_nothing_at_their_middle():
-    residual, _ = MAP.prior(MAP.raw(MAP.middle))
-    torch.testing.assert_close(residual, torch.zeros_like(residual))
-
-
 def test_a_mass_that_no_axis_weighs_is_held_closer_than_one_that_is_fitted():
     assert (MAP.spread[[1, 2, 3, 4]] < 0.5).all()
     assert (MAP.spread[[0, 5]] > 1.0).all()
-
-
-def test_coefficients_come_in_the_order_of_masses_dampings_and_trims():
-    given, values = MAP.coefficients(RAW), MAP.values(RAW)
-    torch.testing.assert_close(torch.cat([given.mass, given.damping, given.trim]), values)
-    assert (len(given.mass), len(given.damping), len(given.trim)) == (6, 2, 2)
 
 
 NOISE = Noise(row(0.004, 0.001), row(3.0), row(1.6))

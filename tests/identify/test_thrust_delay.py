@@ -56,15 +56,6 @@ def test_a_delay_far_from_where_the_grid_is_best_is_reached_on_a_steep_slope(wid
     assert half_s == pytest.approx(1.39 * width_s, rel=0.1)
 
 
-def test_a_search_that_ends_on_a_slope_has_an_interval_no_shorter_than_its_steps():
-    class Slope:
-        def top(self, by_s, _enough):
-            return 1e4 * by_s
-
-    _, half_s = delay._near(Slope(), 0.3, 0.02)
-    assert half_s >= 0.02
-
-
 def test_what_is_told_says_what_to_write_into_the_vehicle_file():
     found = estimate(recorded(0.12), with_curve(delay_s=0.05), "only", network_tasks.quiet)
     told = found.thrust_delay
