@@ -198,13 +198,17 @@ def heavy(heavy_nominal):
     return explained(heavy_nominal, *LIBRARY)
 
 
-def test_weight_and_a_steady_push_down_are_one_to_a_vehicle_that_stays_level(heavy):
+def test_weight_and_a_steady_push_down_are_one_to_a_vehicle_that_stays_level(heavy, monkeypatch):
     (cause,) = heavy.causes
     alike = ambiguity_of(heavy, 0)
     # A weight says less than a push in any direction.
     assert (cause.effect.name, alike.names) == ("net_buoyancy", ("thrust_bias",))
     assert all(one > 0.99 for one in alike.likeness.values())
     assert alike.margin_nats > 20
+    # What does as well but is not alike is no other name for it.
+    monkeypatch.setattr("identify.diagnose.confidence.LEAST_LIKENESS", 1.1)
+    apart = ambiguity_of(heavy, 0)
+    assert (apart.names, apart.likeness, apart.margin_nats > 20) == ((), {}, True)
 
 
 def test_a_drag_of_another_power_is_made_up_for_by_the_forms_of_a_quadratic_one(heavy):
@@ -218,13 +222,6 @@ def test_a_drag_of_another_power_is_made_up_for_by_the_forms_of_a_quadratic_one(
     left = true - whole @ np.linalg.lstsq(whole, true, rcond=None)[0]
     alone = true - own * (own @ true) / (own @ own)
     assert np.linalg.norm(left) < 0.2 * np.linalg.norm(alone)
-
-
-def test_what_does_as_well_but_is_not_alike_is_no_other_name_for_a_cause(heavy, monkeypatch):
-    monkeypatch.setattr("identify.diagnose.confidence.LEAST_LIKENESS", 1.1)
-    alike = ambiguity_of(heavy, 0)
-    assert (alike.names, alike.likeness) == ((), {})
-    assert alike.margin_nats > 20
 
 
 def test_every_effect_of_the_library_is_told_with_what_it_saves_beside_the_accepted_one(heavy):

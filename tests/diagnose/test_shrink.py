@@ -165,12 +165,9 @@ def test_each_degree_of_freedom_is_told_in_its_own_unit_beside_the_plain_baselin
     assert surge.nrmse_before == pytest.approx(np.sqrt(np.mean(off**2)) / spread)
     # It never turned, so there is nothing to compare an error of the rate with.
     assert np.isnan(yaw.nrmse_before)
-
-
-def test_a_degree_of_freedom_that_no_cause_changes_has_no_shrink():
-    one = prediction()
-    one.before[:, 5] = one.after[:, 5]
-    surge, yaw = checked(one, np.random.default_rng(0)).by_axis
+    unchanged = prediction()
+    unchanged.before[:, 5] = unchanged.after[:, 5]
+    surge, yaw = checked(unchanged, np.random.default_rng(0)).by_axis
     assert surge.value == pytest.approx(1.0)
     assert np.isnan(yaw.value)
 

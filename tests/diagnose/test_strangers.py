@@ -79,6 +79,8 @@ def test_spikes_are_left_out_and_told_beside_the_verdict(case):
 def test_a_sound_velocity_has_no_spikes_and_an_autopilot_s_own_is_not_looked_at(case):
     dive = dive_of(case)
     assert without_spikes(dive) == (dive, ())
+    stop = np.where(np.arange(200) < 96, 0.6, 0.0)[:, None] * np.ones(3)
+    assert without_spikes(Dive("stop", Path("stop"), "", Signal(np.arange(200) / 8.0, stop)))[1] == ()
     value = dive.velocity.value.copy()
     value[100::50] += 1.0
     spiky = with_velocity(replace(dive, velocity_is_filtered=True), value)
@@ -107,12 +109,6 @@ def test_an_axis_that_settles_too_quickly_for_the_recorded_commands_is_left_out_
     without = planted_nominal(case)
     assert {problem.axis.dof for problem in without.joint.problems} == {*fitted[1:]}
     assert "too quickly to be told from recorded commands" in without.built.missing[fitted[0]]
-
-
-def test_a_stop_within_one_reading_is_no_spike():
-    time_s = np.arange(200) / 8.0
-    value = np.where(time_s < 12.0, 0.6, 0.0)[:, None] * np.ones(3)
-    assert without_spikes(Dive("stop", Path("stop"), "", velocity=Signal(time_s, value)))[1] == ()
 
 
 def test_a_velocity_that_stood_still_for_most_of_a_dive_is_left_out_and_for_less_is_not(case):

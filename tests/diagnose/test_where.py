@@ -49,14 +49,10 @@ def lacking(nominal, cause):
     return missing_of(before, after, np.zeros_like(after.nu), np.zeros((len(after.nu), 3)), nominal)
 
 
-def test_what_is_missing_is_what_the_cause_pushes(nominal):
+def test_a_drag_in_surge_lies_in_surge_and_goes_with_the_speed(nominal):
     cause = Cause(QUADRATIC_DRAG, np.array([30.0, 0, 0, 0, 0, 0]))
     found = lacking(nominal, cause)
     np.testing.assert_allclose(found.wrench, cause.act(nominal.course).wrench[::EACH], atol=1e-9)
-
-
-def test_a_drag_in_surge_lies_in_surge_and_goes_with_the_speed(nominal):
-    found = lacking(nominal, Cause(QUADRATIC_DRAG, np.array([30.0, 0, 0, 0, 0, 0])))
     shares = shares_of(found.power, phases_of(nominal.course, EACH))
     assert {one.dof for one in shares} == {"surge"}
     assert sum(one.share for one in shares) == pytest.approx(1.0)
