@@ -29,8 +29,6 @@ from identify.diagnose.result import NOTHING, Diagnosis, Finding, Gap, Share, Va
 from identify.dive import Dive, Signal
 from identify.effects.effect import Effect
 from identify.effects.library import library
-from identify.report.diagnosis import against_report
-from identify.report.page import render_report
 from tui.commands.diagnose import configuration_of_both
 
 FILE = load_vehicle("ruvifist:hovering")
@@ -147,15 +145,12 @@ def test_what_both_show_and_one_hardly_the_simulator_may_have_already():
     assert (data["has"], data["possible"]["has"]) == ([], ["quadratic_drag"])
 
 
-def test_beside_what_is_sure_an_effect_that_may_lack_ends_the_verdict_and_is_in_no_table():
+def test_beside_what_is_sure_an_effect_that_may_lack_ends_the_verdict():
     drag, zone = possible(found("quadratic_drag")), found("dead_zone")
     both = compared(diagnosis(zone, drag), diagnosis(values={"M_u": 88.0}))
     said = verdict_sentence(both)
     assert said.startswith("Your simulator must gain dead zone: ")
     assert said.endswith(" Its M_u is 12 % too small. It may lack quadratic drag (42 % probable), too.")
-    page = render_report(against_report(both))
-    assert "dead zone, half width</th>" in page
-    assert "quadratic drag, X_uu</th>" not in page
 
 
 def test_the_water_of_a_simulator_s_run_is_not_its_own():

@@ -22,7 +22,7 @@ from identify.diagnose.verdict import parameters_of, strongest_first, trials_of
 from identify.diagnose.weighing import Fitted
 from identify.effects.actuators import DEAD_ZONE, SATURATION
 from identify.effects.effect import Effect
-from identify.effects.environment import waves
+from identify.effects.environment import STEADY_CURRENT, waves
 from identify.effects.hydrodynamics import COUPLED_DAMPING, MUNK_MOMENT, MUNK_MOMENT_IN_YAW, QUADRATIC_DRAG
 from identify.effects.library import library
 from identify.effects.rigid_body import CG_OFFSET, CG_OFFSET_IN_SPACE, NET_BUOYANCY, THRUST_BIAS
@@ -61,6 +61,12 @@ def test_a_weight_is_taken_for_a_push_in_any_direction_up_to_half_a_per_cent(
     for some in (fits, fits[::-1]):
         found = search._simplest(some, fit_of(0.0))
         assert found.causes[-1].effect is taken
+
+
+def test_of_causes_of_several_numbers_the_best_is_taken() -> None:
+    found = search._simplest([fit_of(2000.0, THRUST_BIAS), fit_of(1999.0, STEADY_CURRENT)], fit_of(0.0))
+    assert found.causes[-1].effect is THRUST_BIAS
+    assert search._simplest([], fit_of(0.0)) is None
 
 
 def test_what_was_taken_for_being_simpler_is_not_swapped_back() -> None:
@@ -117,6 +123,12 @@ def test_other_sizes_of_a_limit_are_shares_of_itself_and_no_number_gets_lost(cou
     for size, act in zip((0.5, 2.0), acts, strict=False):
         np.testing.assert_array_equal(act.wrench, effect.act(course, size * values).wrench)
     assert all(np.isfinite(act.wrench).all() for act in acts)
+
+
+def test_a_limit_that_is_at_infinity_is_absent_in_every_form(course):
+    for act in other_forms(course, Cause(SATURATION, SATURATION.none())):
+        assert np.isfinite(act.wrench).all()
+        assert not act.wrench.any()
 
 
 def test_drag_that_grows_is_no_form_of_a_quadratic_one_and_growth_one_of_any_other_cause(course):

@@ -176,6 +176,26 @@ def test_a_cause_that_lowers_the_likelihood_of_the_filters_is_not_taken(nominal,
     assert asked == [set(), {drag.effect.label}]
 
 
+def test_a_search_ends_where_the_same_causes_in_another_form_lower_the_likelihood(nominal, monkeypatch):
+    spoilt, drag = with_drag(nominal)
+    other = Cause(drag.effect, drag.values + np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0]))
+    settled, forms = search._settled, [drag, other, drag]
+
+    def less_likely(nominal, weighing, fit, at):
+        weighing, found = settled(nominal, weighing, fit, at)
+        if not forms[0].values[1]:
+            found, worse = fit, replace(weighing.now, log_posterior=-1e9)
+            weighing = replace(weighing, now=worse)
+        return weighing, found
+
+    monkeypatch.setattr(search, "_settled", less_likely)
+    monkeypatch.setattr(search, "improved", lambda weighing, *_: weighing.fitted([forms.pop(0)]))
+    found = explained(spoilt, *LIBRARY)
+    assert len(forms) == 1
+    assert found.causes[0].values[1] == 0.0
+    assert found.now.log_posterior > -1e9
+
+
 def test_causes_are_refitted_no_further_than_the_likelihood_of_the_filters_grows(nominal, monkeypatch):
     spoilt, drag = with_drag(nominal)
     made = []

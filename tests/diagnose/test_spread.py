@@ -48,6 +48,15 @@ def test_parts_that_disagree_widen_the_interval_as_much_as_the_mean_of_so_many_i
     assert np.mean(added) == pytest.approx(2.0**2 / PARTS, rel=0.25)
 
 
+def test_a_part_that_hardly_tells_of_a_parameter_has_no_say() -> None:
+    slopes, left, parts = regression(3, 0.0)
+    quiet = parts == 0
+    slopes[quiet] *= 0.01
+    left[quiet] += 50.0 * slopes[quiet, 0] / 0.01
+    rest = between_parts(slopes[~quiet], left[~quiet], parts[~quiet] - 1)
+    assert between_parts(slopes, left, parts) == pytest.approx(rest)
+
+
 def test_one_part_alone_says_nothing_of_others() -> None:
     slopes, left, parts = regression(4, 2.0)
     assert between_parts(slopes, left, np.zeros_like(parts)) == pytest.approx([0.0])

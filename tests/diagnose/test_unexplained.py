@@ -126,23 +126,6 @@ def test_what_is_left_says_what_to_dive_next(nominal, variable, said):
     assert more.splits == ()
 
 
-def test_a_force_that_goes_with_a_motion_asks_for_that_motion(nominal):
-    nu, rate = nominal.course.nu, nominal.course.nu_dot
-    asked = {
-        next_for_unexplained([one], nominal.course, None).manoeuvres
-        for one in (
-            GenericForce(5, "speed", "odd", nu[:, 1] * np.abs(nu[:, 1])),
-            GenericForce(0, "yaw_rate", "even", nu[:, 5] ** 2),
-            GenericForce(0, "acceleration", "odd", rate[:, 0]),
-        )
-    }
-    assert asked == {
-        ("steady runs to port and to starboard at three speeds",),
-        ("steady turns both ways at three rates",),
-        ("starts and stops ahead and astern, quick and slow",),
-    }
-
-
 def test_two_of_the_strongest_are_asked_for_beside_what_tells_the_causes_apart(nominal):
     left = [
         GenericForce(0, one, None, nominal.course.depth_m) for one in ("voltage", "time", "heading", "depth")

@@ -21,7 +21,7 @@ from identify.diagnose.diagnose import diagnose
 from identify.diagnose.verdict import parameters_of
 from identify.diagnose.weighing import weighing_of
 from identify.dive import Signal
-from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE_SHIFTED, SATURATION, thruster_lag
+from identify.effects.actuators import SATURATION, thruster_lag
 from identify.effects.course import thrust_by_shaft
 from identify.ingest.open import read_dive
 from identify.statistics import Z95
@@ -92,9 +92,6 @@ def test_the_firmwares_own_submarine_has_quadratic_drag_and_no_gap_where_its_fil
 
 
 FILE = load_vehicle("ruvifist")
-BEFORE_THE_SHAFT = (
-    thruster_lag(FILE.vehicle.thrust_curve.lag_s), COMMAND_DELAY, DEAD_ZONE_SHIFTED, SATURATION,
-)  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -109,13 +106,6 @@ def dive(tmp_path_factory):
 
         simulate_dive(FILE, "survey", validation(sways=False), seed=4, sink=sink)
     return read_dive(path, None, FILE)
-
-
-@pytest.mark.soak
-def test_shaft_speeds_half_of_which_are_told_late_make_no_cause(dive):
-    assert dive.rpm is not None
-    found = diagnose(dive, FILE, "survey", effects=BEFORE_THE_SHAFT, progress=quiet)
-    assert (found.verdict, found.findings) == ("no_gap", ())
 
 
 MOST_TOLD = 0.9

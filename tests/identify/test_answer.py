@@ -212,6 +212,14 @@ def test_only_what_is_unknown_is_called_known_by_its_ratio_alone(std, unknown):
     assert ("only their ratio is known" in found.sentence) is unknown
 
 
+def test_nobody_is_told_to_push_where_no_thruster_pushes():
+    of = ("I_q", "D_q")
+    found = told_of(np.diag([4.0, 4.0]), of, information=knowing(of, [1, 1]), rest_on_righting=of)
+    (direction,) = found.null_directions
+    assert "no thruster pushed pitch" in direction.sentence
+    assert "harder" not in direction.sentence
+
+
 def test_thrust_scale_and_all_masses_and_dampings_are_told_as_one():
     found = answered(
         fitted.fit({"M_u": 100.0, "D_u": 50.0}, 1e-4 * np.eye(2)), fitted.dive(), fitted.vehicle_file(0.1)

@@ -1,5 +1,6 @@
 """What an autopilot's own filter does to a velocity, undone; and the rounding of its pulses."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.dive import Dive, Signal
 from identify.estimators.lateness import FilteredForce, behind_filter, timing_of
-from identify.estimators.timing import _is_past, _rough_lag, dated, dated_back
+from identify.estimators.timing import SURGE, _fitted, _is_past, _rough_lag, dated, dated_back
 from identify.forces import unrounded, unrounded_thrusts, wrench
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import quaternions_from_euler, to_body
@@ -81,6 +82,13 @@ def test_lateness_and_smoothing_of_a_drawn_field_dive_are_found(tmp_path: Path) 
     found, true = dated(*recorded(case, tmp_path)), case.filter
     assert found.velocity_late_s == pytest.approx(true.late_s, abs=0.03)
     assert found.velocity_smoothing_s == pytest.approx(true.smooth_s, abs=0.05)
+
+
+def test_a_fit_from_near_by_that_runs_away_begins_anew(tmp_path: Path) -> None:
+    dive, file, name = recorded(draw(11, 4, NONE, seconds=120.0), tmp_path)
+    (one,) = _fitted(dive, 0.0, file, name, (SURGE,), ())
+    (again,) = _fitted(dive, 0.0, file, name, (SURGE,), [replace(one, theta=np.full_like(one.theta, np.nan))])
+    assert again.log_posterior == one.log_posterior
 
 
 def test_a_delay_of_the_thrusters_is_no_lag(tmp_path: Path) -> None:

@@ -122,6 +122,15 @@ def test_a_gap_is_no_part_of_a_mean():
     assert not inside.any()
 
 
+@pytest.mark.parametrize("dof", [0, 2])
+def test_an_axis_that_no_thruster_pushes_is_said_to_be_one(dof):
+    dive = closed_loop.dive(np.random.default_rng(2), seconds=30.0)
+    dive.velocity.value[:] += 0.004 * np.random.default_rng(3).standard_normal(dive.velocity.value.shape)
+    built = build_axes(dive, closed_loop.vehicle_file(), "only")
+    assert dof in {axis.dof for axis in built.axes}
+    assert (dof in built.unpushed) is (dof > 0)
+
+
 def test_the_coriolis_forces_of_any_masses_are_those_of_unit_masses_times_them() -> None:
     rng = np.random.default_rng(3)
     motion, mass = Motion(0.1 * np.arange(50), rng.normal(size=(50, 6))), rng.uniform(1.0, 40.0, 6)

@@ -78,6 +78,14 @@ def test_a_lateness_that_no_clock_can_have_is_told_as_something_else():
     assert " ms" not in absurd.sentence
 
 
+def test_an_axis_that_is_off_the_same_way_as_another_is_late_by_what_no_fit_can_size():
+    none = np.zeros(12)
+    (doubt,) = late_doubts({0: Multiplier(9.0, 0.4, none), 2: Multiplier(30.0, 0.7, none)}, (0, 2))
+    assert doubt.about == ("M_u", "M_w", "D_u", "D_w")
+    told = "(later, by how much can't be told from this fit; 30 standard errors): masses and dampings there are off, "
+    assert told in doubt.sentence
+
+
 def test_axes_that_are_late_alike_make_all_that_thrust_pushed_doubtful():
     late = {dof: Multiplier(-9.0, -0.15, np.zeros(12)) for dof in (0, 1)}
     (doubt,) = late_doubts(late, (0, 1, 2, 5))

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import torch
 from network_tasks import read_by
+from soak import rows_rest_in_soak
 
 from bridge.vehicle.config import Configuration, Thruster
 from bridge.vehicle.dynamics import coriolis
@@ -224,7 +225,15 @@ def test_the_disturbances_own_row_is_a_first_order_gauss_markov_step():
     torch.testing.assert_close(pulled.residual[:, 1], expected)
 
 
-@pytest.mark.parametrize(("seed", "kind"), [(100_002, "rocking"), (100_033, "depth steps")])
+def test_the_noise_of_an_increment_grows_with_its_length():
+    data, map_, raw, noise, state = exact()
+    pulled = pull(data, map_, raw, state, noise)
+    assert float(pulled.std[0, 5]) == pytest.approx(1e-3 * H, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("seed", "kind"), rows_rest_in_soak([(100_002, "rocking"), (100_033, "depth steps")])
+)
 def test_every_slope_of_the_pull_is_that_of_automatic_differentiation(seed, kind):
     task = network_tasks.drawn(seed, kind, 22.0)
     data, map_, point = between(task.trainer.data, slice(80, 83)), task.trainer.map_, task.start

@@ -231,6 +231,15 @@ def test_a_prior_leaves_anothers_lopsided_interval_lopsided():
     assert found["D_u"].share_from_prior == 0.0
 
 
+def test_a_prior_leaves_anothers_bound_where_it_was():
+    fit = fitted.fit(SURGE | {"M_v": 3e5}, 1e-4 * np.eye(3))
+    priors = {"M_u": fitted.prior(101.0, 0.01, "thrust")}
+    found = answered(fit, fitted.dive(), fitted.vehicle_file(priors=priors))
+    assert found.outcome is Outcome.AT_BOUND
+    assert "upper bound" in found["M_v"].reason
+    assert not found["M_v"].identifiable
+
+
 def test_what_comes_through_anothers_prior_counts_as_from_the_prior():
     found = answer(TIED, {"M_u": fitted.prior(111.7, 1e-5, "thrust")}, values=MASSES)
     assert found["M_v"].share_from_prior == pytest.approx(0.99**2, rel=1e-3)

@@ -66,6 +66,7 @@ def test_both_dampings_come_with_intervals_that_hold_the_truth_and_in_the_covari
     assert both["D_u"].partner.name == "X_uu"
 
 
+@pytest.mark.soak
 def test_of_twenty_dives_seventeen_intervals_or_more_hold_each_truth():
     inside = dict.fromkeys(("M_u", "D_u", "X_uu"), 0)
     for seed in range(20):

@@ -64,6 +64,21 @@ def test_the_likelier_of_two_summits_is_taken_whichever_start_leads_there(monkey
     assert found.log_likelihood == pytest.approx(best.log_likelihood, abs=1.0)
 
 
+def test_a_start_without_a_solution_leaves_the_other(monkeypatch):
+    one = problem()
+
+    def failing(of, start, enough, score):
+        if np.array_equal(start, one.prior_mean):
+            raise np.linalg.LinAlgError
+        return climb(of, start, enough, score)
+
+    monkeypatch.setattr(starts, "climb", failing)
+    assert np.exp(rough_maximum(one, 72.0, {}).theta[MASS]) == pytest.approx(closed_loop.MASS, rel=0.05)
+    monkeypatch.setattr(starts, "climb", lambda *_: climb(one, np.full_like(one.prior_mean, np.nan)))
+    with pytest.raises(np.linalg.LinAlgError):
+        rough_maximum(one, 72.0, {})
+
+
 def test_the_files_model_is_the_start_where_it_is_likelier_than_regression(monkeypatch):
     one = problem()
     seen = []
