@@ -73,6 +73,7 @@ def test_an_axis_that_is_alone_has_no_mass_then_and_is_advised_what_to_record():
     assert not found["X_udot"].identifiable
     assert found["D_u"].identifiable
     assert found["M_u"].reason.startswith("in surge ")
+    assert "of the controller's wrench (TAU_PID) follows from nothing recorded" in found["M_u"].reason
     assert any(
         "which say too little of it, and the true D_u may lie below its value; record" in told
         for told in found.sentences
