@@ -2,27 +2,24 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from fakes.planted import drawn_nominal, explained, planted_nominal
 
 from bridge.vehicle.config import load_vehicle
-from identify.challenge.case import dive_of, draw_case
+from identify.challenge.case import draw_case
 from identify.challenge.nearest import course_of
 from identify.diagnose import confidence as module
 from identify.diagnose import search
 from identify.diagnose.accepted import likely_accepted
 from identify.diagnose.candidates import Cause, other_forms, other_variants
 from identify.diagnose.confidence import ambiguity_of, chi_squared, covariance_of, without_doubtful
-from identify.diagnose.nominal import nominal_of
-from identify.diagnose.recording import short_dive_note
 from identify.diagnose.result import Finding
 from identify.diagnose.search import explained_by, remainder_nats
 from identify.diagnose.verdict import parameters_of, strongest_first, trials_of
 from identify.diagnose.weighing import Fitted
-from identify.dive import Dive, Signal
 from identify.effects.actuators import DEAD_ZONE, SATURATION
 from identify.effects.effect import Effect
 from identify.effects.environment import STEADY_CURRENT, waves
@@ -200,13 +197,6 @@ def test_an_accepted_cause_comes_before_a_possible_one_whatever_nats_each_saves(
     assert strongest_first(given) == (stronger, strong, heard, half, possible)
 
 
-def test_a_dive_just_too_short_is_not_told_to_last_as_long_as_it_should():
-    dive = Dive("d", Path("d"), "", velocity=Signal(np.array([0.0, 199.9]), np.zeros((2, 3))))
-    (note,) = short_dive_note(dive)
-    assert note.startswith("The dive lasts 199 s: ")
-    assert note.endswith("dive 200 s or more.")
-
-
 LIBRARY = (NET_BUOYANCY, THRUST_BIAS, QUADRATIC_DRAG)
 
 
@@ -220,13 +210,17 @@ def heavy(heavy_nominal):
     return explained(heavy_nominal, *LIBRARY)
 
 
-def test_weight_and_a_steady_push_down_are_one_to_a_vehicle_that_stays_level(heavy):
+def test_weight_and_a_steady_push_down_are_one_to_a_vehicle_that_stays_level(heavy, monkeypatch):
     (cause,) = heavy.causes
     alike = ambiguity_of(heavy, 0)
     # A weight says less than a push in any direction.
     assert (cause.effect.name, alike.names) == ("net_buoyancy", ("thrust_bias",))
     assert all(one > 0.99 for one in alike.likeness.values())
     assert alike.margin_nats > 20
+    # What does as well but is not alike is no other name for it.
+    monkeypatch.setattr("identify.diagnose.confidence.LEAST_LIKENESS", 1.1)
+    apart = ambiguity_of(heavy, 0)
+    assert (apart.names, apart.likeness, apart.margin_nats > 20) == ((), {}, True)
 
 
 def test_a_drag_of_another_power_is_made_up_for_by_the_forms_of_a_quadratic_one(heavy):
@@ -242,13 +236,6 @@ def test_a_drag_of_another_power_is_made_up_for_by_the_forms_of_a_quadratic_one(
     assert np.linalg.norm(left) < 0.2 * np.linalg.norm(alone)
 
 
-def test_what_does_as_well_but_is_not_alike_is_no_other_name_for_a_cause(heavy, monkeypatch):
-    monkeypatch.setattr("identify.diagnose.confidence.LEAST_LIKENESS", 1.1)
-    alike = ambiguity_of(heavy, 0)
-    assert (alike.names, alike.likeness) == ((), {})
-    assert alike.margin_nats > 20
-
-
 def test_every_effect_of_the_library_is_told_with_what_it_saves_beside_the_accepted_one(heavy):
     (cause,) = heavy.causes
     mine = Finding(cause, (), {}, 0.9, {}, heavy.fit.gain)
@@ -260,59 +247,19 @@ def test_every_effect_of_the_library_is_told_with_what_it_saves_beside_the_accep
     assert all(one.why == "" for one in tried if one.gain_nats <= 7.0)
 
 
-def test_where_all_but_the_form_is_alike_a_few_nats_of_thousands_tell_nothing_apart():
-    case = draw_case(3_860_000_011, names=[], seconds=110.0)
-    shape = case.file.vehicle.configurations[case.configuration]
-    vehicle = replace(
-        case.file.vehicle,
-        configurations={case.configuration: replace(shape, net_buoyancy_n=shape.net_buoyancy_n + 6.0)},
+@pytest.mark.parametrize(
+    ("causes", "filtered", "nats"),
+    [(("another",), (), 20.0), ((), (), 0.0), (("another",), (0, 1, 2), 140.0)],
+)
+def test_a_further_cause_has_to_save_more_than_a_shadow_and_more_behind_a_filter(causes, filtered, nats):
+    """A thousandth of what far better told ones save, and an autopilot's filter makes seven of it."""
+    apart = SimpleNamespace(
+        fit=SimpleNamespace(motion_nats=20_000.0, causes=causes),
+        weighing=SimpleNamespace(now=SimpleNamespace(filtered=filtered)),
+        overlap=lambda _: 0.0,
+        saved_overlap=lambda _: 0.0,
     )
-    heavier = nominal_of(dive_of(case), replace(case.file, vehicle=vehicle), case.configuration)
-    found = explained(heavier, *LIBRARY)
-    alike = ambiguity_of(found, 0)
-    assert {found.causes[0].effect.name, *alike.names} == {"net_buoyancy", "thrust_bias"}
-    assert alike.margin_nats > 1000
-
-
-@dataclass(frozen=True)
-class Fit:
-    motion_nats: float
-    causes: tuple[str, ...] = ("another",)
-
-
-@dataclass(frozen=True)
-class Now:
-    filtered: tuple[int, ...]
-
-
-@dataclass(frozen=True)
-class WeighedPair:
-    now: Now
-
-
-@dataclass(frozen=True)
-class Apart:
-    """A remainder in axes where a further cause does not act."""
-
-    fit: Fit
-    weighing: WeighedPair = WeighedPair(Now(()))
-
-    def overlap(self, _cause: Cause) -> float:
-        return 0.0
-
-    def saved_overlap(self, _cause: Cause) -> float:
-        return 0.0
-
-
-def test_a_further_cause_has_to_save_more_than_a_shadow_of_a_far_better_told_one() -> None:
-    offset = Cause(CG_OFFSET, CG_OFFSET.start())
-    assert remainder_nats(Apart(Fit(20_000.0)), offset) == 20.0  # type: ignore[arg-type]
-    assert remainder_nats(Apart(Fit(20_000.0, ())), offset) == 0.0  # type: ignore[arg-type]
-
-
-def test_behind_an_autopilots_filter_it_has_to_save_seven_times_as_much() -> None:
-    offset, filtered = Cause(CG_OFFSET, CG_OFFSET.start()), WeighedPair(Now((0, 1, 2)))
-    assert remainder_nats(Apart(Fit(20_000.0), filtered), offset) == pytest.approx(140.0)  # type: ignore[arg-type]
+    assert remainder_nats(apart, Cause(CG_OFFSET, CG_OFFSET.start())) == pytest.approx(nats)
 
 
 def test_the_variants_of_a_cause_with_the_same_parameters_are_its_forms_but_not_other_periods_of_a_sea() -> (
@@ -423,27 +370,16 @@ def fitted(effect, values, std):
     return Fitted((cause,), at, nothing, nothing, np.diag(np.square(std)), 0.0, 100.0, 1.0, 100.0)
 
 
-def test_a_damping_in_roll_that_may_be_nothing_or_enormous_is_not_told():
-    told = parameters_of(fitted(QUADRATIC_DRAG, [75, 140, 480, 3040, 78, 42], [4, 13, 110, 1600, 8, 1.1]), 0)
-    assert set(told) == {"X_uu", "Y_vv", "Z_ww", "M_qq", "N_rr"}
-
-
-def test_a_part_that_is_surely_small_is_told_though_it_may_be_nothing():
-    assert set(parameters_of(fitted(DVL_BIAS, [0.05, 0.001, 0.0], [0.001] * 3), 0)) == {"x", "y", "z"}
-
-
-def test_a_cause_of_which_all_is_vague_keeps_its_values():
-    told = parameters_of(fitted(QUADRATIC_DRAG, [75, 0, 0, 3040, 0, 0], [60, 70, 70, 1600, 20, 20]), 0)
-    assert len(told) == 6
-
-
-def test_a_centre_of_mass_is_told_from_a_thruster_that_sits_elsewhere_by_quick_thrust():
-    """A controller that answers noise makes accelerations as quick as its thrust."""
-    case = draw_case(386013, names=["cg_offset"], seconds=200.0)
-    nominal = planted_nominal(case)
-    shape, lag_s = nominal.course.configuration, nominal.course.lag_s
-    tried = [e for e in library(shape, lag_s) if e.name in ("cg_offset", "thruster_misalignment")]
-    (cause,) = explained(nominal, *tried).causes
-    assert cause.effect is CG_OFFSET_IN_SPACE
-    (truth,) = case.truth()["effects"]
-    assert cause.values[0] == pytest.approx(truth["parameters"]["x"], rel=0.05)
+@pytest.mark.parametrize(
+    ("effect", "values", "std", "told"),
+    [
+        (QUADRATIC_DRAG, [75, 140, 480, 3040, 78, 42], [4, 13, 110, 1600, 8, 1.1],
+         {"X_uu", "Y_vv", "Z_ww", "M_qq", "N_rr"}),
+        (DVL_BIAS, [0.05, 0.001, 0.0], [0.001] * 3, {"x", "y", "z"}),
+        (QUADRATIC_DRAG, [75, 0, 0, 3040, 0, 0], [60, 70, 70, 1600, 20, 20],
+         {"X_uu", "Y_vv", "Z_ww", "K_pp", "M_qq", "N_rr"}),
+    ],
+    ids=["one may be nothing or enormous", "surely small", "all are vague"],
+)  # fmt: skip
+def test_a_part_that_may_be_nothing_or_enormous_is_not_told_beside_others(effect, values, std, told):
+    assert set(parameters_of(fitted(effect, values, std), 0)) == told

@@ -31,21 +31,6 @@ def still(seconds=10.0, **changes):
     return replace(plain, **changes)
 
 
-def after(model, seconds, start_error=None):
-    errors = np.zeros_like(model.nu)
-    if start_error is not None:
-        errors[0] = start_error
-    return model.off(np.array([0]), [round(seconds / STEP_S)], errors)[0, 0]
-
-
-def test_a_start_that_is_off_fades_with_its_damping_and_with_what_causes_add_to_that():
-    slope = np.zeros((250, 6, 6))
-    slope[:, 0, 0] = -25.0
-    error = np.array([0.1, 0, 0, 0, 0, 0])
-    assert after(still(), 2.0, error)[0] == pytest.approx(0.1 * np.exp(-1.0), rel=1e-3)
-    assert after(still(slope=slope), 2.0, error)[0] == pytest.approx(0.1 * np.exp(-1.5), rel=1e-3)
-
-
 def test_a_steady_push_is_steady_where_two_sensors_are_read_at_one_instant():
     end_s = np.repeat(np.arange(1.0, 20.0), 2)
     step_s = np.diff(end_s, prepend=0.0)
@@ -71,7 +56,7 @@ def test_a_model_that_runs_away_has_a_drift_that_numbers_hold_and_is_told_so():
     )
 
 
-@pytest.mark.parametrize(("seconds", "dives"), [(60.0, 40), (240.0, 10), (600.0, 4), (1200.0, 4)])
+@pytest.mark.parametrize(("seconds", "dives"), [(240.0, 10), (1200.0, 4)])
 def test_a_floor_is_the_rms_of_forty_minutes_of_drawn_dives_and_of_four_dives_at_least(
     monkeypatch, seconds, dives
 ):
@@ -167,7 +152,10 @@ def flown_in_plain_words(start, steps, lacking, nu, slope, free, error):
 def test_it_is_off_by_what_the_equation_of_motion_says_also_where_forces_change_with_velocity():
     lacking, nu, slope = along(np.random.default_rng(100_001))
     for bent in (0.0 * slope, slope):
-        off = flown([3, 20], [5, 30], lacking, nu, bent)
+        off = flown([3, 20, COUNT - 10], [5, 30], lacking, nu, bent)
+        # The recording ends before the last window does.
+        assert np.isfinite(off[2, 0]).all()
+        assert np.isnan(off[2, 1]).all()
         for w, start in enumerate((3, 20)):
             for h, steps in enumerate((5, 30)):
                 expected = flown_in_plain_words(start, steps, lacking, nu, bent, np.ones(6), np.zeros(6))
@@ -183,13 +171,6 @@ def test_an_axis_that_is_not_fitted_follows_what_was_recorded_and_errors_count_a
     d = flown_in_plain_words(4, 25, lacking, nu, slope, free, free * errors[4])
     np.testing.assert_allclose(off[fitted], (d - errors[29])[fitted], rtol=1e-9)
     assert np.isnan(off[[1, 3, 4]]).all()
-
-
-def test_a_window_that_the_recording_ends_before_has_no_value():
-    lacking, nu, slope = along(np.random.default_rng(100_003))
-    off = flown([COUNT - 10], [5, 30], lacking, nu, slope)
-    assert np.isfinite(off[0, 0]).all()
-    assert np.isnan(off[0, 1]).all()
 
 
 def test_a_flight_that_runs_away_ends_there_and_others_go_on():

@@ -33,10 +33,8 @@ def begun(name: str, seconds: float) -> Dive:
     return dive.between(start_s, start_s + seconds)
 
 
-def told(name: str, seconds: float, checked: bool = False) -> Diagnosis:
-    file = vehicle()
-    dive, check = (begun(f"{name}/{one}.tlog.gz", seconds) for one in ("dive", "check"))
-    return diagnose(dive, file, "rov", check=check if checked else None, progress=lambda *_: None)
+def told(name: str, seconds: float) -> Diagnosis:
+    return diagnose(begun(f"{name}/dive.tlog.gz", seconds), vehicle(), "rov", progress=lambda *_: None)
 
 
 @short_or_whole
@@ -59,21 +57,16 @@ def test_an_empty_dive_without_its_velocity_is_not_called_unknown(seconds):
 
 
 @pytest.mark.soak
-@short_or_whole
-def test_a_current_is_found_within_a_centimetre_a_second_and_holds_on_the_check_dive(seconds):
-    found = told("open_2", seconds, checked=True)
-    assert {one.name for one in found.findings} == {HULL, "steady_current"}
-    assert found.verdict == "explained"
-    water = next(one for one in found.findings if one.name == "steady_current").parameters
-    true = truth("open_2")
-    assert water["north"].value == pytest.approx(true["cur_n"], abs=0.01)
-    assert water["east"].value == pytest.approx(true["cur_e"], abs=0.01)
-    assert found.check.value > 0.9
-
-
-@pytest.mark.soak
-def test_a_tether_is_found_with_its_stiffness():
-    found = told("open_3", WHOLE_S)
-    assert {one.name for one in found.findings} == {HULL, "tether"}
-    pull = next(one for one in found.findings if one.name == "tether").parameters
-    assert pull["stiffness"].value == pytest.approx(truth("open_3")["tether_c"], rel=0.1)
+@pytest.mark.parametrize(
+    ("name", "effect", "parameters", "within"),
+    [
+        ("open_2", "steady_current", {"north": "cur_n", "east": "cur_e"}, {"abs": 0.01}),
+        ("open_3", "tether", {"stiffness": "tether_c"}, {"rel": 0.1}),
+    ],
+)
+def test_water_and_tether_are_found_with_their_size(name, effect, parameters, within):
+    found, true = told(name, WHOLE_S), truth(name)
+    assert {one.name for one in found.findings} == {HULL, effect}
+    values = next(one for one in found.findings if one.name == effect).parameters
+    for parameter, key in parameters.items():
+        assert values[parameter].value == pytest.approx(true[key], **within)

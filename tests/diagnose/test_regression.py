@@ -53,20 +53,6 @@ def test_readings_that_are_off_add_to_the_innovations_what_their_column_says(row
         np.testing.assert_allclose(change / own.std, own.by_reading(off[:, None])[:, 0], atol=1e-8)
 
 
-def test_an_act_adds_to_the_axes_that_it_touches_and_to_no_other(nominal, rows):
-    wrench = np.zeros((len(nominal.course.time_s), 6))
-    wrench[:, 1] = 1.0
-    column = rows.columns([Act(wrench=wrench)], nominal.course)[:, 0]
-    assert np.any(column[rows.dof == 1])
-    assert not np.any(column[rows.dof != 1])
-
-
-def test_at_the_maximum_no_nominal_parameter_would_explain_any_more(rows):
-    slope = rows.nuisance.crossed(rows.value[:, None])[:, 0]
-    std = np.sqrt(np.diag(rows.nuisance.square()))
-    assert np.abs(slope / std).max() < 1.5
-
-
 def test_what_is_expected_at_a_time_knows_no_reading_from_then_on(nominal):
     middle = float(np.median(nominal.course.time_s))
     problems = tuple(
@@ -209,18 +195,22 @@ def blocks():
     return Blocks((first, Block(np.array([1, 2, 4]), rng.normal(size=(60, 3)))), 5)
 
 
-def test_products_within_pieces_are_those_of_all_rows(blocks):
-    pieces = pieces_of(PIECE)
-    np.testing.assert_allclose(blocks.products(PIECE), products_of(blocks.dense(), pieces), atol=1e-12)
+def test_columns_by_blocks_are_added_and_multiplied_as_all_rows_are(blocks):
+    pieces, dense, by = pieces_of(PIECE), blocks.dense(), np.zeros((5, 2))
+    by[0, 0], by[2, 0], by[4, 1] = 2.0, -1.0, 3.0
     others = np.random.default_rng(100_002).normal(size=(160, 3))
-    together = products_of(blocks.dense(), pieces, others)
-    np.testing.assert_allclose(blocks.products_with(others, PIECE), together, atol=1e-12)
-
-
-def test_some_columns_and_products_over_all_rows_are_those_of_all_rows(blocks):
-    np.testing.assert_array_equal(blocks.some([4, 2]), blocks.dense()[:, [4, 2]])
-    others = np.random.default_rng(100_004).normal(size=(160, 2))
-    np.testing.assert_allclose(blocks.crossed(others), blocks.dense().T @ others, atol=1e-12)
+    for found, expected in (
+        (blocks.products(PIECE), products_of(dense, pieces)),
+        (blocks.products_with(others, PIECE), products_of(dense, pieces, others)),
+        (blocks.some([4, 2]), dense[:, [4, 2]]),
+        (blocks.crossed(others), dense.T @ others),
+        (blocks.times(by), dense @ by),
+        (blocks.combined(by).dense(), dense @ by),
+        (blocks.square(), dense.T @ dense),
+    ):
+        np.testing.assert_allclose(found, expected, atol=1e-12)
+    # The second block alone has the fifth column, and so its multiple.
+    assert 1 not in blocks.combined(by).parts[0].of
 
 
 def test_columns_put_after_others_come_last_and_leave_these_as_they_are(blocks):
@@ -229,16 +219,6 @@ def test_columns_put_after_others_come_last_and_leave_these_as_they_are(blocks):
     both = blocks.blocks_of(before).beside(blocks)
     np.testing.assert_array_equal(both.dense(), np.hstack([before, blocks.dense()]))
     assert 1 not in both.parts[1].of
-
-
-def test_sums_of_columns_and_their_squares_are_those_of_all_rows(blocks):
-    dense, by = blocks.dense(), np.zeros((5, 2))
-    by[0, 0], by[2, 0], by[4, 1] = 2.0, -1.0, 3.0
-    np.testing.assert_allclose(blocks.times(by), dense @ by, atol=1e-12)
-    np.testing.assert_allclose(blocks.combined(by).dense(), dense @ by, atol=1e-12)
-    np.testing.assert_allclose(blocks.square(), dense.T @ dense, atol=1e-12)
-    # The second block alone has the fifth column, and so its multiple.
-    assert 1 not in blocks.combined(by).parts[0].of
 
 
 def remembering(share, count, rng):
@@ -272,20 +252,6 @@ def test_white_innovations_keep_all_but_chance_and_a_few_rows_all():
     assert autoregression_of(np.arange(199), white).by_lag.size == 0
 
 
-def test_many_columns_are_freed_as_few_are():
-    _, values = remembering(0.6, 5_000, np.random.default_rng(100_005))
-    memory = autoregression_of(np.arange(0, 5_000, 2), values)
-    many = np.random.default_rng(100_006).standard_normal((5_000, 9))
-    few = np.column_stack([prewhitened(memory, many[:, [k]]) for k in range(many.shape[1])])
-    np.testing.assert_allclose(prewhitened(memory, many), few, atol=1e-12)
-
-
-def prewhitened(memory, values):
-    out = values.copy()
-    memory.prewhitened(out)
-    return out
-
-
 def dive_with(**signals):
     return Dive("made", Path("made.tlog"), "0" * 64, **signals)
 
@@ -296,6 +262,9 @@ def test_a_fast_gyro_keeps_every_so_many_readings_as_they_were():
     left = thinned(dive_with(gyro=gyro)).gyro
     assert 200 < len(left) < 300
     np.testing.assert_array_equal(left.value[:, 0], np.sin(20 * left.time_s))
+    slow = Signal(np.arange(0.0, 10.0, 0.2), np.zeros((50, 1)))
+    assert len(thinned(dive_with(depth=slow)).depth) == 50
+    assert thinned(dive_with(fog=slow)).fog is slow
 
 
 def test_means_over_intervals_become_means_over_longer_ones_and_turn_as_far():
@@ -313,13 +282,6 @@ def test_no_mean_is_made_over_a_gap():
     time_s = np.concatenate([np.arange(0.0, 5.0, 0.01), np.arange(8.01, 12.0, 0.01)])
     left = thinned(dive_with(fog=Signal(time_s, np.ones((len(time_s), 1))))).fog
     assert not np.any((left.time_s > 5.0) & (left.time_s < 8.0))
-
-
-def test_slow_readings_stay_as_they_are():
-    slow = Signal(np.arange(0.0, 10.0, 0.2), np.zeros((50, 1)))
-    left = thinned(dive_with(depth=slow, fog=slow))
-    assert len(left.depth) == 50
-    assert left.fog is slow
 
 
 LIBRARY = (COUPLED_DAMPING, STEADY_CURRENT, DEAD_ZONE, QUADRATIC_DRAG)

@@ -1,6 +1,7 @@
 """Causes that were put in by hand are found by name, with their size, and nothing else is."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,7 +17,6 @@ from identify.diagnose.search import (
     required_gain,
     with_one_more,
 )
-from identify.diagnose.unexplained import unexplained_of
 from identify.diagnose.verdict import probability
 from identify.diagnose.weighing import Fitted, FormRemainder, weighing_of
 from identify.effects.actuators import DEAD_ZONE
@@ -25,11 +25,6 @@ from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 
 LIBRARY = (COUPLED_DAMPING, STEADY_CURRENT, DEAD_ZONE, QUADRATIC_DRAG)
-
-
-def left_of(now):
-    weighing = weighing_of(now, LIBRARY)
-    return unexplained_of(weighing, weighing.fitted(()))
 
 
 def test_a_dive_that_obeys_the_nominal_model_has_no_cause(nominal):
@@ -104,27 +99,15 @@ def test_a_cause_whose_form_is_true_asks_little_of_a_further_one(nominal):
 
 def fitted(causes, nats):
     """A fit that saves so many nats, and shows in the motion."""
-    return Fitted(
-        tuple(causes),
-        (),
-        np.zeros(1),
-        np.zeros((1, 0)),
-        np.zeros((0, 0)),
-        1.0,
-        nats,
-        1.0,
-        100.0 * len(causes),
-    )
+    shows = 100.0 * len(causes)
+    return Fitted(tuple(causes), (), np.zeros(1), np.zeros((1, 0)), np.zeros((0, 0)), 1.0, nats, 1.0, shows)
 
 
-class Saving:
+def saving(nats):
     """Stands in for a weighing in which any cause saves so many nats, and none saves nothing."""
-
-    def __init__(self, nats):
-        self.nats = nats
-
-    def fitted(self, causes):
-        return fitted(causes, self.nats if causes else 0.0)
+    return SimpleNamespace(
+        fitted=lambda causes: fitted(causes, nats if causes else 0.0), candidates_beyond_forms=lambda *_: None
+    )
 
 
 PUSH = Cause(QUADRATIC_DRAG, 50.0 * np.eye(6)[0])
@@ -137,13 +120,13 @@ PUSH = Cause(QUADRATIC_DRAG, 50.0 * np.eye(6)[0])
 def test_a_cause_is_taken_from_seven_nats_and_one_standard_error_of_them_on(monkeypatch, nats, errors, taken):
     monkeypatch.setattr(search, "_beyond_all", lambda *_: None)
     monkeypatch.setattr(search, "ranked_candidates", lambda *_: [(nats, errors, PUSH)])
-    found = with_one_more(Saving(nats), fitted((), 0.0))
+    found = with_one_more(saving(nats), fitted((), 0.0))
     assert found.causes == ((PUSH,) if taken else ())
 
 
 @pytest.mark.parametrize(("nats", "kept"), [(7.1, True), (6.9, False)])
 def test_a_cause_alone_that_saves_less_than_seven_nats_is_dropped_again(nats, kept):
-    assert pruned(Saving(nats), fitted([PUSH], nats)).causes == ((PUSH,) if kept else ())
+    assert pruned(saving(nats), fitted([PUSH], nats)).causes == ((PUSH,) if kept else ())
 
 
 @pytest.mark.parametrize(("errors", "kept"), [(1.1, True), (0.9, False)])
@@ -154,9 +137,7 @@ def test_a_cause_beside_another_is_dropped_where_it_saves_less_than_one_standard
     monkeypatch.setattr(search, "_others_at_their_best", lambda _, fit, k: fitted([fit.causes[1 - k]], 20.0))
     monkeypatch.setattr(search, "required_gain", lambda *_: 7.0)
     monkeypatch.setattr(search, "ranked_candidates", lambda *_: [(20.0, errors, PUSH), (20.0, 5.0, beside)])
-    weighing = Saving(20.0)
-    weighing.candidates_beyond_forms = lambda *_: None
-    left = pruned(weighing, fitted([PUSH, beside], 40.0)).causes
+    left = pruned(saving(20.0), fitted([PUSH, beside], 40.0)).causes
     assert left == ((PUSH, beside) if kept else (beside,))
 
 
@@ -252,13 +233,3 @@ def test_beside_an_unknown_force_a_margin_counts_by_its_share_of_both(nominal, m
 )
 def test_six_nats_are_worth_half_of_the_most_that_is_ever_told(margin_nats, told):
     assert probability(margin_nats) == pytest.approx(told, rel=1e-9)
-
-
-def test_a_force_of_no_effect_in_the_library_is_told_in_its_degree_of_freedom(nominal):
-    """A push that goes with the square of the speed, whichever way: no drag is even."""
-    wrench = np.zeros_like(nominal.course.nu)
-    wrench[:, 2] = 300.0 * nominal.course.nu[:, 2] ** 2
-    spoilt = replace(refitted(nominal, [Act(wrench=wrench)]), acts=())
-    found = left_of(spoilt)
-    assert found.shapes[0].dof == 2
-    assert found.gains[0] > 5 * max(left_of(nominal).gains, default=1.0)

@@ -80,15 +80,6 @@ def test_a_drag_of_its_own_changes_with_no_damping(weighing: Weighing) -> None:
     assert coupled_nominal(weighing, (cause,)) is weighing.rows.nuisance
 
 
-def test_no_parameter_is_known_much_better_or_worlds_worse_than_white_innovations_let_it_be(
-    weighing: Weighing,
-) -> None:
-    fit = weighing.fitted((Cause(FOULING, np.array([4e-4])), Cause(QUADRATIC_DRAG, np.full(6, 5.0))))
-    wider = np.diag(covariance_of(weighing, fit)) / np.diag(fit.covariance)
-    assert np.all(wider > 0.95)
-    assert np.all(wider < 100.0)
-
-
 def read(weighing: Weighing, act: Act) -> Weighing:
     """The same dive as if an act were all that is in it, without noise."""
     return replace(

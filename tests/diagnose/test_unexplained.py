@@ -12,7 +12,6 @@ from identify.challenge.case import Case, dive_of, draw_case
 from identify.challenge.site import Planted, Site
 from identify.diagnose import slow, unexplained
 from identify.diagnose.candidates import Cause, companions, other_forms, possible_forms
-from identify.diagnose.gap import character_of
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.result import Next
@@ -117,8 +116,7 @@ def test_forces_that_chance_or_the_causes_would_leave_are_not_unexplained():
 @pytest.mark.parametrize(
     ("variable", "said"),
     [("heading", "opposite headings"), ("depth", "two depths"), ("altitude", "heights above the bottom"),
-     ("voltage", "empty battery"), ("time", "empty battery"), ("thrust", "thrusters at a time"),
-     ("thrust_sign", "thrusters at a time"), ("position", "out and back")],
+     ("voltage", "empty battery"), ("thrust_sign", "thrusters at a time"), ("position", "out and back")],
 )  # fmt: skip
 def test_what_is_left_says_what_to_dive_next(nominal, variable, said):
     more = next_for_unexplained(
@@ -126,23 +124,6 @@ def test_what_is_left_says_what_to_dive_next(nominal, variable, said):
     )
     assert said in more.manoeuvres[0]
     assert more.splits == ()
-
-
-def test_a_force_that_goes_with_a_motion_asks_for_that_motion(nominal):
-    nu, rate = nominal.course.nu, nominal.course.nu_dot
-    asked = {
-        next_for_unexplained([one], nominal.course, None).manoeuvres
-        for one in (
-            GenericForce(5, "speed", "odd", nu[:, 1] * np.abs(nu[:, 1])),
-            GenericForce(0, "yaw_rate", "even", nu[:, 5] ** 2),
-            GenericForce(0, "acceleration", "odd", rate[:, 0]),
-        )
-    }
-    assert asked == {
-        ("steady runs to port and to starboard at three speeds",),
-        ("steady turns both ways at three rates",),
-        ("starts and stops ahead and astern, quick and slow",),
-    }
 
 
 def test_two_of_the_strongest_are_asked_for_beside_what_tells_the_causes_apart(nominal):
@@ -158,15 +139,6 @@ def test_two_of_the_strongest_are_asked_for_beside_what_tells_the_causes_apart(n
         "coast-down",
     )
     assert (more.sensors, more.splits) == (("voltage log",), ("fouling", "battery_sag"))
-
-
-def test_a_steady_push_that_no_candidate_is_about_is_left(nominal):
-    wrench = np.zeros_like(nominal.course.nu)
-    wrench[:, 1] = 5.0
-    weighing = weighing_of(replace(refitted(nominal, [Act(wrench=wrench)]), acts=()), ())
-    left = unexplained_of(weighing, weighing.fitted(()))
-    assert (left.shapes[0].dof, left.shapes[0].timing) == (1, "steady")
-    assert unexplained_forces(left)[:1] == left.shapes[:1]
 
 
 def test_a_gyro_that_is_off_is_left_though_nothing_pushes(nominal):
@@ -259,12 +231,6 @@ def test_a_force_that_comes_and_goes_is_unexplained(name, dof, variable, timing)
     }
 
 
-def test_what_comes_by_a_clock_of_its_own_asks_for_a_dive_on_one_spot(nominal):
-    one = GenericForce(0, "time", None, nominal.course.depth_m, "intermittent")
-    assert character_of(Unexplained((one,), (20.0,), (1.0,))).timing == "intermittent"
-    assert "on one spot" in next_for_unexplained([one], nominal.course, None).manoeuvres[0]
-
-
 def test_a_loud_stretch_now_and_then_is_foretold_and_one_noise_is_not():
     rng = np.random.default_rng(2)
     noise, piece = rng.standard_normal(400) ** 2, np.arange(400) // 20
@@ -310,15 +276,12 @@ def quiet() -> Case:
     return draw_case(391_518, kind="none", seconds=300.0)
 
 
-def test_the_disturbance_of_a_sea_is_not_slow(quiet: Case) -> None:
-    assert all(one.gain < 11.7 for one in slow_forces(fitted(quiet)))
-
-
-def test_a_smoother_sea_that_forgets_as_soon_is_not_slow() -> None:
-    now = fitted(draw_case(430_060, kind="none"))
-    yaw, others = time_s(now, 5), [time_s(now, dof) for dof in (0, 1, 2)]
-    assert yaw > 2 * max(others)
-    assert 5 not in slow_axes(now)
+@pytest.fixture(scope="module")
+def still(quiet: Case) -> Nominal:
+    """Its filters: the disturbance of a sea is not slow."""
+    now = fitted(quiet)
+    assert all(one.gain < 11.7 for one in slow_forces(now))
+    return now
 
 
 def with_times(now: Nominal, times_s: dict[int, float]) -> Nominal:
@@ -330,21 +293,19 @@ def with_times(now: Nominal, times_s: dict[int, float]) -> Nominal:
 
 
 def test_a_memory_that_is_held_behind_a_filter_tells_nothing_of_the_sea(
-    quiet: Case, monkeypatch: pytest.MonkeyPatch
+    still: Nominal, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(slow, "_forgets", lambda *_: False)
-    now = fitted(quiet)
-    filtered = with_times(now, {dof: 1.5 if dof < 3 else 5.5 for dof in range(6)})
-    assert set(slow_axes(filtered)) == {3, 4, 5} & {p.axis.dof for p in now.joint.problems}
+    filtered = with_times(still, {dof: 1.5 if dof < 3 else 5.5 for dof in range(6)})
+    assert set(slow_axes(filtered)) == {3, 4, 5} & {p.axis.dof for p in still.joint.problems}
     assert slow_axes(replace(filtered, filtered=(0, 1, 2))) == {}
 
 
-def test_a_dive_that_is_short_beside_the_sea_shows_no_slow_force(quiet: Case) -> None:
-    now = fitted(quiet)
-    lasting_s = float(now.course.since_s[-1])
-    rising = np.linspace(-1.0, 1.0, len(now.course.time_s))
-    assert not slow._forgets(rising, 0.01 * lasting_s, now)
-    assert slow._forgets(rising, 0.13 * lasting_s, now)
+def test_a_dive_that_is_short_beside_the_sea_shows_no_slow_force(still: Nominal) -> None:
+    lasting_s = float(still.course.since_s[-1])
+    rising = np.linspace(-1.0, 1.0, len(still.course.time_s))
+    assert not slow._forgets(rising, 0.01 * lasting_s, still)
+    assert slow._forgets(rising, 0.13 * lasting_s, still)
 
 
 def test_a_slow_push_that_the_disturbance_took_up_is_told_with_its_axis_and_course(quiet: Case) -> None:
@@ -360,39 +321,24 @@ def test_a_slow_push_that_the_disturbance_took_up_is_told_with_its_axis_and_cour
     assert found.gain > 23.4
     assert np.corrcoef(found.force, true)[0, 1] > 0.8
     assert np.std(found.force) == pytest.approx(np.std(true), rel=0.3)
-    left = unexplained_of(weighing_of(now, ()), weighing_of(now, ()).fitted(()))
-    told = [(shape.dof, shape.timing) for shape in left.shapes]
+    weighing = weighing_of(now, ())
+    told = [(shape.dof, shape.timing) for shape in unexplained_of(weighing, weighing.fitted(())).shapes]
     assert (5, "drifting") in told
 
 
-def seas_with(names, seed):
-    case = draw_case(seed, names=names, size=0.7, seconds=200.0)
-    return case, seas_of(planted_nominal(case))
-
-
-def periods(effect):
-    return [float(one) for one in effect.variant.removesuffix(" s").replace(" and ", ", ").split(", ")]
-
-
 @pytest.mark.parametrize(
-    ("name", "seed", "near"), [("waves", 300_911, 0.15), ("varying_current", 300_912, 0.3)]
+    ("name", "seed", "near", "parameters"),
+    [("waves", 300_911, 0.15, 6), ("varying_current", 300_912, 0.3, 4)],
 )
-def test_a_sea_that_comes_and_goes_is_among_the_candidates_with_its_period(name, seed, near):
-    case, seas = seas_with([name], seed)
+def test_a_sea_that_comes_and_goes_is_among_the_candidates_with_its_period(name, seed, near, parameters):
+    case = draw_case(seed, names=[name], size=0.7, seconds=200.0)
     true_s = case.truth()["effects"][0]["parameters"]["period"]
-    found = [effect for effect in seas if effect.name == name]
+    found = [effect for effect in seas_of(planted_nominal(case)) if effect.name == name]
     assert found
     for effect in found:
-        assert all(one == pytest.approx(true_s, rel=near) for one in periods(effect))
-
-
-def test_every_line_lies_in_its_band_and_has_its_own_parameters():
-    _, seas = seas_with([], 300_913)
-    for effect in seas:
-        low, high = (1.5, 12.0) if effect.name == "waves" else (15.0, 200.0)
-        assert all(0.95 * low <= one <= 1.05 * high for one in periods(effect))
-        assert len(effect.parameters) == len(periods(effect)) * (6 if effect.name == "waves" else 4)
-        assert np.all(effect.none() == 0.0)
+        lines_s = [float(one) for one in effect.variant.removesuffix(" s").replace(" and ", ", ").split(", ")]
+        assert all(one == pytest.approx(true_s, rel=near) for one in lines_s)
+        assert len(effect.parameters) == len(lines_s) * parameters
 
 
 def test_a_period_is_known_to_half_a_turn_in_the_dive():

@@ -8,7 +8,6 @@ import pytest
 from bench.missions.mission import draw_one
 from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import _alike, nominal_of, refitted
-from identify.diagnose.search import explained_by
 from identify.diagnose.simulation import beyond_motion_of, velocity_error_of
 from identify.dive import Signal
 from identify.effects.environment import STEADY_CURRENT
@@ -40,13 +39,6 @@ def test_less_its_current_a_dive_is_one_in_still_water(still_and_drifting):
     np.testing.assert_allclose(less.course.nu[50:, :2], still.course.nu[50:, :2], atol=0.01)
     ground, _ = less.course.over_ground
     np.testing.assert_allclose(ground[50:, :2], drifting.course.nu[50:, :2], atol=0.02)
-
-
-def test_a_current_is_found_beside_a_model_that_was_fitted_without_it(still_and_drifting):
-    _, drifting = still_and_drifting
-    start = Cause(STEADY_CURRENT, STEADY_CURRENT.start())
-    (cause,) = explained_by([start], drifting, (STEADY_CURRENT,)).causes
-    np.testing.assert_allclose(cause.values, CURRENT, atol=0.003)
 
 
 def test_a_current_is_no_error_of_a_sensor(still_and_drifting):

@@ -105,7 +105,7 @@ class Stepped:
         return self.asked_n[0] + (1.0 - np.exp(-since_s / self.lag_s)) @ np.diff(self.asked_n)
 
 
-@pytest.mark.parametrize("late_s", [-0.05, 0.0, 0.1, 0.2])
+@pytest.mark.parametrize("late_s", [-0.05, 0.0, 0.2])
 def test_speeds_that_are_told_late_are_nobodys_evidence_to_the_last_newton(case_and_nominal, late_s):
     case, nominal = case_and_nominal
     stepped = Stepped(case, nominal.course, late_s)

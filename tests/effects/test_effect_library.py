@@ -69,10 +69,6 @@ def parts(act: Act) -> dict[str, np.ndarray]:
     return {name: value for name in ARRAYS if (value := getattr(act, name)) is not None}
 
 
-def test_the_names_are_those_of_an_answer() -> None:
-    assert {effect.name for effect in LIBRARY} == set(PARAMETERS)
-
-
 def test_the_names_and_parameters_are_those_of_the_shared_schema() -> None:
     assert (
         json.loads(shared("answers.schema.json").read_text())["$defs"]["parameters_of_each_effect"]
@@ -94,38 +90,35 @@ def test_each_name_is_told_with_all_its_parameters_by_one_of_its_forms() -> None
 
 
 @every_effect
-def test_what_is_told_is_finite_has_a_unit_and_no_foreign_name(effect: Effect) -> None:
+def test_every_effect_says_what_it_is_and_tells_its_parameters_in_units(effect: Effect) -> None:
     told = effect.told(effect.start())
     assert set(told) <= set(PARAMETERS[effect.name])
     assert all(np.isfinite(value) and unit for value, unit in told.values())
-
-
-@every_effect
-def test_every_effect_says_what_it_is_and_what_tells_it_apart(effect: Effect) -> None:
     assert len(effect.sentence) > 15
+    assert not effect.sentence.endswith(".")
     assert effect.separation.every
     assert all(len(way) > 8 for way in effect.separation.every)
-    assert not effect.sentence.endswith(".")
 
 
 @every_effect
-def test_bounds_hold_what_is_absent_and_what_shows(effect: Effect) -> None:
-    for parameter in effect.parameters:
-        assert parameter.low <= parameter.none <= parameter.high
-        assert parameter.low < parameter.start < parameter.high
-        assert parameter.start != parameter.none
-        assert parameter.unit
+def test_bounds_hold_what_is_absent_what_shows_and_every_size_that_is_tried(effect: Effect) -> None:
+    assert effect.sizes == (1.0,) or not effect.linear
+    for p in effect.parameters:
+        assert p.unit
+        assert p.low <= p.none <= p.high
+        assert p.start != p.none
+        for size in (1.0, *effect.sizes):
+            at = p.none + size * (p.start - p.none) if np.isfinite(p.none) else p.start / size
+            assert p.low < at < p.high
 
 
 @every_effect
-def test_at_none_it_adds_nothing(effect: Effect, rich_course: Course) -> None:
-    for value in parts(effect.act(rich_course, effect.none())).values():
-        assert not np.any(value)
-
-
-@every_effect
-def test_at_start_it_adds_something_finite_of_the_right_shape(effect: Effect, rich_course: Course) -> None:
-    found = parts(effect.act(rich_course, effect.start()))
+def test_at_none_it_adds_nothing_and_at_start_something_finite_of_the_right_shape(
+    effect: Effect, rich_course: Course
+) -> None:
+    assert not any(np.any(value) for value in parts(effect.act(rich_course, effect.none())).values())
+    act = effect.act(rich_course, effect.start())
+    found = parts(act)
     count, thrusters = rich_course.asked_n.shape
     wide = {"wrench": 6, "shaft_n": thrusters} | dict.fromkeys(
         ("velocity", "gyro", "attitude", "specific_force", "water"), 3
@@ -135,6 +128,14 @@ def test_at_start_it_adds_something_finite_of_the_right_shape(effect: Effect, ri
         assert np.isfinite(value).all()
         assert np.any(value)
         assert value.shape == ((6,) if name in ("mass", "damping", "quadratic") else (count, wide[name]))
+    if set(found) & {"mass", "damping"}:
+        assert effect.refit_absorbs
+        assert set(found) <= {"mass", "damping"}
+        assert effect.feedforward == "nominal"
+    # Shaft speeds show what happens before the shaft and nothing else.
+    assert (act.shaft_n is not None) == effect.seen_in_rpm == (effect.name in BEFORE_THE_SHAFT)
+    if act.shaft_n is not None:
+        assert act.wrench == pytest.approx(rich_course.wrench_of(act.shaft_n), abs=1e-12)
 
 
 @pytest.mark.parametrize("effect", [e for e in LIBRARY if e.linear and e.parameters], ids=lambda e: e.label)
@@ -156,28 +157,6 @@ def test_an_effect_that_is_not_linear_does_not_add_in_proportion(effect: Effect,
     step = effect.start() - none
     one, two = (parts(effect.act(rich_course, none + by)) for by in (step, 2 * step))
     assert any(not np.allclose(two[name], 2 * value, rtol=1e-6, atol=1e-12) for name, value in one.items())
-
-
-@every_effect
-def test_shaft_speeds_show_what_happens_before_the_shaft_and_nothing_else(
-    effect: Effect, rich_course: Course
-) -> None:
-    act = effect.act(rich_course, effect.start())
-    assert effect.seen_in_rpm == (effect.name in BEFORE_THE_SHAFT)
-    assert (act.shaft_n is not None) == effect.seen_in_rpm
-    if act.shaft_n is not None:
-        assert act.wrench == pytest.approx(rich_course.wrench_of(act.shaft_n), abs=1e-12)
-
-
-@every_effect
-def test_what_changes_the_nominal_parameters_alone_is_taken_up_by_a_refit(
-    effect: Effect, rich_course: Course
-) -> None:
-    found = set(parts(effect.act(rich_course, effect.start())))
-    if found & {"mass", "damping"}:
-        assert effect.refit_absorbs
-        assert found <= {"mass", "damping"}
-        assert effect.feedforward == "nominal"
 
 
 def test_the_feed_forward_makes_up_for_these_and_for_no_others() -> None:
@@ -202,15 +181,6 @@ def test_a_vehicle_without_thrusters_still_has_a_library() -> None:
         "weak_thruster",
         "thruster_misalignment",
     }
-
-
-@every_effect
-def test_one_size_stands_for_all_of_a_linear_effect_and_every_size_tried_is_possible(effect: Effect) -> None:
-    assert effect.sizes == (1.0,) or not effect.linear
-    for size in effect.sizes:
-        for p in effect.parameters:
-            at = p.none + size * (p.start - p.none) if np.isfinite(p.none) else p.start / size
-            assert p.low < at < p.high
 
 
 Made = Callable[..., Course]
@@ -239,12 +209,6 @@ def test_a_lag_by_blocks_is_the_lag_step_by_step(count: int, width: int, lag_s: 
 def test_without_a_lag_comes_what_is_asked_for() -> None:
     asked = np.random.default_rng(100002).normal(size=(50, 3))
     assert np.array_equal(lagged(asked, 0.02, 0.0), asked)
-
-
-def test_a_step_is_left_by_a_third_after_one_time_constant() -> None:
-    asked = np.ones((101, 1))
-    asked[0] = 0.0
-    assert lagged(asked, 0.01, 1.0)[-1, 0] == pytest.approx(1.0 - np.exp(-0.99), abs=1e-12)
 
 
 @pytest.mark.parametrize("delay_s", [0.0, 0.05, 0.12, -0.07, 100.0, -100.0])

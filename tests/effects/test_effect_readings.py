@@ -1,6 +1,7 @@
 """What sensors read: a steady leg, a turn, a tilt."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,28 +9,32 @@ import pytest
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.effects import sensors
 from identify.effects.course import Course
-from identify.effects.effect import ARRAYS
+from identify.effects.effect import ARRAYS, Effect
 
 Made = Callable[..., Course]
 
 
-def test_a_dvl_reads_more_by_its_scale_and_its_bias(course: Made) -> None:
-    ahead = course(nu=[0.5, 0.1, 0, 0, 0, 0.2])
-    scaled = sensors.DVL_SCALE.act(ahead, np.array([1.02])).velocity
-    assert scaled[-1] == pytest.approx([0.01, 0.002, 0])
-    biased = sensors.DVL_BIAS.act(ahead, np.array([0.1, 0.2, 0.3])).velocity
-    assert biased[0] == pytest.approx([0.1, 0.2, 0.3])
-
-
-def test_a_turned_dvl_reads_going_ahead_as_going_aside(course: Made) -> None:
-    found = sensors.DVL_MISALIGNMENT.act(course(nu=[0.5, 0, 0.1, 0, 0, 0]), np.array([0.1])).velocity
-    assert found[-1] == pytest.approx([0.5 * (np.cos(0.1) - 1), 0.5 * np.sin(0.1), 0])
-
-
-def test_a_dvl_off_the_middle_reads_the_turn(course: Made) -> None:
-    omega, arm = np.array([0.1, -0.2, 0.3]), np.array([0.4, 0.1, -0.2])
-    found = sensors.DVL_LEVER_ARM.act(course(nu=[1, 1, 1, *omega]), arm).velocity
-    assert found[-1] == pytest.approx(np.cross(omega, arm))
+@pytest.mark.parametrize(
+    ("effect", "nu", "values", "array", "expected"),
+    [
+        (sensors.DVL_SCALE, [0.5, 0.1, 0, 0, 0, 0.2], (1.02,), "velocity", [0.01, 0.002, 0]),
+        (sensors.DVL_BIAS, [0.5, 0.1, 0, 0, 0, 0.2], (0.1, 0.2, 0.3), "velocity", [0.1, 0.2, 0.3]),
+        # Turned, it reads going ahead as going aside; off the middle, it reads the turn.
+        (sensors.DVL_MISALIGNMENT, [0.5, 0, 0.1, 0, 0, 0], (0.1,), "velocity",
+         [0.5 * (np.cos(0.1) - 1), 0.5 * np.sin(0.1), 0]),
+        (sensors.DVL_LEVER_ARM, [1, 1, 1, 0.1, -0.2, 0.3], (0.4, 0.1, -0.2), "velocity",
+         np.cross([0.1, -0.2, 0.3], [0.4, 0.1, -0.2])),
+        (sensors.GYRO_BIAS, 0.0, (0.002,), "gyro", [0, 0, 0.002]),
+        (sensors.IMU_GRAVITY_LEAK, 0.0, (0.01, 0.02), "specific_force",
+         [0.02 * GRAVITY_M_S2, -0.01 * GRAVITY_M_S2, 0]),
+    ],
+    ids=lambda given: getattr(given, "label", ""),
+)  # fmt: skip
+def test_a_sensor_reads_more_as_its_law_says(
+    course: Made, effect: Effect, nu: Any, values: tuple[float, ...], array: str, expected: Any
+) -> None:
+    found = getattr(effect.act(course(nu=nu), np.array(values)), array)
+    assert found[-1] == pytest.approx(np.array(expected))
 
 
 def test_a_late_dvl_reads_what_the_speed_was(course: Made) -> None:
@@ -38,16 +43,6 @@ def test_a_late_dvl_reads_what_the_speed_was(course: Made) -> None:
     found = sensors.DVL_DELAY.act(course(nu=nu, nu_dot=[0.2, 0, 0, 0, 0, 0]), np.array([0.15])).velocity
     assert found[-1] == pytest.approx([-0.03, 0, 0])
     assert found[0] == pytest.approx([0, 0, 0])
-
-
-def test_a_gyro_reads_its_bias_about_z(course: Made) -> None:
-    found = sensors.GYRO_BIAS.act(course(), np.array([0.002])).gyro
-    assert found[7] == pytest.approx([0, 0, 0.002])
-
-
-def test_gravity_leaks_into_a_tilted_accelerometer_at_rest(course: Made) -> None:
-    found = sensors.IMU_GRAVITY_LEAK.act(course(), np.array([0.01, 0.02])).specific_force
-    assert found[-1] == pytest.approx([0.02 * GRAVITY_M_S2, -0.01 * GRAVITY_M_S2, 0])
 
 
 def test_a_tilted_accelerometer_reads_the_turned_force_to_first_order(rich_course: Course) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -35,20 +36,40 @@ def surge(thrust_n: float) -> np.ndarray:
     return np.array([4 * AHEAD * thrust_n, 0, 0, 0, 0, 0])
 
 
-def test_a_gain_of_nine_tenths_lacks_a_tenth(course: Made) -> None:
-    assert pushed(actuators.THRUST_GAIN, course(asked_n=10 * SURGE), 0.9) == pytest.approx(surge(-1.0))
+AHEAD_HALF = {"nu": [0.5, 0, 0, 0, 0, 0]}
 
 
-def test_the_low_end_loses_and_full_thrust_does_not(course: Made) -> None:
-    assert pushed(actuators.THRUST_CURVE, course(asked_n=10 * SURGE), 0.2) == pytest.approx(surge(-1.5))
-    assert pushed(actuators.THRUST_CURVE, course(asked_n=40 * SURGE), 0.2) == pytest.approx(surge(0.0))
-    assert pushed(actuators.THRUST_CURVE, course(asked_n=-10 * SURGE), 0.2) == pytest.approx(surge(1.5))
-
-
-def test_reverse_loss_is_felt_astern_alone(course: Made) -> None:
-    assert pushed(actuators.REVERSE_THRUST_LOSS, course(asked_n=10 * SURGE), 0.7) == pytest.approx([0] * 6)
-    astern = pushed(actuators.REVERSE_THRUST_LOSS, course(asked_n=-10 * SURGE), 0.7)
-    assert astern == pytest.approx(surge(3.0))
+@pytest.mark.parametrize(
+    ("effect", "asked_n", "motion", "values", "expected"),
+    [
+        (actuators.THRUST_GAIN, 10 * SURGE, {}, (0.9,), surge(-1.0)),
+        # The low end loses and full thrust does not.
+        (actuators.THRUST_CURVE, 10 * SURGE, {}, (0.2,), surge(-1.5)),
+        (actuators.THRUST_CURVE, 40 * SURGE, {}, (0.2,), surge(0.0)),
+        (actuators.THRUST_CURVE, -10 * SURGE, {}, (0.2,), surge(1.5)),
+        # Felt astern alone.
+        (actuators.REVERSE_THRUST_LOSS, 10 * SURGE, {}, (0.7,), surge(0.0)),
+        (actuators.REVERSE_THRUST_LOSS, -10 * SURGE, {}, (0.7,), surge(3.0)),
+        # Inflow takes from thrust ahead and adds to thrust astern.
+        (wake.INFLOW_LOSS, 9 * SURGE, AHEAD_HALF, (0.5,), surge(-0.5 * 3.0 * 0.5 * AHEAD)),
+        (wake.INFLOW_LOSS, -9 * SURGE, AHEAD_HALF, (0.5,), surge(-0.5 * 3.0 * 0.5 * AHEAD)),
+        # By the current of all thrusters; and a supply never turns thrust round.
+        (supply.LOAD_SAG, 25 * SURGE, {}, (0.05,), surge(-25 * (1 - (1 - 0.05 * 4 * 0.062 * 125 / 16.0) ** 2))),
+        (supply.LOAD_SAG, 40 * SURGE, {}, (2.0,), surge(-40)),
+        # Reaction torques go with total thrust.
+        (wake.PROPELLER_TORQUE, 10.0, {}, (0.01, 0.02), [0, 0, 0, 0.01 * 40 * AHEAD, 0, 0.02 * 40]),
+    ],
+    ids=lambda given: getattr(given, "label", ""),
+)  # fmt: skip
+def test_an_effect_gives_and_takes_thrust_as_its_law_says(
+    course: Made,
+    effect: Effect,
+    asked_n: Any,
+    motion: dict[str, Any],
+    values: tuple[float, ...],
+    expected: Any,
+) -> None:
+    assert pushed(effect, course(asked_n=asked_n, **motion), *values) == pytest.approx(expected)
 
 
 def test_a_dead_zone_swallows_what_is_below_it_and_one_kind_takes_from_all_above(course: Made) -> None:
@@ -56,11 +77,6 @@ def test_a_dead_zone_swallows_what_is_below_it_and_one_kind_takes_from_all_above
     assert more(actuators.DEAD_ZONE, asked, 0.5) == pytest.approx([-0.3, 0.3, 0, 0, 0, 0, 0, 0])
     shifted = more(actuators.DEAD_ZONE_SHIFTED, asked, 0.5)
     assert shifted == pytest.approx([-0.3, 0.3, -0.5, 0.5, 0, 0, 0, 0])
-
-
-def test_a_limit_cuts_peaks_both_ways(course: Made) -> None:
-    asked = course(asked_n=[30.0, -30.0, 5.0, 0, 0, 0, 0, 0])
-    assert more(actuators.SATURATION, asked, 12.0) == pytest.approx([-18, 18, 0, 0, 0, 0, 0, 0])
 
 
 def stepping(course: Made) -> Course:
@@ -118,23 +134,6 @@ def test_a_voltage_with_holes_is_drawn_through_them() -> None:
     )
 
 
-def test_load_sags_by_the_current_of_all_thrusters(course: Made) -> None:
-    found = pushed(supply.LOAD_SAG, course(asked_n=25 * SURGE), 0.05)
-    current_a = 4 * 0.062 * 125
-    left = (1 - 0.05 * current_a / 16.0) ** 2
-    assert found == pytest.approx(surge(-25 * (1 - left)))
-
-
-def test_a_supply_never_turns_thrust_round(course: Made) -> None:
-    assert pushed(supply.LOAD_SAG, course(asked_n=40 * SURGE), 2.0) == pytest.approx(surge(-40))
-
-
-def test_inflow_takes_from_thrust_ahead_and_adds_to_thrust_astern(course: Made) -> None:
-    for thrust in (9.0, -9.0):
-        found = pushed(wake.INFLOW_LOSS, course(asked_n=thrust * SURGE, nu=[0.5, 0, 0, 0, 0, 0]), 0.5)
-        assert found == pytest.approx(surge(-0.5 * 3.0 * 0.5 * AHEAD))
-
-
 def test_inflow_is_that_of_the_thrusters_own_place(course: Made) -> None:
     spinning = course(nu=[0, 0, 0, 0, 0, 1.0])
     expected = []
@@ -162,12 +161,6 @@ def test_a_thruster_loses_in_the_wash_of_the_one_before_it(course: Made) -> None
         assert pushed(wake.THRUSTER_INTERACTION, at, 0.1) == pytest.approx(
             at.wrench_of(np.array(lost, dtype=float))
         )
-
-
-def test_reaction_torques_go_with_total_thrust(course: Made) -> None:
-    all_equal = course(asked_n=10.0)
-    found = pushed(wake.PROPELLER_TORQUE, all_equal, 0.01, 0.02)
-    assert found == pytest.approx([0, 0, 0, 0.01 * 40 * AHEAD, 0, 0.02 * 40])
 
 
 def test_the_reaction_of_a_propeller_is_about_its_own_axis(course: Made) -> None:
@@ -231,6 +224,7 @@ def test_shafts_show_what_a_saturation_takes_and_nothing_where_they_are_not_reco
 ) -> None:
     asked = course(asked_n=[30.0, -30.0, 5.0, 0, 0, 0, 0, 0])
     act = SATURATION.act(asked, np.array([12.0]))
+    assert act.shaft_n[-1] == pytest.approx([-18, 18, 0, 0, 0, 0, 0, 0])
     rpm = 60 * shaft_speed(CURVE, asked.thrust_n + act.shaft_n)
     rpm[:, 7] = np.nan
     seen = thrust_by_shaft(CURVE, rpm) - asked.thrust_n

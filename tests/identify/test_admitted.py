@@ -11,14 +11,12 @@ from fakes.vehicle import VEHICLE
 from soak import rest_in_soak
 
 from bridge.vehicle.config import load_vehicle
-from identify.checks.fit import late_doubts, too_little
 from identify.dive import Signal
 from identify.estimators.axes import build_axes
 from identify.estimators.likelihood_fit import fit_axes
 from identify.estimators.misfit import (
     NOTHING,
     Admitted,
-    Multiplier,
     admitted,
     doubts_of,
     timing_of,
@@ -130,23 +128,3 @@ def test_masses_and_dampings_of_a_dive_made_elsewhere_with_quadratic_drag_lie_in
     # Its controller's heave follows from nothing recorded: only the likelihood asks the other axes for that mass.
     assert set(truth) - set(told) == ({"M_w"} if method == "pinn" else set())
     assert all(one.std < 0.02 * one.value for name, one in told.items() if name[0] in "MI")
-
-
-def test_later_and_earlier_are_said_apart():
-    told = late_doubts({0: of_size(-0.019), 5: of_size(0.052), 1: of_size(0.031)}, ())
-    assert [doubt.about for doubt in told] == [("I_r", "M_v", "D_r", "D_v"), ("M_u", "D_u")]
-    assert "In yaw and sway thrust" in told[0].sentence
-    assert "(later, by about 31 to 52 ms; 7 standard errors)" in told[0].sentence
-    assert "(earlier, by about 19 ms; 7 standard errors)" in told[1].sentence
-
-
-def test_what_is_too_wide_for_what_the_model_lacks_says_what_it_lacks():
-    missing = "a drag that grows as the speed squared in surge"
-    assert too_little("D_u", "surge", 0.5, -0.5, 10.0, missing) == (
-        f"the model lacks {missing}: with that D_u would be 6.07"
-    )
-    assert "says too little of surge" in too_little("D_u", "surge", 0.5, 0.1, 10.0, missing)
-
-
-def of_size(size):
-    return Multiplier(7.0, size, np.zeros(18))

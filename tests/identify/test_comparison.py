@@ -19,7 +19,7 @@ from identify.estimators.axes import build_axes
 from identify.estimators.likelihood_fit import rough_fit
 from identify.identification import Doubt, Outcome, Partner, disturbance, noise, time_constant, trim
 from identify.report.identification import comparison_section, further_remarks
-from identify.run.identify import ANSWERED, compiles_first, identify, usual_methods
+from identify.run.identify import ANSWERED, compiles_first, identify
 from identify.side_by_side import shared
 
 SURGE = {"M_u": 100.0, "D_u": 50.0}
@@ -65,13 +65,6 @@ def test_a_difference_that_changes_nothing_is_none_however_sharp_both_are(share,
     compared = compare(first, by("pinn", 100.0 * (1 + share * 0.005), std=1e-4))
     assert difference(compared).disagrees is disagree
     assert (doubted(compared) is first) is not disagree
-
-
-def test_without_a_doubt_of_either_nothing_is_made_up_and_the_prior_speaks_for_the_nearer():
-    found = compare(by("likelihood"), by("pinn", 110.0), {"M_u": fitted.prior(108.0, 0.02)})
-    assert "the vehicle file's prior 108 ± 2.2 kg is nearer to pinn" in found.sentences[0]
-    assert "neither doubts it, and they took noise and disturbance alike" in found.sentences[0]
-    assert "likelihood 100 ± 1 kg and pinn 110 ± 1.1" in found.sentences[0]
 
 
 def with_partner(fit, correlation):
@@ -125,18 +118,6 @@ def test_a_method_without_intervals_or_too_wide_ones_disagrees_with_nothing():
     )
 
 
-def test_two_nearly_efficient_estimates_of_the_same_noise_hardly_ever_disagree():
-    """The second is the first with noise of its own, half as large: its variance is the larger, Hausman's case."""
-    rng = np.random.default_rng(100_001)
-    disagreed = 0
-    for _ in range(400):
-        first = 0.01 * rng.normal()
-        second = first + 0.005 * rng.normal()
-        found = compare(by("a", np.exp(first), 0.01), by("b", np.exp(second), np.hypot(0.01, 0.005)))
-        disagreed += difference(found).disagrees
-    assert disagreed <= 2
-
-
 def test_the_json_names_the_disagreeing_parameters_with_why():
     data = compare(by("likelihood"), by("pinn", 110.0)).to_json()
     assert data["method"] == "pinn"
@@ -149,20 +130,8 @@ def test_the_json_names_the_disagreeing_parameters_with_why():
     assert "why" not in sway
 
 
-SHARED = Doubt(("M_u",), "The DVL was late", "dive again.")
-OWN = Doubt(("D_u",), "The loss still fell", "dive longer.", Outcome.DISAGREES)
-
-
 def answer_by(method, values=SURGE, std=0.01, **keys):
     return fitted.fit(values, std**2 * np.eye(len(values)), method=method, **keys)
-
-
-def test_a_second_that_did_not_converge_says_so_and_what_it_alone_doubts():
-    second = answer_by("pinn", outcome=Outcome.DISAGREES, doubts=(SHARED, OWN))
-    assert further_remarks(compare(answer_by("likelihood", doubts=(SHARED,)), second)) == (
-        "Pinn ended with 'data and model disagree'.",
-        "Pinn: The loss still fell: dive longer.",
-    )
 
 
 def drag(score, axis="surge"):
@@ -180,24 +149,6 @@ def test_a_doubt_of_both_that_differs_by_a_figure_is_not_said_again_and_another_
     assert further_remarks(
         compare(answer_by("likelihood", doubts=(late,)), answer_by("pinn", doubts=(drag(8),)))
     ) == ("Pinn: In surge a drag is missing (8 standard errors): dive slower.",)
-
-
-def test_what_one_alone_gives_no_value_of_stands_with_its_reason():
-    found = compare(answer_by("likelihood", {"M_u": 100.0, "M_v": 110.0}), answer_by("pinn"))
-    assert further_remarks(found) == (
-        f"Likelihood gives no D_u: {fitted.NOT_DIVED}",
-        f"Pinn gives no M_v: {fitted.NOT_DIVED}",
-    )
-
-
-def test_a_second_that_gives_nothing_says_why_once_and_a_first_has_said_it_already():
-    ended = {"outcome": Outcome.NOT_IDENTIFIABLE}
-    found = compare(answer_by("likelihood"), answer_by("pinn", {}, **ended))
-    assert further_remarks(found) == (
-        "Pinn ended with 'not identifiable'.",
-        f"Pinn gives nothing: {fitted.NOT_DIVED}",
-    )
-    assert further_remarks(compare(answer_by("likelihood", {}, **ended), answer_by("pinn"))) == ()
 
 
 def test_the_page_says_it_whether_or_not_the_methods_disagree():
@@ -325,10 +276,6 @@ def test_a_dive_that_tells_nothing_gives_an_answer_with_the_reason_once():
     assert answer.outcome is Outcome.NOT_IDENTIFIABLE
     assert answer.values() == {}
     assert answer["M_u"].reason == "no thruster pushed"
-
-
-def test_the_methods_suit_the_damping_of_the_hull():
-    assert usual_methods(FILE, ["hovering"]) == ("likelihood", "pinn")
 
 
 def test_the_first_run_compiles_and_later_ones_find_what_it_kept(tmp_path, monkeypatch):

@@ -9,7 +9,6 @@ import pytest
 
 from bridge.errors import FitError
 from bridge.vehicle.config import Configuration, ThrustCurve, Vehicle, VehicleFile
-from identify.diagnose.drift import floors_of
 from identify.diagnose.nominal import late_samples_s, nominal_of, with_later_commands
 from identify.diagnose.simulation import simulation_of
 from identify.dive import Dive, Signal
@@ -17,7 +16,6 @@ from identify.estimators.answer import answered
 from identify.estimators.axes import build_axes
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood import estimate
-from identify.estimators.likelihood_axis import DISTURBANCE
 from identify.estimators.pinn.parameters import filters_of
 from identify.forces import wrench
 from identify.ingest.commands import logged_at_changes, sampled_slowly, spread, with_spread_commands
@@ -154,18 +152,6 @@ def test_slow_samples_of_a_quick_command_still_tell_of_yaw():
     for name, truth in (("I_r", MASS[YAW]), ("D_r", DAMPING[YAW])):
         assert found[name].low95 < truth < found[name].high95
         assert found[name].identifiable
-
-
-def test_what_slow_samples_hide_of_the_commands_is_in_the_floor_of_a_models_drift():
-    dive, time_s = one_axis(YAW, rate=True, noise=1e-3), np.arange(0.0, SECONDS, 0.5)
-    hidden = nominal_of(replace(dive, tau_cmd=Signal(time_s, dive.tau_cmd.held_at(time_s))), FILE, "only")
-    (problem,), theta, white = hidden.joint.problems, hidden.theta.copy(), 0.3
-    theta[problem.white_place], theta[DISTURBANCE] = np.log(white), np.log(1e-6)
-    model = simulation_of(hidden, theta, hidden.motion.nu)
-    floor = floors_of(replace(hidden, theta=theta), model, np.random.default_rng(0))[1, YAW]
-    mass, rate = np.exp(theta[0]), np.exp(theta[1] - theta[0])
-    # An Ornstein-Uhlenbeck process from rest, after 5 s.
-    assert floor == pytest.approx(white / mass * np.sqrt((1 - np.exp(-10.0 * rate)) / (2 * rate)), rel=0.1)
 
 
 def test_a_dive_in_which_nothing_was_pushed_is_refused_and_gives_no_value():

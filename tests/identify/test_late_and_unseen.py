@@ -18,8 +18,7 @@ from identify.estimators import likelihood_fit
 from identify.estimators.axes import build_axes
 from identify.estimators.lateness import by_lateness
 from identify.estimators.likelihood import estimate
-from identify.estimators.misfit import Multiplier, doubts_of
-from identify.estimators.scoring import Maximum
+from identify.estimators.misfit import Multiplier
 from identify.estimators.table import estimator
 from identify.identification import Outcome
 from identify.ingest.open import read_dive
@@ -31,25 +30,6 @@ def later(dive, late_s):
     """The dive with its commands stamped so much later than they acted."""
     command = dive.tau_cmd
     return replace(dive, tau_cmd=Signal(command.time_s + late_s, command.value))
-
-
-def surge(dive):
-    built = build_axes(dive, FILE, "only")
-    fit = likelihood_fit.fit_axes(built, FILE.vehicle.configurations["only"], network_tasks.quiet)
-    return doubts_of(fit.joint, fit.theta)[0]
-
-
-def test_thrust_at_its_own_time_is_not_called_late():
-    scores = [surge(closed_loop.dive(np.random.default_rng(s), 120.0)).late.score for s in range(12)]
-    assert abs(np.mean(scores)) < 0.9
-    assert 0.4 < np.std(scores) < 1.8
-
-
-@pytest.mark.parametrize("late_s", [-0.1, 0.1])
-def test_commands_stamped_late_are_found_with_sign_and_size(late_s):
-    found = surge(later(closed_loop.dive(np.random.default_rng(5)), late_s))
-    assert found.is_late
-    assert found.late.size == pytest.approx(-late_s, rel=0.35)
 
 
 def test_thrust_that_is_stamped_late_makes_data_and_model_disagree_and_says_by_how_much_and_what_to_do():
@@ -119,16 +99,6 @@ def test_axes_that_are_late_alike_make_all_that_thrust_pushed_doubtful():
     assert "masses and dampings there are off by that, and" in doubt.sentence
 
 
-def test_what_a_later_thrust_would_move_is_told_and_comes_true():
-    dive = closed_loop.dive(np.random.default_rng(5))
-    plain, moved = (
-        estimate(later(dive, late_s), FILE, "only", network_tasks.quiet)["M_u"].value
-        for late_s in (0.0, 0.01)
-    )
-    said = 0.01 * surge(dive).late.leaning[0]
-    assert np.log(moved / plain) == pytest.approx(said, rel=0.3)
-
-
 def test_a_force_that_is_later_differs_by_its_slope():
     """A ramp of 10 N/s that comes one second later is 10 N less, wherever the ramp was before too."""
     dive = closed_loop.dive(np.random.default_rng(5), 60.0)
@@ -175,33 +145,3 @@ def test_a_search_that_is_cut_off_is_told(monkeypatch):
     found = estimate(mission.dive, mission.file, mission.configuration, network_tasks.quiet)
     assert found.outcome is Outcome.AT_BOUND
     assert any("stopped at its bound of 1 passes before it settled" in told for told in found.sentences)
-
-
-@pytest.mark.parametrize(
-    ("steps", "converged", "settled", "told"),
-    [
-        (1, True, True, ""),
-        (1, True, False, "16 passes"),
-        (60, False, True, "60 steps"),
-        (4, False, True, "a smallest step"),
-    ],
-)
-def test_the_bound_that_is_told_is_the_one_that_the_search_met(steps, converged, settled, told):
-    none = np.zeros((0, 0))
-    maximum = Maximum(np.zeros(0), 0.0, none, none, steps, converged)
-    assert likelihood_fit.stopped_at(maximum, settled) == told
-
-
-def test_what_is_not_identifiable_is_so_for_its_width_and_then_for_lack_of_thrust():
-    mission = draw_one(100_002, seconds=30.0, kind="square")
-    dive = replace(mission.dive, pwm=None)
-    for wrench in (dive.tau_cmd, dive.tau_pid):
-        wrench.value[:, 3] = 0.0
-    roll = estimate(dive, mission.file, mission.configuration, network_tasks.quiet)["I_p"]
-    assert roll.reason.startswith("the dive says too little of roll: the relative standard error is ")
-    assert roll.reason.endswith("; the thrusters never pushed in roll, its righting moment alone did")
-    loop = closed_loop.dive(np.random.default_rng(2), seconds=30.0)
-    loop.velocity.value[:] += 0.004 * np.random.default_rng(3).standard_normal(loop.velocity.value.shape)
-    sway = estimate(loop, FILE, "only", network_tasks.quiet)["M_v"]
-    assert sway.reason.startswith("the dive says too little of sway: the relative standard error is ")
-    assert sway.reason.endswith("; the thrusters never pushed in sway")

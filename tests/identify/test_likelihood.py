@@ -26,26 +26,9 @@ def fit(dive):
 
 
 def test_mass_and_damping_lie_in_their_intervals_as_often_as_they_should():
-    inside, errors = closed_loop.hits(fit, seconds=150.0)
+    inside, errors = closed_loop.hits(fit, seconds=90.0)
     assert inside >= 53
     assert 0.75 < np.std(errors) < 1.3
-
-
-@pytest.mark.soak
-def test_the_information_is_the_variance_of_the_score():
-    """Of a hundred noises around one truth the mass scatters by what the Fisher information says."""
-    values, stds = [], []
-    for seed in range(100, 130):
-        one = fit(closed_loop.dive(np.random.default_rng(seed), seconds=100.0))["M_u"]
-        values.append(one.value)
-        stds.append(one.std)
-    assert 0.7 < np.std(values) / np.mean(stds) < 1.35
-
-
-def test_added_mass_is_total_mass_less_dry_mass_and_wider_by_what_the_dry_mass_may_be_off_by():
-    found = fit(closed_loop.dive(np.random.default_rng(3)))
-    assert found["X_udot"].value == pytest.approx(found["M_u"].value - 72.0)
-    assert found["X_udot"].std == pytest.approx(np.hypot(found["M_u"].std, 0.01 * 72.0))
 
 
 def test_an_axis_without_thrust_is_called_not_identifiable_with_a_reason():
@@ -67,30 +50,6 @@ def test_quadratic_drag_makes_data_and_model_disagree_and_says_in_which_axis():
     assert found.outcome is Outcome.DISAGREES
     assert any("surge" in note and "speed squared" in note for note in found.sentences)
     assert found["D_u"].low95 < closed_loop.DAMPING < found["D_u"].high95
-
-
-def test_a_plain_dive_makes_no_such_claim():
-    outcomes = {
-        fit(closed_loop.dive(np.random.default_rng(seed), seconds=120.0)).outcome for seed in range(8)
-    }
-    assert outcomes == {Outcome.CONVERGED}
-
-
-def test_a_controller_that_used_an_unrecorded_velocity_is_found_out():
-    found = fit(closed_loop.dive(np.random.default_rng(5), hidden_noise=0.02))
-    assert not found["M_u"].identifiable
-    assert "of the controller's wrench (TAU_PID) follows from nothing recorded" in found["M_u"].reason
-    assert found["D_u"].identifiable
-
-
-def test_a_dropout_and_a_wild_reading_do_no_harm():
-    dive = closed_loop.dive(np.random.default_rng(6))
-    plain = fit(dive)
-    velocity = dive.velocity.value
-    velocity[500:560] = np.nan
-    velocity[1000, 0] = 7.0
-    spoiled = fit(dive)
-    assert abs(spoiled["M_u"].value - plain["M_u"].value) < plain["M_u"].std
 
 
 def test_a_dive_of_three_seconds_is_refused_in_one_sentence():
@@ -165,9 +124,3 @@ def test_a_recording_of_another_configuration_makes_data_and_model_disagree():
     found = fit(replace(dive, veh_cfg=other))
     assert found.outcome is Outcome.DISAGREES
     assert any("VEH_CFG 3" in note for note in found.sentences)
-
-
-def test_a_dive_made_elsewhere_with_quadratic_drag_is_doubted():
-    file = load_vehicle(VEHICLE)
-    found = estimate(read_dive(shared("sealed", "open_2", "dive.tlog.gz")), file, "hovering", quiet)
-    assert found.outcome is Outcome.DISAGREES

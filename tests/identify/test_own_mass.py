@@ -6,19 +6,14 @@ from functools import cache
 import closed_loop
 import numpy as np
 from fakes.planted import quiet
-from fakes.shared import shared
-from fakes.vehicle import VEHICLE
 
 from bench.missions.mission import draw_one
-from bridge.vehicle.config import load_vehicle
-from identify.comparison import compare
 from identify.dive import Signal
 from identify.estimators.axes import build_axes
 from identify.estimators.likelihood import estimate
 from identify.estimators.likelihood_fit import fit_axes
-from identify.estimators.table import estimator, judged
+from identify.estimators.table import estimator
 from identify.identification import Outcome
-from identify.ingest.open import read_dive
 
 HEAVE = 2
 
@@ -78,6 +73,7 @@ def test_an_axis_that_is_alone_has_no_mass_then_and_is_advised_what_to_record():
     assert not found["X_udot"].identifiable
     assert found["D_u"].identifiable
     assert found["M_u"].reason.startswith("in surge ")
+    assert "of the controller's wrench (TAU_PID) follows from nothing recorded" in found["M_u"].reason
     assert any(
         "which say too little of it, and the true D_u may lie below its value; record" in told
         for told in found.sentences
@@ -100,27 +96,3 @@ def test_thrust_in_a_doubted_axis_moves_its_own_mass_alone():
         assert abs(other.log_value[dof] - one.log_value[dof]) < 0.25 * std[dof]
     pooled = fit_axes(pushed, shape, quiet)
     assert abs(pooled.log_value[HEAVE] - one.log_value[HEAVE]) > 0.5 * std[HEAVE]
-
-
-def test_beside_a_method_that_leaves_the_mass_out_there_is_one_value_and_one_reason():
-    dived = mission()
-    leaves_out = judged(
-        lambda *asked: replace(estimate(*asked), method="pinn", doubts=(), weighed_by_others=None)
-    )
-    second = leaves_out(without_depth(dived), dived.file, dived.configuration, quiet)
-    compared = compare(found_without_depth(), second)
-    (mass,) = [one for one in compared.differences if one.name == "M_w"]
-    assert mass.first.identifiable
-    assert "follows from nothing recorded" in mass.second.reason
-    assert not mass.disagrees
-    assert not any("M_w" in sentence for sentence in compared.sentences)
-
-
-def test_a_dive_made_elsewhere_has_the_heave_mass_that_its_own_axis_would_have_wrong():
-    file = load_vehicle(VEHICLE)
-    found = estimator("likelihood")(
-        read_dive(shared("sealed", "open_1", "dive.tlog.gz")), file, "hovering", quiet
-    )
-    assert found["M_w"].low95 < 134.0 < found["M_w"].high95
-    assert found["M_w"].relative_std < 0.02
-    assert found.outcome is Outcome.CONVERGED

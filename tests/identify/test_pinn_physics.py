@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import torch
 from network_tasks import read_by
+from soak import rows_rest_in_soak
 
 from bridge.vehicle.config import Configuration, Thruster
 from bridge.vehicle.dynamics import coriolis
@@ -81,20 +82,6 @@ def test_every_slope_of_the_balance_is_that_of_automatic_differentiation(dofs, p
         torch.testing.assert_close(found.before[k], by_state[k, :, k])
         torch.testing.assert_close(found.after[k], by_state[k, :, k + 1])
     assert found.residual.shape == (3, n)
-
-
-@pytest.mark.parametrize(("dofs", "placed"), CASES)
-def test_the_slope_in_the_mean_velocity_is_damping_and_the_differentiated_coriolis_force(dofs, placed):
-    known, given, state = case(dofs, placed)
-    found = balance(known, given, state)
-
-    def force(nu):
-        return torch.stack(coriolis(tuple(MASS), tuple(nu)))[list(dofs)]
-
-    for k in range(3):
-        turned = torch.func.jacrev(force)(found.mean[k])[:, list(dofs)]
-        expected = known.step_s[k] * (turned + torch.diag(given.damping))
-        torch.testing.assert_close(found.by_mean[k], expected)
 
 
 def steady(nu, push, disturbance=0.0):
@@ -244,7 +231,9 @@ def test_the_noise_of_an_increment_grows_with_its_length():
     assert float(pulled.std[0, 5]) == pytest.approx(1e-3 * H, rel=1e-2)
 
 
-@pytest.mark.parametrize(("seed", "kind"), [(100_002, "rocking"), (100_033, "depth steps")])
+@pytest.mark.parametrize(
+    ("seed", "kind"), rows_rest_in_soak([(100_002, "rocking"), (100_033, "depth steps")])
+)
 def test_every_slope_of_the_pull_is_that_of_automatic_differentiation(seed, kind):
     task = network_tasks.drawn(seed, kind, 22.0)
     data, map_, point = between(task.trainer.data, slice(80, 83)), task.trainer.map_, task.start
@@ -300,26 +289,19 @@ def test_readings_of_one_interval_become_their_mean_with_the_noise_of_a_mean():
     assert found.value[0] == pytest.approx(np.mean(np.interp(TIMES[:3], NODES, NU)))
     assert found.scale[0] == pytest.approx(2.0 / np.sqrt(3))
     assert found.scale[2] == pytest.approx(2.0)
+    early = readings(read_by(VELOCITY, TIMES, np.where(TIMES < 0.2, np.nan, 1.0)))
+    assert np.isfinite(early.value).tolist() == [False, False, True, True]
 
 
-def test_increments_of_one_interval_add_up():
+def test_increments_of_one_interval_add_up_and_one_that_they_do_not_fill_is_left_out():
     ends = np.array([0.05, 0.1, 0.15, 0.2])
     value = np.array([0.01, 0.02, 0.03, -0.01])
     found = readings(read_by(INCREMENT, ends, value, scale=np.full(4, 0.05)), NODES[:3])
     np.testing.assert_allclose(found.value, [0.03, 0.02])
     np.testing.assert_allclose(found.scale, np.sqrt(2 * 0.05**2))
     np.testing.assert_allclose(found.before[:, 0], 0.05)
-
-
-def test_an_interval_that_increments_do_not_fill_is_left_out():
-    ends = np.array([0.05, 0.1, 0.15])
-    found = readings(read_by(INCREMENT, ends, np.full(3, 0.01), scale=np.full(3, 0.05)), NODES[:3])
-    assert np.isfinite(found.value).tolist() == [True, False]
-
-
-def test_a_reading_that_is_not_known_is_none():
-    found = readings(read_by(VELOCITY, TIMES, np.where(TIMES < 0.2, np.nan, 1.0)))
-    assert np.isfinite(found.value).tolist() == [False, False, True, True]
+    part = readings(read_by(INCREMENT, ends[:3], value[:3], scale=np.full(3, 0.05)), NODES[:3])
+    assert np.isfinite(part.value).tolist() == [True, False]
 
 
 def under_thrust(s, h, halves, d, mass):
@@ -357,7 +339,7 @@ def test_what_a_wandering_disturbance_leaves_open_is_the_variance_of_brownian_mo
     """Given velocity and force at both ends, the path between them is a cubic and what is left open about it."""
     rng = np.random.default_rng(1)
     h, n = 0.1, 400
-    force = np.cumsum(rng.normal(size=(20_000, n)), axis=1) * np.sqrt(h / n)
+    force = np.cumsum(rng.normal(size=(5_000, n)), axis=1) * np.sqrt(h / n)
     force = np.column_stack([np.zeros(len(force)), force])
     s = np.linspace(0.0, 1.0, n + 1)
     bridge = force - s * force[:, -1:]
@@ -369,13 +351,13 @@ def test_what_a_wandering_disturbance_leaves_open_is_the_variance_of_brownian_mo
     off = nu - (3 * s**2 - 2 * s**3) * nu[:, -1:]
     for at in (0.25, 0.5):
         found = readings(read_by(VELOCITY, [at * h], [0.0]), np.array([0.0, h]))
-        assert found.open[0] == pytest.approx(np.var(off[:, round(at * n)]), rel=0.05)
+        assert found.open[0] == pytest.approx(np.var(off[:, round(at * n)]), rel=0.08)
     whole = readings(read_by(INCREMENT, [h], [0.0], scale=[h]), np.array([0.0, h]))
-    assert whole.open[0] == pytest.approx(np.var(h * np.trapezoid(off, s, axis=1)), rel=0.05)
+    assert whole.open[0] == pytest.approx(np.var(h * np.trapezoid(off, s, axis=1)), rel=0.08)
     mean = readings(
         read_by(VELOCITY, np.array([0.1, 0.3, 0.5, 0.7, 0.9]) * h, np.zeros(5)), np.array([0.0, h])
     )
-    assert mean.open[0] == pytest.approx(np.var(np.trapezoid(off, s, axis=1)), rel=0.05)
+    assert mean.open[0] == pytest.approx(np.var(np.trapezoid(off, s, axis=1)), rel=0.08)
 
 
 def test_without_increments_the_instants_are_even_and_reach_the_last_reading():
@@ -387,21 +369,6 @@ def test_instants_lie_where_increments_end():
     ends = 1.0 + 0.05 * np.arange(21)
     found = instants((read_by(INCREMENT, ends, np.zeros(21), np.full(21, 0.05)),), 0.1)
     np.testing.assert_allclose(found, ends[::2])
-
-
-def test_both_ends_of_a_gap_are_instants_and_the_gap_is_filled():
-    ends = np.concatenate([1.0 + 0.05 * np.arange(8), 2.0 + 0.05 * np.arange(8)])
-    value = np.zeros(16)
-    value[[0, 8]] = np.nan
-    axis = read_by(INCREMENT, ends, value, np.full(16, 0.05))
-    found = instants((axis,), 0.1)
-    assert {1.35, 2.0} <= set(np.round(found, 6).tolist())
-    assert np.diff(found).max() < 0.125
-    known = np.isfinite(readings_in(axis, 0, found, 3, 0, 2).value)
-    middle = 0.5 * (found[1:] + found[:-1])
-    assert known[(middle < 1.35) & (middle > 1.0)].all()
-    assert not known[(middle > 1.35) & (middle < 2.0)].any()
-    assert known[middle > 2.0].all()
 
 
 def test_every_increment_of_a_dive_with_gaps_is_used_once():

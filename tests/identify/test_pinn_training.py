@@ -56,6 +56,8 @@ def test_a_quadratic_loss_of_known_curvature_is_settled_in_one_pass():
     assert float(found.raw) == pytest.approx(0.4)
     assert len(passes) == found.passes == 2
     assert "10 % of its standard error" in found.reason
+    of_priors = torch.tensor([0.0, 1.0, 1.0 / 9.0, 1.0], dtype=torch.float64)
+    torch.testing.assert_close((found.curvature - found.told).diagonal(), of_priors)
 
 
 def test_a_curvature_that_is_taken_for_ten_times_too_large_makes_training_creep_for_one_step_alone():
@@ -94,14 +96,6 @@ def test_a_loss_without_an_end_is_left_at_the_bound_of_passes_and_not_called_set
     assert found.reason
 
 
-def test_the_curvature_comes_with_the_priors_and_without():
-    _, found, _ = train(lambda x: 50 * (x - 0.4) ** 2, 100.0)
-    added = found.curvature - found.told
-    torch.testing.assert_close(
-        added.diagonal(), torch.tensor([0.0, 1.0, 1.0 / 9.0, 1.0], dtype=torch.float64)
-    )
-
-
 def test_a_loss_that_only_rises_is_never_called_settled():
     @dataclass(frozen=True)
     class Misled(Bowl):
@@ -119,7 +113,7 @@ def test_a_loss_that_only_rises_is_never_called_settled():
     assert not found.settled
 
 
-NODES = [1, 2, 3, 4, 7, 8, 9, 17, 33]
+NODES = [1, 2, 3, 8, 9, 17]
 
 
 def tridiagonal(nodes, width=3):
@@ -202,29 +196,6 @@ def test_the_slope_in_coefficients_and_noise_levels_is_that_of_central_differenc
         assert float(point.slope[place]) == pytest.approx(said, abs=allowed), place
 
 
-def test_the_best_state_is_where_the_loss_no_longer_falls():
-    task = network_tasks.drawn(100_031, "together", 24.0)
-    trainer, start = task.trainer, task.start
-    point = network_tasks.settled(trainer, start.raw, start.noise, start.equations.state)
-    again = trainer.at(point.raw, point.noise, point.equations.state)
-    torch.testing.assert_close(again.equations.state, point.equations.state, rtol=0, atol=1e-8)
-
-
-@pytest.mark.soak
-def test_the_score_of_the_wrong_coefficients_points_back():
-    """The slope in each raw parameter is downhill from 30 % above, and from 30 % below."""
-    task = network_tasks.drawn(100_009, "spin", 30.0)
-    trainer, map_ = task.trainer, task.trainer.map_
-    trained = trainer.train(task.start)
-    best, noise = map_.values(trained.point.raw), trained.point.noise
-    for dof in task.layout.dofs:
-        for factor in (1.3, 0.7):
-            values = best.clone()
-            values[dof] *= factor
-            there = network_tasks.settled(trainer, map_.raw(values), noise, trained.point.equations.state)
-            assert float(there.slope[dof]) * (factor - 1) > 0, (dof, factor)
-
-
 SHAPE = Configuration(
     dry_mass_kg=40.0,
     inertia_kgm2=(3.0, 9.0, 10.0),
@@ -238,14 +209,16 @@ def row(*values):
     return torch.tensor(values, dtype=torch.float64)
 
 
-def test_masses_and_dampings_are_positive_whatever_is_trained_and_trims_are_free():
-    values = MAP.values(torch.full((10,), -30.0, dtype=torch.float64))
-    assert (values[:8] > 0).all()
-    assert (values[8:] < 0).all()
-
-
-def test_raw_parameters_and_values_are_each_others_inverse():
+def test_raw_parameters_are_positive_masses_and_dampings_and_free_trims_in_this_order_and_back_again():
+    low = MAP.values(torch.full((10,), -30.0, dtype=torch.float64))
+    assert (low[:8] > 0).all()
+    assert (low[8:] < 0).all()
     torch.testing.assert_close(MAP.raw(MAP.values(RAW)), RAW)
+    given = MAP.coefficients(RAW)
+    torch.testing.assert_close(torch.cat([given.mass, given.damping, given.trim]), MAP.values(RAW))
+    assert (len(given.mass), len(given.damping), len(given.trim)) == (6, 2, 2)
+    residual, _ = MAP.prior(MAP.raw(MAP.middle))
+    torch.testing.assert_close(residual, torch.zeros_like(residual))
 
 
 def test_the_slopes_of_values_logarithms_and_priors_are_those_of_automatic_differentiation():
@@ -263,30 +236,12 @@ def test_the_slopes_of_values_logarithms_and_priors_are_those_of_automatic_diffe
     torch.testing.assert_close(torch.diag(tilt), jacobian(lambda raw: MAP.prior(raw)[0]))
 
 
-def test_the_priors_pull_on_nothing_at_their_middle():
-    residual, _ = MAP.prior(MAP.raw(MAP.middle))
-    torch.testing.assert_close(residual, torch.zeros_like(residual))
-
-
 def test_a_mass_that_no_axis_weighs_is_held_closer_than_one_that_is_fitted():
     assert (MAP.spread[[1, 2, 3, 4]] < 0.5).all()
     assert (MAP.spread[[0, 5]] > 1.0).all()
 
 
-def test_coefficients_come_in_the_order_of_masses_dampings_and_trims():
-    given, values = MAP.coefficients(RAW), MAP.values(RAW)
-    torch.testing.assert_close(torch.cat([given.mass, given.damping, given.trim]), values)
-    assert (len(given.mass), len(given.damping), len(given.trim)) == (6, 2, 2)
-
-
 NOISE = Noise(row(0.004, 0.001), row(3.0), row(1.6))
-
-
-def test_noise_levels_and_their_logarithms_are_each_others_inverse():
-    again = of_logarithm(NOISE.logarithm(), 1)
-    torch.testing.assert_close(again.sensor, NOISE.sensor)
-    torch.testing.assert_close(again.disturbance, NOISE.disturbance)
-    torch.testing.assert_close(again.time_constant_s, NOISE.time_constant_s)
 
 
 def test_a_noise_level_one_spread_above_its_middle_is_one_standard_deviation_off():
@@ -320,12 +275,3 @@ def test_the_slope_in_the_levels_of_a_known_disturbance_is_that_of_its_likelihoo
     at = row(np.log(2.0), np.log(1.1))
     found = slope(moments, step_s, Noise(NOISE.sensor, row(2.0), row(1.1)))
     torch.testing.assert_close(found[2:], torch.func.grad(half_loss)(at), rtol=1e-6, atol=1e-6)
-
-
-@pytest.mark.parametrize(("level", "sign"), [(1.0, -1), (9.0, 1)])
-def test_a_level_that_is_too_low_is_drawn_up_and_one_too_high_down(level, sign):
-    moments, _ = path(3.0, 1.6, 400)
-    found = slope(
-        moments, torch.full((400,), 0.1, dtype=torch.float64), Noise(NOISE.sensor, row(level), row(1.6))
-    )
-    assert sign * float(found[2]) > 0

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import closed_loop
 import fitted
 import numpy as np
 import pytest
@@ -10,9 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bridge.vehicle.config import dive_mark
-from identify.dive import Signal
 from identify.estimators.answer import answered
-from identify.estimators.likelihood import estimate
 from identify.identification import Outcome
 
 SURGE = {"M_u": 100.0, "D_u": 50.0}
@@ -172,25 +169,6 @@ def test_a_second_round_of_priors_knows_no_more_of_the_thrust_than_what_was_weig
     assert second.thrust_scale.std == pytest.approx(first.thrust_scale.std, rel=1e-6)
 
 
-def test_a_prior_that_came_from_this_very_dive_is_left_out_and_named():
-    own = {"M_u": replace(fitted.prior(102.0, 0.01, "thrust"), dive_sha256="1" * 64)}
-    found = answer(np.diag([1e-4, 4e-4]), own)
-    assert found["M_u"].value == pytest.approx(100.0)
-    assert found.outcome is Outcome.CONVERGED
-    assert any("rest on this very dive" in doubt.sentence for doubt in found.doubts)
-    assert found.prior_dives == ()
-
-
-def test_a_prior_that_rests_on_this_dive_through_a_later_one_is_left_out_and_named():
-    """Dive A was accepted, then was prior for dive B, and B was accepted: A again would count itself."""
-    through = replace(
-        fitted.prior(102.0, 0.01, "thrust"), dive_sha256="2" * 64, earlier_dives=(dive_mark("1" * 64),)
-    )
-    found = answer(np.diag([1e-4, 4e-4]), {"M_u": through})
-    assert found["M_u"].value == pytest.approx(100.0)
-    assert any("M_u rest on this very dive" in doubt.sentence for doubt in found.doubts)
-
-
 def test_an_answer_names_all_dives_that_its_priors_rest_on():
     priors = {
         "M_u": replace(fitted.prior(101.0, 0.01, "thrust"), dive_sha256="2" * 64, earlier_dives=("3" * 16,)),
@@ -201,19 +179,36 @@ def test_an_answer_names_all_dives_that_its_priors_rest_on():
     assert found.to_json()["prior_dives"] == ["2" * 16, "3" * 16]
 
 
-def test_a_prior_from_a_cut_copy_of_this_dives_recording_is_left_out_too():
-    """The hash of a copy that was cut is another, its beginning is the same; through a later dive as well."""
+@pytest.mark.parametrize(
+    ("origin", "left_out"),
+    [
+        ({"dive_sha256": "1" * 64}, True),
+        ({"dive_sha256": "2" * 64, "earlier_dives": (dive_mark("1" * 64),)}, True),
+        ({"dive_sha256": "2" * 64, "dive_opening": "9" * 64}, True),
+        ({"dive_sha256": "2" * 64, "dive_opening": "8" * 64, "earlier_dives": (dive_mark("9" * 64),)}, True),
+        ({"dive_sha256": "2" * 64, "dive_opening": "7" * 64}, False),
+    ],
+    ids=[
+        "itself",
+        "through a later dive",
+        "of a cut copy",
+        "of a copy through a later dive",
+        "of another dive",
+    ],
+)
+def test_a_prior_that_rests_on_this_very_dive_is_left_out_and_named(origin, left_out):
+    """Dive A was accepted, then was prior for dive B, and B was accepted: A again would count itself. The hash of a
+    copy that was cut is another, its beginning is the same.
+    """
+    prior = replace(fitted.prior(102.0, 0.01, "thrust"), **origin)
     dive = replace(fitted.dive(), opening="9" * 64)
-    fit = fitted.fit(SURGE, np.diag([1e-4, 4e-4]))
-    copy = replace(fitted.prior(102.0, 0.01, "thrust"), dive_sha256="2" * 64, dive_opening="9" * 64)
-    later = replace(copy, dive_opening="8" * 64, earlier_dives=copy.dives)
-    for prior in (copy, later):
-        found = answered(fit, dive, fitted.vehicle_file(priors={"M_u": prior}))
-        assert found["M_u"].value == pytest.approx(100.0)
-        assert any("rest on this very dive" in doubt.sentence for doubt in found.doubts)
-    other = answered(fit, replace(dive, opening="7" * 64), fitted.vehicle_file(priors={"M_u": copy}))
-    assert other["M_u"].share_from_prior > 0
-    assert other.prior_dives == ("2" * 16, "9" * 16)
+    found = answered(
+        fitted.fit(SURGE, np.diag([1e-4, 4e-4])), dive, fitted.vehicle_file(priors={"M_u": prior})
+    )
+    assert found.outcome is Outcome.CONVERGED
+    assert (found["M_u"].share_from_prior == 0.0) is left_out
+    assert any("M_u rest on this very dive" in doubt.sentence for doubt in found.doubts) is left_out
+    assert found.prior_dives == (() if left_out else ("2" * 16, "7" * 16))
 
 
 def test_a_dive_without_an_opening_is_not_taken_for_another_without_one():
@@ -270,22 +265,3 @@ def test_a_prior_never_widens_what_the_dive_and_the_thrust_leave_open(
         assert found[name].relative_std <= np.hypot(std, thrust) * (1 + 1e-9)
     assert found["M_u"].relative_std <= width * (1 + 1e-9)
     assert np.linalg.eigvalsh(found.covariance).min() > 0
-
-
-def test_with_a_weighed_mass_the_intervals_hold_the_truth_though_the_thrust_is_off():
-    """Thrust off by some 10 %, unknown to the vehicle file; the mass weighed to 1 %."""
-    inside, alone = 0, 0
-    for seed in range(100_000, 100_020):
-        rng = np.random.default_rng(seed)
-        dive = closed_loop.dive(rng, seconds=80.0)
-        factor = float(np.exp(0.1 * rng.normal()))
-        told = Signal(dive.tau_cmd.time_s, dive.tau_cmd.value / factor)
-        weighed = fitted.prior(closed_loop.MASS * float(np.exp(0.01 * rng.normal())), 0.01)
-        fit = estimate(replace(dive, tau_cmd=told), closed_loop.vehicle_file(), "only", lambda *_: None)
-        found = answered(fit, fitted.dive(), fitted.vehicle_file(0.1, priors={"M_u": weighed}))
-        for name, truth in (("M_u", closed_loop.MASS), ("D_u", closed_loop.DAMPING)):
-            inside += found[name].low95 < truth < found[name].high95
-            alone += fit[name].low95 < truth < fit[name].high95
-    # 40 trials in pairs: 34 and more inside holds 99 % of what true 95 % intervals give; given the thrust, few are.
-    assert inside >= 34
-    assert alone < 15

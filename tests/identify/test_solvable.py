@@ -45,11 +45,6 @@ def alternating(table):
     return 1e4 * np.where(np.arange(len(table)) % 2, 1.0, -1.0)[:, None] * np.ones_like(table)
 
 
-def frozen(table):
-    table[len(table) // 3 :] = table[len(table) // 3]
-    return table
-
-
 def twice(signal):
     """Every other reading at the time of the one before."""
     time_s = signal.time_s.copy()
@@ -68,12 +63,9 @@ SPOILT = {
     "a channel that stands still": lambda d: changed(d, column(0, 0.3), "velocity"),
     "no thrust in surge": lambda d: changed(d, column(0, 0.0), "tau_cmd", "tau_pid"),
     "two readings": lambda d: changed(d, two, "velocity", "gyro", "attitude", "depth"),
-    "two commands": lambda d: changed(d, two, "tau_cmd", "tau_pid"),
-    "a frozen DVL": lambda d: changed(d, values(frozen), "velocity"),
     "an IMU of zeros": lambda d: changed(d, values(np.zeros_like), "gyro"),
     "attitudes of zeros": lambda d: changed(d, values(np.zeros_like), "attitude"),
     "times twice": lambda d: changed(d, twice, "velocity", "gyro", "attitude", "depth"),
-    "one reading of 1e6 m/s": lambda d: changed(d, at_the_middle(1e6), "velocity"),
     "one reading of 1e200 m/s": lambda d: changed(d, at_the_middle(1e200), "velocity"),
     "readings of 1e4 m/s": lambda d: changed(d, values(alternating), "velocity"),
     "a command that is no number": lambda d: changed(d, at_the_middle(np.nan), "tau_cmd", "tau_pid"),

@@ -28,7 +28,7 @@ def with_curve(**changes):
     return replace(FILE, vehicle=replace(FILE.vehicle, thrust_curve=curve))
 
 
-@pytest.mark.parametrize("late_s", [0.03, 0.12, 0.33, 0.8])
+@pytest.mark.parametrize("late_s", [0.03, 0.8])
 def test_a_delay_up_to_a_second_is_found_and_the_values_are_those_with_it(late_s):
     found = estimate(recorded(late_s), FILE, "only", network_tasks.quiet)
     told = found.thrust_delay
@@ -56,15 +56,6 @@ def test_a_delay_far_from_where_the_grid_is_best_is_reached_on_a_steep_slope(wid
     assert half_s == pytest.approx(1.39 * width_s, rel=0.1)
 
 
-def test_a_search_that_ends_on_a_slope_has_an_interval_no_shorter_than_its_steps():
-    class Slope:
-        def top(self, by_s, _enough):
-            return 1e4 * by_s
-
-    _, half_s = delay._near(Slope(), 0.3, 0.02)
-    assert half_s >= 0.02
-
-
 def test_what_is_told_says_what_to_write_into_the_vehicle_file():
     found = estimate(recorded(0.12), with_curve(delay_s=0.05), "only", network_tasks.quiet)
     told = found.thrust_delay
@@ -86,7 +77,7 @@ def test_with_that_delay_in_the_vehicle_file_the_same_values_come_without_a_word
     assert again["M_u"].value == pytest.approx(found["M_u"].value, rel=2e-3)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_thrust_at_its_own_time_has_no_delay(seed):
     assert estimate(recorded(0.0, seed), FILE, "only", network_tasks.quiet).thrust_delay is None
 
