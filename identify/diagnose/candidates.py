@@ -70,6 +70,12 @@ class Cause:
         return np.asarray(self.values != self.effect.none())
 
     @property
+    def usual(self) -> bool:
+        """Whether no parameter is larger than such a cause usually has it."""
+        parameters = zip(self.effect.parameters, self.values.tolist(), strict=True)
+        return all(value <= parameter.seldom_above for parameter, value in parameters)
+
+    @property
     def shows(self) -> bool:
         """Whether any parameter is large enough to matter."""
         none, size = self.effect.none(), np.array([natural_scale(p) for p in self.effect.parameters])

@@ -121,6 +121,7 @@ def _change(cause: Cause) -> Effect:
             high=p.high - value,
             none=0.0,
             sure=(p.sure[0] - value, p.sure[1] - value),
+            seldom_above=p.seldom_above - value,
         )
         for p, value in zip(effect.parameters, before.tolist(), strict=True)
     )

@@ -122,7 +122,30 @@ def explain(
     judged = without_shadows_of_companions(weighing, fit)
     if len(judged.causes) < len(fit.causes):
         weighing, fit = _settled(nominal, weighing, judged, at)
+    weighing, fit = _with_usual_values(nominal, weighing, fit, at)
     return Explanation(fit, weighing, weighing.now)
+
+
+def _with_usual_values(
+    nominal: Nominal, weighing: Weighing, fit: Fitted, at: Callable[[Nominal, Sequence[Cause]], Weighing]
+) -> tuple[Weighing, Fitted]:
+    """The fit with a cause of unusual values replaced by the same effect elsewhere, if that does as well.
+
+    Of two thrusters that push alike, one that is weak does as well as the other stronger with the whole hull heavier.
+    Only fits with their own masses show that they are alike.
+    """
+    for k, cause in enumerate(fit.causes):
+        if cause.usual:
+            continue
+        others = weighing.fitted(_without(fit.causes, k))
+        for _, _, other in ranked_candidates(weighing.candidates_beside(others), others):
+            if other.effect.name == cause.effect.name and other.key != cause.key and other.usual:
+                instead = weighing.fitted((*others.causes, other))
+                settled, settled_fit = _settled(nominal, weighing, instead, at)
+                alike = settled.now.log_posterior > weighing.now.log_posterior - AMBIGUOUS_NATS
+                if alike and len(settled_fit.causes) == len(fit.causes) and settled_fit.causes[-1].usual:
+                    return settled, settled_fit
+    return weighing, fit
 
 
 def _begun(nominal: Nominal, at: Callable[[Nominal, Sequence[Cause]], Weighing]) -> tuple[Weighing, Fitted]:

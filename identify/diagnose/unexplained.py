@@ -138,13 +138,16 @@ def _without_remainder(weighing: Weighing, fit: Fitted) -> Weighing:
 
 
 def _accompanying(weighing: Weighing, fit: Fitted) -> list[Act]:
-    """Possible forms and companions of the causes."""
+    """Possible forms and companions of the causes, and possible forms of the hull's own drag."""
     course = weighing.now.course
     return [
-        act
-        for cause in fit.causes
-        for acts_of in (possible_forms, companions)
-        for act in acts_of(course, cause)
+        *(act for drag in weighing.hull_drags for act in possible_forms(course, drag)),
+        *(
+            act
+            for cause in fit.causes
+            for acts_of in (possible_forms, companions)
+            for act in acts_of(course, cause)
+        ),
     ]
 
 

@@ -30,10 +30,11 @@ from identify.diagnose.evidence import (
     products_of,
     projected_out,
 )
-from identify.diagnose.nominal import Nominal
+from identify.diagnose.nominal import Nominal, quadratic_of
 from identify.diagnose.regression import Regression, regression_of
 from identify.effects.course import Course
 from identify.effects.effect import Act, Effect
+from identify.effects.hydrodynamics import QUADRATIC_DRAG
 
 Array = NDArray[np.float64]
 Key = tuple[Effect, bytes]
@@ -165,6 +166,12 @@ class Weighing:
     library: tuple[Effect, ...]
 
     @cached_property
+    def hull_drags(self) -> tuple[Cause, ...]:
+        """The quadratic drag of the hull's own model, by degree of freedom: no exacter in its form than a cause."""
+        quadratic = quadratic_of(self.now.joint, self.now.theta)
+        return tuple(Cause(QUADRATIC_DRAG, values) for values in np.diag(quadratic) if values.any())
+
+    @cached_property
     def _columns(self) -> CandidateColumns:
         """Candidate columns."""
         return CandidateColumns(self.rows, self.now.course, self.library)
@@ -245,8 +252,8 @@ class Weighing:
         )
 
     def forms_of(self, fit: Fitted) -> Blocks:
-        """Other forms of a fit's causes."""
-        forms = [self._columns.forms_of(cause) for cause in fit.causes]
+        """Other forms of a fit's causes and of the hull's own drag."""
+        forms = [self._columns.forms_of(cause) for cause in (*self.hull_drags, *fit.causes)]
         return reduce(Blocks.beside, forms, Blocks.nothing(self.rows.nuisance))
 
     def _weighed_beside(self, fit: Fitted, more: Blocks) -> CandidateEquations:

@@ -199,7 +199,7 @@ def weak(number: int) -> Effect:
         "weak_thruster",
         f"thruster {number} is weak, fouled or bent",
         "thruster",
-        (Parameter("gain", "1", 0.8, low=0.0, high=2.0, none=1.0),),
+        (Parameter("gain", "1", 0.8, low=0.0, high=2.0, none=1.0, seldom_above=1.0),),
         act,
         Separation(manoeuvres=("pulses of one thruster at a time",), sensors=("current beside shaft speed",)),
         needs=(PULSES,),

@@ -122,7 +122,8 @@ ALONG = ("wrench", "water", "velocity", "gyro", "attitude", "specific_force", "s
 class Parameter:
     """A parameter of an effect, in SI units: at `none` the effect is absent, at `start` it shows. `low` and `high`
     bound the possible values; a bound is certain if it is one of the two values `sure` (no effect, full effect),
-    otherwise a guess."""
+    otherwise a guess. Values above
+    `seldom_above` are possible, but of causes that do as well one without them is preferred."""
 
     name: str
     unit: str
@@ -131,6 +132,7 @@ class Parameter:
     high: float = np.inf
     none: float = 0.0
     sure: tuple[float, float] = (0.0, 1.0)
+    seldom_above: float = np.inf
 
     def at_guess(self, value: float) -> bool:
         """Whether a value lies at a bound that is a guess."""

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fakes.planted import diagnosed, drawn_nominal, explained
+from fakes.planted import diagnosed, drawn_nominal, explained, quiet
 
-from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, MASSES
+from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, MASSES, QUADRATICS
 from bridge.vehicle.config import Prior
 from bridge.vehicle.effect_coefficients import AcceptedEffect
-from identify.challenge.case import draw_case
+from identify.challenge.case import dive_of, draw_case
 from identify.diagnose import accepted as diagnose_accepted
 from identify.diagnose.accepted import accepted_of
 from identify.diagnose.candidates import Cause
@@ -21,7 +21,9 @@ from identify.diagnose.changed import (
     shift_of,
     with_accepted,
 )
+from identify.diagnose.diagnose import diagnose
 from identify.diagnose.gap import Missing
+from identify.diagnose.nominal import nominal_of
 from identify.diagnose.result import Finding, Value
 from identify.diagnose.simulation import EACH, simulation_of, slope_of
 from identify.diagnose.wording import effect_words
@@ -420,3 +422,47 @@ def test_no_mass_is_accepted_below_the_rigid_body_s_or_beyond_what_water_adds(ti
     refused = accepted_of((), nominal, other)
     assert "M_u" not in refused.values
     assert "D_u" not in refused.values
+
+
+@pytest.fixture(scope="module")
+def draggy():
+    """A dive of a hull with quadratic drag, whose file says so, and its diagnosis."""
+    case = draw_case(300_932, names=["quadratic_drag"], seconds=150.0)
+    shape = replace(case.file.vehicle.configurations[case.configuration], damping="both")
+    vehicle = replace(case.file.vehicle, configurations={case.configuration: shape})
+    file = replace(case.file, vehicle=vehicle)
+    return case, file, diagnose(dive_of(case), file, case.configuration, progress=quiet)
+
+
+def test_a_quadratic_drag_that_the_file_gives_its_hull_is_no_cause_but_a_coefficient(draggy):
+    case, _, diagnosis = draggy
+    assert (diagnosis.verdict, diagnosis.findings) == ("no_gap", ())
+    truth = case.truth()["effects"][0]["parameters"]
+    for name in ("X_uu", "Y_vv", "Z_ww", "N_rr"):
+        assert diagnosis.numbers[name].low95 < truth[name] < diagnosis.numbers[name].high95
+
+
+@pytest.mark.parametrize(("share", "causes"), [(1.0, []), (0.4, ["fouling"])])
+def test_a_quadratic_drag_accepted_earlier_is_compared_with_the_dives(draggy, share, causes):
+    case, file, diagnosis = draggy
+    accepted = {
+        name: Prior(
+            one.value * (share if name in {item.name for item in QUADRATICS} else 1.0),
+            (one.high95 - one.low95) / 3.92,
+            "an earlier dive",
+            "thrust",
+        )
+        for name, one in diagnosis.numbers.items()
+    }
+    found = diagnose(dive_of(case), file, case.configuration, accepted=accepted, progress=quiet)
+    assert [one.name for one in found.findings] == causes
+    assert (found.gap.before > 2.0) is bool(causes)
+
+
+def test_of_a_hull_with_quadratic_drag_alone_no_linear_damping_is_accepted(draggy):
+    case, file, _ = draggy
+    shape = replace(file.vehicle.configurations[case.configuration], damping="quadratic")
+    alone = replace(file, vehicle=replace(file.vehicle, configurations={case.configuration: shape}))
+    values = accepted_of((), nominal_of(dive_of(case), alone, case.configuration), shape).values
+    assert "X_uu" in values
+    assert not {item.name for item in DAMPINGS} & values.keys()

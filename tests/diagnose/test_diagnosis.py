@@ -148,7 +148,11 @@ def test_causes_that_need_what_was_not_recorded_are_not_tried_and_told(case, spo
         [spoilt(dive_of(case)), dive_of(case)], case.file.vehicle.configurations[case.configuration]
     )
     tried = (DEAD_ZONE, COMMAND_DELAY, DVL_DELAY, QUADRATIC_DRAG)
-    assert {*tried} - {*module._judged(tried, lacks)} == {*unjudged}
+    shape = case.file.vehicle.configurations[case.configuration]
+    assert {*tried} - {*module._judged(tried, lacks, shape)} == {*unjudged}
+    # A hull that has the drag itself can't lack it.
+    left = {*tried} - {*module._judged(tried, lacks, replace(shape, damping="both"))}
+    assert left == {*unjudged, QUADRATIC_DRAG}
     for sentence, told in zip(unjudged_causes(lacks), words, strict=True):
         assert told in sentence
 

@@ -19,7 +19,7 @@ from identify.diagnose.search import (
 )
 from identify.diagnose.verdict import probability
 from identify.diagnose.weighing import Fitted, FormRemainder, weighing_of
-from identify.effects.actuators import DEAD_ZONE
+from identify.effects.actuators import DEAD_ZONE, weak
 from identify.effects.effect import Act
 from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
@@ -233,3 +233,18 @@ def test_beside_an_unknown_force_a_margin_counts_by_its_share_of_both(nominal, m
 )
 def test_six_nats_are_worth_half_of_the_most_that_is_ever_told(margin_nats, told):
     assert probability(margin_nats) == pytest.approx(told, rel=1e-9)
+
+
+@pytest.mark.parametrize(("log_posterior", "named"), [(-1.0, 1), (-10.0, 2)])
+def test_of_two_thrusters_that_do_as_well_the_weak_one_is_named(monkeypatch, log_posterior, named):
+    strong, weaker = Cause(weak(2), np.array([1.4])), Cause(weak(1), np.array([0.7]))
+    instead = SimpleNamespace(now=SimpleNamespace(log_posterior=log_posterior))
+    weighing = SimpleNamespace(
+        now=SimpleNamespace(log_posterior=0.0),
+        fitted=lambda causes: SimpleNamespace(causes=causes),
+        candidates_beside=lambda others: None,
+    )
+    monkeypatch.setattr(search, "ranked_candidates", lambda *_: [(9.0, 9.0, strong), (8.0, 8.0, weaker)])
+    monkeypatch.setattr(search, "_settled", lambda nominal, weighing, fit, at: (instead, fit))
+    _, fit = search._with_usual_values(None, weighing, weighing.fitted((strong,)), None)
+    assert [cause.effect.number for cause in fit.causes] == [named]

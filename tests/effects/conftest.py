@@ -1,6 +1,7 @@
 """Courses to try effects on: still but for what a test says."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -56,7 +57,7 @@ def rich() -> Course:
     rng = np.random.default_rng(100001)
     time = np.arange(COUNT)[:, None]
     waving = np.sin(time * rng.uniform(0.01, 0.05, (1, 6)) + rng.uniform(0, 6, (1, 6)))
-    return made(
+    course = made(
         nu=0.4 * waving,
         nu_dot=0.2 * np.roll(waving, 1, axis=1),
         euler=np.column_stack([0.2 * waving[:, :2], 0.02 * time]),
@@ -66,6 +67,7 @@ def rich() -> Course:
         voltage_v=16.4 - 0.003 * time[:, 0],
         position_m=np.cumsum(waving[:, :2], axis=0) * 0.02,
     )
+    return replace(course, quadratic=np.array([40.0, 60.0, 80.0, 3.0, 4.0, 5.0]))
 
 
 @pytest.fixture

@@ -130,7 +130,7 @@ def test_at_none_it_adds_nothing_and_at_start_something_finite_of_the_right_shap
         assert value.shape == ((6,) if name in ("mass", "damping", "quadratic") else (count, wide[name]))
     if set(found) & {"mass", "damping"}:
         assert effect.refit_absorbs
-        assert set(found) <= {"mass", "damping"}
+        assert set(found) <= {"mass", "damping", "quadratic", "wrench"}
         assert effect.feedforward == "nominal"
     # Shaft speeds show what happens before the shaft and nothing else.
     assert (act.shaft_n is not None) == effect.seen_in_rpm == (effect.name in BEFORE_THE_SHAFT)
