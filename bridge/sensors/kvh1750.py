@@ -71,11 +71,6 @@ class Kvh1750Parser:
         self._last_rate = np.nan
         self._last_time_s = -np.inf
 
-    @property
-    def period_s(self) -> float:
-        """The fitted frame period so far."""
-        return self._clock.period_s
-
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
         """Return the frames that `data` confirms, as one block; an empty list while no lock is found."""
         buffer = self._buffer + data

@@ -26,8 +26,6 @@ class ImuSample:
     rate: Vector3
     attitude: Quaternion | None = None
     temperature_c: float | None = None
-    magnetic_field: Vector3 | None = None
-    clipped: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,15 +41,14 @@ class FogBlock:
 class DvlSample:
     """Velocity over the bottom (m/s) at the transducer; NaN without bottom lock.
 
-    `sigma` is the device's own figure of merit (m/s), NaN if it reports none; `ranges` are along the beams (m), NaN
-    for a lost beam; `altitude_m` is vertical, NaN if unknown.
+    `sigma` is the device's own figure of merit (m/s), NaN if it reports none; `altitude_m` is vertical, NaN if
+    unknown.
     """
 
     time_s: float
     velocity: Vector3
     sigma: float
     altitude_m: float
-    ranges: tuple[float, ...] = ()
 
     @property
     def locked(self) -> bool:
@@ -76,8 +73,6 @@ class EscSample:
     rpm: float
     voltage_v: float
     current_a: float
-    temperature_c: float
-    consumed_mah: float
 
 
 @dataclass(frozen=True, slots=True)

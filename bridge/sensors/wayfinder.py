@@ -35,6 +35,7 @@ _COMMAND, _RESPONSE, _DATA = 3, 4, 5
 _MAX_PACKET = 4096  # far above every known packet; limits the bytes that a false length can hold back
 _FASTEST_M_S = 20.0
 _FARTHEST_M = 1000.0
+_SOUND_M_S = 1500.0
 
 # id, version, size; type, subtype, firmware; date; ms; coordinates; velocity, error; ranges, mean, speed of
 # sound; status, BIT count, BIT code; voltages, current; serial number, reserved, checksum
@@ -66,9 +67,7 @@ def encode_wayfinder(
     *,
     error_velocity: float = 0.0,
     coordinates: int = INSTRUMENT,
-    sound_speed_m_s: float = 1500.0,
     structure_version: int = 0x11,
-    serial_number: bytes = b"001234",
 ) -> bytes:
     """Encode a data packet as the device writes it; NaN marks invalid values."""
     structure = bytearray(
@@ -78,10 +77,10 @@ def encode_wayfinder(
             when.year - 2000, when.month, when.day, when.hour, when.minute, when.second,
             when.microsecond // 1000,
             coordinates, *velocity, error_velocity,
-            *ranges, altitude_m, sound_speed_m_s,
+            *ranges, altitude_m, _SOUND_M_S,
             0, 0, 0,
             24.0, 23.5, 0.25,
-            serial_number if structure_version >= 0x11 else bytes(6),
+            b"001234" if structure_version >= 0x11 else bytes(6),
         )
     )  # fmt: skip
     structure[-2:] = struct.pack("<H", sum(structure[:-2]) & 0xFFFF)
@@ -157,7 +156,6 @@ class WayfinderParser:
             velocity=(values[0], values[1], values[2]),
             sigma=math.nan,
             altitude_m=values[8],
-            ranges=tuple(values[4:8]),
         )
 
 

@@ -278,28 +278,17 @@ class SimulatedEscs:
         self._slot, self._device, self._world, self._rng = slot, device, world, rng
         self._rate_hz = device.rate_hz or ANSWERS_HZ
         self._asked = 0
-        self._consumed_mah = np.zeros(0)
 
     def arrivals(self, stretch: Stretch) -> list[Chunk]:
         curve, thrust = self._world.thrust_curve, stretch.turned_n
         speeds = 60 * shaft_speed(curve, thrust)
         speeds *= 1 + self._world.noise.rpm_share * self._rng.standard_normal(len(thrust))
         currents = AMPERES_PER_N15 * np.abs(thrust) ** 1.5
-        if not len(self._consumed_mah):
-            self._consumed_mah = np.zeros(len(thrust))
-        self._consumed_mah += currents * (stretch.time_s[-1] - stretch.time_s[0]) / 3.6
         answers = []
         for _ in moments(stretch, self._rate_hz):
             i = self._asked % len(thrust)
             answers.append(
-                encode_esc(
-                    float(speeds[i]),
-                    self._device.poles,
-                    curve.voltage_v,
-                    float(currents[i]),
-                    ESC_C,
-                    float(self._consumed_mah[i]),
-                )
+                encode_esc(float(speeds[i]), self._device.poles, curve.voltage_v, float(currents[i]), ESC_C)
             )
             self._asked += 1
         if not answers:

@@ -155,7 +155,7 @@ def test_a_control_tick_goes_out_whole_and_sets_the_configuration() -> None:
 def test_shaft_speeds_take_the_sign_of_the_command_and_silent_ones_are_nan() -> None:
     rig = Rig()
     rig.bridge.publish(acted(0.1, (1400.0, 1600.0)))
-    rig.bridge.accept("esc", [EscSample(0.1, 0, 900.0, 16.0, 2.0, 30.0, 1.0)])
+    rig.bridge.accept("esc", [EscSample(0.1, 0, 900.0, 16.0, 2.0)])
     rig.step(0.1)
     (rpm,) = rig.told("rpm")
     assert (rpm.time_s, rpm.values[0]) == (0.1, -900.0)
@@ -164,7 +164,7 @@ def test_shaft_speeds_take_the_sign_of_the_command_and_silent_ones_are_nan() -> 
     rig.bridge.publish(acted(0.2, (1500.0, 1500.0)))
     rig.bridge.accept(
         "esc",
-        [EscSample(0.2, 0, 200.0, 16.0, 2.0, 30.0, 1.0), EscSample(0.2, 1, 100.0, 15.0, 1.0, 30.0, 1.0)],
+        [EscSample(0.2, 0, 200.0, 16.0, 2.0), EscSample(0.2, 1, 100.0, 15.0, 1.0)],
     )
     rig.step(1.05)
     assert rig.told("rpm")[0].values[:2] == (-200.0, 100.0)
