@@ -93,6 +93,21 @@ class GnssSample:
 Sample = ImuSample | FogBlock | DvlSample | PressureSample | EscSample | GnssSample
 
 
+@dataclass(frozen=True, slots=True)
+class Arrival:
+    """What came at `time_s` from the device in a slot of the vehicle file.
+
+    Bytes, the last of which arrived then; a sample of a device that is polled; or the fault that prevents both ("": it
+    works again).
+    """
+
+    slot: str
+    time_s: float
+    data: bytes = b""
+    sample: PressureSample | None = None
+    fault: str | None = None
+
+
 class Parser(Protocol):
     """Incremental parser of a device's byte stream.
 

@@ -19,11 +19,12 @@ from bridge.links.descriptor import open_pty
 from bridge.links.link import Link
 from bridge.links.memory import memory_pair
 from bridge.onboard.parameters import ParameterServer
-from bridge.onboard.ports import Arrival, Inbox, port_spec, run_ports
+from bridge.onboard.ports import Inbox, port_spec, run_ports
 from bridge.onboard.service import Bridge
 from bridge.sensors.bar30 import FakeBar30, I2cBus
 from bridge.sensors.drivers import greeting, make_parser
 from bridge.sensors.kvh1750 import encode_kvh1750
+from bridge.sensors.samples import Arrival
 from bridge.vehicle.config import Device, Vehicle
 from bridge.vehicle.parameters import vehicle_table
 from bridge.wire import readings

@@ -73,7 +73,7 @@ def test_noise_on_every_line_ends_no_driver() -> None:
 
 
 def test_the_imu_goes_out_at_its_rate_as_means_turned_into_body_axes() -> None:
-    rig = Rig(imu_rate_hz=50.0)
+    rig = Rig()
     told = []
     for i in range(1, 101):
         rig.bridge.accept("imu", [imu(0.01 * i, (0.01 * i, 0.0, 9.81))])
@@ -99,7 +99,7 @@ def test_attitude_goes_out_at_the_control_rate_level_and_north() -> None:
 
 
 def test_the_gyro_tells_the_mean_since_its_last_message_dated_at_the_middle_of_it() -> None:
-    rig = Rig(fog_rate_hz=40.0)
+    rig = Rig()
     told = []
     # The rate equals the time in ms at the end of each sample, so a mean tells which samples are in it.
     for tick in range(20):
@@ -115,7 +115,7 @@ def test_the_gyro_tells_the_mean_since_its_last_message_dated_at_the_middle_of_i
 
 
 def test_invalid_gyro_samples_are_left_out_of_the_mean() -> None:
-    rig = Rig(fog_rate_hz=40.0)
+    rig = Rig()
     block = fog(0.1, [1.0] * 100)
     spoilt = np.arange(100) % 3 == 0
     rig.bridge.accept("fog", [FogBlock(block.time_s, np.where(spoilt, 1e3, 1.0), ~spoilt)])
@@ -128,7 +128,7 @@ def test_invalid_gyro_samples_are_left_out_of_the_mean() -> None:
 
 
 def test_a_mean_never_reaches_over_a_gap() -> None:
-    rig = Rig(fog_rate_hz=40.0)
+    rig = Rig()
     rig.bridge.accept("fog", [fog(0.01, [5.0] * 10)])
     rig.bridge.accept("fog", [fog(0.25, [1.0] * 30)])
     rig.step(0.3)
