@@ -6,6 +6,7 @@ import threading
 
 import pytest
 from fakes.lossy import Lossy
+from fakes.vehicle import FakeLink
 from links_read import SOON_S, free_port, read_exactly
 
 from bridge.clock import SimulatedClock
@@ -276,30 +277,19 @@ def test_what_is_written_while_a_port_is_away_is_counted() -> None:
 
 
 def test_a_lost_port_is_let_go_before_it_is_opened_again() -> None:
-    events: list[str] = []
-
-    class Port(Link):
-        name = "port"
-
-        def read(self, timeout_s: float) -> bytes:
-            del timeout_s
-            raise LinkLost("gone")
-
-        def write(self, data: bytes) -> None: ...
-
-        def close(self) -> None:
-            events.append("close")
+    ports: list[FakeLink] = []
 
     def opened() -> Link:
-        events.append("open")
-        return Port()
+        assert all(port.closed for port in ports)
+        ports.append(FakeLink("port", reads_fail=True))
+        return ports[-1]
 
     clock = SimulatedClock()
     link = Reconnecting(opened, clock)
     for _ in range(3):
         link.read(0.0)
         clock.advance_to(clock.now_s + 3.0)
-    assert events == ["open", "close"] * 3
+    assert [port.closed for port in ports] == [True] * 3
 
 
 def test_the_pause_between_tries_doubles_up_to_a_second() -> None:

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from fakes.vehicle import QuietLink
+from fakes.vehicle import FakeLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from service_rig import Rig, acted, fog, vehicle
 
@@ -19,35 +19,12 @@ from bridge.vehicle.parameters import vehicle_table
 from bridge.wire.framing import Framer
 
 
-class BrokenLink(QuietLink):
-    """A link with switches."""
-
-    name = "serial:/dev/ttyX"
-
-    def __init__(self) -> None:
-        self.reads_fail = True
-        self.writes_fail = True
-        self.written = b""
-
-    def read(self, timeout_s: float) -> bytes:
-        del timeout_s
-        if self.reads_fail:
-            raise LinkLost("gone")
-        return b""
-
-    def write(self, data: bytes) -> None:
-        if self.writes_fail:
-            raise LinkLost("gone")
-        self.written += data
-
-
 @pytest.mark.parametrize(("reads_fail", "writes_fail"), [(True, True), (True, False), (False, True)])
 def test_one_link_that_fails_takes_nothing_from_the_others_and_is_told_once(
     reads_fail: bool, writes_fail: bool
 ) -> None:
     rig = Rig()
-    broken = BrokenLink()
-    broken.reads_fail, broken.writes_fail = reads_fail, writes_fail
+    broken = FakeLink("serial:/dev/ttyX", reads_fail, writes_fail)
     bridge = Bridge(rig.vehicle, rig.clock, [broken, *rig.links], rig.parameters)
     texts = []
     for i in range(50):
@@ -62,14 +39,14 @@ def test_one_link_that_fails_takes_nothing_from_the_others_and_is_told_once(
     bridge.publish(acted(3.0))
     bridge.step()
     assert bridge.link_faults == {}
-    assert broken.written
+    assert broken.sent
 
 
 def test_a_link_that_mends_itself_is_told_lost_once_while_it_is_away() -> None:
     rig = Rig()
-    plugged: list[BrokenLink] = []
+    plugged: list[FakeLink] = []
 
-    def connect() -> BrokenLink:
+    def connect() -> FakeLink:
         if not plugged:
             raise LinkLost("there is no port")
         return plugged[0]
@@ -83,14 +60,13 @@ def test_a_link_that_mends_itself_is_told_lost_once_while_it_is_away() -> None:
         texts += [m.text for m in rig.heard() if m.get_type() == "STATUSTEXT"]
     assert texts == ["link lost: serial:/dev/ttyX"]
     assert bridge.link_faults == {"serial:/dev/ttyX": "there is no port"}
-    plugged.append(BrokenLink())
-    plugged[0].reads_fail = plugged[0].writes_fail = False
+    plugged.append(FakeLink("serial:/dev/ttyX"))
     dropped = link.dropped
     assert dropped > 0
     rig.clock.advance_to(5.0)
     bridge.step()
     assert bridge.link_faults == {}
-    assert plugged[0].written
+    assert plugged[0].sent
     rig.heard()
     rig.clock.advance_to(5.05)
     bridge.step()
