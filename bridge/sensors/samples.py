@@ -111,8 +111,7 @@ class Arrival:
 class Parser(Protocol):
     """Incremental parser of a device's byte stream.
 
-    `counts` holds the number of samples ("good") and of faults by kind ("checksum", "overlong", "unknown", "out of
-    range", "slip" ...).
+    `counts` holds the number of samples ("good") and of faults by kind ("checksum", "overlong", "out of range" ...).
     """
 
     counts: Counter[str]

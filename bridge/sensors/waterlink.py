@@ -26,8 +26,6 @@ _LONGEST_SENTENCE = 1024
 _OLDEST_S = 5.0  # longer than any ping and its processing
 _FASTEST_M_S = 20.0
 _FARTHEST_M = 1000.0
-_KNOWN_SENTENCES = (b"wru", b"wrp", b"wrx", b"wrt", b"wra", b"wrc", b"wrv", b"wrw")
-_REFUSALS = (b"wrn", b"wr?", b"wr!")
 # float() accepts more (1_0, surrounding blanks, "infinity"), but no device writes these.
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf)")
 _COVARIANCES = 9
@@ -131,8 +129,8 @@ class _Lines:
 class WaterlinkJsonParser:
     """Parses JSON velocity reports.
 
-    counts: good, malformed (no JSON, or a report without its fields), overlong, ignored (dead reckoning), response,
-    refused (a response without success), unknown (other types), out of range.
+    counts: good, malformed (no JSON, or a report without its fields), overlong, ignored (of another type), out of
+    range.
     """
 
     def __init__(self, latency_s: float = 0.0) -> None:
@@ -153,13 +151,9 @@ class WaterlinkJsonParser:
         if not isinstance(report, dict):
             self.counts["malformed"] += 1
             return None
-        kind = report.get("type")
-        if kind == "velocity":
+        if report.get("type") == "velocity":
             return self._velocity(report, time_s)
-        if kind == "response":
-            self.counts["response" if report.get("success") is True else "refused"] += 1
-        else:
-            self.counts["ignored" if kind == "position_local" else "unknown"] += 1
+        self.counts["ignored"] += 1
         return None
 
     def _velocity(self, report: dict[str, Any], time_s: float) -> DvlSample | None:
@@ -180,8 +174,7 @@ class WaterlinkJsonParser:
 class WaterlinkSerialParser:
     """Parses serial sentences: each `wrz` gives a sample.
 
-    counts: good, checksum, malformed, overlong, ignored (known sentences of no use here), refused, unknown, out of
-    range.
+    counts: good, checksum, malformed, overlong, ignored (other sentences), out of range.
     """
 
     def __init__(self, latency_s: float = 0.0) -> None:
@@ -200,15 +193,14 @@ class WaterlinkSerialParser:
             self.counts["checksum" if star else "malformed"] += 1
             return None
         name, *fields = body.split(b",")
-        if name == b"wrz":
-            try:
-                return self._velocity(fields, time_s)
-            except ValueError:
-                self.counts["malformed"] += 1
-                return None
-        known = "ignored" if name in _KNOWN_SENTENCES else "unknown"
-        self.counts["refused" if name in _REFUSALS else known] += 1
-        return None
+        if name != b"wrz":
+            self.counts["ignored"] += 1
+            return None
+        try:
+            return self._velocity(fields, time_s)
+        except ValueError:
+            self.counts["malformed"] += 1
+            return None
 
     def _velocity(self, fields: list[bytes], time_s: float) -> DvlSample | None:
         x, y, z, valid, altitude, fom, covariance, valid_us, sent_us, since_ms, status = fields

@@ -105,7 +105,6 @@ def _reader(precision: int, start: int, stop: int) -> Numbers:
 
 
 MT_DATA2 = 0x36
-ERROR = 0x42
 
 ORIENTATION_VALID = 1 << 1
 SAMPLE_TIME_TICK_S = 1e-4
@@ -158,9 +157,9 @@ def encode_xsens(
 class XsensParser:
     """Parses acceleration, rate of turn and, if sent, attitude and temperature.
 
-    counts: good, checksum, overlong, malformed, skipped bytes, unknown (messages), reply, device error, incomplete
-    (no acceleration or rate of turn), out of range, attitude invalid (flagged by the device, or not of length 1),
-    attitude frame (not ENU), lost (packet counter).
+    counts: good, checksum, overlong, malformed, skipped bytes, ignored (other messages), incomplete (no acceleration
+    or rate of turn), out of range, attitude invalid (flagged by the device, or not of length 1), attitude frame (not
+    ENU), lost (packet counter).
     """
 
     def __init__(self, latency_s: float = 0.0, clock: ClockFit | None = None) -> None:
@@ -177,7 +176,7 @@ class XsensParser:
         samples: list[Sample] = []
         for frame in self._stream.feed(data):
             if frame[2] != MT_DATA2:
-                self._other(frame[2])
+                self.counts["ignored"] += 1
                 continue
             sample = self._sample(frame[6 if frame[3] == 0xFF else 4 : -1], time_s)
             if sample is not None:
@@ -197,13 +196,6 @@ class XsensParser:
             self.counts["overlong"] += 1
             return 0
         return 7 + length
-
-    def _other(self, message: int) -> None:
-        if message == ERROR:
-            self.counts["device error"] += 1
-        else:
-            # An acknowledgement has the id of its command plus one, and commands have even ids.
-            self.counts["reply" if message & 1 else "unknown"] += 1
 
     def _sample(self, data: bytes, time_s: float) -> ImuSample | None:
         counts = self.counts

@@ -11,10 +11,7 @@ from hypothesis import strategies as st
 
 from bridge.sensors.samples import DvlSample
 from bridge.sensors.wayfinder import (
-    BEAM,
-    EARTH,
     EXIT_COMMAND_MODE,
-    SHIP,
     WayfinderParser,
     encode_command,
     encode_packet,
@@ -93,33 +90,26 @@ def test_a_structure_with_a_bad_checksum_inside_a_good_packet_is_refused():
     assert parser.counts == {"checksum": 1}
 
 
-@pytest.mark.parametrize(("coordinates", "name"), [(BEAM, "beam"), (SHIP, "ship"), (EARTH, "earth")])
-def test_other_coordinates_are_counted_and_never_passed_on_as_xyz(coordinates, name):
+@pytest.mark.parametrize(
+    ("packet", "reason"),
+    [
+        *(
+            (encode_wayfinder((0.5, 0.0, 0.0), (3.0,) * 4, 2.6, WHEN, coordinates=other), "coordinates")
+            for other in (0, 2, 3)
+        ),
+        (encode_wayfinder((0.5, 0.0, 0.0), (3.0,) * 4, 2.6, WHEN, structure_version=0x20), "ignored"),
+        (encode_packet(4, struct.pack("<IBB", EXIT_COMMAND_MODE, 1, 0)), "ignored"),
+    ],
+)
+def test_other_coordinates_structures_and_answers_are_counted_and_never_passed_on_as_xyz(packet, reason):
     parser = WayfinderParser()
-    packet = encode_wayfinder((0.5, 0.0, 0.0), (3.0,) * 4, 2.6, WHEN, coordinates=coordinates)
     assert parser.feed(packet, 0.0) == []
-    assert parser.counts == {f"{name} coordinates": 1}
+    assert parser.counts == {reason: 1}
 
 
 def test_the_old_structure_without_a_serial_number_is_read():
     (sample,) = samples(encode_wayfinder((0.5, 0.0, 0.0), (3.0,) * 4, 2.6, WHEN, structure_version=0x10))
     assert sample.velocity == (0.5, 0.0, 0.0)
-
-
-def test_an_unknown_structure_version_is_counted():
-    parser = WayfinderParser()
-    packet = encode_wayfinder((0.5, 0.0, 0.0), (3.0,) * 4, 2.6, WHEN, structure_version=0x20)
-    assert parser.feed(packet, 0.0) == []
-    assert parser.counts == {"unknown": 1}
-
-
-def test_answers_are_counted_by_what_they_say():
-    parser = WayfinderParser()
-    accepted, refused = (
-        encode_packet(4, struct.pack("<IBB", EXIT_COMMAND_MODE, major, 0)) for major in (1, 7)
-    )
-    parser.feed(accepted + refused, 0.0)
-    assert parser.counts == {"response": 1, "refused": 1}
 
 
 @pytest.mark.parametrize(

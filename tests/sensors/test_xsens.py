@@ -14,7 +14,6 @@ from bridge.sensors.samples import ImuSample
 from bridge.sensors.streams import ClockFit
 from bridge.sensors.xsens import (
     ACCELERATION,
-    ERROR,
     ORIENTATION_VALID,
     PACKET_COUNTER,
     QUATERNION,
@@ -138,11 +137,11 @@ def test_numbers_that_are_none_give_no_sample(bad):
 
 def test_what_is_no_measurement_is_counted_by_kind():
     parser = XsensParser()
-    parser.feed(encode_message(0x31) + encode_message(ERROR, b"\x04") + encode_message(0x3E), 0.0)
+    parser.feed(encode_message(0x31) + encode_message(0x42, b"\x04"), 0.0)
     parser.feed(encode_mtdata2([(0x3010, bytes(4))]), 0.0)
     parser.feed(encode_mtdata2([(ACCELERATION, bytes(11))]) + encode_mtdata2([]), 0.0)
     parser.feed(encode_message(0x36, b"\x40\x20\x0c\x00"), 0.0)
-    assert parser.counts == {"reply": 1, "device error": 1, "unknown": 1, "incomplete": 1, "malformed": 3}
+    assert parser.counts == {"ignored": 2, "incomplete": 1, "malformed": 3}
 
 
 def test_two_sequences_of_one_length_are_told_apart():
