@@ -1,6 +1,5 @@
 """The bridge in real time, over pseudo-terminals: bytes in, frames out, ports pulled and put back."""
 
-import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -80,14 +79,6 @@ class Ground:
 
 
 @contextmanager
-def running(
-    craft: Vehicle, bus: I2cBus | None = None, act: Callable[[], None] = lambda: None
-) -> Iterator[tuple[Ground, SystemClock]]:
-    with bridging(craft, bus, act) as (_, ground, clock):
-        yield ground, clock
-
-
-@contextmanager
 def bridging(
     craft: Vehicle, bus: I2cBus | None = None, act: Callable[[], None] = lambda: None
 ) -> Iterator[tuple[Bridge, Ground, SystemClock]]:
@@ -122,7 +113,7 @@ def feeding(device: Link, data: bytes) -> Iterator[None]:
 def test_bytes_on_a_port_become_frames_dated_by_their_arrival() -> None:
     device, path = open_pty()
     craft = vehicle(fog=Device("kvh1750", port=path))
-    with running(craft) as (ground, clock), feeding(device, encode_kvh1750(np.full(20, 0.25))):
+    with bridging(craft) as (_, ground, clock), feeding(device, encode_kvh1750(np.full(20, 0.25))):
         begun_s = clock.boot_s()
         fog = ground.reading("fog")
         assert fog.values[0] == pytest.approx(0.25, abs=1e-5)
@@ -136,7 +127,7 @@ def test_steps_that_take_longer_than_their_period_leave_no_sensor_unheard() -> N
     craft = vehicle(fog=Device("kvh1750", port=path))
     busy = threading.Event()
     with (
-        running(craft, act=lambda: busy.wait(0.08) and None) as (ground, _),
+        bridging(craft, act=lambda: busy.wait(0.08) and None) as (_, ground, _),
         feeding(device, encode_kvh1750(np.full(20, 0.25))),
     ):
         assert ground.reading("fog").values[0] == pytest.approx(0.25, abs=1e-5)
@@ -201,14 +192,14 @@ class FullInbox(Inbox):
 
 def test_a_fault_that_found_no_room_is_told_again(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr("bridge.onboard.ports.Inbox", FullInbox)
-    with running(vehicle(fog=Device("kvh1750", port=str(tmp_path / "ttyFOG")))) as (ground, _):
+    with bridging(vehicle(fog=Device("kvh1750", port=str(tmp_path / "ttyFOG")))) as (_, ground, _):
         assert "fog: there is no port" in ground.text("there is no port")
 
 
 def test_a_port_pulled_and_put_back_speaks_again_and_noise_ends_nothing(tmp_path: Path) -> None:
     name = tmp_path / "ttyFOG"
-    with running(vehicle(fog=Device("kvh1750", port=str(name)))) as (ground, _):
-        ground.text("there is no port")
+    with bridging(vehicle(fog=Device("kvh1750", port=str(name)), imu=Device("mti300"))) as (_, ground, _):
+        ground.text("imu: the vehicle file names no port; add it there")
         for rate in (0.5, 0.75):
             device, path = open_pty()
             name.symlink_to(path)
@@ -220,24 +211,9 @@ def test_a_port_pulled_and_put_back_speaks_again_and_noise_ends_nothing(tmp_path
             ground.text("the other side has gone")
 
 
-def test_a_device_is_faulty_by_name_until_it_speaks(tmp_path: Path) -> None:
-    name = tmp_path / "ttyFOG"
-    craft = vehicle(fog=Device("kvh1750", port=str(name)), imu=Device("mti300"))
-    with bridging(craft) as (bridge, ground, _):
-        ground.text("imu: the vehicle file names no port; add it there")
-        ground.text(f"fog: there is no port {name}; check the cable")
-        assert set(bridge.device_faults) == {"fog", "imu"}
-        device, path = open_pty()
-        name.symlink_to(path)
-        with feeding(device, encode_kvh1750(np.full(20, 0.25))):
-            ground.text("fog is back")
-        assert set(bridge.device_faults) == {"imu"}
-    device.close()
-
-
 def test_the_depth_sensor_is_asked_over_i2c_and_one_that_was_unplugged_comes_back() -> None:
     bus = FakeBar30(pressure_pa=110_000.0)
-    with running(vehicle(depth=Device("bar30", port="i2c:1:0x76", rate_hz=10.0)), bus) as (ground, _):
+    with bridging(vehicle(depth=Device("bar30", port="i2c:1:0x76", rate_hz=10.0)), bus) as (_, ground, _):
         assert ground.reading("pressure").values[0] == pytest.approx(110_000.0, abs=30.0)
         bus.unplugged = True
         ground.text("depth: nothing answers")
@@ -249,24 +225,9 @@ def test_the_depth_sensor_is_asked_over_i2c_and_one_that_was_unplugged_comes_bac
 
 
 def test_a_bus_that_cannot_be_opened_is_told_and_the_rest_goes_on() -> None:
-    with running(vehicle(depth=Device("bar30", port="1"))) as (ground, _):
+    with bridging(vehicle(depth=Device("bar30", port="1"))) as (_, ground, _):
         ground.text("/dev/i2c-1 can't be opened")
         assert ground.reading("alive").values[0] == 0.0
-
-
-def test_a_dvl_on_the_network_is_read_over_tcp() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        spec = f"tcp:127.0.0.1:{listener.getsockname()[1]}"
-        with running(vehicle(dvl=Device("a50", port=spec))) as (ground, _):
-            peer, _ = listener.accept()
-            report = (
-                b'{"type":"velocity","format":"json_v3.1","time":100.0,"vx":0.5,"vy":-0.25,"vz":0.125,"fom":0.002,'
-                b'"altitude":2.5,"velocity_valid":true,"status":0,"transducers":[],'
-                b'"time_of_validity":1000000,"time_of_transmission":1000000}\n'
-            )
-            with peer:
-                peer.sendall(b"not json at all\n" + report)
-                assert ground.reading("dvl").values[:3] == (0.5, -0.25, 0.125)
 
 
 def test_a_port_name_that_cannot_be_read_is_refused_before_anything_starts() -> None:

@@ -5,13 +5,11 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from service_rig import SIX, Rig, acted, fog, imu, vehicle
+from service_rig import SIX, Rig, acted, fog, imu
 
-from bridge.onboard.service import Bridge
 from bridge.sensors.kvh1750 import encode_kvh1750
-from bridge.sensors.samples import EscSample, FogBlock, GnssSample
+from bridge.sensors.samples import EscSample, FogBlock
 from bridge.sensors.wayfinder import encode_packet
-from bridge.vehicle.config import Device
 from bridge.wire.readings import Reading
 
 
@@ -174,12 +172,3 @@ def test_shaft_speeds_take_the_sign_of_the_command_and_silent_ones_are_nan() -> 
     assert rig.told("rpm") == []
     rig.step(2.5)
     assert math.isnan(rig.bridge.navigation.voltage_v)
-
-
-def test_a_surface_fix_is_told() -> None:
-    rig = Rig()
-    bridge = Bridge(vehicle(gnss=Device("ublox")), rig.clock, rig.links, rig.parameters)
-    bridge.accept("gnss", [GnssSample(1.0, 3, 45.44, 12.33, 1.0, 2.0, 0.5, 1.0, 9)])
-    bridge.step()
-    rig.heard()
-    assert rig.told("gnss")[0].values[:3] == (3.0, 45.44, 12.33)
