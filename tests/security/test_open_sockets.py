@@ -1,6 +1,5 @@
 """What is open on networks: on this computer alone unless told, and all of it listed at the start."""
 
-import json
 import os
 import socket
 import threading
@@ -180,20 +179,6 @@ def test_every_verb_lists_the_socket_of_its_link_where_words_go(line, at_once, c
     assert sentence.startswith(f"open: 127.0.0.1 port {port} (UDP): ")
     assert sentence.endswith("reachable from this computer alone")
     assert listed(said.out) == []
-
-
-@pytest.mark.usefixtures("at_once")
-def test_json_on_standard_output_stays_json(monkeypatch, capsys):
-    monkeypatch.setattr("gcs_plugin.params.client.ParameterClient.find_vehicle", lambda *_: (1, 1))
-    monkeypatch.setattr("gcs_plugin.params.client.ParameterClient.read_all", lambda _: {"FF1_M_U": 1.5})
-    monkeypatch.setattr("gcs_plugin.params.client.ParameterClient.vehicle", (1, 1))
-    monkeypatch.setattr(Ended, "write", lambda *_: None)
-    cli.main(["params", "show", "--link", "udpin:0.0.0.0:0", "--json", "-"])
-    said = capsys.readouterr()
-    assert json.loads(said.out) == {"FF1_M_U": 1.5}
-    assert listed(said.err) == [
-        "open: 0.0.0.0 a free port (UDP): the link, reachable from every network of this computer"
-    ]
 
 
 def test_a_link_that_comes_back_is_listed_once(capsys):

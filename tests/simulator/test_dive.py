@@ -19,6 +19,7 @@ from bridge.simulator.direct import simulate_truth
 from bridge.simulator.dive import SimulatedVehicle, real_time, simulate_dive
 from bridge.simulator.missions import Leg, Mission, dive, rest, run, turn
 from bridge.simulator.truth import QUIET, load_truth
+from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import COMMIT, vehicle_table
@@ -60,16 +61,14 @@ def recorded(mission: Mission = OUT, **options: Any) -> dict[str, list[Any]]:
     return told
 
 
-def accepted() -> ParameterServer:
-    """A vehicle that has been given the truth as its parameters."""
-    table = vehicle_table(FILE.vehicle)
-    server = ParameterServer(None, table)
+def accepted(times: float = 1.0) -> ParameterServer:
+    """The parameters of a vehicle that has been given the truth, its mass and damping in surge so many times theirs."""
+    server = ParameterServer(None, vehicle_table(FILE.vehicle))
     for configuration in FILE.vehicle.configurations:
-        veh_cfg = FILE.vehicle.veh_cfg(configuration)
-        model = load_truth(FILE, configuration).model
-        for parameter in table:
-            if parameter.veh_cfg == veh_cfg and parameter.coefficient in model:
-                assert server.write(parameter.name, model[parameter.coefficient], armed=False) is None
+        for name, value in load_truth(FILE, configuration).model.items():
+            factor = times if name in ("M_u", "D_u") else 1.0
+            parameter = BY_NAME[name].parameter_id(FILE.vehicle.veh_cfg(configuration))
+            assert server.write(parameter, factor * value, armed=False) is None
     assert server.write(COMMIT, float(server.staged_crc), armed=False) is None
     return server
 
@@ -281,23 +280,12 @@ BACK = Leg("back", "steady", 12.0, surge_m_s=-0.4, transient_s=5.0)
 TO_AND_FRO = Mission("to and fro", (AHEAD, BACK) * 3)
 
 
-def server(times: float) -> ParameterServer:
-    """The true model, its mass and damping in surge so many times theirs."""
-    parameters = ParameterServer(None, vehicle_table(FILE.vehicle))
-    veh_cfg = FILE.vehicle.veh_cfg("hovering")
-    for name, value in load_truth(FILE, "hovering").model.items():
-        factor = times if name in ("M_u", "D_u") else 1.0
-        assert parameters.write(f"FF{veh_cfg}_{name.upper()}", factor * value, armed=False) is None
-    assert parameters.write("FF_COMMIT", float(parameters.staged_crc), armed=False) is None
-    return parameters
-
-
 class Dive:
     """The vehicle under way, and its ground."""
 
     def __init__(self, times: float = 1.0, mode: Mode = Mode.SHADOW) -> None:
         near, self.ground = memory_pair()
-        self.parameters = server(times)
+        self.parameters = accepted(times)
         self.parameters.write("FF_MODE", float(mode), armed=False)
         self.vehicle = SimulatedVehicle(FILE, "hovering", [near], Start(7, 0.6), self.parameters)
         assert self.vehicle.bridge.arm(True)

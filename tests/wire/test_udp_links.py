@@ -64,13 +64,10 @@ def test_udpin_answers_the_vehicle_whatever_strangers_send() -> None:
         link.close()
 
 
-@pytest.mark.parametrize("host", ["127.0.0.1", "localhost", "::1"])
-def test_udpout_to_this_computer_can_be_reached_from_this_computer_alone(host: str) -> None:
-    link = open_link(f"udpout:{host}:14550")
+def test_udpout_to_this_computer_can_be_reached_from_this_computer_alone_by_the_newer_address_too() -> None:
+    link = open_link("udpout:::1:14550")
     assert isinstance(link, UdpLink)
-    own, port, *_ = link._socket.getsockname()
-    assert own == ("::1" if host == "::1" else "127.0.0.1")
-    assert port == link.port > 0
+    assert link._socket.getsockname()[:2] == ("::1", link.port)
     link.close()
 
 
