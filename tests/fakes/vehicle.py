@@ -58,15 +58,17 @@ class QuietLink(Link):
 class FakeLink(QuietLink):
     """A link with switches: gives what is in `chunks`, raises an exception among them, keeps what is `sent`.
 
-    `reads_fail`, `writes_fail`: the other side has gone.
+    `reads_fail`, `writes_fail`: the other side has gone. A read lets the time of a `clock` pass.
     """
 
-    def __init__(self, name="fake:", reads_fail=False, writes_fail=False):
-        self.name, self.reads_fail, self.writes_fail = name, reads_fail, writes_fail
-        self.chunks, self.sent, self.closed = deque(), [], False
+    def __init__(self, name="fake:", chunks=(), *, reads_fail=False, writes_fail=False, clock=None):
+        self.name, self.reads_fail, self.writes_fail, self.clock = name, reads_fail, writes_fail, clock
+        self.chunks, self.sent, self.closed = deque(chunks), [], False
 
     def read(self, timeout_s):
         assert timeout_s >= 0
+        if self.clock is not None:
+            self.clock.advance_to(self.clock.boot_s() + timeout_s)
         if self.reads_fail:
             raise LinkLost("gone")
         chunk = self.chunks.popleft() if self.chunks else b""

@@ -24,7 +24,7 @@ def test_one_link_that_fails_takes_nothing_from_the_others_and_is_told_once(
     reads_fail: bool, writes_fail: bool
 ) -> None:
     rig = Rig()
-    broken = FakeLink("serial:/dev/ttyX", reads_fail, writes_fail)
+    broken = FakeLink("serial:/dev/ttyX", reads_fail=reads_fail, writes_fail=writes_fail)
     bridge = Bridge(rig.vehicle, rig.clock, [broken, *rig.links], rig.parameters)
     texts = []
     for i in range(50):
