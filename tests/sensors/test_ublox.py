@@ -183,18 +183,3 @@ def test_a_sample_without_a_fix_is_encoded_without_one():
     nan = math.nan
     lost = GnssSample(10.0, NO_FIX, nan, nan, nan, nan, nan, nan, 3)
     assert repr(UbloxParser().feed(encode_nav_pvt(lost, 0), 10.0)) == repr([lost])
-
-
-fields = st.text(st.characters(min_codepoint=32, max_codepoint=126, exclude_characters="*$"), max_size=8)
-
-
-@settings(max_examples=150, deadline=None)
-@given(
-    st.sampled_from(["GPGGA", "GPRMC"]),
-    st.lists(fields | st.sampled_from(["1", "N", "E", "A", "4807.038", "123519"]), max_size=16),
-)
-def test_no_sentence_makes_the_parser_raise(kind, values):
-    parser = UbloxParser()
-    parser.feed(encode_nmea(",".join([kind, *values])), 0.0)
-    parser.feed(GGA + RMC, 0.0)
-    assert parser.counts["good"] >= 1

@@ -263,18 +263,3 @@ def test_a_lost_lock_is_encoded_as_the_device_writes_it():
     ):
         (sample,) = parser.feed(data, 0.0)
         assert not sample.locked
-
-
-json_values = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
-    max_leaves=5,
-)
-
-
-@settings(max_examples=100, deadline=None)
-@given(st.dictionaries(st.sampled_from(sorted(FIELDS)), json_values, max_size=4))
-def test_no_field_of_a_report_makes_the_parser_raise(changes):
-    parser = WaterlinkJsonParser()
-    parser.feed(line(**changes), 0.0)
-    assert sum(parser.counts.values()) == 1
