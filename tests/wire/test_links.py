@@ -11,12 +11,11 @@ from links_read import SOON_S, free_port, read_exactly
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkError, LinkLost
-from bridge.links.descriptor import TcpServer, open_pty, open_tcpin
+from bridge.links.descriptor import open_pty, open_tcpin
 from bridge.links.link import Link
 from bridge.links.memory import memory_pair
 from bridge.links.open import open_link
 from bridge.links.reconnecting import Aside, Reconnecting, next_retry_s
-from bridge.links.udp import UdpLink
 from bridge.wire.framing import Encoder, Framer
 
 
@@ -38,25 +37,24 @@ from bridge.wire.framing import Encoder, Framer
         ("udpin:no-such-host.invalid:1", "the host 'no-such-host.invalid' is unknown"),
     ],
 )
-def test_a_link_that_cannot_be_is_refused_in_one_sentence(spec: str, sentence: str) -> None:
+def test_a_link_that_cannot_be_is_refused_in_one_sentence(spec, sentence):
     with pytest.raises(LinkError) as caught:
         open_link(spec)
     assert sentence in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
-def test_a_refused_connection_and_a_taken_port_are_named() -> None:
+def test_a_refused_connection_and_a_taken_port_are_named():
     with pytest.raises(LinkError, match="refused, nobody listens there"):
         open_link(f"tcp:127.0.0.1:{free_port(socket.SOCK_STREAM)}")
     for kind in ("udpin", "tcpin"):
         first = open_link(f"{kind}:127.0.0.1:0")
-        assert isinstance(first, UdpLink | TcpServer)
         with pytest.raises(LinkError, match="Address already in use"):
             open_link(f"{kind}:127.0.0.1:{first.port}")
         first.close()
 
 
-def test_tcp_carries_both_ways_and_the_next_peer_is_served_when_one_leaves() -> None:
+def test_tcp_carries_both_ways_and_the_next_peer_is_served_when_one_leaves():
     server = open_tcpin("127.0.0.1", 0)
     assert server.read(0.0) == b""
     server.write(b"to nobody")
@@ -73,7 +71,7 @@ def test_tcp_carries_both_ways_and_the_next_peer_is_served_when_one_leaves() -> 
         server.read(0.0)
 
 
-def test_a_tcp_peer_that_goes_away_is_a_lost_link() -> None:
+def test_a_tcp_peer_that_goes_away_is_a_lost_link():
     server = open_tcpin("127.0.0.1", 0)
     client = open_link(f"tcp:127.0.0.1:{server.port}")
     client.write(b"x")
@@ -84,7 +82,7 @@ def test_a_tcp_peer_that_goes_away_is_a_lost_link() -> None:
     client.close()
 
 
-def test_a_serial_port_carries_every_byte_and_is_held_by_one_program() -> None:
+def test_a_serial_port_carries_every_byte_and_is_held_by_one_program():
     device, path = open_pty()
     port = open_link(f"serial:{path}:115200")
     every = bytes(range(256))
@@ -100,7 +98,7 @@ def test_a_serial_port_carries_every_byte_and_is_held_by_one_program() -> None:
     device.close()
 
 
-def test_a_port_that_is_unplugged_is_lost_with_a_sentence() -> None:
+def test_a_port_that_is_unplugged_is_lost_with_a_sentence():
     device, path = open_pty()
     port = open_link(f"serial:{path}:115200")
     device.close()
@@ -113,7 +111,7 @@ def test_a_port_that_is_unplugged_is_lost_with_a_sentence() -> None:
         port.read(0.0)
 
 
-def test_a_peer_that_takes_nothing_never_stalls_the_writer() -> None:
+def test_a_peer_that_takes_nothing_never_stalls_the_writer():
     device, path = open_pty()
     chunk = bytes(1000)
     for _ in range(131):
@@ -125,7 +123,7 @@ def test_a_peer_that_takes_nothing_never_stalls_the_writer() -> None:
     device.close()
 
 
-def test_memory_carries_chunks_in_order_and_notices_the_other_end_closing() -> None:
+def test_memory_carries_chunks_in_order_and_notices_the_other_end_closing():
     a, b = memory_pair()
     a.write(b"one")
     a.write(b"two")
@@ -170,16 +168,14 @@ def through(lossy: Lossy, far: Link, raws: list[bytes]) -> tuple[list[bytes], li
 @pytest.mark.parametrize(
     ("fault", "low", "high"), [("loss", 120, 160), ("duplicate", 240, 280), ("corrupt", 120, 160)]
 )
-def test_a_lossy_link_loses_doubles_and_damages_frames_at_its_rate_both_ways(
-    fault: str, low: int, high: int
-) -> None:
+def test_a_lossy_link_loses_doubles_and_damages_frames_at_its_rate_both_ways(fault, low, high):
     lossy, far, _ = lossy_pair(**{fault: 0.3})
     for got in through(lossy, far, frames(200)):
         assert low < len(got) < high
         assert set(got) <= set(frames(200))
 
 
-def test_a_lossy_link_lets_frames_overtake_each_other_and_loses_none() -> None:
+def test_a_lossy_link_lets_frames_overtake_each_other_and_loses_none():
     lossy, far, clock = lossy_pair(reorder=0.2)
     out, _ = through(lossy, far, frames(100))
     clock.advance_to(1.0)
@@ -189,7 +185,7 @@ def test_a_lossy_link_lets_frames_overtake_each_other_and_loses_none() -> None:
     assert sorted(out) == sorted(frames(100))
 
 
-def test_a_lossy_link_delays_and_its_switches_work_while_it_runs() -> None:
+def test_a_lossy_link_delays_and_its_switches_work_while_it_runs():
     lossy, far, clock = lossy_pair(delay_s=0.2)
     lossy.write(frames(1)[0])
     clock.advance_to(0.1)
@@ -226,7 +222,7 @@ class Plug:
         self.device.close()
 
 
-def test_a_port_comes_back_within_three_seconds_a_hundred_times() -> None:
+def test_a_port_comes_back_within_three_seconds_a_hundred_times():
     clock, plug, said = SimulatedClock(), Plug(), list[str]()
     link = Reconnecting(plug.open, clock, "port", said.append)
     for cycle in range(100):
@@ -254,7 +250,7 @@ def test_a_port_comes_back_within_three_seconds_a_hundred_times() -> None:
     assert "other end" in sentence
 
 
-def test_what_is_written_while_a_port_is_away_is_counted() -> None:
+def test_what_is_written_while_a_port_is_away_is_counted():
     clock, plug = SimulatedClock(), Plug()
     link = Reconnecting(plug.open, clock, "port")
     for _ in range(3):
@@ -268,7 +264,7 @@ def test_what_is_written_while_a_port_is_away_is_counted() -> None:
     assert link.dropped == 4
 
 
-def test_a_lost_port_is_let_go_before_it_is_opened_again() -> None:
+def test_a_lost_port_is_let_go_before_it_is_opened_again():
     ports: list[FakeLink] = []
 
     def opened() -> Link:
@@ -284,14 +280,14 @@ def test_a_lost_port_is_let_go_before_it_is_opened_again() -> None:
     assert [port.closed for port in ports] == [True] * 3
 
 
-def test_the_pause_between_tries_doubles_up_to_a_second() -> None:
+def test_the_pause_between_tries_doubles_up_to_a_second():
     pauses = [0.25]
     while len(pauses) < 6:
         pauses.append(next_retry_s(pauses[-1]))
     assert pauses == [0.25, 0.5, 1.0, 1.0, 1.0, 1.0]
 
 
-def test_nobody_waits_for_a_network_that_takes_its_time_to_connect() -> None:
+def test_nobody_waits_for_a_network_that_takes_its_time_to_connect():
     answered, near = threading.Event(), memory_pair()[0]
 
     def slow() -> Link:
@@ -306,7 +302,7 @@ def test_nobody_waits_for_a_network_that_takes_its_time_to_connect() -> None:
     assert opened(aside) is near
 
 
-def test_why_a_link_could_not_be_opened_aside_is_said_until_it_is() -> None:
+def test_why_a_link_could_not_be_opened_aside_is_said_until_it_is():
     attempts: list[Link | LinkError] = [LinkError("tcp:far:1: refused"), memory_pair()[0]]
 
     def factory() -> Link:
