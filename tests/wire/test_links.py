@@ -142,12 +142,6 @@ def frames(count: int) -> list[bytes]:
     return [encoder.frame(0, bytes((i, 2, 3, 4, 5, 6, 7, 8, 9))) for i in range(count)]
 
 
-def lossy_pair(**faults: float) -> tuple[Lossy, Link, SimulatedClock]:
-    clock = SimulatedClock()
-    near, far = memory_pair()
-    return Lossy(near, random.Random(2), clock, **faults), far, clock
-
-
 def drain(link: Link) -> bytes:
     data = b""
     while more := link.read(0.0):
@@ -155,51 +149,41 @@ def drain(link: Link) -> bytes:
     return data
 
 
-def through(lossy: Lossy, far: Link, raws: list[bytes]) -> tuple[list[bytes], list[bytes]]:
-    """What comes out of either direction."""
-    for raw in raws:
+@pytest.mark.parametrize(
+    ("fault", "low", "high"),
+    [("loss", 120, 160), ("duplicate", 240, 280), ("corrupt", 120, 160), ("reorder", 200, 200)],
+)
+def test_a_lossy_link_loses_doubles_damages_and_reorders_frames_at_its_rate_both_ways(fault, low, high):
+    clock, sent = SimulatedClock(), frames(200)
+    near, far = memory_pair()
+    lossy = Lossy(near, random.Random(2), clock, **{fault: 0.3})
+    for raw in sent:
         lossy.write(raw)
         far.write(raw)
-    out = [f.raw for f in Framer().feed(drain(far)) if f.known]
-    back = b"".join(lossy.read(0.0) for _ in raws)
-    return out, [f.raw for f in Framer().feed(back) if f.known]
-
-
-@pytest.mark.parametrize(
-    ("fault", "low", "high"), [("loss", 120, 160), ("duplicate", 240, 280), ("corrupt", 120, 160)]
-)
-def test_a_lossy_link_loses_doubles_and_damages_frames_at_its_rate_both_ways(fault, low, high):
-    lossy, far, _ = lossy_pair(**{fault: 0.3})
-    for got in through(lossy, far, frames(200)):
-        assert low < len(got) < high
-        assert set(got) <= set(frames(200))
-
-
-def test_a_lossy_link_lets_frames_overtake_each_other_and_loses_none():
-    lossy, far, clock = lossy_pair(reorder=0.2)
-    out, _ = through(lossy, far, frames(100))
+    back = [lossy.read(0.0) for _ in sent]
     clock.advance_to(1.0)
-    lossy.read(0.0)
-    out += [f.raw for f in Framer().feed(drain(far))]
-    assert out != frames(100)
-    assert sorted(out) == sorted(frames(100))
+    back.append(lossy.read(0.0))
+    for data in (drain(far), b"".join(back)):
+        got = [frame.raw for frame in Framer().feed(data) if frame.known]
+        assert low <= len(got) <= high
+        assert set(got) <= set(sent)
+        assert (got != sorted(got, key=sent.index)) is (fault == "reorder")
 
 
 def test_a_lossy_link_delays_and_its_switches_work_while_it_runs():
-    lossy, far, clock = lossy_pair(delay_s=0.2)
-    lossy.write(frames(1)[0])
-    clock.advance_to(0.1)
-    assert (lossy.read(0.0), drain(far)) == (b"", b"")
-    clock.advance_to(0.2)
-    lossy.read(0.0)
-    assert drain(far) == frames(1)[0]
+    clock, (raw,) = SimulatedClock(), frames(1)
+    near, far = memory_pair()
+    lossy = Lossy(near, random.Random(2), clock, delay_s=0.2)
+    lossy.write(raw)
+    for time_s, heard in ((0.1, b""), (0.2, raw)):
+        clock.advance_to(time_s)
+        lossy.read(0.0)
+        assert drain(far) == heard
     lossy.outgoing.delay_s = 0.0
-    lossy.outgoing.cut = True
-    lossy.write(frames(1)[0])
-    assert drain(far) == b""
-    lossy.outgoing.cut = False
-    lossy.write(frames(1)[0])
-    assert drain(far) == frames(1)[0]
+    for cut, heard in ((True, b""), (False, raw)):
+        lossy.outgoing.cut = cut
+        lossy.write(raw)
+        assert drain(far) == heard
 
 
 class Plug:
