@@ -46,7 +46,7 @@ from bridge.sensors.samples import (
 from bridge.vehicle.autopilot import Actuation
 from bridge.vehicle.config import Vehicle
 from bridge.vehicle.navigation import Navigation, Navigator
-from bridge.vehicle.parameters import APPLYING_MODES, COMMIT, MODE
+from bridge.vehicle.parameters import COMMIT, MODE
 from bridge.wire.framing import Encoder, Frame, decode
 from bridge.wire.readings import Reading, encode
 from bridge.wire.status_codes import Topic, coded
@@ -208,7 +208,7 @@ class Bridge:
 
     def arm(self, wanted: bool) -> bool:
         """Arm or disarm. If arming is refused, send the reason to the crew and return False."""
-        if wanted and self._parameters.mode in APPLYING_MODES and not self._parameters.active_crc:
+        if wanted and self._parameters.mode.applies_feedforward and not self._parameters.active_crc:
             self.say("arming refused: FF_MODE needs an active set")
             return False
         self.armed = wanted

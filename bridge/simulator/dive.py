@@ -89,7 +89,7 @@ def control(
 
     The thrusters of a disarmed vehicle stay at neutral, with or without a mission.
     """
-    autopilot.mode = Mode(parameters.mode)
+    autopilot.mode = parameters.mode
     tick = autopilot.step if bridge.armed else autopilot.rest
     actuation = tick(clock.boot_s(), bridge.navigation, reference)
     bridge.publish(actuation)

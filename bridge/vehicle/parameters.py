@@ -16,7 +16,6 @@ MODE: Final = "FF_MODE"
 COMMIT: Final = "FF_COMMIT"
 ACTIVE: Final = "FF_ACTIVE"
 VERSION: Final = "FF_VERSION"
-APPLYING_MODES: Final = (2.0, 3.0)
 
 # Limits of total mass and inertia for any vehicle, as fractions of its dry mass and rigid-body inertia. They are wide:
 # the added mass of a slender hull in heave, or the added inertia of a flat hull in pitch, is several times that of the
