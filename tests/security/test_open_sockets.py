@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from fakes.ports import free_port
 from fakes.vehicle import QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
@@ -75,9 +76,7 @@ def test_a_recording_lists_every_socket_that_it_has(tmp_path, monkeypatch, capsy
         work(stop)
 
     monkeypatch.setattr("bridge.command_line.until_stopped", looked)
-    with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = free_port(socket.SOCK_DGRAM)
     cli.main(["record", "--link", f"udpin::{port}", "--out", str(tmp_path)])
     lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("open: ")]
     assert len(opened) == len(lines) == 2
@@ -168,9 +167,7 @@ def listed(said):
 
 @pytest.mark.parametrize("line", VERBS)
 def test_every_verb_lists_the_socket_of_its_link_where_words_go(line, at_once, capsys):
-    with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = free_port(socket.SOCK_DGRAM)
     words = [word for word in line.split() if word not in ("a", "mission")]
     cli.main([*words, *VERBS[line], "--link", f"udpin::{port}"])
     said = capsys.readouterr()

@@ -1,13 +1,13 @@
 """Links by name, lossy links, and links that come back."""
 
 import random
-import socket
 import threading
 
 import pytest
 from fakes.lossy import Lossy
+from fakes.ports import free_port
 from fakes.vehicle import FakeLink
-from links_read import SOON_S, free_port, read_exactly
+from links_read import SOON_S, read_exactly
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkError, LinkLost
@@ -46,7 +46,7 @@ def test_a_link_that_cannot_be_is_refused_in_one_sentence(spec, sentence):
 
 def test_a_refused_connection_and_a_taken_port_are_named():
     with pytest.raises(LinkError, match="refused, nobody listens there"):
-        open_link(f"tcp:127.0.0.1:{free_port(socket.SOCK_STREAM)}")
+        open_link(f"tcp:127.0.0.1:{free_port()}")
     for kind in ("udpin", "tcpin"):
         first = open_link(f"{kind}:127.0.0.1:0")
         with pytest.raises(LinkError, match="Address already in use"):

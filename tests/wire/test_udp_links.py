@@ -6,7 +6,8 @@ import sys
 from collections.abc import Iterator
 
 import pytest
-from links_read import SOON_S, free_port
+from fakes.ports import free_port
+from links_read import SOON_S
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
