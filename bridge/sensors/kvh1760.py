@@ -17,7 +17,6 @@ from collections import Counter
 
 import numpy as np
 from fastcrc import crc32
-from numpy.typing import NDArray
 
 from bridge.errors import ConfigError
 from bridge.sensors.samples import FogBlock, Sample
@@ -75,7 +74,6 @@ class Kvh1760Parser:
         self._stream = Frames(_STARTS, self._size, _is_sound, self.counts)
         self._sequence: int | None = None
         self._frames = 0
-        self._last_time_s = -math.inf
 
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
         """Return the frames that `data` completes, as one block."""
@@ -94,7 +92,9 @@ class Kvh1760Parser:
             valid.append(self._is_valid(rate, status))
         if not rates:
             return []
-        return [FogBlock(self._stamps(numbers, time_s - self._latency_s), np.array(rates), np.array(valid))]
+        last_s = self._clock.time_of(numbers[-1], time_s - self._latency_s)
+        times = self._clock.times_before(last_s, numbers[-1] - np.array(numbers, dtype=np.float64))
+        return [FogBlock(times, np.array(rates), np.array(valid))]
 
     def _size(self, buffer: bytearray, at: int) -> int | None:
         if len(buffer) - at <= len(_PREFIX):
@@ -123,13 +123,6 @@ class Kvh1760Parser:
             self.counts["good"] += 1
             return True
         return False
-
-    def _stamps(self, numbers: list[int], arrival_s: float) -> NDArray[np.float64]:
-        last_s = self._clock.time_of(numbers[-1], arrival_s)
-        stamps = last_s + (np.array(numbers, dtype=np.float64) - numbers[-1]) * self._clock.period_s
-        stamps = np.maximum(stamps, self._last_time_s)
-        self._last_time_s = float(stamps[-1])
-        return stamps
 
 
 def _is_sound(frame: bytes) -> bool:

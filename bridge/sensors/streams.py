@@ -5,6 +5,9 @@ import re
 from collections import Counter
 from collections.abc import Callable
 
+import numpy as np
+from numpy.typing import NDArray
+
 _JITTER_VARIANCE = 1e-3**2  # s2, of the arrivals
 _MEMORY_S = 30.0
 _GAP_S = 0.1
@@ -74,7 +77,7 @@ class ClockFit:
         self.period_s = period_s
         self._period_variance = (tolerance * period_s) ** 2
         self._count: int | None = None
-        self._time_s = 0.0
+        self._time_s, self._latest_s = 0.0, -math.inf
         self._p_tt = self._p_tp = self._p_pp = 0.0
 
     def time_of(self, count: int, arrival_s: float) -> float:
@@ -100,6 +103,12 @@ class ClockFit:
         self._p_tp = p_tp - gain_t * p_tp
         self._p_pp = p_pp - gain_p * p_tp
         return self._time_s
+
+    def times_before(self, last_s: float, ticks: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the times of ticks (n,) so many before one at `last_s`; none runs back behind an earlier answer."""
+        times = np.maximum(last_s - ticks * self.period_s, self._latest_s)
+        self._latest_s = float(times[-1])
+        return times
 
     def restart(self) -> None:
         """Forget the count but keep the period: for use after the counter was interrupted."""
