@@ -21,6 +21,11 @@ MOST_SMALL_BYTES: Final = 64_000_000
 LARGE: Final = (errno.EFBIG, f"more than the {MOST_SMALL_BYTES // 1_000_000} MB that any of ours has")
 
 
+def state_folder() -> Path:
+    """The user's folder for what programs keep between their runs, in which ours have one of their own."""
+    return Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state") / "seatrial"
+
+
 def size_to_read(path: Path) -> int | None:
     """Return the bytes in a file; None for a pipe or a device, since reading those may never end.
 

@@ -319,6 +319,7 @@ class Switch:
         self._vehicles: dict[int, SwitchedVehicle] = {}
         self._now_s = 0.0
         self._was_done = False
+        self._lacking_since_s: float | None = None
         self._texts = StatusTexts(self._on_text)
         for vehicle in known if self.mode is Mode.OFF else ():
             self._of(vehicle.source, 0.0).know(vehicle)
@@ -359,6 +360,10 @@ class Switch:
         """Whether no vehicle that was heard has a feed-forward."""
         return self.heard and all(vehicle.lacks_it for vehicle in self._vehicles.values())
 
+    def lacking_for_s(self, now_s: float) -> float:
+        """For how long no vehicle that was heard has had a feed-forward; 0 if one has."""
+        return 0.0 if self._lacking_since_s is None else now_s - self._lacking_since_s
+
     @property
     def refusal(self) -> str:
         """Why a vehicle refuses the mode, "" if it does not; delayed by a second if its explanation does not arrive.
@@ -391,6 +396,10 @@ class Switch:
     def tick(self, now_s: float) -> list[Any]:
         """The messages to send now."""
         self._now_s, self._was_done = now_s, self.done
+        if not self.lacking:
+            self._lacking_since_s = None
+        elif self._lacking_since_s is None:
+            self._lacking_since_s = now_s
         if self._gives_way:
             return []
         return [m for vehicle in self._vehicles.values() for m in vehicle.tick(now_s, bool(self.twins))]

@@ -61,7 +61,7 @@ def kvh1760(n: int) -> bytes:
 
 
 def esc(n: int) -> bytes:
-    return encode_esc(_rng(n).uniform(0.0, 3000.0), 14, 15.9, 5.0, 30.0, n / 10)
+    return encode_esc(_rng(n).uniform(0.0, 3000.0), 14, 15.9, 5.0, 30.0)
 
 
 def ublox(n: int) -> bytes:

@@ -2,60 +2,57 @@
 
 from collections import deque
 from threading import Condition
+from typing import Final
 
 from bridge.errors import LinkLost
 from bridge.links.link import Link
 
 
+class _Cable:
+    """What both ends share: whether it holds, and the notice of any change."""
+
+    def __init__(self) -> None:
+        self.whole = True
+        self.changed: Final = Condition()
+
+
 class MemoryLink(Link):
     """One end of `memory_pair`. Chunks are handed over as they were written, without a copy."""
 
-    def __init__(self, name: str, inbox: deque[bytes], outbox: deque[bytes], changed: Condition) -> None:
+    def __init__(self, name: str, inbox: deque[bytes], outbox: deque[bytes], cable: _Cable) -> None:
         self.name = name
         self._inbox = inbox
         self._outbox = outbox
-        self._changed = changed
-        self._open = True
-        self._peer: MemoryLink | None = None
-
-    def join(self, peer: "MemoryLink") -> None:
-        """Set the other end, so that its closing is noticed."""
-        self._peer = peer
+        self._cable = cable
 
     def read(self, timeout_s: float) -> bytes:
-        if not self._inbox:
-            if timeout_s > 0 and self._alive():
-                with self._changed:
-                    self._changed.wait_for(lambda: bool(self._inbox) or not self._alive(), timeout_s)
-            if not self._inbox:
-                if not self._alive():
-                    raise LinkLost("the other end was closed; open a new pair", self.name)
-                return b""
-        return self._inbox.popleft()
+        cable = self._cable
+        if not self._inbox and timeout_s > 0:
+            with cable.changed:
+                cable.changed.wait_for(lambda: bool(self._inbox) or not cable.whole, timeout_s)
+        if self._inbox:
+            return self._inbox.popleft()
+        self._check_whole()
+        return b""
 
     def write(self, data: bytes) -> None:
-        if not self._alive():
-            raise LinkLost("the other end was closed; open a new pair", self.name)
+        self._check_whole()
         self._outbox.append(data)
-        with self._changed:
-            self._changed.notify_all()
+        with self._cable.changed:
+            self._cable.changed.notify_all()
 
     def close(self) -> None:
-        self._open = False
-        with self._changed:
-            self._changed.notify_all()
+        self._cable.whole = False
+        with self._cable.changed:
+            self._cable.changed.notify_all()
 
-    def _alive(self) -> bool:
-        return self._open and (self._peer is None or self._peer._open)
+    def _check_whole(self) -> None:
+        if not self._cable.whole:
+            raise LinkLost("the other end was closed; open a new pair", self.name)
 
 
 def memory_pair() -> tuple[MemoryLink, MemoryLink]:
     """Return two ends that are joined to each other."""
-    there: deque[bytes] = deque()
-    back: deque[bytes] = deque()
-    changed = Condition()
-    a = MemoryLink("memory:a", back, there, changed)
-    b = MemoryLink("memory:b", there, back, changed)
-    a.join(b)
-    b.join(a)
-    return a, b
+    there, back = deque[bytes](), deque[bytes]()
+    cable = _Cable()
+    return MemoryLink("memory:a", back, there, cable), MemoryLink("memory:b", there, back, cable)

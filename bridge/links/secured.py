@@ -1,12 +1,12 @@
 """Open links by name, signed if a key is given: the option `--sign-key` of every verb that opens a link."""
 
 import argparse
-import os
 import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bridge.files import state_folder
 from bridge.text import say, say_warning
 
 if TYPE_CHECKING:
@@ -109,5 +109,4 @@ def later(_: str) -> None:
 
 def times_file(fingerprint: str, spec: str) -> Path:
     """File with the times of the signatures on a link."""
-    home = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
-    return Path(home) / "seatrial" / "signing" / f"{fingerprint}-{re.sub(r'[^A-Za-z0-9.]', '_', spec)}.json"
+    return state_folder() / "signing" / f"{fingerprint}-{re.sub(r'[^A-Za-z0-9.]', '_', spec)}.json"

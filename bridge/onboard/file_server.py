@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from queue import Empty, Full, Queue
 from threading import Event, Thread
-from typing import Final, Protocol
+from typing import Final
 
 from bridge.clock import Clock
 from bridge.files import is_own_file
@@ -20,31 +20,24 @@ from bridge.wire.ftp import DATA_BYTES, Fault, Op, Packet, acknowledged, decode,
 from bridge.wire.segments import segment_named, segments_in
 
 
-class Files(Protocol):
-    """Files in one folder. All methods raise OSError if the disk fails, FileNotFoundError for an unknown name."""
-
-    def sizes(self) -> list[tuple[str, int]]:
-        """Name and size in bytes of each file, in order."""
-        ...
-
-    def read(self, name: str, offset: int, size: int) -> bytes:
-        """Return up to `size` bytes from `offset` on; b"" at the end."""
-        ...
-
-
 class Segments:
-    """The segments of a ring in `folder`. Any other name counts as missing, so that no path leads out of it."""
+    """The segments of a ring in `folder`. Any other name counts as missing, so that no path leads out of it.
+
+    Its methods raise OSError if the disk fails, FileNotFoundError for an unknown name.
+    """
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
 
     def sizes(self) -> list[tuple[str, int]]:
+        """Name and size in bytes of each file, in order."""
         try:
             return [(segment.name, size) for segment, size in segments_in(self._folder)]
         except FileNotFoundError:  # nothing was kept yet
             return []
 
     def read(self, name: str, offset: int, size: int) -> bytes:
+        """Return up to `size` bytes from `offset` on; b"" at the end."""
         path = self._folder / name
         if segment_named(name) is None or not is_own_file(path):
             raise FileNotFoundError(name)
@@ -106,9 +99,9 @@ class _Sum:
 
 
 class FileServer:
-    """Offers `files` for reading. `pace(link)` is the allowed bytes per second on the link with that number."""
+    """Offers segments for reading. `pace(link)` is the allowed bytes per second on the link with that number."""
 
-    def __init__(self, files: Files, pace: Callable[[int], float]) -> None:
+    def __init__(self, files: Segments, pace: Callable[[int], float]) -> None:
         self._files, self._pace = files, pace
         self._sessions: dict[int, _Session] = {}
         self._lanes: dict[int, _Lane] = {}

@@ -19,7 +19,6 @@ from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import (
     ACTIVE,
-    APPLYING_MODES,
     COMMIT,
     MODE,
     VERSION,
@@ -74,7 +73,7 @@ class ParameterServer:
         self.trouble = self._memory.trouble
         self._texts = [*self._memory.texts]
         self._news: list[str] = []
-        self._mode, self._is_stored = self._memory.mode, False
+        self._mode, self._is_stored = Mode(int(self._memory.mode)), False
         defaults = {parameter.name: parameter.default for parameter in table}
         self._committed = self._memory.committed
         self._active = self._committed
@@ -84,12 +83,12 @@ class ParameterServer:
         self._by_configuration = self._sorted_by_configuration()
         self._cursor = 0
         self._to_list = 0
-        self._came_up_acting = self._mode in APPLYING_MODES and self._active is not None
+        self._came_up_acting = self._mode.applies_feedforward and self._active is not None
 
     @property
-    def mode(self) -> int:
-        """Value of FF_MODE."""
-        return int(self._mode)
+    def mode(self) -> Mode:
+        """FF_MODE."""
+        return self._mode
 
     @property
     def active_crc(self) -> int:
@@ -108,7 +107,7 @@ class ParameterServer:
     def value(self, name: str) -> float:
         """Return the value that a read gets. Raises KeyError for an unknown name."""
         if name == MODE:
-            return self._mode
+            return float(self._mode)
         if name in (COMMIT, ACTIVE):
             return float(self.active_crc)
         return float(CONTRACT_VERSION) if name == VERSION else self._staged[name]
@@ -162,8 +161,8 @@ class ParameterServer:
         """
         texts, self._texts = self._texts, []
         came_up, self._came_up_acting = self._came_up_acting, False
-        if came_up and self._mode in APPLYING_MODES:
-            texts.append(f"FF {Mode(self.mode).word}: acts once armed")
+        if came_up and self._mode.applies_feedforward:
+            texts.append(f"FF {self._mode.word}: acts once armed")
         return texts
 
     def take_news(self) -> list[str]:
@@ -172,9 +171,10 @@ class ParameterServer:
         return news
 
     def _set_mode(self, value: float, armed: bool) -> Refusal | None:
-        if value not in (0.0, 1.0, 2.0, 3.0):
+        if value not in set(Mode):
             return Refusal.OUT_OF_RANGE
-        if value in APPLYING_MODES and self._active is None:
+        wanted = Mode(int(value))
+        if wanted.applies_feedforward and self._active is None:
             # The crew may have missed the messages of the start.
             self._texts += (
                 [coded(Topic.NO_SET, "FF_MODE refused: no active set"), *self._memory.why]
@@ -183,14 +183,14 @@ class ParameterServer:
             )
             if armed:
                 return Refusal.DENIED
-        if value == self._mode and self._is_stored:
+        if wanted is self._mode and self._is_stored:
             return None
-        unproven = self.unproven() if armed and Mode(int(value)).raises(Mode(self.mode)) else ""
+        unproven = self.unproven() if armed and wanted.raises(self._mode) else ""
         if unproven:
             why = "FF_MODE refused: armed, shadow not good yet"
             self._texts += [coded(Topic.UNPROVEN, why), coded(Topic.SHADOW, unproven)]
             return Refusal.DENIED
-        self._mode = value
+        self._mode = wanted
         # Switching off must work on a full disk too, so a mode takes effect even if it can't be stored.
         self._save()
         return None
@@ -200,7 +200,7 @@ class ParameterServer:
             self._texts.append("FF_COMMIT refused: CRC is not the staged set's")
             return Refusal.OUT_OF_RANGE
         before = self._active, self._committed
-        if armed and self._mode in APPLYING_MODES:
+        if armed and self._mode.applies_feedforward:
             self._texts.append("FF_COMMIT refused: armed, force FF off first")
             return Refusal.DENIED
         self._active = self._committed = dict(self._staged)
@@ -271,7 +271,7 @@ class ParameterServer:
 
     def _save(self) -> bool:
         try:
-            self._memory.save(self._mode, self._committed)
+            self._memory.save(float(self._mode), self._committed)
             self._is_stored = True
         except ParamError:
             self._texts.append("parameters can't be stored: check the disk")

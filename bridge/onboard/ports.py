@@ -9,7 +9,6 @@ import queue
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass
 from threading import Event, Lock, Thread
 from typing import Final
 
@@ -21,7 +20,7 @@ from bridge.links.reconnecting import FIRST_RETRY_S, Reconnecting, next_retry_s
 from bridge.onboard.service import Bridge
 from bridge.sensors.bar30 import Bar30, I2cBus, SmbusBus, parse_i2c_port
 from bridge.sensors.drivers import greeting, speaks_tcp
-from bridge.sensors.samples import PressureSample
+from bridge.sensors.samples import Arrival
 from bridge.vehicle.autopilot import RATE_HZ
 from bridge.vehicle.config import Device, Vehicle
 
@@ -33,17 +32,6 @@ DEPTH_RATE_HZ: Final = 10.0
 NO_PORT: Final = "the vehicle file names no port; add it there"
 
 OpenBus = Callable[[int], I2cBus]
-
-
-@dataclass(frozen=True, slots=True)
-class Arrival:
-    """Input of a port at `time_s`: bytes, a sample, or the fault that prevents both ("": it works again)."""
-
-    slot: str
-    time_s: float
-    data: bytes = b""
-    sample: PressureSample | None = None
-    fault: str | None = None
 
 
 Put = Callable[[Arrival], bool]
@@ -128,7 +116,7 @@ def _work(bridge: Bridge, clock: Clock, stop: Event, inbox: Inbox, act: Callable
     while not stop.is_set():
         # Queued arrivals come first: steps that take longer than their period must not leave sensors unread.
         for arrival in inbox.take(due_s - clock.boot_s()):
-            _give(bridge, arrival)
+            bridge.take(arrival)
         now_s = clock.boot_s()
         if now_s < due_s:
             continue
@@ -140,15 +128,6 @@ def _work(bridge: Bridge, clock: Clock, stop: Event, inbox: Inbox, act: Callable
         act()
         bridge.step()
         due_s = max(due_s + 1 / RATE_HZ, clock.boot_s() - LONGEST_LAG_S)
-
-
-def _give(bridge: Bridge, arrival: Arrival) -> None:
-    if arrival.fault is not None:
-        bridge.port_fault(arrival.slot, arrival.fault)
-    elif arrival.sample is not None:
-        bridge.accept(arrival.slot, (arrival.sample,))
-    else:
-        bridge.receive(arrival.slot, arrival.data, arrival.time_s)
 
 
 def _reader(

@@ -1,13 +1,13 @@
 """The vehicle's program, on real ports: its options, and how it runs. `seatrial bridge` is the same."""
 
 import argparse
-import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from bridge import command_line, exit_codes
 from bridge.errors import SeatrialError
+from bridge.files import state_folder
 from bridge.links import secured
 from bridge.text import say, say_warning
 
@@ -269,5 +269,4 @@ def lasting(spec: str, clock: "Clock", open_one: "Callable[[str], Link]") -> "Li
 
 def default_store(vehicle: "Vehicle") -> Path:
     """Default path of a vehicle's parameter store."""
-    state = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
-    return Path(state) / "seatrial" / f"{vehicle.name}.json"
+    return state_folder() / f"{vehicle.name}.json"

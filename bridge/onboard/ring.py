@@ -20,15 +20,13 @@ from bridge.errors import LogError, TakenAway
 from bridge.wire.segments import Segment, following, segments_in
 from bridge.wire.tlog import STAMP_BYTES, TlogWriter
 
-MEGABYTE: Final = 1_000_000
-
 
 @dataclass(frozen=True)
 class Bounds:
     """Size limits of a ring and of each of its segments, in bytes."""
 
-    total: int = 1000 * MEGABYTE
-    segment: int = 4 * MEGABYTE
+    total: int
+    segment: int
 
 
 class RingFiles:

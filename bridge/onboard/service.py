@@ -33,6 +33,7 @@ from bridge.onboard.telemetry import FogMean, ImuMean, ThrustFeedback
 from bridge.sensors.drivers import make_parser
 from bridge.sensors.mounting import to_body
 from bridge.sensors.samples import (
+    Arrival,
     DvlSample,
     EscSample,
     FogBlock,
@@ -45,7 +46,7 @@ from bridge.sensors.samples import (
 from bridge.vehicle.autopilot import Actuation
 from bridge.vehicle.config import Vehicle
 from bridge.vehicle.navigation import Navigation, Navigator
-from bridge.vehicle.parameters import APPLYING_MODES, COMMIT, MODE
+from bridge.vehicle.parameters import COMMIT, MODE
 from bridge.wire.framing import Encoder, Frame, decode
 from bridge.wire.readings import Reading, encode
 from bridge.wire.status_codes import Topic, coded
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
     from bridge.onboard.ring import RingKeeper
 
 BEAT_S: Final = 1.0
+IMU_HZ, FOG_HZ = 50.0, 40.0
 MOST_VALUES_A_STEP: Final = 5  # 100 parameter values a second at 20 Hz: 4 kB/s
 DENIALS_HZ, MOST_DENIALS = 10.0, 50  # an order and a few retries; a flood of orders gets no flood of denials
 STRANGER_AGAIN_S, STRANGERS_EVERY_S = 10.0, 1.0
@@ -93,8 +95,6 @@ class Bridge:
         parameters: ParameterServer,
         *,
         veh_cfg: int | None = None,
-        imu_rate_hz: float = 50.0,
-        fog_rate_hz: float = 40.0,
         ground: Ground = Ground(),  # noqa: B008 (frozen)
         ring: "RingKeeper | None" = None,
         files: "FileServer | ServedAside | None" = None,
@@ -114,7 +114,7 @@ class Bridge:
         self._encoder = Encoder(parameters.system, parameters.component)
         self._devices = vehicle.sensors.present()
         self._navigator = Navigator(vehicle)
-        self._imu_mean, self._fog_mean = ImuMean(imu_rate_hz), FogMean(fog_rate_hz)
+        self._imu_mean, self._fog_mean = ImuMean(IMU_HZ), FogMean(FOG_HZ)
         self._feedback = ThrustFeedback()
         self._watch = SensorWatch(self._devices, clock.boot_s())
         self._veh_cfg = vehicle.veh_cfg(next(iter(vehicle.configurations))) if veh_cfg is None else veh_cfg
@@ -152,6 +152,15 @@ class Bridge:
     def closed_ports(self) -> frozenset[str]:
         """Slots whose device's port can't be read."""
         return self._watch.closed
+
+    def take(self, arrival: Arrival) -> None:
+        """Take whatever came from a device."""
+        if arrival.fault is not None:
+            self.port_fault(arrival.slot, arrival.fault)
+        elif arrival.sample is not None:
+            self.accept(arrival.slot, (arrival.sample,))
+        else:
+            self.receive(arrival.slot, arrival.data, arrival.time_s)
 
     def port_fault(self, slot: str, fault: str) -> None:
         """Note why the port of the device in `slot` can't be read and what to do; "" once it can be read."""
@@ -199,7 +208,7 @@ class Bridge:
 
     def arm(self, wanted: bool) -> bool:
         """Arm or disarm. If arming is refused, send the reason to the crew and return False."""
-        if wanted and self._parameters.mode in APPLYING_MODES and not self._parameters.active_crc:
+        if wanted and self._parameters.mode.applies_feedforward and not self._parameters.active_crc:
             self.say("arming refused: FF_MODE needs an active set")
             return False
         self.armed = wanted

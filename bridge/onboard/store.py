@@ -20,6 +20,7 @@ from bridge.files import read_small, replacing, sync_folder
 from bridge.plain import from_json
 from bridge.schema import build
 from bridge.vehicle.config import Vehicle
+from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import Parameter, to_float32
 from bridge.vehicle.thrusters import thrust_curve
 
@@ -154,7 +155,7 @@ class Memory:
             )
 
     def _fits(self, stored: Stored) -> bool:
-        if stored.mode not in (0.0, 1.0, 2.0, 3.0):
+        if stored.mode not in set(Mode):
             return False
         return stored.active is None or (
             stored.active.keys() == self._table.keys()

@@ -17,8 +17,8 @@ LONGEST_GAP_S = 0.1  # a mean starts anew after a longer gap, of which it would 
 class ImuMean:
     """Means of specific force and rates over intervals of 1 / `rate_hz`, stamped with their samples' mean time.
 
-    Attitude, temperature and field are those of the last sample. If samples come slower than `rate_hz`, each passes
-    on its own.
+    Attitude and temperature are those of the last sample. If samples come slower than `rate_hz`, each passes on its
+    own.
     """
 
     def __init__(self, rate_hz: float) -> None:
@@ -57,8 +57,6 @@ def _mean(samples: list[ImuSample]) -> ImuSample:
         (p * share, q * share, r * share),
         last.attitude,
         last.temperature_c,
-        last.magnetic_field,
-        any(sample.clipped for sample in samples),
     )
 
 

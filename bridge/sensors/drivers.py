@@ -28,7 +28,7 @@ def make_parser(device: Device, thrusters: int) -> Parser | None:
         case "kvh1750":
             return Kvh1750Parser(device.rate_hz or GYRO_RATE_HZ, late_s)
         case "kvh1760":
-            return Kvh1760Parser(rate_hz=device.rate_hz or GYRO_RATE_HZ, latency_s=late_s)
+            return Kvh1760Parser(device.rate_hz or GYRO_RATE_HZ, late_s)
         case "esc":
             return EscParser(thrusters, device.poles, late_s)
         case "ublox":
@@ -48,7 +48,7 @@ def greeting(device: Device) -> bytes:
     if device.kind == "wayfinder":
         return encode_command(EXIT_COMMAND_MODE)
     if device.kind == "kvh1760":
-        return encode_setup("delta", round(device.rate_hz or GYRO_RATE_HZ))
+        return encode_setup(round(device.rate_hz or GYRO_RATE_HZ))
     return b""
 
 

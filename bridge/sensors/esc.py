@@ -27,7 +27,12 @@ _HOTTEST_C, _MOST_V, _MOST_A = 150.0, 80.0, 300.0
 
 
 def encode_esc(
-    rpm: float, poles: int, voltage_v: float, current_a: float, temperature_c: float, consumed_mah: float
+    rpm: float,
+    poles: int,
+    voltage_v: float,
+    current_a: float,
+    temperature_c: float,
+    consumed_mah: float = 0.0,
 ) -> bytes:
     """Encode an answer as the controller writes it; the sign of `rpm` is lost."""
     body = _BODY.pack(
@@ -72,7 +77,7 @@ class EscParser:
             if crc8.smbus(frame[:-1]) != frame[-1]:
                 self._drop(self._starts[0] if self._starts else 1)
                 continue
-            temperature_c, centivolts, centiamps, consumed_mah, field = _BODY.unpack_from(frame)
+            temperature_c, centivolts, centiamps, _, field = _BODY.unpack_from(frame)
             voltage_v, current_a = centivolts / 100, centiamps / 100
             if temperature_c > _HOTTEST_C or not 0 < voltage_v <= _MOST_V or current_a > _MOST_A:
                 self.counts["out of range"] += 1
@@ -87,8 +92,6 @@ class EscParser:
                     rpm=field * _RPM_PER_FIELD / self._poles,
                     voltage_v=voltage_v,
                     current_a=current_a,
-                    temperature_c=float(temperature_c),
-                    consumed_mah=float(consumed_mah),
                 )
             )
         return samples

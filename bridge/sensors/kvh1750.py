@@ -69,12 +69,6 @@ class Kvh1750Parser:
         self._locked = False
         self._frames = 0
         self._last_rate = np.nan
-        self._last_time_s = -np.inf
-
-    @property
-    def period_s(self) -> float:
-        """The fitted frame period so far."""
-        return self._clock.period_s
 
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
         """Return the frames that `data` confirms, as one block; an empty list while no lock is found."""
@@ -103,7 +97,7 @@ class Kvh1750Parser:
                 rate, flags = self._rates(frames[: confirmed + 1])
                 rates.append(rate)
                 valid.append(flags)
-                times.append(self._stamps(last_s, confirmed))
+                times.append(self._clock.times_before(last_s, np.arange(confirmed, 0.0, -1.0)))
             at += FRAME * confirmed
             self._frames += confirmed
             if not wrong.size:
@@ -121,13 +115,6 @@ class Kvh1750Parser:
         """
         tail = (len(buffer) - at) % FRAME
         return self._clock.period_s - (FRAME - tail) * _BYTE_S if tail else 0.0
-
-    def _stamps(self, last_s: float, count: int) -> NDArray[np.float64]:
-        """Times of the `count` frames before the frame at `last_s`; never decreasing, though equal times may occur."""
-        stamps = last_s + np.arange(-count, 0, dtype=np.float64) * self._clock.period_s
-        stamps = np.maximum(stamps, self._last_time_s)
-        self._last_time_s = float(stamps[-1])
-        return stamps
 
     def _rates(self, frames: NDArray[np.uint8]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
         """Return the rates (n,) of `frames` (n + 1, 6) and their validity; the last frame only confirms."""

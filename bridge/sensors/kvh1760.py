@@ -5,8 +5,8 @@ Format A has 36 bytes: header, rotation x y z (f32), acceleration x y z (f32), s
 (i16), CRC-32/MPEG-2. Format B (40 bytes) has a time stamp of the device (u32) before the status; this is inferred
 from open drivers, not from the maker. A single-axis unit uses z. Status bit 2 set: gyro z valid.
 
-Rotation is a delta angle since the last frame (the default) or a rate, in radians. The device does not report which
-of the two it sends, so the vehicle file must say so, or `encode_setup` must have been sent.
+Rotation is the angle since the last frame in radians, as `encode_setup` sets it: the device could send a rate instead,
+and does not report which of the two it sends.
 
 Time: arrivals fitted over the sequence, as for the DSP-1750.
 """
@@ -14,17 +14,13 @@ Time: arrivals fitted over the sequence, as for the DSP-1750.
 import math
 import struct
 from collections import Counter
-from typing import Literal
 
 import numpy as np
 from fastcrc import crc32
-from numpy.typing import NDArray
 
 from bridge.errors import ConfigError
 from bridge.sensors.samples import FogBlock, Sample
 from bridge.sensors.streams import ClockFit, Frames, starting
-
-Rotation = Literal["delta", "rate"]
 
 RATES_HZ = (1, 5, 10, 25, 50, 100, 250, 500, 750, 1000)
 GYRO_Z_VALID = 1 << 2
@@ -54,20 +50,13 @@ def encode_kvh1760(
     return body + crc32.mpeg_2(body).to_bytes(4, "big")
 
 
-def encode_command(text: str) -> bytes:
-    """Encode a command such as `=dr,1000`; settings need `=config,1` before them and `=config,0` after."""
-    return text.encode("ascii") + b"\n"
-
-
-def encode_setup(rotation: Rotation, rate_hz: int) -> bytes:
-    """Commands that set rotation format, radians and rate. Raises ConfigError for a rate that the device does not
-    support."""
+def encode_setup(rate_hz: int) -> bytes:
+    """Commands that set angles, radians and rate. Raises ConfigError for a rate that the device does not support."""
     if rate_hz not in RATES_HZ:
         raise ConfigError(
             f"a DSP-1760 can't send at {rate_hz} Hz; set rate_hz to one of {', '.join(map(str, RATES_HZ))}"
         )
-    commands = ("=config,1", f"=rotfmt,{rotation}", "=rotunits,RAD", f"=dr,{rate_hz}", "=config,0")
-    return b"".join(map(encode_command, commands))
+    return f"=config,1\n=rotfmt,delta\n=rotunits,RAD\n=dr,{rate_hz}\n=config,0\n".encode("ascii")
 
 
 class Kvh1760Parser:
@@ -77,15 +66,14 @@ class Kvh1760Parser:
     range, lost (missing sequence numbers).
     """
 
-    def __init__(self, rotation: Rotation = "delta", rate_hz: float = 1000.0, latency_s: float = 0.0) -> None:
+    def __init__(self, rate_hz: float = 1000.0, latency_s: float = 0.0) -> None:
         self.counts: Counter[str] = Counter()
-        self._per_rotation = rate_hz if rotation == "delta" else 1.0
+        self._rate_hz = rate_hz
         self._latency_s = latency_s
         self._clock = ClockFit(1.0 / rate_hz, _PERIOD_TOLERANCE)
         self._stream = Frames(_STARTS, self._size, _is_sound, self.counts)
         self._sequence: int | None = None
         self._frames = 0
-        self._last_time_s = -math.inf
 
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
         """Return the frames that `data` completes, as one block."""
@@ -95,7 +83,7 @@ class Kvh1760Parser:
         for frame in self._stream.feed(data):
             rotation, status, sequence, _temperature = _LAYOUTS[frame[3]].unpack(frame)
             self._count(sequence)
-            rate = rotation * self._per_rotation
+            rate = rotation * self._rate_hz
             if not math.isfinite(rate):
                 self.counts["out of range"] += 1
                 continue
@@ -104,7 +92,9 @@ class Kvh1760Parser:
             valid.append(self._is_valid(rate, status))
         if not rates:
             return []
-        return [FogBlock(self._stamps(numbers, time_s - self._latency_s), np.array(rates), np.array(valid))]
+        last_s = self._clock.time_of(numbers[-1], time_s - self._latency_s)
+        times = self._clock.times_before(last_s, numbers[-1] - np.array(numbers, dtype=np.float64))
+        return [FogBlock(times, np.array(rates), np.array(valid))]
 
     def _size(self, buffer: bytearray, at: int) -> int | None:
         if len(buffer) - at <= len(_PREFIX):
@@ -133,13 +123,6 @@ class Kvh1760Parser:
             self.counts["good"] += 1
             return True
         return False
-
-    def _stamps(self, numbers: list[int], arrival_s: float) -> NDArray[np.float64]:
-        last_s = self._clock.time_of(numbers[-1], arrival_s)
-        stamps = last_s + (np.array(numbers, dtype=np.float64) - numbers[-1]) * self._clock.period_s
-        stamps = np.maximum(stamps, self._last_time_s)
-        self._last_time_s = float(stamps[-1])
-        return stamps
 
 
 def _is_sound(frame: bytes) -> bool:

@@ -42,12 +42,10 @@ def to_body(sample: Sample, mounting: Mounting) -> Sample:
             _turned(matrix, sample.rate),
             None if sample.attitude is None or turn is None else _attitude(sample.attitude, turn),
             sample.temperature_c,
-            None if sample.magnetic_field is None else _turned(matrix, sample.magnetic_field),
-            sample.clipped,
         )
     if isinstance(sample, DvlSample):
         velocity = _turned(mounting_matrix(mounting), sample.velocity)
-        return DvlSample(sample.time_s, velocity, sample.sigma, sample.altitude_m, sample.ranges)
+        return DvlSample(sample.time_s, velocity, sample.sigma, sample.altitude_m)
     if isinstance(sample, FogBlock):
         if mounting_matrix(mounting)[2][2] > 0:
             return sample

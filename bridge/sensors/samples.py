@@ -26,8 +26,6 @@ class ImuSample:
     rate: Vector3
     attitude: Quaternion | None = None
     temperature_c: float | None = None
-    magnetic_field: Vector3 | None = None
-    clipped: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,15 +41,14 @@ class FogBlock:
 class DvlSample:
     """Velocity over the bottom (m/s) at the transducer; NaN without bottom lock.
 
-    `sigma` is the device's own figure of merit (m/s), NaN if it reports none; `ranges` are along the beams (m), NaN
-    for a lost beam; `altitude_m` is vertical, NaN if unknown.
+    `sigma` is the device's own figure of merit (m/s), NaN if it reports none; `altitude_m` is vertical, NaN if
+    unknown.
     """
 
     time_s: float
     velocity: Vector3
     sigma: float
     altitude_m: float
-    ranges: tuple[float, ...] = ()
 
     @property
     def locked(self) -> bool:
@@ -76,8 +73,6 @@ class EscSample:
     rpm: float
     voltage_v: float
     current_a: float
-    temperature_c: float
-    consumed_mah: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,11 +93,25 @@ class GnssSample:
 Sample = ImuSample | FogBlock | DvlSample | PressureSample | EscSample | GnssSample
 
 
+@dataclass(frozen=True, slots=True)
+class Arrival:
+    """What came at `time_s` from the device in a slot of the vehicle file.
+
+    Bytes, the last of which arrived then; a sample of a device that is polled; or the fault that prevents both ("": it
+    works again).
+    """
+
+    slot: str
+    time_s: float
+    data: bytes = b""
+    sample: PressureSample | None = None
+    fault: str | None = None
+
+
 class Parser(Protocol):
     """Incremental parser of a device's byte stream.
 
-    `counts` holds the number of samples ("good") and of faults by kind ("checksum", "overlong", "unknown", "out of
-    range", "slip" ...).
+    `counts` holds the number of samples ("good") and of faults by kind ("checksum", "overlong", "out of range" ...).
     """
 
     counts: Counter[str]

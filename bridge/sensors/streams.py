@@ -5,6 +5,12 @@ import re
 from collections import Counter
 from collections.abc import Callable
 
+import numpy as np
+from numpy.typing import NDArray
+
+_JITTER_VARIANCE = 1e-3**2  # s2, of the arrivals
+_MEMORY_S = 30.0
+_GAP_S = 0.1
 _LONGEST_FADE = 20.0
 
 
@@ -62,27 +68,16 @@ class ClockFit:
 
     This removes the jitter of a serial line from a device's samples.
 
-    `period_s` is nominal and true to `tolerance` (a fraction); arrivals scatter by about `jitter_s`; older arrivals
-    fade with the time constant `memory_s`. The fit can't see the mean delay of the arrivals, which belongs to the
-    latency in the vehicle file. An arrival more than `gap_s` off the fit restarts it with the period learnt so far.
+    `period_s` is nominal and true to `tolerance` (a fraction). The fit can't see the mean delay of the arrivals, which
+    belongs to the latency in the vehicle file. An arrival more than `_GAP_S` off the fit restarts it with the period
+    learnt so far.
     """
 
-    def __init__(
-        self,
-        period_s: float,
-        tolerance: float,
-        jitter_s: float = 1e-3,
-        memory_s: float = 30.0,
-        gap_s: float = 0.1,
-    ) -> None:
+    def __init__(self, period_s: float, tolerance: float) -> None:
         self.period_s = period_s
-        self.restarts = 0
         self._period_variance = (tolerance * period_s) ** 2
-        self._jitter_variance = jitter_s**2
-        self._memory_s = memory_s
-        self._gap_s = gap_s
         self._count: int | None = None
-        self._time_s = 0.0
+        self._time_s, self._latest_s = 0.0, -math.inf
         self._p_tt = self._p_tp = self._p_pp = 0.0
 
     def time_of(self, count: int, arrival_s: float) -> float:
@@ -93,15 +88,14 @@ class ClockFit:
         ticks = count - self._count
         predicted_s = self._time_s + ticks * self.period_s
         surprise_s = arrival_s - predicted_s
-        if ticks < 0 or not abs(surprise_s) <= self._gap_s:
-            self.restarts += 1
+        if ticks < 0 or not abs(surprise_s) <= _GAP_S:
             return self._start(count, arrival_s)
-        fade = math.exp(min(ticks * self.period_s / self._memory_s, _LONGEST_FADE))
+        fade = math.exp(min(ticks * self.period_s / _MEMORY_S, _LONGEST_FADE))
         p_tt = (self._p_tt + 2 * ticks * self._p_tp + ticks * ticks * self._p_pp) * fade
         p_tp = (self._p_tp + ticks * self._p_pp) * fade
         p_pp = self._p_pp * fade
-        gain_t = p_tt / (p_tt + self._jitter_variance)
-        gain_p = p_tp / (p_tt + self._jitter_variance)
+        gain_t = p_tt / (p_tt + _JITTER_VARIANCE)
+        gain_p = p_tp / (p_tt + _JITTER_VARIANCE)
         self._count = count
         self._time_s = predicted_s + gain_t * surprise_s
         self.period_s += gain_p * surprise_s
@@ -110,11 +104,17 @@ class ClockFit:
         self._p_pp = p_pp - gain_p * p_tp
         return self._time_s
 
+    def times_before(self, last_s: float, ticks: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the times of ticks (n,) so many before one at `last_s`; none runs back behind an earlier answer."""
+        times = np.maximum(last_s - ticks * self.period_s, self._latest_s)
+        self._latest_s = float(times[-1])
+        return times
+
     def restart(self) -> None:
         """Forget the count but keep the period: for use after the counter was interrupted."""
         self._count = None
 
     def _start(self, count: int, arrival_s: float) -> float:
         self._count, self._time_s = count, arrival_s
-        self._p_tt, self._p_tp, self._p_pp = self._jitter_variance, 0.0, self._period_variance
+        self._p_tt, self._p_tp, self._p_pp = _JITTER_VARIANCE, 0.0, self._period_variance
         return arrival_s

@@ -14,26 +14,22 @@ import json
 import math
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from fastcrc import crc8
 
 from bridge.sensors.samples import NAN3, DvlSample, Sample, Vector3
 
-TRANSDUCERS = 4
-_TRANSDUCER_IDS = tuple(b"%d" % i for i in range(TRANSDUCERS))
-
 _LONGEST_REPORT = 16384
 _LONGEST_SENTENCE = 1024
 _OLDEST_S = 5.0  # longer than any ping and its processing
 _FASTEST_M_S = 20.0
 _FARTHEST_M = 1000.0
-_KNOWN_SENTENCES = (b"wrp", b"wrx", b"wrt", b"wra", b"wrc", b"wrv", b"wrw")
-_REFUSALS = (b"wrn", b"wr?", b"wr!")
 # float() accepts more (1_0, surrounding blanks, "infinity"), but no device writes these.
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf)")
 _COVARIANCES = 9
+_SINCE_LAST_MS = 100.0  # in what is encoded: ten reports a second
 
 
 def encode_sentence(body: str) -> bytes:
@@ -49,7 +45,6 @@ def encode_waterlink_json(
     ranges: Sequence[float],
     valid_us: int,
     sent_us: int,
-    since_last_ms: float = 100.0,
 ) -> bytes:
     """Encode a velocity report as the device writes it; NaN in `velocity` means lost lock, NaN in `ranges` a lost
     beam."""
@@ -66,7 +61,7 @@ def encode_waterlink_json(
         for i, distance in enumerate(ranges)
     ]
     report = {
-        "time": since_last_ms,
+        "time": _SINCE_LAST_MS,
         **dict(zip(("vx", "vy", "vz"), velocity if locked else (0.0, 0.0, 0.0), strict=True)),
         "fom": sigma if locked else 0.0,
         "covariance": [[sigma**2 if locked and i == j else 0.0 for j in range(3)] for i in range(3)],
@@ -89,7 +84,6 @@ def encode_waterlink_serial(
     ranges: Sequence[float],
     valid_us: int,
     sent_us: int,
-    since_last_ms: float = 100.0,
 ) -> bytes:
     """Encode the sentences of a report, a `wru` for each transducer and then `wrz`; NaN as in the JSON report."""
     locked = not any(map(math.isnan, velocity))
@@ -102,7 +96,7 @@ def encode_waterlink_serial(
     covariance = ";".join(f"{variance if i % 4 == 0 else 0.0:g}" for i in range(9))
     return beams.encode() + encode_sentence(
         f"wrz,{x:.3f},{y:.3f},{z:.3f},{'y' if locked else 'n'},{altitude_m if locked else -1.0:.2f},"
-        f"{sigma if locked else 0.0:.3f},{covariance},{valid_us},{sent_us},{since_last_ms:.2f},0"
+        f"{sigma if locked else 0.0:.3f},{covariance},{valid_us},{sent_us},{_SINCE_LAST_MS:.2f},0"
     )
 
 
@@ -135,8 +129,8 @@ class _Lines:
 class WaterlinkJsonParser:
     """Parses JSON velocity reports.
 
-    counts: good, malformed (no JSON, or a report without its fields), overlong, ignored (dead reckoning), response,
-    refused (a response without success), unknown (other types), out of range.
+    counts: good, malformed (no JSON, or a report without its fields), overlong, ignored (of another type), out of
+    range.
     """
 
     def __init__(self, latency_s: float = 0.0) -> None:
@@ -157,23 +151,15 @@ class WaterlinkJsonParser:
         if not isinstance(report, dict):
             self.counts["malformed"] += 1
             return None
-        kind = report.get("type")
-        if kind == "velocity":
+        if report.get("type") == "velocity":
             return self._velocity(report, time_s)
-        if kind == "response":
-            self.counts["response" if report.get("success") is True else "refused"] += 1
-        else:
-            self.counts["ignored" if kind == "position_local" else "unknown"] += 1
+        self.counts["ignored"] += 1
         return None
 
     def _velocity(self, report: dict[str, Any], time_s: float) -> DvlSample | None:
         try:
             locked = report["velocity_valid"]
             numbers = [_number(report[name]) for name in ("vx", "vy", "vz", "fom", "altitude")]
-            ranges = tuple(
-                _number(beam["distance"]) if beam["beam_valid"] is True else math.nan
-                for beam in report.get("transducers", ())[:TRANSDUCERS]
-            )
             stamps = [_number(report.get(name, 0)) for name in ("time_of_validity", "time_of_transmission")]
         except (KeyError, TypeError, ValueError, OverflowError):
             locked = None
@@ -182,23 +168,19 @@ class WaterlinkJsonParser:
             return None
         age_s = _age_s(*stamps)
         moment_s = time_s - (self._latency_s if age_s is None else age_s)
-        return _sample(self.counts, moment_s, locked, numbers, ranges)
+        return _sample(self.counts, moment_s, locked, numbers)
 
 
 class WaterlinkSerialParser:
-    """Parses serial sentences: `wrz` gives a sample, with the ranges of the `wru` sentences since the previous `wrz`.
+    """Parses serial sentences: each `wrz` gives a sample.
 
-    It is not documented whether a device sends `wru` before or after its `wrz`, so ranges may be one ping old.
-
-    counts: good, checksum, malformed, overlong, ignored (known sentences of no use here), refused, unknown, out of
-    range.
+    counts: good, checksum, malformed, overlong, ignored (other sentences), out of range.
     """
 
     def __init__(self, latency_s: float = 0.0) -> None:
         self.counts: Counter[str] = Counter()
         self._latency_s = latency_s
         self._lines = _Lines(_LONGEST_SENTENCE, self.counts)
-        self._ranges: dict[int, float] = {}
 
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
         """Return the samples of the sentences that `data` completes."""
@@ -211,25 +193,14 @@ class WaterlinkSerialParser:
             self.counts["checksum" if star else "malformed"] += 1
             return None
         name, *fields = body.split(b",")
+        if name != b"wrz":
+            self.counts["ignored"] += 1
+            return None
         try:
-            if name == b"wrz":
-                return self._velocity(fields, time_s)
-            if name == b"wru":
-                self._range(fields)
-                return None
+            return self._velocity(fields, time_s)
         except ValueError:
             self.counts["malformed"] += 1
             return None
-        known = "ignored" if name in _KNOWN_SENTENCES else "unknown"
-        self.counts["refused" if name in _REFUSALS else known] += 1
-        return None
-
-    def _range(self, fields: list[bytes]) -> None:
-        number, *measured = fields
-        _velocity, distance, _rssi, _nsd = map(_parsed, measured)
-        if number not in _TRANSDUCER_IDS:
-            raise ValueError(f"there is no transducer {number!r}")
-        self._ranges[int(number)] = distance
 
     def _velocity(self, fields: list[bytes], time_s: float) -> DvlSample | None:
         x, y, z, valid, altitude, fom, covariance, valid_us, sent_us, since_ms, status = fields
@@ -241,22 +212,17 @@ class WaterlinkSerialParser:
             _parsed, (x, y, z, fom, altitude, valid_us, sent_us, since_ms, status)
         )
         age_s = _age_s(valid_at, sent_at)
-        ranges = tuple(self._ranges.get(i, math.nan) for i in range(TRANSDUCERS)) if self._ranges else ()
-        self._ranges.clear()
         moment_s = time_s - (self._latency_s if age_s is None else age_s)
-        return _sample(self.counts, moment_s, valid == b"y", numbers, ranges)
+        return _sample(self.counts, moment_s, valid == b"y", numbers)
 
 
-def _sample(
-    counts: Counter[str], time_s: float, locked: bool, numbers: Sequence[float], ranges: Iterable[float]
-) -> DvlSample | None:
+def _sample(counts: Counter[str], time_s: float, locked: bool, numbers: Sequence[float]) -> DvlSample | None:
     """Build a sample from vx, vy, vz, figure of merit and altitude; without lock these are ignored, whatever their
     values."""
     x, y, z, sigma, altitude_m = numbers
-    beams = tuple(distance if 0 <= distance <= _FARTHEST_M else math.nan for distance in ranges)
     if not locked:
         counts["good"] += 1
-        return DvlSample(time_s, NAN3, math.nan, math.nan, beams)
+        return DvlSample(time_s, NAN3, math.nan, math.nan)
     if not all(abs(speed) <= _FASTEST_M_S for speed in (x, y, z)):
         counts["out of range"] += 1
         return None
@@ -266,7 +232,6 @@ def _sample(
         (x, y, z),
         sigma if 0 <= sigma < math.inf else math.nan,
         altitude_m if 0 <= altitude_m <= _FARTHEST_M else math.nan,
-        beams,
     )
 
 

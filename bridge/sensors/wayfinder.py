@@ -25,16 +25,18 @@ from bridge.sensors.streams import Frames, starting
 
 EXIT_COMMAND_MODE = 0x00000010  # starts pinging
 
-BEAM, INSTRUMENT, SHIP, EARTH = range(4)
+INSTRUMENT = 1
+"""Coordinates; 0 would be those of the beams, 2 of the ship, 3 of the earth."""
 
 _PACKET_START = b"\xaa\x10\x01"
 _STARTS = starting(_PACKET_START)
 _OVERHEAD = 7  # start, version, id, length and checksum
 _APPLICATION_VERSION = 2
-_COMMAND, _RESPONSE, _DATA = 3, 4, 5
+_COMMAND, _DATA = 3, 5
 _MAX_PACKET = 4096  # far above every known packet; limits the bytes that a false length can hold back
 _FASTEST_M_S = 20.0
 _FARTHEST_M = 1000.0
+_SOUND_M_S = 1500.0
 
 # id, version, size; type, subtype, firmware; date; ms; coordinates; velocity, error; ranges, mean, speed of
 # sound; status, BIT count, BIT code; voltages, current; serial number, reserved, checksum
@@ -43,7 +45,6 @@ _OLD_DATA_SIZE = 79  # structure version 0x10 may end before the serial number
 _DATA_VERSIONS = (0x10, 0x11)
 _VELOCITY_AND_RANGES = struct.Struct("<B9f")
 _COORDINATES_AT = 20
-_COORDINATE_NAMES = {BEAM: "beam coordinates", SHIP: "ship coordinates", EARTH: "earth coordinates"}
 
 
 def encode_packet(kind: int, payload: bytes) -> bytes:
@@ -66,9 +67,7 @@ def encode_wayfinder(
     *,
     error_velocity: float = 0.0,
     coordinates: int = INSTRUMENT,
-    sound_speed_m_s: float = 1500.0,
     structure_version: int = 0x11,
-    serial_number: bytes = b"001234",
 ) -> bytes:
     """Encode a data packet as the device writes it; NaN marks invalid values."""
     structure = bytearray(
@@ -78,10 +77,10 @@ def encode_wayfinder(
             when.year - 2000, when.month, when.day, when.hour, when.minute, when.second,
             when.microsecond // 1000,
             coordinates, *velocity, error_velocity,
-            *ranges, altitude_m, sound_speed_m_s,
+            *ranges, altitude_m, _SOUND_M_S,
             0, 0, 0,
             24.0, 23.5, 0.25,
-            serial_number if structure_version >= 0x11 else bytes(6),
+            b"001234" if structure_version >= 0x11 else bytes(6),
         )
     )  # fmt: skip
     structure[-2:] = struct.pack("<H", sum(structure[:-2]) & 0xFFFF)
@@ -91,9 +90,9 @@ def encode_wayfinder(
 class WayfinderParser:
     """Parses velocity in instrument axes; the mean range to the bottom serves as the altitude.
 
-    counts: good (with lock or without), checksum, length, overlong, skipped bytes, unknown, response, refused, out of
-    range, and "beam coordinates" (also ship, earth): a DVL set to these gives no sample, because its numbers are not
-    x y z.
+    counts: good (with lock or without), checksum, length, overlong, skipped bytes, ignored (answers, other packets and
+    structures), out of range, and coordinates: a DVL set to those of beams, ship or earth gives no sample, because its
+    numbers are not x y z.
     """
 
     def __init__(self, latency_s: float = 0.0) -> None:
@@ -121,16 +120,9 @@ class WayfinderParser:
         return length
 
     def _application(self, application: bytes, time_s: float) -> DvlSample | None:
-        version, kind = application[0], application[1]
-        payload = application[4:]
-        if version != _APPLICATION_VERSION:
-            self.counts["unknown"] += 1
-        elif kind == _DATA:
-            return self._data(payload, time_s)
-        elif kind == _RESPONSE and len(payload) >= 6:
-            self.counts["response" if payload[4] == 1 else "refused"] += 1
-        else:
-            self.counts["unknown"] += 1
+        if application[:2] == bytes((_APPLICATION_VERSION, _DATA)):
+            return self._data(application[4:], time_s)
+        self.counts["ignored"] += 1
         return None
 
     def _data(self, structure: bytes, time_s: float) -> DvlSample | None:
@@ -141,11 +133,11 @@ class WayfinderParser:
             self.counts["checksum"] += 1
             return None
         if structure[1] not in _DATA_VERSIONS:
-            self.counts["unknown"] += 1
+            self.counts["ignored"] += 1
             return None
         coordinates, *values = _VELOCITY_AND_RANGES.unpack_from(structure, _COORDINATES_AT)
         if coordinates != INSTRUMENT:
-            self.counts[_COORDINATE_NAMES.get(coordinates, "unknown")] += 1
+            self.counts["coordinates"] += 1
             return None
         too_fast = any(abs(v) > _FASTEST_M_S for v in values[:4])
         if too_fast or any(v < 0 or v > _FARTHEST_M for v in values[4:]):
@@ -157,7 +149,6 @@ class WayfinderParser:
             velocity=(values[0], values[1], values[2]),
             sigma=math.nan,
             altitude_m=values[8],
-            ranges=tuple(values[4:8]),
         )
 
 

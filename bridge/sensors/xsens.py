@@ -15,7 +15,7 @@ of the arrivals.
 
 import struct
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from operator import itemgetter
 from typing import Any
@@ -29,13 +29,12 @@ SAMPLE_TIME_FINE = 0x1060
 QUATERNION = 0x2010
 ACCELERATION = 0x4020
 RATE_OF_TURN = 0x8020
-MAGNETIC_FIELD = 0xC020
 STATUS_WORD = 0xE020
 
 Values = tuple[Any, ...]
 Numbers = Callable[[Values], Any]  # a tuple of floats, as long as the quantity
 
-_VECTOR_LENGTHS = {TEMPERATURE: 1, QUATERNION: 4, ACCELERATION: 3, RATE_OF_TURN: 3, MAGNETIC_FIELD: 3}
+_VECTOR_LENGTHS = {TEMPERATURE: 1, QUATERNION: 4, ACCELERATION: 3, RATE_OF_TURN: 3}
 _INTEGERS = {PACKET_COUNTER: "H", SAMPLE_TIME_FINE: "I", STATUS_WORD: "I"}
 _TYPE_MASK, _FRAME_MASK, _PRECISION_MASK = 0xFFF0, 0x000C, 0x0003
 # by precision: struct code of a number, and how many unpacked values it takes
@@ -44,22 +43,17 @@ _PRECISIONS = (("f", 1), ("i", 1), ("Ih", 2), ("d", 1))  # f32, FP12.20, FP16.32
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Readers for a sequence of items; None for quantities that it does not hold.
+    """Readers for a sequence of items, by quantity.
 
-    Readers of type `Numbers` take the unpacked values to a vector; `packet`, `ticks`, `status` are indices into them.
+    `vectors` take the unpacked values to a vector, `integers` are indices into them; `frames` are those of its
+    attitudes.
     """
 
     unpack: Callable[[bytes], Values]
     headers_of: Callable[[Values], Any]
     headers: Any
-    acceleration: Numbers | None
-    rate: Numbers | None
-    quaternion: Numbers | None
-    magnetic_field: Numbers | None
-    temperature: Numbers | None
-    packet: int | None
-    ticks: int | None
-    status: int | None
+    vectors: Mapping[int, Numbers]
+    integers: Mapping[int, int]
     frames: frozenset[int]
 
 
@@ -70,7 +64,7 @@ def layout_of(data: bytes) -> Layout | None:
     """
     code, position, at = ">", 0, 0
     header_positions: list[int] = []
-    numbers: dict[int, Numbers] = {}
+    vectors: dict[int, Numbers] = {}
     integers: dict[int, int] = {}
     frames: set[int] = set()
     while at + 3 <= len(data):
@@ -82,7 +76,7 @@ def layout_of(data: bytes) -> Layout | None:
             number_code, width = _PRECISIONS[identifier & _PRECISION_MASK]
             count = _VECTOR_LENGTHS[kind]
             item_code = number_code * count
-            numbers[kind] = _reader(identifier & _PRECISION_MASK, position, position + width * count)
+            vectors[kind] = _reader(identifier & _PRECISION_MASK, position, position + width * count)
             position += width * count
             if kind == QUATERNION:
                 frames.add(identifier & _FRAME_MASK)
@@ -99,20 +93,7 @@ def layout_of(data: bytes) -> Layout | None:
     if at != len(data) or not header_positions:
         return None
     unpack, headers_of = struct.Struct(code).unpack, itemgetter(*header_positions)
-    return Layout(
-        unpack=unpack,
-        headers_of=headers_of,
-        headers=headers_of(unpack(data)),
-        acceleration=numbers.get(ACCELERATION),
-        rate=numbers.get(RATE_OF_TURN),
-        quaternion=numbers.get(QUATERNION),
-        magnetic_field=numbers.get(MAGNETIC_FIELD),
-        temperature=numbers.get(TEMPERATURE),
-        packet=integers.get(PACKET_COUNTER),
-        ticks=integers.get(SAMPLE_TIME_FINE),
-        status=integers.get(STATUS_WORD),
-        frames=frozenset(frames),
-    )
+    return Layout(unpack, headers_of, headers_of(unpack(data)), vectors, integers, frozenset(frames))
 
 
 def _reader(precision: int, start: int, stop: int) -> Numbers:
@@ -124,10 +105,8 @@ def _reader(precision: int, start: int, stop: int) -> Numbers:
 
 
 MT_DATA2 = 0x36
-ERROR = 0x42
 
 ORIENTATION_VALID = 1 << 1
-CLIPPING = 0x3F << 8  # accelerometers x y z, gyros x y z
 SAMPLE_TIME_TICK_S = 1e-4
 
 _PREAMBLE = b"\xfa\xff"
@@ -176,11 +155,11 @@ def encode_xsens(
 
 
 class XsensParser:
-    """Parses acceleration, rate of turn and, if sent, attitude, field, temperature and clipping.
+    """Parses acceleration, rate of turn and, if sent, attitude and temperature.
 
-    counts: good, checksum, overlong, malformed, skipped bytes, unknown (messages), reply, device error, incomplete
-    (no acceleration or rate of turn), out of range, attitude invalid (flagged by the device, or not of length 1),
-    attitude frame (not ENU), lost (packet counter).
+    counts: good, checksum, overlong, malformed, skipped bytes, ignored (other messages), incomplete (no acceleration
+    or rate of turn), out of range, attitude invalid (flagged by the device, or not of length 1), attitude frame (not
+    ENU), lost (packet counter).
     """
 
     def __init__(self, latency_s: float = 0.0, clock: ClockFit | None = None) -> None:
@@ -197,7 +176,7 @@ class XsensParser:
         samples: list[Sample] = []
         for frame in self._stream.feed(data):
             if frame[2] != MT_DATA2:
-                self._other(frame[2])
+                self.counts["ignored"] += 1
                 continue
             sample = self._sample(frame[6 if frame[3] == 0xFF else 4 : -1], time_s)
             if sample is not None:
@@ -218,13 +197,6 @@ class XsensParser:
             return 0
         return 7 + length
 
-    def _other(self, message: int) -> None:
-        if message == ERROR:
-            self.counts["device error"] += 1
-        else:
-            # An acknowledgement has the id of its command plus one, and commands have even ids.
-            self.counts["reply" if message & 1 else "unknown"] += 1
-
     def _sample(self, data: bytes, time_s: float) -> ImuSample | None:
         counts = self.counts
         layout = self._layouts.get(len(data))
@@ -239,38 +211,37 @@ class XsensParser:
                 self._layouts.clear()
             self._layouts[len(data)] = layout
             values = layout.unpack(data)
-        if layout.packet is not None:
-            self._count_lost(values[layout.packet])
-        if layout.acceleration is None or layout.rate is None:
+        vectors, integers = layout.vectors, layout.integers
+        if PACKET_COUNTER in integers:
+            self._count_lost(values[integers[PACKET_COUNTER]])
+        if ACCELERATION not in vectors or RATE_OF_TURN not in vectors:
             counts["incomplete"] += 1
             return None
-        fx, fy, fz = layout.acceleration(values)
-        p, q, r = layout.rate(values)
+        fx, fy, fz = vectors[ACCELERATION](values)
+        p, q, r = vectors[RATE_OF_TURN](values)
         if not abs(fx) + abs(fy) + abs(fz) + abs(p) + abs(q) + abs(r) < _LARGEST:
             counts["out of range"] += 1
             return None
         counts["good"] += 1
-        status = ORIENTATION_VALID if layout.status is None else values[layout.status]
-        if self._clock is not None and layout.ticks is not None:
-            self._ticks += (values[layout.ticks] - self._ticks) & 0xFFFFFFFF
+        if self._clock is not None and SAMPLE_TIME_FINE in integers:
+            self._ticks += (values[integers[SAMPLE_TIME_FINE]] - self._ticks) & 0xFFFFFFFF
             time_s = self._clock.time_of(self._ticks, time_s)
         return ImuSample(
             time_s - self._latency_s,
             (fx, fy, fz),
             (p, q, r),
-            self._attitude(layout, values, status),
-            layout.temperature(values)[0] if layout.temperature else None,
-            layout.magnetic_field(values) if layout.magnetic_field else None,
-            status & CLIPPING != 0,
+            self._attitude(layout, values),
+            vectors[TEMPERATURE](values)[0] if TEMPERATURE in vectors else None,
         )
 
-    def _attitude(self, layout: Layout, values: Values, status: int) -> Quaternion | None:
-        if layout.quaternion is None:
+    def _attitude(self, layout: Layout, values: Values) -> Quaternion | None:
+        if QUATERNION not in layout.vectors:
             return None
         if layout.frames != _ENU:
             self.counts["attitude frame"] += 1
             return None
-        w, x, y, z = layout.quaternion(values)
+        status = values[layout.integers[STATUS_WORD]] if STATUS_WORD in layout.integers else ORIENTATION_VALID
+        w, x, y, z = layout.vectors[QUATERNION](values)
         if not status & ORIENTATION_VALID or not 0.98 < w * w + x * x + y * y + z * z < 1.02:
             self.counts["attitude invalid"] += 1
             return None

@@ -7,8 +7,8 @@ from itertools import count
 
 import numpy as np
 
+from bridge.sensors.samples import Arrival
 from bridge.simulator.devices import (
-    Arrival,
     SimulatedBar30,
     SimulatedDevice,
     SimulatedEscs,

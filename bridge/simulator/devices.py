@@ -5,10 +5,10 @@ of measurement plus the latency that the vehicle file gives for the device.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,12 +20,12 @@ from bridge.sensors.esc import encode_esc
 from bridge.sensors.kvh1750 import encode_kvh1750
 from bridge.sensors.kvh1760 import encode_kvh1760
 from bridge.sensors.mounting import mounting_matrix, quaternion_of
-from bridge.sensors.samples import NAN3, GnssSample, PressureSample, Vector3
+from bridge.sensors.samples import NAN3, Arrival, GnssSample, Vector3
 from bridge.sensors.ublox import FIX_3D, NO_FIX, encode_nav_pvt
 from bridge.sensors.waterlink import encode_waterlink_json, encode_waterlink_serial
 from bridge.sensors.wayfinder import encode_wayfinder
 from bridge.sensors.xsens import encode_xsens
-from bridge.simulator.plant import Stretch, moments, motion_at
+from bridge.simulator.plant import Motion, Stretch, moments, motion_at
 from bridge.simulator.truth import NoiseLevels
 from bridge.vehicle.config import Device, ThrustCurve, Water
 from bridge.vehicle.thrusters import shaft_speed
@@ -35,15 +35,6 @@ BOTTOM_M = 8.0
 GYRO_HZ = 1000.0
 BEAM_COSINE = math.cos(math.radians(30))
 ENU_OF_NED = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
-
-
-@dataclass(frozen=True, slots=True)
-class Chunk:
-    """Bytes from the device in a slot of the vehicle file; the last byte arrives at `time_s`."""
-
-    slot: str
-    time_s: float
-    data: bytes
 
 
 @dataclass(frozen=True)
@@ -56,24 +47,26 @@ class Surroundings:
     unix_at_boot_s: float
 
 
-@dataclass(frozen=True, slots=True)
-class Measured:
-    """A sample of a device on the I2C bus, which the bridge polls instead of listening to it."""
+class SimulatedDevice(ABC):
+    """A simulated device on the vehicle, which measures `usual_hz` times a second unless the vehicle file says
+    otherwise."""
 
-    slot: str
-    time_s: float
-    sample: PressureSample
+    usual_hz = 10.0
 
+    def __init__(self, slot: str, device: Device, world: Surroundings, rng: np.random.Generator) -> None:
+        self._slot, self._device, self._world, self._rng = slot, device, world, rng
+        self._noise, self._latency_s = world.noise, device.latency_s
+        self._rate_hz = device.rate_hz or self.usual_hz
+        self._arm = np.array(device.mounting.position_m)
+        self._to_body = np.array(mounting_matrix(device.mounting))
 
-Arrival = Chunk | Measured
-
-
-class SimulatedDevice(Protocol):
-    """A simulated device on the vehicle."""
-
-    def arrivals(self, stretch: Stretch) -> Sequence[Arrival]:
+    @abstractmethod
+    def arrivals(self, stretch: Stretch) -> list[Arrival]:
         """Return the device's data for the moments after the start of the stretch, up to its end."""
-        ...
+
+    def _motion(self, stretch: Stretch) -> Motion:
+        """The body's motion at the moments at which the device measures."""
+        return motion_at(stretch, moments(stretch, self._rate_hz))
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,8 +81,8 @@ class Ping:
     altitude_m: float
 
 
-class SimulatedDvl:
-    """Velocity over the bottom and ranges, at 10 Hz unless the vehicle file says otherwise."""
+class SimulatedDvl(SimulatedDevice):
+    """Velocity over the bottom and ranges."""
 
     def __init__(
         self,
@@ -99,19 +92,16 @@ class SimulatedDvl:
         rng: np.random.Generator,
         encode: Callable[[Ping], bytes],
     ) -> None:
-        self._slot, self._latency_s, self._noise, self._rng = slot, device.latency_s, world.noise, rng
-        self._rate_hz = device.rate_hz or 10.0
-        self._arm = np.array(device.mounting.position_m)
-        self._to_body = np.array(mounting_matrix(device.mounting))
+        super().__init__(slot, device, world, rng)
         self._encode = encode
 
-    def arrivals(self, stretch: Stretch) -> list[Chunk]:
+    def arrivals(self, stretch: Stretch) -> list[Arrival]:
         chunks = []
-        motion = motion_at(stretch, moments(stretch, self._rate_hz))
+        motion = self._motion(stretch)
         velocities = motion.velocity_at(self._arm) @ self._to_body
         for time_s, velocity, depth_m in zip(motion.time_s, velocities, motion.position[:, 2], strict=True):
             ping = self._ping(float(time_s), velocity, BOTTOM_M - float(depth_m))
-            chunks.append(Chunk(self._slot, ping.sent_s, self._encode(ping)))
+            chunks.append(Arrival(self._slot, ping.sent_s, self._encode(ping)))
         return chunks
 
     def _ping(self, time_s: float, velocity: Array, altitude_m: float) -> Ping:
@@ -147,21 +137,20 @@ def a50(slot: str, device: Device, world: Surroundings, rng: np.random.Generator
     return SimulatedDvl(slot, device, world, rng, encode)
 
 
-class SimulatedImu:
-    """Specific force, rate of turn and attitude, at 100 Hz unless the vehicle file says otherwise."""
+class SimulatedImu(SimulatedDevice):
+    """Specific force, rate of turn and attitude."""
+
+    usual_hz = 100.0
 
     def __init__(self, slot: str, device: Device, world: Surroundings, rng: np.random.Generator) -> None:
-        self._slot, self._latency_s, self._world, self._rng = slot, device.latency_s, world, rng
-        self._rate_hz = device.rate_hz or 100.0
-        self._arm = np.array(device.mounting.position_m)
-        self._to_body = np.array(mounting_matrix(device.mounting))
+        super().__init__(slot, device, world, rng)
         self._turn = _outer(quaternion_of(ENU_OF_NED), quaternion_of(self._to_body))
         self._bias = world.noise.gyro_bias_rad_s * rng.standard_normal(3)
         self._packet = 0
 
-    def arrivals(self, stretch: Stretch) -> list[Chunk]:
-        noise, draw = self._world.noise, self._rng.standard_normal
-        motion = motion_at(stretch, moments(stretch, self._rate_hz))
+    def arrivals(self, stretch: Stretch) -> list[Arrival]:
+        noise, draw = self._noise, self._rng.standard_normal
+        motion = self._motion(stretch)
         shape = motion.rate.shape
         force = motion.specific_force_at(self._arm, self._world.water.gravity_m_s2) @ self._to_body
         force += noise.accelerometer_m_s2 * draw(shape)
@@ -171,9 +160,8 @@ class SimulatedImu:
         chunks = []
         rows = zip(motion.time_s.tolist(), force.tolist(), rate.tolist(), attitude.tolist(), strict=True)
         for time_s, f, r, q in rows:
-            chunks.append(
-                Chunk(self._slot, time_s + self._latency_s, encode_xsens(self._packet, time_s, f, r, q))
-            )
+            data = encode_xsens(self._packet, time_s, f, r, q)
+            chunks.append(Arrival(self._slot, time_s + self._latency_s, data))
             self._packet += 1
         return chunks
 
@@ -188,11 +176,13 @@ def _outer(left: tuple[float, ...], right: tuple[float, ...]) -> Array:
     return turn
 
 
-class SimulatedGyro:
-    """The mean rate about z over each frame's period, at 1 kHz unless the vehicle file says otherwise.
+class SimulatedGyro(SimulatedDevice):
+    """The mean rate about z over each frame's period.
 
     The frames of a stretch come in a single chunk. `encode` takes their rates and the running count of the first.
     """
+
+    usual_hz = GYRO_HZ
 
     def __init__(
         self,
@@ -202,14 +192,13 @@ class SimulatedGyro:
         rng: np.random.Generator,
         encode: Callable[[Array, int], bytes],
     ) -> None:
-        self._slot, self._latency_s, self._noise, self._rng = slot, device.latency_s, world.noise, rng
-        self._rate_hz = device.rate_hz or GYRO_HZ
-        self._sign = math.copysign(1.0, mounting_matrix(device.mounting)[2][2])
+        super().__init__(slot, device, world, rng)
+        self._sign = math.copysign(1.0, self._to_body[2, 2])
         self._bias = world.noise.fog_bias_rad_s * float(rng.standard_normal())
         self._encode = encode
         self._count = 0
 
-    def arrivals(self, stretch: Stretch) -> list[Chunk]:
+    def arrivals(self, stretch: Stretch) -> list[Arrival]:
         ends = moments(stretch, self._rate_hz)
         if not len(ends):
             return []
@@ -218,7 +207,7 @@ class SimulatedGyro:
         noise = self._noise.fog_rad_s * self._rng.standard_normal(len(ends))
         data = self._encode(self._sign * rate + self._bias + noise, self._count)
         self._count += len(ends)
-        return [Chunk(self._slot, float(ends[-1]) + self._latency_s, data)]
+        return [Arrival(self._slot, float(ends[-1]) + self._latency_s, data)]
 
 
 def dsp1750(slot: str, device: Device, world: Surroundings, rng: np.random.Generator) -> SimulatedGyro:
@@ -238,7 +227,6 @@ def dsp1760(slot: str, device: Device, world: Surroundings, rng: np.random.Gener
 
 WATER_C = 15.0
 ESC_C = 30.0
-ANSWERS_HZ = 80.0
 ANTENNA_M = 0.25  # height above the body's origin: it is out of the water when the vehicle floats
 ORIGIN_DEG = (44.03, 11.27)  # Bilancino Lake, where the paper's vehicle dived
 EARTH_M = 6_371_000.0
@@ -246,84 +234,67 @@ EARTH_M = 6_371_000.0
 AMPERES_PER_N15 = 24.3 / 51.4**1.5
 
 
-class SimulatedBar30:
-    """The real driver on a bus with a fake sensor, polled at 10 Hz unless the vehicle file says otherwise."""
+class SimulatedBar30(SimulatedDevice):
+    """The real driver on a bus with a fake sensor."""
 
     def __init__(self, slot: str, device: Device, world: Surroundings, rng: np.random.Generator) -> None:
-        self._slot, self._latency_s, self._world, self._rng = slot, device.latency_s, world, rng
-        self._rate_hz = device.rate_hz or 10.0
-        self._arm = np.array(device.mounting.position_m)
+        super().__init__(slot, device, world, rng)
         self._bus = FakeBar30(temperature_c=WATER_C)
         self._driver = Bar30(self._bus, lambda _: None)
 
-    def arrivals(self, stretch: Stretch) -> list[Measured]:
-        water = self._world.water
-        motion = motion_at(stretch, moments(stretch, self._rate_hz))
+    def arrivals(self, stretch: Stretch) -> list[Arrival]:
+        water, motion = self._world.water, self._motion(stretch)
         measured = []
         for time_s, depth_m in zip(motion.time_s.tolist(), motion.depth_of(self._arm).tolist(), strict=True):
             pressure = 100 * water.surface_pressure_hpa
             pressure += water.density_kg_m3 * water.gravity_m_s2 * max(depth_m, 0.0)
-            self._bus.pressure_pa = pressure + self._world.noise.pressure_pa * self._rng.standard_normal()
+            self._bus.pressure_pa = pressure + self._noise.pressure_pa * self._rng.standard_normal()
             sample = self._driver.measure(SimulatedClock(time_s))
             if sample is not None:
-                measured.append(Measured(self._slot, time_s + self._latency_s, sample))
+                measured.append(Arrival(self._slot, time_s + self._latency_s, sample=sample))
         return measured
 
 
-class SimulatedEscs:
-    """The speed controllers of all thrusters, polled in turn, 80 answers a second unless the vehicle file says
-    otherwise."""
+class SimulatedEscs(SimulatedDevice):
+    """The speed controllers of all thrusters, polled in turn."""
+
+    usual_hz = 80.0
 
     def __init__(self, slot: str, device: Device, world: Surroundings, rng: np.random.Generator) -> None:
-        self._slot, self._device, self._world, self._rng = slot, device, world, rng
-        self._rate_hz = device.rate_hz or ANSWERS_HZ
+        super().__init__(slot, device, world, rng)
         self._asked = 0
-        self._consumed_mah = np.zeros(0)
 
-    def arrivals(self, stretch: Stretch) -> list[Chunk]:
+    def arrivals(self, stretch: Stretch) -> list[Arrival]:
         curve, thrust = self._world.thrust_curve, stretch.turned_n
         speeds = 60 * shaft_speed(curve, thrust)
-        speeds *= 1 + self._world.noise.rpm_share * self._rng.standard_normal(len(thrust))
+        speeds *= 1 + self._noise.rpm_share * self._rng.standard_normal(len(thrust))
         currents = AMPERES_PER_N15 * np.abs(thrust) ** 1.5
-        if not len(self._consumed_mah):
-            self._consumed_mah = np.zeros(len(thrust))
-        self._consumed_mah += currents * (stretch.time_s[-1] - stretch.time_s[0]) / 3.6
         answers = []
         for _ in moments(stretch, self._rate_hz):
             i = self._asked % len(thrust)
             answers.append(
-                encode_esc(
-                    float(speeds[i]),
-                    self._device.poles,
-                    curve.voltage_v,
-                    float(currents[i]),
-                    ESC_C,
-                    float(self._consumed_mah[i]),
-                )
+                encode_esc(float(speeds[i]), self._device.poles, curve.voltage_v, float(currents[i]), ESC_C)
             )
             self._asked += 1
         if not answers:
             return []
-        return [Chunk(self._slot, float(stretch.time_s[-1]) + self._device.latency_s, b"".join(answers))]
+        return [Arrival(self._slot, float(stretch.time_s[-1]) + self._latency_s, b"".join(answers))]
 
 
-class SimulatedUblox:
-    """NAV-PVT at 1 Hz unless the vehicle file says otherwise: a fix while the antenna is out of the water, none
-    below."""
+class SimulatedUblox(SimulatedDevice):
+    """NAV-PVT: a fix while the antenna is out of the water, none below."""
 
-    def __init__(self, slot: str, device: Device, world: Surroundings, rng: np.random.Generator) -> None:
-        self._slot, self._latency_s, self._noise, self._rng = slot, device.latency_s, world.noise, rng
-        self._rate_hz = device.rate_hz or 1.0
+    usual_hz = 1.0
 
-    def arrivals(self, stretch: Stretch) -> list[Chunk]:
+    def arrivals(self, stretch: Stretch) -> list[Arrival]:
         chunks = []
-        motion = motion_at(stretch, moments(stretch, self._rate_hz))
+        motion = self._motion(stretch)
         speeds = motion.earth_velocity().tolist()
         for time_s, place, speed in zip(
             motion.time_s.tolist(), motion.position.tolist(), speeds, strict=True
         ):
             data = encode_nav_pvt(self._fix(time_s, place, speed), round(1000 * time_s))
-            chunks.append(Chunk(self._slot, time_s + self._latency_s, data))
+            chunks.append(Arrival(self._slot, time_s + self._latency_s, data))
         return chunks
 
     def _fix(self, time_s: float, place: list[float], speed: list[float]) -> GnssSample:

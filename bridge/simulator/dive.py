@@ -15,7 +15,6 @@ from bridge.onboard.orders import MotorTests
 from bridge.onboard.parameters import ParameterServer
 from bridge.onboard.service import Bridge
 from bridge.simulator.body import SimulatedBody, Start
-from bridge.simulator.devices import Chunk
 from bridge.simulator.missions import Mission
 from bridge.simulator.plant import Stretch
 from bridge.simulator.truth import TYPICAL, NoiseLevels, Truth
@@ -77,10 +76,7 @@ class SimulatedVehicle:
         stretch, arrivals = self.body.move(TICK_S)
         for arrival in arrivals:
             self.clock.advance_to(max(arrival.time_s, self.clock.boot_s()))
-            if isinstance(arrival, Chunk):
-                self.bridge.receive(arrival.slot, arrival.data, arrival.time_s)
-            else:
-                self.bridge.accept(arrival.slot, (arrival.sample,))
+            self.bridge.take(arrival)
         self.clock.advance_to(max(self.body.time_s, self.clock.boot_s()))
         return stretch
 
@@ -93,7 +89,7 @@ def control(
 
     The thrusters of a disarmed vehicle stay at neutral, with or without a mission.
     """
-    autopilot.mode = Mode(parameters.mode)
+    autopilot.mode = parameters.mode
     tick = autopilot.step if bridge.armed else autopilot.rest
     actuation = tick(clock.boot_s(), bridge.navigation, reference)
     bridge.publish(actuation)

@@ -5,12 +5,20 @@ added mass is derived from the total and is no parameter of its own. In addition
 vehicle file declares it.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
 DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 Kind = Literal["mass", "damping", "quadratic"]
+
+
+def fault_of(name: str, value: float, low: float, high: float) -> str:
+    """Why a coefficient's value can't be used, "" if it can. Short enough for a STATUSTEXT of 50 characters."""
+    if low <= value <= high:
+        return ""
+    return f"{name} {value:g} out of bounds" if math.isfinite(value) else f"{name} is {value}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from bridge.errors import ConfigError
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import CONFIGS, Configuration
 from bridge.vehicle.navigation import Navigation
-from bridge.vehicle.references import Reference, Six
+from bridge.vehicle.references import Reference, Six, shorter_turn
 
 GAINS = CONFIGS / "gains.yaml"
 
@@ -176,13 +176,9 @@ def _errors(navigation: Navigation, reference: Reference) -> tuple[tuple[float, 
         (reference.depth_m - navigation.depth_m, nu[2] - w if math.isfinite(w) else 0.0),
         (-roll, -p),
         (-pitch, -q),
-        (_shorter_way(reference.heading_rad - navigation.heading_rad), nu[5] - r),
+        # A heading unwrapped differently elsewhere must not spin the vehicle.
+        (shorter_turn(navigation.heading_rad, reference.heading_rad), nu[5] - r),
     )
-
-
-def _shorter_way(turn_rad: float) -> float:
-    """The turn without its full revolutions: a heading unwrapped differently elsewhere must not spin the vehicle."""
-    return math.remainder(turn_rad, math.tau) if math.isfinite(turn_rad) else math.nan
 
 
 def roll_pitch(attitude: Sequence[float]) -> tuple[float, float]:

@@ -4,11 +4,10 @@ They describe effects that a crew accepted; an unset coefficient means that the 
 hull add to the wrench, those of the thrusters to the thrust asked of each.
 """
 
-import math
 from dataclasses import dataclass
 from typing import Literal
 
-from bridge.vehicle.coefficients import QUADRATICS, Coefficient
+from bridge.vehicle.coefficients import QUADRATICS, Coefficient, fault_of
 from bridge.vehicle.config import Configuration
 
 Group = Literal["quadratic_drag", "coupling", "thruster_gain", "reverse_loss", "dead_zone", "voltage"]
@@ -40,12 +39,8 @@ class EffectCoefficient:
         return f"FF{configuration}_{self.name.upper()}"
 
     def fault(self, value: float) -> str:
-        """Why a value can't be used, "" if it can. Short enough for a STATUSTEXT of 50 characters."""
-        if self.low <= value <= self.high:
-            return ""
-        return (
-            f"{self.name} is {value}" if not math.isfinite(value) else f"{self.name} {value:g} out of bounds"
-        )
+        """Why a value can't be used, "" if it can."""
+        return fault_of(self.name, value, self.low, self.high)
 
 
 QUADRATIC = tuple(coefficient.name for coefficient in QUADRATICS)

@@ -13,7 +13,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import BY_NAME, DOFS, QUADRATICS
+from bridge.vehicle.coefficients import BY_NAME, DOFS, QUADRATICS, fault_of
 from bridge.vehicle.references import ZERO6, Reference, Six
 
 AXES = ((0, "M_u", "D_u"), (1, "M_v", "D_v"), (5, "I_r", "D_r"))
@@ -148,15 +148,8 @@ def _towards(wanted: float, before: float, bound: float, most: float) -> float:
 
 
 def _fault(coefficients: Mapping[str, float], name: str) -> str:
-    """Why a coefficient can't be used, "" if it can. Short enough for a STATUSTEXT of 50 characters."""
     value, bounds = coefficients.get(name), BY_NAME[name]
-    if value is None:
-        return f"{name} is missing"
-    if not math.isfinite(value):
-        return f"{name} is {value}"
-    if not bounds.low <= value <= bounds.high:
-        return f"{name} {value:g} out of bounds"
-    return ""
+    return f"{name} is missing" if value is None else fault_of(name, value, bounds.low, bounds.high)
 
 
 Blended = TypeVar("Blended", float, NDArray[np.float64])

@@ -10,13 +10,12 @@ from typing import Final
 from bridge.errors import ConfigError
 from bridge.vehicle.coefficients import COEFFICIENTS, Coefficient
 from bridge.vehicle.config import Configuration, Vehicle
-from bridge.vehicle.effect_coefficients import effect_coefficients
+from bridge.vehicle.effect_coefficients import EffectCoefficient, effect_coefficients
 
 MODE: Final = "FF_MODE"
 COMMIT: Final = "FF_COMMIT"
 ACTIVE: Final = "FF_ACTIVE"
 VERSION: Final = "FF_VERSION"
-APPLYING_MODES: Final = (2.0, 3.0)
 
 # Limits of total mass and inertia for any vehicle, as fractions of its dry mass and rigid-body inertia. They are wide:
 # the added mass of a slender hull in heave, or the added inertia of a flat hull in pitch, is several times that of the
@@ -73,38 +72,27 @@ def vehicle_table(vehicle: Vehicle) -> tuple[Parameter, ...]:
     bounds of a model coefficient are narrowed to values that a vehicle of this mass and thrust can have. Raises
     ConfigError if the vehicle file's model is out of bounds.
     """
-    table = tuple(
-        Parameter(
-            coefficient.parameter_id(veh_cfg),
-            *bounds(coefficient, shape),
-            to_float32(shape.model.get(coefficient.name, 0.0)),
-            veh_cfg,
-            coefficient.name,
-        )
-        for name, shape in vehicle.configurations.items()
-        for veh_cfg in (vehicle.veh_cfg(name),)
-        for coefficient in COEFFICIENTS
-    )
-    for row in table:
+    shapes = [(vehicle.veh_cfg(name), shape) for name, shape in vehicle.configurations.items()]
+    model = [_row(coefficient, veh_cfg, shape) for veh_cfg, shape in shapes for coefficient in COEFFICIENTS]
+    effects = [
+        _row(effect, veh_cfg, shape) for veh_cfg, shape in shapes for effect in effect_coefficients(shape)
+    ]
+    for row in model:
         if not row.admits(row.default):
             raise ConfigError(
                 f"vehicle '{vehicle.name}': model: {row.coefficient} is {row.default:g}; "
                 f"give a value from {row.low:g} to {row.high:g}"
             )
-    effects = tuple(
-        Parameter(
-            effect.parameter_id(veh_cfg),
-            to_float32(effect.low),
-            to_float32(effect.high),
-            0.0,
-            veh_cfg,
-            effect.name,
-        )
-        for name, shape in vehicle.configurations.items()
-        for veh_cfg in (vehicle.veh_cfg(name),)
-        for effect in effect_coefficients(shape)
-    )
-    return table + effects
+    return (*model, *effects)
+
+
+def _row(of: Coefficient | EffectCoefficient, veh_cfg: int, shape: Configuration) -> Parameter:
+    if isinstance(of, Coefficient):
+        low, high = bounds(of, shape)
+    else:
+        low, high = to_float32(of.low), to_float32(of.high)
+    default = to_float32(shape.model.get(of.name, 0.0))
+    return Parameter(of.parameter_id(veh_cfg), low, high, default, veh_cfg, of.name)
 
 
 def bounds(coefficient: Coefficient, shape: Configuration) -> tuple[float, float]:

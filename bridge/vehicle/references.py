@@ -68,14 +68,14 @@ def _between(before: Reference, after: Reference, share: float) -> Reference:
     return Reference(
         mix(before.nu, after.nu),
         mix(before.nu_dot, after.nu_dot),
-        before.heading_rad + share * _turn(before.heading_rad, after.heading_rad),
+        before.heading_rad + share * shorter_turn(before.heading_rad, after.heading_rad),
         before.depth_m + share * (after.depth_m - before.depth_m),
         after.push,
     )
 
 
-def _turn(from_rad: float, to_rad: float) -> float:
-    """The shorter turn: a heading that was unwrapped afresh in between has not turned."""
+def shorter_turn(from_rad: float, to_rad: float) -> float:
+    """The turn without full revolutions: a heading that was unwrapped afresh in between has not turned."""
     turn = to_rad - from_rad
     return math.remainder(turn, math.tau) if math.isfinite(turn) else math.nan
 

@@ -32,7 +32,6 @@ class Switching:
         self._marks, self._orders = OffMarks(), OffOrders()
         self._switch: Switch | None = None
         self._began_s = self._shown_s = 0.0
-        self._lacking_s: float | None = None
         self._asked: tuple[Mode, int, float] | None = None
         self._active: dict[Source, float] = {}
 
@@ -76,11 +75,7 @@ class Switching:
             )
         messages = switch.tick(now_s)
         self._marks.mark(messages)
-        if not switch.lacking:
-            self._lacking_s = None
-        elif self._lacking_s is None:
-            self._lacking_s = now_s
-        if switch.done or (self._lacking_s is not None and now_s - self._lacking_s >= LACKING_S):
+        if switch.done or switch.lacking_for_s(now_s) >= LACKING_S:
             self._end("")
         elif switch.mode is not Mode.OFF and (switch.refusal or now_s - self._began_s >= GIVE_UP_S):
             self._end("given up, ")
@@ -134,7 +129,6 @@ class Switching:
     def _begin(self, switch: Switch) -> None:
         self._switch, self._asked = switch, None
         self._began_s = self._shown_s = self._clock.boot_s()
-        self._lacking_s = None
         self._say(f"ff: {switch.mode.word}, sent until the vehicle says so")
 
     def _end(self, how: str) -> None:

@@ -15,7 +15,6 @@ from bridge.vehicle.effect_coefficients import OF_ANY_VEHICLE, EffectCoefficient
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import (
     ACTIVE,
-    APPLYING_MODES,
     COMMIT,
     LEAST_DAMPING_PER_S,
     MODE,
@@ -234,7 +233,7 @@ def taken_back(targets: Mapping[str, float], present: Mapping[str, float]) -> di
 
 def obstacle(present: Mapping[str, float]) -> str:
     """Why an armed vehicle with the values `present` must not be given parameters, "" if it may."""
-    if present.get(MODE) in APPLYING_MODES:
+    if present.get(MODE) in (Mode.ALONE, Mode.BOTH):
         return "is armed and its feed-forward acts on the thrusters: force the feed-forward off first"
     return ""
 

@@ -4,7 +4,7 @@ import json
 from dataclasses import replace
 
 import pytest
-from fakes.vehicle import QuietLink
+from fakes.vehicle import FakeLink, QuietLink
 
 from bridge import exit_codes
 from bridge.clock import SimulatedClock
@@ -39,19 +39,6 @@ class Afloat(QuietLink):
 
     def write(self, data):
         self._far.write(data)
-
-
-class Silent(QuietLink):
-    """A link on which nobody speaks."""
-
-    name = "memory:silent"
-
-    def __init__(self):
-        self.clock = SimulatedClock()
-
-    def read(self, timeout_s):
-        self.clock.advance_to(self.clock.now_s + timeout_s)
-        return b""
 
 
 @pytest.fixture
@@ -228,7 +215,7 @@ def test_a_vehicle_file_without_its_thrust_table_fails(capsys, tmp_path):
 
 
 def test_a_silent_link_is_a_failed_check(findings):
-    code, found = findings(Silent())
+    code, found = findings(FakeLink("memory:silent", clock=SimulatedClock()))
     assert code == exit_codes.NO
     assert found["link"]["level"] == "failed"
     assert "nothing arrived" in found["link"]["sentence"]

@@ -5,7 +5,7 @@ import socket
 
 import pytest
 from diving_vehicle import Dive
-from fakes.vehicle import QuietLink
+from fakes.vehicle import FakeLink
 
 from bridge import exit_codes
 from bridge.clock import SystemClock
@@ -42,6 +42,11 @@ def two():
     release()
 
 
+def dead(name):
+    """A link that is lost at once."""
+    return FakeLink(name, reads_fail=True, writes_fail=True)
+
+
 @pytest.fixture
 def opened(monkeypatch):
     """The names of the links that were opened."""
@@ -49,22 +54,10 @@ def opened(monkeypatch):
 
     def one(name):
         names.append(name)
-        return Dead(name)
+        return dead(name)
 
     monkeypatch.setattr("bridge.links.open.open_link", one)
     return names
-
-
-class Dead(QuietLink):
-    """A link that is lost at once."""
-
-    def __init__(self, name):
-        self.name = name
-
-    def read(self, _timeout_s):
-        raise LinkLost("gone")
-
-    write = read
 
 
 def test_both_are_told_the_first_first_and_the_second_takes_its_place(two):
@@ -98,7 +91,7 @@ def test_each_link_is_reached_by_way_of_the_recording_that_holds_it(opened, spec
 def test_a_link_by_way_of_the_second_never_comes_back_by_way_of_the_first(monkeypatch):
     found = []
     monkeypatch.setattr(links, "Aside", lambda again, _: found.append(again))
-    coming_back(Dead(SECOND), SECOND, SystemClock())
+    coming_back(dead(SECOND), SECOND, SystemClock())
     release()
     with pytest.raises(LinkError, match="no recording runs that could be listened to"):
         found[0]()
@@ -108,7 +101,7 @@ def test_why_the_second_let_a_program_go_is_told_of_the_second(two):
     def wait(_):
         write_holding(told(**vars(two) | {"written_unix_s": two.written_unix_s + 1.0}), second=True)
 
-    link = ByWay(Dead(OTHER_HUB), [SECOND], wait)
+    link = ByWay(dead(OTHER_HUB), [SECOND], wait)
     with pytest.raises(LinkLost, match=f"the recording of {SECOND} goes on, but let this program go"):
         link.read(0.0)
 
@@ -178,7 +171,7 @@ def test_a_fetch_by_the_link_of_the_second_means_its_dive_and_never_ends_that_of
     made = new_folder(tmp_path / "dives", 1_790_000_000.0, "boat")
     write_records(made.path / "telemetry.tlog", [])
     write_holding(told(**vars(two) | {"folder": str(made.path)}), second=True)
-    monkeypatch.setattr("tui.links.link_for", lambda *_: Dead(SECOND))
+    monkeypatch.setattr("tui.links.link_for", lambda *_: dead(SECOND))
     assert cli.main(["fetch", "--link", SECOND]) == exit_codes.BAD_INPUT
     said = " ".join(capsys.readouterr().err.split())
     assert f"{made.path}: is still recorded, by process {os.getpid()}, beside what" in said

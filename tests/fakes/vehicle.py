@@ -55,13 +55,43 @@ class QuietLink(Link):
         pass
 
 
+class FakeLink(QuietLink):
+    """A link with switches: gives what is in `chunks`, raises an exception among them, keeps what is `sent`.
+
+    `reads_fail`, `writes_fail`: the other side has gone. A read lets the time of a `clock` pass.
+    """
+
+    def __init__(self, name="fake:", chunks=(), *, reads_fail=False, writes_fail=False, clock=None):
+        self.name, self.reads_fail, self.writes_fail, self.clock = name, reads_fail, writes_fail, clock
+        self.chunks, self.sent, self.closed = deque(chunks), [], False
+
+    def read(self, timeout_s):
+        assert timeout_s >= 0
+        if self.clock is not None:
+            self.clock.advance_to(self.clock.boot_s() + timeout_s)
+        if self.reads_fail:
+            raise LinkLost("gone")
+        chunk = self.chunks.popleft() if self.chunks else b""
+        if isinstance(chunk, Exception):
+            raise chunk
+        return chunk
+
+    def write(self, data):
+        if self.writes_fail:
+            raise LinkLost("gone")
+        self.sent.append(data)
+
+    def close(self):
+        self.closed = True
+
+
 class FakeVehicle(QuietLink):
     """A link to a vehicle; its faults are attributes.
 
     With `steps`, a read lets time pass for as long as it waits. `drops` are the names of parameters whose writes are
     ignored, True for all; `stuck`: a write is answered with the value that stays; `echoes`: with the new value, which
-    is not kept; `lacks`: it has no such parameter; `bound`: it takes orders from another ground. `twin` is heard on
-    the same link.
+    is not kept; `lacks`: it has no such parameter; `bound`: it takes orders from another ground. `result` answers
+    COMMAND_LONG. `twin` is heard on the same link.
     """
 
     name = "memory:vehicle"
@@ -87,7 +117,8 @@ class FakeVehicle(QuietLink):
         self.fails_at_s = deque()
         self.values_a_read = 20
         self.others, self.twin = [], None
-        self.sets, self.heard = [], []
+        self.sets, self.heard, self.orders = [], [], []
+        self.result = dialect.MAV_RESULT_ACCEPTED
         self.boot()
         self.next_beat_s = self.clock.now_s + phase_s
         self.booted_s = self.clock.now_s if booted_s is None else booted_s
@@ -151,6 +182,9 @@ class FakeVehicle(QuietLink):
                 component, name = message.target_component, message.param_id
                 self.sets.append(Set(self.clock.now_s, component, name, message.param_value))
                 self._set(message)
+            elif message.get_type() == "COMMAND_LONG":
+                self.orders.append(message.param1)
+                self.say(dialect.MAVLink_command_ack_message(message.command, self.result, 0, 0, 255, 190))
             elif self.lacks:
                 self.say(dialect.MAVLink_param_error_message(255, 190, message.param_id.encode(), -1, 1))
             else:

@@ -1,8 +1,6 @@
 """A recorder over a fake link and a fake disk, on a simulated clock."""
 
-from collections import deque
-
-from fakes.vehicle import QuietLink
+from fakes.vehicle import FakeLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
@@ -14,31 +12,6 @@ from gcs_plugin.recording.recorder import Recorder
 def frames_of(count, system=1):
     encoder = Encoder(system, 1)
     return [encoder.encode(dialect.MAVLink_system_time_message(0, n)) for n in range(count)]
-
-
-class FakeLink(QuietLink):
-    """Gives what is in `chunks`; an exception in it is raised."""
-
-    def __init__(self, name="fake:"):
-        self.name = name
-        self.chunks = deque()
-        self.sent = []
-        self.closed = False
-
-    def read(self, timeout_s):
-        assert timeout_s >= 0
-        if not self.chunks:
-            return b""
-        chunk = self.chunks.popleft()
-        if isinstance(chunk, Exception):
-            raise chunk
-        return chunk
-
-    def write(self, data):
-        self.sent.append(data)
-
-    def close(self):
-        self.closed = True
 
 
 class Disk:

@@ -5,7 +5,8 @@ import sys
 import threading
 
 import pytest
-from faked_ground import Disk, FakeLink, Ground, frames_of
+from faked_ground import Disk, Ground, frames_of
+from fakes.vehicle import FakeLink
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from bridge.clock import SimulatedClock, SystemClock

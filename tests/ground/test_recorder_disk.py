@@ -4,7 +4,8 @@ import shutil
 import threading
 
 import pytest
-from faked_ground import Disk, FakeLink, Ground, frames_of
+from faked_ground import Disk, Ground, frames_of
+from fakes.vehicle import FakeLink
 
 from bridge.clock import SimulatedClock, SystemClock
 from bridge.links.memory import memory_pair

@@ -5,7 +5,7 @@ import random
 import pytest
 from faked_ground import Ground
 from fakes.lossy import Lossy
-from fakes.vehicle import QuietLink
+from fakes.vehicle import FakeLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
@@ -256,11 +256,9 @@ def test_two_boot_clocks_are_two_vehicles_though_the_ground_is_busy():
 
 
 def test_what_the_link_knows_of_its_peers_counts():
-    class Udp(QuietLink):
-        name = "memory:a"
-        contested = frozenset(((1, 1), (3, 1)))
-
-    assert watched((*ALWAYS, Twin()), link=Udp()).fault().startswith(SENTENCE)
+    udp = FakeLink("memory:a")
+    udp.contested = frozenset(((1, 1), (3, 1)))
+    assert watched((*ALWAYS, Twin()), link=udp).fault().startswith(SENTENCE)
 
 
 # Each on a link of its own.

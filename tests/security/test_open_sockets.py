@@ -1,6 +1,5 @@
 """What is open on networks: on this computer alone unless told, and all of it listed at the start."""
 
-import json
 import os
 import socket
 import threading
@@ -10,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from fakes.ports import free_port
 from fakes.vehicle import QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
@@ -76,9 +76,7 @@ def test_a_recording_lists_every_socket_that_it_has(tmp_path, monkeypatch, capsy
         work(stop)
 
     monkeypatch.setattr("bridge.command_line.until_stopped", looked)
-    with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = free_port(socket.SOCK_DGRAM)
     cli.main(["record", "--link", f"udpin::{port}", "--out", str(tmp_path)])
     lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("open: ")]
     assert len(opened) == len(lines) == 2
@@ -169,9 +167,7 @@ def listed(said):
 
 @pytest.mark.parametrize("line", VERBS)
 def test_every_verb_lists_the_socket_of_its_link_where_words_go(line, at_once, capsys):
-    with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = free_port(socket.SOCK_DGRAM)
     words = [word for word in line.split() if word not in ("a", "mission")]
     cli.main([*words, *VERBS[line], "--link", f"udpin::{port}"])
     said = capsys.readouterr()
@@ -180,20 +176,6 @@ def test_every_verb_lists_the_socket_of_its_link_where_words_go(line, at_once, c
     assert sentence.startswith(f"open: 127.0.0.1 port {port} (UDP): ")
     assert sentence.endswith("reachable from this computer alone")
     assert listed(said.out) == []
-
-
-@pytest.mark.usefixtures("at_once")
-def test_json_on_standard_output_stays_json(monkeypatch, capsys):
-    monkeypatch.setattr("gcs_plugin.params.client.ParameterClient.find_vehicle", lambda *_: (1, 1))
-    monkeypatch.setattr("gcs_plugin.params.client.ParameterClient.read_all", lambda _: {"FF1_M_U": 1.5})
-    monkeypatch.setattr("gcs_plugin.params.client.ParameterClient.vehicle", (1, 1))
-    monkeypatch.setattr(Ended, "write", lambda *_: None)
-    cli.main(["params", "show", "--link", "udpin:0.0.0.0:0", "--json", "-"])
-    said = capsys.readouterr()
-    assert json.loads(said.out) == {"FF1_M_U": 1.5}
-    assert listed(said.err) == [
-        "open: 0.0.0.0 a free port (UDP): the link, reachable from every network of this computer"
-    ]
 
 
 def test_a_link_that_comes_back_is_listed_once(capsys):

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from bridge.sensors.mounting import mounting_matrix, quaternion_of, rotation_matrix, to_body
-from bridge.sensors.samples import NAN3, DvlSample, FogBlock, ImuSample, PressureSample
+from bridge.sensors.samples import DvlSample, FogBlock, ImuSample
 from bridge.sensors.streams import ClockFit
 from bridge.vehicle.config import Mounting
 
@@ -38,20 +38,15 @@ def test_the_wayfinders_usual_mount_is_teledynes_matrix():
 
 def test_a_dvl_that_moves_along_its_own_diagonal_moves_the_vehicle_forward():
     h = math.sqrt(0.5)
-    sample = to_body(DvlSample(1.0, (-h * 0.4, h * 0.4, 0.0), 0.01, 2.5, (3.0,)), WAYFINDER)
+    sample = to_body(DvlSample(1.0, (-h * 0.4, h * 0.4, 0.0), 0.01, 2.5), WAYFINDER)
     assert sample.velocity == pytest.approx((0.4, 0.0, 0.0))
-    assert (sample.time_s, sample.sigma, sample.altitude_m, sample.ranges) == (1.0, 0.01, 2.5, (3.0,))
-
-
-def test_a_dvl_without_lock_stays_without_lock():
-    assert not to_body(DvlSample(1.0, NAN3, math.nan, math.nan), WAYFINDER).locked
+    assert (sample.time_s, sample.sigma, sample.altitude_m) == (1.0, 0.01, 2.5)
 
 
 def test_a_level_imu_at_rest_reads_gravity_upwards_in_frd():
-    sample = to_body(imu(rate=(0.1, 0.2, 0.3), magnetic_field=(0.4, 0.5, 0.6)), LABEL_UP)
+    sample = to_body(imu(rate=(0.1, 0.2, 0.3)), LABEL_UP)
     assert sample.specific_force == (0.0, 0.0, -9.81)
     assert sample.rate == (0.1, -0.2, -0.3)
-    assert sample.magnetic_field == (0.4, -0.5, -0.6)
 
 
 LIFTED = math.cos(0.2) * NORTH + math.sin(0.2) * UP, math.cos(0.2) * UP - math.sin(0.2) * NORTH
@@ -128,11 +123,6 @@ def test_the_sense_of_a_gyro_is_that_of_its_axis(mounting, sense):
     np.testing.assert_array_equal(turned.time_s, block.time_s)
 
 
-def test_what_has_no_axes_passes_unchanged():
-    sample = PressureSample(1.0, 101325.0, 12.0)
-    assert to_body(sample, WAYFINDER) is sample
-
-
 def fit_times(clock: ClockFit, counts: np.ndarray, arrivals: np.ndarray) -> np.ndarray:
     return np.array([clock.time_of(int(c), float(a)) for c, a in zip(counts, arrivals, strict=True)])
 
@@ -170,7 +160,6 @@ def test_a_gap_starts_anew_at_once_and_keeps_the_period(jump_s):
     arrivals = counts / 989.0 + np.where(counts > 10_000, jump_s, 0.0)
     clock = ClockFit(1e-3, tolerance=0.03)
     times = fit_times(clock, counts, arrivals)
-    assert clock.restarts == 1
     np.testing.assert_allclose(times[counts > 5_000], arrivals[counts > 5_000], atol=1e-5)
 
 

@@ -10,7 +10,7 @@ from test_kvh1760 import A, B
 from test_ublox import GGA, PVT, RMC
 from test_waterlink import DOCUMENTED, REPORT
 from test_wayfinder import LOCKED
-from test_xsens import CW, GO, OURS
+from test_xsens import CW, GO, LONG, OURS
 
 from bridge.sensors.kvh1760 import Kvh1760Parser
 from bridge.sensors.samples import FogBlock, Parser
@@ -52,6 +52,7 @@ CASES = {
     "xsens CW": Case(XsensParser, CW, *XSENS),
     "xsens GO": Case(XsensParser, GO, *XSENS),
     "xsens ours": Case(XsensParser, OURS, *XSENS),
+    "xsens long": Case(XsensParser, LONG, *XSENS),
     "kvh1760 A": Case(Kvh1760Parser, A, *KVH),
     "kvh1760 B": Case(Kvh1760Parser, B, *KVH),
     "ublox pvt": Case(UbloxParser, PVT, UBLOX_NOISE, b"\xb5\x62\x01\x03\x00", 1032, bytes(1100)),

@@ -40,7 +40,7 @@ def alone_in_still_water(file: VehicleFile, configuration: str, mission: Mission
 
 
 @pytest.mark.parametrize("configuration", ["survey", "hovering"])
-def test_feedforward_alone_with_the_papers_dead_zone_starts_0_3_s_late(configuration: str) -> None:
+def test_feedforward_alone_with_the_papers_dead_zone_starts_0_3_s_late(configuration):
     shapes = dict(FILE.vehicle.configurations)
     shapes[configuration] = replace(shapes[configuration], gains=f"paper_{configuration}")
     file = replace(FILE, vehicle=replace(FILE.vehicle, configurations=shapes))
@@ -53,9 +53,7 @@ def test_feedforward_alone_with_the_papers_dead_zone_starts_0_3_s_late(configura
 
 @pytest.mark.parametrize("rate_rad_s", [0.1, 0.175])
 @pytest.mark.parametrize("configuration", ["survey", "hovering"])
-def test_feedforward_alone_with_the_true_model_turns_as_fast_as_it_is_asked_to(
-    configuration: str, rate_rad_s: float
-) -> None:
+def test_feedforward_alone_with_the_true_model_turns_as_fast_as_it_is_asked_to(configuration, rate_rad_s):
     turning = Mission("turn", tuple(rest("still", 2.0) + turn("turn", 20 * rate_rad_s, rate_rad_s, "smooth")))
     run = alone_in_still_water(FILE, configuration, turning)
     steady = (run.time_s > 15) & (run.time_s < 20)
@@ -63,7 +61,7 @@ def test_feedforward_alone_with_the_true_model_turns_as_fast_as_it_is_asked_to(
     assert run.nu_ref[steady, 5] == pytest.approx(rate_rad_s)
 
 
-def test_the_pid_alone_lags_in_acceleration_and_holds_the_steady_speed() -> None:
+def test_the_pid_alone_lags_in_acceleration_and_holds_the_steady_speed():
     slow = Mission("slow", tuple(rest("still", 2.0) + run("run", 0.4, 0.0, 12.0)))
     off = dive(Mode.OFF, mission=slow)
     assert errors(off, slow, "acceleration", 0, "run") > 0.05
@@ -71,7 +69,7 @@ def test_the_pid_alone_lags_in_acceleration_and_holds_the_steady_speed() -> None
     assert np.abs(off.nu[late, 0] - 0.4).mean() < 0.01
 
 
-def test_pid_and_feedforward_together_track_better_than_either_as_in_the_papers_table_5() -> None:
+def test_pid_and_feedforward_together_track_better_than_either_as_in_the_papers_table_5():
     mission = validation(sways=True)
     off, alone, both = (dive(mode, mission=mission) for mode in (Mode.OFF, Mode.ALONE, Mode.BOTH))
     for dof, word in ((0, "surge"), (1, "sway")):
@@ -83,8 +81,8 @@ def test_pid_and_feedforward_together_track_better_than_either_as_in_the_papers_
 
 @pytest.mark.parametrize("configuration", ["survey", "hovering"])
 def test_in_still_water_pid_and_feedforward_together_keep_to_the_reference_within_a_millimetre_a_second(
-    configuration: str,
-) -> None:
+    configuration,
+):
     truth = load_truth(FILE, configuration)
     mission = validation(sways=configuration == "hovering")
     both = simulate_truth(
@@ -95,7 +93,7 @@ def test_in_still_water_pid_and_feedforward_together_keep_to_the_reference_withi
     assert np.abs(both.nu - both.nu_ref)[:, :2].max() < 0.004
 
 
-def test_in_the_sea_together_they_err_by_half_of_the_papers_table_5_or_by_what_the_dvl_allows() -> None:
+def test_in_the_sea_together_they_err_by_half_of_the_papers_table_5_or_by_what_the_dvl_allows():
     """With a DVL of 4 mm/s at 10 Hz no controller comes below 1.3 mm/s in this sea: half of the paper's 2.6."""
     mission, seeds = validation(sways=True), range(100_000, 100_006)
     runs = [dive(Mode.BOTH, mission=mission, seed=seed) for seed in seeds]
@@ -107,9 +105,7 @@ def test_in_the_sea_together_they_err_by_half_of_the_papers_table_5_or_by_what_t
 
 
 @pytest.mark.parametrize("factor", [0.5, 2.0])
-def test_with_half_and_with_twice_the_mass_that_it_was_told_the_vehicle_still_comes_to_its_speed(
-    factor: float,
-) -> None:
+def test_with_half_and_with_twice_the_mass_that_it_was_told_the_vehicle_still_comes_to_its_speed(factor):
     truth = load_truth(FILE, "hovering").calm()
     other = {name: factor * v if name[0] in "MI" else v for name, v in truth.model.items()}
     long = Mission("long", tuple(rest("still", 2.0) + run("run", 0.4, 0.0, 20.0)))
@@ -126,7 +122,7 @@ def test_with_half_and_with_twice_the_mass_that_it_was_told_the_vehicle_still_co
     assert np.abs(both.nu - both.nu_ref)[late, 0].max() < 0.006
 
 
-def test_depth_and_heading_are_held_through_a_dive() -> None:
+def test_depth_and_heading_are_held_through_a_dive():
     off = dive(Mode.OFF)
     assert np.abs(off.state[200:, 2] - 0.6).max() < 0.03
     headings = [yaw_of(tuple(q)) for q in off.state[:, 3:7]]

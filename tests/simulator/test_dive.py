@@ -19,6 +19,7 @@ from bridge.simulator.direct import simulate_truth
 from bridge.simulator.dive import SimulatedVehicle, real_time, simulate_dive
 from bridge.simulator.missions import Leg, Mission, dive, rest, run, turn
 from bridge.simulator.truth import QUIET, load_truth
+from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import COMMIT, vehicle_table
@@ -60,16 +61,14 @@ def recorded(mission: Mission = OUT, **options: Any) -> dict[str, list[Any]]:
     return told
 
 
-def accepted() -> ParameterServer:
-    """A vehicle that has been given the truth as its parameters."""
-    table = vehicle_table(FILE.vehicle)
-    server = ParameterServer(None, table)
+def accepted(times: float = 1.0) -> ParameterServer:
+    """The parameters of a vehicle that has been given the truth, its mass and damping in surge so many times theirs."""
+    server = ParameterServer(None, vehicle_table(FILE.vehicle))
     for configuration in FILE.vehicle.configurations:
-        veh_cfg = FILE.vehicle.veh_cfg(configuration)
-        model = load_truth(FILE, configuration).model
-        for parameter in table:
-            if parameter.veh_cfg == veh_cfg and parameter.coefficient in model:
-                assert server.write(parameter.name, model[parameter.coefficient], armed=False) is None
+        for name, value in load_truth(FILE, configuration).model.items():
+            factor = times if name in ("M_u", "D_u") else 1.0
+            parameter = BY_NAME[name].parameter_id(FILE.vehicle.veh_cfg(configuration))
+            assert server.write(parameter, factor * value, armed=False) is None
     assert server.write(COMMIT, float(server.staged_crc), armed=False) is None
     return server
 
@@ -87,21 +86,17 @@ RATES_HZ = {
 
 
 @pytest.mark.parametrize(("signal", "rate_hz"), RATES_HZ.items())
-def test_every_signal_of_the_telemetry_contract_comes_at_its_rate(
-    told: dict[str, list[Any]], signal: str, rate_hz: float
-) -> None:
+def test_every_signal_of_the_telemetry_contract_comes_at_its_rate(told, signal, rate_hz):
     assert len(told[signal]) >= rate_hz * OUT.duration_s
 
 
-def test_the_vehicle_is_armed_in_the_configuration_that_it_dives_in(told: dict[str, list[Any]]) -> None:
+def test_the_vehicle_is_armed_in_the_configuration_that_it_dives_in(told):
     assert all(message.base_mode & 128 for message in told["HEARTBEAT"])
     assert {message.value for message in told["VEH_CFG"]} == {1.0}
     assert not [m.text for m in told["STATUSTEXT"] if "FF " not in m.text]
 
 
-def test_the_recorded_pulses_give_the_commanded_wrench_through_the_vehicles_own_curve(
-    told: dict[str, list[Any]],
-) -> None:
+def test_the_recorded_pulses_give_the_commanded_wrench_through_the_vehicles_own_curve(told):
     curve = thrust_curve(FILE.vehicle.thrust_curve, FILE.path.parent)
     pwm = np.array([message.actuator[:8] for message in told["ACTUATOR_OUTPUT_STATUS"]])
     wrench = curve.thrust(pwm) @ allocation_matrix(HOVERING).T
@@ -112,7 +107,7 @@ def test_the_recorded_pulses_give_the_commanded_wrench_through_the_vehicles_own_
     np.testing.assert_allclose(wrench[large][:, level], commanded[large][:, level], atol=1e-3)
 
 
-def test_what_the_controller_used_is_the_dvl_reading_of_that_moment(told: dict[str, list[Any]]) -> None:
+def test_what_the_controller_used_is_the_dvl_reading_of_that_moment(told):
     valid_s = np.array([m.time_usec for m in told["ODOMETRY"]]) / 1e6
     velocity = np.array([(m.vx, m.vy, m.vz) for m in told["ODOMETRY"]])
     fed_s = np.array([m.time_usec for m in told["NU_FB"]]) / 1e6
@@ -122,7 +117,7 @@ def test_what_the_controller_used_is_the_dvl_reading_of_that_moment(told: dict[s
     np.testing.assert_allclose(fed, velocity[good][latest], atol=1e-6)
 
 
-def test_one_seed_gives_the_same_bytes_twice_and_another_seed_others() -> None:
+def test_one_seed_gives_the_same_bytes_twice_and_another_seed_others():
     short = Mission("short", tuple(rest("still", 3.0)))
     runs: list[bytes] = []
     for seed in (1, 1, 2):
@@ -133,7 +128,7 @@ def test_one_seed_gives_the_same_bytes_twice_and_another_seed_others() -> None:
     assert runs[0] != runs[2]
 
 
-def test_without_noise_the_chain_of_bytes_dives_as_the_direct_path_does() -> None:
+def test_without_noise_the_chain_of_bytes_dives_as_the_direct_path_does():
     truth = load_truth(FILE, "hovering").calm()
     frames = recorded(noise=QUIET, truth=truth)
     direct = simulate_truth(FILE, "hovering", OUT, seed=0, noise=None, truth=truth)
@@ -145,7 +140,7 @@ def test_without_noise_the_chain_of_bytes_dives_as_the_direct_path_does() -> Non
     np.testing.assert_allclose(by_bytes, by_truth, atol=0.03)
 
 
-def test_with_accepted_parameters_the_feedforward_is_computed_logged_and_applied() -> None:
+def test_with_accepted_parameters_the_feedforward_is_computed_logged_and_applied():
     server = accepted()
     frames = recorded(parameters=server, mode=Mode.BOTH)
     assert {m.value for m in frames["FF_MODE"]} == {3.0}
@@ -160,12 +155,12 @@ def test_with_accepted_parameters_the_feedforward_is_computed_logged_and_applied
     assert np.mean(error) < 0.01
 
 
-def test_a_mode_that_needs_parameters_is_refused_where_there_are_none() -> None:
+def test_a_mode_that_needs_parameters_is_refused_where_there_are_none():
     with pytest.raises(ParamRejected, match="FF_MODE 2 needs a set of parameters"):
         recorded(mode=Mode.ALONE)
 
 
-def test_surface_fixes_come_only_while_the_antenna_is_out_of_the_water() -> None:
+def test_surface_fixes_come_only_while_the_antenna_is_out_of_the_water():
     mission = Mission("down", tuple(rest("afloat", 3.0) + dive("down", 0.4) + rest("below", 3.0)), 0.2)
     fixes = recorded(mission, noise=QUIET)["GPS_RAW_INT"]
     assert fixes[1].fix_type == 3
@@ -173,7 +168,7 @@ def test_surface_fixes_come_only_while_the_antenna_is_out_of_the_water() -> None
     assert fixes[-1].fix_type == 1
 
 
-def test_shaft_speeds_have_the_sign_of_their_thrust_and_its_square_root(told: dict[str, list[Any]]) -> None:
+def test_shaft_speeds_have_the_sign_of_their_thrust_and_its_square_root(told):
     curve = thrust_curve(FILE.vehicle.thrust_curve, FILE.path.parent)
     thrust = {m.time_usec: curve.thrust(m.actuator[:8]) for m in told["ACTUATOR_OUTPUT_STATUS"]}
     checked = 0
@@ -189,7 +184,7 @@ def test_shaft_speeds_have_the_sign_of_their_thrust_and_its_square_root(told: di
     assert checked > 40
 
 
-def test_progress_runs_up_to_one_and_the_pace_is_asked_every_tick() -> None:
+def test_progress_runs_up_to_one_and_the_pace_is_asked_every_tick():
     shares: list[float] = []
     asked: list[float] = []
     short = Mission("short", tuple(rest("still", 10.0)))
@@ -199,7 +194,7 @@ def test_progress_runs_up_to_one_and_the_pace_is_asked_every_tick() -> None:
     np.testing.assert_allclose(asked, np.arange(1, 221) * 0.05)
 
 
-def test_an_idle_vehicle_answers_the_ground_while_simulated_time_passes() -> None:
+def test_an_idle_vehicle_answers_the_ground_while_simulated_time_passes():
     near, far = memory_pair()
     vehicle = SimulatedVehicle(FILE, "survey", (near,), Start(0), accepted())
     for _ in range(40):
@@ -209,7 +204,7 @@ def test_an_idle_vehicle_answers_the_ground_while_simulated_time_passes() -> Non
     assert far.read(0.0)
 
 
-def test_a_pace_of_twice_real_time_waits_for_half_the_time_that_is_left_and_never_backwards() -> None:
+def test_a_pace_of_twice_real_time_waits_for_half_the_time_that_is_left_and_never_backwards():
     now, waits = [100.0], list[float]()
     pace = real_time(2.0, lambda: now[0], waits.append)
     pace(1.0)
@@ -220,12 +215,12 @@ def test_a_pace_of_twice_real_time_waits_for_half_the_time_that_is_left_and_neve
     assert waits == pytest.approx([0.5, 0.1])
 
 
-def test_a_vehicles_computer_never_loads_the_compiler() -> None:
+def test_a_vehicles_computer_never_loads_the_compiler():
     program = "import sys, bridge.onboard.ports, bridge.vehicle.autopilot; sys.exit('numba' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
 
 
-def test_disarmed_in_the_middle_of_a_mission_the_thrusters_stop_at_once_and_the_telemetry_goes_on() -> None:
+def test_disarmed_in_the_middle_of_a_mission_the_thrusters_stop_at_once_and_the_telemetry_goes_on():
     near, far = memory_pair()
     vehicle = SimulatedVehicle(FILE, "hovering", [near], Start(7, 0.6))
     ahead = Reference((0.4, 0, 0, 0, 0, 0), (0.0,) * 6, 0.0, 0.6)
@@ -246,7 +241,7 @@ def test_disarmed_in_the_middle_of_a_mission_the_thrusters_stop_at_once_and_the_
     assert said["NU_REF"][0] == pytest.approx(0.4)
 
 
-def test_armed_again_the_controller_starts_without_an_old_integral() -> None:
+def test_armed_again_the_controller_starts_without_an_old_integral():
     vehicle = SimulatedVehicle(FILE, "hovering", [], Start(7, 0.6))
     ahead = Reference((0.4, 0, 0, 0, 0, 0), (0.0,) * 6, 0.0, 0.6)
     vehicle.bridge.arm(True)
@@ -263,7 +258,7 @@ def test_armed_again_the_controller_starts_without_an_old_integral() -> None:
     assert max(abs(pulse - 1500.0) for pulse in vehicle.body.pwm_us) < 30.0
 
 
-def test_a_vehicle_whose_dvl_falls_silent_stays_at_its_depth_and_heading() -> None:
+def test_a_vehicle_whose_dvl_falls_silent_stays_at_its_depth_and_heading():
     vehicle = SimulatedVehicle(FILE, "hovering", [], Start(7, 0.6))
     hold = Reference((0.0,) * 6, (0.0,) * 6, 0.0, 0.6)
     vehicle.bridge.arm(True)
@@ -281,23 +276,12 @@ BACK = Leg("back", "steady", 12.0, surge_m_s=-0.4, transient_s=5.0)
 TO_AND_FRO = Mission("to and fro", (AHEAD, BACK) * 3)
 
 
-def server(times: float) -> ParameterServer:
-    """The true model, its mass and damping in surge so many times theirs."""
-    parameters = ParameterServer(None, vehicle_table(FILE.vehicle))
-    veh_cfg = FILE.vehicle.veh_cfg("hovering")
-    for name, value in load_truth(FILE, "hovering").model.items():
-        factor = times if name in ("M_u", "D_u") else 1.0
-        assert parameters.write(f"FF{veh_cfg}_{name.upper()}", factor * value, armed=False) is None
-    assert parameters.write("FF_COMMIT", float(parameters.staged_crc), armed=False) is None
-    return parameters
-
-
 class Dive:
     """The vehicle under way, and its ground."""
 
     def __init__(self, times: float = 1.0, mode: Mode = Mode.SHADOW) -> None:
         near, self.ground = memory_pair()
-        self.parameters = server(times)
+        self.parameters = accepted(times)
         self.parameters.write("FF_MODE", float(mode), armed=False)
         self.vehicle = SimulatedVehicle(FILE, "hovering", [near], Start(7, 0.6), self.parameters)
         assert self.vehicle.bridge.arm(True)
@@ -324,7 +308,7 @@ class Dive:
 
 
 @pytest.mark.slow
-def test_armed_it_is_raised_once_a_minute_of_shadow_has_been_good_and_not_before() -> None:
+def test_armed_it_is_raised_once_a_minute_of_shadow_has_been_good_and_not_before():
     dive = Dive()
     dive.fly(30.0)
     error, held, first, second = sorted(dive.asks(Mode.BOTH), key=lambda m: m.get_type())
@@ -339,9 +323,7 @@ def test_armed_it_is_raised_once_a_minute_of_shadow_has_been_good_and_not_before
 
 @pytest.mark.slow
 @pytest.mark.parametrize("times", rest_in_soak([0.3, 2.0]))
-def test_armed_a_model_that_the_water_contradicts_is_not_raised_however_long_it_was_shadowed(
-    times: float,
-) -> None:
+def test_armed_a_model_that_the_water_contradicts_is_not_raised_however_long_it_was_shadowed(times):
     dive = Dive(times)
     dive.fly(66.0)
     texts = [m.text for m in dive.asks(Mode.BOTH) if m.get_type() == "STATUSTEXT"]
@@ -352,7 +334,7 @@ def test_armed_a_model_that_the_water_contradicts_is_not_raised_however_long_it_
     assert held.param_value == 3.0
 
 
-def test_a_ground_that_falls_silent_or_whose_link_breaks_changes_no_pulse_on_board() -> None:
+def test_a_ground_that_falls_silent_or_whose_link_breaks_changes_no_pulse_on_board():
     heard, silent, broken = (Dive(mode=Mode.BOTH) for _ in range(3))
     beat = GROUND.encode(dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
     pulses: list[list[tuple[float, ...]]] = [[], [], []]

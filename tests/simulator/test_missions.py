@@ -33,12 +33,12 @@ def sampled(mission: Mission, rate_hz: float = 10.0) -> tuple[np.ndarray, np.nda
 
 
 @pytest.mark.parametrize(("mission", "samples"), [(survey(), 10_500), (hovering(), 8_000)])
-def test_the_papers_missions_have_its_number_of_samples_at_10_hz(mission: Mission, samples: int) -> None:
+def test_the_papers_missions_have_its_number_of_samples_at_10_hz(mission, samples):
     assert mission.duration_s * 10 == pytest.approx(samples, rel=0.02)
 
 
 @pytest.mark.parametrize("sways", [True, False])
-def test_the_validation_is_short_and_starts_and_ends_at_rest(sways: bool) -> None:
+def test_the_validation_is_short_and_starts_and_ends_at_rest(sways):
     mission = validation(sways=sways)
     assert 60 < mission.duration_s < 120
     for time_s in (0.0, mission.duration_s):
@@ -47,26 +47,26 @@ def test_the_validation_is_short_and_starts_and_ends_at_rest(sways: bool) -> Non
 
 
 @pytest.mark.parametrize("mission", ALL, ids=lambda m: f"{m.name} {m.duration_s:.0f}")
-def test_heading_and_depth_are_the_integrals_of_their_rates(mission: Mission) -> None:
+def test_heading_and_depth_are_the_integrals_of_their_rates(mission):
     nu, _, pose = sampled(mission, 100.0)
     np.testing.assert_allclose(pose[1:, 0] - pose[0, 0], np.cumsum(nu[:-1, 5] + nu[1:, 5]) / 200, atol=5e-3)
     np.testing.assert_allclose(pose[1:, 1] - pose[0, 1], np.cumsum(nu[:-1, 2] + nu[1:, 2]) / 200, atol=1e-4)
 
 
 @pytest.mark.parametrize("mission", [survey(), hovering(), validation(sways=True)], ids=lambda m: m.name)
-def test_a_smooth_mission_has_velocities_without_a_jump_and_their_true_derivatives(mission: Mission) -> None:
+def test_a_smooth_mission_has_velocities_without_a_jump_and_their_true_derivatives(mission):
     nu, nu_dot, _ = sampled(mission, 100.0)
     assert np.abs(np.diff(nu, axis=0)).max() < 0.002
     np.testing.assert_allclose(np.gradient(nu, 0.01, axis=0)[1:-1], nu_dot[1:-1], atol=2e-3)
 
 
-def test_the_linear_heading_turns_at_a_constant_rate_with_no_acceleration_at_all() -> None:
+def test_the_linear_heading_turns_at_a_constant_rate_with_no_acceleration_at_all():
     nu, nu_dot, _ = sampled(survey("linear"))
     assert set(np.round(np.unique(nu[:, 5]), 9)) == {0.0, round(math.radians(6), 9)}
     assert not nu_dot[:, 5].any()
 
 
-def test_the_survey_goes_four_laps_of_a_closed_rectangle_at_four_speeds_at_the_papers_depth() -> None:
+def test_the_survey_goes_four_laps_of_a_closed_rectangle_at_four_speeds_at_the_papers_depth():
     mission = survey()
     nu, _, pose = sampled(mission, 20.0)
     track = np.cumsum(nu[:, 0] * np.exp(1j * pose[:, 0])) / 20
@@ -81,7 +81,7 @@ def test_the_survey_goes_four_laps_of_a_closed_rectangle_at_four_speeds_at_the_p
     np.testing.assert_allclose(under_way, 0.6)
 
 
-def test_hovering_moves_ahead_and_aside_at_a_constant_heading_and_then_turns_both_ways() -> None:
+def test_hovering_moves_ahead_and_aside_at_a_constant_heading_and_then_turns_both_ways():
     nu, _, pose = sampled(hovering())
     moving = np.hypot(nu[:, 0], nu[:, 1]) > 0
     assert np.abs(pose[moving, 0]).max() < 1e-12
@@ -90,25 +90,25 @@ def test_hovering_moves_ahead_and_aside_at_a_constant_heading_and_then_turns_bot
     assert nu[:, 5].max() == -nu[:, 5].min() > 0.1
 
 
-def test_a_mission_that_moves_sideways_is_refused_where_the_vehicle_cannot() -> None:
+def test_a_mission_that_moves_sideways_is_refused_where_the_vehicle_cannot():
     with pytest.raises(ConfigError, match="sideways"):
         mission_named("hovering", SHAPES["survey"])
     assert not any(leg.sway_m_s for leg in mission_named("validation", SHAPES["survey"]).legs)
     assert any(leg.sway_m_s for leg in mission_named("validation", SHAPES["hovering"]).legs)
 
 
-def test_an_unknown_mission_is_refused_with_the_names_there_are() -> None:
+def test_an_unknown_mission_is_refused_with_the_names_there_are():
     with pytest.raises(ConfigError, match="survey, hovering, validation"):
         mission_named("surbey", SHAPES["survey"])
 
 
 @pytest.mark.parametrize("name", ["legs.yaml", "plans/legs", "legs.yml"])
-def test_a_mission_file_that_is_not_there_is_not_found(name: str) -> None:
+def test_a_mission_file_that_is_not_there_is_not_found(name):
     with pytest.raises(ConfigError, match=f"mission file '{name}' is not found"):
         mission_named(name, SHAPES["survey"])
 
 
-def test_a_mission_file_gives_steps_ramps_and_square_waves(tmp_path: Path) -> None:
+def test_a_mission_file_gives_steps_ramps_and_square_waves(tmp_path):
     path = tmp_path / "plan.yaml"
     path.write_text(
         "name: plan\nlegs:\n"
@@ -132,13 +132,13 @@ def test_a_mission_file_gives_steps_ramps_and_square_waves(tmp_path: Path) -> No
         ("name: x\nlegs:\n  - {duration_s: 2.0, surge: 3.0}\n", "surge_m_s"),
     ],
 )
-def test_a_mission_file_that_makes_no_sense_is_refused(tmp_path: Path, text: str, says: str) -> None:
+def test_a_mission_file_that_makes_no_sense_is_refused(tmp_path, text, says):
     (tmp_path / "plan.yaml").write_text(text)
     with pytest.raises(ConfigError, match=says):
         load_mission(tmp_path / "plan.yaml")
 
 
-def test_before_and_after_a_mission_its_ends_hold() -> None:
+def test_before_and_after_a_mission_its_ends_hold():
     mission = Mission("x", (Leg("turn", "turning", 2.0, yaw_rad_s=0.5),), 1.0, 0.25)
     assert mission.reference(-1.0).heading_rad == 0.25
     assert mission.reference(99.0).heading_rad == pytest.approx(1.25)
@@ -149,7 +149,7 @@ FILE = load_vehicle("ruvifist")
 BLUEROV2 = Path(__file__).resolve().parents[1] / "data" / "vehicles" / "bluerov2.yaml"
 
 
-def test_the_papers_figures_are_taken_for_added_mass_on_top_of_72_kg() -> None:
+def test_the_papers_figures_are_taken_for_added_mass_on_top_of_72_kg():
     survey, hovering = load_truth(FILE, "survey"), load_truth(FILE, "hovering")
     assert survey.model["M_u"] == pytest.approx(72 + 24.4)
     assert (survey.model["D_u"], survey.model["D_r"]) == (42.13, 21.8)
@@ -157,18 +157,18 @@ def test_the_papers_figures_are_taken_for_added_mass_on_top_of_72_kg() -> None:
     assert hovering.damping == (56.24, 53.05, 95.0, 18.0, 26.0, 26.07)
 
 
-def test_the_total_is_nowhere_less_than_the_rigid_body() -> None:
+def test_the_total_is_nowhere_less_than_the_rigid_body():
     for name, shape in FILE.vehicle.configurations.items():
         rigid = (shape.dry_mass_kg,) * 3 + shape.inertia_kgm2
         assert all(total > body for total, body in zip(load_truth(FILE, name).mass, rigid, strict=True))
 
 
-def test_a_vehicle_without_a_truth_is_told_what_is_missing() -> None:
+def test_a_vehicle_without_a_truth_is_told_what_is_missing():
     with pytest.raises(ConfigError, match=r"bluerov2\.truth\.yaml.*M_u"):
         load_truth(load_vehicle(str(BLUEROV2)), "bluerov2")
 
 
-def test_a_complete_model_in_the_vehicle_file_serves_as_truth(tmp_path: Path) -> None:
+def test_a_complete_model_in_the_vehicle_file_serves_as_truth(tmp_path):
     model = load_truth(FILE, "hovering").model
     text = BLUEROV2.read_text() + "    model: {" + ", ".join(f"{k}: {v}" for k, v in model.items()) + "}\n"
     (tmp_path / "mine.yaml").write_text(text)
@@ -178,12 +178,12 @@ def test_a_complete_model_in_the_vehicle_file_serves_as_truth(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("change", [{"M_u": -1.0}, {"Z_z": 1.0}])
-def test_a_truth_outside_the_list_or_its_bounds_is_refused(change: dict[str, float]) -> None:
+def test_a_truth_outside_the_list_or_its_bounds_is_refused(change):
     with pytest.raises(ValueError, match=next(iter(change))):
         Truth(load_truth(FILE, "survey").model | change, 0.0, 0.0)
 
 
-def test_a_truth_may_hold_effects_that_the_simulator_has_and_no_others() -> None:
+def test_a_truth_may_hold_effects_that_the_simulator_has_and_no_others():
     model = load_truth(FILE, "hovering").model
     assert Truth(model, 0.0, 0.0, effects={"X_uu": 60.0, "T2_gain": 0.8}).quadratic == (60.0, 0, 0, 0, 0, 0)
     with pytest.raises(ValueError, match="'N_munk' can't be simulated"):

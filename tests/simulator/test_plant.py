@@ -40,19 +40,19 @@ def pwm(thrust_n: float) -> float:
     return float(CURVE.pwm(thrust_n))
 
 
-def test_a_constant_thrust_ends_in_thrust_over_damping() -> None:
+def test_a_constant_thrust_ends_in_thrust_over_damping():
     body = plant()
     body.advance((pwm(20.0),), 60.0)
     assert body.state[7] == pytest.approx(20.0 / 50.0, rel=1e-9)
 
 
-def test_a_step_of_thrust_is_answered_with_the_time_constant_mass_over_damping() -> None:
+def test_a_step_of_thrust_is_answered_with_the_time_constant_mass_over_damping():
     stretch = plant().advance((pwm(20.0),), 10.0)
     np.testing.assert_allclose(stretch.nu[:, 0], 0.4 * (1 - np.exp(-stretch.time_s / 2.0)), atol=1e-9)
     np.testing.assert_allclose(stretch.state[-1, 0], 0.4 * (10 - 2 * (1 - math.exp(-5))), atol=1e-9)
 
 
-def test_the_thruster_lag_is_first_order() -> None:
+def test_the_thruster_lag_is_first_order():
     stretch = plant(lag_s=0.5).advance((pwm(20.0),), 10.0)
     t = stretch.time_s
     np.testing.assert_allclose(
@@ -61,13 +61,13 @@ def test_the_thruster_lag_is_first_order() -> None:
     assert stretch.thrust_n[0] == pytest.approx(20.0 * (1 - math.exp(-20.0)))
 
 
-def test_a_couple_turns_the_body_by_moment_over_damping() -> None:
+def test_a_couple_turns_the_body_by_moment_over_damping():
     body = plant(SPIN)
     body.advance((pwm(2.0), pwm(2.0)), 30.0)
     assert body.state[12] == pytest.approx(2.0 / 26.0, rel=1e-6)
 
 
-def test_without_damping_and_thrust_the_kinetic_energy_is_kept_through_all_coupling() -> None:
+def test_without_damping_and_thrust_the_kinetic_energy_is_kept_through_all_coupling():
     free = Truth({name: value if name[0] in "MI" else 0.0 for name, value in MODEL.items()}, 0.0, 0.0)
     body = plant(truth=free)
     body._state[7:] = 0.4, 0.3, -0.2, 0.5, -0.4, 0.6
@@ -78,7 +78,7 @@ def test_without_damping_and_thrust_the_kinetic_energy_is_kept_through_all_coupl
     np.testing.assert_allclose(np.linalg.norm(stretch.state[:, 3:7], axis=1), 1.0, atol=1e-12)
 
 
-def test_a_rolled_body_swings_at_the_frequency_of_arm_times_weight_over_inertia() -> None:
+def test_a_rolled_body_swings_at_the_frequency_of_arm_times_weight_over_inertia():
     undamped = Truth({**MODEL, "D_p": 0.0}, 0.0, 0.0)
     body = plant(replace(PUSH, centre_of_gravity_below_buoyancy_m=0.05), undamped)
     body._state[3:7] = math.cos(0.005), math.sin(0.005), 0.0, 0.0
@@ -87,7 +87,7 @@ def test_a_rolled_body_swings_at_the_frequency_of_arm_times_weight_over_inertia(
     np.testing.assert_allclose(2 * stretch.state[:, 4], swing, atol=1e-5)
 
 
-def test_net_buoyancy_carries_an_idle_body_up_to_the_surface_and_holds_it_there() -> None:
+def test_net_buoyancy_carries_an_idle_body_up_to_the_surface_and_holds_it_there():
     body = Plant(
         replace(PUSH, net_buoyancy_n=2.0), CURVE, 0.0, STILL_WATER, np.random.default_rng(0), depth_m=0.1
     )
@@ -96,7 +96,7 @@ def test_net_buoyancy_carries_an_idle_body_up_to_the_surface_and_holds_it_there(
     assert body.state[2] == pytest.approx(-2.0 / stiffness, rel=1e-3)
 
 
-def test_halving_the_step_changes_nothing_that_a_sensor_could_see() -> None:
+def test_halving_the_step_changes_nothing_that_a_sensor_could_see():
     shape = FILE.vehicle.configurations["hovering"]
     truth = load_truth(FILE, "hovering").calm()
     ends = []
@@ -109,7 +109,7 @@ def test_halving_the_step_changes_nothing_that_a_sensor_could_see() -> None:
     np.testing.assert_allclose(ends[0], ends[1], atol=2e-8)
 
 
-def test_the_disturbance_is_stationary_with_the_deviation_and_time_constant_asked_for() -> None:
+def test_the_disturbance_is_stationary_with_the_deviation_and_time_constant_asked_for():
     heavy = {name: 1e5 if name[0] in "MI" else 0.0 for name in MODEL}
     force = []
     for seed in range(4):
@@ -122,12 +122,12 @@ def test_the_disturbance_is_stationary_with_the_deviation_and_time_constant_aske
 
 
 @pytest.mark.parametrize("duration_s", [0.0, 0.003, 0.0525])
-def test_a_duration_that_is_no_whole_number_of_steps_is_refused(duration_s: float) -> None:
+def test_a_duration_that_is_no_whole_number_of_steps_is_refused(duration_s):
     with pytest.raises(ValueError, match="whole number"):
         plant().advance((1500.0,), duration_s)
 
 
-def test_quadratic_drag_a_dead_zone_and_a_weak_thruster_set_the_steady_speed() -> None:
+def test_quadratic_drag_a_dead_zone_and_a_weak_thruster_set_the_steady_speed():
     body = plant(truth=replace(STILL_WATER, effects={"X_uu": 100.0, "T1_gain": 0.5, "T_start": 2.0}))
     stretch = body.advance((pwm(20.0),), 60.0)
     assert stretch.thrust_n[0] == pytest.approx(0.5 * (20.0 - 2.0))
@@ -136,12 +136,12 @@ def test_quadratic_drag_a_dead_zone_and_a_weak_thruster_set_the_steady_speed() -
     assert 50.0 * u + 100.0 * u * u == pytest.approx(9.0, rel=1e-9)
 
 
-def test_an_effect_that_the_vehicle_can_not_have_is_not_simulated() -> None:
+def test_an_effect_that_the_vehicle_can_not_have_is_not_simulated():
     with pytest.raises(ConfigError, match=r"T1_gain 0\.1 out of bounds"):
         plant(truth=replace(STILL_WATER, effects={"T1_gain": 0.1}))
 
 
-def test_the_shaft_of_a_weak_thruster_lags_as_its_thrust_does() -> None:
+def test_the_shaft_of_a_weak_thruster_lags_as_its_thrust_does():
     weak = plant(truth=replace(STILL_WATER, effects={"T1_gain": 0.5}), lag_s=0.5)
     for _ in range(3):
         stretch = weak.advance((pwm(20.0),), 0.25)
@@ -164,9 +164,7 @@ positive = st.floats(0.5, 200)
     net_up=small,
 )
 @settings(max_examples=100, deadline=None)
-def test_the_compiled_kernel_is_the_dynamics_of_the_vehicle(
-    nu, tau, mass, damping, quadratic, turn, net_up
-) -> None:  # type: ignore[no-untyped-def]
+def test_the_compiled_kernel_is_the_dynamics_of_the_vehicle(nu, tau, mass, damping, quadratic, turn, net_up):
     attitude = np.array(turn) / np.linalg.norm(turn)
     body = Configuration(
         72.0,
@@ -188,7 +186,7 @@ def test_the_compiled_kernel_is_the_dynamics_of_the_vehicle(
 
 @given(turn=st.tuples(*[st.floats(0.1, 1)] * 4), nu=st.tuples(*[small] * 6))
 @settings(max_examples=50, deadline=None)
-def test_position_and_attitude_follow_the_rotation_matrix_of_the_attitude(turn, nu) -> None:  # type: ignore[no-untyped-def]
+def test_position_and_attitude_follow_the_rotation_matrix_of_the_attitude(turn, nu):
     attitude, ahead = np.array(turn) / np.linalg.norm(turn), 1e-6
     out = np.empty(13)
     state = np.concatenate([[0.0, 0.0, 5.0], attitude, nu])

@@ -3,7 +3,7 @@
 import time
 
 import pytest
-from fakes.vehicle import QuietLink
+from fakes.vehicle import FakeLink
 from made_view import SENSORS, picture, recording
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
@@ -214,21 +214,7 @@ def test_the_thread_reads_until_it_is_stopped_and_closes_the_link():
     assert source.closed
 
 
-class FakeLink(QuietLink):
-    """Gives what is put in, or is lost."""
-
-    def __init__(self, data, name="fake:1"):
-        self.data, self.name = list(data), name
-        self.written = []
-
-    def read(self, timeout_s):
-        del timeout_s
-        if not self.data:
-            raise LinkLost("fake:1: gone")
-        return self.data.pop(0)
-
-    def write(self, data):
-        self.written.append(data)
+GONE = LinkLost("fake:1: gone")
 
 
 def frames_until(source, clock, count, turns=500):
@@ -244,7 +230,7 @@ def frames_until(source, clock, count, turns=500):
 def test_a_source_gives_frames_with_their_time_and_link_and_comes_back_when_it_was_lost():
     clock = SimulatedClock()
     raw = HEARTBEAT.raw
-    links = [FakeLink([raw + raw[:4], raw[4:]]), FakeLink([raw])]
+    links = [FakeLink("fake:1", [raw + raw[:4], raw[4:], GONE]), FakeLink("fake:1", [raw, GONE])]
     source = LinkSource(lambda: links.pop(0), "fake:1", clock)
     found = frames_until(source, clock, 2)
     assert [(link, frame.message_id) for _, link, frame in found] == [("fake:1", 0)] * 2
@@ -257,14 +243,14 @@ def test_a_source_gives_frames_with_their_time_and_link_and_comes_back_when_it_w
 @pytest.mark.parametrize("silent", [False, True])
 def test_a_source_sends_and_loses_what_is_sent_while_its_link_is_away_and_a_silent_one_sends_nothing(silent):
     clock = SimulatedClock()
-    link = FakeLink([b"", b"", b""])
+    link = FakeLink("fake:1", [b"", b"", b"", GONE])
     source = LinkSource(lambda: link, "fake:1", clock, silent=silent)
     for _ in range(100):
         clock.advance_to(clock.now_s + 0.05)
         source.send(b"x")
-        if link.written:
+        if link.sent:
             break
-    assert (b"x" in link.written) is not silent
+    assert (b"x" in link.sent) is not silent
     source.close()
 
 
@@ -278,7 +264,7 @@ def test_a_recording_begun_anew_leaves_no_lost_link_behind_and_the_age_told_is_i
         )
         for _ in range(3)
     ]
-    hubs = [FakeLink([beat], f"tcp:127.0.0.1:{port}") for port, beat in enumerate(beats, 40001)]
+    hubs = [FakeLink(f"tcp:127.0.0.1:{port}", [beat, GONE]) for port, beat in enumerate(beats, 40001)]
     source, watcher = LinkSource(lambda: hubs.pop(0), "the recording", clock), Watcher(None)
     for _ in beats:
         for frame in frames_until(source, clock, 1):

@@ -44,14 +44,14 @@ def tick(coefficients: dict[str, float], mode: Mode, navigation: Navigation = LE
     return np.array([pilot.step(0.05 * number, navigation, REFERENCE).pwm_us for number in range(11)][-1])
 
 
-def test_every_id_fits_into_a_mavlink_parameter_and_none_is_given_twice() -> None:
+def test_every_id_fits_into_a_mavlink_parameter_and_none_is_given_twice():
     ids = [one.parameter_id(99) for one in OF_ANY_VEHICLE.values()]
     assert max(map(len, ids)) <= 16
     assert len(set(ids)) == len(ids)
     assert all(one.high <= OF_ANY_VEHICLE[one.name].high for one in effect_coefficients(SHAPE))
 
 
-def test_the_wrench_gains_what_the_hull_needs_at_the_speed_that_is_wanted() -> None:
+def test_the_wrench_gains_what_the_hull_needs_at_the_speed_that_is_wanted():
     hull = {
         "X_uu": 60.0,
         "Y_vv": 30.0,
@@ -77,7 +77,7 @@ def test_the_wrench_gains_what_the_hull_needs_at_the_speed_that_is_wanted() -> N
 
 
 @pytest.mark.parametrize("mode", list(Mode))
-def test_with_no_effect_in_force_the_pulses_are_to_the_last_bit_those_of_the_linear_model(mode: Mode) -> None:
+def test_with_no_effect_in_force_the_pulses_are_to_the_last_bit_those_of_the_linear_model(mode):
     absent = dict.fromkeys((one.name for one in effect_coefficients(SHAPE)), 0.0)
     assert known_effects(absent, SHAPE).losses is None
     np.testing.assert_array_equal(tick(MODEL | absent, mode), tick(MODEL, mode))
@@ -86,12 +86,12 @@ def test_with_no_effect_in_force_the_pulses_are_to_the_last_bit_those_of_the_lin
 
 
 @pytest.mark.parametrize("mode", [Mode.OFF, Mode.SHADOW])
-def test_where_the_feed_forward_is_not_applied_no_effect_changes_a_pulse(mode: Mode) -> None:
+def test_where_the_feed_forward_is_not_applied_no_effect_changes_a_pulse(mode):
     effects = {"X_uu": 60.0, "T1_gain": 0.6, "T_start": 0.8, "T_astern": 0.7, "T_volt": 16.0, "T_vshare": 1.0}
     np.testing.assert_array_equal(tick(MODEL | effects, mode), tick(MODEL, mode))
 
 
-def test_a_weak_thruster_is_asked_for_as_much_more_as_it_gives_less_and_the_others_for_the_same() -> None:
+def test_a_weak_thruster_is_asked_for_as_much_more_as_it_gives_less_and_the_others_for_the_same():
     before, after = (CURVE.thrust(tick(MODEL | more, Mode.ALONE)) for more in ({}, {"T2_gain": 0.8}))
     assert after[1] == pytest.approx(before[1] / 0.8)
     np.testing.assert_array_equal(np.delete(after, 1), np.delete(before, 1))
@@ -106,9 +106,7 @@ def test_a_weak_thruster_is_asked_for_as_much_more_as_it_gives_less_and_the_othe
     supply=st.floats(0.8, 1.1),
 )
 @settings(max_examples=100, deadline=None)
-def test_thrusters_give_what_was_wanted_of_what_they_are_asked_for(
-    thrust: list[float], gain: float, astern: float, start: float, ohm: float, supply: float
-) -> None:
+def test_thrusters_give_what_was_wanted_of_what_they_are_asked_for(thrust, gain, astern, start, ohm, supply):
     worn = Losses(np.full(8, gain), astern, start, 0.0, ohm)
     wanted = np.array(thrust)
     asked, share = worn.made_up(wanted, supply, NOWHERE, LIMITS)
@@ -117,7 +115,7 @@ def test_thrusters_give_what_was_wanted_of_what_they_are_asked_for(
     np.testing.assert_allclose(worn.given(asked, supply), wanted, rtol=2e-3 if ohm else 1e-12, atol=1e-12)
 
 
-def test_a_thrust_below_the_least_one_becomes_the_nearer_of_nothing_and_the_least() -> None:
+def test_a_thrust_below_the_least_one_becomes_the_nearer_of_nothing_and_the_least():
     asked, _ = losses(least_n=2.0).made_up(
         np.array([0.4, 0.9, 1.1, 1.9, 2.5, -1.2, 0.0, -0.3]), 1.0, NOWHERE, LIMITS
     )
@@ -125,7 +123,7 @@ def test_a_thrust_below_the_least_one_becomes_the_nearer_of_nothing_and_the_leas
     np.testing.assert_array_equal(given_n, [0.0, 0.0, 2.0, 2.0, 2.5, -2.0, 0.0, 0.0])
 
 
-def test_about_zero_a_dead_zone_is_passed_without_a_jump() -> None:
+def test_about_zero_a_dead_zone_is_passed_without_a_jump():
     wanted = np.linspace(-1.0, 1.0, 8)
     gentle = np.full(8, 0.5)
     asked, _ = losses(start_n=2.0).made_up(wanted, 1.0, gentle, LIMITS)
@@ -135,7 +133,7 @@ def test_about_zero_a_dead_zone_is_passed_without_a_jump() -> None:
     np.testing.assert_allclose(losses(start_n=2.0).given(asked)[far], wanted[far])
 
 
-def test_where_one_thruster_would_pass_its_limit_all_are_scaled_down_together() -> None:
+def test_where_one_thruster_would_pass_its_limit_all_are_scaled_down_together():
     gain = np.ones(8)
     gain[2] = 0.5
     wanted = np.array([10.0, -10.0, 30.0, 5.0, 0.0, 0.0, 0.0, 0.0])
@@ -151,15 +149,13 @@ def test_where_one_thruster_would_pass_its_limit_all_are_scaled_down_together() 
     st.floats(),
 )
 @settings(max_examples=100, deadline=None)
-def test_whatever_coefficients_and_voltage_come_in_the_pulses_stay_within_the_limits(
-    effects: dict[str, float], voltage: float
-) -> None:
+def test_whatever_coefficients_and_voltage_come_in_the_pulses_stay_within_the_limits(effects, voltage):
     pwm_us = tick(MODEL | effects, Mode.BOTH, replace(LEVEL, voltage_v=voltage))
     assert np.all(np.abs(CURVE.thrust(pwm_us)) <= 40.0 + 1e-9)
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -1.0, 0.1, 50.0])
-def test_a_coefficient_that_no_thruster_can_have_is_left_out_and_told_once(value: float) -> None:
+def test_a_coefficient_that_no_thruster_can_have_is_left_out_and_told_once(value):
     pilot, without = (
         Autopilot(FILE.vehicle, "hovering", lambda _, c=c: c, FILE.path.parent, Mode.ALONE)
         for c in (MODEL | {"T1_gain": value}, MODEL)
@@ -172,7 +168,7 @@ def test_a_coefficient_that_no_thruster_can_have_is_left_out_and_told_once(value
     assert len(text) <= 50
 
 
-def test_raised_what_makes_up_for_losses_comes_over_half_a_second_and_goes_at_once() -> None:
+def test_raised_what_makes_up_for_losses_comes_over_half_a_second_and_goes_at_once():
     effects = {"T1_gain": 0.3, "T_start": 8.0, "T_ohm": 0.2}
     pilot = Autopilot(FILE.vehicle, "hovering", lambda _: MODEL | effects, FILE.path.parent, Mode.SHADOW)
     pushed = replace(REFERENCE, push=(20.0, 10.0, 0.0, 0.0, 0.0, 0.0))
@@ -192,7 +188,7 @@ def test_raised_what_makes_up_for_losses_comes_over_half_a_second_and_goes_at_on
     np.testing.assert_array_equal(pulses(13), without)
 
 
-def test_a_battery_that_fell_is_made_up_for_by_the_square_of_its_voltage() -> None:
+def test_a_battery_that_fell_is_made_up_for_by_the_square_of_its_voltage():
     law = {"T_volt": 16.0, "T_vshare": 1.0}
     fallen = replace(LEVEL, voltage_v=14.0)
     before, after = (CURVE.thrust(tick(MODEL | law, Mode.ALONE, n)) for n in (LEVEL, fallen))
@@ -201,11 +197,11 @@ def test_a_battery_that_fell_is_made_up_for_by_the_square_of_its_voltage() -> No
 
 
 @pytest.mark.parametrize("voltage_v", [math.nan, 0.0, -16.0, 99.0, math.inf])
-def test_a_voltage_that_is_not_there_or_absurd_counts_as_the_nominal_one(voltage_v: float) -> None:
+def test_a_voltage_that_is_not_there_or_absurd_counts_as_the_nominal_one(voltage_v):
     assert Supply().step(VoltageLaw(16.0, 1.0), voltage_v, 0.05) == 1.0
 
 
-def test_a_voltage_that_falls_silent_fades_to_the_nominal_one_and_never_jumps() -> None:
+def test_a_voltage_that_falls_silent_fades_to_the_nominal_one_and_never_jumps():
     supply, law = Supply(), VoltageLaw(16.0, 1.0)
     factors = [supply.step(law, 14.0 if n < 10 else math.nan, 0.05) for n in range(4000)]
     assert factors[9] == pytest.approx((14 / 16) ** 2)
@@ -225,7 +221,7 @@ def error_mm_s(coefficients: dict[str, float], truth: Truth) -> float:
 PLANTED = {"X_uu": 60.0, "Y_vv": 90.0, "T_start": 0.8, "T2_gain": 0.75}
 
 
-def test_with_its_effects_accepted_a_worn_vehicle_follows_as_well_as_one_without_any() -> None:
+def test_with_its_effects_accepted_a_worn_vehicle_follows_as_well_as_one_without_any():
     calm = load_truth(FILE, "hovering").calm()
     worn = replace(calm, effects=PLANTED)
     as_built, before, after = (
@@ -239,7 +235,7 @@ def test_with_its_effects_accepted_a_worn_vehicle_follows_as_well_as_one_without
 
 
 @pytest.mark.parametrize("name", rest_in_soak(PLANTED))
-def test_each_effect_alone_costs_tracking_and_is_made_up_for(name: str) -> None:
+def test_each_effect_alone_costs_tracking_and_is_made_up_for(name):
     calm = load_truth(FILE, "hovering").calm()
     worn = replace(calm, effects={name: PLANTED[name]})
     assert error_mm_s(MODEL, worn) > 15.0

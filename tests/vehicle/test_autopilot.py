@@ -38,7 +38,7 @@ def tick(mode: Mode, model: dict[str, float] | None = None) -> Actuation:
     return [pilot.step(0.05 * step, heard(0.05 * step), ASK) for step in range(8)][-1]
 
 
-def test_the_feedforward_is_computed_in_every_mode_and_applied_in_two() -> None:
+def test_the_feedforward_is_computed_in_every_mode_and_applied_in_two():
     off, shadow, alone, both = (tick(mode) for mode in Mode)
     wanted = (111.6 * 0.05 + 56.24 * 0.4, 112.41 * 0.02 + 53.05 * 0.2, 0, 0, 0, 16 * 0.01 + 26.07 * 0.1)
     for actuation in (off, shadow, alone, both):
@@ -48,14 +48,14 @@ def test_the_feedforward_is_computed_in_every_mode_and_applied_in_two() -> None:
     assert [a.mode for a in (off, shadow, alone, both)] == [0, 1, 2, 3]
 
 
-def test_feedforward_alone_silences_the_pid_of_its_axes_and_leaves_that_of_heave() -> None:
+def test_feedforward_alone_silences_the_pid_of_its_axes_and_leaves_that_of_heave():
     alone, off = tick(Mode.ALONE), tick(Mode.OFF)
     assert [alone.tau_pid[dof] for dof in (0, 1, 5)] == [0.0, 0.0, 0.0]
     assert alone.tau_pid[2] == off.tau_pid[2] != 0.0
     assert alone.tau_cmd == pytest.approx(np.add(alone.tau_pid, alone.tau_ff))
 
 
-def test_the_pulse_widths_make_the_commanded_wrench_where_no_thrust_is_small() -> None:
+def test_the_pulse_widths_make_the_commanded_wrench_where_no_thrust_is_small():
     actuation = autopilot(Mode.ALONE).step(
         0.0, HERE, Reference((0.5, 0, 0, 0, 0, 0), (0.1, 0, 0, 0, 0, 0), 0.1, 1.0)
     )
@@ -66,7 +66,7 @@ def test_the_pulse_widths_make_the_commanded_wrench_where_no_thrust_is_small() -
     np.testing.assert_allclose(matrix @ thrust, actuation.tau_cmd, atol=1e-9)
 
 
-def test_small_thrusts_are_lost_in_the_dead_zone_that_the_pulse_widths_do_not_jump() -> None:
+def test_small_thrusts_are_lost_in_the_dead_zone_that_the_pulse_widths_do_not_jump():
     level = Navigation((0.0, 0, 0), 0, (0.0, 0, 0), 0, (1.0, 0, 0, 0), 0.0, 0, 0.6, 0)
     crawl = Reference((0.03, 0, 0, 0, 0, 0), (0.0,) * 6, 0.0, 0.6)
     whisper = autopilot(Mode.OFF).step(0.0, level, crawl)
@@ -76,7 +76,7 @@ def test_small_thrusts_are_lost_in_the_dead_zone_that_the_pulse_widths_do_not_ju
     assert whisper.pwm_us[0] > 1505
 
 
-def test_a_parameter_that_is_not_a_number_gives_zero_and_one_text_until_it_changes() -> None:
+def test_a_parameter_that_is_not_a_number_gives_zero_and_one_text_until_it_changes():
     model = dict(MODEL, M_u=math.nan)
     pilot = autopilot(Mode.BOTH, model)
     for step in range(3):
@@ -92,7 +92,7 @@ def test_a_parameter_that_is_not_a_number_gives_zero_and_one_text_until_it_chang
     assert len(pilot.take_texts()) == 1
 
 
-def test_an_impossible_demand_stays_within_the_thrusters_and_is_told_as_it_was_limited() -> None:
+def test_an_impossible_demand_stays_within_the_thrusters_and_is_told_as_it_was_limited():
     actuation = autopilot(Mode.BOTH).step(
         0.0, HERE, Reference((9, 9, 0, 0, 0, 9), (9, 9, 0, 0, 0, 9), 3.0, 50.0)
     )
@@ -102,14 +102,14 @@ def test_an_impossible_demand_stays_within_the_thrusters_and_is_told_as_it_was_l
     assert abs(actuation.tau_cmd[0]) < 140
 
 
-def test_the_configuration_chooses_the_parameters() -> None:
+def test_the_configuration_chooses_the_parameters():
     asked = []
     pilot = Autopilot(FILE.vehicle, "hovering", lambda i: asked.append(i) or MODEL, FILE.path.parent)
     assert pilot.step(0.0, HERE, ASK).veh_cfg == 1
     assert asked == [1]
 
 
-def test_coming_back_from_feedforward_alone_the_pid_starts_without_an_old_integral() -> None:
+def test_coming_back_from_feedforward_alone_the_pid_starts_without_an_old_integral():
     pilot, fresh = autopilot(Mode.OFF), autopilot(Mode.OFF)
     for step in range(100):
         pilot.step(0.05 * step, heard(0.05 * step), ASK)
@@ -131,7 +131,7 @@ def test_coming_back_from_feedforward_alone_the_pid_starts_without_an_old_integr
         ("rate_time_s", (5,), "PID roll, pitch, yaw off: no attitude"),
     ],
 )
-def test_a_sensor_that_fell_silent_steers_no_thruster(sensor: str, axes: tuple[int, ...], says: str) -> None:
+def test_a_sensor_that_fell_silent_steers_no_thruster(sensor, axes, says):
     pilot = autopilot(Mode.OFF)
     for step in range(60):
         pilot.step(0.05 * step, heard(0.05 * step), ASK)
@@ -146,7 +146,7 @@ def test_a_sensor_that_fell_silent_steers_no_thruster(sensor: str, axes: tuple[i
     assert pilot.step(8.0, heard(8.0), ASK).tau_pid[axes[0]] != 0.0
 
 
-def test_a_clock_that_no_sensor_has_told_steers_no_thruster() -> None:
+def test_a_clock_that_no_sensor_has_told_steers_no_thruster():
     actuation = autopilot(Mode.OFF).step(1.0, Navigation(), ASK)
     assert actuation.tau_pid == (0.0,) * 6
     assert set(actuation.pwm_us) == {1500.0}
@@ -157,9 +157,7 @@ def test_a_clock_that_no_sensor_has_told_steers_no_thruster() -> None:
     ("sensor", "what"),
     [("velocity_time_s", "velocity"), ("attitude_time_s", "heading"), ("rate_time_s", "heading")],
 )
-def test_without_velocity_or_heading_for_five_seconds_nothing_pushes_horizontally(
-    mode: Mode, sensor: str, what: str
-) -> None:
+def test_without_velocity_or_heading_for_five_seconds_nothing_pushes_horizontally(mode, sensor, what):
     pilot = autopilot(mode)
     for step in range(21):
         pilot.step(0.05 * step, heard(0.05 * step), ASK)
@@ -177,7 +175,7 @@ def test_without_velocity_or_heading_for_five_seconds_nothing_pushes_horizontall
     assert pilot.step(30.05, heard(30.05), ASK).tau_cmd[0] != 0.0
 
 
-def test_a_velocity_never_heard_is_missed_from_the_first_armed_tick_on() -> None:
+def test_a_velocity_never_heard_is_missed_from_the_first_armed_tick_on():
     pilot = autopilot(Mode.ALONE)
     for time_s in (0.0, 100.0):
         pilot.rest(time_s, heard(time_s, velocity_time_s=math.nan), ASK)
@@ -187,7 +185,7 @@ def test_a_velocity_never_heard_is_missed_from_the_first_armed_tick_on() -> None
     assert [push != pytest.approx(0.0, abs=1e-9) for push in pushes] == [True, True, False]
 
 
-def test_what_is_not_aboard_is_not_missed() -> None:
+def test_what_is_not_aboard_is_not_missed():
     bare = replace(FILE.vehicle, sensors=replace(FILE.vehicle.sensors, dvl=None))
     pilot = Autopilot(bare, "hovering", lambda _: MODEL, FILE.path.parent, Mode.ALONE)
     for time_s in (0.0, 60.0):
@@ -212,9 +210,7 @@ def on_course(time_s: float, old_s: float) -> Navigation:
 
 
 @pytest.mark.parametrize("old_s", [0.0, 0.07, 0.15])
-def test_beside_the_feedforward_the_pid_leaves_a_vehicle_alone_that_was_on_course_when_it_was_read(
-    old_s: float,
-) -> None:
+def test_beside_the_feedforward_the_pid_leaves_a_vehicle_alone_that_was_on_course_when_it_was_read(old_s):
     both, off = autopilot(Mode.BOTH), autopilot(Mode.OFF)
     for step in range(5, 25):
         time_s = 0.05 * step
@@ -223,7 +219,7 @@ def test_beside_the_feedforward_the_pid_leaves_a_vehicle_alone_that_was_on_cours
     assert (pushed.tau_pid[0] > 0.4) == (old_s > 0)
 
 
-def test_together_the_feedforward_leads_by_lag_and_half_a_period_and_is_told_as_it_was_commanded() -> None:
+def test_together_the_feedforward_leads_by_lag_and_half_a_period_and_is_told_as_it_was_commanded():
     both, alone = autopilot(Mode.BOTH), autopilot(Mode.ALONE)
     for step in range(5, 25):
         time_s = 0.05 * step
@@ -235,7 +231,7 @@ def test_together_the_feedforward_leads_by_lag_and_half_a_period_and_is_told_as_
 
 
 @pytest.mark.parametrize("mode", [Mode.ALONE, Mode.BOTH])
-def test_small_thrusts_of_the_thrusters_that_the_feedforward_drives_pass_the_dead_zone(mode: Mode) -> None:
+def test_small_thrusts_of_the_thrusters_that_the_feedforward_drives_pass_the_dead_zone(mode):
     level = Navigation((0.05, 0, 0), 0, (0.0, 0, 0), 0, (1.0, 0, 0, 0), 0.0, 0, 0.57, 0)
     pilot, slow = autopilot(mode), Reference((0.05, 0, 0, 0, 0, 0), (0.0,) * 6, 0.0, 0.6)
     whisper = [pilot.step(0.05 * step, level, slow) for step in range(11)][-1]
@@ -256,9 +252,7 @@ NONE = pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
 
 @pytest.mark.parametrize("mode", [Mode.ALONE, Mode.BOTH])
 @pytest.mark.parametrize("made_s", [-10.0, 0.45, 2.1, math.inf, -math.inf])
-def test_a_reference_of_another_time_feeds_nothing_forward_and_that_is_said_once(
-    mode: Mode, made_s: float
-) -> None:
+def test_a_reference_of_another_time_feeds_nothing_forward_and_that_is_said_once(mode, made_s):
     pilot = autopilot(mode)
     for step in range(20):
         time_s = 0.05 * step
@@ -274,7 +268,7 @@ def test_a_reference_of_another_time_feeds_nothing_forward_and_that_is_said_once
     assert pilot.take_texts() == []
 
 
-def test_a_reference_five_seconds_old_is_followed_no_more_and_depth_is_held() -> None:
+def test_a_reference_five_seconds_old_is_followed_no_more_and_depth_is_held():
     pilot = autopilot(Mode.OFF)
     for step in range(20):
         pilot.step(0.05 * step, heard(0.05 * step), replace(ASK, time_s=0.05 * step))
@@ -286,7 +280,7 @@ def test_a_reference_five_seconds_old_is_followed_no_more_and_depth_is_held() ->
     assert pilot.take_texts()[-1] == "no reference for 5 s: no horizontal thrust"
 
 
-def test_a_reference_that_the_future_stamped_for_five_seconds_is_followed_no_more() -> None:
+def test_a_reference_that_the_future_stamped_for_five_seconds_is_followed_no_more():
     pilot, ahead = autopilot(Mode.BOTH), replace(ASK, time_s=1e6)
     for step in range(100):
         assert pilot.step(0.05 * step, heard(0.05 * step), ahead).tau_cmd[0] != 0.0
@@ -299,7 +293,7 @@ def test_a_reference_that_the_future_stamped_for_five_seconds_is_followed_no_mor
 
 @pytest.mark.parametrize("force", [math.nan, math.inf, -math.inf])
 @pytest.mark.parametrize(("dof", "axis"), [(0, "surge"), (2, "heave")])
-def test_a_push_that_is_no_number_is_not_given_and_said_once(dof: int, axis: str, force: float) -> None:
+def test_a_push_that_is_no_number_is_not_given_and_said_once(dof, axis, force):
     push = tuple(force if number == dof else None for number in range(6))
     wrong, unpushed = autopilot(Mode.SHADOW), autopilot(Mode.SHADOW)
     for time_s in (0.0, 0.05, 0.1):
@@ -308,7 +302,7 @@ def test_a_push_that_is_no_number_is_not_given_and_said_once(dof: int, axis: str
     assert wrong.take_texts() == [f"push in {axis} is no number: none given"]
 
 
-def test_a_push_beyond_what_the_thrusters_reach_is_all_that_they_reach() -> None:
+def test_a_push_beyond_what_the_thrusters_reach_is_all_that_they_reach():
     beyond, most = (
         autopilot(Mode.SHADOW).step(0.0, heard(0.0), replace(ASK, push=(force, *(0.0,) * 5)))
         for force in (1e308, 132.34)
@@ -326,9 +320,7 @@ def test_a_push_beyond_what_the_thrusters_reach_is_all_that_they_reach() -> None
         ("rate", (0.0, 0.0, math.inf), "heading"),
     ],
 )
-def test_readings_that_come_and_are_no_numbers_are_missed_like_silence(
-    field: str, value: tuple[float, ...], what: str
-) -> None:
+def test_readings_that_come_and_are_no_numbers_are_missed_like_silence(field, value, what):
     pilot = autopilot(Mode.BOTH)
     for step in range(20):
         pilot.step(0.05 * step, heard(0.05 * step), ASK)
@@ -342,7 +334,7 @@ def test_readings_that_come_and_are_no_numbers_are_missed_like_silence(
 
 
 @pytest.mark.parametrize("mode", [Mode.ALONE, Mode.BOTH])
-def test_raised_off_and_raised_again_the_feed_forward_grows_from_zero_and_ends_at_once(mode: Mode) -> None:
+def test_raised_off_and_raised_again_the_feed_forward_grows_from_zero_and_ends_at_once(mode):
     pilot = autopilot(Mode.SHADOW)
     reach = 132.34
     for step in range(10):
@@ -357,7 +349,7 @@ def test_raised_off_and_raised_again_the_feed_forward_grows_from_zero_and_ends_a
         assert applied(pilot.step(begin_s + 0.5, heard(begin_s + 0.5), ASK)) == NONE
 
 
-def test_a_coefficient_that_goes_bad_gives_zero_at_once_even_where_the_feed_forward_leads() -> None:
+def test_a_coefficient_that_goes_bad_gives_zero_at_once_even_where_the_feed_forward_leads():
     model = dict(MODEL)
     pilot = autopilot(Mode.BOTH, model)
     for step in range(20):

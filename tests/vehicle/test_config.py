@@ -37,7 +37,7 @@ def loaded(folder: Path, body: dict[str, Any] | None = None, **vehicle: Any) -> 
     return load_vehicle(str(path)).vehicle
 
 
-def test_a_plain_vehicle_is_loaded_with_its_defaults(tmp_path: Path) -> None:
+def test_a_plain_vehicle_is_loaded_with_its_defaults(tmp_path):
     vehicle = loaded(tmp_path)
     assert (vehicle.system_id, vehicle.component_id) == (1, 1)
     assert vehicle.configurations["only"].thruster_limit_n == 40.0
@@ -59,9 +59,7 @@ def test_a_plain_vehicle_is_loaded_with_its_defaults(tmp_path: Path) -> None:
         ({}, {"component_id": 0}, "component_id must lie in 1 to 255"),
     ],
 )
-def test_a_number_that_no_vehicle_can_have_is_refused(
-    tmp_path: Path, body: dict[str, Any], vehicle: dict[str, Any], says: str
-) -> None:
+def test_a_number_that_no_vehicle_can_have_is_refused(tmp_path, body, vehicle, says):
     with pytest.raises(ConfigError, match=says):
         loaded(tmp_path, body, **vehicle)
 
@@ -93,7 +91,7 @@ def rows(of: type) -> dict[str, list[str]]:
 
 
 @pytest.mark.parametrize("of", HEADINGS, ids=lambda of: of.__name__)
-def test_one_table_names_every_field_and_says_what_it_means(of: type) -> None:
+def test_one_table_names_every_field_and_says_what_it_means(of):
     for field in fields(of):
         _, default, meaning = rows(of)[field.name]
         must_be_given = field.default is MISSING and field.default_factory is MISSING
@@ -102,7 +100,7 @@ def test_one_table_names_every_field_and_says_what_it_means(of: type) -> None:
 
 
 @pytest.mark.parametrize("of", HEADINGS, ids=lambda of: of.__name__)
-def test_a_default_that_is_a_number_is_the_one_in_the_table(of: type) -> None:
+def test_a_default_that_is_a_number_is_the_one_in_the_table(of):
     numbers = {
         field.name: float(field.default)
         for field in fields(of)
@@ -113,11 +111,11 @@ def test_a_default_that_is_a_number_is_the_one_in_the_table(of: type) -> None:
         assert default in told, name
 
 
-def test_every_sensor_is_named() -> None:
+def test_every_sensor_is_named():
     assert all(f"`{field.name}`" in PAGE for field in fields(Sensors))
 
 
-def test_the_least_file_loads_and_its_thrusters_push(tmp_path: Path) -> None:
+def test_the_least_file_loads_and_its_thrusters_push(tmp_path):
     (example,) = re.findall(r"```yaml\n(.*?)```", PAGE, re.S)
     path = tmp_path / "our.yaml"
     path.write_text(example, encoding="utf-8")

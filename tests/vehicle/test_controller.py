@@ -1,7 +1,6 @@
 """The controller: its references, its gains, and its view of the sensors."""
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -35,13 +34,13 @@ def wanted(u: float = 0.0, depth: float = 0.0, heading: float = 0.0) -> Referenc
     return Reference((u, 0, 0, 0, 0, 0), (0.0,) * 6, heading, depth)
 
 
-def test_gains_are_per_unit_of_mass_and_run_over_the_reference_speed() -> None:
+def test_gains_are_per_unit_of_mass_and_run_over_the_reference_speed():
     controller = Controller(PROPORTIONAL, BODY, REACH)
     assert controller.step(LEVEL, wanted(u=0.5), 0.05, False)[0] == pytest.approx(10.0 * 1.5 * 0.5)
     assert controller.step(LEVEL, wanted(u=1.5), 0.05, False)[0] == pytest.approx(10.0 * 2.0 * 1.5)
 
 
-def test_a_velocity_gain_stiffens_surge_and_sway_alone() -> None:
+def test_a_velocity_gain_stiffens_surge_and_sway_alone():
     moving = Navigation((0.0, 0.0, 0.1), 0, (0.0, 0.0, 0.2), 0, (1.0, 0, 0, 0), 0.1, 0, 0.5, 0)
     ask = Reference((0.3, 0.2, 0, 0, 0, 0), (0.0,) * 6, 0.4, 0.6)
     once, twice = (Controller(INTEGRAL, BODY, REACH).step(moving, ask, 0.05, False, gain) for gain in (1, 2))
@@ -49,7 +48,7 @@ def test_a_velocity_gain_stiffens_surge_and_sway_alone() -> None:
     assert twice[2:] == once[2:]
 
 
-def test_yaw_acts_on_heading_and_its_rate_and_heave_on_depth_and_its_rate() -> None:
+def test_yaw_acts_on_heading_and_its_rate_and_heave_on_depth_and_its_rate():
     moving = Navigation((0.0, 0.0, 0.1), 0, (0.0, 0.0, 0.2), 0, (1.0, 0, 0, 0), 6.5, 0, 0.5, 0)
     tau = Controller(PROPORTIONAL, BODY, REACH).step(moving, wanted(depth=0.6, heading=7.0), 0.05, False)
     assert tau[5] == pytest.approx(4.0 * (0.5 - 0.5 * 0.2))
@@ -57,13 +56,13 @@ def test_yaw_acts_on_heading_and_its_rate_and_heave_on_depth_and_its_rate() -> N
 
 
 @pytest.mark.parametrize("heading", [math.pi - 0.1 - math.tau, math.pi - 0.1, math.pi - 0.1 + 3 * math.tau])
-def test_a_heading_is_reached_by_the_shorter_way(heading: float) -> None:
+def test_a_heading_is_reached_by_the_shorter_way(heading):
     there = Navigation((0.0, 0, 0), 0, (0.0, 0, 0), 0, (1.0, 0, 0, 0), heading, 0, 0.0, 0)
     tau = Controller(PROPORTIONAL, BODY, REACH).step(there, wanted(heading=0.1 - math.pi), 0.05, False)
     assert tau[5] == pytest.approx(4.0 * 0.2)
 
 
-def test_roll_and_pitch_are_pushed_level_and_damped() -> None:
+def test_roll_and_pitch_are_pushed_level_and_damped():
     half = 0.1 / 2
     rolled = Navigation(
         (0.0, 0, 0), 0, (0.3, 0.0, 0.0), 0, (math.cos(half), math.sin(half), 0, 0), 0, 0, 0, 0
@@ -74,38 +73,38 @@ def test_roll_and_pitch_are_pushed_level_and_damped() -> None:
     assert roll_pitch((math.cos(half), 0.0, math.sin(half), 0.0)) == pytest.approx((0.0, 0.1))
 
 
-def test_the_integral_is_error_times_time() -> None:
+def test_the_integral_is_error_times_time():
     controller = Controller(INTEGRAL, BODY, REACH)
     for _ in range(20):
         tau = controller.step(LEVEL, wanted(u=0.1), 0.05, False)
     assert tau[0] == pytest.approx(10.0 * (0.1 + 0.5 * 0.1 * 1.0))
 
 
-def test_the_integral_does_not_grow_while_the_thrusters_are_saturated_but_may_shrink() -> None:
+def test_the_integral_does_not_grow_while_the_thrusters_are_saturated_but_may_shrink():
     controller = Controller(INTEGRAL, BODY, REACH)
     controller.step(LEVEL, wanted(u=0.1), 1.0, False)
     assert controller.step(LEVEL, wanted(u=0.1), 1.0, True)[0] == pytest.approx(1.0 + 0.5)
     assert controller.step(LEVEL, wanted(u=-0.05), 1.0, True)[0] == pytest.approx(-0.5 + 0.25)
 
 
-def test_the_output_and_the_integral_stay_within_reach() -> None:
+def test_the_output_and_the_integral_stay_within_reach():
     controller = Controller(INTEGRAL, BODY, REACH)
     for _ in range(100):
         assert controller.step(LEVEL, wanted(u=3.0), 1.0, False)[0] <= 40.0
     assert controller.step(LEVEL, wanted(), 1.0, False)[0] <= 20.0
 
 
-def test_an_axis_without_a_measurement_gets_nothing() -> None:
+def test_an_axis_without_a_measurement_gets_nothing():
     tau = Controller(PROPORTIONAL, BODY, REACH).step(Navigation(), wanted(u=1.0, depth=1.0), 0.05, False)
     assert tau == (0.0,) * 6
 
 
-def test_depth_is_held_without_a_velocity() -> None:
+def test_depth_is_held_without_a_velocity():
     tau = Controller(PROPORTIONAL, BODY, REACH).step(Navigation(depth_m=0.5), wanted(depth=0.6), 0.05, False)
     assert tau == pytest.approx((0.0, 0.0, 10.0 * 0.1, 0.0, 0.0, 0.0))
 
 
-def test_a_reset_forgets_only_the_integrals_named() -> None:
+def test_a_reset_forgets_only_the_integrals_named():
     controller = Controller(INTEGRAL, BODY, REACH)
     ask = Reference((0.1, 0.1, 0, 0, 0, 0), (0.0,) * 6, 0.0, 0.0)
     controller.step(LEVEL, ask, 1.0, False)
@@ -115,11 +114,11 @@ def test_a_reset_forgets_only_the_integrals_named() -> None:
 
 
 @pytest.mark.parametrize("name", list(yaml.safe_load(GAINS.read_text())))
-def test_every_shipped_gain_table_can_be_loaded(name: str) -> None:
+def test_every_shipped_gain_table_can_be_loaded(name):
     assert load_gains(name).surge.kp[0] > 0
 
 
-def test_an_unknown_gain_table_is_refused_with_the_names_there_are() -> None:
+def test_an_unknown_gain_table_is_refused_with_the_names_there_are():
     with pytest.raises(ConfigError, match="survey, hovering, conservative"):
         load_gains("brisk")
 
@@ -134,7 +133,7 @@ def test_an_unknown_gain_table_is_refused_with_the_names_there_are() -> None:
         ({"yaw": {"kp": [1.0, -1.0], "ki": [0.0, 0.0], "kd": [0.0, 0.0]}}, "none negative"),
     ],
 )
-def test_a_malformed_gain_table_is_refused(tmp_path: Path, change: dict[str, object], says: str) -> None:
+def test_a_malformed_gain_table_is_refused(tmp_path, change, says):
     table = yaml.safe_load(GAINS.read_text())["conservative"] | change
     (tmp_path / "gains.yaml").write_text(yaml.safe_dump({"mine": table}))
     with pytest.raises(ConfigError, match=says):
@@ -146,7 +145,7 @@ PROFILES = st.builds(DoubleS, st.floats(-1, 1), st.floats(-1, 1), st.floats(0.5,
 
 @given(PROFILES)
 @settings(max_examples=40)
-def test_a_double_s_starts_and_ends_at_its_values_with_no_slope(profile: DoubleS) -> None:
+def test_a_double_s_starts_and_ends_at_its_values_with_no_slope(profile):
     assert profile.at(0.0) == (profile.start, 0.0, 0.0)
     value, slope, integral = profile.at(profile.duration_s)
     assert (value, slope) == (profile.end, 0.0)
@@ -155,7 +154,7 @@ def test_a_double_s_starts_and_ends_at_its_values_with_no_slope(profile: DoubleS
 
 @given(PROFILES)
 @settings(max_examples=40)
-def test_slope_and_integral_of_a_double_s_belong_to_its_value(profile: DoubleS) -> None:
+def test_slope_and_integral_of_a_double_s_belong_to_its_value(profile):
     time_s = np.linspace(0, 1.3 * profile.duration_s, 4001)
     value, slope, integral = np.array([profile.at(t) for t in time_s]).T
     step = time_s[1]
@@ -167,7 +166,7 @@ def test_slope_and_integral_of_a_double_s_belong_to_its_value(profile: DoubleS) 
 
 @given(PROFILES)
 @settings(max_examples=40)
-def test_a_double_s_keeps_its_limits_of_slope_and_jerk(profile: DoubleS) -> None:
+def test_a_double_s_keeps_its_limits_of_slope_and_jerk(profile):
     time_s = np.linspace(0, profile.duration_s, 2001)
     slope = np.array([profile.at(t)[1] for t in time_s])
     assert np.abs(slope).max() <= abs(profile.peak_rate) * (1 + 1e-9)
@@ -176,7 +175,7 @@ def test_a_double_s_keeps_its_limits_of_slope_and_jerk(profile: DoubleS) -> None
 
 
 @pytest.mark.parametrize(("duration_s", "ramp"), [(0.0, 0.25), (-1.0, 0.25), (5.0, 0.0), (5.0, 0.6)])
-def test_a_double_s_without_time_or_with_too_long_a_ramp_is_refused(duration_s: float, ramp: float) -> None:
+def test_a_double_s_without_time_or_with_too_long_a_ramp_is_refused(duration_s, ramp):
     with pytest.raises(ValueError, match="double-S"):
         DoubleS(0.0, 1.0, duration_s, ramp)
 
@@ -192,26 +191,26 @@ def trail(*kept: tuple[float, Reference]) -> Trail:
     return of_late
 
 
-def test_a_trail_tells_what_was_wanted_between_two_ticks() -> None:
+def test_a_trail_tells_what_was_wanted_between_two_ticks():
     then = trail((0.0, asked_of(0.0)), (0.1, asked_of(0.2)), (0.2, asked_of(0.6))).at(0.125)
     assert (then.nu[0], then.depth_m) == pytest.approx((0.3, 0.6))
 
 
 @pytest.mark.parametrize(("time_s", "u"), [(-5.0, 0.1), (0.2, 0.3), (9.0, 0.3), (math.nan, 0.3)])
-def test_beyond_its_ends_a_trail_holds_and_it_takes_no_time_for_the_latest(time_s: float, u: float) -> None:
+def test_beyond_its_ends_a_trail_holds_and_it_takes_no_time_for_the_latest(time_s, u):
     assert trail((0.0, asked_of(0.1)), (0.2, asked_of(0.3))).at(time_s).nu[0] == u
 
 
-def test_a_trail_keeps_no_more_than_its_span() -> None:
+def test_a_trail_keeps_no_more_than_its_span():
     long = trail(*((0.1 * i, asked_of(float(i))) for i in range(50)))
     assert long.at(0.0).nu[0] == 39.0
 
 
-def test_a_clock_that_begins_again_begins_a_new_trail() -> None:
+def test_a_clock_that_begins_again_begins_a_new_trail():
     assert trail((7.0, asked_of(0.7)), (1.0, asked_of(0.1))).at(0.0).nu[0] == 0.1
 
 
-def test_a_heading_unwrapped_anew_has_not_turned_in_between() -> None:
+def test_a_heading_unwrapped_anew_has_not_turned_in_between():
     of_late = trail((0.0, asked_of(0.0, 3.1)), (0.1, asked_of(0.0, 3.2 - math.tau)))
     assert of_late.at(0.05).heading_rad == pytest.approx(3.15)
 
@@ -231,7 +230,7 @@ def facing(heading_rad: float) -> Quaternion:
     return math.cos(heading_rad / 2), 0.0, 0.0, math.sin(heading_rad / 2)
 
 
-def test_velocity_is_moved_from_the_transducer_to_the_origin() -> None:
+def test_velocity_is_moved_from_the_transducer_to_the_origin():
     """Turning at 0.2 rad/s about z and 0.1 rad/s about y: r x is sideways, q z ahead, q x up."""
     known = navigator()
     known.take_imu(ImuSample(1.0, (0.0, 0.0, -9.81), (0.0, 0.1, 0.2)))
@@ -239,14 +238,14 @@ def test_velocity_is_moved_from_the_transducer_to_the_origin() -> None:
     assert known.navigation.velocity == pytest.approx((0.3, 0.0, 0.0), abs=1e-12)
 
 
-def test_a_velocity_holds_through_a_dropout_and_keeps_its_own_time() -> None:
+def test_a_velocity_holds_through_a_dropout_and_keeps_its_own_time():
     known = navigator()
     known.take_dvl(DvlSample(1.0, (0.3, 0.1, 0.0), math.nan, 2.0))
     known.take_dvl(DvlSample(1.1, NAN3, math.nan, math.nan))
     assert (known.navigation.velocity, known.navigation.velocity_time_s) == ((0.3, 0.1, 0.0), 1.0)
 
 
-def test_yaw_rate_comes_from_the_gyro_until_that_falls_silent() -> None:
+def test_yaw_rate_comes_from_the_gyro_until_that_falls_silent():
     known = navigator()
     known.take_yaw_rate(1.0, 0.25)
     known.take_imu(ImuSample(1.4, (0.0, 0.0, -9.81), (0.0, 0.0, 0.2)))
@@ -255,7 +254,7 @@ def test_yaw_rate_comes_from_the_gyro_until_that_falls_silent() -> None:
     assert known.navigation.rate == (0.0, 0.0, 0.2)
 
 
-def test_a_heading_runs_on_past_half_a_turn() -> None:
+def test_a_heading_runs_on_past_half_a_turn():
     known = navigator()
     for step in range(9):
         known.take_imu(ImuSample(0.1 * step, (0.0, 0.0, -9.81), (0.0, 0.0, 0.0), facing(0.6 * step)))
@@ -266,23 +265,23 @@ def test_a_heading_runs_on_past_half_a_turn() -> None:
 @pytest.mark.parametrize(
     ("angle", "near", "found"), [(-3.0, 3.1, -3.0 + math.tau), (0.5, -6.0, 0.5 - math.tau)]
 )
-def test_an_angle_is_brought_nearest_to_the_one_before(angle: float, near: float, found: float) -> None:
+def test_an_angle_is_brought_nearest_to_the_one_before(angle, near, found):
     assert unwrapped(angle, near) == pytest.approx(found)
     assert unwrapped(angle, math.nan) == angle
     assert math.isnan(unwrapped(math.nan, near))
 
 
-def test_ten_metres_of_sea_are_a_depth_of_ten_metres() -> None:
+def test_ten_metres_of_sea_are_a_depth_of_ten_metres():
     known = navigator()
     known.take_pressure(PressureSample(1.0, 100_000.0 + 1025.0 * WATER.gravity_m_s2 * 10.0, 12.0))
     assert known.navigation.depth_m == pytest.approx(10.0)
 
 
-def test_what_is_fresh_is_known_as_it_is() -> None:
+def test_what_is_fresh_is_known_as_it_is():
     assert known_at(HEARD, 11.0) is HEARD
 
 
-def test_what_is_old_or_was_never_heard_is_not_known() -> None:
+def test_what_is_old_or_was_never_heard_is_not_known():
     stale = known_at(HEARD, 11.1)
     values = (*stale.velocity, *stale.rate, *stale.attitude, stale.heading_rad, stale.depth_m)
     assert all(map(math.isnan, values))

@@ -16,7 +16,7 @@ REFERENCE = Reference((0.4, -0.2, 0.1, 0.0, 0.0, 0.15), (0.1, 0.05, 0.2, 0.0, 0.
 REACH = (100.0,) * 6
 
 
-def test_the_wrench_is_mass_times_acceleration_plus_damping_times_velocity_with_the_inertia_in_yaw() -> None:
+def test_the_wrench_is_mass_times_acceleration_plus_damping_times_velocity_with_the_inertia_in_yaw():
     term = feedforward(GOOD, REFERENCE, REACH)
     wanted = (96.4 * 0.1 + 42.13 * 0.4, 112.0 * 0.05 - 53.0 * 0.2, 0.0, 0.0, 0.0, -16.0 * 0.03 + 26.07 * 0.15)
     assert term.tau == pytest.approx(wanted)
@@ -28,8 +28,8 @@ def test_the_wrench_is_mass_times_acceleration_plus_damping_times_velocity_with_
     ("name", "dof", "word"), [("M_u", 0, "surge"), ("D_v", 1, "sway"), ("I_r", 5, "yaw")]
 )
 def test_a_coefficient_that_is_no_good_turns_its_axis_off_with_a_text_and_leaves_the_others(
-    name: str, dof: int, word: str, value: float | None
-) -> None:
+    name, dof, word, value
+):
     bad = {k: v for k, v in GOOD.items() if k != name} | ({} if value is None else {name: value})
     term, whole = feedforward(bad, REFERENCE, REACH), feedforward(GOOD, REFERENCE, REACH)
     assert term.tau[dof] == 0.0
@@ -40,7 +40,7 @@ def test_a_coefficient_that_is_no_good_turns_its_axis_off_with_a_text_and_leaves
     assert len(term.faults[0]) <= 50
 
 
-def test_a_hull_with_quadratic_damping_alone_needs_no_linear_one() -> None:
+def test_a_hull_with_quadratic_damping_alone_needs_no_linear_one():
     bare = {name: value for name, value in GOOD.items() if name != "D_u"}
     term = feedforward(bare, REFERENCE, REACH, {"X_uu": 60.0})
     speed = REFERENCE.nu[0]
@@ -49,7 +49,7 @@ def test_a_hull_with_quadratic_damping_alone_needs_no_linear_one() -> None:
     assert feedforward(bare, REFERENCE, REACH, {"Y_vv": 60.0}).off == (0,)
 
 
-def test_a_reference_that_is_not_finite_gives_zero() -> None:
+def test_a_reference_that_is_not_finite_gives_zero():
     broken = Reference((math.nan, 0.1, 0, 0, 0, 0), (0.0,) * 6, 0.0, 0.6)
     term = feedforward(GOOD, broken, REACH)
     assert term.tau[0] == 0.0
@@ -66,7 +66,7 @@ anything = st.floats(allow_nan=True, allow_infinity=True)
     st.tuples(*[anything] * 6),
 )
 @settings(max_examples=150)
-def test_whatever_comes_in_the_wrench_is_finite_and_within_reach(coefficients, nu, nu_dot) -> None:  # type: ignore[no-untyped-def]
+def test_whatever_comes_in_the_wrench_is_finite_and_within_reach(coefficients, nu, nu_dot):
     term = feedforward(coefficients, Reference(nu, nu_dot, 0.0, 0.6), (30.0, 20.0, 0.0, 0.0, 0.0, 5.0))
     assert all(math.isfinite(force) for force in term.tau)
     assert abs(term.tau[0]) <= 30.0
@@ -78,7 +78,7 @@ def surge(force: float) -> tuple[float, float, float, float, float, float]:
     return (force, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-def test_through_lag_and_hold_a_led_ramp_arrives_as_it_was_wanted() -> None:
+def test_through_lag_and_hold_a_led_ramp_arrives_as_it_was_wanted():
     lag_s, tick_s, slope = 0.05, 0.05, 4.0
     lead, thrust, arrived = Lead(lag_s + tick_s / 2, REACH), 0.0, []
     for tick in range(40):
@@ -91,14 +91,14 @@ def test_through_lag_and_hold_a_led_ramp_arrives_as_it_was_wanted() -> None:
     assert arrived[20:] == pytest.approx(wanted[20:], abs=1e-6)
 
 
-def test_a_wrench_that_jumps_is_not_kicked_further_than_a_tenth_of_the_reach() -> None:
+def test_a_wrench_that_jumps_is_not_kicked_further_than_a_tenth_of_the_reach():
     lead = Lead(0.075, REACH)
     lead.step(surge(-5.0), 0.05)
     assert lead.step(surge(80.0), 0.05)[0] == pytest.approx(80.0 + 10.0)
     assert lead.step(surge(-80.0), 0.05)[0] == pytest.approx(-80.0 - 10.0)
 
 
-def test_a_wrench_that_rests_and_one_just_begun_are_not_led() -> None:
+def test_a_wrench_that_rests_and_one_just_begun_are_not_led():
     lead = Lead(0.075, REACH)
     assert lead.step(surge(7.0), 0.05) == surge(7.0)
     assert lead.step(surge(7.0), 0.05) == surge(7.0)
@@ -110,20 +110,20 @@ def test_a_wrench_that_rests_and_one_just_begun_are_not_led() -> None:
 NOTHING_OFF: tuple[int, ...] = ()
 
 
-def test_the_applied_wrench_begins_at_zero_and_grows_to_the_whole_reach_in_half_a_second() -> None:
+def test_the_applied_wrench_begins_at_zero_and_grows_to_the_whole_reach_in_half_a_second():
     slope = Slope(REACH)
     applied = [slope.step(surge(100.0), NOTHING_OFF, 0.05)[0] for _ in range(12)]
     assert applied == pytest.approx([10.0 * min(tick, 10) for tick in range(1, 13)])
     assert slope.step(surge(-100.0), NOTHING_OFF, 0.05)[0] == pytest.approx(90.0)
 
 
-def test_a_wrench_that_grows_slowly_is_applied_as_it_is() -> None:
+def test_a_wrench_that_grows_slowly_is_applied_as_it_is():
     slope = Slope(REACH)
     for tick in range(20):
         assert slope.step(surge(9.0 * tick), NOTHING_OFF, 0.05) == surge(min(9.0 * tick, 100.0))
 
 
-def test_an_axis_that_is_off_is_at_zero_at_once_and_grows_from_there() -> None:
+def test_an_axis_that_is_off_is_at_zero_at_once_and_grows_from_there():
     slope = Slope(REACH)
     for _ in range(10):
         slope.step(surge(100.0), NOTHING_OFF, 0.05)
@@ -134,9 +134,7 @@ def test_an_axis_that_is_off_is_at_zero_at_once_and_grows_from_there() -> None:
 
 
 @pytest.mark.parametrize(("dt_s", "grown"), [(3600.0, 20.0), (0.0, 0.0), (-1.0, 0.0)])
-def test_a_loop_that_stood_still_or_a_clock_that_ran_back_is_no_reason_for_a_kick(
-    dt_s: float, grown: float
-) -> None:
+def test_a_loop_that_stood_still_or_a_clock_that_ran_back_is_no_reason_for_a_kick(dt_s, grown):
     assert Slope(REACH).step(surge(100.0), NOTHING_OFF, dt_s)[0] == pytest.approx(grown)
 
 
@@ -144,7 +142,7 @@ forces = st.tuples(*[st.floats(-1e9, 1e9)] * 6)
 
 
 @given(st.lists(st.tuples(forces, st.sets(st.sampled_from([0, 1, 5])), st.floats(-1.0, 10.0)), max_size=30))
-def test_whatever_is_wanted_size_and_slope_are_bounded(ticks) -> None:  # type: ignore[no-untyped-def]
+def test_whatever_is_wanted_size_and_slope_are_bounded(ticks):
     slope, before = Slope(REACH), (0.0,) * 6
     for wanted, off, dt_s in ticks:
         applied = slope.step(wanted, off, dt_s)
@@ -158,9 +156,7 @@ def test_whatever_is_wanted_size_and_slope_are_bounded(ticks) -> None:  # type: 
 
 
 @pytest.mark.parametrize(("before", "after"), [(0, 2), (0, 3), (1, 2), (1, 3), (3, 2)])
-def test_these_changes_of_the_mode_and_no_others_leave_more_to_the_feed_forward(
-    before: int, after: int
-) -> None:
+def test_these_changes_of_the_mode_and_no_others_leave_more_to_the_feed_forward(before, after):
     raising = {(a, b) for a in Mode for b in Mode if b.raises(a)}
     assert (Mode(before), Mode(after)) in raising
     assert len(raising) == 5
@@ -194,7 +190,7 @@ def fly(
         shadow.step(TICK_S, TRUE, {}, given, forces, six(u, 0.0, r))
 
 
-def test_a_minute_in_which_the_model_tells_the_force_is_good() -> None:
+def test_a_minute_in_which_the_model_tells_the_force_is_good():
     shadow = Shadow(SHADOWED_REACH)
     assert shadow.fault == NONE_FLOWN
     fly(shadow, 62.0)
@@ -202,7 +198,7 @@ def test_a_minute_in_which_the_model_tells_the_force_is_good() -> None:
 
 
 @pytest.mark.parametrize("seconds", [0.1, 13.0, 59.0])
-def test_less_than_a_minute_is_told_as_such(seconds: float) -> None:
+def test_less_than_a_minute_is_told_as_such(seconds):
     shadow = Shadow(SHADOWED_REACH)
     fly(shadow, seconds)
     assert shadow.fault == f"shadow: {2 * (seconds // 2):.0f} of 60 s flown"
@@ -211,7 +207,7 @@ def test_less_than_a_minute_is_told_as_such(seconds: float) -> None:
 @pytest.mark.parametrize(
     ("share", "good"), [(0.5, False), (0.7, True), (1.5, True), (2.0, True), (2.5, False)]
 )
-def test_a_force_of_another_size_than_the_models_is_not_explained(share: float, good: bool) -> None:
+def test_a_force_of_another_size_than_the_models_is_not_explained(share, good):
     shadow = Shadow(SHADOWED_REACH)
     fly(shadow, 62.0, surge=share)
     explained = 1 - (1 - 1 / share) ** 2
@@ -220,13 +216,13 @@ def test_a_force_of_another_size_than_the_models_is_not_explained(share: float, 
     assert len(words) <= 50
 
 
-def test_a_current_that_the_model_knows_nothing_of_is_told() -> None:
+def test_a_current_that_the_model_knows_nothing_of_is_told():
     shadow = Shadow(SHADOWED_REACH)
     fly(shadow, 62.0, extra_n=40.0)
     assert "of surge explained, needs 70" in shadow.fault
 
 
-def test_one_axis_that_is_wrong_spoils_it_and_one_that_was_not_moved_does_not() -> None:
+def test_one_axis_that_is_wrong_spoils_it_and_one_that_was_not_moved_does_not():
     both, ahead = Shadow(SHADOWED_REACH), Shadow(SHADOWED_REACH)
     fly(both, 62.0, yaw=3.0, turn=0.3)
     fly(ahead, 62.0, yaw=3.0, turn=0.0)
@@ -234,7 +230,7 @@ def test_one_axis_that_is_wrong_spoils_it_and_one_that_was_not_moved_does_not() 
     assert ahead.fault == ""
 
 
-def test_a_vehicle_that_lay_still_has_shown_nothing() -> None:
+def test_a_vehicle_that_lay_still_has_shown_nothing():
     shadow = Shadow(SHADOWED_REACH)
     fly(shadow, 62.0, ahead=0.0)
     assert shadow.fault == "shadow: no axis moved for 10 of 60 s"
@@ -243,7 +239,7 @@ def test_a_vehicle_that_lay_still_has_shown_nothing() -> None:
     assert shadow.fault == ""
 
 
-def test_only_the_last_minute_counts() -> None:
+def test_only_the_last_minute_counts():
     shadow = Shadow(SHADOWED_REACH)
     fly(shadow, 30.0, surge=3.0)
     fly(shadow, 40.0)
@@ -252,7 +248,7 @@ def test_only_the_last_minute_counts() -> None:
     assert shadow.fault == ""
 
 
-def test_what_broke_it_is_told_until_a_minute_has_been_flown_since() -> None:
+def test_what_broke_it_is_told_until_a_minute_has_been_flown_since():
     shadow = Shadow(SHADOWED_REACH)
     fly(shadow, 62.0)
     shadow.begin_anew("thrust at a limit")
@@ -263,14 +259,14 @@ def test_what_broke_it_is_told_until_a_minute_has_been_flown_since() -> None:
     assert shadow.fault == ""
 
 
-def test_a_reading_that_is_no_number_begins_it_anew() -> None:
+def test_a_reading_that_is_no_number_begins_it_anew():
     shadow = Shadow(SHADOWED_REACH)
     fly(shadow, 62.0)
     shadow.step(TICK_S, TRUE, {}, six(1.0), six(1.0), six(math.nan))
     assert shadow.fault == "shadow: 0 of 60 s flown since a bad reading"
 
 
-def test_a_pause_keeps_what_was_seen_and_takes_no_change_of_velocity_across() -> None:
+def test_a_pause_keeps_what_was_seen_and_takes_no_change_of_velocity_across():
     shadow = Shadow(SHADOWED_REACH)
     fly(shadow, 62.0)
     shadow.pause()
@@ -279,7 +275,7 @@ def test_a_pause_keeps_what_was_seen_and_takes_no_change_of_velocity_across() ->
     assert shadow.fault == ""
 
 
-def test_a_loop_that_stood_still_tells_nothing_of_the_time_between() -> None:
+def test_a_loop_that_stood_still_tells_nothing_of_the_time_between():
     shadow = Shadow(SHADOWED_REACH)
     fly(shadow, 58.0)
     shadow.step(30.0, TRUE, {}, six(900.0), six(), six())

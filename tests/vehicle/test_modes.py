@@ -401,12 +401,12 @@ def run(examples: int, steps: int, derandomize: bool) -> None:
 
 
 @pytest.mark.slow
-def test_no_order_of_events_breaks_what_is_promised_of_the_modes() -> None:
+def test_no_order_of_events_breaks_what_is_promised_of_the_modes():
     run(30, 30, True)
 
 
 @pytest.mark.soak
-def test_no_order_of_many_thousand_events_breaks_what_is_promised_of_the_modes() -> None:
+def test_no_order_of_many_thousand_events_breaks_what_is_promised_of_the_modes():
     Modes.events = 0
     run(1000, 100, False)
     keep(

@@ -41,7 +41,7 @@ def take(chunks: list[bytes]) -> list[bytes]:
     return frames + [frame.raw for frame in framer.flush()]
 
 
-def test_the_frames_are_the_same_at_every_split_of_the_stream() -> None:
+def test_the_frames_are_the_same_at_every_split_of_the_stream():
     wanted = stream(6)
     data = b"\xfd\xfe" + b"".join(wanted) + unknown_frame(b"\xfd" * 20) + wanted[0] + b"\xfd\x09"
     whole = take([data])
@@ -51,7 +51,7 @@ def test_the_frames_are_the_same_at_every_split_of_the_stream() -> None:
     assert take([data[i : i + 1] for i in range(len(data))]) == whole
 
 
-def test_a_frame_is_read_as_the_message_that_was_packed() -> None:
+def test_a_frame_is_read_as_the_message_that_was_packed():
     for message, raw in zip(messages(), stream(6), strict=True):
         (frame,) = Framer().feed(raw)
         assert (frame.system, frame.component, frame.message_id, frame.known) == (
@@ -64,14 +64,14 @@ def test_a_frame_is_read_as_the_message_that_was_packed() -> None:
         assert decoded.to_dict() == message.to_dict()
 
 
-def test_the_sequence_counts_frames_of_both_kinds_of_packing_and_wraps() -> None:
+def test_the_sequence_counts_frames_of_both_kinds_of_packing_and_wraps():
     encoder = Encoder(1, 1)
     payload = b"\x01" * 9
     data = b"".join(encoder.frame(0, payload) if i % 2 else encoder.encode(messages()[0]) for i in range(300))
     assert [frame.sequence for frame in Framer().feed(data)] == [i % 256 for i in range(300)]
 
 
-def test_mavlink_1_and_signed_frames_are_read_too() -> None:
+def test_mavlink_1_and_signed_frames_are_read_too():
     link = dialect.MAVLink(None, srcSystem=3, srcComponent=4)
     old = messages()[3].pack(link, force_mavlink1=True)
     link.signing.secret_key, link.signing.sign_outgoing = b"k" * 32, True
@@ -83,19 +83,19 @@ def test_mavlink_1_and_signed_frames_are_read_too() -> None:
     assert len(frames[0].payload) == 25
 
 
-def test_a_mavlink_1_frame_that_spells_a_wrong_length_hides_nothing() -> None:
+def test_a_mavlink_1_frame_that_spells_a_wrong_length_hides_nothing():
     good = stream(1)[0]
     heartbeat_of_200_bytes = bytes((0xFE, 200, 0, 1, 1, 0))
     assert [frame.raw for frame in Framer().feed(heartbeat_of_200_bytes + good)] == [good]
 
 
-def test_esc_status_is_known_though_pymavlink_has_no_such_message() -> None:
+def test_esc_status_is_known_though_pymavlink_has_no_such_message():
     (frame,) = Framer().feed(Encoder(1, 1).frame(ESC_STATUS, bytes(range(57))))
     assert frame.known
     assert decode(frame) is None
 
 
-def test_every_intact_frame_survives_one_flipped_bit_in_a_thousand_bytes() -> None:
+def test_every_intact_frame_survives_one_flipped_bit_in_a_thousand_bytes():
     rng = random.Random(4)
     frames = stream(3000)
     damaged = bytearray(b"".join(frames))
@@ -119,7 +119,7 @@ def _feed_in_pieces(data: bytes, size: int) -> list:
     return frames + framer.flush()
 
 
-def test_a_frame_of_an_unknown_id_passes_unchecked_and_in_its_place() -> None:
+def test_a_frame_of_an_unknown_id_passes_unchecked_and_in_its_place():
     a, b = stream(2)
     strange = unknown_frame(bytes(40), 5)
     framer = Framer()
@@ -135,7 +135,7 @@ def test_a_frame_of_an_unknown_id_passes_unchecked_and_in_its_place() -> None:
     assert decode(frames[1]) is None
 
 
-def test_a_false_start_with_an_unknown_id_never_swallows_good_frames() -> None:
+def test_a_false_start_with_an_unknown_id_never_swallows_good_frames():
     good = stream(12)
     false_start = bytes((0xFD, 255, 0, 0, 0, 1, 1)) + (60_123).to_bytes(3, "little")
     for junk in (false_start, false_start + b"x" * 30, b"\xfd", b"\xfe\xff", good[0][:-1]):
@@ -143,7 +143,7 @@ def test_a_false_start_with_an_unknown_id_never_swallows_good_frames() -> None:
         assert take([good[0] + junk + b"".join(good)]) == [good[0], *good]
 
 
-def test_a_damaged_frame_is_counted_and_named() -> None:
+def test_a_damaged_frame_is_counted_and_named():
     a, b, c = stream(3)
     framer = Framer()
     hurt = b[:-1] + bytes((b[-1] ^ 1,))
@@ -151,7 +151,7 @@ def test_a_damaged_frame_is_counted_and_named() -> None:
     assert framer.counts == {"good": 2, "checksum": 1, "skipped": len(b)}
 
 
-def test_a_pause_frees_what_a_broken_start_held_back() -> None:
+def test_a_pause_frees_what_a_broken_start_held_back():
     a, b = stream(2)
     broken_length = bytes((a[0], 250)) + a[2:]
     framer = Framer()
@@ -159,7 +159,7 @@ def test_a_pause_frees_what_a_broken_start_held_back() -> None:
     assert [f.raw for f in framer.flush()] == [b]
 
 
-def test_a_frame_of_an_unknown_id_stands_beside_a_damaged_one() -> None:
+def test_a_frame_of_an_unknown_id_stands_beside_a_damaged_one():
     a, b, c = stream(3)
     strange = unknown_frame(b"some words")
     damaged = b[:-1] + bytes((b[-1] ^ 1,))
@@ -178,7 +178,7 @@ def hostile(rng: random.Random, size: int) -> bytes:
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_among_hostile_bytes_too_the_frames_are_the_same_however_the_stream_is_split(seed: int) -> None:
+def test_among_hostile_bytes_too_the_frames_are_the_same_however_the_stream_is_split(seed):
     rng = random.Random(seed)
     data = hostile(rng, 4000)
     whole = take([data])
@@ -195,9 +195,7 @@ def test_among_hostile_bytes_too_the_frames_are_the_same_however_the_stream_is_s
     "pattern",
     [b"\xfe\x40", b"\xfe" * 5 + b"\x6e" * 5, b"\xfe" * 5 + b"\xc9" * 5, b"\xfd\xfd\x00\x00", b"\xfd", None],
 )
-def test_no_stream_makes_it_check_a_start_more_than_twice(
-    pattern: bytes | None, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_no_stream_makes_it_check_a_start_more_than_twice(pattern, monkeypatch):
     checked = 0
 
     def counting(data: bytes) -> int:

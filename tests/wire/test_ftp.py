@@ -66,7 +66,7 @@ def fault_of(answers):
     ),
     st.binary(max_size=239),
 )  # fmt: skip
-def test_a_packet_is_the_same_after_the_wire_has_cut_its_zeros(packet, data) -> None:
+def test_a_packet_is_the_same_after_the_wire_has_cut_its_zeros(packet, data):
     sent = Packet(
         packet.sequence,
         packet.session,
@@ -80,20 +80,20 @@ def test_a_packet_is_the_same_after_the_wire_has_cut_its_zeros(packet, data) -> 
     assert unpacked(sent.encode().rstrip(b"\0")) == sent
 
 
-def test_the_ring_is_listed_with_its_sizes_and_nothing_else_is(server) -> None:
+def test_the_ring_is_listed_with_its_sizes_and_nothing_else_is(server):
     (answer,) = ask(server, Packet(1, 0, Op.LIST, 1, data=b"/"))
     assert answer.data == b"".join(f"F{name}\t{len(data)}\0".encode() for name, data in HELD.items())
     assert fault_of(ask(server, Packet(2, 0, Op.LIST, 1, offset=2, data=b"/"))) == Fault.END
 
 
-def test_a_listing_stays_what_it_was_while_the_ring_moves_on(server, folder) -> None:
+def test_a_listing_stays_what_it_was_while_the_ring_moves_on(server, folder):
     ask(server, Packet(1, 0, Op.LIST, 1, data=b"/"))
     (folder / FIRST).unlink()
     (answer,) = ask(server, Packet(2, 0, Op.LIST, 1, offset=1, data=b"/"))
     assert answer.data == f"F{SECOND}\t{len(HELD[SECOND])}\0".encode()
 
 
-def test_a_file_is_read_from_any_place_and_its_end_is_told(server) -> None:
+def test_a_file_is_read_from_any_place_and_its_end_is_told(server):
     answer = opened(server)
     assert answer.op == Op.ACK
     assert int.from_bytes(answer.data, "little") == len(HELD[FIRST])
@@ -103,7 +103,7 @@ def test_a_file_is_read_from_any_place_and_its_end_is_told(server) -> None:
     assert fault_of(ask(server, Packet(10, answer.session, Op.READ, 1, offset=len(HELD[FIRST])))) == Fault.END
 
 
-def test_a_burst_gives_all_in_order_and_says_where_it_ends(server) -> None:
+def test_a_burst_gives_all_in_order_and_says_where_it_ends(server):
     session = opened(server).session
     answers = ask(server, Packet(5, session, Op.BURST, 239))
     assert b"".join(answer.data for answer in answers) == HELD[FIRST]
@@ -116,7 +116,7 @@ def test_a_burst_gives_all_in_order_and_says_where_it_ends(server) -> None:
     ["/../secret", "../secret", "notes.txt", "/notes.txt", "{outside}/secret", "/etc/passwd", f"../ring/{FIRST}",
      FIRST[:-5], "", ".", "@PARAM/param.pck"],
 )  # fmt: skip
-def test_no_name_leads_out_of_the_ring(server, folder, name) -> None:
+def test_no_name_leads_out_of_the_ring(server, folder, name):
     data = name.format(outside=f"/{folder.parent}").encode()
     assert opened(server, data.decode()).data == bytes((Fault.NOT_FOUND,))
     answers = ask(server, Packet(1, 0, Op.CRC32, len(data), data=data)) + ask(server, Packet(2, 0, Op.NONE))
@@ -124,7 +124,7 @@ def test_no_name_leads_out_of_the_ring(server, folder, name) -> None:
     assert fault_of(answers[:1]) == Fault.NOT_FOUND
 
 
-def test_a_link_in_the_ring_is_not_followed(server, folder) -> None:
+def test_a_link_in_the_ring_is_not_followed(server, folder):
     name = "000001-0000000a-000003-0000000000.tlog"
     (folder / name).symlink_to(folder.parent / "secret")
     assert opened(server, name).data == bytes((Fault.NOT_FOUND,))
@@ -136,13 +136,13 @@ def test_a_link_in_the_ring_is_not_followed(server, folder) -> None:
     "op",
     [Op.CREATE, Op.WRITE, Op.REMOVE, Op.MAKE_FOLDER, Op.REMOVE_FOLDER, Op.OPEN_WRITE, Op.TRUNCATE, Op.RENAME],
 )
-def test_whatever_would_change_something_is_refused(server, folder, op) -> None:
+def test_whatever_would_change_something_is_refused(server, folder, op):
     session = opened(server).session
     assert fault_of(ask(server, Packet(3, session, op, len(FIRST), data=FIRST.encode()))) == Fault.PROTECTED
     assert (folder / FIRST).read_bytes() == HELD[FIRST]
 
 
-def test_a_session_is_its_own_peers_alone(server) -> None:
+def test_a_session_is_its_own_peers_alone(server):
     session = opened(server).session
     assert fault_of(ask(server, Packet(3, session, Op.READ, 10), OTHER)) == Fault.SESSION
     ask(server, Packet(4, session, Op.TERMINATE), OTHER)
@@ -152,12 +152,12 @@ def test_a_session_is_its_own_peers_alone(server) -> None:
     assert fault_of(ask(server, Packet(8, session, Op.READ, 10))) == Fault.SESSION
 
 
-def test_an_open_that_came_twice_is_one_session(server) -> None:
+def test_an_open_that_came_twice_is_one_session(server):
     assert opened(server).session == opened(server).session
     assert opened(server, SECOND).session != opened(server).session
 
 
-def test_sessions_are_bounded_and_come_free_when_nobody_uses_them(server) -> None:
+def test_sessions_are_bounded_and_come_free_when_nobody_uses_them(server):
     peers = [(0, system, 1) for system in range(server_module.MOST_SESSIONS)]
     for peer in peers:
         assert opened(server, peer=peer).op == Op.ACK
@@ -165,7 +165,7 @@ def test_sessions_are_bounded_and_come_free_when_nobody_uses_them(server) -> Non
     assert opened(server, now_s=server_module.IDLE_S + 1.0).op == Op.ACK
 
 
-def test_who_never_ends_a_session_is_given_its_oldest_ones_room(server, folder) -> None:
+def test_who_never_ends_a_session_is_given_its_oldest_ones_room(server, folder):
     names = [f"000002-0000000b-{n:06d}-0000000000.tlog" for n in range(server_module.MOST_SESSIONS + 1)]
     for name in names:
         (folder / name).write_bytes(b"x")
@@ -173,7 +173,7 @@ def test_who_never_ends_a_session_is_given_its_oldest_ones_room(server, folder) 
     assert others[-1] == first
 
 
-def test_the_checksum_is_that_of_the_whole_file(server, monkeypatch) -> None:
+def test_the_checksum_is_that_of_the_whole_file(server, monkeypatch):
     monkeypatch.setattr(server_module, "CRC_BYTES_A_STEP", 1000)
     answers = ask(server, Packet(1, 0, Op.CRC32, len(FIRST), data=FIRST.encode()))
     for _ in range(10):
@@ -183,7 +183,7 @@ def test_the_checksum_is_that_of_the_whole_file(server, monkeypatch) -> None:
     assert crc32(HELD[FIRST][50:], crc32(HELD[FIRST][:50])) == crc32(HELD[FIRST])
 
 
-def test_the_checksum_is_mavlinks() -> None:
+def test_the_checksum_is_mavlinks():
     """CRC-32/JAMCRC's polynomial from 0, by its definition."""
     state = 0
     for byte in b"123456789":
@@ -193,7 +193,7 @@ def test_the_checksum_is_mavlinks() -> None:
     assert crc32(b"123456789") == state != zlib.crc32(b"123456789")
 
 
-def test_answers_keep_to_the_links_pace_and_a_refusal_does_not_wait_for_it(folder) -> None:
+def test_answers_keep_to_the_links_pace_and_a_refusal_does_not_wait_for_it(folder):
     server = FileServer(Segments(folder), lambda _: 2660.0)
     session = opened(server).session
     server.hear(ME, Packet(5, session, Op.BURST, 239).encode(), 0.0)
@@ -205,7 +205,7 @@ def test_answers_keep_to_the_links_pace_and_a_refusal_does_not_wait_for_it(folde
 
 @settings(max_examples=300, deadline=None)
 @given(st.lists(st.tuples(st.sampled_from([ME, OTHER, (1, 1, 1)]), st.binary(max_size=251)), max_size=30))
-def test_nothing_that_comes_breaks_it(tmp_path_factory, heard) -> None:
+def test_nothing_that_comes_breaks_it(tmp_path_factory, heard):
     place = tmp_path_factory.getbasetemp() / "fuzzed"
     place.mkdir(exist_ok=True)
     (place / FIRST).write_bytes(HELD[FIRST])
@@ -222,7 +222,7 @@ def request(packet):
     return dialect.MAVLink_file_transfer_protocol_message(0, 1, 1, payload)
 
 
-def test_a_bridge_refuses_parameters_as_a_file_in_the_same_step_and_hands_out_its_ring(folder) -> None:
+def test_a_bridge_refuses_parameters_as_a_file_in_the_same_step_and_hands_out_its_ring(folder):
     rig = Rig(files=FileServer(Segments(folder), lambda _: FAST))
     name = b"@PARAM/param.pck"
     (answer,) = rig.ask(request(Packet(7, 3, Op.OPEN_READ, len(name), data=name)))
@@ -263,7 +263,7 @@ class Wire:
         return None
 
 
-def test_pymavlinks_own_client_lists_and_reads_it(folder, tmp_path) -> None:
+def test_pymavlinks_own_client_lists_and_reads_it(folder, tmp_path):
     served = ServedAside(FileServer(Segments(folder), lambda _: FAST), SystemClock())
     try:
         client = mavftp.MAVFTP(Wire(served), 1, 191)

@@ -3,13 +3,12 @@
 import math
 
 import pytest
-from fakes.vehicle import QuietLink
+from fakes.vehicle import FakeVehicle
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.clock import SimulatedClock
 from bridge.errors import LinkError, LinkTimeout
 from bridge.onboard.orders import MotorTests, answer_command
-from bridge.wire.framing import Encoder, Framer, decode
+from bridge.wire.framing import Encoder
 from gcs_plugin.doctor.pulses import arm, disarm
 
 ACCEPTED, DENIED = dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_DENIED
@@ -79,45 +78,23 @@ def test_a_bridge_without_thrusters_says_that_it_knows_no_motor_test():
     assert answer.result == dialect.MAV_RESULT_UNSUPPORTED
 
 
-class Vehicle(QuietLink):
-    """Answers arming with `result`, or not at all where that is None."""
-
-    name = "memory:vehicle"
-
-    def __init__(self, result):
-        self.clock, self.result = SimulatedClock(), result
-        self.orders = []
-        self._out = b""
-
-    def write(self, data):
-        for frame in Framer().feed(data):
-            message = decode(frame)
-            self.orders.append(message.param1)
-            if self.result is not None:
-                answer = dialect.MAVLink_command_ack_message(message.command, self.result, 0, 0, 255, 190)
-                self._out += Encoder(1, 1).encode(answer)
-
-    def read(self, timeout_s):
-        self.clock.advance_to(self.clock.now_s + timeout_s)
-        data, self._out = self._out, b""
-        return data
-
-
 def test_arming_and_disarming_are_done_when_the_vehicle_says_so():
-    vehicle = Vehicle(ACCEPTED)
+    vehicle = FakeVehicle()
     arm(vehicle, vehicle.clock, (1, 1))
     disarm(vehicle, vehicle.clock, (1, 1))
     assert vehicle.orders == [1.0, 0.0]
 
 
 def test_a_refusal_is_told():
-    vehicle = Vehicle(DENIED)
+    vehicle = FakeVehicle()
+    vehicle.result = DENIED
     with pytest.raises(LinkError, match="refused to arm"):
         arm(vehicle, vehicle.clock, (1, 1))
 
 
 def test_a_mute_vehicle_is_asked_again_and_then_given_up():
-    vehicle = Vehicle(None)
+    vehicle = FakeVehicle()
+    vehicle.mute = True
     with pytest.raises(LinkTimeout, match="no answer"):
         disarm(vehicle, vehicle.clock, (1, 1))
     assert len(vehicle.orders) == 5
@@ -125,6 +102,7 @@ def test_a_mute_vehicle_is_asked_again_and_then_given_up():
 
 
 def test_the_answer_of_another_vehicle_counts_for_nothing():
-    vehicle = Vehicle(ACCEPTED)
+    vehicle = FakeVehicle(source=(2, 1))
+    vehicle.encoder = Encoder(1, 1)
     with pytest.raises(LinkTimeout):
         arm(vehicle, vehicle.clock, (2, 1))

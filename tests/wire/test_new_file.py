@@ -40,7 +40,7 @@ def old(tmp_path: Path) -> Path:
     return path
 
 
-def test_what_was_there_stays_until_the_new_is_whole(writer: Writer, old: Path) -> None:
+def test_what_was_there_stays_until_the_new_is_whole(writer, old):
     with writer(old) as file:
         file.write(b"new")
         file.flush()
@@ -49,14 +49,14 @@ def test_what_was_there_stays_until_the_new_is_whole(writer: Writer, old: Path) 
     assert list(old.parent.iterdir()) == [old]
 
 
-def test_a_disk_that_takes_no_more_leaves_the_old_and_nothing_else(writer: Writer, old: Path) -> None:
+def test_a_disk_that_takes_no_more_leaves_the_old_and_nothing_else(writer, old):
     with pytest.raises((OSError, LogError), match="No space left"):
         cut(writer, old)
     assert old.read_bytes() == b"old"
     assert list(old.parent.iterdir()) == [old]
 
 
-def test_a_link_under_the_name_is_replaced_and_what_it_leads_to_stays(writer: Writer, old: Path) -> None:
+def test_a_link_under_the_name_is_replaced_and_what_it_leads_to_stays(writer, old):
     link = old.with_name("link.yaml")
     link.symlink_to(old)
     with writer(link) as file:

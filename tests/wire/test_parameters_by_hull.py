@@ -24,11 +24,11 @@ TABLE = "voltage_v,pwm_us,thrust_n\n16,1100,-40\n16,1500,0\n16,1900,{most}\n"
 
 
 def with_shape(**changes: object) -> Vehicle:
-    return replace(OURS, configurations={**OURS.configurations, "survey": replace(SHAPE, **changes)})  # type: ignore[arg-type]
+    return replace(OURS, configurations={**OURS.configurations, "survey": replace(SHAPE, **changes)})
 
 
 def with_curve(**changes: object) -> Vehicle:
-    return replace(OURS, thrust_curve=ThrustCurve(**changes))  # type: ignore[arg-type]
+    return replace(OURS, thrust_curve=ThrustCurve(**changes))
 
 
 def boot(path: Path, vehicle: Vehicle = OURS) -> ParameterServer:
@@ -52,9 +52,7 @@ def path(tmp_path: Path) -> Path:
     return tmp_path / "parameters.json"
 
 
-def test_a_set_stays_at_zero_on_another_hull_says_why_and_what_to_do_and_comes_back_with_its_own(
-    path: Path,
-) -> None:
+def test_a_set_stays_at_zero_on_another_hull_says_why_and_what_to_do_and_comes_back_with_its_own(path):
     first = boot(path)
     crc = upload(first, 80.0)
     assert first.write("FF_MODE", 3.0, False) is None
@@ -74,7 +72,7 @@ def test_a_set_stays_at_zero_on_another_hull_says_why_and_what_to_do_and_comes_b
     assert (back.take_texts(), back.trouble) == (BOTH_ACTS, "")
 
 
-def test_a_fresh_upload_puts_it_right_and_each_hull_keeps_its_own_set_and_mode(path: Path) -> None:
+def test_a_fresh_upload_puts_it_right_and_each_hull_keeps_its_own_set_and_mode(path):
     ours = upload(boot(path), 80.0)
     rebuilt = boot(path, REBUILT)
     theirs = upload(rebuilt, 90.0)
@@ -87,7 +85,7 @@ def test_a_fresh_upload_puts_it_right_and_each_hull_keeps_its_own_set_and_mode(p
         assert (again.active_crc, again.mode, again.take_texts()) == (theirs, 1, [])
 
 
-def test_a_mode_that_is_set_meanwhile_loses_no_set_and_the_reason_is_said_again(path: Path) -> None:
+def test_a_mode_that_is_set_meanwhile_loses_no_set_and_the_reason_is_said_again(path):
     crc = upload(boot(path), 80.0)
     other = boot(path, REBUILT)
     other.take_texts()
@@ -101,7 +99,7 @@ def test_a_mode_that_is_set_meanwhile_loses_no_set_and_the_reason_is_said_again(
     assert (boot(path).active_crc, boot(path).mode) == (crc, 0)
 
 
-def test_the_model_of_the_file_does_not_fly_in_place_of_a_set_of_another_hull(path: Path) -> None:
+def test_the_model_of_the_file_does_not_fly_in_place_of_a_set_of_another_hull(path):
     upload(boot(path), 80.0)
     other = boot(path, with_shape(dry_mass_kg=90.0, model={"M_u": 120.0, "D_u": 30.0}))
     assert nothing_flies(other)
@@ -110,7 +108,7 @@ def test_the_model_of_the_file_does_not_fly_in_place_of_a_set_of_another_hull(pa
     assert other.active(0)["M_u"] == 120.0
 
 
-def test_where_no_set_was_ever_committed_the_model_of_each_file_flies(path: Path) -> None:
+def test_where_no_set_was_ever_committed_the_model_of_each_file_flies(path):
     first = boot(path, with_shape(model={"M_u": 80.0}))
     assert first.write("FF_MODE", 3.0, False) is None
     for mass_kg in (80.0, 85.0):
@@ -144,7 +142,7 @@ def test_where_no_set_was_ever_committed_the_model_of_each_file_flies(path: Path
         with_curve(reverse_n_s2=0.02),
     ],
 )
-def test_whatever_a_model_hangs_on_tells_a_hull_from_another(other: Vehicle, tmp_path: Path) -> None:
+def test_whatever_a_model_hangs_on_tells_a_hull_from_another(other, tmp_path):
     assert hull_mark(other, tmp_path) != hull_mark(OURS, tmp_path)
 
 
@@ -160,11 +158,11 @@ def test_whatever_a_model_hangs_on_tells_a_hull_from_another(other: Vehicle, tmp
         with_curve(scale_std=0.02),
     ],
 )
-def test_nothing_else_of_a_vehicle_file_does(same: Vehicle, tmp_path: Path) -> None:
+def test_nothing_else_of_a_vehicle_file_does(same, tmp_path):
     assert hull_mark(same, tmp_path) == hull_mark(OURS, tmp_path)
 
 
-def test_a_thrust_table_counts_by_its_numbers_and_not_by_its_name_or_comments(tmp_path: Path) -> None:
+def test_a_thrust_table_counts_by_its_numbers_and_not_by_its_name_or_comments(tmp_path):
     def marked(name: str, text: str) -> str:
         (tmp_path / name).write_text(text)
         return hull_mark(with_curve(file=name), tmp_path)
@@ -174,16 +172,14 @@ def test_a_thrust_table_counts_by_its_numbers_and_not_by_its_name_or_comments(tm
     assert marked("a.csv", TABLE.format(most=50.1)) != plain
 
 
-def test_the_mark_of_a_hull_stays_what_it_was_from_one_version_to_the_next(tmp_path: Path) -> None:
+def test_the_mark_of_a_hull_stays_what_it_was_from_one_version_to_the_next(tmp_path):
     assert hull_mark(with_curve(kind="quadratic"), tmp_path) == "219d9978d5e69281"
 
 
 @pytest.mark.parametrize(
     ("mode", "said"), [(0, []), (1, []), (2, ["FF ff: acts once armed"]), (3, BOTH_ACTS)]
 )
-def test_a_vehicle_says_at_its_start_once_that_the_feed_forward_acts(
-    path: Path, mode: int, said: list[str]
-) -> None:
+def test_a_vehicle_says_at_its_start_once_that_the_feed_forward_acts(path, mode, said):
     first = boot(path)
     upload(first, 80.0)
     assert first.write("FF_MODE", float(mode), False) is None
@@ -195,6 +191,6 @@ def test_a_vehicle_says_at_its_start_once_that_the_feed_forward_acts(
     assert lowered.take_texts() == []
 
 
-def test_a_vehicle_without_a_set_says_nothing_of_a_feed_forward_that_cannot_act(path: Path) -> None:
+def test_a_vehicle_without_a_set_says_nothing_of_a_feed_forward_that_cannot_act(path):
     assert boot(path).write("FF_MODE", 3.0, False) is None
     assert boot(path).take_texts() == []

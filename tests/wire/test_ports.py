@@ -1,11 +1,9 @@
 """The bridge in real time, over pseudo-terminals: bytes in, frames out, ports pulled and put back."""
 
-import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,11 +17,12 @@ from bridge.links.descriptor import open_pty
 from bridge.links.link import Link
 from bridge.links.memory import memory_pair
 from bridge.onboard.parameters import ParameterServer
-from bridge.onboard.ports import Arrival, Inbox, port_spec, run_ports
+from bridge.onboard.ports import Inbox, port_spec, run_ports
 from bridge.onboard.service import Bridge
 from bridge.sensors.bar30 import FakeBar30, I2cBus
 from bridge.sensors.drivers import greeting, make_parser
 from bridge.sensors.kvh1750 import encode_kvh1750
+from bridge.sensors.samples import Arrival
 from bridge.vehicle.config import Device, Vehicle
 from bridge.vehicle.parameters import vehicle_table
 from bridge.wire import readings
@@ -73,17 +72,7 @@ class Ground:
             reading = readings.decode(frame)
             return reading is not None and reading.signal == signal
 
-        found = readings.decode(self.until(carries))
-        assert found is not None
-        return found
-
-
-@contextmanager
-def running(
-    craft: Vehicle, bus: I2cBus | None = None, act: Callable[[], None] = lambda: None
-) -> Iterator[tuple[Ground, SystemClock]]:
-    with bridging(craft, bus, act) as (_, ground, clock):
-        yield ground, clock
+        return readings.decode(self.until(carries))
 
 
 @contextmanager
@@ -118,10 +107,10 @@ def feeding(device: Link, data: bytes) -> Iterator[None]:
         thread.join(WITHIN_S)
 
 
-def test_bytes_on_a_port_become_frames_dated_by_their_arrival() -> None:
+def test_bytes_on_a_port_become_frames_dated_by_their_arrival():
     device, path = open_pty()
     craft = vehicle(fog=Device("kvh1750", port=path))
-    with running(craft) as (ground, clock), feeding(device, encode_kvh1750(np.full(20, 0.25))):
+    with bridging(craft) as (_, ground, clock), feeding(device, encode_kvh1750(np.full(20, 0.25))):
         begun_s = clock.boot_s()
         fog = ground.reading("fog")
         assert fog.values[0] == pytest.approx(0.25, abs=1e-5)
@@ -130,19 +119,19 @@ def test_bytes_on_a_port_become_frames_dated_by_their_arrival() -> None:
     device.close()
 
 
-def test_steps_that_take_longer_than_their_period_leave_no_sensor_unheard() -> None:
+def test_steps_that_take_longer_than_their_period_leave_no_sensor_unheard():
     device, path = open_pty()
     craft = vehicle(fog=Device("kvh1750", port=path))
     busy = threading.Event()
     with (
-        running(craft, act=lambda: busy.wait(0.08) and None) as (ground, _),
+        bridging(craft, act=lambda: busy.wait(0.08) and None) as (_, ground, _),
         feeding(device, encode_kvh1750(np.full(20, 0.25))),
     ):
         assert ground.reading("fog").values[0] == pytest.approx(0.25, abs=1e-5)
     device.close()
 
 
-def test_what_arrives_while_the_loop_hangs_is_counted_and_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_arrives_while_the_loop_hangs_is_counted_and_told(monkeypatch):
     monkeypatch.setattr("bridge.onboard.ports.MOST_WAITING", 2)
     hung = threading.Event()
     device, path = open_pty()
@@ -157,7 +146,7 @@ def test_what_arrives_while_the_loop_hangs_is_counted_and_told(monkeypatch: pyte
     device.close()
 
 
-def test_the_heart_beats_in_the_loop_that_does_the_work_and_stands_still_with_it() -> None:
+def test_the_heart_beats_in_the_loop_that_does_the_work_and_stands_still_with_it():
     stuck, go_on = threading.Event(), threading.Event()
     device, path = open_pty()
 
@@ -178,7 +167,7 @@ def test_the_heart_beats_in_the_loop_that_does_the_work_and_stands_still_with_it
     device.close()
 
 
-def test_an_inbox_drops_what_has_no_room_and_counts_it_once() -> None:
+def test_an_inbox_drops_what_has_no_room_and_counts_it_once():
     inbox = Inbox(2)
     assert [inbox.put(Arrival("fog", float(i))) for i in range(5)] == [True, True, False, False, False]
     assert (inbox.take_lost(), inbox.take_lost()) == (3, 0)
@@ -198,16 +187,16 @@ class FullInbox(Inbox):
     refused = False
 
 
-def test_a_fault_that_found_no_room_is_told_again(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_fault_that_found_no_room_is_told_again(monkeypatch, tmp_path):
     monkeypatch.setattr("bridge.onboard.ports.Inbox", FullInbox)
-    with running(vehicle(fog=Device("kvh1750", port=str(tmp_path / "ttyFOG")))) as (ground, _):
+    with bridging(vehicle(fog=Device("kvh1750", port=str(tmp_path / "ttyFOG")))) as (_, ground, _):
         assert "fog: there is no port" in ground.text("there is no port")
 
 
-def test_a_port_pulled_and_put_back_speaks_again_and_noise_ends_nothing(tmp_path: Path) -> None:
+def test_a_port_pulled_and_put_back_speaks_again_and_noise_ends_nothing(tmp_path):
     name = tmp_path / "ttyFOG"
-    with running(vehicle(fog=Device("kvh1750", port=str(name)))) as (ground, _):
-        ground.text("there is no port")
+    with bridging(vehicle(fog=Device("kvh1750", port=str(name)), imu=Device("mti300"))) as (_, ground, _):
+        ground.text("imu: the vehicle file names no port; add it there")
         for rate in (0.5, 0.75):
             device, path = open_pty()
             name.symlink_to(path)
@@ -219,24 +208,9 @@ def test_a_port_pulled_and_put_back_speaks_again_and_noise_ends_nothing(tmp_path
             ground.text("the other side has gone")
 
 
-def test_a_device_is_faulty_by_name_until_it_speaks(tmp_path: Path) -> None:
-    name = tmp_path / "ttyFOG"
-    craft = vehicle(fog=Device("kvh1750", port=str(name)), imu=Device("mti300"))
-    with bridging(craft) as (bridge, ground, _):
-        ground.text("imu: the vehicle file names no port; add it there")
-        ground.text(f"fog: there is no port {name}; check the cable")
-        assert set(bridge.device_faults) == {"fog", "imu"}
-        device, path = open_pty()
-        name.symlink_to(path)
-        with feeding(device, encode_kvh1750(np.full(20, 0.25))):
-            ground.text("fog is back")
-        assert set(bridge.device_faults) == {"imu"}
-    device.close()
-
-
-def test_the_depth_sensor_is_asked_over_i2c_and_one_that_was_unplugged_comes_back() -> None:
+def test_the_depth_sensor_is_asked_over_i2c_and_one_that_was_unplugged_comes_back():
     bus = FakeBar30(pressure_pa=110_000.0)
-    with running(vehicle(depth=Device("bar30", port="i2c:1:0x76", rate_hz=10.0)), bus) as (ground, _):
+    with bridging(vehicle(depth=Device("bar30", port="i2c:1:0x76", rate_hz=10.0)), bus) as (_, ground, _):
         assert ground.reading("pressure").values[0] == pytest.approx(110_000.0, abs=30.0)
         bus.unplugged = True
         ground.text("depth: nothing answers")
@@ -247,28 +221,13 @@ def test_the_depth_sensor_is_asked_over_i2c_and_one_that_was_unplugged_comes_bac
     assert bus.closed == closed + 1
 
 
-def test_a_bus_that_cannot_be_opened_is_told_and_the_rest_goes_on() -> None:
-    with running(vehicle(depth=Device("bar30", port="1"))) as (ground, _):
+def test_a_bus_that_cannot_be_opened_is_told_and_the_rest_goes_on():
+    with bridging(vehicle(depth=Device("bar30", port="1"))) as (_, ground, _):
         ground.text("/dev/i2c-1 can't be opened")
         assert ground.reading("alive").values[0] == 0.0
 
 
-def test_a_dvl_on_the_network_is_read_over_tcp() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        spec = f"tcp:127.0.0.1:{listener.getsockname()[1]}"
-        with running(vehicle(dvl=Device("a50", port=spec))) as (ground, _):
-            peer, _ = listener.accept()
-            report = (
-                b'{"type":"velocity","format":"json_v3.1","time":100.0,"vx":0.5,"vy":-0.25,"vz":0.125,"fom":0.002,'
-                b'"altitude":2.5,"velocity_valid":true,"status":0,"transducers":[],'
-                b'"time_of_validity":1000000,"time_of_transmission":1000000}\n'
-            )
-            with peer:
-                peer.sendall(b"not json at all\n" + report)
-                assert ground.reading("dvl").values[:3] == (0.5, -0.25, 0.125)
-
-
-def test_a_port_name_that_cannot_be_read_is_refused_before_anything_starts() -> None:
+def test_a_port_name_that_cannot_be_read_is_refused_before_anything_starts():
     craft = vehicle(depth=Device("bar30", port="i2c:x"))
     clock = SystemClock()
     bridge = Bridge(craft, clock, [], ParameterServer(None, vehicle_table(craft)))
@@ -284,11 +243,11 @@ def test_a_port_name_that_cannot_be_read_is_refused_before_anything_starts() -> 
         (Device("a50", port="tcp:192.168.2.95:16171"), "tcp:192.168.2.95:16171"),
     ],
 )
-def test_a_devices_port_names_its_link(device: Device, spec: str) -> None:
+def test_a_devices_port_names_its_link(device, spec):
     assert port_spec(device) == spec
 
 
-def test_devices_that_wait_to_be_asked_are_asked() -> None:
+def test_devices_that_wait_to_be_asked_are_asked():
     assert greeting(Device("wayfinder")).startswith(b"\xaa\x10\x01")
     assert b"=dr,1000" in greeting(Device("kvh1760"))
     assert greeting(Device("mti300")) == b""

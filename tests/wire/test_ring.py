@@ -46,7 +46,7 @@ def held(folder):
     ]
 
 
-def test_a_segment_is_known_by_its_name() -> None:
+def test_a_segment_is_known_by_its_name():
     segment = Segment(12, 0x3F9A1C00, 3, 754000)
     assert segment.name == "000012-3f9a1c00-000003-0000754000.tlog"
     assert segment_named(segment.name) == segment
@@ -54,7 +54,7 @@ def test_a_segment_is_known_by_its_name() -> None:
         assert segment_named(stranger) is None
 
 
-def test_a_ring_holds_its_newest_frames_whole_and_in_order_and_never_more_than_it_may(tmp_path) -> None:
+def test_a_ring_holds_its_newest_frames_whole_and_in_order_and_never_more_than_it_may(tmp_path):
     sent, ring = frames(400), RingFiles(tmp_path / "ring", SMALL, 7)
     largest = 0
     for n, raw in enumerate(sent):
@@ -67,7 +67,7 @@ def test_a_ring_holds_its_newest_frames_whole_and_in_order_and_never_more_than_i
     assert sum(len(raw) + 8 for raw in kept) > SMALL.total - 2 * SMALL.segment
 
 
-def test_a_restart_begins_a_segment_of_its_own_after_those_before(tmp_path) -> None:
+def test_a_restart_begins_a_segment_of_its_own_after_those_before(tmp_path):
     sent = frames(30)
     write_all(RingFiles(tmp_path, SMALL, 99), sent[:10])
     write_all(RingFiles(tmp_path, SMALL, 7), sent[10:20])
@@ -76,7 +76,7 @@ def test_a_restart_begins_a_segment_of_its_own_after_those_before(tmp_path) -> N
     assert [(s.boot, s.identity) for s, _ in segments_in(tmp_path)] == [(1, 99), (2, 7), (3, 50)]
 
 
-def test_files_that_are_no_segments_are_left_alone(tmp_path) -> None:
+def test_files_that_are_no_segments_are_left_alone(tmp_path):
     (tmp_path / "notes.txt").write_bytes(b"x" * 5000)
     write_all(RingFiles(tmp_path, SMALL, 7), frames(400))
     assert (tmp_path / "notes.txt").read_bytes() == b"x" * 5000
@@ -101,7 +101,7 @@ class Disk:
         pass
 
 
-def test_the_bridge_keeps_all_that_it_sends_whether_or_not_anybody_can_hear_it() -> None:
+def test_the_bridge_keeps_all_that_it_sends_whether_or_not_anybody_can_hear_it():
     disk = Disk()
     rig = Rig(ring=RingKeeper(disk, 4711, SimulatedClock()))
     rig.ask(dialect.MAVLink_param_request_list_message(1, 1))
@@ -121,7 +121,7 @@ def test_the_bridge_keeps_all_that_it_sends_whether_or_not_anybody_can_hear_it()
     assert "link lost: memory:a" in [m.text for m in told if m.get_type() == "STATUSTEXT"]
 
 
-def test_what_the_ground_heard_is_what_the_ring_holds_byte_for_byte() -> None:
+def test_what_the_ground_heard_is_what_the_ring_holds_byte_for_byte():
     disk = Disk()
     rig = Rig(ring=RingKeeper(disk, 4711, SimulatedClock()))
     heard = b""
@@ -135,7 +135,7 @@ def test_what_the_ground_heard_is_what_the_ring_holds_byte_for_byte() -> None:
     assert b"".join(disk.records) == heard
 
 
-def test_a_disk_that_stalls_never_holds_up_the_loop() -> None:
+def test_a_disk_that_stalls_never_holds_up_the_loop():
     stuck, go_on = threading.Event(), threading.Event()
 
     class Stalls(Disk):
@@ -157,7 +157,7 @@ def test_a_disk_that_stalls_never_holds_up_the_loop() -> None:
     assert disk.records == sent
 
 
-def test_a_disk_that_fails_is_told_once_and_loses_nothing_that_fits_in_memory() -> None:
+def test_a_disk_that_fails_is_told_once_and_loses_nothing_that_fits_in_memory():
     clock, disk, sent = SimulatedClock(), Disk(), frames(30)
     ring = RingKeeper(disk, 7, clock)
     ring.put(0, 0.0, sent[:10])
@@ -176,7 +176,7 @@ def test_a_disk_that_fails_is_told_once_and_loses_nothing_that_fits_in_memory() 
     assert disk.records == sent
 
 
-def test_a_disk_that_goes_on_failing_is_told_once_a_minute_for_who_joins_later() -> None:
+def test_a_disk_that_goes_on_failing_is_told_once_a_minute_for_who_joins_later():
     clock, disk = SimulatedClock(), Disk()
     ring = RingKeeper(disk, 7, clock)
     disk.fault = "disk full"
@@ -189,7 +189,7 @@ def test_a_disk_that_goes_on_failing_is_told_once_a_minute_for_who_joins_later()
     assert told == [0, 60, 120]
 
 
-def test_what_memory_can_not_hold_is_counted_and_told(monkeypatch) -> None:
+def test_what_memory_can_not_hold_is_counted_and_told(monkeypatch):
     clock, disk, sent = SimulatedClock(), Disk(), frames(50)
     monkeypatch.setattr(keeper_module, "MOST_WAITING_BYTES", sum(len(raw) for raw in sent[30:]))
     ring = RingKeeper(disk, 7, clock)
@@ -203,7 +203,7 @@ def test_what_memory_can_not_hold_is_counted_and_told(monkeypatch) -> None:
     ]
 
 
-def test_what_was_written_is_put_on_the_disk_twice_a_second() -> None:
+def test_what_was_written_is_put_on_the_disk_twice_a_second():
     clock, disk = SimulatedClock(), Disk()
     ring = RingKeeper(disk, 7, clock)
     for n in range(40):
@@ -213,7 +213,7 @@ def test_what_was_written_is_put_on_the_disk_twice_a_second() -> None:
     assert disk.syncs == 4
 
 
-def test_a_full_disk_leaves_no_litter_and_the_ring_goes_on_in_a_new_segment(tmp_path, monkeypatch) -> None:
+def test_a_full_disk_leaves_no_litter_and_the_ring_goes_on_in_a_new_segment(tmp_path, monkeypatch):
     sent, ring = frames(30), RingFiles(tmp_path, SMALL, 7)
     for n, raw in enumerate(sent[:10]):
         ring.write(n, n, raw)
@@ -234,7 +234,7 @@ def test_a_full_disk_leaves_no_litter_and_the_ring_goes_on_in_a_new_segment(tmp_
 
 
 @pytest.mark.parametrize("fate", ["deleted", "moved away"])
-def test_a_ring_that_is_taken_away_is_told_in_one_text_and_begun_anew(tmp_path, fate) -> None:
+def test_a_ring_that_is_taken_away_is_told_in_one_text_and_begun_anew(tmp_path, fate):
     folder, elsewhere, clock, sent = tmp_path / "ring", tmp_path / "elsewhere", SimulatedClock(), frames(12)
     ring = RingKeeper(RingFiles(folder, SMALL, 7), 7, clock)
 
@@ -295,13 +295,13 @@ def survives(folder: Path, after: int) -> None:
     assert kept[-5:] in (endless[written - 5 : written], endless[written - 4 : written + 1])
 
 
-def test_a_ring_survives_a_kill_with_all_that_it_had_written(tmp_path) -> None:
+def test_a_ring_survives_a_kill_with_all_that_it_had_written(tmp_path):
     for number, after in enumerate((20, 777)):
         survives(tmp_path / str(number), after)
 
 
 @pytest.mark.soak
-def test_a_ring_survives_a_hundred_kills(tmp_path) -> None:
+def test_a_ring_survives_a_hundred_kills(tmp_path):
     import figures
 
     for number in range(100):

@@ -3,13 +3,12 @@
 from dataclasses import replace
 
 import pytest
-from fakes.vehicle import QuietLink
+from fakes.vehicle import FakeLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from service_rig import Rig, acted, fog, vehicle
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkLost
-from bridge.links.memory import MemoryLink
 from bridge.links.reconnecting import Reconnecting
 from bridge.onboard.parameters import ParameterServer
 from bridge.onboard.service import Bridge
@@ -19,35 +18,10 @@ from bridge.vehicle.parameters import vehicle_table
 from bridge.wire.framing import Framer
 
 
-class BrokenLink(QuietLink):
-    """A link with switches."""
-
-    name = "serial:/dev/ttyX"
-
-    def __init__(self) -> None:
-        self.reads_fail = True
-        self.writes_fail = True
-        self.written = b""
-
-    def read(self, timeout_s: float) -> bytes:
-        del timeout_s
-        if self.reads_fail:
-            raise LinkLost("gone")
-        return b""
-
-    def write(self, data: bytes) -> None:
-        if self.writes_fail:
-            raise LinkLost("gone")
-        self.written += data
-
-
 @pytest.mark.parametrize(("reads_fail", "writes_fail"), [(True, True), (True, False), (False, True)])
-def test_one_link_that_fails_takes_nothing_from_the_others_and_is_told_once(
-    reads_fail: bool, writes_fail: bool
-) -> None:
+def test_one_link_that_fails_takes_nothing_from_the_others_and_is_told_once(reads_fail, writes_fail):
     rig = Rig()
-    broken = BrokenLink()
-    broken.reads_fail, broken.writes_fail = reads_fail, writes_fail
+    broken = FakeLink("serial:/dev/ttyX", reads_fail=reads_fail, writes_fail=writes_fail)
     bridge = Bridge(rig.vehicle, rig.clock, [broken, *rig.links], rig.parameters)
     texts = []
     for i in range(50):
@@ -62,14 +36,14 @@ def test_one_link_that_fails_takes_nothing_from_the_others_and_is_told_once(
     bridge.publish(acted(3.0))
     bridge.step()
     assert bridge.link_faults == {}
-    assert broken.written
+    assert broken.sent
 
 
-def test_a_link_that_mends_itself_is_told_lost_once_while_it_is_away() -> None:
+def test_a_link_that_mends_itself_is_told_lost_once_while_it_is_away():
     rig = Rig()
-    plugged: list[BrokenLink] = []
+    plugged: list[FakeLink] = []
 
-    def connect() -> BrokenLink:
+    def connect() -> FakeLink:
         if not plugged:
             raise LinkLost("there is no port")
         return plugged[0]
@@ -83,14 +57,13 @@ def test_a_link_that_mends_itself_is_told_lost_once_while_it_is_away() -> None:
         texts += [m.text for m in rig.heard() if m.get_type() == "STATUSTEXT"]
     assert texts == ["link lost: serial:/dev/ttyX"]
     assert bridge.link_faults == {"serial:/dev/ttyX": "there is no port"}
-    plugged.append(BrokenLink())
-    plugged[0].reads_fail = plugged[0].writes_fail = False
+    plugged.append(FakeLink("serial:/dev/ttyX"))
     dropped = link.dropped
     assert dropped > 0
     rig.clock.advance_to(5.0)
     bridge.step()
     assert bridge.link_faults == {}
-    assert plugged[0].written
+    assert plugged[0].sent
     rig.heard()
     rig.clock.advance_to(5.05)
     bridge.step()
@@ -98,7 +71,7 @@ def test_a_link_that_mends_itself_is_told_lost_once_while_it_is_away() -> None:
     assert said == f"link back: serial:/dev/ttyX, {dropped} writes lost"
 
 
-def test_a_silent_device_one_that_makes_no_sense_and_one_that_is_back_are_named() -> None:
+def test_a_silent_device_one_that_makes_no_sense_and_one_that_is_back_are_named():
     rig = Rig()
     texts: list[str] = []
     for i in range(1, 100):
@@ -116,7 +89,7 @@ def test_a_silent_device_one_that_makes_no_sense_and_one_that_is_back_are_named(
     assert texts[4:] == ["fog is back"]
 
 
-def test_a_device_on_the_network_that_makes_no_sense_is_named_by_its_address_not_by_a_baud() -> None:
+def test_a_device_on_the_network_that_makes_no_sense_is_named_by_its_address_not_by_a_baud():
     craft = vehicle(dvl=Device("a50", port="tcp:192.168.194.95:16171"))
     clock = SimulatedClock()
     bridge = Bridge(craft, clock, [], ParameterServer(None, vehicle_table(craft)))
@@ -128,7 +101,7 @@ def test_a_device_on_the_network_that_makes_no_sense_is_named_by_its_address_not
     assert bridge.device_faults == {"dvl": said}
 
 
-def test_a_device_without_a_port_is_not_called_silent_and_is_back_when_it_speaks() -> None:
+def test_a_device_without_a_port_is_not_called_silent_and_is_back_when_it_speaks():
     rig = Rig()
     slots = ("imu", "fog", "depth", "esc")
     texts: list[str] = []
@@ -151,7 +124,7 @@ def test_a_device_without_a_port_is_not_called_silent_and_is_back_when_it_speaks
     assert faults == [no_port] * 70 + ["dvl silent: check cable"] * 20 + [""] * 10
 
 
-def test_long_words_go_out_in_pieces_that_belong_together() -> None:
+def test_long_words_go_out_in_pieces_that_belong_together():
     rig = Rig()
     rig.step(0.0)
     rig.bridge.say("x" * 120)
@@ -162,7 +135,7 @@ def test_long_words_go_out_in_pieces_that_belong_together() -> None:
     assert pieces[0].id != 0
 
 
-def test_a_value_that_fits_no_message_is_counted_and_the_rest_goes_out() -> None:
+def test_a_value_that_fits_no_message_is_counted_and_the_rest_goes_out():
     rig = Rig()
     rig.bridge.publish(replace(acted(0.1), tau_pid=(1e300,) * 6))
     rig.step(0.1)
@@ -170,7 +143,7 @@ def test_a_value_that_fits_no_message_is_counted_and_the_rest_goes_out() -> None
     assert rig.told("tau_cmd")
 
 
-def test_writes_stay_small_enough_for_a_datagram_and_hold_whole_frames() -> None:
+def test_writes_stay_small_enough_for_a_datagram_and_hold_whole_frames():
     rig = Rig()
     for i in range(40):
         rig.bridge.publish(acted(0.01 * i))
@@ -185,9 +158,8 @@ def test_writes_stay_small_enough_for_a_datagram_and_hold_whole_frames() -> None
         assert sum(len(frame.raw) for frame in framer.feed(chunk)) == len(chunk)
 
 
-def test_it_hears_a_flood_in_parts_and_still_does_its_work() -> None:
+def test_it_hears_a_flood_in_parts_and_still_does_its_work():
     rig = Rig()
-    assert isinstance(rig.ground, MemoryLink)
     for _ in range(500):
         rig.ground.write(rig.encoder.encode(dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)))
     rig.bridge.publish(acted(0.1))

@@ -18,7 +18,7 @@ from bridge.wire.status_codes import CrewText, Topic, decoded
 from tui import cli
 
 
-def test_timesync_is_answered_on_the_link_that_asked_with_both_clocks() -> None:
+def test_timesync_is_answered_on_the_link_that_asked_with_both_clocks():
     rig = Rig()
     rig.clock.advance_to(2.5)
     other_near, other_ground = memory_pair()
@@ -46,7 +46,7 @@ def arm(value: float, system: int = 1, component: int = 1, command: int = 400) -
         (arm(1.0, command=22), dialect.MAV_RESULT_UNSUPPORTED, False),
     ],
 )
-def test_a_command_is_acknowledged(message: Any, result: int, armed: bool) -> None:
+def test_a_command_is_acknowledged(message, result, armed):
     rig = Rig()
     (ack,) = rig.ask(message)
     assert (ack.get_type(), ack.command, ack.result) == ("COMMAND_ACK", message.command, result)
@@ -54,7 +54,7 @@ def test_a_command_is_acknowledged(message: Any, result: int, armed: bool) -> No
     assert rig.bridge.armed is armed
 
 
-def test_arming_waits_for_a_set_when_the_mode_applies_it() -> None:
+def test_arming_waits_for_a_set_when_the_mode_applies_it():
     rig = Rig()
     rig.parameters.write("FF_MODE", 2.0, False)
     ack, words = rig.ask(arm(1.0))[::-1]
@@ -67,25 +67,12 @@ def test_arming_waits_for_a_set_when_the_mode_applies_it() -> None:
     assert rig.ask(arm(1.0))[0].result == dialect.MAV_RESULT_ACCEPTED
 
 
-def test_parameters_are_listed_paced_written_and_guarded_while_armed() -> None:
+def test_the_list_of_parameters_is_paced():
     rig = Rig()
-    listed = rig.ask(dialect.MAVLink_param_request_list_message(1, 1))
-    assert len(listed) == 5
-    while more := rig.step():
-        listed += more
-    assert [m.param_index for m in listed] == list(range(len(rig.parameters.names)))
-    rig.parameters.write("FF_COMMIT", float(rig.parameters.staged_crc), False)
-    rig.parameters.write("FF_MODE", 3.0, False)
-    rig.step()
-    (value,) = rig.ask(dialect.MAVLink_param_set_message(1, 1, b"FF0_M_U", 96.5, 9))
-    assert (value.get_type(), value.param_value) == ("PARAM_VALUE", 96.5)
-    rig.bridge.armed = True
-    crc = float(rig.parameters.staged_crc)
-    kinds = [m.get_type() for m in rig.ask(dialect.MAVLink_param_set_message(1, 1, b"FF_COMMIT", crc, 9))]
-    assert sorted(kinds) == ["PARAM_ERROR", "PARAM_VALUE", "STATUSTEXT"]
+    assert len(rig.ask(dialect.MAVLink_param_request_list_message(1, 1))) == 5
 
 
-def test_a_set_that_became_active_is_told_as_news_and_a_refused_one_as_a_warning() -> None:
+def test_a_set_that_became_active_is_told_as_news_and_a_refused_one_as_a_warning():
     rig = Rig()
 
     def commit(crc: int) -> list[tuple[str, int]]:
@@ -96,9 +83,12 @@ def test_a_set_that_became_active_is_told_as_news_and_a_refused_one_as_a_warning
     crc = rig.parameters.staged_crc
     assert commit(crc) == [(f"F5:{crc} FF set {crc} active", dialect.MAV_SEVERITY_NOTICE)]
     assert commit(1) == [("FF_COMMIT refused: CRC is not the staged set's", dialect.MAV_SEVERITY_WARNING)]
+    rig.parameters.write("FF_MODE", 3.0, False)
+    rig.bridge.armed = True
+    assert commit(crc) == [("FF_COMMIT refused: armed, force FF off first", dialect.MAV_SEVERITY_WARNING)]
 
 
-def test_writes_that_come_too_fast_are_dropped_and_told_and_off_is_taken_all_the_same() -> None:
+def test_writes_that_come_too_fast_are_dropped_and_told_and_off_is_taken_all_the_same():
     rig = Rig()
     rig.parameters.write("FF_COMMIT", float(rig.parameters.staged_crc), False)
 
@@ -132,7 +122,7 @@ def answered(rig: Rig, kind: str, message: Any, count: int, encoder: Encoder | N
     return got
 
 
-def test_a_thousand_writes_are_taken_at_once_and_two_hundred_a_second_of_a_flood() -> None:
+def test_a_thousand_writes_are_taken_at_once_and_two_hundred_a_second_of_a_flood():
     rig = Rig()
     write = dialect.MAVLink_param_set_message(1, 1, b"FF0_M_U", 96.5, 9)
     assert answered(rig, "PARAM_VALUE", write, 1500) == 1000
@@ -141,7 +131,7 @@ def test_a_thousand_writes_are_taken_at_once_and_two_hundred_a_second_of_a_flood
     assert answered(rig, "PARAM_VALUE", write, 300) == 200
 
 
-def test_fifty_orders_of_strangers_are_denied_at_once_and_ten_a_second_of_a_flood() -> None:
+def test_fifty_orders_of_strangers_are_denied_at_once_and_ten_a_second_of_a_flood():
     rig, stranger = Rig(), Encoder(42, 1)
     assert answered(rig, "COMMAND_ACK", arm(1.0), 80, stranger) == 50
     rig.clock.advance_to(rig.clock.now_s + 1.0)
@@ -150,7 +140,7 @@ def test_fifty_orders_of_strangers_are_denied_at_once_and_ten_a_second_of_a_floo
     assert not rig.bridge.armed
 
 
-def test_its_own_frames_that_come_back_and_damaged_ones_are_ignored() -> None:
+def test_its_own_frames_that_come_back_and_damaged_ones_are_ignored():
     rig = Rig()
     assert rig.ask(arm(1.0), Encoder(1, 1)) == []
     raw = bytearray(rig.encoder.encode(arm(1.0)))
@@ -160,7 +150,7 @@ def test_its_own_frames_that_come_back_and_damaged_ones_are_ignored() -> None:
     assert not rig.bridge.armed
 
 
-def test_an_order_behind_a_broken_start_is_heard_after_a_pause() -> None:
+def test_an_order_behind_a_broken_start_is_heard_after_a_pause():
     rig = Rig()
     rig.step(1.0)
     order = rig.encoder.encode(arm(1.0))

@@ -41,7 +41,7 @@ def unknown_frame(payload: bytes) -> bytes:
     return bytes((0xFD, len(payload), 0, 0, 0, 7, 8)) + (60_123).to_bytes(3, "little") + payload + b"\x12\x34"
 
 
-def test_what_is_written_is_read_and_is_in_the_file_at_once(tmp_path: Path) -> None:
+def test_what_is_written_is_read_and_is_in_the_file_at_once(tmp_path):
     path = tmp_path / "dive.tlog"
     with TlogWriter(path) as writer:
         for i, (stamp, raw) in enumerate(records(20)):
@@ -51,7 +51,7 @@ def test_what_is_written_is_read_and_is_in_the_file_at_once(tmp_path: Path) -> N
     assert read(path) == records(20)
 
 
-def test_a_recording_is_never_overwritten(tmp_path: Path) -> None:
+def test_a_recording_is_never_overwritten(tmp_path):
     path = tmp_path / "dive.tlog"
     path.write_bytes(b"precious")
     with pytest.raises(LogError, match="never overwritten"):
@@ -59,12 +59,12 @@ def test_a_recording_is_never_overwritten(tmp_path: Path) -> None:
     assert path.read_bytes() == b"precious"
 
 
-def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
+def test_a_folder_that_is_not_there_is_named(tmp_path):
     with pytest.raises(LogError, match="No such file or directory"):
         TlogWriter(tmp_path / "nowhere" / "dive.tlog")
 
 
-def test_a_full_disk_is_an_error_that_names_the_file() -> None:
+def test_a_full_disk_is_an_error_that_names_the_file():
     if not Path("/dev/full").exists():
         pytest.skip("this system has no /dev/full")
     writer = TlogWriter.__new__(TlogWriter)
@@ -73,7 +73,7 @@ def test_a_full_disk_is_an_error_that_names_the_file() -> None:
         writer.write(START_US, b"x")
 
 
-def test_a_killed_writer_loses_nothing_that_it_had_acknowledged(tmp_path: Path) -> None:
+def test_a_killed_writer_loses_nothing_that_it_had_acknowledged(tmp_path):
     code = (
         "import sys; from pathlib import Path; from bridge.wire.tlog import TlogWriter\n"
         "from bridge.wire.framing import Encoder\n"
@@ -94,7 +94,7 @@ def test_a_killed_writer_loses_nothing_that_it_had_acknowledged(tmp_path: Path) 
 
 
 @pytest.mark.parametrize("packed", [False, True])
-def test_a_file_cut_at_any_byte_gives_every_whole_record(tmp_path: Path, packed: bool) -> None:
+def test_a_file_cut_at_any_byte_gives_every_whole_record(tmp_path, packed):
     log = records(9)
     whole = to_bytes(log)
     ends = [len(to_bytes(log[: i + 1])) for i in range(len(log))]
@@ -111,7 +111,7 @@ def _gzip_without_end(data: bytes) -> bytes:
     return gzip.compress(data, compresslevel=0)[:-8]
 
 
-def test_a_gzip_file_cut_anywhere_gives_what_is_there(tmp_path: Path) -> None:
+def test_a_gzip_file_cut_anywhere_gives_what_is_there(tmp_path):
     log = records(3000)
     packed = gzip.compress(to_bytes(log))
     path = tmp_path / "cut.tlog.gz"
@@ -124,7 +124,7 @@ def test_a_gzip_file_cut_anywhere_gives_what_is_there(tmp_path: Path) -> None:
     assert read(path) == log
 
 
-def test_one_flipped_bit_in_a_thousand_bytes_costs_only_the_frames_it_hit(tmp_path: Path) -> None:
+def test_one_flipped_bit_in_a_thousand_bytes_costs_only_the_frames_it_hit(tmp_path):
     rng = random.Random(8)
     log = records(4000)
     damaged = bytearray(to_bytes(log))
@@ -179,7 +179,7 @@ def test_damage_costs_the_record_that_it_hits_alone_and_a_lost_stamp_is_its_neig
     assert read(path) == expected
 
 
-def test_an_unknown_id_is_kept_unchecked(tmp_path: Path) -> None:
+def test_an_unknown_id_is_kept_unchecked(tmp_path):
     log = records(4)
     log.insert(2, (log[1][0] + 1, unknown_frame(b"\xfd" * 30)))
     path = tmp_path / "unknown.tlog"
@@ -191,7 +191,7 @@ def test_an_unknown_id_is_kept_unchecked(tmp_path: Path) -> None:
     assert reader.counts == {"records": 5, "unknown": 1}
 
 
-def test_a_false_record_that_ends_where_a_record_ends_hides_nothing(tmp_path: Path) -> None:
+def test_a_false_record_that_ends_where_a_record_ends_hides_nothing(tmp_path):
     log = records(5)
     hidden = to_bytes(log[1:3])
     false_record = log[0][0].to_bytes(8, "big") + unknown_frame(hidden)[:10]
@@ -203,7 +203,7 @@ def test_a_false_record_that_ends_where_a_record_ends_hides_nothing(tmp_path: Pa
 
 
 @pytest.mark.parametrize("content", [b"", b"time,u,v\n1,2,3\n" * 50, bytes(1000), b"\x1f\x8bnot gzip at all"])
-def test_what_is_no_recording_is_named_in_one_sentence(tmp_path: Path, content: bytes) -> None:
+def test_what_is_no_recording_is_named_in_one_sentence(tmp_path, content):
     path = tmp_path / "notes.tlog"
     path.write_bytes(content)
     with pytest.raises(LogError, match=r"notes\.tlog: .*; give") as caught:
@@ -211,14 +211,14 @@ def test_what_is_no_recording_is_named_in_one_sentence(tmp_path: Path, content: 
     assert "\n" not in str(caught.value)
 
 
-def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+def test_a_file_that_is_not_there_is_named(tmp_path):
     with pytest.raises(LogError, match=r"gone\.tlog: no such file"):
         read(tmp_path / "gone.tlog")
     with pytest.raises(LogError, match="can't be read"):
         read(tmp_path)
 
 
-def test_pymavlink_reads_our_recording_alike(tmp_path: Path) -> None:
+def test_pymavlink_reads_our_recording_alike(tmp_path):
     path = tmp_path / "dive.tlog"
     with TlogWriter(path) as writer:
         for stamp, raw in records(30):
@@ -233,7 +233,7 @@ def test_pymavlink_reads_our_recording_alike(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("dive", ["open_1/dive", "d/check"])
-def test_a_foreign_recording_is_read_whole(dive: str) -> None:
+def test_a_foreign_recording_is_read_whole(dive):
     path = SHARED / "sealed" / f"{dive}.tlog.gz"
     if not path.exists():
         pytest.skip(f"{path} is not here")

@@ -6,7 +6,8 @@ import sys
 from collections.abc import Iterator
 
 import pytest
-from links_read import SOON_S, free_port
+from fakes.ports import free_port
+from links_read import SOON_S
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
@@ -19,9 +20,8 @@ from bridge.wire.framing import Encoder, Framer
 from gcs_plugin.recording.link import WARN_EVERY_S, RecordedLink
 
 
-def test_udpin_answers_those_who_spoke_and_udpout_only_its_peer() -> None:
+def test_udpin_answers_those_who_spoke_and_udpout_only_its_peer():
     ground = open_link("udpin:127.0.0.1:0")
-    assert isinstance(ground, UdpLink)
     ground.write(b"nobody is there yet")
     vehicles = [open_link(f"udpout:127.0.0.1:{ground.port}") for _ in range(2)]
     for i, vehicle in enumerate(vehicles):
@@ -31,7 +31,6 @@ def test_udpin_answers_those_who_spoke_and_udpout_only_its_peer() -> None:
     ground.write(b"all")
     assert [vehicle.read(SOON_S) for vehicle in vehicles] == [b"all", b"all"]
     first = vehicles[0]
-    assert isinstance(first, UdpLink)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
         stranger.sendto(b"obey me", ("127.0.0.1", first.port))
         assert first.read(0.2) == b""
@@ -41,9 +40,8 @@ def test_udpin_answers_those_who_spoke_and_udpout_only_its_peer() -> None:
         ground.read(0.0)
 
 
-def test_udpin_answers_the_vehicle_whatever_strangers_send() -> None:
+def test_udpin_answers_the_vehicle_whatever_strangers_send():
     ground = open_link("udpin:127.0.0.1:0")
-    assert isinstance(ground, UdpLink)
     vehicle, beat = open_link(f"udpout:127.0.0.1:{ground.port}"), Encoder(1, 1).frame(0, bytes(9))
     strangers = [open_link(f"udpout:127.0.0.1:{ground.port}") for _ in range(24)]
     for stranger in strangers:
@@ -64,23 +62,18 @@ def test_udpin_answers_the_vehicle_whatever_strangers_send() -> None:
         link.close()
 
 
-@pytest.mark.parametrize("host", ["127.0.0.1", "localhost", "::1"])
-def test_udpout_to_this_computer_can_be_reached_from_this_computer_alone(host: str) -> None:
-    link = open_link(f"udpout:{host}:14550")
-    assert isinstance(link, UdpLink)
-    own, port, *_ = link._socket.getsockname()
-    assert own == ("::1" if host == "::1" else "127.0.0.1")
-    assert port == link.port > 0
+def test_udpout_to_this_computer_can_be_reached_from_this_computer_alone_by_the_newer_address_too():
+    link = open_link("udpout:::1:14550")
+    assert link._socket.getsockname()[:2] == ("::1", link.port)
     link.close()
 
 
-def test_udpout_without_a_route_opens_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_udpout_without_a_route_opens_all_the_same(monkeypatch):
     def unreachable(*_: object) -> str:
         raise OSError(errno.ENETUNREACH, "Network is unreachable")
 
     monkeypatch.setattr("bridge.links.udp._own_towards", unreachable)
     ground = open_link("udpin:127.0.0.1:0")
-    assert isinstance(ground, UdpLink)
     vehicle = open_link(f"udpout:127.0.0.1:{ground.port}")
     vehicle.write(b"hello")
     assert ground.read(SOON_S) == b"hello"
@@ -88,9 +81,8 @@ def test_udpout_without_a_route_opens_all_the_same(monkeypatch: pytest.MonkeyPat
     ground.close()
 
 
-def test_udpin_knows_as_whom_several_peers_speak_by_turns_and_forgets_it() -> None:
+def test_udpin_knows_as_whom_several_peers_speak_by_turns_and_forgets_it():
     ground = open_link("udpin:127.0.0.1:0")
-    assert isinstance(ground, UdpLink)
     old, new, other = (open_link(f"udpout:127.0.0.1:{ground.port}") for _ in range(3))
 
     def says(link: Link, encoder: Encoder) -> None:
@@ -121,11 +113,11 @@ def test_udpin_knows_as_whom_several_peers_speak_by_turns_and_forgets_it() -> No
         (b"\xfd", None),
     ],
 )
-def test_a_datagram_tells_its_source_by_its_header(datagram: bytes, source: tuple[int, int] | None) -> None:
+def test_a_datagram_tells_its_source_by_its_header(datagram, source):
     assert source_of(datagram) == source
 
 
-def test_udpout_waits_for_a_peer_that_starts_later() -> None:
+def test_udpout_waits_for_a_peer_that_starts_later():
     port = free_port(socket.SOCK_DGRAM)
     vehicle = open_link(f"udpout:127.0.0.1:{port}")
     for _ in range(3):
@@ -161,7 +153,7 @@ def frames(count: int) -> list[bytes]:
     return [encoder.encode(dialect.MAVLink_system_time_message(0, n)) for n in range(count)]
 
 
-def test_a_read_gives_all_datagrams_that_are_there_in_order() -> None:
+def test_a_read_gives_all_datagrams_that_are_there_in_order():
     with (
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ground,
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as vehicle,
@@ -177,7 +169,7 @@ def test_a_read_gives_all_datagrams_that_are_there_in_order() -> None:
 
 
 @linux
-def test_every_datagram_arrived_or_is_counted_as_lost_here(ends: tuple[UdpLink, socket.socket]) -> None:
+def test_every_datagram_arrived_or_is_counted_as_lost_here(ends):
     link, vehicle = ends
     framer, sent = Framer(), frames(SENT)
     for raw in sent[:-1]:
@@ -192,7 +184,7 @@ def test_every_datagram_arrived_or_is_counted_as_lost_here(ends: tuple[UdpLink, 
     assert f"lost {link.buffer.dropped} datagrams itself" in link.buffer.words
 
 
-def test_a_system_that_gives_less_than_was_asked_for_is_told_with_what_to_do() -> None:
+def test_a_system_that_gives_less_than_was_asked_for_is_told_with_what_to_do():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
         buffer = ReceiveBuffer(sock)
         assert 0 < buffer.given_bytes <= 4194304
@@ -204,9 +196,7 @@ def test_a_system_that_gives_less_than_was_asked_for_is_told_with_what_to_do() -
         assert "sysctl" not in buffer.words
 
 
-def test_what_this_computer_lost_is_told_at_once_and_then_now_and_then(
-    ends: tuple[UdpLink, socket.socket],
-) -> None:
+def test_what_this_computer_lost_is_told_at_once_and_then_now_and_then(ends):
     link, _ = ends
     clock, said = SimulatedClock(), list[str]()
     recorded = RecordedLink(KeylessLink(link, said.append), clock, lambda _, words: said.append(words))

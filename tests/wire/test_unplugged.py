@@ -84,9 +84,7 @@ def pull_and_plug(folder: Path, dvl: str, times: int, seed: int) -> Came:
 
 
 @pytest.mark.parametrize("dvl", ["network", "Wayfinder"])
-def test_every_device_that_is_unplugged_and_back_speaks_again_and_nothing_leaks(
-    dvl: str, tmp_path: Path
-) -> None:
+def test_every_device_that_is_unplugged_and_back_speaks_again_and_nothing_leaks(dvl, tmp_path):
     threads, handles = set(threading.enumerate()), targets()
     came = pull_and_plug(tmp_path, dvl, SHORT, 0)
     assert set(came.back_after_s) == {"dvl", "imu", "fog", "depth", "esc", "gnss"}
@@ -96,9 +94,7 @@ def test_every_device_that_is_unplugged_and_back_speaks_again_and_nothing_leaks(
 
 
 @pytest.mark.soak
-def test_a_hundred_times_unplugged_every_device_speaks_within_three_seconds_and_memory_stays(
-    tmp_path: Path,
-) -> None:
+def test_a_hundred_times_unplugged_every_device_speaks_within_three_seconds_and_memory_stays(tmp_path):
     came = pull_and_plug(tmp_path, "network", LONG, 1)
     assert max(came.back_after_s.values()) <= BACK_WITHIN_S
     assert came.more_memory <= MOST_MORE_MEMORY
@@ -154,7 +150,7 @@ def told_within(slot: str, kind: Any, say: Any, rate_hz: float, times: float) ->
     return None
 
 
-def test_at_the_right_rate_the_wire_changes_nothing() -> None:
+def test_at_the_right_rate_the_wire_changes_nothing():
     for _, _, say, _ in ON_A_LINE.values():
         data = b"".join(map(say, range(5)))
         assert heard_at(data, 1.0) == data
@@ -162,7 +158,7 @@ def test_at_the_right_rate_the_wire_changes_nothing() -> None:
 
 @pytest.mark.parametrize("times", [12.0, 2.0, 0.5, 1 / 12])
 @pytest.mark.parametrize("name", ON_A_LINE)
-def test_a_device_at_a_wrong_rate_is_named_within_five_seconds(name: str, times: float) -> None:
+def test_a_device_at_a_wrong_rate_is_named_within_five_seconds(name, times):
     slot = ON_A_LINE[name][0]
     found = told_within(*ON_A_LINE[name], times)
     assert found[1] in (f"{slot} makes no sense: check its baud", f"{slot} silent: check cable")

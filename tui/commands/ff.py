@@ -134,7 +134,6 @@ class Course:
         self._console = console
         self._status = self._console.status("")
         self._start_s = self._tell_s = clock.boot_s()
-        self._lacking_s: float | None = None
         self._silent_told = False
 
     def __enter__(self) -> Self:
@@ -156,14 +155,10 @@ class Course:
         if silent and now_s - self._start_s >= SILENT_S and not self._silent_told:
             self._silent_told = True
             show.say(self._console, _not_heard(silent))
-        if not self._switch.lacking:
-            self._lacking_s = None
-        elif self._lacking_s is None:
-            self._lacking_s = now_s
         return (
             self._switch.done
             or (self._seconds is not None and now_s - self._start_s >= self._seconds)
-            or (self._lacking_s is not None and now_s - self._lacking_s >= LACKING_S)
+            or self._switch.lacking_for_s(now_s) >= LACKING_S
         )
 
     def told(self, json: str | None) -> int:
