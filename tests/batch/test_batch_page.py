@@ -16,11 +16,9 @@ from identify.batch.page import batch_report
 from identify.batch.rows import NAMES, by_configuration, rows_of, to_csv, to_json
 from identify.identification import Doubt
 from identify.report.page import render_report
-from tui import show
-from tui.commands.batch import dive_table, parameter_tables, trend_table
+from tui.commands.batch import dive_table, parameter_tables
 
 WARNED = Doubt(("M_u",), "No rate of turn was recorded in roll", "M_u may be off; record a gyro.")
-LONG = "2026-11-20T0912Z-" + "hovering-in-the-outer-harbour"
 
 pytestmark = pytest.mark.usefixtures("sketched")
 
@@ -89,28 +87,6 @@ def test_the_csv_has_a_line_a_dive_and_empty_cells_for_what_is_not_known():
     assert (first["M_w"], first["date_utc"]) == ("", "2026-02-02T02:40:00Z")
     assert (last["error"], last["M_u"]) == ('holds "nothing", sadly', "")
     assert {f"{name}_low95" for name in NAMES} <= set(first)
-
-
-def test_tables_are_whole_at_80_columns_with_the_longest_words():
-    def long(row):
-        values = {
-            name: replace(v, value=1234.5678, low95=1136.9, high95=1333.3) for name, v in row.values.items()
-        }
-        return replace(
-            row, dive=LONG, values=values, doubts=(Doubt(tuple(values), WARNED.problem, WARNED.remedy),)
-        )
-
-    rows = [long(row) for row in dives(count=4)]
-    tables = [
-        dive_table(rows),
-        *parameter_tables(rows, rows, drift_of(rows), "hovering"),
-        trend_table(drift_of(rows), "hovering"),
-    ]
-    lines = [line for table in tables for line in table.lines(80)]
-    assert max(map(len, lines)) <= 80
-    text = " ".join(line.strip() for line in lines)
-    assert "1235 ±98" in text
-    assert show.number(1234.5678) in text
 
 
 def test_rows_stand_by_date_with_doubts_and_how_parameters_err_together_or_the_worst_where_that_is_not_told():

@@ -161,16 +161,12 @@ def holding(**changed):
     return replace(told, **changed)
 
 
-def test_what_is_told_is_learnt():
-    write_holding(holding())
-    assert held(NOW_S + 1.0) == holding()
+@pytest.mark.parametrize("disk_left_s", [147600.0, math.inf])
+def test_what_is_told_is_learnt(disk_left_s):
+    write_holding(holding(disk_left_s=disk_left_s))
+    assert held(NOW_S + 1.0) == holding(disk_left_s=disk_left_s)
     assert state_file().parts[-2:] == ("seatrial", "recording.json")
     assert [path.name for path in state_file().parent.iterdir()] == ["recording.json"]
-
-
-def test_where_nothing_comes_the_disk_lasts_for_ever():
-    write_holding(holding(disk_left_s=math.inf))
-    assert held(NOW_S).disk_left_s == math.inf
 
 
 @pytest.mark.parametrize("now_s", [NOW_S + 10.5, NOW_S - 10.5])

@@ -15,7 +15,7 @@ from lying_vehicle import ABSURD, LIES, SIZES, VEHICLE, Crafted, Lie, Vehicle, m
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from test_fuzz import LONG, MOST_MORE_MB, SHORT, most_mb, soon
 
-from bridge.errors import LinkError, LinkTimeout, LogError, SeatrialError
+from bridge.errors import LinkTimeout, LogError, SeatrialError
 from bridge.onboard.file_server import crc32
 from bridge.wire.framing import Encoder
 from bridge.wire.ftp import Fault, Op, Packet, acknowledged, refused
@@ -171,15 +171,6 @@ def told(lies: dict[Op, Lie], root: Path) -> None:
 def run(vehicle: Vehicle, mirror: Mirror) -> None:
     fetching = Fetching(mirror, lambda listing: listing, vehicle.world.boot_s())
     fetch(vehicle, vehicle.world, fetching, VEHICLE, PATIENCE_S, lambda _: None)
-
-
-def test_a_list_without_an_end_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gcs_plugin.fetch.requests.MOST_SEGMENTS", 1000)
-    lie = LIES[Op.LIST]["files without end"]
-    with pytest.raises(LinkError, match="lists more than"):
-        run(
-            Vehicle(ring(tmp_path / "ring", 1), lie, random.Random(0), 1e9, LONGEST_S), Mirror(tmp_path / "m")
-        )
 
 
 @pytest.mark.parametrize(

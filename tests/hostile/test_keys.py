@@ -70,15 +70,6 @@ def test_every_other_frame_is_kept_as_it_is() -> None:
     assert without_key(b"") == b""
 
 
-def test_a_recording_holds_the_frame_without_its_key(tmp_path: Path) -> None:
-    path = tmp_path / "telemetry.tlog"
-    with TlogWriter(path) as writer:
-        for n in range(3):
-            writer.write(1_790_000_000_000_000 + n, setup())
-    assert KEY[:4] not in path.read_bytes()
-    assert [frame.message_id for _, frame in read_tlog(path)] == [256] * 3
-
-
 class Hub:
     def __init__(self, *waiting: bytes) -> None:
         self.waiting, self.heard = list(waiting), b""
@@ -251,12 +242,6 @@ def test_no_frame_that_is_read_bears_a_key(tmp_path: Path) -> None:
     shown = [frame for _, frame in Reel([path]).between(0.0, 60.0)]
     assert len(shown) == COUNT + 2
     assert not any(KEY[:4] in frame.raw for frame in shown)
-
-
-def test_no_record_that_is_written_bears_one(tmp_path: Path) -> None:
-    write_records(tmp_path / "a.tlog", [(START_US, setup())])
-    assert (tmp_path / "a.tlog").read_bytes() == record_of(START_US, without_key(setup()))
-    assert KEY[:4] not in (tmp_path / "a.tlog").read_bytes()
 
 
 def test_an_imported_recording_goes_without_its_damage_and_says_so(
