@@ -97,7 +97,7 @@ def test_whoever_made_up_addresses_before_the_vehicle_spoke_keeps_it_out_only_un
         assert peers.on_frame(Frame(b"", 7, 1, 1, sequence, True), LINK, GONE_S + sequence) is not None
     ours = peers.receptions(LINK, GONE_S + 4.0)[0]
     assert (ours.system, ours.component, ours.received, ours.lost, ours.age_s) == (1, 1, 3, 0, 1.0)
-    assert (len(peers), peers.left_out[LINK]) == (PLACES, 1)
+    assert (len(list(peers)), peers.left_out[LINK]) == (PLACES, 1)
 
 
 def frames_of(source, kind=dialect.MAV_TYPE_SUBMARINE):
