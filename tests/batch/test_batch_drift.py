@@ -92,15 +92,6 @@ def test_errors_that_mass_and_damping_share_fall_out_of_their_ratio():
     assert ratio(damping, mass, shared).std == pytest.approx(np.full(12, expected), rel=0.1)
 
 
-def test_dampings_that_move_against_the_rest_are_not_called_together():
-    rows = []
-    for i, row in enumerate(dives(thrust=-0.3)):
-        one = row.values["D_r"]
-        fallen = replace(one, value=one.value * (1 - 0.035 * i) * (1 - 0.3 * i / 11))
-        rows.append(replace(row, values={**row.values, "D_r": fallen}))
-    assert drift_of(rows).story not in (Story.WEAKER, Story.STRONGER)
-
-
 def test_two_dives_or_none_that_is_dated_are_too_few():
     assert drift_of(dives(count=2)).sentence == (
         f"{Story.TOO_FEW.value}. A trend takes dives that have a date and converged: of the 2 identified in this "
@@ -108,19 +99,6 @@ def test_two_dives_or_none_that_is_dated_are_too_few():
     )
     undated = [replace(row, unix_s=None) for row in dives()]
     assert drift_of(undated).story is Story.TOO_FEW
-
-
-def test_three_dated_dives_that_make_no_trend_say_what_they_lack():
-    first, second, third = dives(count=3)
-    without = replace(second, values={name: v for name, v in second.values.items() if name[0] == "D"})
-    rows = [first, without, replace(without, unix_s=None)]
-    assert (
-        "of the 3 identified in this configuration 2 have a date, 3 converged and 2 are both; 1 of these give a mass"
-        in drift_of(rows).sentence
-    )
-    together = [replace(row, unix_s=first.unix_s) for row in (first, second, third)]
-    assert drift_of(together).sentence.startswith(Story.TOO_FEW.value)
-    assert drift_of(together).sentence.endswith("3 a damping; they all began within a minute of each other.")
 
 
 def test_nothing_planted_is_seldom_called_a_story():

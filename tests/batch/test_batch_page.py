@@ -4,8 +4,6 @@ import csv
 import io
 import re
 from dataclasses import replace
-from datetime import UTC, datetime
-from itertools import pairwise
 
 import pytest
 from test_batch_drift import dives
@@ -57,24 +55,6 @@ def test_dives_without_a_date_are_listed_and_not_drawn():
     html = page([replace(row, unix_s=None) for row in dives(count=4)])
     assert "dive 3" in html
     assert "<figure>" not in html
-
-
-@pytest.mark.parametrize("span_s", [0, 600, 9e5, 6e8])
-@pytest.mark.parametrize("width_in", [10.0, 3.46])
-def test_no_span_has_dates_that_overlap_or_stand_outside(span_s, width_in):
-    first_s = datetime(2026, 2, 11, tzinfo=UTC).timestamp()
-    rows = dives(count=4)
-    rows = [replace(row, unix_s=first_s + span_s * i / (len(rows) - 1)) for i, row in enumerate(rows)]
-    report = batch_report("v", "m", rows, (), {"only": drift_of(rows)})
-    picture = report.sections[0].figures[0].draw(width_in)
-    picture.draw_without_rendering()
-    for box in picture.axes:
-        low, high = box.get_xlim()
-        assert low < high
-        labels = [label for label in box.get_xticklabels() if label.get_text()]
-        places = [label.get_window_extent() for label in labels]
-        assert labels
-        assert not [(a, b) for a, b in pairwise(places) if a.overlaps(b)]
 
 
 def test_the_csv_has_a_line_a_dive_and_empty_cells_for_what_is_not_known():

@@ -267,14 +267,6 @@ def test_a_companion_never_heard_is_sent_off_though_the_autopilot_of_its_system_
     assert companion.server.mode == 0
 
 
-def test_of_two_known_vehicles_off_is_not_done_while_one_is_not_heard(clock):
-    one, other = Craft(clock, (1, 1)), Craft(clock, (2, 1))
-    other.mute = True
-    switch = Switch(Mode.OFF, known=heard_before(((1, 1), True, 0.0), ((2, 1), True, -3.0)))
-    assert not drive(switch, Both(one, other), clock, 10.0)
-    assert (one.server.mode, other.server.mode, switch.waits_for) == (0, 0, (2,))
-
-
 def test_a_raise_is_sent_to_nobody_who_is_not_heard(clock):
     craft = Craft(clock, mode=0.0)
     craft.mute = True

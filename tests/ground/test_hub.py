@@ -9,7 +9,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkError, LinkLost
 from bridge.links.open import open_link
-from bridge.wire.framing import Encoder, Framer, decode
+from bridge.wire.framing import Encoder
 from gcs_plugin.recording import hub as hubs
 from gcs_plugin.recording.hub import Hub
 from tui.links import ByWay
@@ -199,15 +199,6 @@ def test_one_more_than_there_are_places_is_told_why_and_the_others_stay(hub, joi
         join().read(5.0)
     hub.broadcast(BEAT)
     assert [link.read(5.0) for link in full] == [BEAT] * hubs.PLACES
-
-
-@pytest.mark.usefixtures("full")
-def test_whoever_speaks_mavlink_reads_why_it_is_let_go(hub):
-    link = open_link(hub.address)
-    taken(hub, until=lambda _: hub.dropped)
-    (frame,) = Framer().feed(link.read(5.0))
-    assert decode(frame).text == "32 programs use this recording already; end one"
-    link.close()
 
 
 def test_a_place_that_becomes_free_is_given_to_the_next(hub, join, full):

@@ -31,23 +31,18 @@ def heard(sequences, step_s=0.1, known=True):
     return peers
 
 
-def test_gaps_in_the_sequence_are_losses():
-    source = only(heard([0, 1, 4, 5, 7]))
-    assert (source.received, source.lost) == (5, 3)
-    assert source.loss == 3 / 8
-
-
-def test_the_sequence_runs_round():
-    assert only(heard([254, 255, 0, 1])).lost == 0
-
-
-def test_a_late_frame_takes_its_loss_back_and_a_duplicate_counts_nothing():
-    source = only(heard([0, 2, 1, 3, 3]))
-    assert (source.received, source.lost) == (4, 0)
-
-
-def test_after_a_long_silence_the_numbers_may_start_anew():
-    assert only(heard([200, 3], step_s=10.0)).lost == 0
+@pytest.mark.parametrize(
+    ("sequences", "step_s", "counts"),
+    [
+        pytest.param([0, 1, 4, 5, 7], 0.1, (5, 3), id="gaps are losses"),
+        pytest.param([254, 255, 0, 1], 0.1, (4, 0), id="the sequence runs round"),
+        pytest.param([0, 2, 1, 3, 3], 0.1, (4, 0), id="a late frame takes its loss back, a duplicate counts nothing"),
+        pytest.param([200, 3], 10.0, (2, 0), id="after a long silence the numbers may start anew"),
+    ],
+)  # fmt: skip
+def test_losses_are_counted_by_the_sequence_numbers(sequences, step_s, counts):
+    source = only(heard(sequences, step_s))
+    assert (source.received, source.lost) == counts
 
 
 def clocked(count, before_s=0.0, first=0, missing=()):

@@ -19,7 +19,7 @@ from test_fetching import (
     segment,
 )
 
-from bridge.files import PART, remedy
+from bridge.files import PART
 from bridge.wire.tlog import STAMP_BYTES, read_tlog, record_of
 from bridge.wire.whole import WHOLE
 from gcs_plugin.dives.folder import About, DiveFolder
@@ -99,42 +99,6 @@ def test_a_mirror_that_leads_elsewhere_is_refused_and_nothing_is_written_there(
     assert outside.exists() == is_there
     mirror.unlink()
     is_fetched_whole(tmp_path, dive)
-
-
-@pytest.mark.parametrize("thing", ["a pipe", "a file"])
-def test_a_mirror_that_is_no_folder_is_named(tmp_path: Path, thing: str) -> None:
-    dive, mirror = heard(tmp_path), tmp_path / "dives" / MIRROR
-    mirror.touch() if thing == "a file" else os.mkfifo(mirror)
-    assert said(dive) == f"{mirror}: is no folder; take it away and fetch again"
-    mirror.unlink()
-    is_fetched_whole(tmp_path, dive)
-
-
-def test_a_folder_in_place_of_what_a_dive_is_made_whole_in_is_named(tmp_path: Path) -> None:
-    dive = heard(tmp_path)
-    partial = dive.path / f"{WHOLE}{PART}"
-    partial.mkdir()
-    assert (
-        said(dive) == f"{partial}: can't be written (Is a directory); take away what lies there and try again"
-    )
-    partial.rmdir()
-    is_fetched_whole(tmp_path, dive)
-
-
-@pytest.mark.parametrize(
-    ("number", "words"),
-    [
-        (errno.ENOSPC, "free disk space"),
-        (errno.EDQUOT, "free disk space"),
-        (errno.EISDIR, "take away what lies there"),
-        (errno.ENOTDIR, "take away what lies there"),
-        (errno.EACCES, "check the rights of its folder"),
-        (errno.EROFS, "check the rights of its folder"),
-        (errno.EIO, "check the disk"),
-    ],
-)
-def test_why_a_file_can_not_be_written_says_what_to_do(number: int, words: str) -> None:
-    assert remedy(OSError(number, os.strerror(number))) == words
 
 
 def test_where_files_can_t_be_locked_a_dive_is_fetched_all_the_same(
@@ -219,17 +183,6 @@ def test_damage_on_the_vehicle_itself_is_kept_as_it_is_and_counted(
     with own.open("ab") as file:
         file.write(more)
     assert fetch(tmp_path, dive).fetched_bytes == len(more)
-
-
-def test_damage_here_beside_that_of_the_vehicle_itself_is_fetched_again(tmp_path: Path) -> None:
-    dive, own = heard(tmp_path), ring(tmp_path / "ring", SEGMENTS) / GROWING
-    hurt(own, 900, 1600)
-    fetch(tmp_path, dive)
-    mirrored = tmp_path / "dives" / MIRROR / (GROWING + PART)
-    hurt(mirrored, 1900, 1910)
-    again = fetch(tmp_path, dive)
-    assert (again.fetched_bytes, again.damaged) == (own.stat().st_size, 1)
-    assert mirrored.read_bytes() == own.read_bytes()
 
 
 def test_a_dive_of_which_nothing_was_heard_counts_what_is_damaged_too(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.watcher import Watcher
 from tui import cli, links
 from tui.commands import watch as watched
-from tui.commands.watch import Look, code
+from tui.commands.watch import Look
 
 RUVIFIST = load_vehicle("ruvifist")
 REFERENCE = (0.4, 0.1, 0.2, 0.01, 0.02, 0.03) + (0.0,) * 6 + (0.0, 1.5)
@@ -104,15 +104,6 @@ def test_before_a_vehicle_beats_nothing_is_called_missing(watcher):
     assert watched.line(watcher.picture(1.0), None) == (
         "UNKNOWN | NO LINK | depth -- m | u -- v -- w -- r -- | -- V -- A | NOT RECORDING"
     )
-
-
-def test_the_exit_code_says_whether_something_came_and_whether_all_is_well(healthy):
-    well = healthy.picture(1.2)
-    assert code(5, well, once=True) == exit_codes.DONE
-    poor = healthy.picture(9.0)
-    assert code(5, poor, once=True) == exit_codes.NO
-    assert code(5, poor, once=False) == exit_codes.DONE
-    assert code(0, Watcher(None).picture(1.0), once=True) == exit_codes.LINK
 
 
 def test_a_picture_is_made_every_second_and_once_more_at_the_end():

@@ -216,11 +216,6 @@ def test_velocity_is_that_of_the_bodys_origin(tmp_path):
     assert last(watcher, "v", 1.2) == pytest.approx(0.0, abs=1e-6)
 
 
-def test_impossible_pressure_is_no_depth(tracer, traced):
-    traced.tells("pressure", (0.0, 20.0), 1.0)
-    assert math.isnan(last(tracer, "depth", 1.1))
-
-
 def test_ardusub_tells_attitude_rates_depth_thrusters_and_battery_in_its_own_messages():
     watcher = Watcher(load_vehicle("ardusub_vectored"))
     sub = OnAir(watcher)

@@ -4,7 +4,7 @@ import math
 
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mav
-from vehicle_on_air import LINK, NO_LOCK, OnAir, dvl, imu
+from vehicle_on_air import LINK, OnAir, dvl, imu
 
 from bridge.onboard.orders import status_texts
 from bridge.vehicle.config import load_vehicle
@@ -254,15 +254,6 @@ def test_feed_forward_mode_configuration_and_thrusters_are_those_last_told(watch
     assert math.isnan(picture.thrusters[0].rpm)
     vehicle.tells("rpm", (-900.0,) + (0.0,) * 57, 2.0)
     assert watcher.picture(2.0).thrusters[0].rpm == -900.0
-
-
-def test_no_lock_says_nan_and_the_trace_shows_the_gap(watcher, vehicle):
-    vehicle.beats(0.0)
-    for k, values in enumerate((dvl(0.1), NO_LOCK, dvl(0.3))):
-        vehicle.tells("dvl", values, 0.2 * k)
-    value = watcher.picture(0.5).traces["u"].value
-    assert value[[0, 2]].tolist() == pytest.approx([0.1, 0.3])
-    assert math.isnan(value[1])
 
 
 def value_of(name, value):
