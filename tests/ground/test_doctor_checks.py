@@ -131,6 +131,11 @@ def test_losses_are_told(talker):
     )
 
 
+def feels(*force):
+    """Makes the IMU feel another gravity."""
+    return lambda talker: talker.rates.update(imu=(50.0, (*force, 0.0, 0.0, 0.0, math.nan)))
+
+
 @pytest.mark.parametrize(
     ("spoil", "name", "words"),
     [
@@ -151,21 +156,23 @@ def test_losses_are_told(talker):
             "bottom lock",
             "bottom lock in 0% of its pings",
         ),
+        *(
+            (
+                lambda t, signal=signal: t.rates.pop(signal),
+                signal,
+                "nothing arrived in 10 s; check the device",
+            )
+            for signal in ("imu", "fog", "dvl", "pressure", "pwm", "veh_cfg", "rpm", "battery", "gnss")
+        ),
+        (feels(0.0, 0.0, 9.81), "gravity", "zacc is positive at rest, so it is mounted upside down"),
+        (feels(9.81, 0.0, 0.0), "gravity", "its x axis points up or down"),
+        (feels(0.0, -9.81, 0.0), "gravity", "its y axis points up or down"),
+        (feels(0.0, 0.0, -1.0), "gravity", "feels 1.00 m/s2 at rest, not 9.81"),
     ],
 )
 def test_what_is_wrong_is_said_in_its_own_finding(talker, spoil, name, words):
     spoil(talker)
     assert words in trouble(examined(talker))[name]
-
-
-@pytest.mark.parametrize(
-    "signal", ["imu", "fog", "dvl", "pressure", "pwm", "veh_cfg", "rpm", "battery", "gnss"]
-)
-def test_a_sensor_that_says_nothing_fails(talker, signal):
-    del talker.rates[signal]
-    found = examined(talker)
-    assert found[signal].level is Level.FAIL
-    assert "nothing arrived in 10 s" in found[signal].sentence
 
 
 @pytest.mark.parametrize("signal", ["tau_cmd", "nu_fb", "nu_ref"])
@@ -236,20 +243,6 @@ def test_two_vehicles_with_one_id_fail_and_forbid_the_wet_check(talker):
     assert "two vehicles beat as system 1, component 1" in found["vehicles"].sentence
     (refused,) = findings_against_wet(list(found.values()))
     assert refused.level is Level.FAIL
-
-
-@pytest.mark.parametrize(
-    ("force", "words"),
-    [
-        ((0.0, 0.0, 9.81), "zacc is positive at rest, so it is mounted upside down"),
-        ((9.81, 0.0, 0.0), "its x axis points up or down"),
-        ((0.0, -9.81, 0.0), "its y axis points up or down"),
-        ((0.0, 0.0, -1.0), "feels 1.00 m/s2 at rest, not 9.81"),
-    ],
-)
-def test_an_imu_that_feels_gravity_wrongly_fails(talker, force, words):
-    talker.rates["imu"] = (50.0, (*force, 0.0, 0.0, 0.0, math.nan))
-    assert words in trouble(examined(talker))["gravity"]
 
 
 @pytest.mark.parametrize(("free", "level"), [(10**7, Level.FAIL), (10**8, Level.WARN), (10**10, Level.OK)])

@@ -169,18 +169,13 @@ def test_what_is_told_is_learnt(disk_left_s):
     assert [path.name for path in state_file().parent.iterdir()] == ["recording.json"]
 
 
-@pytest.mark.parametrize("now_s", [NOW_S + 10.5, NOW_S - 10.5])
-def test_one_that_has_told_nothing_for_ten_seconds_holds_nothing(now_s):
-    write_holding(holding())
-    assert held(NOW_S + 9.5) == holding()
-    assert held(now_s) is None
-
-
 @pytest.mark.parametrize(
-    ("age_s", "hangs"), [(9.5, False), (10.5, True), (3599.0, True), (3601.0, False), (-10.5, True)]
-)
-def test_one_that_tells_nothing_and_whose_process_is_there_hangs_for_an_hour(age_s, hangs):
+    ("age_s", "holds", "hangs"),
+    [(9.5, True, False), (10.5, False, True), (3599.0, False, True), (3601.0, False, False), (-10.5, False, True)],
+)  # fmt: skip
+def test_one_that_tells_nothing_for_ten_seconds_holds_nothing_and_hangs_for_an_hour(age_s, holds, hangs):
     write_holding(holding())
+    assert held(NOW_S + age_s) == (holding() if holds else None)
     assert hung(NOW_S + age_s) == (holding() if hangs else None)
 
 

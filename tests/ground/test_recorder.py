@@ -17,14 +17,6 @@ from gcs_plugin.recording.recorder import Recorder
 from gcs_plugin.recording.silence import Heard, Unheard
 
 
-def test_each_frame_is_in_the_file_when_the_step_returns():
-    ground = Ground()
-    for number, raw in enumerate(frames_of(5), start=1):
-        ground.hear(raw)
-        assert len(ground.disk.stored()) == number
-    assert [raw for _, raw in ground.disk.stored()] == frames_of(5)
-
-
 def test_a_frame_of_an_unknown_id_is_recorded_raw():
     ground = Ground()
     unknown = bytes([0xFD, 3, 0, 0, 7, 1, 1, 0x11, 0x22, 0x05, 1, 2, 3, 0xAA, 0xBB])
