@@ -127,6 +127,15 @@ def test_no_half_word_is_taken_for_switched_and_nobody_is_given_up(clock, faults
     assert craft.server.mode == 0
 
 
+def test_telemetry_from_before_the_first_order_is_no_answer_to_it(clock):
+    craft = Craft(clock, mode=0.0)
+    switch = Switch(Mode.OFF)
+    for frame in Framer().feed(craft.read(0.0)):
+        switch.on_frame(frame, 0.0)
+    craft.tells_mode = False
+    assert not drive(switch, craft, clock, 10.0)
+
+
 def test_one_that_switches_back_before_the_read_back_is_switched_again(clock):
     craft = Craft(clock)
     switch = Switch(Mode.OFF)
