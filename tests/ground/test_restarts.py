@@ -192,11 +192,6 @@ def watched(*craft, seconds=6, link=None, faults=None):
 ALWAYS = (0.0, 1e9)
 
 
-def test_two_boot_clocks_that_take_turns_are_two_vehicles():
-    slow = [Twin(0.0, 0, 0), Twin(-30.0, 5, 0)]
-    assert watched(*[(*ALWAYS, craft) for craft in slow]).fault().startswith(SENTENCE)
-
-
 @pytest.mark.parametrize("apart", [40, 100, 128, 200])
 def test_two_runs_of_sequence_numbers_that_take_turns_are_two_vehicles(apart):
     pair = [(*ALWAYS, Twin(0.0, 0)), (*ALWAYS, Twin(0.0, apart, 7))]

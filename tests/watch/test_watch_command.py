@@ -95,17 +95,6 @@ def test_a_stale_value_bears_its_age_and_one_that_is_gone_is_no_number(healthy):
     assert watched.now_of(healthy.picture(9.0).traces["u"]) == "--"
 
 
-def test_a_lost_link_and_an_armed_state_of_then_say_how_old_they_are(healthy):
-    picture = healthy.picture(13.0)
-    assert watched.line(picture, None).startswith("ARMED 12 s ago | LINK LOST 12 s  sys 1/1 | ")
-
-
-def test_before_a_vehicle_beats_nothing_is_called_missing(watcher):
-    assert watched.line(watcher.picture(1.0), None) == (
-        "UNKNOWN | NO LINK | depth -- m | u -- v -- w -- r -- | -- V -- A | NOT RECORDING"
-    )
-
-
 def test_a_picture_is_made_every_second_and_once_more_at_the_end():
     clock, stop = SimulatedClock(), threading.Event()
     encoder = Encoder(1, 1)

@@ -31,6 +31,7 @@ def test_before_anything_came_the_picture_claims_nothing(watcher):
     assert picture.armed_age_s == math.inf
     assert picture.links == picture.said == ()
     assert {row.condition for row in picture.sensors} == {Condition.MISSING}
+    assert {row.words for row in picture.sensors} == {"never heard; check the device and its port"}
     assert {trace.freshness for trace in picture.traces.values()} == {Freshness.GONE}
     assert picture.ff_mode is None
 
