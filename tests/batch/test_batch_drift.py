@@ -5,6 +5,8 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from scipy.stats import linregress
+from scipy.stats import t as stats_t
 
 from identify.batch.drift import DOUBTED, Story, drift_of, percent
 from identify.batch.rows import Row, Value, doubts_in
@@ -191,6 +193,15 @@ def test_a_line_is_found_exactly_whatever_the_weights():
     assert trend.at(t[-1]) == pytest.approx(12.5)
     assert trend.percent(trend.change) == pytest.approx(25)
     assert trend.scatter == 0
+
+
+def test_where_dives_differ_far_beyond_their_errors_it_is_the_ordinary_line_with_students_t():
+    value = 50 + np.random.default_rng(3).normal(size=8)
+    trend, line = fit_trend(days(8), value, np.full(8, 1e-6)), linregress(days(8), value)
+    assert trend.slope_per_s == pytest.approx(line.slope)
+    assert trend.p == pytest.approx(line.pvalue, rel=1e-4)
+    half = stats_t.ppf(0.975, 6) * line.stderr * 7 * DAY_S
+    assert trend.high95 - trend.low95 == pytest.approx(2 * half, rel=1e-4)
 
 
 @pytest.mark.parametrize("unix_s", [days(0), days(2), np.full(5, START_S)])
