@@ -166,15 +166,6 @@ def test_words_that_do_not_go_together_are_wrong_usage(words, said, tmp_path, mo
 
 def test_a_scheduler_that_is_not_there_is_a_link_that_does_not_work(dives, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("identify.batch.cluster.ANSWER_WITHIN_S", 0.3)
-    words = [
-        "batch",
-        str(dives),
-        "--vehicle",
-        "ruvifist",
-        "--out",
-        str(tmp_path),
-        "--scheduler",
-        "nonsense://1",
-    ]
-    assert cli.main(words) == exit_codes.LINK
+    words = f"batch {dives} --vehicle ruvifist --out {tmp_path} --scheduler nonsense://1"
+    assert cli.main(words.split()) == exit_codes.LINK
     assert "no Dask scheduler answers there" in capsys.readouterr().err

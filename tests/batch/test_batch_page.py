@@ -96,25 +96,15 @@ def test_a_dive_that_is_in_no_trend_is_marked_on_the_page_and_in_the_terminal():
     assert table.title.endswith("; *: in no trend, for it did not converge")
 
 
-def doubted():
-    """Four dives, the last of which doubts a value."""
-    rows = dives(count=4)
-    return [*rows[:-1], replace(rows[-1], doubts=(WARNED,))]
-
-
-def test_a_doubted_value_is_marked_on_the_page_beside_what_to_do():
-    html = page(doubted())
-    cells = re.findall(r"<td[^>]*>([^<]*\?\*)</td>", html)
-    assert len(cells) == 1
+def test_a_doubted_value_is_marked_beside_what_to_do_on_the_page_and_in_the_terminal():
+    *rows, last = dives(count=4)
+    rows.append(replace(last, doubts=(WARNED,)))
+    html = page(rows)
+    assert len(re.findall(r"<td[^>]*>([^<]*\?\*)</td>", html)) == 1
     assert "?: doubted; ?*: doubted, and in no trend" in html
     assert WARNED.sentence in html
     assert "?: doubted" not in page(dives(count=4))
-
-
-def test_a_doubted_value_is_marked_in_the_terminal_and_its_dive_says_so():
-    rows = doubted()
-    listed = dive_table(rows)
-    assert [line[-1] for line in listed.rows][-2:] == [
+    assert [line[-1] for line in dive_table(rows).rows][-2:] == [
         "dive 2: converged", "dive 3: converged, but doubts M_u",
     ]  # fmt: skip
     table, *_ = parameter_tables(rows, rows, drift_of(rows), "only")
