@@ -125,10 +125,11 @@ def test_silence_is_a_failed_link(talker):
 
 def test_losses_are_told(talker):
     talker.skip_every = 5
-    assert re.fullmatch(
-        r"talker:: \d+ of \d+ frames of system 1, component 1 lost, as seen here \((19|20)%\); better the link",
+    told = re.fullmatch(
+        r"talker:: (\d+) of (\d+) frames of system 1, component 1 lost, as seen here \((19|20)%\); better the link",
         examined(talker)["loss"].sentence,
     )
+    assert int(told[1]) / int(told[2]) == pytest.approx(0.2, abs=0.01)
 
 
 def feels(*force):

@@ -75,11 +75,12 @@ def test_a_failed_sync_begins_a_new_file():
 def test_an_early_warning_names_the_minutes_left():
     ground = Ground()
     ground.disk.free = 1_100_000
+    each_second = b"".join(frames_of(200))
     for _ in range(5):
-        ground.hear(b"".join(frames_of(200)), after_s=1.0)
-    warnings = [n for n in ground.notices if n.level == "warning"]
-    assert len(warnings) == 1
-    assert "min of recording; free some space" in warnings[0].sentence
+        ground.hear(each_second, after_s=1.0)
+    (warning,) = [n.sentence for n in ground.notices if n.level == "warning"]
+    minutes = 1_100_000 / len(each_second) / 60
+    assert warning == f"the disk has 1.1 MB left, about {minutes:.0f} min of recording; free some space"
 
 
 def test_it_is_the_rate_of_about_a_minute_and_no_silence_changes_it():
