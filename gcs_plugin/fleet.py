@@ -14,9 +14,6 @@ from gcs_plugin.peers import COMPANIONS_MAY_FOLLOW_S, Peers, Reception, Source, 
 SILENT_S: Final = 6.0
 """A vehicle without a HEARTBEAT for longer counts as absent: a false alarm once in a thousand, at 30 % loss of 1 Hz."""
 
-LINE_GONE_S: Final = 300.0
-"""A link that carried nothing for longer is not listed any more."""
-
 
 class Fleet:
     """All `peers` heard on any link. `chosen` is the system that orders go to, None for the only vehicle."""
@@ -24,11 +21,9 @@ class Fleet:
     def __init__(self) -> None:
         self.chosen: int | None = None
         self.peers = Peers()
-        self._links_s: dict[str, float] = {}
 
     def on_frame(self, frame: Frame, link: str, time_s: float) -> News | None:
         """A frame arrived on the link of that name; return its message if the parameter code uses it, else None."""
-        self._links_s[link] = time_s
         return news_of(frame, self.peers.on_frame(frame, link, time_s))
 
     def choose(self, system: int | None, now_s: float) -> Source | None:
@@ -81,11 +76,7 @@ class Fleet:
         return "" if peer is None else peer.link
 
     def sources(self, now_s: float) -> list[tuple[str, Reception]]:
-        """Every component on every link that carried a frame within LINE_GONE_S, by system, component and link."""
-        heard = [
-            (name, reception)
-            for name, heard_s in self._links_s.items()
-            if now_s - heard_s <= LINE_GONE_S
-            for reception in self.peers.receptions(name, now_s)
-        ]
+        """Every component on every link that it was heard on, by system, component and link."""
+        names = {name for peer in self.peers for name in peer.links}
+        heard = [(name, reception) for name in names for reception in self.peers.receptions(name, now_s)]
         return sorted(heard, key=lambda entry: (entry[1].system, entry[1].component, entry[0]))

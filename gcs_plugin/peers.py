@@ -436,9 +436,6 @@ class Peers:
     def __iter__(self) -> Iterator[Peer]:
         return iter(list(self._peers.values()))
 
-    def __len__(self) -> int:
-        return len(self._peers)
-
     def vehicles(self, now_s: float, within_s: float = math.inf) -> list[Peer]:
         """The components of vehicles that sent a HEARTBEAT within that time."""
         return [peer for peer in self._peers.values() if peer.is_vehicle and peer.beats(now_s, within_s)]

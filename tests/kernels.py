@@ -39,16 +39,8 @@ def compared() -> None:
         os.environ["XDG_STATE_HOME"] = folder
         legs = Path(folder) / "legs.yaml"
         legs.write_text(LEGS, encoding="utf-8")
-        words = [
-            "simulate",
-            "--vehicle",
-            "ruvifist:hovering",
-            "--mission",
-            str(legs),
-            "--out",
-            f"{folder}/dives",
-        ]
-        assert cli.main(words) == 0
+        words = f"simulate --vehicle ruvifist:hovering --mission {legs} --out {folder}/dives"
+        assert cli.main(words.split()) == 0
         (dive,) = (Path(folder) / "dives").iterdir()
         read_dive(dive)
     draw(5, 2, "tether", 1.0, 8.0).files()

@@ -26,17 +26,6 @@ def test_every_folder_of_a_package_is_on_the_map_and_every_folder_on_it_is_there
     assert named <= folders | nested
 
 
-@pytest.mark.parametrize(
-    "folder",
-    sorted(path.parent for room in ROOMS for path in (ROOT / room).rglob("__init__.py")),
-    ids=lambda folder: str(folder.relative_to(ROOT)),
-)
-def test_every_folder_says_what_its_modules_are_for(folder: Path) -> None:
-    text = ast.get_docstring(ast.parse((folder / "__init__.py").read_text(encoding="utf-8")))
-    assert text
-    assert len(text) > 30
-
-
 INITS = sorted(
     path for path in ROOT.glob("*/**/__init__.py") if not path.relative_to(ROOT).parts[0].startswith(".")
 )

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-HEAVY = ("torch", "scipy", "numba", "textual", "pymavlink", "rich", "matplotlib")
+HEAVY = ("torch", "scipy", "numba", "textual", "pymavlink", "rich", "matplotlib", "dask", "distributed")
 
 
 def test_imports_point_one_way():
@@ -28,7 +28,8 @@ def test_imports_point_one_way():
 
 
 @pytest.mark.parametrize(
-    "line", [["--help"], ["bridge", "--help"], ["identify", "--help"], ["params", "--help"]]
+    "line",
+    [["--help"], *([verb, "--help"] for verb in ("bridge", "identify", "params", "batch"))],
 )
 def test_help_imports_nothing_heavy(line):
     code = (

@@ -9,6 +9,7 @@ from bridge.exit_codes import UsageError
 from bridge.vehicle.config import CONFIGS
 from gcs_plugin.dives.folder import About, conditions_of
 from identify.ingest.open import recording_files
+from identify.ingest.table import map_file
 from identify.run.recordings import Recording
 
 TETHER = "tether"
@@ -17,8 +18,8 @@ TETHER = "tether"
 def column_map_for(name: str | None, recordings: Sequence[str]) -> Path | None:
     """Path of the column map that was named; None if none was.
 
-    Raises UsageError if the map doesn't exist, or if no recording is a table: a user who names a map wants to read a
-    table. Raises LogError if a recording doesn't exist.
+    Raises ConfigError if the map doesn't exist, UsageError if no recording is a table: a user who names a map wants to
+    read a table. Raises LogError if a recording doesn't exist.
     """
     if not name:
         return None
@@ -28,12 +29,7 @@ def column_map_for(name: str | None, recordings: Sequence[str]) -> Path | None:
             f"--columns {name}: {' and '.join(recordings)} {'are' if len(recordings) > 1 else 'is'} no table (.csv), "
             f"and need{'' if len(recordings) > 1 else 's'} no column map; leave it out"
         )
-    bundled = CONFIGS / "columns"
-    place = next((place for place in (Path(name), bundled / f"{name}.yaml") if place.exists()), None)
-    if place is None:
-        known = ", ".join(sorted(file.stem for file in bundled.glob("*.yaml")))
-        raise UsageError(f"--columns {name}: no such column map; give a YAML file, or one of {known}")
-    return place
+    return map_file(name)
 
 
 def vehicle_named(about: About, otherwise: str = "") -> str:

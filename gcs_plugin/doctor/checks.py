@@ -264,28 +264,17 @@ def dry_findings(
 
     `configuration` is the configuration that the user named.
     """
-    first = check_heartbeat(observed)
-    disk = check_disk(free_bytes, place)
+    first, disk = check_heartbeat(observed), check_disk(free_bytes, place)
     if not observed.arrivals:
         return [first, disk, *others]
-    optional = [check_twins(observed)]
+    link = (first, check_loss(observed), check_timesync(observed), check_date(observed))
+    aboard = [check_twins(observed)]
     if vehicle is not None:
-        optional += [
-            check_configuration(observed, vehicle, configuration),
-            check_thrusters(observed, vehicle, configuration),
-        ]
-    optional += [check_signal(observed, expected, vehicle) for expected in CONTRACT]
-    optional += [check_bottom_lock(observed), check_gravity(observed)]
-    sensor_findings = [finding for finding in optional if finding is not None]
-    return [
-        first,
-        check_loss(observed),
-        check_timesync(observed),
-        check_date(observed),
-        disk,
-        *sensor_findings,
-        *others,
-    ]
+        aboard.append(check_configuration(observed, vehicle, configuration))
+        aboard.append(check_thrusters(observed, vehicle, configuration))
+    aboard += [check_signal(observed, expected, vehicle) for expected in CONTRACT]
+    aboard += [check_bottom_lock(observed), check_gravity(observed)]
+    return [*link, disk, *(finding for finding in aboard if finding is not None), *others]
 
 
 FORBIDS_WET: Final = ("vehicle file", "link", "vehicles", "configuration", "thrusters")

@@ -50,14 +50,13 @@ def latencies(
     """Estimate the latency of every sensor with data, using the thrusters and mountings found by the diagnosis."""
     want = response.expected(vehicle, configuration, curve, diagnosis.pulses)
     lag_s = vehicle.thrust_curve.lag_s
-    series = {"dvl": record.velocity, "imu": record.rate, "fog": record.fog}
     estimates = []
-    for sensor, values in series.items():
-        if values is None or sensor not in diagnosis.turn:
+    for sensor, feature in (("dvl", "dvl"), ("imu", "rate"), ("fog", "fog")):
+        series = record.series.get(feature)
+        if series is None or sensor not in diagnosis.turn:
             continue
-        true = Series(values.time_s, values.value @ diagnosis.turn[sensor])
-        expected = want["rate" if sensor == "imu" else sensor]
-        directions = _directions(expected, diagnosis, sensor)
+        true = Series(series.time_s, series.value @ diagnosis.turn[sensor])
+        directions = _directions(want[feature], diagnosis, sensor)
         latency = _fit(true, diagnosis.pulses, directions, lag_s)
         if latency is not None:
             estimates.append(Latency(sensor, *latency))

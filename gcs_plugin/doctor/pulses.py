@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, auto
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -109,31 +109,10 @@ class MotorTest:
         )
 
 
-class Orders(Protocol):
-    """Makes the messages of an order, and those that keep a vehicle in its motor test between orders."""
-
-    def order(self, test: MotorTest, now_s: float) -> list[Any]: ...
-
-    def meanwhile(self, now_s: float) -> list[Any]: ...
-
-
-class OneOrder:
-    """Sends a single message per order: the vehicle ends each test by itself."""
-
-    def __init__(self, target: tuple[int, int]) -> None:
-        self._target = target
-
-    def order(self, test: MotorTest, now_s: float) -> list[Any]:
-        del now_s
-        return [test.message(*self._target)]
-
-    def meanwhile(self, now_s: float) -> list[Any]:
-        del now_s
-        return []
-
-
 class ArduSubOrders:
     """Repeats every order, and neutral between orders, because ArduSub ignores the timeout and counts motors from 0.
+
+    Any other vehicle ends each test by itself: a single message is an order to it.
 
     In ArduSub an order holds until the next, and without an order for 0.5 s it disarms itself (ArduSub/motors.cpp).
     Its failsafes also expect a pilot and a ground station, and it sends its outputs only twice a second unless asked.
@@ -168,12 +147,6 @@ class ArduSubOrders:
             *self._target, dialect.MAV_CMD_SET_MESSAGE_INTERVAL, 0, wanted, every_us, 0, 0, 0, 0, 0
         )
         return [ground_heartbeat(), interval]
-
-
-def orders_for(autopilot: int, target: tuple[int, int]) -> Orders:
-    """The kind of orders for component `target`, whose heartbeat has this MAV_AUTOPILOT."""
-    ardupilot = autopilot == dialect.MAV_AUTOPILOT_ARDUPILOTMEGA
-    return ArduSubOrders(target) if ardupilot else OneOrder(target)
 
 
 POLL_S: Final = 0.02
@@ -360,7 +333,7 @@ def run_pulses(
     frames: list[Frame] = []
     peers = Peers(link)
     said: list[str] = []
-    orders: Orders | None = None
+    ardusub: ArduSubOrders | None = None
 
     def send(messages: list[Any]) -> None:
         for message in messages:
@@ -368,10 +341,10 @@ def run_pulses(
 
     def order(tests: list[MotorTest]) -> None:
         for test in tests:
-            send((orders or orders_for(dialect.MAV_AUTOPILOT_GENERIC, target)).order(test, clock.boot_s()))
+            send(ardusub.order(test, clock.boot_s()) if ardusub else [test.message(*target)])
 
     def listen() -> None:
-        nonlocal orders
+        nonlocal ardusub
         for frame in framer.feed(link.read(POLL_S)):
             peers.on_frame(frame, link.name, clock.boot_s())
             if frame.system == target[0]:
@@ -379,14 +352,15 @@ def run_pulses(
                 message = decode(frame) if frame.message_id == dialect.MAVLINK_MSG_ID_STATUSTEXT else None
                 said.extend([] if message is None else [printable(message.text)])
             if (frame.system, frame.component) == target:
-                if orders is None and frame.message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT:
-                    orders = orders_for(heartbeat_of(frame, 0.0).autopilot, target)
+                is_beat = frame.message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT
+                if is_beat and ardusub is None and heartbeat_of(frame, 0.0).is_ardupilot:
+                    ardusub = ArduSubOrders(target)
                 order(_heard(run, frame, clock.boot_s()))
         trouble = peers.fault(target[0])
         if trouble:
             order(run.stop(trouble))
-        if orders is not None:
-            send(orders.meanwhile(clock.boot_s()))
+        if ardusub is not None:
+            send(ardusub.meanwhile(clock.boot_s()))
 
     try:
         while not run.done:

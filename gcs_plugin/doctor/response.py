@@ -62,6 +62,12 @@ class WetRecord:
     rate: Series | None = None
     fog: Series | None = None
 
+    @property
+    def series(self) -> dict[str, Series]:
+        """The sensors' data by the names of their features."""
+        named = {"dvl": self.velocity, "rate": self.rate, "force": self.force, "fog": self.fog}
+        return {name: series for name, series in named.items() if series is not None}
+
 
 @dataclass(frozen=True, slots=True)
 class Pulse:
@@ -245,11 +251,9 @@ def expected(
 
 def measured(record: WetRecord, pulses: Sequence[Pulse]) -> dict[str, Array]:
     """Response (pulses, k) by sensor that each pulse caused; NaN if the sensor has no data around a pulse."""
-    series = {"dvl": record.velocity, "rate": record.rate, "force": record.force, "fog": record.fog}
     return {
-        name: np.array([_felt(values, pulse, WINDOWS[name]) for pulse in pulses])
-        for name, values in series.items()
-        if values is not None
+        name: np.array([_felt(series, pulse, WINDOWS[name]) for pulse in pulses])
+        for name, series in record.series.items()
     }
 
 
@@ -258,16 +262,13 @@ def noise(record: WetRecord, pulses: Sequence[Pulse]) -> dict[str, Array]:
 
     It contains the sensor's noise and any other motion of the vehicle.
     """
-    series = {"dvl": record.velocity, "rate": record.rate, "force": record.force, "fog": record.fog}
     std = {}
-    for name, values in series.items():
-        if values is None:
-            continue
-        first_s, last_s = values.time_s[0] + BASELINE_S, pulses[0].start_s - WINDOWS[name][1]
+    for name, series in record.series.items():
+        first_s, last_s = series.time_s[0] + BASELINE_S, pulses[0].start_s - WINDOWS[name][1]
         still = [Pulse(0, start_s, start_s, 0.0) for start_s in np.arange(first_s, last_s, 0.25)]
-        felt = np.array([_felt(values, pulse, WINDOWS[name]) for pulse in still])
+        felt = np.array([_felt(series, pulse, WINDOWS[name]) for pulse in still])
         felt = felt[np.isfinite(felt).all(axis=1)] if len(still) else felt
-        std[name] = felt.std(axis=0) if len(felt) > 3 else np.zeros(values.value.shape[1])
+        std[name] = felt.std(axis=0) if len(felt) > 3 else np.zeros(series.value.shape[1])
     return std
 
 

@@ -8,7 +8,7 @@ explanation gives the confidence.
 """
 
 import itertools
-import math
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -16,6 +16,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
+from scipy.spatial.transform import Rotation
 
 from bridge.errors import LogError
 from bridge.sensors.mounting import mounting_matrix
@@ -81,14 +82,11 @@ def corrected(mounting: Mounting, turn: Array) -> Correction:
 
 def euler_deg(rotation: Array) -> Vector3:
     """Roll, pitch and yaw in degrees of Rz(yaw) Ry(pitch) Rx(roll)."""
-    pitch = math.asin(max(-1.0, min(1.0, -rotation[2, 0])))
-    if abs(rotation[2, 0]) > 1.0 - 1e-9:
+    with warnings.catch_warnings():
         # Straight up or down, roll and yaw are the same angle: all of it is called yaw.
-        roll, yaw = 0.0, math.atan2(-rotation[0, 1], rotation[1, 1])
-    else:
-        roll = math.atan2(rotation[2, 1], rotation[2, 2])
-        yaw = math.atan2(rotation[1, 0], rotation[0, 0])
-    roll, pitch, yaw = (round(math.degrees(angle), 3) + 0.0 for angle in (roll, pitch, yaw))
+        warnings.filterwarnings("ignore", "Gimbal lock")
+        angles = Rotation.from_matrix(rotation).as_euler("ZYX", degrees=True)
+    yaw, pitch, roll = (round(float(angle), 3) + 0.0 for angle in angles)
     return roll, pitch, yaw
 
 

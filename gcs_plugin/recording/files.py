@@ -30,7 +30,7 @@ class DiskLeft:
 
     def __init__(self, free_bytes: Callable[[], int], warn: Callable[[str], None], now_s: float) -> None:
         self._free_bytes, self._warn = free_bytes, warn
-        self._due_s = self._looked_s = now_s
+        self._looked_s = now_s
         self._bytes = 0
         self._is_short = False
         self._mean_rate = self._came_for_s = 0.0
@@ -47,25 +47,21 @@ class DiskLeft:
 
     def look(self, now_s: float) -> None:
         """Update `left_s` and warn if the disk is nearly full; does so every LOOK_EVERY_S."""
-        if now_s < self._due_s:
-            return
-        self._due_s = now_s + LOOK_EVERY_S
         span_s = now_s - self._looked_s
-        if span_s <= 0:
+        if span_s < LOOK_EVERY_S:
             return
         rate = self._bytes / span_s
         self._looked_s, self._bytes = now_s, 0
         free = self._space()
         if free is None:
             return
-        left_s = free / rate if rate > 0 else float("inf")
         if rate > 0:  # a silence does not change the rate at which bytes arrive after it
             self._came_for_s = min(self._came_for_s + span_s, MEAN_OVER_S)
             self._mean_rate += min(span_s / self._came_for_s, 1.0) * (rate - self._mean_rate)
         self.left_s = free / self._mean_rate if rate > 0 else float("inf")
-        short = left_s < WARN_S or free < LEAST_FREE_BYTES
+        short = self.left_s < WARN_S or free < LEAST_FREE_BYTES
         if short and not self._is_short:
-            minutes = f"about {left_s / 60:.0f} min of recording" if rate > 0 else "next to nothing"
+            minutes = f"about {self.left_s / 60:.0f} min of recording" if rate > 0 else "next to nothing"
             self._warn(f"the disk has {free / 1e6:.1f} MB left, {minutes}; free some space")
         self._is_short = short
 

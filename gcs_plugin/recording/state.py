@@ -3,10 +3,10 @@
 A second recording, begun on other links, has a state file of its own, for programs that need its links or its dive.
 """
 
-import contextlib
 import json
 import math
 import os
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -108,19 +108,13 @@ def write_holding(holding: Holding, *, second: bool = False) -> None:
 
 def held(now_unix_s: float) -> Holding | None:
     """The running recording; None if its process has ended, or if its state is older than 10 s."""
-    holding = _fresh_state(now_unix_s, FRESH_S)
-    return holding if holding is not None and _lives(holding.pid) else None
+    return _living(state_file(), now_unix_s, FRESH_S)
 
 
 def held_beside(now_unix_s: float) -> list[Holding]:
     """Second recordings that run in addition to that of `held`; programs that name no link use the hub of `held`."""
-    holdings = []
-    with contextlib.suppress(OSError):
-        for file in sorted(state_file().parent.glob(_file_of_second("*").name)):
-            holding = _fresh_state(now_unix_s, FRESH_S, file)
-            if holding is not None and _lives(holding.pid):
-                holdings.append(holding)
-    return holdings
+    holdings = (_living(file, now_unix_s, FRESH_S) for file in sorted(_files_of_seconds()))
+    return [holding for holding in holdings if holding is not None]
 
 
 def hung(now_unix_s: float, silent_s: float = FRESH_S) -> Holding | None:
@@ -128,10 +122,8 @@ def hung(now_unix_s: float, silent_s: float = FRESH_S) -> Holding | None:
 
     None if there is none, or if the state is older than FORGOTTEN_S.
     """
-    holding = _fresh_state(now_unix_s, FORGOTTEN_S)
-    if holding is None or abs(now_unix_s - holding.written_unix_s) <= silent_s:
-        return None
-    return holding if _lives(holding.pid) else None
+    holding = _living(state_file(), now_unix_s, FORGOTTEN_S)
+    return holding if holding is not None and abs(now_unix_s - holding.written_unix_s) > silent_s else None
 
 
 def hangs(holding: Holding) -> str:
@@ -146,12 +138,11 @@ def how_to_end(process: int) -> str:
 
 def release() -> None:
     """Remove the state files of this process, and those of second recordings that were killed."""
-    for file in state_file().parent.glob(_file_of_second("*").name):
+    for file in _files_of_seconds():
         state = _read_state(file)
         if state is None or state.pid == os.getpid() or not _lives(state.pid):
-            with contextlib.suppress(OSError):
-                file.unlink()
-    holding = _read_state()
+            file.unlink(missing_ok=True)
+    holding = _read_state(state_file())
     if holding is not None and holding.pid == os.getpid():
         state_file().unlink(missing_ok=True)
 
@@ -160,15 +151,22 @@ def _file_of_second(pid: int | str) -> Path:
     return state_file().with_name(f"recording.{pid}.beside")
 
 
-def _fresh_state(now_unix_s: float, age_s: float, file: Path | None = None) -> Holding | None:
-    """The state in the file, None if it was written more than `age_s` before or after now."""
+def _files_of_seconds() -> Iterator[Path]:
+    return state_file().parent.glob(_file_of_second("*").name)
+
+
+def _living(file: Path, now_unix_s: float, age_s: float) -> Holding | None:
+    """The state in the file, None if its process has ended, or if it was written more than `age_s` before or after
+    now.
+    """
     holding = _read_state(file)
-    return holding if holding is not None and abs(now_unix_s - holding.written_unix_s) <= age_s else None
+    if holding is None or abs(now_unix_s - holding.written_unix_s) > age_s or not _lives(holding.pid):
+        return None
+    return holding
 
 
-def _read_state(file: Path | None = None) -> Holding | None:
+def _read_state(file: Path) -> Holding | None:
     """The state in the file, of any age; None if the file is missing or damaged."""
-    file = file or state_file()
     try:
         data = from_json(read_small(file))
     except (OSError, ValueError):
@@ -193,14 +191,10 @@ def _lives(pid: int) -> bool:
         return False
     except PermissionError:
         return True
-    return not _has_ended(pid)
-
-
-def _has_ended(pid: int) -> bool:
-    """Whether the process is a zombie: ended, but not yet reaped by its parent. Known on Linux only."""
     try:
         stat = Path(f"/proc/{pid}/stat").read_bytes()
-    except OSError:
-        return False
-    # The state follows the program's name in brackets, which may itself contain brackets.
-    return stat.rpartition(b")")[2].split()[:1] in ([b"Z"], [b"X"])
+    except OSError:  # no Linux
+        return True
+    # A zombie has ended, but its parent has not asked for it yet. The state follows the program's name in brackets,
+    # which may itself contain brackets.
+    return stat.rpartition(b")")[2].split()[:1] not in ([b"Z"], [b"X"])

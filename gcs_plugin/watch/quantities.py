@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 
 from bridge.vehicle.config import Configuration, Vehicle, Water
+from bridge.vehicle.navigation import yaw_of
 from gcs_plugin.watch.hearing import Channel, Values
 from gcs_plugin.watch.picture import Array, ThrusterRow, Trace, freshness
 from gcs_plugin.watch.sensors import is_pressure
@@ -123,7 +124,7 @@ class Quantities:
 
     def _attitude(self, values: Values, time_s: float) -> None:
         w, x, y, z = values[:4]
-        heading = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+        heading = yaw_of((w, x, y, z))
         reference = self._reference_at(HEADING_REFERENCE, time_s)
         self._rings["heading"].put(time_s, math.degrees(heading) % 360.0, math.degrees(reference) % 360.0)
 

@@ -64,7 +64,7 @@ class Drift:
 
     `real` names the coefficients whose trend is significant after correction for their number (Holm). `mass`,
     `damping` and `damping_over_mass` are trends of logarithms, `voltage` that of the pack voltage in V.
-    `despite_doubts`: see `takes`.
+    `despite_doubts`: see `_takes`.
     """
 
     story: Story
@@ -84,19 +84,19 @@ class Drift:
 
     def counts(self, row: Row) -> bool:
         """Whether the outcome of a row lets it into the trends."""
-        return row.outcome in outcomes_taken(self.despite_doubts)
+        return _counts(row, self.despite_doubts)
 
     def takes(self, row: Row, name: str) -> bool:
         """Whether the trend of parameter `name` uses the value of this row."""
-        return takes(row, name, self.despite_doubts)
+        return _takes(row, name, self.despite_doubts)
 
 
-def outcomes_taken(despite_doubts: bool) -> frozenset[str]:
-    """Outcomes of a dive whose values count in a trend."""
-    return WITH_DOUBTS if despite_doubts else SOUND
+def _counts(row: Row, despite_doubts: bool) -> bool:
+    """Whether the outcome of a dive lets its values into a trend."""
+    return row.outcome in (WITH_DOUBTS if despite_doubts else SOUND)
 
 
-def takes(row: Row, name: str, despite_doubts: bool) -> bool:
+def _takes(row: Row, name: str, despite_doubts: bool) -> bool:
     """Whether the trend of `name` uses a row's value: the value exists, the dive converged, and no doubt is about it.
 
     With `despite_doubts`, three more kinds of value count: those of dives in which data and model disagree, those
@@ -108,7 +108,7 @@ def takes(row: Row, name: str, despite_doubts: bool) -> bool:
         speaking = [
             d for d in speaking if d.outcome is not Outcome.CONVERGED and d.culprit is not Culprit.MODEL
         ]
-    return name in row.values and row.outcome in outcomes_taken(despite_doubts) and not speaking
+    return name in row.values and _counts(row, despite_doubts) and not speaking
 
 
 def drift_of(rows: Sequence[Row]) -> Drift:
@@ -116,7 +116,7 @@ def drift_of(rows: Sequence[Row]) -> Drift:
 
     Only undoubted values of converged dives count, if they suffice for trends of mass, damping and their ratio. If
     they don't (as for a vehicle whose drag never fits the model) and doubted values give more of these three trends,
-    then those values count too: see `takes`.
+    then those values count too: see `_takes`.
     """
     sound, doubted = (_drift(rows, despite_doubts) for despite_doubts in (False, True))
     if doubted.reach <= sound.reach:
@@ -125,11 +125,10 @@ def drift_of(rows: Sequence[Row]) -> Drift:
 
 
 def _drift(rows: Sequence[Row], despite_doubts: bool) -> Drift:
-    outcomes = outcomes_taken(despite_doubts)
     dated = [
-        replace(row, values={name: v for name, v in row.values.items() if takes(row, name, despite_doubts)})
+        replace(row, values={name: v for name, v in row.values.items() if _takes(row, name, despite_doubts)})
         for row in rows
-        if row.unix_s is not None and row.values and row.outcome in outcomes
+        if row.unix_s is not None and row.values and _counts(row, despite_doubts)
     ]
     fits = ((name, _trend_of(dated, name)) for name in names_in(dated))
     trends = {name: trend for name, trend in fits if trend is not None}
@@ -158,19 +157,17 @@ def _fit(series: Series) -> Trend | None:
 
 def _trend_of(rows: Sequence[Row], name: str) -> Trend | None:
     values = [(row.unix_s, row.values[name]) for row in rows if name in row.values]
-    usable = [(t, v.value, v.std) for t, v in values if v.std > 0]
-    if not usable:
-        return None
-    unix_s, value, std = np.array(usable, dtype=np.float64).T
-    return fit_trend(unix_s, value, std)
+    return _trend([(unix_s, value.value, value.std) for unix_s, value in values if value.std > 0])
+
+
+def _trend(points: Sequence[tuple[float | None, float | None, float]]) -> Trend | None:
+    """Trend of points (Unix time, value, standard error)."""
+    return fit_trend(*np.array(points, dtype=np.float64).reshape(-1, 3).T)
 
 
 def _voltage(rows: Sequence[Row]) -> Trend | None:
-    readings = [(row.unix_s, row.voltage_v) for row in rows if row.voltage_v is not None]
-    if not readings:
-        return None
-    unix_s, volts = np.array(readings, dtype=np.float64).T
-    return fit_trend(unix_s, volts, np.full(len(readings), VOLTAGE_STD_V))
+    logged = [row for row in rows if row.voltage_v is not None]
+    return _trend([(row.unix_s, row.voltage_v, VOLTAGE_STD_V) for row in logged])
 
 
 def _story(mass: Trend | None, damping: Trend | None, over: Trend | None, real: Sequence[Trend]) -> Story:
@@ -244,13 +241,12 @@ def _what_there_is(rows: Sequence[Row], dated: Sequence[Row], masses: Series, da
 
 def _left_out(rows: Sequence[Row], despite_doubts: bool) -> str:
     """Say how many dives no trend uses and why, and which doubted values of the others; empty if all are used."""
-    counted = outcomes_taken(despite_doubts)
-    excluded = [row.outcome for row in rows if row.values and row.outcome not in counted]
+    excluded = [row.outcome for row in rows if row.values and not _counts(row, despite_doubts)]
     why = [f"{excluded.count(outcome)} ended as '{outcome}'" for outcome in dict.fromkeys(excluded)]
     doubted = [
-        [name for name in names_in([row]) if not takes(row, name, despite_doubts)]
+        [name for name in names_in([row]) if not _takes(row, name, despite_doubts)]
         for row in rows
-        if row.outcome in counted
+        if _counts(row, despite_doubts)
     ]
     some = [names for names in doubted if names]
     if some:

@@ -17,7 +17,7 @@ from typing import Any
 
 from bridge.errors import ConfigError, FitError, SeatrialError
 from bridge.files import check_small
-from bridge.vehicle.config import CONFIGS, VehicleFile
+from bridge.vehicle.config import VehicleFile
 
 _COUNTS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
@@ -189,14 +189,6 @@ def own_columns(recording: Recording) -> Path | None:
     """The column map inside a dive folder that was made from a table; None if absent."""
     columns = recording.path / "columns.yaml"
     return columns if columns.is_file() else None
-
-
-def column_file(columns: str | None) -> Path | None:
-    """Path of a column map that is given as a file or by its name in configs/columns."""
-    if columns is None:
-        return None
-    bundled = CONFIGS / "columns" / f"{columns}.yaml"
-    return bundled if not Path(columns).exists() and bundled.exists() else Path(columns)
 
 
 def run_job(job: Job) -> Result:

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.special import stdtr, stdtrit
 
 from identify.batch.rows import Row
@@ -25,8 +26,6 @@ FEWEST = 3
 LEVEL = 0.05
 ONE_MOMENT_S = 60.0
 """Dives that all began within this time count as copies of one dive: nothing ages that fast."""
-
-_HALVINGS = 200
 
 
 @dataclass(frozen=True)
@@ -45,7 +44,6 @@ class Trend:
     slope_per_s: float
     scatter: float
     change: float
-    change_std: float
     low95: float
     high95: float
     p: float
@@ -87,7 +85,6 @@ def fit_trend(unix_s: Array, value: Array, std: Array) -> Trend | None:
         slope / span_s,
         float(np.sqrt(between)),
         slope,
-        slope_std,
         slope - reach,
         slope + reach,
         float(2 * stdtr(freedom, -abs(slope) / slope_std)),
@@ -126,15 +123,10 @@ def _variance_between(x: Array, y: Array, std: Array) -> float:
 
     if excess(0.0) <= 0:
         return 0.0
-    low, high = 0.0, float(np.var(y) + np.max(std) ** 2)
+    high = float(np.var(y) + np.max(std) ** 2)
     while excess(high) > 0:
         high *= 2
-    for _ in range(_HALVINGS):
-        middle = (low + high) / 2
-        if not low < middle < high:
-            break
-        low, high = (middle, high) if excess(middle) > 0 else (low, middle)
-    return high
+    return float(brentq(excess, 0.0, high))
 
 
 CANCELLED = 1e-4

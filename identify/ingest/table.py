@@ -128,15 +128,20 @@ class ColumnMap:
         }
 
 
-def column_map(path: Path) -> ColumnMap:
-    """The column map in a file, or the bundled map of that name (configs/columns). Raises ConfigError."""
-    bundled = CONFIGS / "columns" / f"{path}.yaml"
-    if not path.exists() and bundled.exists():
-        path = bundled
-    if not path.exists():
-        known = ", ".join(sorted(file.stem for file in bundled.parent.glob("*.yaml")))
-        raise ConfigError(f"{path}: no such column map; give a YAML file, or one of {known}")
-    return schema.build(ColumnMap, schema.load_yaml(path), str(path))
+def map_file(name: Path | str) -> Path:
+    """The column map that `name` means: a file, or a bundled map (configs/columns). Raises ConfigError."""
+    bundled = CONFIGS / "columns"
+    for file in (Path(name), bundled / f"{name}.yaml"):
+        if file.exists():
+            return file
+    known = ", ".join(sorted(file.stem for file in bundled.glob("*.yaml")))
+    raise ConfigError(f"{name}: no such column map; give a YAML file, or one of {known}")
+
+
+def column_map(name: Path | str) -> ColumnMap:
+    """The column map in a file, or the bundled map of that name. Raises ConfigError."""
+    file = map_file(name)
+    return schema.build(ColumnMap, schema.load_yaml(file), str(file))
 
 
 def read_table(path: Path, columns: ColumnMap) -> dict[str, Any]:

@@ -1,12 +1,8 @@
 """`seatrial batch` from the command line, on short dives of the simulated vehicle."""
 
 import csv
-import errno
 import json
-import os
 import shutil
-import subprocess
-import sys
 from dataclasses import replace
 
 import batch_jobs
@@ -170,48 +166,6 @@ def test_words_that_do_not_go_together_are_wrong_usage(words, said, tmp_path, mo
 
 def test_a_scheduler_that_is_not_there_is_a_link_that_does_not_work(dives, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("identify.batch.cluster.ANSWER_WITHIN_S", 0.3)
-    words = [
-        "batch",
-        str(dives),
-        "--vehicle",
-        "ruvifist",
-        "--out",
-        str(tmp_path),
-        "--scheduler",
-        "nonsense://1",
-    ]
-    assert cli.main(words) == exit_codes.LINK
+    words = f"batch {dives} --vehicle ruvifist --out {tmp_path} --scheduler nonsense://1"
+    assert cli.main(words.split()) == exit_codes.LINK
     assert "no Dask scheduler answers there" in capsys.readouterr().err
-
-
-def test_help_loads_neither_dask_nor_anything_heavy():
-    code = (
-        "import sys; from tui.cli import main; main(['batch', '--help']); "
-        "print([m for m in ('dask', 'distributed', 'numpy', 'torch', 'scipy') if m in sys.modules])"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=batch_jobs.ROOT
-    )
-    assert done.stdout.splitlines()[-1] == "[]"
-
-
-def test_the_tables_are_shown_and_the_page_written_though_csv_and_json_find_no_room(
-    done, dives, tmp_path, monkeypatch, capsys
-):
-    known, full = tmp_path / "out", tmp_path / "full"
-    shutil.copytree(done[1], known)
-    (known / batch.PAGE).unlink()
-
-    def refuse(path, _):
-        if path.is_relative_to(full):
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    full.mkdir()
-    monkeypatch.setattr("tui.show.replace_file", refuse)
-    code = command(dives, known, "--csv", full / "all.csv", "--json", full / "all.json")
-    assert code == exit_codes.BAD_INPUT
-    told = capsys.readouterr()
-    assert "dive-2" in told.out
-    said = [line for line in told.err.splitlines() if line.startswith("seatrial: ")]
-    assert [line.split(": ")[1] for line in said] == [str(full / "all.csv"), str(full / "all.json")]
-    assert (known / batch.PAGE).exists()

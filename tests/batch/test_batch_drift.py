@@ -5,6 +5,8 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from scipy.stats import linregress
+from scipy.stats import t as stats_t
 
 from identify.batch.drift import DOUBTED, Story, drift_of, percent
 from identify.batch.rows import Row, Value, doubts_in
@@ -92,15 +94,6 @@ def test_errors_that_mass_and_damping_share_fall_out_of_their_ratio():
     assert ratio(damping, mass, shared).std == pytest.approx(np.full(12, expected), rel=0.1)
 
 
-def test_dampings_that_move_against_the_rest_are_not_called_together():
-    rows = []
-    for i, row in enumerate(dives(thrust=-0.3)):
-        one = row.values["D_r"]
-        fallen = replace(one, value=one.value * (1 - 0.035 * i) * (1 - 0.3 * i / 11))
-        rows.append(replace(row, values={**row.values, "D_r": fallen}))
-    assert drift_of(rows).story not in (Story.WEAKER, Story.STRONGER)
-
-
 def test_two_dives_or_none_that_is_dated_are_too_few():
     assert drift_of(dives(count=2)).sentence == (
         f"{Story.TOO_FEW.value}. A trend takes dives that have a date and converged: of the 2 identified in this "
@@ -108,19 +101,6 @@ def test_two_dives_or_none_that_is_dated_are_too_few():
     )
     undated = [replace(row, unix_s=None) for row in dives()]
     assert drift_of(undated).story is Story.TOO_FEW
-
-
-def test_three_dated_dives_that_make_no_trend_say_what_they_lack():
-    first, second, third = dives(count=3)
-    without = replace(second, values={name: v for name, v in second.values.items() if name[0] == "D"})
-    rows = [first, without, replace(without, unix_s=None)]
-    assert (
-        "of the 3 identified in this configuration 2 have a date, 3 converged and 2 are both; 1 of these give a mass"
-        in drift_of(rows).sentence
-    )
-    together = [replace(row, unix_s=first.unix_s) for row in (first, second, third)]
-    assert drift_of(together).sentence.startswith(Story.TOO_FEW.value)
-    assert drift_of(together).sentence.endswith("3 a damping; they all began within a minute of each other.")
 
 
 def test_nothing_planted_is_seldom_called_a_story():
@@ -213,6 +193,15 @@ def test_a_line_is_found_exactly_whatever_the_weights():
     assert trend.at(t[-1]) == pytest.approx(12.5)
     assert trend.percent(trend.change) == pytest.approx(25)
     assert trend.scatter == 0
+
+
+def test_where_dives_differ_far_beyond_their_errors_it_is_the_ordinary_line_with_students_t():
+    value = 50 + np.random.default_rng(3).normal(size=8)
+    trend, line = fit_trend(days(8), value, np.full(8, 1e-6)), linregress(days(8), value)
+    assert trend.slope_per_s == pytest.approx(line.slope)
+    assert trend.p == pytest.approx(line.pvalue, rel=1e-4)
+    half = stats_t.ppf(0.975, 6) * line.stderr * 7 * DAY_S
+    assert trend.high95 - trend.low95 == pytest.approx(2 * half, rel=1e-4)
 
 
 @pytest.mark.parametrize("unix_s", [days(0), days(2), np.full(5, START_S)])

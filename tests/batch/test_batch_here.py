@@ -3,7 +3,6 @@
 import os
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -151,24 +150,6 @@ def test_a_dive_that_kills_each_worker_that_takes_it_is_a_row_to_try_again(tmp_p
         (result,) = run_on_cluster(todo, running.address)
     assert "worker that took it died" in result.error
     assert not result.final
-
-
-def test_errors_of_a_worker_name_the_files_of_who_sent_them(tmp_path):
-    paths = batch_jobs.recordings(tmp_path / "dives", 2)
-    todo = cluster_jobs(paths, "refuse", "no_such_function")
-    with cluster(tmp_path, workers=1) as running:
-        results = {r.dive: r for r in run_on_cluster(todo, running.address)}
-    assert results["dive-00"].error == "says nothing; dive again"
-    assert results["dive-00"].final
-    assert "no_such_function" in results["dive-01"].error
-
-
-def test_nobody_at_the_address_is_told_in_one_sentence(tmp_path):
-    todo = cluster_jobs(batch_jobs.recordings(tmp_path / "dives", 1), "size")
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        port = server.getsockname()[1]
-    with pytest.raises(LinkTimeout, match="no Dask scheduler answers there"):
-        list(run_on_cluster(todo, f"tcp://127.0.0.1:{port}", answer_within_s=0.5))
 
 
 def test_a_scheduler_without_workers_is_told_after_a_while(tmp_path):

@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import batch_jobs
-import pytest
 
 from identify.batch import jobs
 
@@ -19,33 +18,6 @@ for module in METHODS.values():
 print("\\n".join(m.__file__ for name, m in sys.modules.items() if name.split(".")[0] in ("bridge", "identify")))
 """
 NOTHING_TO_ANSWER = ("__init__.py", "version.py")
-
-
-@pytest.fixture
-def place(tmp_path):
-    for name in (
-        "identify/estimators/answer.py",
-        "identify/estimators/pinn/training.py",
-        "identify/report/page.py",
-    ):
-        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).write_text(f"NAME = {name!r}\n", encoding="utf-8")
-    return tmp_path
-
-
-def stamp(place):
-    jobs.code_stamp.cache_clear()
-    return jobs.code_stamp(place)
-
-
-@pytest.mark.parametrize("name", ["identify/estimators/answer.py", "identify/estimators/pinn/training.py"])
-def test_a_changed_line_of_an_estimator_changes_the_stamp_and_one_of_a_page_does_not(place, name):
-    before = stamp(place)
-    assert stamp(place) == before
-    (place / "identify/report/page.py").write_text("NAME = 1\n", encoding="utf-8")
-    assert stamp(place) == before
-    (place / name).write_text("NAME = 1\n", encoding="utf-8")
-    assert stamp(place) != before
 
 
 def test_the_stamp_covers_every_module_that_an_identification_loads():

@@ -21,14 +21,8 @@ REPOSITORY = "owner/name"
 # core/services/helper/main.py in bluerobotics/BlueOS: what must be text, and what may be there.
 NEEDED = {"name", "description", "icon", "company", "version", "webpage", "api"}
 MAY = {
-    "route",
-    "new_page",
-    "extra_query",
-    "avoid_iframes",
-    "sanitized_name",
-    "works_in_relative_paths",
-    "extras",
-}
+    "route", "new_page", "extra_query", "avoid_iframes", "sanitized_name", "works_in_relative_paths", "extras",
+}  # fmt: skip
 
 
 def instructions():

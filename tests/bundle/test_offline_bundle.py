@@ -138,12 +138,6 @@ def test_what_only_another_python_needs_is_fetched_too(made):
     assert names(folder / "wheels" / "ground") == {"torch", "scipy", "setuptools"}
 
 
-def test_what_can_not_be_had_in_the_end_is_named(made):
-    pip = FakePip(requires={"torch": ["mkl"]}, absent=["mkl"])
-    bundle, _ = made(pip, PC)
-    assert "No matching distribution found for mkl" in bundle.left_out[0]
-
-
 def test_a_wheel_of_another_machine_or_version_meets_nothing(tmp_path):
     wheel(tmp_path, "one", "1.0", "cp311-cp311-manylinux_2_28_x86_64", ["two>=2; extra == 'more'"])
     wheel(tmp_path, "two", "1.5")
@@ -194,13 +188,6 @@ def test_the_script_installs_from_the_folder_alone(here, tmp_path):
         assert told[-1] == what
         assert "--no-index" in told
         assert (str(folder / "wheels" / "ground") in told) == (what != "seatrial")
-
-
-def test_the_bridge_installs_from_an_archive_that_was_unpacked_without_the_rest(here, tmp_path):
-    folder, python = here
-    for file in (folder / "wheels" / "ground").iterdir():
-        file.unlink()
-    assert installed(folder, "--bridge", str(tmp_path / "there"), PYTHON=python).returncode == 0
 
 
 def test_a_damaged_wheel_is_not_installed(here, tmp_path):

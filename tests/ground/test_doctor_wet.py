@@ -11,13 +11,13 @@ from wet_dive import turned, wet_check
 from bridge.errors import ConfigError, LogError
 from bridge.sensors.mounting import mounting_matrix
 from bridge.vehicle.config import Mounting, load_vehicle
-from bridge.vehicle.thrusters import thrust_curve
+from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from bridge.wire.framing import Encoder, Framer
 from bridge.wire.readings import Reading, encode
 from gcs_plugin.doctor.checks import Level, worst
 from gcs_plugin.doctor.latency import latencies, latency_findings, wet_findings
 from gcs_plugin.doctor.pulses import duration_s, pulses
-from gcs_plugin.doctor.response import Series, find_pulses, record_of
+from gcs_plugin.doctor.response import Series, find_pulses, nominal, record_of
 from gcs_plugin.doctor.wet import TURNS, corrected, describe, diagnose, findings
 
 VEHICLES = [("ruvifist", "hovering"), ("ruvifist", "survey"), ("bluerov2_heavy", "heavy")]
@@ -183,7 +183,13 @@ def test_the_pulses_are_gentle_and_fit_into_a_minute(key):
     assert [p.thruster for p in planned] == list(EIGHT)
     assert duration_s(planned) <= 60.0
     assert all(b.start_s - a.start_s - a.duration_s >= 2.5 for a, b in itertools.pairwise(planned))
-    assert all(0 < p.thrust_n <= 0.25 * shape.thruster_limit_n for p in planned)
+    mass, _ = nominal(shape)
+    for pulse in planned:
+        speed = np.abs(allocation_matrix(shape)[:, pulse.thruster]) * pulse.thrust_n * pulse.duration_s / mass
+        share = (speed / np.array([0.15] * 3 + [0.5] * 3)).max()
+        # As hard as is gentle, but at least 1 N and at most a quarter of what the thruster can do.
+        most_n = min(0.25 * shape.thruster_limit_n, curve.max_n)
+        assert share == pytest.approx(1.0) or pulse.thrust_n == (1.0 if share > 1.0 else most_n)
     with pytest.raises(ConfigError, match="no configuration 'flying'"):
         pulses(file.vehicle, "flying", curve)
 

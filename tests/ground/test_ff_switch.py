@@ -106,39 +106,34 @@ def test_it_says_how_often_it_was_sent_and_for_how_long_nobody_answers(clock):
     assert switch.words.endswith("times, it answers both, its telemetry says both")
 
 
-def test_a_stuck_vehicle_is_never_taken_for_switched_and_never_given_up(clock):
-    craft = Craft(clock)
-    craft.stuck = True
+@pytest.mark.parametrize(
+    ("faults", "before", "kept", "words"),
+    [
+        pytest.param({"stuck": True}, 3.0, 3.0, "it answers both", id="stuck"),
+        pytest.param({"echoes": True}, 3.0, 3.0, "its telemetry says both", id="an echo of a value that is not kept"),
+        pytest.param({"tells_mode": False}, 3.0, 0.0, "no telemetry of it", id="answers without telemetry"),
+        pytest.param({"deaf": True}, 0.0, 0.0, "no answer for", id="telemetry from before"),
+    ],
+)  # fmt: skip
+def test_no_half_word_is_taken_for_switched_and_nobody_is_given_up(clock, faults, before, kept, words):
+    craft = Craft(clock, mode=before)
+    vars(craft).update(faults)
     switch = Switch(Mode.OFF)
     assert not drive(switch, craft, clock, 120.0)
-    assert switch.sent >= 225
-    craft.stuck = False
+    assert switch.sent >= 225 or kept == 0.0
+    assert (craft.server.mode, words in switch.words) == (kept, True)
+    vars(craft).update(stuck=False, echoes=False, tells_mode=True, deaf=False)
     assert drive(switch, craft, clock, 5.0)
-
-
-def test_an_echo_of_a_value_that_is_not_kept_proves_nothing(clock):
-    craft = Craft(clock)
-    craft.echoes = True
-    switch = Switch(Mode.OFF)
-    assert not drive(switch, craft, clock, 60.0)
-    assert craft.server.mode == 3
-
-
-def test_answers_alone_are_not_enough_without_telemetry(clock):
-    craft = Craft(clock)
-    craft.tells_mode = False
-    switch = Switch(Mode.OFF)
-    assert not drive(switch, craft, clock, 20.0)
     assert craft.server.mode == 0
-    assert "no telemetry of it" in switch.words
 
 
-def test_telemetry_from_before_is_no_answer(clock):
+def test_telemetry_from_before_the_first_order_is_no_answer_to_it(clock):
     craft = Craft(clock, mode=0.0)
-    craft.deaf = True
     switch = Switch(Mode.OFF)
-    assert not drive(switch, craft, clock, 20.0)
-    assert "no answer for" in switch.words
+    for frame in Framer().feed(craft.read(0.0)):
+        switch.on_frame(frame, 0.0)
+    craft.tells_mode = False
+    assert not drive(switch, craft, clock, 10.0)
 
 
 def test_one_that_switches_back_before_the_read_back_is_switched_again(clock):
@@ -265,14 +260,6 @@ def test_a_companion_never_heard_is_sent_off_though_the_autopilot_of_its_system_
     autopilot.lacks = companion.mute = True
     drive(Switch(Mode.OFF, system=3), Both(autopilot, companion), clock, 3.0)
     assert companion.server.mode == 0
-
-
-def test_of_two_known_vehicles_off_is_not_done_while_one_is_not_heard(clock):
-    one, other = Craft(clock, (1, 1)), Craft(clock, (2, 1))
-    other.mute = True
-    switch = Switch(Mode.OFF, known=heard_before(((1, 1), True, 0.0), ((2, 1), True, -3.0)))
-    assert not drive(switch, Both(one, other), clock, 10.0)
-    assert (one.server.mode, other.server.mode, switch.waits_for) == (0, 0, (2,))
 
 
 def test_a_raise_is_sent_to_nobody_who_is_not_heard(clock):

@@ -57,6 +57,7 @@ def test_one_that_ends_at_once_closes_both():
     sea.go_on()
     sea.recorder.close()
     assert sea.first.calls == sea.second.calls == ["sync", "close"]
+    assert sea.link.closed
     assert sea.counts == [Count(1, 0, 0, 0, 0)]
 
 

@@ -161,30 +161,21 @@ def holding(**changed):
     return replace(told, **changed)
 
 
-def test_what_is_told_is_learnt():
-    write_holding(holding())
-    assert held(NOW_S + 1.0) == holding()
+@pytest.mark.parametrize("disk_left_s", [147600.0, math.inf])
+def test_what_is_told_is_learnt(disk_left_s):
+    write_holding(holding(disk_left_s=disk_left_s))
+    assert held(NOW_S + 1.0) == holding(disk_left_s=disk_left_s)
     assert state_file().parts[-2:] == ("seatrial", "recording.json")
     assert [path.name for path in state_file().parent.iterdir()] == ["recording.json"]
 
 
-def test_where_nothing_comes_the_disk_lasts_for_ever():
-    write_holding(holding(disk_left_s=math.inf))
-    assert held(NOW_S).disk_left_s == math.inf
-
-
-@pytest.mark.parametrize("now_s", [NOW_S + 10.5, NOW_S - 10.5])
-def test_one_that_has_told_nothing_for_ten_seconds_holds_nothing(now_s):
-    write_holding(holding())
-    assert held(NOW_S + 9.5) == holding()
-    assert held(now_s) is None
-
-
 @pytest.mark.parametrize(
-    ("age_s", "hangs"), [(9.5, False), (10.5, True), (3599.0, True), (3601.0, False), (-10.5, True)]
-)
-def test_one_that_tells_nothing_and_whose_process_is_there_hangs_for_an_hour(age_s, hangs):
+    ("age_s", "holds", "hangs"),
+    [(9.5, True, False), (10.5, False, True), (3599.0, False, True), (3601.0, False, False), (-10.5, False, True)],
+)  # fmt: skip
+def test_one_that_tells_nothing_for_ten_seconds_holds_nothing_and_hangs_for_an_hour(age_s, holds, hangs):
     write_holding(holding())
+    assert held(NOW_S + age_s) == (holding() if holds else None)
     assert hung(NOW_S + age_s) == (holding() if hangs else None)
 
 

@@ -9,23 +9,13 @@ from faked_ground import Disk, Ground, frames_of
 from fakes.vehicle import FakeLink
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
-from bridge.clock import SimulatedClock, SystemClock
-from bridge.errors import LinkLost, LogError
-from bridge.links.memory import memory_pair
+from bridge.clock import SimulatedClock
+from bridge.errors import LinkLost
 from bridge.wire.framing import Encoder, Framer
-from bridge.wire.tlog import TlogWriter, read_tlog
-from gcs_plugin.dives.folder import new_folder
+from bridge.wire.tlog import read_tlog
 from gcs_plugin.peers import GROUND_STATION, Peers
 from gcs_plugin.recording.recorder import Recorder
 from gcs_plugin.recording.silence import Heard, Unheard
-
-
-def test_each_frame_is_in_the_file_when_the_step_returns():
-    ground = Ground()
-    for number, raw in enumerate(frames_of(5), start=1):
-        ground.hear(raw)
-        assert len(ground.disk.stored()) == number
-    assert [raw for _, raw in ground.disk.stored()] == frames_of(5)
 
 
 def test_a_frame_of_an_unknown_id_is_recorded_raw():
@@ -58,46 +48,6 @@ def test_stamps_stay_even_when_the_wall_clock_is_set(jump_s):
         link.chunks.append(raw)
         recorder.step(0.0)
     assert [stamp - start_us for stamp, _ in disk.stored()] == [n * 100_000 for n in range(1, 11)]
-
-
-def test_a_recording_never_overwrites_another(tmp_path):
-    folder = new_folder(tmp_path, 0.0, "x")
-    folder.open_telemetry(1).close()
-    with pytest.raises(LogError, match="exists already"):
-        Recorder([], folder.open_telemetry, SimulatedClock(), lambda: 1, lambda _: None)
-
-
-class CountingWriter(TlogWriter):
-    """Sets `reached` once it holds `wanted` records."""
-
-    def __init__(self, path, wanted):
-        super().__init__(path)
-        self.left = wanted
-        self.reached = threading.Event()
-
-    def write(self, unix_us, raw):
-        super().write(unix_us, raw)
-        self.left -= 1
-        if self.left == 0:
-            self.reached.set()
-
-
-def test_the_loop_records_until_it_is_told_to_stop_and_closes(tmp_path):
-    ours, theirs = memory_pair()
-    stop = threading.Event()
-    writer = CountingWriter(tmp_path / "1.tlog", 50)
-    recorder = Recorder([ours], lambda _: writer, SystemClock(), lambda: 1 << 40, lambda _: None)
-    for raw in frames_of(50):
-        theirs.write(raw)
-    loop = threading.Thread(target=recorder.run, args=(stop,))
-    loop.start()
-    assert writer.reached.wait(10.0)
-    stop.set()
-    loop.join(10.0)
-    assert not loop.is_alive()
-    assert [frame.raw for _, frame in read_tlog(tmp_path / "1.tlog")] == frames_of(50)
-    with pytest.raises(LinkLost):
-        theirs.write(b"x")
 
 
 KILLED = """
@@ -307,14 +257,10 @@ def test_a_vehicle_that_was_switched_off_for_a_while_has_no_silence():
     assert ground.recorder.count.unheard_s == 0.0
 
 
-def frames_said(raw):
-    return Framer().feed(raw)
-
-
 def heard_by(times_s, frame_at):
     peers, unheard = Peers(), Unheard()
     for n, time_s in enumerate(times_s):
-        for frame in frames_said(frame_at(n)):
+        for frame in Framer().feed(frame_at(n)):
             unheard.on_frame(peers.on_frame(frame, "udpin:1", time_s), frame, time_s)
     return unheard.heard
 

@@ -1,15 +1,14 @@
 """The recorder and its disk: full, failing, or with its files deleted or moved."""
 
 import shutil
-import threading
 
 import pytest
 from faked_ground import Disk, Ground, frames_of
 from fakes.vehicle import FakeLink
 
-from bridge.clock import SimulatedClock, SystemClock
-from bridge.links.memory import memory_pair
-from bridge.wire.tlog import TlogWriter, of_those_that_hold_frames, read_tlog
+from bridge.clock import SimulatedClock
+from bridge.errors import LogError
+from bridge.wire.tlog import of_those_that_hold_frames, read_tlog
 from gcs_plugin.dives.folder import About, new_folder
 from gcs_plugin.recording.recorder import Recorder
 
@@ -77,11 +76,12 @@ def test_a_failed_sync_begins_a_new_file():
 def test_an_early_warning_names_the_minutes_left():
     ground = Ground()
     ground.disk.free = 1_100_000
+    each_second = b"".join(frames_of(200))
     for _ in range(5):
-        ground.hear(b"".join(frames_of(200)), after_s=1.0)
-    warnings = [n for n in ground.notices if n.level == "warning"]
-    assert len(warnings) == 1
-    assert "min of recording; free some space" in warnings[0].sentence
+        ground.hear(each_second, after_s=1.0)
+    (warning,) = [n.sentence for n in ground.notices if n.level == "warning"]
+    minutes = 1_100_000 / len(each_second) / 60
+    assert warning == f"the disk has 1.1 MB left, about {minutes:.0f} min of recording; free some space"
 
 
 def test_it_is_the_rate_of_about_a_minute_and_no_silence_changes_it():
@@ -120,35 +120,22 @@ def test_a_full_disk_is_told_as_long_as_frames_wait_for_it_and_lasts_no_longer()
     assert (ground.recorder.unwritten, ground.recorder.waiting) == ("", 0)
 
 
-def test_others_are_told_before_each_sync_even_where_the_disk_stalls(monkeypatch, tmp_path):
-    monkeypatch.setattr("gcs_plugin.recording.recorder.SYNC_EVERY_S", 0.01)
-    ours, _ = memory_pair()
-    stop, told, order = threading.Event(), threading.Event(), []
+class Once:
+    """An end of the recording that comes after one round of the thread that syncs."""
 
-    class StallingWriter(TlogWriter):
-        def sync(self):
-            order.append("sync")
-            stop.wait(10.0)
+    rounds = 0
 
-    def before_sync():
-        order.append("told")
-        told.set()
+    def wait(self, _):
+        self.rounds += 1
+        return self.rounds > 1
 
-    recorder = Recorder(
-        [ours],
-        lambda _: StallingWriter(tmp_path / "1.tlog"),
-        SystemClock(),
-        lambda: 1 << 40,
-        lambda _: None,
-        before_sync=before_sync,
-    )
-    loop = threading.Thread(target=recorder.run, args=(stop,))
-    loop.start()
-    assert told.wait(10.0)
-    stop.set()
-    loop.join(10.0)
-    assert not loop.is_alive()
-    assert order[0] == "told"
+
+def test_others_are_told_before_the_disk_is_synced():
+    calls = []
+    ground = Ground(Disk(), before_sync=lambda: calls.append("told"))
+    ground.disk.calls = calls
+    ground.recorder.sync_until(Once())
+    assert calls == ["told", "sync"]
 
 
 UNIX_S = 1_790_000_000.0
@@ -199,6 +186,11 @@ def held(folder):
 @pytest.fixture
 def lake(tmp_path):
     return Lake(tmp_path / "dives")
+
+
+def test_a_recording_never_overwrites_another(lake):
+    with pytest.raises(LogError, match="exists already"):
+        lake.folder.open_telemetry(1)
 
 
 def test_a_folder_that_is_deleted_ends_with_an_error_and_goes_on_made_anew(lake):

@@ -77,22 +77,8 @@ def crafted_tlog(rng: random.Random) -> bytes:
 
 
 TELEMETRY = (0, 2, 24, 26, 27, 29, 30, 31, 32, 33, 36, 74, 105, 132, 137, 147, 251, 253, 331, 350, 375)
-SIZES = {
-    "b": 1,
-    "B": 1,
-    "h": 2,
-    "H": 2,
-    "i": 4,
-    "I": 4,
-    "q": 8,
-    "Q": 8,
-    "f": 4,
-    "d": 8,
-    "g": 2,
-    "M": 1,
-    "c": 2,
-}
-SIZES |= {"C": 2, "e": 4, "E": 4, "L": 4, "n": 4, "N": 16, "Z": 64, "a": 64}
+SIZES = dict.fromkeys("bBM", 1) | dict.fromkeys("hHgcC", 2) | dict.fromkeys("iIfeELn", 4)
+SIZES |= dict.fromkeys("qQd", 8) | {"N": 16, "Z": 64, "a": 64}
 RECORDS = (
     ("ATT", "QccC", "TimeUS,Roll,Pitch,Yaw"),
     ("IMU", "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ"),
@@ -160,22 +146,9 @@ HOSTILE_YAML = (
 )  # fmt: skip
 DEEP_JSON = ("[" * 100_000, '{"a":' * 50_000)
 HOSTILE_JSON = (
-    "NaN",
-    "1e999",
-    "9" * 5000,
-    "null",
-    "[]",
-    '"\\u001b[2J"',
-    "{}",
-    "-0",
-    "-1",
-    "1e308",
-    "9" * 299,
-    "Infinity",
-    '"inf"',
-    '"1e400"',
-    "true",
-)
+    "NaN", "1e999", "9" * 5000, "null", "[]", '"\\u001b[2J"', "{}", "-0", "-1", "1e308", "9" * 299, "Infinity", '"inf"',
+    '"1e400"', "true",
+)  # fmt: skip
 
 
 def in_yaml(*good: bytes) -> Callable[[random.Random], bytes]:
@@ -211,21 +184,8 @@ def in_json(*good: bytes) -> Callable[[random.Random], bytes]:
 
 def parameters(rng: random.Random) -> bytes:
     words = (
-        "FF0_M_U",
-        "1",
-        "nan",
-        "-inf",
-        "1e400",
-        "1e39",
-        "#",
-        ",",
-        "\t",
-        "\x1b[2J",
-        "\u0661",
-        "9" * 400,
-        "A" * 17,
-        "",
-    )
+        "FF0_M_U", "1", "nan", "-inf", "1e400", "1e39", "#", ",", "\t", "\x1b[2J", "\u0661", "9" * 400, "A" * 17, "",
+    )  # fmt: skip
     lines = (" ".join(rng.choices(words, k=rng.randrange(1, 6))) for _ in range(rng.randrange(1, 4)))
     return ("FF0_D_U,42.25\n" * rng.randrange(2) + "\n".join(lines)).encode()
 

@@ -77,32 +77,8 @@ def mavlink(rng: random.Random) -> bytes:
 
 
 OFTEN = (
-    0,
-    0,
-    2,
-    20,
-    21,
-    22,
-    23,
-    44,
-    66,
-    69,
-    70,
-    75,
-    76,
-    76,
-    110,
-    111,
-    147,
-    251,
-    253,
-    253,
-    256,
-    290,
-    291,
-    331,
-    350,
-)
+    0, 0, 2, 20, 21, 22, 23, 44, 66, 69, 70, 75, 76, 76, 110, 111, 147, 251, 253, 253, 256, 290, 291, 331, 350,
+)  # fmt: skip
 TOLD = sorted(TELLING)
 HEARTBEAT = Encoder(1, 1).encode(dialect.MAVLink_heartbeat_message(12, 0, 128, 0, 4, 3))
 REQUEST = Encoder(255, 190).encode(dialect.MAVLink_param_request_read_message(1, 1, b"FF_MODE", -1))

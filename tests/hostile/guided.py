@@ -15,18 +15,11 @@ import atheris
 # What numba compiles can't count where it comes along.
 with atheris.instrument_imports(
     include=[
-        "bridge",
-        "gcs_plugin",
-        "identify.ingest",
-        "tui.commands.merge",
-        "tui.commands.params",
-        "tui.commands.prior",
-        "tui.parameter_files",
-        "pynmeagps",
-        "pyubx2",
+        "bridge", "gcs_plugin", "identify.ingest", "tui.commands.merge", "tui.commands.params", "tui.commands.prior",
+        "tui.parameter_files", "pynmeagps", "pyubx2",
     ],
     exclude=["identify.ingest.frames"],
-):
+):  # fmt: skip
     from fuzz_files import READERS, Reader
     from fuzz_streams import STREAMS, Stream
 

@@ -19,13 +19,11 @@ from test_fetching import (
     segment,
 )
 
-from bridge.errors import LogError
-from bridge.files import PART, remedy
+from bridge.files import PART
 from bridge.wire.tlog import STAMP_BYTES, read_tlog, record_of
 from bridge.wire.whole import WHOLE
 from gcs_plugin.dives.folder import About, DiveFolder
 from gcs_plugin.fetch.mirror import LOCK, doubtful
-from gcs_plugin.fetch.whole import newest_frames
 from tui.commands.fetch import MIRROR, Fetched, Fetcher
 
 NAME = segment(0).name
@@ -88,15 +86,6 @@ def test_what_lies_under_the_name_of_a_whole_file_and_is_none_is_fetched(
     assert ours.read_text(encoding="utf-8") == "ours"
 
 
-def test_a_folder_under_the_name_of_a_whole_file_is_named(tmp_path: Path) -> None:
-    dive, mirror = heard(tmp_path), tmp_path / "dives" / MIRROR
-    (mirror / NAME).mkdir(parents=True)
-    assert (
-        said(dive)
-        == f"{mirror / NAME}: can't be written (Is a directory); take away what lies there and fetch again"
-    )
-
-
 @pytest.mark.parametrize("is_there", [True, False])
 def test_a_mirror_that_leads_elsewhere_is_refused_and_nothing_is_written_there(
     tmp_path: Path, is_there: bool
@@ -110,49 +99,6 @@ def test_a_mirror_that_leads_elsewhere_is_refused_and_nothing_is_written_there(
     assert outside.exists() == is_there
     mirror.unlink()
     is_fetched_whole(tmp_path, dive)
-
-
-def test_a_pipe_that_is_named_as_a_segment_is_refused_before_it_is_opened(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / NAME)
-    with pytest.raises(LogError) as refused:
-        newest_frames([tmp_path / NAME], None)
-    assert str(refused.value) == f"{tmp_path / NAME}: is no file; take it away"
-
-
-@pytest.mark.parametrize("thing", ["a pipe", "a file"])
-def test_a_mirror_that_is_no_folder_is_named(tmp_path: Path, thing: str) -> None:
-    dive, mirror = heard(tmp_path), tmp_path / "dives" / MIRROR
-    mirror.touch() if thing == "a file" else os.mkfifo(mirror)
-    assert said(dive) == f"{mirror}: is no folder; take it away and fetch again"
-    mirror.unlink()
-    is_fetched_whole(tmp_path, dive)
-
-
-def test_a_folder_in_place_of_what_a_dive_is_made_whole_in_is_named(tmp_path: Path) -> None:
-    dive = heard(tmp_path)
-    partial = dive.path / f"{WHOLE}{PART}"
-    partial.mkdir()
-    assert (
-        said(dive) == f"{partial}: can't be written (Is a directory); take away what lies there and try again"
-    )
-    partial.rmdir()
-    is_fetched_whole(tmp_path, dive)
-
-
-@pytest.mark.parametrize(
-    ("number", "words"),
-    [
-        (errno.ENOSPC, "free disk space"),
-        (errno.EDQUOT, "free disk space"),
-        (errno.EISDIR, "take away what lies there"),
-        (errno.ENOTDIR, "take away what lies there"),
-        (errno.EACCES, "check the rights of its folder"),
-        (errno.EROFS, "check the rights of its folder"),
-        (errno.EIO, "check the disk"),
-    ],
-)
-def test_why_a_file_can_not_be_written_says_what_to_do(number: int, words: str) -> None:
-    assert remedy(OSError(number, os.strerror(number))) == words
 
 
 def test_where_files_can_t_be_locked_a_dive_is_fetched_all_the_same(
@@ -185,13 +131,9 @@ def hurt(path: Path, begin: int, end: int) -> None:
     path.write_bytes(data[:begin] + bytes(byte ^ 0xA5 for byte in data[begin:end]) + data[end:])
 
 
-def test_a_recording_without_damage_leaves_nothing_in_doubt() -> None:
-    assert doubtful(b"".join(RECORDS)) == []
-    assert doubtful(b"") == []
-
-
 def test_every_byte_of_a_frame_that_is_damaged_is_in_doubt() -> None:
     whole, begin = b"".join(RECORDS), 0
+    assert doubtful(whole) == doubtful(b"") == []
     for record in RECORDS:
         for at in range(begin + STAMP_BYTES, begin + len(record)):
             data = bytearray(whole)
@@ -241,17 +183,6 @@ def test_damage_on_the_vehicle_itself_is_kept_as_it_is_and_counted(
     with own.open("ab") as file:
         file.write(more)
     assert fetch(tmp_path, dive).fetched_bytes == len(more)
-
-
-def test_damage_here_beside_that_of_the_vehicle_itself_is_fetched_again(tmp_path: Path) -> None:
-    dive, own = heard(tmp_path), ring(tmp_path / "ring", SEGMENTS) / GROWING
-    hurt(own, 900, 1600)
-    fetch(tmp_path, dive)
-    mirrored = tmp_path / "dives" / MIRROR / (GROWING + PART)
-    hurt(mirrored, 1900, 1910)
-    again = fetch(tmp_path, dive)
-    assert (again.fetched_bytes, again.damaged) == (own.stat().st_size, 1)
-    assert mirrored.read_bytes() == own.read_bytes()
 
 
 def test_a_dive_of_which_nothing_was_heard_counts_what_is_damaged_too(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from lying_vehicle import ABSURD, LIES, SIZES, VEHICLE, Crafted, Lie, Vehicle, m
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from test_fuzz import LONG, MOST_MORE_MB, SHORT, most_mb, soon
 
-from bridge.errors import LinkError, LinkTimeout, LogError, SeatrialError
+from bridge.errors import LogError, SeatrialError
 from bridge.onboard.file_server import crc32
 from bridge.wire.framing import Encoder
 from bridge.wire.ftp import Fault, Op, Packet, acknowledged, refused
@@ -26,7 +26,7 @@ from gcs_plugin.dives.folder import About, DiveFolder
 from gcs_plugin.fetch.fetching import Fetching, fetch
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.requests import Listed
-from gcs_plugin.fetch.whole import made_whole, newest_frames, write_records
+from gcs_plugin.fetch.whole import newest_frames, write_records
 from tui.commands.fetch import MIRROR, Fetcher
 
 BOOT = 7
@@ -173,25 +173,6 @@ def run(vehicle: Vehicle, mirror: Mirror) -> None:
     fetch(vehicle, vehicle.world, fetching, VEHICLE, PATIENCE_S, lambda _: None)
 
 
-def test_a_list_without_an_end_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gcs_plugin.fetch.requests.MOST_SEGMENTS", 1000)
-    lie = LIES[Op.LIST]["files without end"]
-    with pytest.raises(LinkError, match="lists more than"):
-        run(
-            Vehicle(ring(tmp_path / "ring", 1), lie, random.Random(0), 1e9, LONGEST_S), Mirror(tmp_path / "m")
-        )
-
-
-@pytest.mark.parametrize(
-    "name", ["one file again and again", "nothing, without end", "entries that are none, without end"]
-)
-def test_a_list_that_brings_nothing_new_counts_as_no_answer(name: str, tmp_path: Path) -> None:
-    vehicle = Vehicle(ring(tmp_path / "ring", 1), LIES[Op.LIST][name], random.Random(0), 1e9, LONGEST_S)
-    with pytest.raises(LinkTimeout, match="answered nothing for 2 s"):
-        run(vehicle, Mirror(tmp_path / "m"))
-    assert vehicle.world.now_s < 2 * PATIENCE_S
-
-
 def listing(size: int) -> list[bytes]:
     return [f"F{segment(0).name}\t{size}".encode(), f"F{segment(1).name}\t0".encode()]
 
@@ -284,51 +265,11 @@ def test_what_lies_whole_under_the_name_of_the_file_that_grows_is_compared_too(
     keeps_to_its_place(tmp_path)
 
 
-@pytest.mark.parametrize("number", range(SEGMENTS))
-def test_what_was_set_aside_counts_no_longer_as_held(number: int, tmp_path: Path) -> None:
-    mirror = Mirror(tmp_path / "m")
-    mirror.append(segment(number).name, b"\1" * 9)
-    mirror.finish(segment(number).name)
-    vehicle = Vehicle(ring(tmp_path / "ring", SEGMENTS), None, random.Random(0), 1e9, LONGEST_S)
-    fetching = Fetching(mirror, lambda listing: listing, 0.0)
-    fetch(vehicle, vehicle.world, fetching, VEHICLE, PATIENCE_S, lambda _: None)
-    assert fetching.held_bytes == fetching.total_bytes > 0
-
-
-@pytest.mark.parametrize("size", [1, 239, 500, 10**5])
-def test_what_another_said_of_the_file_that_grows_is_begun_anew(size: int, tmp_path: Path) -> None:
-    dive = heard(tmp_path)
-    Mirror(tmp_path / "dives" / MIRROR).append(segment(SEGMENTS - 1).name, b"\1" * size)
-    is_fetched_whole(tmp_path, dive)
-
-
-def test_a_vehicle_that_can_not_tell_a_checksum_any_more_costs_nothing_that_is_whole(tmp_path: Path) -> None:
-    dive = heard(tmp_path)
-    is_fetched_whole(tmp_path, dive)
-    mirror = tmp_path / "dives" / MIRROR
-    before = {path.name: path.read_bytes() for path in mirror.glob("*.tlog")}
-
-    def lie(asked: Packet, true: Packet, _: random.Random) -> Packet:
-        return refused(asked, Fault.FAIL) if asked.op == Op.CRC32 else true
-
-    assert fetched(Vehicle(tmp_path / "ring", lie, random.Random(0), 1e9, LONGEST_S), dive) == ""
-    assert {path.name: path.read_bytes() for path in mirror.glob("*.tlog")} == before
-
-
 def test_a_segment_that_would_unfold_is_left_alone(tmp_path: Path) -> None:
     path = tmp_path / segment(0).name
     path.write_bytes(gzip.compress(b"".join(stamp.to_bytes(8, "big") + raw for stamp, raw in KEPT[0])))
     with pytest.raises(LogError, match="holds no frame"):
         newest_frames([path], None)
-
-
-def test_a_clock_in_1970_and_a_vehicle_that_runs_before_it_are_dated_at_its_beginning(tmp_path: Path) -> None:
-    (_, first), (_, second) = KEPT[0][0], KEPT[0][2]
-    write_records(tmp_path / "heard.tlog", [(0, second), (1_000_000, first)])
-    write_records(tmp_path / segment(0).name, [(UNIX_US, first), (UNIX_US + 5_000_000, second)])
-    made = made_whole([tmp_path / "heard.tlog"], [tmp_path / segment(0).name], VEHICLE)
-    write_records(tmp_path / WHOLE, made.records)
-    assert [(stamp, frame.raw) for stamp, frame in read_tlog(tmp_path / WHOLE)] == [(0, first), (0, second)]
 
 
 @pytest.mark.soak

@@ -17,9 +17,9 @@ from fuzz_files import IDENTIFIED
 from fuzz_files import identification as fuzz_files_identification
 
 from bridge.clock import SimulatedClock
-from bridge.errors import ConfigError, LogError, ParamError, ParamRejected, SeatrialError
+from bridge.errors import ConfigError, LogError, ParamError, ParamRejected
 from bridge.exit_codes import UsageError
-from bridge.files import clear_way, open_new, read_small
+from bridge.files import clear_way, open_new
 from bridge.onboard import store
 from bridge.onboard.file_server import Segments
 from bridge.schema import load_yaml
@@ -77,13 +77,6 @@ def test_nothing_but_a_vehicle_file_is_opened_on_a_dives_word(
             ConfigError, match="the dive's vehicle file is not there; give one with --vehicle"
         ):
             vehicle_named(said)
-
-
-def test_the_list_of_dives_opens_none_either(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "fifo.yaml")
-    about(tmp_path, str(tmp_path / "fifo.yaml"))
-    (tmp_path / "telemetry.tlog").write_bytes(b"")
-    assert row_of(tmp_path).name == tmp_path.name
 
 
 def test_a_vehicle_file_is_opened_where_the_dive_says_and_else_where_ours_lie(tmp_path: Path) -> None:
@@ -149,51 +142,109 @@ def test_nothing_is_written_through_a_link_that_a_dive_holds(tmp_path: Path) -> 
     assert DiveFolder(folder).about().configuration == "hovering"
 
 
-@pytest.fixture(params=["a pipe", "a device", "a link to a device"])
-def endless(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """What gives bytes without an end, or none at all; who opens it to read fails instead of hanging."""
-    path = tmp_path / "telemetry.tlog"
-    if request.param == "a pipe":
-        os.mkfifo(path)
-    elif request.param == "a device":
-        path = Path("/dev/zero")
-    else:
-        path.symlink_to("/dev/zero")
-    monkeypatch.setattr(Path, "read_bytes", lambda _: pytest.fail("opened"))
-    monkeypatch.setattr(Path, "read_text", lambda *_, **__: pytest.fail("opened"))
+ODD = "no file, but a pipe or a device"
+LARGE = "more than the 64 MB that any of ours has"
+VEHICLE = load_vehicle("ruvifist")
+
+
+def pipe(path: Path) -> None:
+    os.mkfifo(path)
+
+
+def device(path: Path) -> None:
+    path.symlink_to("/dev/zero")
+
+
+def grown(path: Path, size: int = 64_000_001) -> Path:
+    """A file that says it is so long, and takes no room on the disk."""
+    with path.open("wb") as file:
+        file.truncate(size)
     return path
 
 
-def test_a_recording_that_has_no_end_is_refused_before_it_is_opened(endless: Path) -> None:
-    with pytest.raises(LogError) as refused:
-        load_bytes(endless)
-    assert str(refused.value) == f"{endless}: is no file; take it away"
+@pytest.fixture
+def shut(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
+    """From its call on no file may be opened: who does so fails instead of hanging."""
+    return lambda: monkeypatch.setattr(Path, "open", lambda *_, **__: pytest.fail("opened"))
 
 
-def test_a_parameter_file_that_has_no_end_is_refused_before_it_is_opened(endless: Path) -> None:
-    with pytest.raises(ParamRejected) as refused:
-        read_parameters(endless)
-    assert str(refused.value) == f"{endless}: is no file; give a .param file"
+def hashed_map(path: Path) -> Any:
+    """A job whose key holds the hash of a column map."""
+    return job_for(IDENTIFY, Recording("dive", path.parent, (), "ab"), VEHICLE, "likelihood", path)
+
+
+TAKE_AWAY, YAML = "a.json: is no file; take it away", f"a.json: is {ODD}; give a YAML file"
+ENDLESS: dict[str, tuple[Callable[[Path], Any], type[Exception], str]] = {
+    "a recording": (load_bytes, LogError, TAKE_AWAY),
+    "a parameter file": (read_parameters, ParamRejected, "a.json: is no file; give a .param file"),
+    "a sidecar": (lambda path: read_sidecar(path.with_suffix("")), ParamRejected, "a pipe or a device"),
+    "YAML": (load_yaml, ConfigError, YAML),
+    "a vehicle file": (lambda path: load_vehicle(str(path)), ConfigError, YAML),
+    "a keymap": (lambda path: load_keymap(path, ()), ConfigError, YAML),
+    "an identification": (read_identification, UsageError, ODD),
+    "what a vehicle keeps": (store.load, ParamError, ODD),
+    "an answer to a case": (_answer, LogError, ODD),
+    "a plan": (lambda path: check_plan(str(path)), UsageError, "exists and is no plan, so it stays"),
+    "a key of answers": (read_key, LogError, "holds no key"),
+    "what a batch keeps": (Cache, LogError, f"the results can't be kept there ({ODD})"),
+    "a column map": (hashed_map, OSError, ODD),
+}
+
+
+@pytest.mark.parametrize("name", ENDLESS)
+@pytest.mark.parametrize("put", [pipe, device])
+def test_what_has_no_end_is_refused_in_one_sentence_before_it_is_opened(
+    tmp_path: Path, shut: Callable[[], None], put: Callable[[Path], None], name: str
+) -> None:
+    read, refusal, words = ENDLESS[name]
+    path = tmp_path / "a.json"
+    path.with_suffix("").touch()
+    put(path)
+    shut()
+    with pytest.raises(refusal, match=re.escape(words)) as refused:
+        read(path)
+    assert "\n" not in str(refused.value)
+
+
+GB = "2.1 GB is more than the 2.1 GB that are read of a file, which hold a dive of a day; give a part of it"
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "read", "refusal", "words"),
+    [
+        *((f"telemetry.{end}", 2**31 + 1, load_bytes, LogError, GB) for end in ("tlog.gz", "bin", "csv")),
+        ("a.param", 4_000_001, read_parameters, ParamRejected, "4000001 bytes is too long for a parameter file"),
+        ("a.json", 64_000_001, read_identification, UsageError, LARGE),
+        ("a.json", 64_000_001, store.load, ParamError, LARGE),
+        ("a.yaml", 64_000_001, hashed_map, OSError, LARGE),
+        ("key", 64_000_001, read_key, LogError, "holds no key"),
+    ],
+)  # fmt: skip
+def test_what_is_larger_than_any_of_ours_is_refused_before_it_is_opened(
+    tmp_path: Path, shut: Callable[[], None], name: str, size: int, read: Callable[[Path], Any],
+    refusal: type[Exception], words: str,
+) -> None:  # fmt: skip
+    path = grown(tmp_path / name, size)
+    shut()
+    with pytest.raises(refusal, match=re.escape(words)):
+        read(path)
+
+
+def test_a_recording_as_large_as_the_largest_dive_is_opened(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Path, "read_bytes", lambda _: b"as it is")
+    assert load_bytes(grown(tmp_path / "telemetry.tlog", 2**31)) == (b"as it is", True)
 
 
 def test_pipes_beside_a_recording_are_no_results_of_ours_and_hold_nothing_up(tmp_path: Path) -> None:
+    about(tmp_path, str(tmp_path / "fifo.yaml"))
     (tmp_path / "telemetry.tlog").write_bytes(b"")
-    for name in ("identified.json", GLANCE, "x.param.json"):
-        os.mkfifo(tmp_path / name)
+    for path in ("fifo.yaml", "diagnosis.json", GLANCE, places(tmp_path)["--json"]):
+        os.mkfifo(tmp_path / path)
     assert row_of(tmp_path).learnt == ()
-    with pytest.raises(ParamRejected, match=r"x\.param\.json: not a sidecar .*a pipe or a device"):
-        read_sidecar(tmp_path / "x.param")
-    os.mkfifo(tmp_path / "dive.yaml")
-    with pytest.raises(ConfigError) as refused:
-        DiveFolder(tmp_path).about()
-    assert str(refused.value) == f"{tmp_path / 'dive.yaml'}: is no file; take it away"
-
-
-def test_a_result_larger_than_any_of_ours_is_not_read(tmp_path: Path) -> None:
-    path = grown(tmp_path / "identified.json", 64_000_001)
-    with pytest.raises(OSError, match="more than the 64 MB"):
-        read_small(path)
-    assert read_small(grown(path, 3)) == 3 * "\0"
+    assert Kept(lambda data: data).read(tmp_path / "diagnosis.json") is None
+    assert load_identified(tmp_path, tmp_path / "receipts") is None
 
 
 def test_what_is_fetched_is_written_through_no_link(tmp_path: Path) -> None:
@@ -206,116 +257,9 @@ def test_what_is_fetched_is_written_through_no_link(tmp_path: Path) -> None:
     assert ours.read_text(encoding="utf-8") == "ours"
 
 
-def grown(path: Path, size: int) -> Path:
-    """A file that says it is so long, and takes no room on the disk."""
-    with path.open("wb") as file:
-        file.truncate(size)
-    return path
-
-
-@pytest.mark.parametrize("name", ["telemetry.tlog", "telemetry.tlog.gz", "telemetry.bin", "telemetry.csv"])
-def test_a_recording_larger_than_any_dive_is_refused_before_it_is_opened(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
-) -> None:
-    path = grown(tmp_path / name, 2**31 + 1)
-    monkeypatch.setattr(Path, "read_bytes", lambda _: pytest.fail("opened"))
-    with pytest.raises(LogError) as refused:
-        load_bytes(path)
-    assert str(refused.value) == (
-        f"{path}: 2.1 GB is more than the 2.1 GB that are read of a file, which hold a dive of a day; give a part of it"
-    )
-
-
-def test_a_recording_as_large_as_the_largest_dive_is_opened(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(Path, "read_bytes", lambda _: b"as it is")
-    assert load_bytes(grown(tmp_path / "telemetry.tlog", 2**31)) == (b"as it is", True)
-
-
-def test_a_parameter_file_of_more_than_some_megabytes_is_refused_before_it_is_opened(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = grown(tmp_path / "large.param", 4_000_001)
-    monkeypatch.setattr(Path, "read_text", lambda *_, **__: pytest.fail("opened"))
-    with pytest.raises(ParamRejected, match="4000001 bytes is too long for a parameter file; give another"):
-        read_parameters(path)
-
-
-ODD = "no file, but a pipe or a device"
-LARGE = "more than the 64 MB that any of ours has"
-
-
-def pipe(path: Path) -> None:
-    os.mkfifo(path)
-
-
-def device(path: Path) -> None:
-    path.symlink_to("/dev/zero")
-
-
-def large(path: Path) -> None:
-    """Takes no room on the disk."""
-    with path.open("wb") as file:
-        file.truncate(64_000_001)
-
-
-@pytest.fixture
-def shut(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
-    """From its call on no file may be opened: who does so fails instead of hanging."""
-
-    def shut_() -> None:
-        monkeypatch.setattr(Path, "open", lambda *_, **__: pytest.fail("opened"))
-
-    return shut_
-
-
-JSON: dict[str, tuple[Callable[[Path], Any], type[SeatrialError]]] = {
-    "an identification": (read_identification, UsageError),
-    "what a vehicle keeps": (store.load, ParamError),
-    "an answer to a case": (_answer, LogError),
-}
-
-
-@pytest.mark.parametrize("name", JSON)
-@pytest.mark.parametrize(("put", "why"), [(pipe, ODD), (device, ODD), (large, LARGE)])
-def test_json_that_has_no_end_is_refused_in_one_sentence_before_it_is_opened(
-    tmp_path: Path, shut: Callable[[], None], put: Callable[[Path], None], why: str, name: str
-) -> None:
-    read, refusal = JSON[name]
-    path = tmp_path / "a.json"
-    put(path)
-    shut()
-    with pytest.raises(refusal, match=re.escape(why)) as refused:
-        read(path)
-    assert "\n" not in str(refused.value)
-
-
-@pytest.mark.parametrize("put", [pipe, device])
-@pytest.mark.parametrize(
-    "read", [load_yaml, lambda path: load_vehicle(str(path)), lambda path: load_keymap(path, ())]
-)
-def test_yaml_that_has_no_end_is_refused_before_it_is_opened(
-    tmp_path: Path, shut: Callable[[], None], put: Callable[[Path], None], read: Callable[[Path], Any]
-) -> None:
-    path = tmp_path / "a.yaml"
-    put(path)
-    shut()
-    with pytest.raises(ConfigError) as refused:
-        read(path)
-    assert str(refused.value) == f"{path}: is {ODD}; give a YAML file"
-
-
-@pytest.mark.parametrize("put", [pipe, device, large])
-def test_a_plan_is_put_in_place_of_none_but_a_plan(tmp_path: Path, put: Callable[[Path], None]) -> None:
-    put(tmp_path / "plan.yaml")
-    with pytest.raises(UsageError, match="exists and is no plan, so it stays; name another file"):
-        check_plan(str(tmp_path / "plan.yaml"))
-
-
-@pytest.mark.parametrize("put", [pipe, device, large])
+@pytest.mark.parametrize("put", [pipe, device, grown])
 def test_what_lies_where_the_program_keeps_its_state_holds_nothing_up(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, shut: Callable[[], None], put: Callable[[Path], None]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, shut: Callable[[], None], put: Callable[[Path], Any]
 ) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     (tmp_path / "seatrial").mkdir()
@@ -324,34 +268,6 @@ def test_what_lies_where_the_program_keeps_its_state_holds_nothing_up(
     shut()
     assert themes.load_theme() == themes.ORDER[0]
     assert held(0.0) is None
-
-
-@pytest.mark.parametrize("put", [pipe, device])
-def test_a_batch_keeps_nothing_in_what_is_no_file(tmp_path: Path, put: Callable[[Path], None]) -> None:
-    put(tmp_path / "kept")
-    with pytest.raises(LogError, match=f"the results can't be kept there \\({ODD}\\)"):
-        Cache(tmp_path / "kept")
-
-
-@pytest.mark.parametrize(("put", "why"), [(pipe, ODD), (device, ODD), (large, LARGE)])
-def test_a_column_map_without_an_end_is_not_read_for_its_hash(
-    tmp_path: Path, put: Callable[[Path], None], why: str
-) -> None:
-    path = tmp_path / "columns.yaml"
-    put(path)
-    dive = Recording("dive", tmp_path, (), "ab", 1)
-    with pytest.raises(OSError, match=why):
-        job_for(IDENTIFY, dive, load_vehicle("ruvifist"), "likelihood", path)
-
-
-@pytest.mark.parametrize("put", [pipe, device, large])
-def test_a_key_of_answers_without_an_end_is_no_key(
-    tmp_path: Path, shut: Callable[[], None], put: Callable[[Path], None]
-) -> None:
-    put(tmp_path / "key")
-    shut()
-    with pytest.raises(LogError, match="holds no key"):
-        read_key(tmp_path / "key")
 
 
 THINGS = ["a pipe", "a link", "a link to nothing", "a link to a device"]
@@ -418,14 +334,6 @@ def test_a_page_is_written_through_no_link(tmp_path: Path, ours: Path, put: Call
     assert ours.read_text(encoding="utf-8") == "ours"
 
 
-def test_pipes_under_the_names_of_results_hold_no_screen_up(tmp_path: Path) -> None:
-    (tmp_path / "telemetry.tlog").write_bytes(b"")
-    for path in (tmp_path / "diagnosis.json", places(tmp_path)["--json"]):
-        os.mkfifo(path)
-    assert Kept(lambda data: data).read(tmp_path / "diagnosis.json") is None
-    assert load_identified(tmp_path, tmp_path / "receipts") is None
-
-
 def test_a_ring_hands_out_files_alone(tmp_path: Path, put: Callable[[Path], Path]) -> None:
     name = Segment(1, 2, 3, 4).name
     put(tmp_path / name)
@@ -479,10 +387,3 @@ def test_one_with_something_else_in_a_place_is_refused(
     with pytest.raises(UsageError) as refused:
         priors_of(path, None, ANY)
     assert str(refused.value) == sentence
-
-
-@pytest.mark.parametrize("value", [float("inf"), float("nan")])
-def test_one_with_what_is_no_number_of_json_is_refused(tmp_path: Path, value: float) -> None:
-    path = put_answer(tmp_path, ("parameters", 0, "low95"), value)
-    with pytest.raises(UsageError, match=r"is no JSON; give the file that --json wrote"):
-        targets_of_identification(path, "ruvifist:hovering", ANY)

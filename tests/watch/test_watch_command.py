@@ -1,6 +1,5 @@
 """`seatrial watch`: a line a second, exit codes, and a recording that ends and comes back."""
 
-import io
 import json
 import math
 import re
@@ -10,7 +9,6 @@ from dataclasses import replace
 import pytest
 from fakes.vehicle import QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as mav
-from rich.console import Console
 from vehicle_on_air import LEVEL, NO_LOCK, STILL, OnAir, dvl, heartbeat, imu
 
 from bridge import exit_codes
@@ -23,7 +21,7 @@ from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.watcher import Watcher
 from tui import cli, links
 from tui.commands import watch as watched
-from tui.commands.watch import Look, code, screen
+from tui.commands.watch import Look
 
 RUVIFIST = load_vehicle("ruvifist")
 REFERENCE = (0.4, 0.1, 0.2, 0.01, 0.02, 0.03) + (0.0,) * 6 + (0.0, 1.5)
@@ -97,26 +95,6 @@ def test_a_stale_value_bears_its_age_and_one_that_is_gone_is_no_number(healthy):
     assert watched.now_of(healthy.picture(9.0).traces["u"]) == "--"
 
 
-def test_a_lost_link_and_an_armed_state_of_then_say_how_old_they_are(healthy):
-    picture = healthy.picture(13.0)
-    assert watched.line(picture, None).startswith("ARMED 12 s ago | LINK LOST 12 s  sys 1/1 | ")
-
-
-def test_before_a_vehicle_beats_nothing_is_called_missing(watcher):
-    assert watched.line(watcher.picture(1.0), None) == (
-        "UNKNOWN | NO LINK | depth -- m | u -- v -- w -- r -- | -- V -- A | NOT RECORDING"
-    )
-
-
-def test_the_exit_code_says_whether_something_came_and_whether_all_is_well(healthy):
-    well = healthy.picture(1.2)
-    assert code(5, well, once=True) == exit_codes.DONE
-    poor = healthy.picture(9.0)
-    assert code(5, poor, once=True) == exit_codes.NO
-    assert code(5, poor, once=False) == exit_codes.DONE
-    assert code(0, Watcher(None).picture(1.0), once=True) == exit_codes.LINK
-
-
 def test_a_picture_is_made_every_second_and_once_more_at_the_end():
     clock, stop = SimulatedClock(), threading.Event()
     encoder = Encoder(1, 1)
@@ -137,26 +115,6 @@ def test_a_picture_is_made_every_second_and_once_more_at_the_end():
     assert [round(picture.now_s - pictures[0].now_s) for picture in pictures] == [0, 1, 2, 3]
     assert looked.picture.armed.value == "ARMED"
     assert looked.picture.now_s > pictures[-1].now_s
-
-
-def test_the_screen_dims_what_is_not_fresh_and_fits_80_columns(healthy):
-    console = Console(width=80, record=True, force_terminal=True, color_system="standard", file=io.StringIO())
-    console.print(screen(healthy.picture(1.9), RECORDING, 80))
-    styled = console.export_text(styles=True)
-    lines = styled.splitlines()
-    (dvl_line,) = [line for line in lines if "silent for 0.9 s" in line and "DVL" in line]
-    assert dvl_line.startswith("\x1b[2m")
-    (battery,) = [line for line in lines if "battery" in line]
-    assert not battery.startswith("\x1b[2m")
-    assert "\x1b[1mARMED" in lines[0]
-    plain = [line for line in console_text(healthy.picture(1.9)) if line]
-    assert max(map(len, plain)) <= 80
-
-
-def console_text(picture):
-    console = Console(width=80, record=True, file=io.StringIO())
-    console.print(screen(picture, None, 80))
-    return console.export_text().splitlines()
 
 
 @pytest.fixture
@@ -269,29 +227,6 @@ def test_it_waits_for_the_next_recording_and_leaves_the_vehicles_own_port_to_it(
     ground.holding = replace(HOLDING, hub=SECOND)
     assert ground.turn(link)
     assert ground.opened == [FIRST, SECOND]
-    link.close()
-
-
-def test_why_nothing_comes_is_told(ground):
-    link = links.coming_back(links.link_for(None), None, ground.clock)
-    looked, stop = Look(link, Watcher(None), ground.clock), threading.Event()
-    read = link.read
-
-    def scripted(timeout_s):
-        ground.clock.advance_to(ground.clock.now_s + timeout_s)
-        if ground.clock.now_s > 2.0:
-            ground.holding, ground.links[FIRST].on = None, False
-        if ground.clock.now_s > 12.0:
-            stop.set()
-        return read(0.01)
-
-    link.read = scripted
-    looked.listen(stop)
-    line = watched.line(looked.picture, None, looked.fault)
-    assert line.startswith("DISARMED 10 s ago | LINK LOST 10 s  sys 1/1 | ")
-    assert line.endswith(
-        "NOT RECORDING | no recording runs that could be listened to; start `seatrial record`"
-    )
     link.close()
 
 

@@ -4,7 +4,7 @@ import math
 
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mav
-from vehicle_on_air import LINK, NO_LOCK, OnAir, dvl, imu
+from vehicle_on_air import LINK, OnAir, dvl, imu
 
 from bridge.onboard.orders import status_texts
 from bridge.vehicle.config import load_vehicle
@@ -31,6 +31,7 @@ def test_before_anything_came_the_picture_claims_nothing(watcher):
     assert picture.armed_age_s == math.inf
     assert picture.links == picture.said == ()
     assert {row.condition for row in picture.sensors} == {Condition.MISSING}
+    assert {row.words for row in picture.sensors} == {"never heard; check the device and its port"}
     assert {trace.freshness for trace in picture.traces.values()} == {Freshness.GONE}
     assert picture.ff_mode is None
 
@@ -185,7 +186,10 @@ def test_frames_without_any_heartbeat_show_as_a_lost_link(watcher, vehicle):
     assert row.age_s == math.inf
 
 
-def test_words_are_joined_dated_and_kept_with_their_severity(watcher, vehicle):
+@pytest.mark.parametrize(("ground_s", "zero_s"), [(math.nan, 1.8e9 - 2.0), (1.7e9, 1.7e9)])
+def test_words_are_joined_dated_and_kept_with_their_severity(ground_s, zero_s):
+    watcher = Watcher(RUVIFIST, unix_at_zero_s=ground_s)
+    vehicle = OnAir(watcher)
     vehicle.beats(1.0)
     vehicle.tells("clock", (1.8e9,), 2.0)
     for number in range(25):
@@ -193,7 +197,7 @@ def test_words_are_joined_dated_and_kept_with_their_severity(watcher, vehicle):
     said = watcher.picture(5.0).said
     assert len(said) == 20
     assert said[-1].text == "text 24"
-    assert said[-1].utc_s == pytest.approx(1.8e9 + 2.0)
+    assert said[-1].utc_s == pytest.approx(zero_s + 4.0)
     vehicle.says(status_texts("leak", 2, 99)[0], 6.0)
     assert (watcher.picture(6.0).said[-1].severity, watcher.picture(6.0).said[-1].text) == (2, "leak")
 
@@ -206,15 +210,6 @@ def test_long_words_come_whole_and_can_not_steer_a_terminal(watcher, vehicle):
     assert said.text.startswith("depth [2Jhold is lost")
     assert said.text.count("is lost") == 12
     assert math.isnan(said.utc_s)
-
-
-def test_the_grounds_own_clock_dates_words_where_it_is_given():
-    watcher = Watcher(None, unix_at_zero_s=1.7e9)
-    vehicle = OnAir(watcher)
-    vehicle.beats(1.0)
-    vehicle.tells("clock", (1.8e9,), 2.0)
-    vehicle.says(status_texts("leak", 2, 1)[0], 3.0)
-    assert watcher.picture(4.0).said[0].utc_s == pytest.approx(1.7e9 + 3.0)
 
 
 def test_two_vehicles_under_one_address_are_told(watcher):
@@ -254,15 +249,6 @@ def test_feed_forward_mode_configuration_and_thrusters_are_those_last_told(watch
     assert math.isnan(picture.thrusters[0].rpm)
     vehicle.tells("rpm", (-900.0,) + (0.0,) * 57, 2.0)
     assert watcher.picture(2.0).thrusters[0].rpm == -900.0
-
-
-def test_no_lock_says_nan_and_the_trace_shows_the_gap(watcher, vehicle):
-    vehicle.beats(0.0)
-    for k, values in enumerate((dvl(0.1), NO_LOCK, dvl(0.3))):
-        vehicle.tells("dvl", values, 0.2 * k)
-    value = watcher.picture(0.5).traces["u"].value
-    assert value[[0, 2]].tolist() == pytest.approx([0.1, 0.3])
-    assert math.isnan(value[1])
 
 
 def value_of(name, value):

@@ -15,13 +15,14 @@ from bridge.text import say
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from identify.batch.drift import Drift, drift_of
-from identify.batch.jobs import IDENTIFY, column_file, job_for
+from identify.batch.jobs import IDENTIFY, job_for
 from identify.batch.page import MARKS, batch_report, doubt_mark
 from identify.batch.recordings import Found, find_recordings
 from identify.batch.rows import Row, Value, by_configuration, names_in, rows_of, to_csv, to_json
 from identify.batch.run import Cache, Engine, Standing, cores, run_batch, run_here
 from identify.estimators.table import METHODS
 from identify.ingest.open import utc
+from identify.ingest.table import map_file
 from identify.report.page import Read, with_provenance, write_report
 from tui import pages, show
 from tui.files import Files, check_files
@@ -39,7 +40,7 @@ PARAMETERS_WIDE = 4
 def run(arguments: argparse.Namespace) -> int:
     check(arguments)
     file = load_vehicle(arguments.vehicle)
-    columns = column_file(arguments.columns)
+    columns = map_file(arguments.columns) if arguments.columns else None
     with show.progress("find the recordings") as tell:
         recordings_found = find_recordings(arguments.dives, tell)
     cache = Cache(Path(arguments.out) / KEPT)
