@@ -242,7 +242,7 @@ def test_a_strangers_number_never_makes_a_receipt_of_ours_unreadable(receipts, t
 
 def test_a_change_is_told_in_halves_of_the_interval():
     plan = make_plan({"FF1_M_U": 100.0, "FF1_D_U": 45.0, "FF1_M_V": 5.0}, {"FF1_M_U": 85.0, "FF1_D_U": 45.0})
-    lines = compared(plan, SIDECAR.intervals, {"FF1_M_U": AcceptedValue(96.5, MASS, "2026")})
+    lines = compared(plan, SIDECAR, {"FF1_M_U": AcceptedValue(96.5, MASS, "2026")})
     assert [line.change for line in lines] == [1.5, 0.0, None]
     assert lines[0].cells() == ("FF1_M_U", "kg", "85", "100", "96.5", "+1.5", "changed")
     assert lines[2].cells()[2:6] == ("-", "5", "-", "-")

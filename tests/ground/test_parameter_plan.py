@@ -1,13 +1,14 @@
 """The plan of an upload: targets, sidecar, and values that are refused as implausible."""
 
 import dataclasses
+import json
 
 import pytest
 
-from bridge.errors import ParamRejected, ParamUnknown
+from bridge.errors import ConfigError, ParamRejected, ParamUnknown
 from bridge.vehicle.parameters import set_crc
 from gcs_plugin.params import float32
-from gcs_plugin.params.comparison import wanted_by
+from gcs_plugin.params.comparison import Comparison, planned, wanted_by
 from gcs_plugin.params.files import (
     Interval,
     Sidecar,
@@ -16,7 +17,7 @@ from gcs_plugin.params.files import (
     write_parameters,
     write_sidecar,
 )
-from gcs_plugin.params.identified import intervals_of, parameters_from_identification
+from gcs_plugin.params.identified import parameters_from_identification, sidecar_of
 from gcs_plugin.params.last_accepted import AcceptedValue
 from gcs_plugin.params.plan import (
     Verdict,
@@ -149,8 +150,14 @@ def test_an_identification_without_coefficients_is_refused(data):
 
 def test_a_sidecar_says_where_the_values_came_from(tmp_path):
     path = tmp_path / "hovering.param"
-    intervals = intervals_of({"parameters": [estimate("M_u", 24.4)]}, {"M_u": "FF0_M_U"})
-    sidecar = Sidecar("dive", "vehicle", "hovering", "likelihood", "0.1.0", intervals)
+    data = {
+        "vehicle": {"name": "ruvifist", "sha256": "v"},
+        "configuration": "hovering",
+        "outcome": "converged",
+        "parameters": [estimate("M_u", 24.4), estimate("I_r", None, identifiable=False)],
+    }
+    sidecar = sidecar_of(data, 0)
+    assert sidecar.intervals == {"FF0_M_U": Interval("M_u", "kg", 1.0, 2.0)}
     assert read_sidecar(path) is None
     assert write_sidecar(path, sidecar) == sidecar_path(path)
     assert read_sidecar(path) == sidecar
@@ -384,3 +391,15 @@ def test_one_implausible_line_stops_all_until_it_is_left_out_or_taken_by_name():
         judged.check()
     assert judged.with_implausible().changes == plan.changes
     assert judged.count(Verdict.IMPLAUSIBLE) == 1
+
+
+def test_another_program_reads_a_comparison_as_it_was_written(tmp_path, file):
+    write_sidecar(file, dataclasses.replace(SIDECAR, doubted={"D_u": "the dive is too short"}))
+    wanted = wanted_by(file, "despite-doubts", despite_doubts=False)
+    present = {"FF1_M_U": 90.0, "FF_ACTIVE": 0.0, "FF_COMMIT": 0.0, "FF_MODE": 2.0}
+    made = planned(file, wanted, present, None, tmp_path, 1).comparison((1, 191), armed=True)
+    assert made.parameters[1].doubted == "the dive is too short"
+    read = Comparison.from_json(json.loads(json.dumps(made.to_json())), "it")
+    assert read == made
+    with pytest.raises(ConfigError, match="it: "):
+        Comparison.from_json({"summary": "3 parameters"}, "it")

@@ -7,7 +7,6 @@ from contextlib import contextmanager
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any
 
 from bridge import clock as clocks
 from bridge import exit_codes, reports
@@ -15,7 +14,7 @@ from bridge.command_line import check_folder
 from bridge.errors import ParamError
 from bridge.exit_codes import UsageError
 from bridge.links import secured
-from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, OF_HULL
+from bridge.vehicle.coefficients import COEFFICIENTS, MASSES
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.effect_coefficients import effect_coefficients
 from bridge.vehicle.parameters import bounds, to_float32
@@ -36,7 +35,7 @@ from gcs_plugin.params.files import (
     check_system,
     write_parameters,
 )
-from gcs_plugin.params.identified import doubted_in, origin_in, parameters_from_identification, sidecar_of
+from gcs_plugin.params.identified import origin_in, parameters_from_identification, sidecar_of
 from gcs_plugin.params.last_accepted import newest_before
 from gcs_plugin.params.plan import Verdict, action_of, unit_of, value_text
 from gcs_plugin.params.receipt import RECEIPT, RESULT_COLUMNS, Newest, newest, path_of
@@ -181,7 +180,7 @@ def show_plan(arguments: argparse.Namespace, planned: Planned, hidden: Collectio
 def show_difference(arguments: argparse.Namespace, planned: Planned, client: ParameterClient) -> int:
     """`params diff`, and `upload` and `rollback` with `--dry-run`."""
     show_plan(arguments, planned, (Verdict.READ_ONLY,))
-    show.write_json(planned.to_json(client.vehicle, armed=client.armed), arguments.json)
+    show.write_json(planned.comparison(client.vehicle, armed=client.armed).to_json(), arguments.json)
     alike = all(row.verdict in (Verdict.SAME, Verdict.READ_ONLY) for row in planned.plan.rows)
     return exit_codes.DONE if alike else exit_codes.NO
 
@@ -239,26 +238,18 @@ def targets_of(
     If `vehicle` names a vehicle file, the values must be of that vehicle, by the sidecar or else by the file's own
     header. Raises UsageError for a file that can't or should not be sent: nothing was sent then.
     """
-    file = None if vehicle is None else load_vehicle(vehicle)
     try:
         wanted = wanted_by(
             path, "--despite-doubts", despite_doubts=leave.doubts, any_vehicle=leave.any_vehicle
         )
-        own_words = origin_in(path)
-        if file is not None:
-            about = None
-            if wanted.sidecar is None and own_words is not None:
-                about = {
-                    "vehicle": {"name": own_words[0], "sha256": file.sha256},
-                    "configuration": own_words[1],
-                }
-            elif wanted.sidecar is not None and wanted.sidecar.vehicle:
-                owner = {"name": wanted.sidecar.vehicle, "sha256": wanted.sidecar.vehicle_sha256}
-                about = {"vehicle": owner, "configuration": wanted.sidecar.configuration}
-            warnings = () if about is None else _check_vehicle(path, about, file, leave.any_vehicle)
-            wanted = replace(
-                wanted, notes=(*warnings, *wanted.notes), rigid=_rigid_bodies(file), kept=_kept_by(file)
-            )
+        sidecar = wanted.sidecar
+        owner = origin_in(path) if sidecar is None else (sidecar.vehicle, sidecar.configuration)
+        if vehicle is not None:
+            file, warnings = load_vehicle(vehicle), []
+            if owner is not None and owner[0]:
+                sha256 = None if sidecar is None else sidecar.vehicle_sha256
+                warnings = _check_vehicle(path, *owner, sha256, file, leave.any_vehicle)
+            wanted = _within(file, replace(wanted, notes=(*warnings, *wanted.notes)))
         return wanted.narrowed(path, only)
     except ParamError as error:
         raise UsageError(str(error)) from None
@@ -272,24 +263,29 @@ def targets_of_identification(
         raise UsageError(f"{path}: an identification needs --vehicle FILE, to know its VEH_CFG; add it")
     file = load_vehicle(vehicle)
     data = read_identification(path)
-    warnings = _check_vehicle(path, data, file, leave.any_vehicle)
-    outcome = data["outcome"]
+    owner, outcome = data["vehicle"], data["outcome"]
+    warnings = _check_vehicle(
+        path, owner["name"], data["configuration"], owner["sha256"], file, leave.any_vehicle
+    )
     check_outcome(path, outcome, leave, "sent")
     configuration = file.configuration or file.vehicle.configuration_named(data["configuration"])
     veh_cfg = file.vehicle.veh_cfg(configuration)
     doubts = (f"warning: {doubt['sentence']}" for doubt in data.get("doubts", ()))
     notes = (*warnings, f"outcome: {outcome}", *doubts, *(f"note: {note}" for note in data.get("notes", ())))
-    doubted = doubted_in(data)
-    sidecar = sidecar_of(data, {c.name: c.parameter_id(veh_cfg) for c in OF_HULL.values()}, doubted)
     try:
         values = parameters_from_identification(data, veh_cfg)
-        wanted = Wanted(values, notes, True, sidecar, rigid=_rigid_bodies(file), kept=_kept_by(file))
+        wanted = _within(file, Wanted(values, notes, True, sidecar_of(data, veh_cfg)))
     except ParamError as error:
         raise UsageError(f"{path}: {error}") from None
     try:
         return wanted.narrowed(path, only)
     except ParamError as error:
         raise UsageError(str(error)) from None
+
+
+def _within(file: VehicleFile, wanted: Wanted) -> Wanted:
+    """The values with what a vehicle of this file can have: its rigid body, and the limits of each parameter."""
+    return replace(wanted, rigid=_rigid_bodies(file), kept=_kept_by(file))
 
 
 def _rigid_bodies(file: VehicleFile) -> dict[str, tuple[float, float]]:
@@ -312,19 +308,23 @@ def _kept_by(file: VehicleFile) -> dict[str, tuple[float, float]]:
     return limits
 
 
-def _check_vehicle(path: Path, data: Mapping[str, Any], file: VehicleFile, any_vehicle: bool) -> list[str]:
-    """Return warnings. Raises UsageError if the values belong to another vehicle or another configuration of it."""
-    name, shape = data["vehicle"]["name"], data["configuration"]
+def _check_vehicle(
+    path: Path, name: str, configuration: str, sha256: str | None, file: VehicleFile, any_vehicle: bool
+) -> list[str]:
+    """Return warnings about values of the vehicle `name`, identified with the vehicle file of that hash, if known.
+
+    Raises UsageError if the values belong to another vehicle or another configuration of it.
+    """
     misfits = []
     if name != file.vehicle.name:
         misfits.append(f"is of vehicle '{name}', and {file.path} is of '{file.vehicle.name}'")
-    if file.configuration not in (None, shape):
-        misfits.append(f"is of configuration '{shape}', and --vehicle names '{file.configuration}'")
+    if file.configuration not in (None, configuration):
+        misfits.append(f"is of configuration '{configuration}', and --vehicle names '{file.configuration}'")
     if misfits and not any_vehicle:
         raise UsageError(
             f"{path}: {'; it '.join(misfits)}: nothing was sent; name its own vehicle, or give --any-vehicle"
         )
     warnings = [f"warning: {path} {misfit}" for misfit in misfits]
-    if not misfits and data["vehicle"]["sha256"] != file.sha256:
+    if not misfits and sha256 not in (None, file.sha256):
         warnings.append(f"warning: {file.path} has changed since {path} was identified with it")
     return warnings
