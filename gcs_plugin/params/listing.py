@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Final
 
-from gcs_plugin.params.deadline import Timing, retry_delay_s
+from gcs_plugin.params.deadline import WINDOW, retry_delay_s
 from gcs_plugin.params.transfer import Source
 
 NO_INDEX: Final = 65535
@@ -31,7 +31,7 @@ class Listing:
 
     source: Source
     start_s: float
-    timing: Timing
+    within_s: float
     values: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -82,7 +82,7 @@ class Listing:
 
     def tick(self, time_s: float) -> list[ReadList | ReadIndex]:
         """The messages to send now."""
-        if time_s - self.start_s >= self.timing.deadline_s:
+        if time_s - self.start_s >= self.within_s:
             self._expired = True
         if self.done:
             return []
@@ -90,7 +90,7 @@ class Listing:
             if time_s < self._list_due_s:
                 return []
             self._list_attempts += 1
-            self._list_due_s = time_s + SILENCE_S + retry_delay_s(self._list_attempts, self.timing)
+            self._list_due_s = time_s + SILENCE_S + retry_delay_s(self._list_attempts)
             return [ReadList()]
         if time_s - self._last_new_s < SILENCE_S and not self._attempts:
             return []
@@ -98,9 +98,9 @@ class Listing:
 
     def _ask_missing(self, time_s: float) -> list[ReadList | ReadIndex]:
         sends: list[ReadList | ReadIndex] = []
-        for index in self.missing[: self.timing.window]:
+        for index in self.missing[:WINDOW]:
             if time_s >= self._due_s.get(index, time_s):
                 self._attempts[index] = self._attempts.get(index, 0) + 1
-                self._due_s[index] = time_s + retry_delay_s(self._attempts[index], self.timing)
+                self._due_s[index] = time_s + retry_delay_s(self._attempts[index])
                 sends.append(ReadIndex(index))
         return sends

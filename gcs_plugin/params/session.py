@@ -26,7 +26,6 @@ from bridge.clock import Clock
 from bridge.errors import LinkError, LinkTimeout, ParamRejected, ParamUnverified, SeatrialError
 from bridge.wire.framing import Frame, decode
 from gcs_plugin.off_orders import OffOrders
-from gcs_plugin.params.deadline import Timing
 from gcs_plugin.params.files import Sidecar
 from gcs_plugin.params.listing import Listing, ReadIndex, ReadList
 from gcs_plugin.params.plan import Plan, obstacle
@@ -173,7 +172,7 @@ class Session:
         now_s = self._clock.boot_s()
         self.step, self.failure, self._upload = Step.READING, None, None
         self._within_s, self._listed_s, self._orders = within_s, now_s, OffOrders()
-        self._listing = Listing(self.vehicle, now_s, Timing(deadline_s=within_s))
+        self._listing = Listing(self.vehicle, now_s, within_s)
 
     def write(self, order: Order) -> None:
         """Start to carry out an order, once the next HEARTBEAT arrives.

@@ -7,13 +7,13 @@ count, unless the vehicle shows twice that it keeps another value.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Final
 
 from bridge.vehicle.parameters import COMMIT, MODE
 from gcs_plugin.params import float32
-from gcs_plugin.params.deadline import RoundTrips, Timing, retry_delay_s
+from gcs_plugin.params.deadline import RETRY_S, WINDOW, RoundTrips, retry_delay_s
 
 Source = tuple[int, int]
 
@@ -140,13 +140,12 @@ class Transfer:
     tasks: Iterable[Task]
     source: Source
     start_s: float
-    timing: Timing
-    round_trips: RoundTrips | None = None
+    within_s: float
+    round_trips: RoundTrips = field(default_factory=RoundTrips)
     probes: Sequence[str] = ()
 
     def __post_init__(self) -> None:
         self._probes, self._probes_due_s = tuple(self.probes), self.start_s
-        self._trips = self.round_trips or RoundTrips(self.timing)
         self._items = [
             _Item(task, _State.READ if task.write_to is None else _State.WRITE, self.start_s)
             for task in self.tasks
@@ -177,11 +176,6 @@ class Transfer:
         """Tasks done, tasks in all."""
         return sum(item.state is _State.DONE for item in self._items), len(self._items)
 
-    @property
-    def last_write_s(self) -> float | None:
-        """When the last write was sent."""
-        return max((item.last_write_s for item in self._items if item.last_write_s is not None), default=None)
-
     def failure(self) -> Result | None:
         """The first result other than APPLIED, None if there is none."""
         return next((r for r in self.results.values() if r.outcome is not Outcome.APPLIED), None)
@@ -190,7 +184,7 @@ class Transfer:
         """A PARAM_VALUE arrived."""
         if source != self.source:
             return
-        self._trips.on_heard(name, time_s)
+        self.round_trips.on_heard(name, time_s)
         writing = self._by_write.get(name)
         if writing is not None and writing.state is _State.ECHO:
             writing.heard_echo = True
@@ -238,7 +232,7 @@ class Transfer:
 
     def tick(self, time_s: float) -> list[Send]:
         """The messages to send now."""
-        if time_s - self.start_s >= self.timing.deadline_s:
+        if time_s - self.start_s >= self.within_s:
             for item in self._items:
                 if item.state is not _State.DONE:
                     self._expire(item)
@@ -251,28 +245,28 @@ class Transfer:
             if item.state is _State.QUIET:
                 item.state, item.attempt = _State.READ, 0
             if item.state in (_State.WRITE, _State.READ):
-                if flying >= self.timing.window:
+                if flying >= WINDOW:
                     continue
                 flying += 1
             sends.append(self._send(item, time_s))
             if item.attempt == 1:
-                self._trips.on_quiet(sends[-1].name)
+                self.round_trips.on_quiet(sends[-1].name)
         for send in sends:
-            self._trips.on_sent(send.name, time_s)
+            self.round_trips.on_sent(send.name, time_s)
         return sends
 
     def _ask_probes(self, time_s: float) -> list[Send]:
         if not self._probes or time_s < self._probes_due_s:
             return []
-        now, self._probes = self._probes[: self.timing.window], self._probes[self.timing.window :]
-        self._probes_due_s = time_s + self.timing.retry_s
+        now, self._probes = self._probes[:WINDOW], self._probes[WINDOW:]
+        self._probes_due_s = time_s + RETRY_S
         return [ReadValue(name) for name in now]
 
     def _send(self, item: _Item, time_s: float) -> Send:
         if item.state is _State.ECHO and item.attempt >= UNANSWERED_WRITES:
             item.state, item.attempt = _State.ANSWER, 0
         item.attempt += 1
-        item.due_s = time_s + retry_delay_s(item.attempt, self.timing)
+        item.due_s = time_s + retry_delay_s(item.attempt)
         if item.state in (_State.WRITE, _State.ECHO) and item.task.write_to is not None:
             item.state, item.last_write_s = _State.ECHO, time_s
             item.quiet_since_s = time_s if item.attempt >= UNANSWERED_WRITES else None
@@ -287,7 +281,7 @@ class Transfer:
 
     def _quiet_until_s(self, item: _Item) -> float:
         """Time at which no earlier message is under way any more, by the round trips measured so far."""
-        return self.start_s if item.quiet_since_s is None else item.quiet_since_s + self._trips.quiet_s
+        return self.start_s if item.quiet_since_s is None else item.quiet_since_s + self.round_trips.quiet_s
 
     def _judge(self, item: _Item, value: float, time_s: float) -> None:
         item.seen = value
@@ -316,7 +310,7 @@ class Transfer:
             self._finish(item, Outcome.NOT_SENT, f"{item.task.name} was not sent before the deadline")
             return
         last = f", last seen {item.seen:.9g}" if item.seen is not None else ""
-        allowed = self.timing.deadline_s
+        allowed = self.within_s
         sentence = f"{item.task.name} was not read back as {item.task.value:.9g} within {allowed:.0f} s{last}"
         self._finish(item, Outcome.UNVERIFIED, sentence)
 

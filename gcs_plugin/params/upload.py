@@ -21,7 +21,7 @@ from typing import Final
 
 from bridge.vehicle.parameters import ACTIVE, COMMIT, MODE, set_crc
 from gcs_plugin.params import float32
-from gcs_plugin.params.deadline import RoundTrips, Timing, deadline_s
+from gcs_plugin.params.deadline import DEADLINE_S, QUIET_S, RoundTrips, deadline_s
 from gcs_plugin.params.plan import Plan, Verdict, is_staged
 from gcs_plugin.params.transfer import Outcome, Result, Send, SetValue, Source, Task, Transfer, confirm, write
 
@@ -59,8 +59,8 @@ class Upload:
     """
 
     def __init__(self, plan: Plan, source: Source, start_s: float = 0.0) -> None:
-        self._plan, self._source, self._timing = plan, source, Timing()
-        self._trips = RoundTrips(self._timing)
+        self._plan, self._source = plan, source
+        self._trips = RoundTrips()
         present, changes = plan.present, plan.changes
         self._commits = COMMIT in present and ACTIVE in present
         staged = [name for name in present if is_staged(name)] if self._commits else []
@@ -78,7 +78,7 @@ class Upload:
         self.ending: Ending | None = None
         self._answered_s = start_s
         tasks = len({*self._direct, *self._new_set}) + len(self._live) + 1
-        self._end_s = start_s + max(self._timing.deadline_s, deadline_s(tasks, self._timing))
+        self._end_s = start_s + max(DEADLINE_S, deadline_s(tasks))
         self._begin(start_s)
 
     @property
@@ -208,8 +208,8 @@ class Upload:
 
     def _transfer_of(self, tasks: Iterable[Task], start_s: float, probes: Sequence[str] = ()) -> Transfer:
         # A transfer that begins too late still gets a short deadline, so that it ends with its own sentence.
-        timing = replace(self._timing, deadline_s=max(self._end_s - start_s, self._timing.quiet_s))
-        return Transfer(tasks, self._source, start_s, timing, round_trips=self._trips, probes=probes)
+        within_s = max(self._end_s - start_s, QUIET_S)
+        return Transfer(tasks, self._source, start_s, within_s, self._trips, probes)
 
     def _stage_tasks(self) -> list[Task]:
         tasks = [write(name, value) for name, value in self._direct.items()]
@@ -299,7 +299,7 @@ class Upload:
         # A quiet period first, so that a write still under way can't arrive after the write that restores the value.
         start_s = time_s + self._trips.quiet_s
         self._stage, self._undoing, self._looks = Stage.UNDO, True, False
-        self._end_s, self._answered_s = start_s + deadline_s(len(names) + 1, self._timing), start_s
+        self._end_s, self._answered_s = start_s + deadline_s(len(names) + 1), start_s
         self._transfer = self._transfer_of([write(name, before[name]) for name in sorted(names)], start_s)
 
     def _after_undo(self, time_s: float) -> None:

@@ -7,7 +7,6 @@ from figures import keep
 from lossy_vehicle import SOURCE, Faults, LossyVehicle
 
 from bridge.vehicle.coefficients import COEFFICIENTS
-from gcs_plugin.params.deadline import Timing
 from gcs_plugin.params.listing import Listing
 from gcs_plugin.params.plan import make_plan
 from gcs_plugin.params.transfer import Outcome
@@ -16,8 +15,7 @@ from gcs_plugin.params.upload import Upload
 OLD = {f"FF0_{kind}_{dof}": 10.0 for kind in "MD" for dof in "UV"} | {"FF_MODE": 1.0}
 TARGETS = {"FF0_M_U": 24.5, "FF0_D_U": 42.25, "FF_MODE": 2.0}
 NEW = OLD | TARGETS
-TIMING = Timing()
-LONG_S, SETTLE_S = 2000.0, 5.0
+LISTED_S, LONG_S, SETTLE_S = 60.0, 2000.0, 5.0
 
 
 class Numbered(LossyVehicle):
@@ -52,7 +50,7 @@ def kill(_):
 
 def upload_to(vehicle, targets):
     """Bring a vehicle to `targets` from what a reading of all tells; None where it could not all be read."""
-    listing = Listing(SOURCE, vehicle.now_s, TIMING)
+    listing = Listing(SOURCE, vehicle.now_s, LISTED_S)
     assert vehicle.run(listing, lambda: listing.done, vehicle.now_s + LONG_S)
     if not listing.complete:
         assert vehicle.writes == 0
@@ -135,7 +133,7 @@ def test_a_ground_killed_at_any_message_leaves_what_another_finishes_or_takes_ba
     vehicle.at = 0
     if forgets:
         vehicle._reboot()
-    listing = Listing(SOURCE, vehicle.now_s, TIMING)
+    listing = Listing(SOURCE, vehicle.now_s, LISTED_S)
     vehicle.settle(listing, 6.0)  # what was under way arrives; nobody of before hears the answers
     assert vehicle.flying in (flown(OLD), flown(NEW))
     can_be_finished_and_gone_back_from(vehicle)
