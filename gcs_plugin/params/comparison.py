@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from bridge import schema
-from bridge.errors import ParamRejected, ParamUnknown
+from bridge.errors import ParamError, ParamRejected, ParamUnknown
 from bridge.vehicle.effect_coefficients import EffectCoefficient
 from bridge.vehicle.parameters import ACTIVE, MODE
 from gcs_plugin.params.files import Interval, Sidecar, read_parameters, read_sidecar, sidecar_path, system_of
@@ -36,7 +36,7 @@ from gcs_plugin.params.plan import (
     value_text,
 )
 from gcs_plugin.params.plausible import implausible
-from gcs_plugin.params.receipt import Newest, Receipt, new_preimage
+from gcs_plugin.params.receipt import RECEIPT, Newest, Receipt, new_preimage, path_of
 from gcs_plugin.params.session import Order
 from gcs_plugin.params.transfer import Source
 from gcs_plugin.params.upload import Upload
@@ -292,9 +292,20 @@ class Planned:
         preimage = new_preimage(receipts, unix_s)
         return Order(self.plan, preimage, even_armed, self.restores, sidecar, read_at)
 
-    def keep(self, receipt: Receipt) -> Path | None:
-        """Write down the values that the vehicle accepted, see `keep_accepted`."""
-        return keep_accepted(receipt, self.wanted.sidecar, self.whole)
+    def settled(self, receipt: Receipt) -> tuple[Receipt, tuple[str, ...]]:
+        """Write down the values that the vehicle accepted, see `keep_accepted`.
+
+        Returns the lines to show, and the receipt, with `unkept` if they could not be written.
+        """
+        lines = [f"{receipt.outcome.value}: {receipt.sentence}", f"values before: {receipt.preimage}"]
+        if not receipt.unkept:
+            lines.insert(1, f"receipt: {path_of(receipt.preimage, RECEIPT)}")
+            try:
+                if (accepted := keep_accepted(receipt, self.wanted.sidecar, self.whole)) is not None:
+                    lines.append(f"accepted: {accepted}")
+            except ParamError as error:
+                receipt = replace(receipt, unkept=str(error))
+        return receipt, tuple(lines)
 
     def rehearsed(self, vehicle: Source) -> Upload:
         """The upload as it would begin now: says whether it writes anything or needs a disarmed vehicle."""

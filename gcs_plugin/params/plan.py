@@ -4,6 +4,7 @@ With it, notes on values in staging that a vehicle does not fly.
 """
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -87,9 +88,6 @@ class Plan:
         """Targets that the vehicle already holds in its staged set; an upload need only commit them."""
         return self.named(Verdict.STAGED)
 
-    def count(self, verdict: Verdict) -> int:
-        return sum(row.verdict is verdict for row in self.rows)
-
     def code(self, *, armed: bool) -> str:
         """Confirmation code: number of lines that are written or put in force, and the CRC of their names and values;
         prefixed with "armed-" for an armed vehicle.
@@ -99,7 +97,8 @@ class Plan:
 
     def summary(self) -> str:
         """Number of lines with each verdict, in one sentence."""
-        parts = [f"{self.count(verdict)} {verdict.value}" for verdict in Verdict if self.count(verdict)]
+        counts = Counter(row.verdict for row in self.rows)
+        parts = [f"{counts[verdict]} {verdict.value}" for verdict in Verdict if counts[verdict]]
         return f"{len(self.rows)} parameters: {', '.join(parts) or 'none'}"
 
     def explained(self, names: Iterable[str], reason: str) -> "Plan":

@@ -33,7 +33,7 @@ from gcs_plugin.params.files import (
     write_sidecar,
 )
 from gcs_plugin.params.plan import Plan, Verdict, unit_of, value_text
-from gcs_plugin.params.transfer import Outcome, Result, Source
+from gcs_plugin.params.transfer import Outcome, Source
 from gcs_plugin.params.upload import Ending
 
 BEFORE: Final = "-before.param"
@@ -185,13 +185,12 @@ def finish(begun: Receipt, plan: Plan, ending: Ending, took_s: float) -> Receipt
     A receipt that can't be written raises nothing, since the result on the vehicle matters more: `unkept` then gives
     the reason, and the receipt on the disk still says BEGUN.
     """
-    receipt = replace(
-        begun,
-        outcome=ending.outcome,
-        sentence=ending.sentence,
-        lines=lines_of(plan, ending.results),
-        took_s=took_s,
+    results = [(row, ending.results[row.name]) for row in plan.rows]
+    lines = tuple(
+        Line(row.name, row.present, row.target, result.seen, result.outcome, result.sentence)
+        for row, result in results
     )
+    receipt = replace(begun, outcome=ending.outcome, sentence=ending.sentence, lines=lines, took_s=took_s)
     try:
         _keep(receipt)
     except ParamRejected as error:
@@ -244,21 +243,6 @@ def _keep(receipt: Receipt) -> None:
     path = path_of(receipt.preimage, RECEIPT)
     replace_text(path, json.dumps(receipt.to_json(), indent=2, allow_nan=False) + "\n")
     sync_folder(path.parent)
-
-
-def lines_of(plan: Plan, results: Mapping[str, Result]) -> tuple[Line, ...]:
-    """Lines of a receipt, in the order of the plan."""
-    return tuple(
-        Line(
-            row.name,
-            row.present,
-            row.target,
-            results[row.name].seen,
-            results[row.name].outcome,
-            results[row.name].sentence,
-        )
-        for row in plan.rows
-    )
 
 
 def _number(value: float | None) -> float | None:

@@ -38,7 +38,7 @@ from gcs_plugin.params.files import (
 from gcs_plugin.params.identified import origin_in, parameters_from_identification, sidecar_of
 from gcs_plugin.params.last_accepted import newest_before
 from gcs_plugin.params.plan import Verdict, action_of, unit_of, value_text
-from gcs_plugin.params.receipt import RECEIPT, RESULT_COLUMNS, Newest, newest, path_of
+from gcs_plugin.params.receipt import RESULT_COLUMNS, Newest, newest
 from gcs_plugin.params.session import Progress
 from gcs_plugin.params.transfer import Outcome, Result, Source
 from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
@@ -208,20 +208,12 @@ def apply(
         receipt = client.apply(
             planned.order(Path(arguments.receipts), unix_s, even_armed=arguments.armed, read_at=read_at)
         )
-    before = receipt.preimage
     console = show.results(arguments.json)
     rows = receipt.cells(plan)
     if rows:
         show.put(console, show.Table("", RESULT_COLUMNS, rows, numbers=RESULT_COLUMNS[2:4]))
-    show.say(console, f"{receipt.outcome.value}: {receipt.sentence}")
-    kept = "" if receipt.unkept else f"receipt: {path_of(before, RECEIPT)}\n"
-    show.say(console, f"{kept}values before: {before}")
-    try:
-        accepted = None if receipt.unkept else planned.keep(receipt)
-        if accepted is not None:
-            show.say(console, f"accepted: {accepted}")
-    except ParamError as error:
-        receipt = replace(receipt, unkept=str(error))
+    receipt, lines = planned.settled(receipt)
+    show.say(console, "\n".join(lines))
     if receipt.unkept:
         show.say(show.words(), receipt.unkept)
     show.write_json(receipt.to_json(), arguments.json)
