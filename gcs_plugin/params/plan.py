@@ -154,10 +154,17 @@ class Plan:
             )
 
 
+def part_of_set(name: str) -> tuple[int, Coefficient | EffectCoefficient] | None:
+    """Configuration (VEH_CFG) and coefficient that a parameter holds, None for other parameters."""
+    match = _STAGED.fullmatch(name)
+    coefficient = _BY_ID.get(match[2]) if match else None
+    return None if match is None or coefficient is None else (int(match[1]), coefficient)
+
+
 def coefficient_of(name: str) -> Coefficient | EffectCoefficient | None:
     """The coefficient that a parameter holds, None for other parameters."""
-    match = _STAGED.fullmatch(name)
-    return _BY_ID.get(match.group(2)) if match else None
+    part = part_of_set(name)
+    return None if part is None else part[1]
 
 
 def unit_of(name: str) -> str:
@@ -219,15 +226,15 @@ def taken_back(targets: Mapping[str, float], present: Mapping[str, float]) -> di
     A model without an effect was fitted without it and accounts for the vehicle's whole motion, so the old effect must
     not act in addition. Only configurations that `targets` mentions are affected.
     """
-    about = {match.group(1) for name in targets if is_staged(name) and (match := _STAGED.fullmatch(name))}
+    about = {part[0] for part in map(part_of_set, targets) if part is not None}
     return {
         name: 0.0
         for name, value in present.items()
         if value != 0.0
         and name not in targets
-        and isinstance(coefficient_of(name), EffectCoefficient)
-        and (match := _STAGED.fullmatch(name))
-        and match.group(1) in about
+        and (part := part_of_set(name)) is not None
+        and isinstance(part[1], EffectCoefficient)
+        and part[0] in about
     }
 
 
