@@ -270,8 +270,7 @@ class PastUpload:
 def kept_in(receipts: Path, system: int | None = None) -> list[PastUpload]:
     """The receipts in a folder, of one vehicle or of all, by number: a clock may be set back, a number never is.
 
-    A receipt from before numbers were introduced has number 0. Unreadable receipts are left out, and so are receipts
-    with a number that none of ours has.
+    Unreadable receipts are left out, and so are receipts with a number that none of ours has.
     """
     kept = (_read(path, system) for path in receipts.glob(f"*{RECEIPT}"))
     return sorted(filter(None, kept), key=lambda receipt: (receipt.number, receipt.time))
@@ -295,7 +294,7 @@ def _read(path: Path, system: int | None) -> PastUpload | None:
         begun = {str(line["name"]) for line in lines if line["outcome"] == Outcome.BEGUN.name.lower()}
         return PastUpload(
             path.with_name(time + BEFORE),
-            _whole(data.get("number", 0), MOST_UPLOADS),
+            _whole(data["number"], MOST_UPLOADS),
             Outcome[data["outcome"].upper()],
             str(data.get("restores") or ""),
             targets,
