@@ -131,10 +131,8 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
         self._file = ""
         self._ff_mode: dict[int, float] = {}
         self.add_command("seatrial", self.command, "sea trials: record, identify, upload", typed.COMPLETIONS)
-        self.add_completion_function("(SEATRIAL_DIVE)", typed.dives)
-        self.add_completion_function("(SEATRIAL_PARAM)", typed.parameter_files)
-        self.add_completion_function("(SEATRIAL_FOLDER)", typed.folders)
-        self.add_completion_function("(SEATRIAL_FILE)", typed.vehicle_files)
+        for word, complete in typed.COMPLETERS.items():
+            self.add_completion_function(word, complete)
         self.add_completion_function("(SEATRIAL_VEHICLE)", self._vehicles)
 
     def command(self, words: list[str]) -> None:

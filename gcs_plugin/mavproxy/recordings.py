@@ -6,7 +6,6 @@ The recording holds all traffic on MAVProxy's links, in both directions, in a di
 
 import threading
 import time
-from collections import deque
 from collections.abc import Callable
 from math import isfinite
 from pathlib import Path
@@ -14,42 +13,18 @@ from queue import SimpleQueue
 from typing import Final
 
 from bridge.clock import Clock
-from bridge.errors import LinkError, LogError, SeatrialError
-from bridge.links.link import Link
+from bridge.errors import LogError, SeatrialError
+from bridge.links.memory import memory_pair
 from bridge.vehicle.config import VehicleFile
 from bridge.wire.framing import Frame
-from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle
+from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, list_folders
 from gcs_plugin.dives.recorded import RecordedDive, RecordedDives
-from gcs_plugin.mavproxy.words import newest_dive
 from gcs_plugin.recording import orders
 from gcs_plugin.recording.link import among, same_link
 from gcs_plugin.recording.recorder import Notice, Recorder
 from gcs_plugin.recording.state import Holding, held
 
 TELL_RATE_AFTER_S: Final = 5.0
-
-
-class _Frames(Link):
-    """The link that the recorder reads: the frames of all links in the order in which they passed."""
-
-    name = "MAVProxy"
-
-    def __init__(self) -> None:
-        self.waiting: deque[bytes] = deque()
-
-    def read(self, timeout_s: float) -> bytes:
-        del timeout_s
-        data = b"".join(self.waiting)
-        self.waiting.clear()
-        return data
-
-    def write(self, data: bytes) -> None:
-        raise LinkError(
-            f"{len(data)} bytes can't be sent here; nothing is, a recording only listens", self.name
-        )
-
-    def close(self) -> None:
-        self.waiting.clear()
 
 
 class Recording:
@@ -61,7 +36,10 @@ class Recording:
     def __init__(
         self, root: Path, file: VehicleFile | None, clock: Clock, say: Callable[[str], None]
     ) -> None:
-        self._clock, self._frames, self._say = clock, _Frames(), say
+        self._clock, self._say = clock, say
+        self._passed = bytearray()
+        self._frames, recorded = memory_pair()
+        recorded.name = "MAVProxy"
         name = (file.configuration or "") if file else ""
         about = about_vehicle(file, name) if file else About()
         self.dives, self._began_s = RecordedDives(root, name, lambda _: about, clock), clock.boot_s()
@@ -70,7 +48,7 @@ class Recording:
             say(f"{said.level}: {said.sentence}")
 
         self._recorder = Recorder(
-            [self._frames], self.dives.open_file(), clock, self.dives.free_bytes, notice, None, None
+            [recorded], self.dives.open_file(), clock, self.dives.free_bytes, notice, None, None
         )
         self._stop = threading.Event()
         self._syncer = threading.Thread(
@@ -85,10 +63,13 @@ class Recording:
 
     def keep(self, frame: Frame) -> None:
         """Take a frame that passed, in either direction."""
-        self._frames.waiting.append(frame.raw)
+        self._passed += frame.raw
 
     def step(self) -> None:
         """Write the frames that have come."""
+        if self._passed:
+            self._frames.write(bytes(self._passed))
+            self._passed.clear()
         self._recorder.step(0.0)
 
     def go_on(self) -> None:
@@ -272,6 +253,12 @@ class Recordings:
         """The recording of another process whose hub carries the vehicle to MAVProxy, if any."""
         holding = held(self._clock.unix_s())
         return holding if holding is not None and among(holding.hub, self._links()) else None
+
+
+def newest_dive(root: Path, but: Path | None = None) -> Path | None:
+    """The dive folder under `root` that was begun last and holds a recording, except `but`; None if there is none."""
+    made = [folder.path for folder in list_folders(root) if folder.telemetry() and folder.path != but]
+    return made[-1] if made else None
 
 
 def _words(holding: Holding, unix_s: float) -> str:
