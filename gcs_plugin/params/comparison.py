@@ -13,6 +13,7 @@ from bridge.errors import ParamError, ParamRejected, ParamUnknown
 from bridge.vehicle.effect_coefficients import EffectCoefficient
 from bridge.vehicle.parameters import ACTIVE, MODE
 from gcs_plugin.params.files import Interval, Sidecar, read_parameters, read_sidecar, sidecar_path, system_of
+from gcs_plugin.params.identified import doubt_lines
 from gcs_plugin.params.last_accepted import (
     AcceptedValue,
     belongs,
@@ -70,17 +71,11 @@ class Wanted:
         return {} if self.sidecar is None else self.sidecar.intervals
 
     @property
-    def doubted(self) -> Mapping[str, str]:
-        """Reasons to doubt a value, by coefficient."""
-        return {} if self.sidecar is None else self.sidecar.doubted
-
-    @property
     def warnings(self) -> tuple[str, ...]:
         """A line for each value that is doubted."""
         taken = {known.name for name in self.values if (known := coefficient_of(name)) is not None}
-        return tuple(
-            f"warning: {name} is doubted: {why}" for name, why in self.doubted.items() if name in taken
-        )
+        doubted = {} if self.sidecar is None else self.sidecar.doubted
+        return tuple(f"warning: {line}" for line in doubt_lines(doubted, taken))
 
     def narrowed(self, file: Path, only: Collection[str] | None) -> "Wanted":
         """The named lines alone. Raises ParamUnknown for a name that the file lacks.
@@ -307,17 +302,13 @@ class Planned:
                 receipt = replace(receipt, unkept=str(error))
         return receipt, tuple(lines)
 
-    def rehearsed(self, vehicle: Source) -> Upload:
-        """The upload as it would begin now: says whether it writes anything or needs a disarmed vehicle."""
-        return Upload(self.plan.with_implausible(), vehicle)
-
     def writes(self, vehicle: Source) -> bool:
         """Whether an upload would write something, if only a commit."""
-        return self.rehearsed(vehicle).ending is None
+        return Upload(self.plan.with_implausible(), vehicle).ending is None
 
     def comparison(self, vehicle: Source, *, armed: bool) -> Comparison:
         """The comparison with that vehicle, for other programs."""
-        rehearsed, sidecar = self.rehearsed(vehicle), self.wanted.sidecar
+        rehearsed, sidecar = Upload(self.plan.with_implausible(), vehicle), self.wanted.sidecar
         return Comparison(
             self.plan.summary(),
             str(self.file),
@@ -360,7 +351,7 @@ def planned(
     doubted = implausible(plan, wanted.intervals, accepted, wanted.rigid, wanted.kept)
     plan = plan.judged({name: why for name, why in doubted.items() if name not in accepts})
     lines = compared(plan, wanted.sidecar, accepted)
-    return Planned(file, wanted, plan, lines, tuple(back), _left(file, present, receipts, system))
+    return Planned(file, wanted, plan, lines, tuple(back), left_behind(receipts, system, present, file))
 
 
 def planned_back(
@@ -369,16 +360,15 @@ def planned_back(
     """Plan to go back to the values before an upload."""
     plan = make_plan(not_raised(wanted.values, present), present)
     lines = compared(plan, wanted.sidecar, last_accepted(receipts, system))
-    left = _left(file, present, receipts, system)
+    left = left_behind(receipts, system, present, file)
     return Planned(file, wanted, plan, lines, left=left, restores=str(file))
 
 
-def left_behind(receipts: Path, system: int, present: Mapping[str, float]) -> tuple[str, ...]:
-    """Sentences about the vehicle's staged set and an upload to it that was never finished."""
-    return _left(None, present, receipts, system)
-
-
-def _left(file: Path | None, present: Mapping[str, float], receipts: Path, system: int) -> tuple[str, ...]:
+def left_behind(
+    receipts: Path, system: int, present: Mapping[str, float], file: Path | None = None
+) -> tuple[str, ...]:
+    """Sentences about the vehicle's staged set, and about an unfinished upload to it unless `file` settles that."""
     left = unfinished(receipts, system)
-    mute = left is None or (file is not None and belongs(left, file))
-    return (*staging_notes(present), *(() if mute or left is None else reminder(left, present)))
+    if left is None or (file is not None and belongs(left, file)):
+        return staging_notes(present)
+    return (*staging_notes(present), *reminder(left, present))

@@ -31,7 +31,7 @@ pytestmark = pytest.mark.usefixtures("switched_off")
 @pytest.fixture(autouse=True)
 def at_once(monkeypatch, tmp_path):
     """Nobody is waited for."""
-    monkeypatch.setattr("gcs_plugin.fetch.whole.CLOSED_WITHIN_S", 0.0)
+    monkeypatch.setattr("gcs_plugin.fetch.into_dive.CLOSED_WITHIN_S", 0.0)
     monkeypatch.setattr(locks, "MERGE_S", 0.0)
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
 
