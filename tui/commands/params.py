@@ -230,21 +230,14 @@ def targets_of(
     If `vehicle` names a vehicle file, the values must be of that vehicle, by the sidecar or else by the file's own
     header. Raises UsageError for a file that can't or should not be sent: nothing was sent then.
     """
+    file = None if vehicle is None else load_vehicle(vehicle)
     try:
         wanted = wanted_by(
             path, "--despite-doubts", despite_doubts=leave.doubts, any_vehicle=leave.any_vehicle
         )
-        sidecar = wanted.sidecar
-        owner = origin_in(path) if sidecar is None else (sidecar.vehicle, sidecar.configuration)
-        if vehicle is not None:
-            file, warnings = load_vehicle(vehicle), []
-            if owner is not None and owner[0]:
-                sha256 = None if sidecar is None else sidecar.vehicle_sha256
-                warnings = _check_vehicle(path, *owner, sha256, file, leave.any_vehicle)
-            wanted = _within(file, replace(wanted, notes=(*warnings, *wanted.notes)))
-        return wanted.narrowed(path, only)
     except ParamError as error:
         raise UsageError(str(error)) from None
+    return _chosen(path, wanted, file, leave, only)
 
 
 def targets_of_identification(
@@ -255,29 +248,35 @@ def targets_of_identification(
         raise UsageError(f"{path}: an identification needs --vehicle FILE, to know its VEH_CFG; add it")
     file = load_vehicle(vehicle)
     data = read_identification(path)
-    owner, outcome = data["vehicle"], data["outcome"]
-    warnings = _check_vehicle(
-        path, owner["name"], data["configuration"], owner["sha256"], file, leave.any_vehicle
-    )
-    check_outcome(path, outcome, leave, "sent")
+    check_outcome(path, data["outcome"], leave, "sent")
     configuration = file.configuration or file.vehicle.configuration_named(data["configuration"])
     veh_cfg = file.vehicle.veh_cfg(configuration)
     doubts = (f"warning: {doubt['sentence']}" for doubt in data.get("doubts", ()))
-    notes = (*warnings, f"outcome: {outcome}", *doubts, *(f"note: {note}" for note in data.get("notes", ())))
+    notes = (f"outcome: {data['outcome']}", *doubts, *(f"note: {note}" for note in data.get("notes", ())))
     try:
-        values = parameters_from_identification(data, veh_cfg)
-        wanted = _within(file, Wanted(values, notes, True, sidecar_of(data, veh_cfg)))
+        values, sidecar = parameters_from_identification(data, veh_cfg), sidecar_of(data, veh_cfg)
     except ParamError as error:
         raise UsageError(f"{path}: {error}") from None
+    return _chosen(path, Wanted(values, notes, True, sidecar), file, leave, only)
+
+
+def _chosen(
+    path: Path, wanted: Wanted, file: VehicleFile | None, leave: Leave, only: Collection[str] | None
+) -> Wanted:
+    """The values that the user chose, checked against the vehicle file if there is one. Raises UsageError."""
     try:
+        if file is not None:
+            sidecar, warnings = wanted.sidecar, []
+            owner = origin_in(path) if sidecar is None else (sidecar.vehicle, sidecar.configuration)
+            if owner is not None and owner[0]:
+                sha256 = None if sidecar is None else sidecar.vehicle_sha256
+                warnings = _check_vehicle(path, *owner, sha256, file, leave.any_vehicle)
+            wanted = replace(
+                wanted, notes=(*warnings, *wanted.notes), rigid=_rigid_bodies(file), kept=_kept_by(file)
+            )
         return wanted.narrowed(path, only)
     except ParamError as error:
         raise UsageError(str(error)) from None
-
-
-def _within(file: VehicleFile, wanted: Wanted) -> Wanted:
-    """The values with what a vehicle of this file can have: its rigid body, and the limits of each parameter."""
-    return replace(wanted, rigid=_rigid_bodies(file), kept=_kept_by(file))
 
 
 def _rigid_bodies(file: VehicleFile) -> dict[str, tuple[float, float]]:
