@@ -5,7 +5,7 @@ With it, notes on values in staging that a vehicle does not fly.
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Final
@@ -104,31 +104,26 @@ class Plan:
     def explained(self, names: Iterable[str], reason: str) -> "Plan":
         """The plan with `reason` on the named lines."""
         held = set(names)
-        return replace(
-            self, rows=tuple(replace(row, reason=reason) if row.name in held else row for row in self.rows)
-        )
+        return self._each(lambda row: replace(row, reason=reason) if row.name in held else row)
 
     def judged(self, reasons: Mapping[str, str]) -> "Plan":
         """The plan with the lines in `reasons` (name to reason) marked IMPLAUSIBLE if they were to take effect."""
-        return replace(
-            self,
-            rows=tuple(
+        return self._each(
+            lambda row: (
                 replace(row, verdict=Verdict.IMPLAUSIBLE, reason=reasons[row.name])
                 if row.name in reasons and row.verdict in TAKES_EFFECT
                 else row
-                for row in self.rows
-            ),
+            )
         )
 
     def with_implausible(self) -> "Plan":
         """The plan with its IMPLAUSIBLE lines accepted as changes."""
-        return replace(
-            self,
-            rows=tuple(
-                replace(row, verdict=Verdict.CHANGED) if row.verdict is Verdict.IMPLAUSIBLE else row
-                for row in self.rows
-            ),
+        return self._each(
+            lambda row: replace(row, verdict=Verdict.CHANGED) if row.verdict is Verdict.IMPLAUSIBLE else row
         )
+
+    def _each(self, change: Callable[[Row], Row]) -> "Plan":
+        return replace(self, rows=tuple(map(change, self.rows)))
 
     def check(self) -> None:
         """Check that every line can be sent.

@@ -62,6 +62,11 @@ def client(vehicle, clock):
     return ParameterClient(vehicle, clock)
 
 
+@pytest.fixture
+def plan(client):
+    return plan_of(client)
+
+
 def truth(vehicle):
     return {name: vehicle.server.value(name) for name in vehicle.server.names}
 
@@ -179,9 +184,9 @@ def test_an_armed_vehicle_may_change_its_mode(client, vehicle, tmp_path):
 
 @pytest.mark.parametrize("after_s", [0.1, 0.8, 1.6, 2.4])
 def test_a_vehicle_armed_meanwhile_gets_its_values_back_or_has_them_all(
-    client, vehicle, clock, tmp_path, after_s
+    client, vehicle, clock, tmp_path, after_s, plan
 ):
-    plan, before = plan_of(client), truth(vehicle)
+    before = truth(vehicle)
     vehicle.arms_at_s = clock.now_s + 1.0 + after_s
     receipt = applied(client, tmp_path, plan)
     assert receipt.outcome in (Outcome.APPLIED, Outcome.ROLLED_BACK)
@@ -201,8 +206,7 @@ def test_values_of_before_and_after_a_reboot_are_not_mixed_in_one_reading(client
 
 
 @pytest.mark.parametrize("after_s", [0.1, 1.0, 2.2, 3.4])
-def test_a_reboot_at_any_moment_ends_with_the_whole_set(client, vehicle, clock, tmp_path, after_s):
-    plan = plan_of(client)
+def test_a_reboot_at_any_moment_ends_with_the_whole_set(client, vehicle, clock, tmp_path, after_s, plan):
     vehicle.reboots_at_s = clock.now_s + after_s
     receipt = applied(client, tmp_path, plan)
     assert receipt.outcome is Outcome.APPLIED
@@ -212,9 +216,8 @@ def test_a_reboot_at_any_moment_ends_with_the_whole_set(client, vehicle, clock, 
 
 @pytest.mark.parametrize("after_s", [0.05, 1.5, 2.5])
 def test_a_cable_pulled_at_any_moment_is_said_and_the_upload_can_be_finished(
-    client, vehicle, clock, tmp_path, after_s
+    client, vehicle, clock, tmp_path, after_s, plan
 ):
-    plan = plan_of(client)
     vehicle.lost_at_s = clock.now_s + 1.0 + after_s
     receipt = applied(client, tmp_path, plan)
     if receipt.outcome is not Outcome.APPLIED:
@@ -272,8 +275,7 @@ def test_a_list_with_a_hole_is_no_list(client, vehicle):
         client.read_all(5.0)
 
 
-def test_a_heart_that_stopped_stops_the_upload_before_it_begins(client, vehicle, tmp_path):
-    plan = plan_of(client)
+def test_a_heart_that_stopped_stops_the_upload_before_it_begins(client, vehicle, tmp_path, plan):
     vehicle.beats = False
     vehicle.queue.clear()
     with pytest.raises(LinkTimeout, match="no HEARTBEAT"):
@@ -303,8 +305,9 @@ def test_a_vehicle_that_beats_and_answers_nothing_is_given_up_with_the_cause(veh
 
 
 @pytest.mark.parametrize("after_s", [0.1, 1.5, 2.5, 3.5])
-def test_a_vehicle_that_goes_silent_is_given_up_soon_and_said(client, vehicle, clock, tmp_path, after_s):
-    plan = plan_of(client)
+def test_a_vehicle_that_goes_silent_is_given_up_soon_and_said(
+    client, vehicle, clock, tmp_path, after_s, plan
+):
     begun_s, read = clock.now_s, vehicle.read
 
     def fade(timeout_s):
@@ -320,8 +323,7 @@ def test_a_vehicle_that_goes_silent_is_given_up_soon_and_said(client, vehicle, c
         assert "roll back to the values before" in receipt.sentence
 
 
-def test_two_vehicles_with_one_id_are_not_even_read(client, vehicle, tmp_path):
-    plan = plan_of(client)
+def test_two_vehicles_with_one_id_are_not_even_read(client, vehicle, tmp_path, plan):
     vehicle.contested = frozenset(((1, 1),))
     for ask in (
         client.find_vehicle,
@@ -335,9 +337,8 @@ def test_two_vehicles_with_one_id_are_not_even_read(client, vehicle, tmp_path):
 
 
 def test_a_second_vehicle_that_comes_on_during_an_upload_ends_it_without_another_write(
-    client, vehicle, clock, tmp_path
+    client, vehicle, clock, tmp_path, plan
 ):
-    plan = plan_of(client)
     flying = vehicle.server.active_crc
     twin = SimulatedVehicle(clock)
     twin.booted_s = clock.now_s - 500.0
