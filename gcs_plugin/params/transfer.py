@@ -6,14 +6,14 @@ quiet period is longer than this vehicle's answers take to arrive (`RoundTrips`)
 count, unless the vehicle shows twice that it keeps another value.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Final
 
 from bridge.vehicle.parameters import COMMIT, MODE
 from gcs_plugin.params import float32
-from gcs_plugin.params.deadline import RETRY_S, WINDOW, RoundTrips, retry_delay_s
+from gcs_plugin.params.deadline import WINDOW, RoundTrips, retry_delay_s
 
 Source = tuple[int, int]
 
@@ -133,8 +133,7 @@ class Transfer:
 
     Call `on_value`, `on_error` and `on_reboot` as messages arrive, and send the messages that `tick` returns.
     Messages from another source, or about a parameter that no task waits for, change nothing. `round_trips` holds the
-    link's round trips measured so far; `probes` are parameters without a task that are requested once to measure more
-    of them.
+    link's round trips measured so far.
     """
 
     tasks: Iterable[Task]
@@ -142,10 +141,8 @@ class Transfer:
     start_s: float
     within_s: float
     round_trips: RoundTrips = field(default_factory=RoundTrips)
-    probes: Sequence[str] = ()
 
     def __post_init__(self) -> None:
-        self._probes, self._probes_due_s = tuple(self.probes), self.start_s
         self._items = [
             _Item(task, _State.READ if task.write_to is None else _State.WRITE, self.start_s)
             for task in self.tasks
@@ -200,7 +197,7 @@ class Transfer:
     def on_error(self, name: str, code: int, source: Source) -> None:
         """A PARAM_ERROR arrived; a read-back still decides, unless the parameter or the component does not exist."""
         item = self._by_write.get(name) or self._by_check.get(name)
-        if source != self.source or item is None or item.state not in (_State.ECHO, _State.ANSWER):
+        if source != self.source or item is None or item.state in (_State.WRITE, _State.DONE):
             return
         sentence = ERROR_SENTENCES.get(code, f"the vehicle answers error {code}")
         if name == COMMIT and code == OUT_OF_RANGE:
@@ -209,8 +206,9 @@ class Transfer:
             sentence = NOT_FROM_HERE
         if code in (DOES_NOT_EXIST, COMPONENT_NOT_FOUND):
             self._finish(item, Outcome.REFUSED, f"{name} refused: {sentence}")
-        elif item.state is _State.ECHO:
-            item.refusal = sentence
+            return
+        item.refusal = sentence
+        if item.state is _State.ECHO:
             item.heard_echo = True
             self._be_quiet(item, item.last_write_s)
 
@@ -237,7 +235,7 @@ class Transfer:
                 if item.state is not _State.DONE:
                     self._expire(item)
             return []
-        sends: list[Send] = self._ask_probes(time_s)
+        sends: list[Send] = []
         flying = sum(item.state in (_State.ECHO, _State.ANSWER) for item in self._items)
         for item in self._items:
             if item.state is _State.DONE or time_s < max(item.due_s, self._quiet_until_s(item)):
@@ -254,13 +252,6 @@ class Transfer:
         for send in sends:
             self.round_trips.on_sent(send.name, time_s)
         return sends
-
-    def _ask_probes(self, time_s: float) -> list[Send]:
-        if not self._probes or time_s < self._probes_due_s:
-            return []
-        now, self._probes = self._probes[:WINDOW], self._probes[WINDOW:]
-        self._probes_due_s = time_s + RETRY_S
-        return [ReadValue(name) for name in now]
 
     def _send(self, item: _Item, time_s: float) -> Send:
         if item.state is _State.ECHO and item.attempt >= UNANSWERED_WRITES:

@@ -14,7 +14,7 @@ written meanwhile. A commit that the vehicle neither accepted nor refused is lef
 a later reading of FF_ACTIVE can settle it.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Final
@@ -26,7 +26,6 @@ from gcs_plugin.params.plan import Plan, Verdict, is_staged
 from gcs_plugin.params.transfer import Outcome, Result, Send, SetValue, Source, Task, Transfer, confirm, write
 
 UNANSWERED_S: Final = 20.0  # at 30 % loss each way and one attempt per second, once in a million
-PROBES: Final = 16
 OFF_WINS: Final = "OFF was ordered meanwhile and wins: FF_MODE is not raised"
 OVERTAKEN: Final = "another program changed which set the vehicle flies since it was read"
 
@@ -206,10 +205,10 @@ class Upload:
         if source == self._source:
             self._answered_s = time_s
 
-    def _transfer_of(self, tasks: Iterable[Task], start_s: float, probes: Sequence[str] = ()) -> Transfer:
+    def _transfer_of(self, tasks: Iterable[Task], start_s: float) -> Transfer:
         # A transfer that begins too late still gets a short deadline, so that it ends with its own sentence.
         within_s = max(self._end_s - start_s, QUIET_S)
-        return Transfer(tasks, self._source, start_s, within_s, self._trips, probes)
+        return Transfer(tasks, self._source, start_s, within_s, self._trips)
 
     def _stage_tasks(self) -> list[Task]:
         tasks = [write(name, value) for name, value in self._direct.items()]
@@ -218,11 +217,8 @@ class Upload:
         return tasks
 
     def _enter_stage(self, time_s: float) -> None:
-        tasks = self._stage_tasks()
-        named = {task.name for task in tasks}
-        probes = [name for name in self._plan.present if name not in named and name not in (COMMIT, ACTIVE)]
         self._stage, self._looks = Stage.STAGE, False
-        self._transfer = self._transfer_of(tasks, time_s, probes[:PROBES])
+        self._transfer = self._transfer_of(self._stage_tasks(), time_s)
 
     def _advance(self, time_s: float) -> None:
         while self._stage is not Stage.DONE and self._transfer.done:
