@@ -296,7 +296,7 @@ class Session:
                 order.plan,
                 self.vehicle,
                 order.preimage,
-                upload.crc if upload.commits else None,
+                upload.crc,
                 self._clock.unix_s(),
                 order.restores,
                 order.sidecar,

@@ -119,9 +119,9 @@ class Upload:
         return max(0.0, time_s - self._answered_s)
 
     @property
-    def crc(self) -> int:
-        """The CRC that FF_ACTIVE must hold in the end."""
-        return self._crc_new
+    def crc(self) -> int | None:
+        """The CRC that FF_ACTIVE must hold in the end; None for a vehicle that takes no sets."""
+        return self._crc_new if self._commits else None
 
     def on_value(self, name: str, value: float, source: Source, time_s: float) -> None:
         self._answered(source, time_s)
@@ -159,11 +159,6 @@ class Upload:
     def needs_disarmed(self) -> bool:
         """Whether the upload changes more than the feed-forward's mode, which alone an armed vehicle may take."""
         return self._needs_commit or bool(self._direct)
-
-    @property
-    def commits(self) -> bool:
-        """Whether the vehicle has a staged set that a commit puts in force."""
-        return self._commits
 
     def give_up(self, sentence: str) -> None:
         """End at once and send nothing more to the vehicle, as when the link is lost."""

@@ -221,13 +221,10 @@ def test_damage_within_the_dive_makes_it_doubtful(tmp_path, sent, second):
 def test_damage_just_within_the_first_and_the_last_frame_that_was_heard_makes_the_dive_doubtful(
     tmp_path, sent
 ):
-    hurt = [place(sent, 50.0) + 1, place(sent, 80.0) - 1]
-    assert damage(tmp_path, sent, hurt, unheard=hurt) == (2, 0)
-
-
-def test_damage_next_to_the_first_and_the_last_frame_that_was_heard_is_beyond(tmp_path, sent):
-    hurt = [place(sent, 50.0) - 1, place(sent, 80.0) + 1]
-    assert damage(tmp_path, sent, hurt) == (0, 2)
+    first, last = place(sent, 50.0), place(sent, 80.0)
+    within = [first + 1, last - 1]
+    assert damage(tmp_path, sent, within, unheard=within) == (2, 0)
+    assert damage(tmp_path, sent, [first - 1, last + 1]) == (0, 2), "next to them, it is beyond"
 
 
 def test_where_a_frame_may_have_been_on_its_way_for_long_damage_shortly_before_is_no_longer_certain(
