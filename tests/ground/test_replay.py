@@ -7,7 +7,7 @@ from bridge.clock import SimulatedClock
 from bridge.errors import LogError
 from bridge.wire.framing import Encoder, Framer
 from bridge.wire.tlog import TlogWriter, read_tlog
-from gcs_plugin.dives.replay import Pace, Reel, play, schedule
+from gcs_plugin.dives.replay import Reel, play, schedule
 
 
 def records_at(times_s):
@@ -32,22 +32,21 @@ def test_no_delay_adds_up_over_a_long_recording():
 
 
 @pytest.mark.parametrize(
-    ("times_s", "pace", "due_s"),
+    ("times_s", "speed", "start_s", "due_s"),
     [
-        ([0, 1, 3], Pace(0.5), [0, 2, 6]),
-        ([0, 1, 3], Pace(10.0), [0, 0.1, 0.3]),
-        ([0, 1, 2, 3], Pace(start_s=1.5), [0, 1]),
-        ([0, 100, 99, 101], Pace(longest_gap_s=2.0), [0, 2, 2, 4]),
+        ([0, 1, 3], 0.5, 0.0, [0, 2, 6]),
+        ([0, 1, 2, 3], 10.0, 1.5, [0, 0.1]),
+        ([0, 100, 99, 101], 1.0, 0.0, [0, 100, 100, 102]),
     ],
 )
-def test_a_speed_a_start_a_gap_that_is_clipped_and_a_stamp_that_runs_back(times_s, pace, due_s):
-    assert [due for due, _ in schedule(records_at(times_s), pace)] == due_s
+def test_a_speed_a_start_and_a_stamp_that_runs_back(times_s, speed, start_s, due_s):
+    assert [due for due, _ in schedule(records_at(times_s), speed, start_s)] == due_s
 
 
-@pytest.mark.parametrize("pace", [{"speed": 0.0}, {"speed": float("nan")}, {"longest_gap_s": 0.0}])
-def test_an_impossible_pace_is_refused(pace):
-    with pytest.raises(LogError):
-        Pace(**pace)
+@pytest.mark.parametrize("speed", [0.0, float("nan")])
+def test_an_impossible_speed_is_refused(speed):
+    with pytest.raises(LogError, match="needs a speed above zero"):
+        play([], SimulatedClock(), lambda _: None, speed)
 
 
 FIRST_US = 1_790_000_000_000_000
