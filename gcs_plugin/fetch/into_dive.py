@@ -16,9 +16,7 @@ CLOSED_WITHIN_S: Final = 3.0
 """How long to wait after the end of a dive for its files to be synced to disk and closed."""
 
 
-def refuse_recorded(
-    folder: DiveFolder, now_unix_s: float, again: str, wait: Callable[[float], None] = time.sleep
-) -> None:
+def refuse_recorded(folder: DiveFolder, now_unix_s: float, again: str) -> None:
     """Raise LogError, ending with `again`, if a recorder still writes this dive.
 
     Frames that it wrote after the whole recording was made would never be read.
@@ -34,7 +32,7 @@ def refuse_recorded(
     looks = round(CLOSED_WITHIN_S / LOOK_EVERY_S)
     while (written := next(filter(is_written, folder.heard()), None)) is not None and looks > 0:
         looks -= 1
-        wait(LOOK_EVERY_S)
+        time.sleep(LOOK_EVERY_S)
     if written is None:
         return
     raise _by_second(folder, holder_of(written), again)

@@ -5,7 +5,6 @@ last; an upload must not leave half a model of an axis, nor raise the feed-forwa
 """
 
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Final
 
 from bridge.vehicle.coefficients import BY_NAME, DOFS, MASSES, QUADRATICS, Coefficient
@@ -26,8 +25,6 @@ LARGE: Final = 0.3
 RATIO: Final = 3.0
 """A value without intervals may be at most this many times the accepted value, and at least its inverse."""
 
-NONE_KNOWN: Final[Mapping[str, tuple[float, float]]] = MappingProxyType({})
-
 _OTHER: Final = {a: b for _, mass, damping in AXES for a, b in ((mass, damping), (damping, mass))}
 """Mass to damping and damping to mass of each axis: the model of an axis needs both."""
 
@@ -37,7 +34,7 @@ def implausible(
     intervals: Mapping[str, Interval],
     accepted: Mapping[str, AcceptedValue],
     rigid: Mapping[str, tuple[float, float]],
-    kept: Mapping[str, tuple[float, float]] = NONE_KNOWN,
+    kept: Mapping[str, tuple[float, float]],
 ) -> dict[str, str]:
     """Reasons against the lines that change or are put in force, by id; only implausible lines are in it.
 

@@ -137,7 +137,6 @@ class Session:
         self._orders = OffOrders()
         self._listing: Listing | None = None
         self._listed_s = 0.0
-        self._within_s = READ_WITHIN_S
         self._order: Order | None = None
         self._turn: Turn | None = None
         self._upload: Upload | None = None
@@ -167,12 +166,12 @@ class Session:
         """Newest result so far of each parameter that changes, by name."""
         return {} if self._upload is None else self._upload.proven
 
-    def read(self, within_s: float = READ_WITHIN_S) -> None:
+    def read(self) -> None:
         """Start to read every parameter."""
         now_s = self._clock.boot_s()
         self.step, self.failure, self._upload = Step.READING, None, None
-        self._within_s, self._listed_s, self._orders = within_s, now_s, OffOrders()
-        self._listing = Listing(self.vehicle, now_s, within_s)
+        self._listed_s, self._orders = now_s, OffOrders()
+        self._listing = Listing(self.vehicle, now_s, READ_WITHIN_S)
 
     def write(self, order: Order) -> None:
         """Start to carry out an order, once the next HEARTBEAT arrives.
@@ -262,14 +261,14 @@ class Session:
         elif listing.done and listing.count is None:
             self._fail(
                 LinkTimeout(
-                    f"{self._named} sent no parameter within {self._within_s:.0f} s; check that the bridge runs"
+                    f"{self._named} sent no parameter within {READ_WITHIN_S:.0f} s; check that the bridge runs"
                 )
             )
         elif listing.done:
             self._fail(
                 ParamUnverified(
                     f"{len(listing.missing)} of {listing.count} parameters of {self._named} "
-                    f"did not come within {self._within_s:.0f} s; better the link and try again"
+                    f"did not come within {READ_WITHIN_S:.0f} s; better the link and try again"
                 )
             )
 

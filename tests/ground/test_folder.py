@@ -222,5 +222,5 @@ def test_last_times_are_those_of_the_newest_earlier_dive_that_has_any(tmp_path):
     damaged.mkdir()
     (damaged / "dive.yaml").write_text("{", encoding="utf-8")
     assert last_conditions(tmp_path, folder.path) == KNOWN
-    assert last_conditions(tmp_path) == FRESH
-    assert last_conditions(tmp_path / "none") == NOTHING_SAID
+    assert last_conditions(tmp_path, tmp_path / "about to begin") == FRESH
+    assert last_conditions(tmp_path / "none", folder.path) == NOTHING_SAID

@@ -243,7 +243,7 @@ def reason(name, value, half=None, last=None, last_half=None, centre=None, rigid
     accepted = {}
     if last is not None:
         accepted = {name: AcceptedValue(last, None if last_half is None else around(last, last_half), "2026")}
-    return implausible(make_plan({name: value}, present), intervals, accepted, rigid).get(name, "")
+    return implausible(make_plan({name: value}, present), intervals, accepted, rigid, {}).get(name, "")
 
 
 UNKNOWN = "its standard deviation, {}, is as large as the value: the dive did not tell it"
@@ -312,7 +312,7 @@ def test_a_coefficient_of_zero_is_believed_no_more_than_any_other_number(name, v
 
 
 def judged(targets, present=PRESENT_MODEL):
-    return implausible(make_plan(targets, present), {}, {}, {})
+    return implausible(make_plan(targets, present), {}, {}, {}, {})
 
 
 AXES = [("surge", "FF1_M_U", "FF1_D_U"), ("sway", "FF1_M_V", "FF1_D_V"), ("yaw", "FF1_I_R", "FF1_D_R")]
