@@ -30,7 +30,7 @@ from bridge.wire.framing import Frame, decode
 from bridge.wire.readings import Reading
 from bridge.wire.readings import decode as decode_reading
 from bridge.wire.status_codes import CrewText, Topic
-from gcs_plugin.params.deadline import Timing
+from gcs_plugin.params.deadline import QUIET_S
 from gcs_plugin.params.session import NO_INDEX
 from gcs_plugin.params.transfer import DOES_NOT_EXIST, ERROR_SENTENCES, Source
 from gcs_plugin.peers import (
@@ -43,7 +43,6 @@ from gcs_plugin.peers import (
 from gcs_plugin.watch.hearing import StatusTexts
 
 SEND_EVERY_S: Final = 0.5
-QUIET_S: Final = Timing().quiet_s
 UNREAD_S: Final = 3.0  # of unanswered read requests: the vehicle may have rebooted or been replaced
 CONTESTED_QUIET_S: Final = 3.0  # if two vehicles may answer: each has reported its mode by then
 SHOW_SILENCE_S: Final = 1.5  # telemetry reports the mode once a second

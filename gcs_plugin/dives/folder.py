@@ -220,12 +220,12 @@ def utc_text(unix_s: float) -> str:
     return f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H:%M:%SZ}"
 
 
-def last_conditions(root: Path, before: Path | None = None) -> Conditions:
-    """Conditions of the newest dive under `root` that has any; with `before`, of the dives earlier than that folder."""
+def last_conditions(root: Path, before: Path) -> Conditions:
+    """Conditions of the newest dive under `root` that has any and is earlier than the folder `before`."""
     # A dive without a recording so far is later than all others.
-    last = order(before) if before is not None and recordings(before) else None
+    last = order(before) if recordings(before) else None
     for folder in reversed(described_folders(root)):
-        if before is not None and folder.path.resolve() == before.resolve():
+        if folder.path.resolve() == before.resolve():
             continue
         if last is not None and order(folder.path) >= last:
             continue

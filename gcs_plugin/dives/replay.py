@@ -3,7 +3,6 @@
 from array import array
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from bridge.clock import Clock
@@ -14,29 +13,12 @@ from bridge.wire.tlog import Record, of_those_that_hold_frames, read_tlog
 LONGEST_WAIT_S = 0.1
 
 
-@dataclass(frozen=True, slots=True)
-class Pace:
-    """Settings of a replay.
-
-    `speed` times real time, from `start_s` after the first record; gaps longer than `longest_gap_s` are shortened to
-    that. Raises LogError for a speed or gap that is not above zero.
-    """
-
-    speed: float = 1.0
-    start_s: float = 0.0
-    longest_gap_s: float = float("inf")
-
-    def __post_init__(self) -> None:
-        if not self.speed > 0:
-            raise LogError(f"a replay needs a speed above zero, not {self.speed:g}")
-        if not self.longest_gap_s > 0:
-            raise LogError(f"a replay needs a longest gap above zero, not {self.longest_gap_s:g} s")
-
-
-def schedule(records: Iterable[Record], pace: Pace) -> Iterator[tuple[float, Record]]:
+def schedule(
+    records: Iterable[Record], speed: float = 1.0, start_s: float = 0.0
+) -> Iterator[tuple[float, Record]]:
     """Yield each record with the time when it is due, s after the first record played.
 
-    A record whose stamp runs back is due at once.
+    `speed` times real time, from `start_s` after the first record. A record whose stamp runs back is due at once.
     """
     first_us: int | None = None
     before_us: int | None = None
@@ -44,23 +26,35 @@ def schedule(records: Iterable[Record], pace: Pace) -> Iterator[tuple[float, Rec
     for record in records:
         stamp_us = record[0]
         first_us = stamp_us if first_us is None else first_us
-        if (stamp_us - first_us) / 1e6 < pace.start_s:
+        if (stamp_us - first_us) / 1e6 < start_s:
             continue
         if before_us is not None:
-            recorded_s += min(max(stamp_us - before_us, 0) / 1e6, pace.longest_gap_s)
+            recorded_s += max(stamp_us - before_us, 0) / 1e6
         before_us = stamp_us
-        yield recorded_s / pace.speed, record
+        yield recorded_s / speed, record
 
 
 def play(
-    records: Iterable[Record], clock: Clock, wait: Callable[[float], None], pace: Pace | None = None
+    records: Iterable[Record],
+    clock: Clock,
+    wait: Callable[[float], None],
+    speed: float = 1.0,
+    start_s: float = 0.0,
 ) -> Iterator[Record]:
     """Yield each record when it is due, always measured from the start, so that delays don't add up.
 
-    `wait(seconds)` sleeps.
+    `speed` and `start_s` as in `schedule`; `wait(seconds)` sleeps. Raises LogError for a speed that is not above zero.
     """
+    if not speed > 0:
+        raise LogError(f"a replay needs a speed above zero, not {speed:g}")
+    return _played(schedule(records, speed, start_s), clock, wait)
+
+
+def _played(
+    scheduled: Iterable[tuple[float, Record]], clock: Clock, wait: Callable[[float], None]
+) -> Iterator[Record]:
     start_s = clock.boot_s()
-    for due_s, record in schedule(records, pace or Pace()):
+    for due_s, record in scheduled:
         while (left_s := due_s - (clock.boot_s() - start_s)) > 0:
             wait(min(left_s, LONGEST_WAIT_S))
         yield record

@@ -2,5 +2,5 @@
 
 `requests` MAVLink FTP over a bad link · `fetching` list, bytes and checksum of segments · `mirror` the ground's copy of
 the ring · `boots` which segments belong to a dive · `one_clock` a recording put on another's clock · `holes` order of
-merged frames, and gaps · `whole` the complete recording.
+merged frames, and gaps · `whole` the complete recording · `into_dive` puts it into the dive's folder.
 """

@@ -94,14 +94,16 @@ class Fetching:
         granted = packet.op == Op.ACK
         if self._stage is _Stage.LIST:
             self._on_list(packet, granted, fault)
+        elif not granted and fault is Fault.NOT_FOUND:
+            self._next()  # the ring has let it go: what was fetched of it is kept
         elif self._stage is _Stage.OPEN:
-            self._on_open(packet, granted, fault)
+            self._on_open(packet, granted)
         elif self._stage is _Stage.COMPARE:
             self._on_compared(packet, granted, fault)
         elif self._stage is _Stage.READ:
             self._on_read(key, packet, granted, fault)
         elif self._stage is _Stage.SUM:
-            self._on_sum(packet, granted, fault)
+            self._on_sum(packet, granted)
 
     def _nearer(self) -> None:
         self.heard_s = self._now_s
@@ -173,15 +175,13 @@ class Fetching:
         name = self._segment.name.encode("ascii")
         self._requests.ask("open", Packet(0, 0, Op.OPEN_READ, len(name), data=name))
 
-    def _on_open(self, packet: Packet, granted: bool, fault: Fault) -> None:
+    def _on_open(self, packet: Packet, granted: bool) -> None:
         if granted:
             self._session = packet.session
             if self._is_growing and self._kept:
                 self._doubt()
             else:
                 self._stage = _Stage.READ
-        elif fault is Fault.NOT_FOUND:
-            self._next()  # the ring has let it go: what was fetched of it is kept
         else:
             self._open()
 
@@ -224,8 +224,6 @@ class Fetching:
             self._open()
         elif fault is Fault.SESSION:
             self._open()
-        elif fault is Fault.NOT_FOUND:
-            self._next()  # the ring has let it go: what was fetched of it is kept
         else:
             self._compare()
 
@@ -252,8 +250,6 @@ class Fetching:
         if not granted:
             if fault is Fault.SESSION:  # the vehicle restarted, or has forgotten this session
                 self._open()
-            elif fault is Fault.NOT_FOUND:
-                self._next()  # the ring has let it go: what was fetched of it is kept
             elif fault is Fault.END:
                 # The vehicle lost the rest of it, for example in a power failure.
                 self._size = min(self._size, offset)
@@ -301,14 +297,12 @@ class Fetching:
         name = self._segment.name.encode("ascii")
         self._requests.ask("sum", Packet(0, self._session, Op.CRC32, len(name), data=name))
 
-    def _on_sum(self, packet: Packet, granted: bool, fault: Fault) -> None:
+    def _on_sum(self, packet: Packet, granted: bool) -> None:
         name = self._segment.name
         complete = self._mirror.is_whole(name)
         if not granted:
             if complete:  # the vehicle can no longer compute it; the checksum was right when this was fetched
                 self._next()
-            elif fault is Fault.NOT_FOUND:
-                self._next()  # the ring has let it go: what was fetched of it is kept
             else:
                 self._ask_sum()
             return

@@ -1,16 +1,14 @@
 """Merge the ground's recording of a dive with the vehicle's own: every frame once, the vehicle's frames in its order.
 
 A frame that both recordings have is the same bytes (same system, component, sequence and content) at about the same
-time. The vehicle's frames are dated on the ground's clock, see `one_clock`. The whole recording of a dive is made or
-remade never while the dive is recorded, and always with all that came since.
+time. The vehicle's frames are dated on the ground's clock, see `one_clock`.
 """
 
 import heapq
 import math
-import time
 from bisect import bisect_left, bisect_right
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from operator import itemgetter
@@ -26,13 +24,9 @@ from bridge.wire.clock_line import ClockLine
 from bridge.wire.framing import Frame, message_id_at
 from bridge.wire.segments import segment_named
 from bridge.wire.tlog import GZIP, TlogReader, load_recording, of_those_that_hold_frames, read_tlog, record_of
-from bridge.wire.whole import WHOLE, lacked
-from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.holes import Hole, as_sent, holes_in, lost_in
 from gcs_plugin.fetch.mirror import damaged_before
 from gcs_plugin.fetch.one_clock import STEP_US, Anchor, Kept, put_on
-from gcs_plugin.locks import LOOK_EVERY_S, holder_of, is_written
-from gcs_plugin.recording.state import Holding, held, held_beside, hung
 
 EARLIEST_US: Final = -1_000_000
 LATEST_US: Final = 30_000_000
@@ -339,80 +333,3 @@ def _rising(records: Iterable[Dated]) -> Iterator[Dated]:
     for stamp_us, raw in records:
         newest_us = max(newest_us, stamp_us)
         yield newest_us, raw
-
-
-CLOSED_WITHIN_S: Final = 3.0
-"""How long to wait after the end of a dive for its files to be synced to disk and closed."""
-
-
-def refuse_recorded(
-    folder: DiveFolder, now_unix_s: float, again: str, wait: Callable[[float], None] = time.sleep
-) -> None:
-    """Raise LogError, ending with `again`, if a recorder still writes this dive.
-
-    Frames that it wrote after the whole recording was made would never be read.
-    """
-    holding = held(now_unix_s) or hung(now_unix_s)
-    if holding is not None and _is_of(holding, folder):
-        raise LogError(
-            f"{folder.path}: is still recorded, by process {holding.pid}; let that go on in the next dive "
-            f"(`seatrial record --next`) or end it (`seatrial record --end`), and {again}"
-        )
-    if (second := next((hold for hold in held_beside(now_unix_s) if _is_of(hold, folder)), None)) is not None:
-        raise _by_second(folder, second.pid, again)
-    looks = round(CLOSED_WITHIN_S / LOOK_EVERY_S)
-    while (written := next(filter(is_written, folder.heard()), None)) is not None and looks > 0:
-        looks -= 1
-        wait(LOOK_EVERY_S)
-    if written is None:
-        return
-    raise _by_second(folder, holder_of(written), again)
-
-
-def remade(
-    folder: DiveFolder, source: tuple[int, int], make: Callable[[Sequence[Path]], Whole], again: str
-) -> Whole:
-    """Apply `make` to the dive's recordings and put the result in the dive's folder; `source` as in `made_whole`.
-
-    Raises LogError as `make` does, and if a recording grew meanwhile; the previous whole recording then stays
-    unchanged.
-    """
-    before = _sizes(folder)
-    renew(folder, source)
-    made = make(folder.telemetry())
-    if _sizes(folder) != before:
-        raise LogError(
-            f"{folder.path}: its recording grew meanwhile, so that somebody still records it; end that recording, and "
-            f"{again}"
-        )
-    write_records(folder.path / WHOLE, made.records)
-    return made
-
-
-def renew(folder: DiveFolder, source: tuple[int, int]) -> Whole | None:
-    """Add frames of the dive's other recordings to its whole one; None if that is missing or lacks nothing.
-
-    Raises LogError as `made_whole` does.
-    """
-    whole = folder.path / WHOLE
-    if not lacked([*folder.heard(), *folder.telemetry()]):
-        return None
-    made = made_whole(folder.heard(), [whole], source)
-    write_records(whole, made.records)
-    return made
-
-
-def _is_of(holding: Holding, folder: DiveFolder) -> bool:
-    return Path(holding.folder).resolve() == folder.path.resolve()
-
-
-def _by_second(folder: DiveFolder, process: int | None, again: str) -> LogError:
-    by = f" by process {process}," if process else ""
-    return LogError(
-        f"{folder.path}: is still recorded,{by} beside what `seatrial record --end` ends; end that recording where it "
-        f"runs (Ctrl-C there; in MAVProxy `seatrial record stop`), and {again}"
-    )
-
-
-def _sizes(folder: DiveFolder) -> dict[Path, int]:
-    return {path: path.stat().st_size for path in folder.heard() if path.is_file()}

@@ -76,38 +76,6 @@ class Tap:
         return self._write(data, *words, **named)
 
 
-class Taps:
-    """A tap for each of MAVProxy's links, including links added later."""
-
-    def __init__(self) -> None:
-        self._taps: list[Tap] = []
-
-    def on(self, connections: Sequence[Any]) -> list[Tap]:
-        """Return the taps of `connections`, all links at present; tap new links and release closed ones."""
-        for tap in self._taps:
-            if not any(tap.connection is connection for connection in connections):
-                tap.remove()
-        self._taps = [tap for tap in self._taps if any(tap.connection is c for c in connections)]
-        known = [tap.connection for tap in self._taps]
-        self._taps += [Tap(c) for c in connections if not any(c is k for k in known)]
-        return self._taps
-
-    @property
-    def names(self) -> list[str]:
-        """Names of the links."""
-        return [tap.name for tap in self._taps]
-
-    def named(self, name: str) -> Tap | None:
-        """The tap of the link with that name."""
-        return next((tap for tap in self._taps if tap.name == name), None)
-
-    def remove(self) -> None:
-        """Restore every link's own methods."""
-        for tap in self._taps:
-            tap.remove()
-        self._taps = []
-
-
 LOAD_NAME: Final = "gcs_plugin.mavproxy"
 
 
@@ -116,7 +84,8 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
 
     def __init__(self, mpstate: Any) -> None:
         super().__init__(mpstate, LOAD_NAME, "sea trials", public=True, multi_vehicle=True)
-        self._clock, self._taps, self._fleet = SystemClock(), Taps(), Fleet()
+        self._clock, self._fleet = SystemClock(), Fleet()
+        self._taps: list[Tap] = []
         self._parameters = Parameters(self._fleet, self._clock, self.say_line)
         self._switching = Switching(self._fleet, self._clock, self.say_line)
         self._work = Work(self._clock, self.say_line)
@@ -125,16 +94,14 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
         self._recordings = Recordings(
             self._clock,
             self.say_line,
-            lambda: self._taps.names,
+            lambda: [tap.name for tap in self._taps],
             lambda: load_vehicle(self._file) if self._file else None,
         )
         self._file = ""
         self._ff_mode: dict[int, float] = {}
         self.add_command("seatrial", self.command, "sea trials: record, identify, upload", typed.COMPLETIONS)
-        self.add_completion_function("(SEATRIAL_DIVE)", typed.dives)
-        self.add_completion_function("(SEATRIAL_PARAM)", typed.parameter_files)
-        self.add_completion_function("(SEATRIAL_FOLDER)", typed.folders)
-        self.add_completion_function("(SEATRIAL_FILE)", typed.vehicle_files)
+        for word, complete in typed.COMPLETERS.items():
+            self.add_completion_function(word, complete)
         self.add_completion_function("(SEATRIAL_VEHICLE)", self._vehicles)
 
     def command(self, words: list[str]) -> None:
@@ -148,7 +115,8 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
     def idle_task(self) -> None:
         """Process the frames that passed on all links, then advance everything in progress."""
         now_s = self._clock.boot_s()
-        for tap in self._taps.on(self.mpstate.mav_master):
+        self._tap(self.mpstate.mav_master)
+        for tap in self._taps:
             self._hear(tap, now_s)
         self._recordings.tick()
         self._switch(self._switching.tick())
@@ -164,7 +132,7 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
         self._work.kill()
         atexit.unregister(self._work.kill)
         self._recordings.stop()
-        self._taps.remove()
+        self._tap([])
         self.remove_command("seatrial")
 
     def say_line(self, line: str) -> None:
@@ -204,6 +172,15 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
                 return False
         return True
 
+    def _tap(self, connections: Sequence[Any]) -> None:
+        """Tap `connections`, all links at present, and release the links that are not among them any more."""
+        for tap in self._taps:
+            if tap.connection not in connections:
+                tap.remove()
+        known = [tap.connection for tap in self._taps]
+        kept = [tap for tap in self._taps if tap.connection in connections]
+        self._taps = [*kept, *(Tap(connection) for connection in connections if connection not in known)]
+
     def _hear(self, tap: Tap, now_s: float) -> None:
         for sent, frame in tap.take(now_s):
             self._recordings.keep(frame)
@@ -236,7 +213,8 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
     def _send(self, message: Any) -> None:
         """Send on the link that last carried the vehicle, as MAVProxy, to keep its sequence numbers and signing
         valid."""
-        tap = self._taps.named(self._fleet.link_of((message.target_system, message.target_component)))
+        link = self._fleet.link_of((message.target_system, message.target_component))
+        tap = next((tap for tap in self._taps if tap.name == link), None)
         if tap is None:
             raise LinkError(
                 f"the link of vehicle {message.target_system} is gone from MAVProxy; nothing was sent"

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from bridge.clock import Clock
-from bridge.errors import ParamError, ParamRejected, SeatrialError
+from bridge.errors import ParamRejected, SeatrialError
 from gcs_plugin.fleet import Fleet
 from gcs_plugin.params.comparison import COLUMNS, Planned, Wanted, planned, planned_back, wanted_by
 from gcs_plugin.params.files import check_system
 from gcs_plugin.params.last_accepted import newest_before
 from gcs_plugin.params.plan import ACCEPT_IMPLAUSIBLE, Verdict, action_of
-from gcs_plugin.params.receipt import RECEIPT, RESULT_COLUMNS, Newest, newest, path_of
+from gcs_plugin.params.receipt import RESULT_COLUMNS, Newest, newest
 from gcs_plugin.params.session import News, Session, Step
 
 SHOW_EVERY_S: Final = 2.0
@@ -220,19 +220,9 @@ class Parameters:
         assert receipt is not None
         assert plan is not None
         self._say_table(RESULT_COLUMNS, receipt.cells(plan.plan))
-        self._say(f"params: {receipt.outcome.value}: {receipt.sentence}")
-        before = receipt.preimage
-        if receipt.unkept:
-            self._say(f"values before: {before}")
-            self._say(f"params: {receipt.unkept}")
-            return
-        self._say(f"receipt: {path_of(before, RECEIPT)}; values before: {before}")
-        try:
-            accepted = plan.keep(receipt)
-            if accepted is not None:
-                self._say(f"accepted: {accepted}")
-        except ParamError as error:
-            self._say(str(error))
+        receipt, lines = plan.settled(receipt)
+        for line in filter(None, (*lines, receipt.unkept)):
+            self._say(f"params: {line}")
 
     def _say_table(self, columns: tuple[str, ...], rows: list[tuple[str, ...]]) -> None:
         """Names and units aligned left, numbers right, text last; nothing for a table without rows."""

@@ -6,73 +6,49 @@ The recording holds all traffic on MAVProxy's links, in both directions, in a di
 
 import threading
 import time
-from collections import deque
 from collections.abc import Callable
-from functools import partial
 from math import isfinite
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Final
 
-from bridge.clock import Clock, EvenClock
-from bridge.errors import LinkError, LogError, SeatrialError
-from bridge.links.link import Link
+from bridge.clock import Clock
+from bridge.errors import LogError, SeatrialError
+from bridge.links.memory import memory_pair
 from bridge.vehicle.config import VehicleFile
 from bridge.wire.framing import Frame
-from bridge.wire.tlog import TlogWriter
-from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, new_folder
-from gcs_plugin.mavproxy.words import newest_dive
+from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, list_folders
+from gcs_plugin.dives.recorded import RecordedDive, RecordedDives
 from gcs_plugin.recording import orders
 from gcs_plugin.recording.link import among, same_link
-from gcs_plugin.recording.recorder import Count, Notice, Recorder
+from gcs_plugin.recording.recorder import Notice, Recorder
 from gcs_plugin.recording.state import Holding, held
 
 TELL_RATE_AFTER_S: Final = 5.0
 
 
-class _Frames(Link):
-    """The link that the recorder reads: the frames of all links in the order in which they passed."""
-
-    name = "MAVProxy"
-
-    def __init__(self) -> None:
-        self.waiting: deque[bytes] = deque()
-
-    def read(self, timeout_s: float) -> bytes:
-        del timeout_s
-        data = b"".join(self.waiting)
-        self.waiting.clear()
-        return data
-
-    def write(self, data: bytes) -> None:
-        raise LinkError(
-            f"{len(data)} bytes can't be sent here; nothing is, a recording only listens", self.name
-        )
-
-    def close(self) -> None:
-        self.waiting.clear()
-
-
 class Recording:
     """Records from its creation until `close`, one dive or several; `say` gets problems and the end of each dive.
 
-    A separate thread syncs the disk. `finished` is the dive that ended last, `folder` the folder of the current dive.
+    A separate thread syncs the disk.
     """
 
     def __init__(
         self, root: Path, file: VehicleFile | None, clock: Clock, say: Callable[[str], None]
     ) -> None:
-        self._root, self._name = root, (file.configuration or "") if file else ""
-        self._about = about_vehicle(file, self._name) if file else About()
-        self._clock, self._frames, self._say = EvenClock(clock), _Frames(), say
-        self.finished: Path | None = None
-        self.folder, self.began_s = self._new(), clock.boot_s()
+        self._clock, self._say = clock, say
+        self._passed = bytearray()
+        self._frames, recorded = memory_pair()
+        recorded.name = "MAVProxy"
+        name = (file.configuration or "") if file else ""
+        about = about_vehicle(file, name) if file else About()
+        self.dives, self._began_s = RecordedDives(root, name, lambda _: about, clock), clock.boot_s()
 
         def notice(said: Notice) -> None:
             say(f"{said.level}: {said.sentence}")
 
         self._recorder = Recorder(
-            [self._frames], self._opener(self.folder), clock, self.free_bytes, notice, None, None
+            [recorded], self.dives.open_file(), clock, self.dives.free_bytes, notice, None, None
         )
         self._stop = threading.Event()
         self._syncer = threading.Thread(
@@ -80,69 +56,54 @@ class Recording:
         )
         self._syncer.start()
 
+    @property
+    def finished(self) -> Path | None:
+        """The folder of the dive that ended last."""
+        return next((dive.folder for dive in reversed(self.dives.finished) if dive.folder), None)
+
     def keep(self, frame: Frame) -> None:
         """Take a frame that passed, in either direction."""
-        self._frames.waiting.append(frame.raw)
+        self._passed += frame.raw
 
     def step(self) -> None:
         """Write the frames that have come."""
+        if self._passed:
+            self._frames.write(bytes(self._passed))
+            self._passed.clear()
         self._recorder.step(0.0)
 
     def go_on(self) -> None:
         """Begin the next dive in a new folder, between two frames. Raises LogError if no folder can be made."""
-        following = self._new()
-        try:
-            self._recorder.go_on(self._opener(following), partial(self._change, following))
-        except LogError:
-            following.discard()
-            raise
+        self.dives.go_on(self._recorder, self._begun)
 
     def close(self) -> None:
         """End the recording."""
         self._stop.set()
         self._syncer.join()
         self._recorder.close()
-        self._over(self._recorder.count)
-
-    def free_bytes(self) -> int:
-        """Free space on the disk."""
-        return self.folder.free_bytes()
-
-    def unix_s(self) -> float:
-        """Current time on the clock of the recording's stamps, which follows no change of the computer's clock."""
-        return self._clock.unix_s()
+        self._over(self.dives.end(self._recorder.count))
 
     def words(self) -> str:
         """Describe the progress: folder, duration, number of frames and disk space left."""
-        span_s = max(self._clock.boot_s() - self.began_s, 1e-3)
+        span_s = max(self._clock.boot_s() - self._began_s, 1e-3)
         rate = self._recorder.recorded_bytes / span_s if span_s >= TELL_RATE_AFTER_S else 0.0
-        free = self.free_bytes()
+        free = self.dives.free_bytes()
         left = f"{free / rate / 3600:.0f} h of disk left" if rate > 0 else f"{free / 1e9:.1f} GB of disk left"
-        return f"recording into {self.folder.path}: {progress(span_s, self._recorder.recorded, left)}"
+        return f"recording into {self.dives.folder.path}: {progress(span_s, self._recorder.recorded, left)}"
 
-    def _new(self) -> DiveFolder:
-        folder = new_folder(self._root, self._clock.unix_s(), self._name)
-        folder.describe(self._about)
-        return folder
-
-    def _opener(self, folder: DiveFolder) -> Callable[[int], TlogWriter]:
-        return partial(folder.open_telemetry, about=self._about)
-
-    def _change(self, following: DiveFolder, count: Count) -> None:
-        self._over(count)
-        self.folder, self.began_s = following, self._clock.boot_s()
+    def _begun(self, before: RecordedDive) -> None:
+        self._over(before)
+        self._began_s = self._clock.boot_s()
         self._say(self.words())
 
-    def _over(self, count: Count) -> None:
-        """Say how much the finished dive holds; discard its folder if nothing was heard."""
-        if not count.heard:
-            self.folder.discard()
+    def _over(self, dive: RecordedDive) -> None:
+        """Say how much the finished dive holds."""
+        if dive.folder is None:
             self._say("nothing passed in this dive, and no dive folder is kept")
             return
-        self.finished = self.folder.path
-        lost = f", {count.lost} lost here" if count.lost else ""
-        size = f"{count.frames} frames, {count.bytes / 1e3:.0f} kB"
-        self._say(f"recorded {size}{lost}: {self.finished}")
+        self._say(f"recorded {dive.words}")
+        if dive.advice:
+            self._say(dive.advice)
 
 
 def progress(span_s: float, frames: int, left: str) -> str:
@@ -243,7 +204,7 @@ class Recordings:
         """The dive that ended last, never the one being recorded. Raises LogError if none has ended."""
         holding, dive, present = self._other(), self._finished, None
         if self._own is not None:
-            present = self._own.folder.path
+            present = self._own.dives.folder.path
             dive = self._own.finished or dive or newest_dive(self._root, present)
         elif holding is not None:
             present = Path(holding.folder)
@@ -282,7 +243,7 @@ class Recordings:
     def _noted(self) -> tuple[DiveFolder, float]:
         """Folder of the dive being recorded, and Unix time by its recording. Raises LogError if nothing is recorded."""
         if self._own is not None:
-            return self._own.folder, self._own.unix_s()
+            return self._own.dives.folder, self._own.dives.unix_s()
         holding = self._other()
         if holding is None:
             raise LogError(f"nothing is being recorded that a note could go to; {BEGIN}")
@@ -292,6 +253,12 @@ class Recordings:
         """The recording of another process whose hub carries the vehicle to MAVProxy, if any."""
         holding = held(self._clock.unix_s())
         return holding if holding is not None and among(holding.hub, self._links()) else None
+
+
+def newest_dive(root: Path, but: Path | None = None) -> Path | None:
+    """The dive folder under `root` that was begun last and holds a recording, except `but`; None if there is none."""
+    made = [folder.path for folder in list_folders(root) if folder.telemetry() and folder.path != but]
+    return made[-1] if made else None
 
 
 def _words(holding: Holding, unix_s: float) -> str:

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The words typed in MAVProxy: the commands with their help, and their completions."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Final
-
-from gcs_plugin.dives.folder import list_folders
 
 HELP: Final = {
     "status": ("status", "vehicles, links, recording, and what runs"),
@@ -61,9 +60,6 @@ COMPLETIONS: Final = [
     f"help <{'|'.join(HELP)}>",
 ]
 
-_RECORDINGS: Final = (".tlog", ".gz", ".bin", ".csv")
-_PARAMETERS: Final = (".param", ".parm", ".params")
-
 
 def help_lines(command: str | None) -> list[str]:
     """Help lines of one command, or of all."""
@@ -73,35 +69,8 @@ def help_lines(command: str | None) -> list[str]:
     return [line for usage, sentence in rows for line in (f"seatrial {usage}", f"    {sentence}")]
 
 
-def dives(text: str) -> list[str]:
-    """Completions of a DIVE: recordings, dive folders, and folders on the way to them."""
-    return _files(text, lambda path: path.suffix.lower() in _RECORDINGS)
-
-
-def parameter_files(text: str) -> list[str]:
-    """Completions of a parameter file."""
-    return _files(text, lambda path: path.suffix.lower() in _PARAMETERS)
-
-
-def folders(text: str) -> list[str]:
-    """Completions of a folder."""
-    return _files(text, lambda _: False)
-
-
-def vehicle_files(text: str) -> list[str]:
-    """Completions of a vehicle file: those that come with seatrial, and YAML files."""
-    shipped = Path(__file__).resolve().parents[2] / "configs" / "vehicles"
-    names = [path.stem for path in sorted(shipped.glob("*.yaml")) if not path.stem.endswith(".truth")]
-    return [*names, *_files(text, lambda path: path.suffix == ".yaml")]
-
-
-def newest_dive(root: Path, but: Path | None = None) -> Path | None:
-    """The dive folder under `root` that was begun last and holds a recording, except `but`; None if there is none."""
-    made = [folder.path for folder in list_folders(root) if folder.telemetry() and folder.path != but]
-    return made[-1] if made else None
-
-
-def _files(text: str, wanted: Callable[[Path], bool]) -> list[str]:
+def _files(suffixes: Sequence[str], text: str) -> list[str]:
+    """Completions of `text` by files with one of the suffixes, dive folders, and folders on the way to them."""
     stem = text.rpartition("/")[0]
     folder = Path(stem or ("/" if text.startswith("/") else "."))
     # Text that is already complete must be in the list: only then does MAVProxy complete the next word.
@@ -114,6 +83,22 @@ def _files(text: str, wanted: Callable[[Path], bool]) -> list[str]:
             continue
         if path.is_dir():
             completions.append(name if (path / "telemetry.tlog").exists() else f"{name}/")
-        elif wanted(path):
+        elif path.suffix.lower() in suffixes:
             completions.append(name)
     return completions
+
+
+def _vehicle_files(text: str) -> list[str]:
+    """Completions of a vehicle file: those that come with seatrial, and YAML files."""
+    shipped = Path(__file__).resolve().parents[2] / "configs" / "vehicles"
+    names = [path.stem for path in sorted(shipped.glob("*.yaml")) if not path.stem.endswith(".truth")]
+    return [*names, *_files((".yaml",), text)]
+
+
+COMPLETERS: Final[Mapping[str, Callable[[str], list[str]]]] = {
+    "(SEATRIAL_DIVE)": partial(_files, (".tlog", ".gz", ".bin", ".csv")),
+    "(SEATRIAL_PARAM)": partial(_files, (".param", ".parm", ".params")),
+    "(SEATRIAL_FOLDER)": partial(_files, ()),
+    "(SEATRIAL_FILE)": _vehicle_files,
+}
+"""Completions of a word, by its place in COMPLETIONS."""

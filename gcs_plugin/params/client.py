@@ -10,7 +10,7 @@ from bridge.errors import LinkError, LinkLost, LinkTimeout
 from bridge.links.link import Link
 from bridge.wire.framing import Encoder, Framer
 from gcs_plugin.params.receipt import Receipt
-from gcs_plugin.params.session import READ_WITHIN_S, News, Order, Progress, Session, Step, news_of
+from gcs_plugin.params.session import News, Order, Progress, Session, Step, news_of
 from gcs_plugin.params.transfer import Result, Source
 from gcs_plugin.peers import COMPANIONS_MAY_FOLLOW_S, GROUND_STATION, Peers, parameter_holder
 
@@ -99,9 +99,9 @@ class ParameterClient:
             while not stop.is_set():
                 self._receive()
 
-    def read_all(self, timeout_s: float = READ_WITHIN_S) -> dict[str, float]:
+    def read_all(self) -> dict[str, float]:
         """Return all parameters. Raises LinkTimeout if none arrived, ParamUnverified if some are missing."""
-        self.session.read(timeout_s)
+        self.session.read()
         self._drive(self.session)
         return self.session.present
 

@@ -4,14 +4,16 @@ The command, the app and MAVProxy show the same lines and notes.
 """
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
-from bridge.errors import ParamRejected, ParamUnknown
+from bridge import schema
+from bridge.errors import ParamError, ParamRejected, ParamUnknown
 from bridge.vehicle.effect_coefficients import EffectCoefficient
 from bridge.vehicle.parameters import ACTIVE, MODE
 from gcs_plugin.params.files import Interval, Sidecar, read_parameters, read_sidecar, sidecar_path, system_of
+from gcs_plugin.params.identified import doubt_lines
 from gcs_plugin.params.last_accepted import (
     AcceptedValue,
     belongs,
@@ -35,7 +37,7 @@ from gcs_plugin.params.plan import (
     value_text,
 )
 from gcs_plugin.params.plausible import implausible
-from gcs_plugin.params.receipt import Newest, Receipt, new_preimage
+from gcs_plugin.params.receipt import RECEIPT, Newest, Receipt, new_preimage, path_of
 from gcs_plugin.params.session import Order
 from gcs_plugin.params.transfer import Source
 from gcs_plugin.params.upload import Upload
@@ -69,17 +71,11 @@ class Wanted:
         return {} if self.sidecar is None else self.sidecar.intervals
 
     @property
-    def doubted(self) -> Mapping[str, str]:
-        """Reasons to doubt a value, by coefficient."""
-        return {} if self.sidecar is None else self.sidecar.doubted
-
-    @property
     def warnings(self) -> tuple[str, ...]:
         """A line for each value that is doubted."""
         taken = {known.name for name in self.values if (known := coefficient_of(name)) is not None}
-        return tuple(
-            f"warning: {name} is doubted: {why}" for name, why in self.doubted.items() if name in taken
-        )
+        doubted = {} if self.sidecar is None else self.sidecar.doubted
+        return tuple(f"warning: {line}" for line in doubt_lines(doubted, taken))
 
     def narrowed(self, file: Path, only: Collection[str] | None) -> "Wanted":
         """The named lines alone. Raises ParamUnknown for a name that the file lacks.
@@ -134,62 +130,115 @@ LEGEND = "change: in halves of the 95 % interval that the file gives; below 1 it
 
 @dataclass(frozen=True, slots=True)
 class Compared:
-    """Line of a plan, with the 95 % interval of its target and the value last accepted; None if not known."""
+    """Line of a plan, as `params diff --json` writes it; SI units, None for what is not known.
 
-    row: Row
-    interval: Interval | None
-    accepted: AcceptedValue | None
+    `low95` and `high95` are the target's 95 % interval, `change` is target minus present value in halves of it;
+    `accepted` is the value last accepted, at `accepted_at`; `doubted` says why the coefficient is doubted, "" if it is
+    not.
+    """
 
-    @property
-    def change(self) -> float | None:
-        """Target minus present value, divided by half the target's 95 % interval; None if either is not known."""
-        half = 0.0 if self.interval is None else (self.interval.high95 - self.interval.low95) / 2
-        if self.row.present is None or half <= 0.0:
-            return None
-        return (self.row.target - self.row.present) / half
+    name: str
+    coefficient: str
+    sentence: str
+    unit: str
+    present: float | None
+    target: float
+    low95: float | None
+    high95: float | None
+    accepted: float | None
+    accepted_at: str | None
+    change: float | None
+    verdict: str
+    reason: str
+    doubted: str
 
     def cells(self) -> tuple[str, ...]:
         """Texts of the table's cells, in the order of COLUMNS."""
-        row, change = self.row, self.change
         return (
-            row.name,
-            unit_of(row.name),
-            "-" if row.present is None else value_text(row.present),
-            value_text(row.target),
-            "-" if self.accepted is None else value_text(self.accepted.value),
-            "-" if change is None else f"{change:+.1f}",
-            f"{row.verdict.value}: {row.reason}" if row.reason else row.verdict.value,
+            self.name,
+            self.unit,
+            "-" if self.present is None else value_text(self.present),
+            value_text(self.target),
+            "-" if self.accepted is None else value_text(self.accepted),
+            "-" if self.change is None else f"{self.change:+.1f}",
+            f"{self.verdict}: {self.reason}" if self.reason else self.verdict,
         )
-
-    def to_json(self, doubted: Mapping[str, str]) -> dict[str, Any]:
-        """The line as `params diff --json` writes it; SI units, null for unknown values.
-
-        `doubted` gives reasons to doubt a value, by coefficient.
-        """
-        coefficient = coefficient_of(self.row.name)
-        return {
-            "name": self.row.name,
-            "coefficient": coefficient.name if coefficient else "",
-            "sentence": coefficient.sentence if coefficient else "",
-            "unit": unit_of(self.row.name),
-            "present": self.row.present,
-            "target": self.row.target,
-            "low95": None if self.interval is None else self.interval.low95,
-            "high95": None if self.interval is None else self.interval.high95,
-            "accepted": None if self.accepted is None else self.accepted.value,
-            "accepted_at": None if self.accepted is None else self.accepted.time,
-            "change": self.change,
-            "verdict": self.row.verdict.value,
-            "reason": self.row.reason,
-            "doubted": doubted.get(coefficient.name, "") if coefficient else "",
-        }
 
 
 def compared(
-    plan: Plan, intervals: Mapping[str, Interval], accepted: Mapping[str, AcceptedValue]
+    plan: Plan, sidecar: Sidecar | None, accepted: Mapping[str, AcceptedValue]
 ) -> tuple[Compared, ...]:
-    """The lines of a plan, each with its interval and its last accepted value."""
-    return tuple(Compared(row, intervals.get(row.name), accepted.get(row.name)) for row in plan.rows)
+    """The lines of a plan, with intervals and doubts of their source, and the values last accepted."""
+    intervals = {} if sidecar is None else sidecar.intervals
+    doubted = {} if sidecar is None else sidecar.doubted
+    return tuple(
+        _compared(row, intervals.get(row.name), accepted.get(row.name), doubted) for row in plan.rows
+    )
+
+
+def _compared(
+    row: Row, interval: Interval | None, last: AcceptedValue | None, doubted: Mapping[str, str]
+) -> Compared:
+    coefficient = coefficient_of(row.name)
+    half = 0.0 if interval is None else (interval.high95 - interval.low95) / 2
+    return Compared(
+        row.name,
+        coefficient.name if coefficient else "",
+        coefficient.sentence if coefficient else "",
+        unit_of(row.name),
+        row.present,
+        row.target,
+        None if interval is None else interval.low95,
+        None if interval is None else interval.high95,
+        None if last is None else last.value,
+        None if last is None else last.time,
+        None if row.present is None or half <= 0.0 else (row.target - row.present) / half,
+        row.verdict.value,
+        row.reason,
+        doubted.get(coefficient.name, "") if coefficient else "",
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class ComparedVehicle:
+    """The component that was read."""
+
+    system: int
+    component: int
+    armed: bool
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A file compared with a vehicle, as `params diff --json` writes it.
+
+    `outcome` is that of the identification `of` a dive, "" without a sidecar; `writes`: an upload would write
+    something, if only a commit. `active_crc` and `staged_crc` are those of the set in use, 0 for none, and of the set
+    that the vehicle holds: if they differ, the set held is not in use. None for a vehicle that takes no sets.
+    `needs_disarmed`: an armed vehicle takes it only if that is said; `obstacle_armed`: why it does not even then.
+    """
+
+    summary: str
+    file: str
+    outcome: str
+    of: str
+    vehicle: ComparedVehicle
+    ff_mode: float | None
+    writes: bool
+    active_crc: float | None
+    staged_crc: int | None
+    needs_disarmed: bool
+    obstacle_armed: str
+    notes: tuple[str, ...]
+    parameters: tuple[Compared, ...]
+
+    @classmethod
+    def from_json(cls, data: Any, source: str) -> "Comparison":
+        """The comparison that `to_json` wrote; `source` names it in messages. Raises ConfigError for anything else."""
+        return schema.build(cls, data, source)
+
+    def to_json(self) -> dict[str, Any]:
+        return asdict(self)
 
 
 @dataclass(frozen=True)
@@ -230,7 +279,7 @@ class Planned:
 
     def cells(self, hidden: Collection[Verdict]) -> list[tuple[str, ...]]:
         """Texts of its lines, in the order of COLUMNS, without those of the `hidden` verdicts."""
-        return [line.cells() for line in self.lines if line.row.verdict not in hidden]
+        return [line.cells() for line in self.lines if Verdict(line.verdict) not in hidden]
 
     def order(self, receipts: Path, unix_s: float, *, even_armed: bool, read_at: Newest) -> Order:
         """The order to carry it out, at that time, with its receipt in the folder `receipts`."""
@@ -238,40 +287,43 @@ class Planned:
         preimage = new_preimage(receipts, unix_s)
         return Order(self.plan, preimage, even_armed, self.restores, sidecar, read_at)
 
-    def keep(self, receipt: Receipt) -> Path | None:
-        """Write down the values that the vehicle accepted, see `keep_accepted`."""
-        return keep_accepted(receipt, self.wanted.sidecar, self.whole)
+    def settled(self, receipt: Receipt) -> tuple[Receipt, tuple[str, ...]]:
+        """Write down the values that the vehicle accepted, see `keep_accepted`.
 
-    def rehearsed(self, vehicle: Source) -> Upload:
-        """The upload as it would begin now: says whether it writes anything or needs a disarmed vehicle."""
-        return Upload(self.plan.with_implausible(), vehicle)
+        Returns the lines to show, and the receipt, with `unkept` if they could not be written.
+        """
+        lines = [f"{receipt.outcome.value}: {receipt.sentence}", f"values before: {receipt.preimage}"]
+        if not receipt.unkept:
+            lines.insert(1, f"receipt: {path_of(receipt.preimage, RECEIPT)}")
+            try:
+                if (accepted := keep_accepted(receipt, self.wanted.sidecar, self.whole)) is not None:
+                    lines.append(f"accepted: {accepted}")
+            except ParamError as error:
+                receipt = replace(receipt, unkept=str(error))
+        return receipt, tuple(lines)
 
     def writes(self, vehicle: Source) -> bool:
         """Whether an upload would write something, if only a commit."""
-        return self.rehearsed(vehicle).ending is None
+        return Upload(self.plan.with_implausible(), vehicle).ending is None
 
-    def to_json(self, vehicle: Source, *, armed: bool) -> dict[str, Any]:
-        """The form that `params diff --json` writes. `writes`: an upload would write something, if only a commit.
-
-        `active_crc` and `staged_crc` are those of the set in use, 0 for none, and of the set that the vehicle holds:
-        if they differ, the set held is not in use. Null for a vehicle that takes no sets.
-        """
-        rehearsed, sidecar = self.rehearsed(vehicle), self.wanted.sidecar
-        return {
-            "summary": self.plan.summary(),
-            "file": str(self.file),
-            "outcome": sidecar.outcome if sidecar else "",
-            "of": sidecar.dive if sidecar else "",
-            "vehicle": {"system": vehicle[0], "component": vehicle[1], "armed": armed},
-            "ff_mode": self.plan.present.get(MODE),
-            "writes": rehearsed.ending is None,
-            "active_crc": self.plan.present.get(ACTIVE),
-            "staged_crc": staged_crc(self.plan.present),
-            "needs_disarmed": rehearsed.needs_disarmed,
-            "obstacle_armed": obstacle(self.plan.present),
-            "notes": list(self.notes),
-            "parameters": [line.to_json(self.wanted.doubted) for line in self.lines],
-        }
+    def comparison(self, vehicle: Source, *, armed: bool) -> Comparison:
+        """The comparison with that vehicle, for other programs."""
+        rehearsed, sidecar = Upload(self.plan.with_implausible(), vehicle), self.wanted.sidecar
+        return Comparison(
+            self.plan.summary(),
+            str(self.file),
+            sidecar.outcome if sidecar else "",
+            sidecar.dive if sidecar else "",
+            ComparedVehicle(*vehicle, armed),
+            self.plan.present.get(MODE),
+            rehearsed.ending is None,
+            self.plan.present.get(ACTIVE),
+            staged_crc(self.plan.present),
+            rehearsed.needs_disarmed,
+            obstacle(self.plan.present),
+            self.notes,
+            self.lines,
+        )
 
 
 def planned(
@@ -298,8 +350,8 @@ def planned(
     accepted = last_accepted(receipts, system)
     doubted = implausible(plan, wanted.intervals, accepted, wanted.rigid, wanted.kept)
     plan = plan.judged({name: why for name, why in doubted.items() if name not in accepts})
-    lines = compared(plan, wanted.intervals, accepted)
-    return Planned(file, wanted, plan, lines, tuple(back), _left(file, present, receipts, system))
+    lines = compared(plan, wanted.sidecar, accepted)
+    return Planned(file, wanted, plan, lines, tuple(back), left_behind(receipts, system, present, file))
 
 
 def planned_back(
@@ -307,17 +359,16 @@ def planned_back(
 ) -> Planned:
     """Plan to go back to the values before an upload."""
     plan = make_plan(not_raised(wanted.values, present), present)
-    lines = compared(plan, wanted.intervals, last_accepted(receipts, system))
-    left = _left(file, present, receipts, system)
+    lines = compared(plan, wanted.sidecar, last_accepted(receipts, system))
+    left = left_behind(receipts, system, present, file)
     return Planned(file, wanted, plan, lines, left=left, restores=str(file))
 
 
-def left_behind(receipts: Path, system: int, present: Mapping[str, float]) -> tuple[str, ...]:
-    """Sentences about the vehicle's staged set and an upload to it that was never finished."""
-    return _left(None, present, receipts, system)
-
-
-def _left(file: Path | None, present: Mapping[str, float], receipts: Path, system: int) -> tuple[str, ...]:
+def left_behind(
+    receipts: Path, system: int, present: Mapping[str, float], file: Path | None = None
+) -> tuple[str, ...]:
+    """Sentences about the vehicle's staged set, and about an unfinished upload to it unless `file` settles that."""
     left = unfinished(receipts, system)
-    mute = left is None or (file is not None and belongs(left, file))
-    return (*staging_notes(present), *(() if mute or left is None else reminder(left, present)))
+    if left is None or (file is not None and belongs(left, file)):
+        return staging_notes(present)
+    return (*staging_notes(present), *reminder(left, present))

@@ -8,36 +8,27 @@ requests answered soon, and the fewer answers there are, the longer the quiet pe
 """
 
 import math
-from dataclasses import dataclass
 from typing import Final
 
+WINDOW: Final = 8
+"""Requests open at once, at most."""
+RETRY_S: Final = 0.5
+RETRY_MAX_S: Final = 1.0
+"""A request without an answer is repeated after RETRY_S, a delay that grows by half each time up to RETRY_MAX_S."""
+QUIET_S: Final = 1.0
+QUIET_MAX_S: Final = 10.0
+"""Bounds of the quiet period between the last write and its read-back, which is longer than the longest round trip: no
+late echo of the write can pass for the read-back's answer. QUIET_MAX_S if answers are not known to arrive sooner."""
+DEADLINE_S: Final = 60.0
+"""Least time that an upload is given."""
 LOSS: Final = 0.3
 FAILURE: Final = 1e-4
 STAGES: Final = 4  # quiet periods of an upload that is written, refused once, committed and switched to
 
 
-@dataclass(frozen=True, slots=True)
-class Timing:
-    """Timing of a transfer.
-
-    At most `window` requests are open at once; a request without an answer is repeated after `retry_s`, a delay that
-    grows by half each time up to `retry_max_s`. The quiet period between the last write and its read-back is longer
-    than the longest round trip, so that no late echo of the write can pass for the read-back's answer: at least
-    `quiet_s`, and `quiet_max_s` if answers are not known to arrive sooner (`RoundTrips`). The transfer ends
-    `deadline_s` after its start.
-    """
-
-    window: int = 8
-    retry_s: float = 0.5
-    retry_max_s: float = 1.0
-    quiet_s: float = 1.0
-    quiet_max_s: float = 10.0
-    deadline_s: float = 60.0
-
-
-def retry_delay_s(attempt: int, timing: Timing) -> float:
+def retry_delay_s(attempt: int) -> float:
     """Delay between attempt number `attempt` (from 1) and the next, s."""
-    return min(timing.retry_s * 1.5 ** min(attempt - 1, 16), timing.retry_max_s)
+    return min(RETRY_S * 1.5 ** min(attempt - 1, 16), RETRY_MAX_S)
 
 
 def attempts_needed(loss: float, requests: int, failure: float) -> int:
@@ -51,14 +42,14 @@ def attempts_needed(loss: float, requests: int, failure: float) -> int:
     return max(1, math.ceil(math.log(failure / max(requests, 1)) / math.log(1.0 - success)))
 
 
-def deadline_s(requests: int, timing: Timing) -> float:
+def deadline_s(requests: int) -> float:
     """Time in which `requests` writes and their read-backs all succeed except with probability FAILURE, s, if the link
-    loses LOSS in each direction. Includes a quiet period of `quiet_max_s` for each of the STAGES of an upload.
+    loses LOSS in each direction. Includes a quiet period of QUIET_MAX_S for each of the STAGES of an upload.
     """
     attempts = attempts_needed(LOSS, 2 * requests, FAILURE)
-    patience = sum(retry_delay_s(attempt, timing) for attempt in range(1, attempts + 1))
-    queue = math.ceil(requests / timing.window) * timing.retry_max_s * 2
-    return 2 * patience + 2 * queue + STAGES * timing.quiet_max_s
+    patience = sum(retry_delay_s(attempt) for attempt in range(1, attempts + 1))
+    queue = math.ceil(requests / WINDOW) * RETRY_MAX_S * 2
+    return 2 * patience + 2 * queue + STAGES * QUIET_MAX_S
 
 
 MARGIN: Final = 2.0
@@ -69,12 +60,11 @@ SOON_SENDS: Final = 2
 class RoundTrips:
     """Round trips of requests and answers, by parameter name; `quiet_s` is the quiet period that follows from them.
 
-    If the round trips are uniformly distributed, up to at most `quiet_max_s`, no answer is older than `quiet_s`. Until
-    an answer came soon, `quiet_s` is `quiet_max_s`.
+    If the round trips are uniformly distributed, up to at most QUIET_MAX_S, no answer is older than `quiet_s`. Until
+    an answer came soon, `quiet_s` is QUIET_MAX_S.
     """
 
-    def __init__(self, timing: Timing) -> None:
-        self._timing = timing
+    def __init__(self) -> None:
         self._first_s: dict[str, float] = {}
         self._sends: dict[str, int] = {}
         self._answered: set[str] = set()
@@ -89,9 +79,9 @@ class RoundTrips:
     def quiet_s(self) -> float:
         """Quiet period, s: after it, an answer can't belong to an earlier write or request."""
         if not self._answered:
-            return self._timing.quiet_max_s
+            return QUIET_MAX_S
         seldom = (len(self._first_s) + UNSEEN) / len(self._answered)
-        return min(max(MARGIN * self._longest_s * seldom, self._timing.quiet_s), self._timing.quiet_max_s)
+        return min(max(MARGIN * self._longest_s * seldom, QUIET_S), QUIET_MAX_S)
 
     def on_sent(self, name: str, time_s: float) -> None:
         """A write or read request of that name was sent."""

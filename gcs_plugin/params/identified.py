@@ -1,13 +1,14 @@
 """An identification's JSON as parameters: values, intervals, doubts, and the file with its sidecar."""
 
-import math
 import re
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
 from bridge.errors import ParamRejected, ParamUnwritten
+from bridge.plain import is_number
 from bridge.text import as_clause
 from bridge.vehicle.coefficients import DAMPINGS, OF_HULL, QUADRATICS
 from bridge.vehicle.config import VehicleFile
@@ -18,6 +19,53 @@ OF_A_PRIOR: Final = "prior"
 """Culprit of a doubt that concerns no value of the identification."""
 
 
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A parameter in an identification's JSON, in `unit`, with its 95 % interval; None for what the dive did not tell.
+
+    `reason` says why it is not identifiable.
+    """
+
+    name: str
+    unit: str
+    value: float | None
+    low95: float | None
+    high95: float | None
+    identifiable: bool
+    reason: str
+
+
+def estimates_in(identification: Mapping[str, Any]) -> list[Estimate]:
+    """The parameters in an identification's JSON.
+
+    Raises ParamRejected for a damaged list, and for a value that is not a finite number.
+    """
+    entries = identification.get("parameters")
+    if not isinstance(entries, list):
+        raise ParamRejected("the identification has no list 'parameters'; give the file that --json wrote")
+    if not all(isinstance(entry, dict) for entry in entries):
+        raise ParamRejected("the identification's list 'parameters' is damaged; identify again")
+    return [
+        Estimate(
+            str(entry.get("name")),
+            str(entry.get("unit", "")),
+            _number(entry, "value"),
+            _number(entry, "low95"),
+            _number(entry, "high95"),
+            entry.get("identifiable") is True,
+            str(entry.get("reason", "")),
+        )
+        for entry in entries
+    ]
+
+
+def _number(entry: Mapping[str, Any], key: str) -> float | None:
+    number = entry.get(key)
+    if number is not None and not is_number(number):
+        raise ParamRejected(f"{entry.get('name')} is {number}, not a finite number; identify again")
+    return number
+
+
 def parameters_from_identification(data: Mapping[str, Any], veh_cfg: int) -> dict[str, float]:
     """Parameter id to float32 value, for every identifiable coefficient.
 
@@ -26,19 +74,15 @@ def parameters_from_identification(data: Mapping[str, Any], veh_cfg: int) -> dic
     ParamRejected for a damaged identification, for a value that is not finite or out of its bounds, and if nothing is
     left to send.
     """
-    estimates = data.get("parameters")
-    if not isinstance(estimates, list):
-        raise ParamRejected("the identification has no list 'parameters'; give the file that --json wrote")
+    estimates = estimates_in(data)
     targets: dict[str, float] = {}
     for estimate in estimates:
-        if not isinstance(estimate, dict):
-            raise ParamRejected("the identification's list 'parameters' is damaged; identify again")
-        coefficient = OF_HULL.get(str(estimate.get("name")))
-        if coefficient is None or estimate.get("identifiable") is not True:
+        coefficient = OF_HULL.get(estimate.name)
+        if coefficient is None or not estimate.identifiable:
             continue
-        value = estimate.get("value")
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            raise ParamRejected(f"{coefficient.name} is {value}, not a finite number; identify again")
+        value = estimate.value
+        if value is None:
+            raise ParamRejected(f"{coefficient.name} has no value; identify again")
         if not coefficient.low <= value <= coefficient.high:
             raise ParamRejected(
                 f"{coefficient.name} = {value:g} {coefficient.unit} is outside {coefficient.low:g} to "
@@ -48,7 +92,7 @@ def parameters_from_identification(data: Mapping[str, Any], veh_cfg: int) -> dic
             targets[coefficient.parameter_id(veh_cfg)] = float32.given(value)
         except ValueError as error:
             raise ParamRejected(f"{coefficient.name}: {error}; identify again") from None
-    valueless = {entry["name"] for entry in estimates if entry.get("value") is None}
+    valueless = {estimate.name for estimate in estimates if estimate.value is None}
     for squared in QUADRATICS:
         linear = DAMPINGS[squared.dof]
         if linear.name in valueless and squared.parameter_id(veh_cfg) in targets:
@@ -56,18 +100,6 @@ def parameters_from_identification(data: Mapping[str, Any], veh_cfg: int) -> dic
     if not targets:
         raise ParamRejected("the identification holds no identifiable coefficient to send; dive again")
     return targets
-
-
-def intervals_of(identification: Mapping[str, Any], parameter_ids: Mapping[str, str]) -> dict[str, Interval]:
-    """95 % intervals from an identification's JSON, by parameter id; `parameter_ids` maps coefficient name to id."""
-    intervals = {}
-    for estimate in identification.get("parameters", []):
-        name = estimate.get("name")
-        if name in parameter_ids and estimate.get("low95") is not None and estimate.get("high95") is not None:
-            intervals[parameter_ids[name]] = Interval(
-                name, str(estimate.get("unit", "")), float(estimate["low95"]), float(estimate["high95"])
-            )
-    return intervals
 
 
 def doubted_in(identification: Mapping[str, Any]) -> dict[str, str]:
@@ -89,35 +121,39 @@ def doubt_lines(doubted: Mapping[str, str], taken: Collection[str]) -> tuple[str
 
 def write_identified(path: Path, identification: Mapping[str, Any], file: VehicleFile) -> None:
     """Write an identification as a parameter file with its sidecar. Raises ParamRejected."""
-    configuration = identification["configuration"]
-    veh_cfg = file.vehicle.veh_cfg(configuration)
+    veh_cfg = file.vehicle.veh_cfg(identification["configuration"])
     values = parameters_from_identification(identification, veh_cfg)
-    ids = {
-        str(estimate["name"]): OF_HULL[estimate["name"]].parameter_id(veh_cfg)
-        for estimate in identification["parameters"]
-        if estimate["identifiable"] and estimate["name"] in OF_HULL
-    }
-    doubted = {name: why for name, why in doubted_in(identification).items() if name in ids}
-    sidecar = sidecar_of(identification, ids, doubted)
+    sidecar = sidecar_of(identification, veh_cfg)
     words = (
-        origin(sidecar.vehicle, configuration, sidecar.method, sidecar.dive),
+        origin(sidecar.vehicle, sidecar.configuration, sidecar.method, sidecar.dive),
         f"outcome: {sidecar.outcome}",
-        *doubt_lines(doubted, tuple(doubted)),
+        *doubt_lines(sidecar.doubted, tuple(sidecar.doubted)),
     )
     write_with_sidecar(path, values, words, sidecar)
 
 
-def sidecar_of(data: Mapping[str, Any], ids: Mapping[str, str], doubted: Mapping[str, str]) -> Sidecar:
-    """Sidecar of an identification's values from its JSON; `ids` are parameter ids by coefficient."""
+def sidecar_of(data: Mapping[str, Any], veh_cfg: int) -> Sidecar:
+    """Sidecar of an identification's values, from its JSON. Raises ParamRejected for a damaged identification."""
     dive = data["dive"] if isinstance(data.get("dive"), dict) else {}
     thrust = data.get("thrust_scale") or {}
+    sent = {
+        estimate.name: estimate
+        for estimate in estimates_in(data)
+        if estimate.identifiable and estimate.name in OF_HULL
+    }
     return Sidecar(
         str(dive.get("sha256", "")),
         str(data["vehicle"]["sha256"]),
         data["configuration"],
         str(data.get("method", "")),
         version("seatrial"),
-        intervals_of(data, ids),
+        {
+            OF_HULL[name].parameter_id(veh_cfg): Interval(
+                name, estimate.unit, estimate.low95, estimate.high95
+            )
+            for name, estimate in sent.items()
+            if estimate.low95 is not None and estimate.high95 is not None
+        },
         str(data["vehicle"]["name"]),
         str(dive.get("name", "")),
         data["outcome"],
@@ -125,7 +161,7 @@ def sidecar_of(data: Mapping[str, Any], ids: Mapping[str, str], doubted: Mapping
         dived=str(dive.get("date", "")),
         prior_dives=tuple(map(str, data.get("prior_dives", ()))),
         dive_opening=str(dive.get("opening", "")),
-        doubted=dict(doubted),
+        doubted={name: why for name, why in doubted_in(data).items() if name in sent},
     )
 
 

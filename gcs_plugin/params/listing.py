@@ -1,9 +1,9 @@
 """Reading all parameters: request the list, then the missing parameters by index, until a deadline. Pure."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final
 
-from gcs_plugin.params.deadline import Timing, retry_delay_s
+from gcs_plugin.params.deadline import WINDOW, retry_delay_s
 from gcs_plugin.params.transfer import Source
 
 NO_INDEX: Final = 65535
@@ -31,20 +31,21 @@ class Listing:
 
     source: Source
     start_s: float
-    timing: Timing
-    values: dict[str, float] = field(default_factory=dict)
+    within_s: float
 
     def __post_init__(self) -> None:
-        self.count: int | None = (
-            None  # the number that the vehicle reports, None before its first PARAM_VALUE
-        )
+        self._forget()
+        self._list_due_s = self._last_new_s = self.start_s
+        self._list_attempts = 0
+        self._expired = False
+
+    def _forget(self, count: int | None = None) -> None:
+        """Discard all values; `count` is the number that the vehicle reports, None before its first PARAM_VALUE."""
+        self.count = count
+        self.values: dict[str, float] = {}
         self._name_at: dict[int, str] = {}
         self._due_s: dict[int, float] = {}
         self._attempts: dict[int, int] = {}
-        self._list_due_s = self.start_s
-        self._list_attempts = 0
-        self._last_new_s = self.start_s
-        self._expired = False
 
     @property
     def missing(self) -> list[int]:
@@ -67,8 +68,7 @@ class Listing:
             return
         if count != self.count or self._name_at.get(index, name) != name:
             # The parameter table differs from before: the vehicle was replaced, or rebooted.
-            self.count, self._name_at, self.values = count, {}, {}
-            self._due_s, self._attempts = {}, {}
+            self._forget(count)
         if index not in self._name_at:
             self._last_new_s = time_s
         self._name_at[index] = name
@@ -76,13 +76,12 @@ class Listing:
 
     def on_reboot(self, time_s: float) -> None:
         """The vehicle rebooted: discard all values and read the list again."""
-        self.count, self._name_at, self.values = None, {}, {}
-        self._due_s, self._attempts = {}, {}
+        self._forget()
         self._list_due_s, self._list_attempts = time_s + SILENCE_S, 0
 
     def tick(self, time_s: float) -> list[ReadList | ReadIndex]:
         """The messages to send now."""
-        if time_s - self.start_s >= self.timing.deadline_s:
+        if time_s - self.start_s >= self.within_s:
             self._expired = True
         if self.done:
             return []
@@ -90,7 +89,7 @@ class Listing:
             if time_s < self._list_due_s:
                 return []
             self._list_attempts += 1
-            self._list_due_s = time_s + SILENCE_S + retry_delay_s(self._list_attempts, self.timing)
+            self._list_due_s = time_s + SILENCE_S + retry_delay_s(self._list_attempts)
             return [ReadList()]
         if time_s - self._last_new_s < SILENCE_S and not self._attempts:
             return []
@@ -98,9 +97,9 @@ class Listing:
 
     def _ask_missing(self, time_s: float) -> list[ReadList | ReadIndex]:
         sends: list[ReadList | ReadIndex] = []
-        for index in self.missing[: self.timing.window]:
+        for index in self.missing[:WINDOW]:
             if time_s >= self._due_s.get(index, time_s):
                 self._attempts[index] = self._attempts.get(index, 0) + 1
-                self._due_s[index] = time_s + retry_delay_s(self._attempts[index], self.timing)
+                self._due_s[index] = time_s + retry_delay_s(self._attempts[index])
                 sends.append(ReadIndex(index))
         return sends

@@ -4,7 +4,8 @@ With it, notes on values in staging that a vehicle does not fly.
 """
 
 import re
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Final
@@ -86,9 +87,6 @@ class Plan:
         """Targets that the vehicle already holds in its staged set; an upload need only commit them."""
         return self.named(Verdict.STAGED)
 
-    def count(self, verdict: Verdict) -> int:
-        return sum(row.verdict is verdict for row in self.rows)
-
     def code(self, *, armed: bool) -> str:
         """Confirmation code: number of lines that are written or put in force, and the CRC of their names and values;
         prefixed with "armed-" for an armed vehicle.
@@ -98,37 +96,33 @@ class Plan:
 
     def summary(self) -> str:
         """Number of lines with each verdict, in one sentence."""
-        parts = [f"{self.count(verdict)} {verdict.value}" for verdict in Verdict if self.count(verdict)]
+        counts = Counter(row.verdict for row in self.rows)
+        parts = [f"{counts[verdict]} {verdict.value}" for verdict in Verdict if counts[verdict]]
         return f"{len(self.rows)} parameters: {', '.join(parts) or 'none'}"
 
     def explained(self, names: Iterable[str], reason: str) -> "Plan":
         """The plan with `reason` on the named lines."""
         held = set(names)
-        return replace(
-            self, rows=tuple(replace(row, reason=reason) if row.name in held else row for row in self.rows)
-        )
+        return self._each(lambda row: replace(row, reason=reason) if row.name in held else row)
 
     def judged(self, reasons: Mapping[str, str]) -> "Plan":
         """The plan with the lines in `reasons` (name to reason) marked IMPLAUSIBLE if they were to take effect."""
-        return replace(
-            self,
-            rows=tuple(
+        return self._each(
+            lambda row: (
                 replace(row, verdict=Verdict.IMPLAUSIBLE, reason=reasons[row.name])
                 if row.name in reasons and row.verdict in TAKES_EFFECT
                 else row
-                for row in self.rows
-            ),
+            )
         )
 
     def with_implausible(self) -> "Plan":
         """The plan with its IMPLAUSIBLE lines accepted as changes."""
-        return replace(
-            self,
-            rows=tuple(
-                replace(row, verdict=Verdict.CHANGED) if row.verdict is Verdict.IMPLAUSIBLE else row
-                for row in self.rows
-            ),
+        return self._each(
+            lambda row: replace(row, verdict=Verdict.CHANGED) if row.verdict is Verdict.IMPLAUSIBLE else row
         )
+
+    def _each(self, change: Callable[[Row], Row]) -> "Plan":
+        return replace(self, rows=tuple(map(change, self.rows)))
 
     def check(self) -> None:
         """Check that every line can be sent.
@@ -154,10 +148,17 @@ class Plan:
             )
 
 
+def part_of_set(name: str) -> tuple[int, Coefficient | EffectCoefficient] | None:
+    """Configuration (VEH_CFG) and coefficient that a parameter holds, None for other parameters."""
+    match = _STAGED.fullmatch(name)
+    coefficient = _BY_ID.get(match[2]) if match else None
+    return None if match is None or coefficient is None else (int(match[1]), coefficient)
+
+
 def coefficient_of(name: str) -> Coefficient | EffectCoefficient | None:
     """The coefficient that a parameter holds, None for other parameters."""
-    match = _STAGED.fullmatch(name)
-    return _BY_ID.get(match.group(2)) if match else None
+    part = part_of_set(name)
+    return None if part is None else part[1]
 
 
 def unit_of(name: str) -> str:
@@ -219,15 +220,15 @@ def taken_back(targets: Mapping[str, float], present: Mapping[str, float]) -> di
     A model without an effect was fitted without it and accounts for the vehicle's whole motion, so the old effect must
     not act in addition. Only configurations that `targets` mentions are affected.
     """
-    about = {match.group(1) for name in targets if is_staged(name) and (match := _STAGED.fullmatch(name))}
+    about = {part[0] for part in map(part_of_set, targets) if part is not None}
     return {
         name: 0.0
         for name, value in present.items()
         if value != 0.0
         and name not in targets
-        and isinstance(coefficient_of(name), EffectCoefficient)
-        and (match := _STAGED.fullmatch(name))
-        and match.group(1) in about
+        and (part := part_of_set(name)) is not None
+        and isinstance(part[1], EffectCoefficient)
+        and part[0] in about
     }
 
 

@@ -4,18 +4,16 @@ A value is checked against its 95 % interval, the rigid body, the range possible
 last; an upload must not leave half a model of an axis, nor raise the feed-forward's mode.
 """
 
-import re
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Final
 
-from bridge.vehicle.coefficients import BY_NAME, DOFS, QUADRATICS, Coefficient
+from bridge.vehicle.coefficients import BY_NAME, DOFS, MASSES, QUADRATICS, Coefficient
 from bridge.vehicle.feedforward import AXES
 from bridge.vehicle.mode import Mode, word_of
 from bridge.vehicle.parameters import LEAST_DAMPING_PER_S, MODE
 from gcs_plugin.params.files import Interval
 from gcs_plugin.params.last_accepted import AcceptedValue
-from gcs_plugin.params.plan import TAKES_EFFECT, Plan, Row, coefficient_of, value_text
+from gcs_plugin.params.plan import TAKES_EFFECT, Plan, Row, coefficient_of, part_of_set, value_text
 
 Z95: Final = 1.96
 SMALL_DAMPING_PER_S: Final = 0.1
@@ -27,9 +25,6 @@ LARGE: Final = 0.3
 RATIO: Final = 3.0
 """A value without intervals may be at most this many times the accepted value, and at least its inverse."""
 
-NONE_KNOWN: Final[Mapping[str, tuple[float, float]]] = MappingProxyType({})
-
-_CONFIGURATION = re.compile(r"FF\d+")
 _OTHER: Final = {a: b for _, mass, damping in AXES for a, b in ((mass, damping), (damping, mass))}
 """Mass to damping and damping to mass of each axis: the model of an axis needs both."""
 
@@ -39,7 +34,7 @@ def implausible(
     intervals: Mapping[str, Interval],
     accepted: Mapping[str, AcceptedValue],
     rigid: Mapping[str, tuple[float, float]],
-    kept: Mapping[str, tuple[float, float]] = NONE_KNOWN,
+    kept: Mapping[str, tuple[float, float]],
 ) -> dict[str, str]:
     """Reasons against the lines that change or are put in force, by id; only implausible lines are in it.
 
@@ -72,10 +67,9 @@ def implausible(
 
 def other_half(name: str) -> str:
     """Id of the parameter that completes the model of an axis (damping for a mass, mass for a damping), "" if none."""
-    coefficient, match = coefficient_of(name), _CONFIGURATION.match(name)
-    if not isinstance(coefficient, Coefficient) or match is None or coefficient.name not in _OTHER:
-        return ""
-    return BY_NAME[_OTHER[coefficient.name]].parameter_id(int(match.group(0)[2:]))
+    part = part_of_set(name)
+    other = _OTHER.get(part[1].name) if part is not None else None
+    return "" if part is None or other is None else BY_NAME[other].parameter_id(part[0])
 
 
 def half_a_model(name: str, value: float, values: Mapping[str, float]) -> str:
@@ -83,14 +77,17 @@ def half_a_model(name: str, value: float, values: Mapping[str, float]) -> str:
 
     A model needs a mass and a damping, linear or quadratic; 0 means not set.
     """
-    counterpart, coefficient = other_half(name), coefficient_of(name)
-    if not isinstance(coefficient, Coefficient) or not counterpart:
+    counterpart, part = other_half(name), part_of_set(name)
+    if part is None or not counterpart:
+        return ""
+    veh_cfg, coefficient = part
+    if not isinstance(coefficient, Coefficient):
         return ""
     mass_is_set, drag_is_set = value != 0.0, values.get(counterpart, 0.0) != 0.0
     if coefficient.kind == "damping":
         mass_is_set, drag_is_set = drag_is_set, mass_is_set
     # A hull may have quadratic damping alone.
-    squared = QUADRATICS[coefficient.dof].parameter_id(int(counterpart[2 : counterpart.index("_")]))
+    squared = QUADRATICS[coefficient.dof].parameter_id(veh_cfg)
     if mass_is_set == (drag_is_set or values.get(squared, 0.0) != 0.0):
         return ""
     stays = f"the feed-forward of {DOFS[coefficient.dof]} stays off"
@@ -107,20 +104,13 @@ def _against_interval(row: Row, interval: Interval | None, values: Mapping[str, 
     low, high, half = interval.low95, interval.high95, _half(interval)
     if not low - half <= row.target <= high + half:
         return f"{value_text(row.target)} is far outside its own 95 % interval, {low:.4g} to {high:.4g}"
-    coefficient, std = coefficient_of(row.name), half / Z95
-    if not isinstance(coefficient, Coefficient) or row.target == 0.0 or std < abs(row.target):
+    part, std = part_of_set(row.name), half / Z95
+    if part is None or not isinstance(part[1], Coefficient) or row.target == 0.0 or std < abs(row.target):
         return ""  # a value of 0 claims nothing that its interval could contradict
-    mass = values.get(_mass_of(row.name, coefficient), 0.0)
-    if coefficient.kind == "damping" and std < SMALL_DAMPING_PER_S * mass:
+    mass = MASSES[part[1].dof].parameter_id(part[0])
+    if part[1].kind == "damping" and std < SMALL_DAMPING_PER_S * values.get(mass, 0.0):
         return ""
     return f"its standard deviation, {std:.4g}, is as large as the value: the dive did not tell it"
-
-
-def _mass_of(name: str, damping: Coefficient) -> str:
-    """Id of the mass or inertia in the degree of freedom of a damping."""
-    match = _CONFIGURATION.match(name)
-    letter = "M" if damping.dof < 3 else "I"
-    return f"{match.group(0) if match else ''}_{letter}_{damping.name[2:].upper()}"
 
 
 def _against_rigid_body(row: Row, interval: Interval | None, rigid: tuple[float, float] | None) -> str:
@@ -134,10 +124,10 @@ def _against_rigid_body(row: Row, interval: Interval | None, rigid: tuple[float,
 
 def _against_coasting(row: Row, values: Mapping[str, float]) -> str:
     """Why a damping is too small for the mass that the vehicle then holds, "" if it is not."""
-    coefficient = coefficient_of(row.name)
-    if not isinstance(coefficient, Coefficient) or coefficient.kind != "damping" or row.target == 0.0:
+    part = part_of_set(row.name)
+    if part is None or not isinstance(part[1], Coefficient) or part[1].kind != "damping" or row.target == 0.0:
         return ""
-    mass = _mass_of(row.name, coefficient)
+    mass = MASSES[part[1].dof].parameter_id(part[0])
     if row.target >= LEAST_DAMPING_PER_S * values.get(mass, 0.0):
         return ""
     return f"{value_text(row.target)} is next to no damping beside {mass} {value_text(values[mass])}: half of a model"

@@ -33,7 +33,7 @@ from gcs_plugin.params.files import (
     write_sidecar,
 )
 from gcs_plugin.params.plan import Plan, Verdict, unit_of, value_text
-from gcs_plugin.params.transfer import Outcome, Result, Source
+from gcs_plugin.params.transfer import Outcome, Source
 from gcs_plugin.params.upload import Ending
 
 BEFORE: Final = "-before.param"
@@ -185,13 +185,12 @@ def finish(begun: Receipt, plan: Plan, ending: Ending, took_s: float) -> Receipt
     A receipt that can't be written raises nothing, since the result on the vehicle matters more: `unkept` then gives
     the reason, and the receipt on the disk still says BEGUN.
     """
-    receipt = replace(
-        begun,
-        outcome=ending.outcome,
-        sentence=ending.sentence,
-        lines=lines_of(plan, ending.results),
-        took_s=took_s,
+    results = [(row, ending.results[row.name]) for row in plan.rows]
+    lines = tuple(
+        Line(row.name, row.present, row.target, result.seen, result.outcome, result.sentence)
+        for row, result in results
     )
+    receipt = replace(begun, outcome=ending.outcome, sentence=ending.sentence, lines=lines, took_s=took_s)
     try:
         _keep(receipt)
     except ParamRejected as error:
@@ -246,21 +245,6 @@ def _keep(receipt: Receipt) -> None:
     sync_folder(path.parent)
 
 
-def lines_of(plan: Plan, results: Mapping[str, Result]) -> tuple[Line, ...]:
-    """Lines of a receipt, in the order of the plan."""
-    return tuple(
-        Line(
-            row.name,
-            row.present,
-            row.target,
-            results[row.name].seen,
-            results[row.name].outcome,
-            results[row.name].sentence,
-        )
-        for row in plan.rows
-    )
-
-
 def _number(value: float | None) -> float | None:
     return value if value is not None and math.isfinite(value) else None
 
@@ -286,8 +270,7 @@ class PastUpload:
 def kept_in(receipts: Path, system: int | None = None) -> list[PastUpload]:
     """The receipts in a folder, of one vehicle or of all, by number: a clock may be set back, a number never is.
 
-    A receipt from before numbers were introduced has number 0. Unreadable receipts are left out, and so are receipts
-    with a number that none of ours has.
+    Unreadable receipts are left out, and so are receipts with a number that none of ours has.
     """
     kept = (_read(path, system) for path in receipts.glob(f"*{RECEIPT}"))
     return sorted(filter(None, kept), key=lambda receipt: (receipt.number, receipt.time))
@@ -311,7 +294,7 @@ def _read(path: Path, system: int | None) -> PastUpload | None:
         begun = {str(line["name"]) for line in lines if line["outcome"] == Outcome.BEGUN.name.lower()}
         return PastUpload(
             path.with_name(time + BEFORE),
-            _whole(data.get("number", 0), MOST_UPLOADS),
+            _whole(data["number"], MOST_UPLOADS),
             Outcome[data["outcome"].upper()],
             str(data.get("restores") or ""),
             targets,

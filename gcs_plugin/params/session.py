@@ -26,7 +26,6 @@ from bridge.clock import Clock
 from bridge.errors import LinkError, LinkTimeout, ParamRejected, ParamUnverified, SeatrialError
 from bridge.wire.framing import Frame, decode
 from gcs_plugin.off_orders import OffOrders
-from gcs_plugin.params.deadline import Timing
 from gcs_plugin.params.files import Sidecar
 from gcs_plugin.params.listing import Listing, ReadIndex, ReadList
 from gcs_plugin.params.plan import Plan, obstacle
@@ -138,7 +137,6 @@ class Session:
         self._orders = OffOrders()
         self._listing: Listing | None = None
         self._listed_s = 0.0
-        self._within_s = READ_WITHIN_S
         self._order: Order | None = None
         self._turn: Turn | None = None
         self._upload: Upload | None = None
@@ -168,12 +166,12 @@ class Session:
         """Newest result so far of each parameter that changes, by name."""
         return {} if self._upload is None else self._upload.proven
 
-    def read(self, within_s: float = READ_WITHIN_S) -> None:
+    def read(self) -> None:
         """Start to read every parameter."""
         now_s = self._clock.boot_s()
         self.step, self.failure, self._upload = Step.READING, None, None
-        self._within_s, self._listed_s, self._orders = within_s, now_s, OffOrders()
-        self._listing = Listing(self.vehicle, now_s, Timing(deadline_s=within_s))
+        self._listed_s, self._orders = now_s, OffOrders()
+        self._listing = Listing(self.vehicle, now_s, READ_WITHIN_S)
 
     def write(self, order: Order) -> None:
         """Start to carry out an order, once the next HEARTBEAT arrives.
@@ -263,14 +261,14 @@ class Session:
         elif listing.done and listing.count is None:
             self._fail(
                 LinkTimeout(
-                    f"{self._named} sent no parameter within {self._within_s:.0f} s; check that the bridge runs"
+                    f"{self._named} sent no parameter within {READ_WITHIN_S:.0f} s; check that the bridge runs"
                 )
             )
         elif listing.done:
             self._fail(
                 ParamUnverified(
                     f"{len(listing.missing)} of {listing.count} parameters of {self._named} "
-                    f"did not come within {self._within_s:.0f} s; better the link and try again"
+                    f"did not come within {READ_WITHIN_S:.0f} s; better the link and try again"
                 )
             )
 
@@ -297,7 +295,7 @@ class Session:
                 order.plan,
                 self.vehicle,
                 order.preimage,
-                upload.crc if upload.commits else None,
+                upload.crc,
                 self._clock.unix_s(),
                 order.restores,
                 order.sidecar,

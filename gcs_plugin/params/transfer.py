@@ -6,14 +6,14 @@ quiet period is longer than this vehicle's answers take to arrive (`RoundTrips`)
 count, unless the vehicle shows twice that it keeps another value.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Final
 
 from bridge.vehicle.parameters import COMMIT, MODE
 from gcs_plugin.params import float32
-from gcs_plugin.params.deadline import RoundTrips, Timing, retry_delay_s
+from gcs_plugin.params.deadline import WINDOW, RoundTrips, retry_delay_s
 
 Source = tuple[int, int]
 
@@ -133,20 +133,16 @@ class Transfer:
 
     Call `on_value`, `on_error` and `on_reboot` as messages arrive, and send the messages that `tick` returns.
     Messages from another source, or about a parameter that no task waits for, change nothing. `round_trips` holds the
-    link's round trips measured so far; `probes` are parameters without a task that are requested once to measure more
-    of them.
+    link's round trips measured so far.
     """
 
     tasks: Iterable[Task]
     source: Source
     start_s: float
-    timing: Timing
-    round_trips: RoundTrips | None = None
-    probes: Sequence[str] = ()
+    within_s: float
+    round_trips: RoundTrips = field(default_factory=RoundTrips)
 
     def __post_init__(self) -> None:
-        self._probes, self._probes_due_s = tuple(self.probes), self.start_s
-        self._trips = self.round_trips or RoundTrips(self.timing)
         self._items = [
             _Item(task, _State.READ if task.write_to is None else _State.WRITE, self.start_s)
             for task in self.tasks
@@ -177,11 +173,6 @@ class Transfer:
         """Tasks done, tasks in all."""
         return sum(item.state is _State.DONE for item in self._items), len(self._items)
 
-    @property
-    def last_write_s(self) -> float | None:
-        """When the last write was sent."""
-        return max((item.last_write_s for item in self._items if item.last_write_s is not None), default=None)
-
     def failure(self) -> Result | None:
         """The first result other than APPLIED, None if there is none."""
         return next((r for r in self.results.values() if r.outcome is not Outcome.APPLIED), None)
@@ -190,7 +181,7 @@ class Transfer:
         """A PARAM_VALUE arrived."""
         if source != self.source:
             return
-        self._trips.on_heard(name, time_s)
+        self.round_trips.on_heard(name, time_s)
         writing = self._by_write.get(name)
         if writing is not None and writing.state is _State.ECHO:
             writing.heard_echo = True
@@ -206,7 +197,7 @@ class Transfer:
     def on_error(self, name: str, code: int, source: Source) -> None:
         """A PARAM_ERROR arrived; a read-back still decides, unless the parameter or the component does not exist."""
         item = self._by_write.get(name) or self._by_check.get(name)
-        if source != self.source or item is None or item.state not in (_State.ECHO, _State.ANSWER):
+        if source != self.source or item is None or item.state in (_State.WRITE, _State.DONE):
             return
         sentence = ERROR_SENTENCES.get(code, f"the vehicle answers error {code}")
         if name == COMMIT and code == OUT_OF_RANGE:
@@ -215,8 +206,9 @@ class Transfer:
             sentence = NOT_FROM_HERE
         if code in (DOES_NOT_EXIST, COMPONENT_NOT_FOUND):
             self._finish(item, Outcome.REFUSED, f"{name} refused: {sentence}")
-        elif item.state is _State.ECHO:
-            item.refusal = sentence
+            return
+        item.refusal = sentence
+        if item.state is _State.ECHO:
             item.heard_echo = True
             self._be_quiet(item, item.last_write_s)
 
@@ -238,12 +230,12 @@ class Transfer:
 
     def tick(self, time_s: float) -> list[Send]:
         """The messages to send now."""
-        if time_s - self.start_s >= self.timing.deadline_s:
+        if time_s - self.start_s >= self.within_s:
             for item in self._items:
                 if item.state is not _State.DONE:
                     self._expire(item)
             return []
-        sends: list[Send] = self._ask_probes(time_s)
+        sends: list[Send] = []
         flying = sum(item.state in (_State.ECHO, _State.ANSWER) for item in self._items)
         for item in self._items:
             if item.state is _State.DONE or time_s < max(item.due_s, self._quiet_until_s(item)):
@@ -251,28 +243,21 @@ class Transfer:
             if item.state is _State.QUIET:
                 item.state, item.attempt = _State.READ, 0
             if item.state in (_State.WRITE, _State.READ):
-                if flying >= self.timing.window:
+                if flying >= WINDOW:
                     continue
                 flying += 1
             sends.append(self._send(item, time_s))
             if item.attempt == 1:
-                self._trips.on_quiet(sends[-1].name)
+                self.round_trips.on_quiet(sends[-1].name)
         for send in sends:
-            self._trips.on_sent(send.name, time_s)
+            self.round_trips.on_sent(send.name, time_s)
         return sends
-
-    def _ask_probes(self, time_s: float) -> list[Send]:
-        if not self._probes or time_s < self._probes_due_s:
-            return []
-        now, self._probes = self._probes[: self.timing.window], self._probes[self.timing.window :]
-        self._probes_due_s = time_s + self.timing.retry_s
-        return [ReadValue(name) for name in now]
 
     def _send(self, item: _Item, time_s: float) -> Send:
         if item.state is _State.ECHO and item.attempt >= UNANSWERED_WRITES:
             item.state, item.attempt = _State.ANSWER, 0
         item.attempt += 1
-        item.due_s = time_s + retry_delay_s(item.attempt, self.timing)
+        item.due_s = time_s + retry_delay_s(item.attempt)
         if item.state in (_State.WRITE, _State.ECHO) and item.task.write_to is not None:
             item.state, item.last_write_s = _State.ECHO, time_s
             item.quiet_since_s = time_s if item.attempt >= UNANSWERED_WRITES else None
@@ -287,7 +272,7 @@ class Transfer:
 
     def _quiet_until_s(self, item: _Item) -> float:
         """Time at which no earlier message is under way any more, by the round trips measured so far."""
-        return self.start_s if item.quiet_since_s is None else item.quiet_since_s + self._trips.quiet_s
+        return self.start_s if item.quiet_since_s is None else item.quiet_since_s + self.round_trips.quiet_s
 
     def _judge(self, item: _Item, value: float, time_s: float) -> None:
         item.seen = value
@@ -316,7 +301,7 @@ class Transfer:
             self._finish(item, Outcome.NOT_SENT, f"{item.task.name} was not sent before the deadline")
             return
         last = f", last seen {item.seen:.9g}" if item.seen is not None else ""
-        allowed = self.timing.deadline_s
+        allowed = self.within_s
         sentence = f"{item.task.name} was not read back as {item.task.value:.9g} within {allowed:.0f} s{last}"
         self._finish(item, Outcome.UNVERIFIED, sentence)
 

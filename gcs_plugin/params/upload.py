@@ -14,19 +14,18 @@ written meanwhile. A commit that the vehicle neither accepted nor refused is lef
 a later reading of FF_ACTIVE can settle it.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Final
 
 from bridge.vehicle.parameters import ACTIVE, COMMIT, MODE, set_crc
 from gcs_plugin.params import float32
-from gcs_plugin.params.deadline import RoundTrips, Timing, deadline_s
+from gcs_plugin.params.deadline import DEADLINE_S, QUIET_S, RoundTrips, deadline_s
 from gcs_plugin.params.plan import Plan, Verdict, is_staged
 from gcs_plugin.params.transfer import Outcome, Result, Send, SetValue, Source, Task, Transfer, confirm, write
 
 UNANSWERED_S: Final = 20.0  # at 30 % loss each way and one attempt per second, once in a million
-PROBES: Final = 16
 OFF_WINS: Final = "OFF was ordered meanwhile and wins: FF_MODE is not raised"
 OVERTAKEN: Final = "another program changed which set the vehicle flies since it was read"
 
@@ -59,8 +58,8 @@ class Upload:
     """
 
     def __init__(self, plan: Plan, source: Source, start_s: float = 0.0) -> None:
-        self._plan, self._source, self._timing = plan, source, Timing()
-        self._trips = RoundTrips(self._timing)
+        self._plan, self._source = plan, source
+        self._trips = RoundTrips()
         present, changes = plan.present, plan.changes
         self._commits = COMMIT in present and ACTIVE in present
         staged = [name for name in present if is_staged(name)] if self._commits else []
@@ -78,7 +77,7 @@ class Upload:
         self.ending: Ending | None = None
         self._answered_s = start_s
         tasks = len({*self._direct, *self._new_set}) + len(self._live) + 1
-        self._end_s = start_s + max(self._timing.deadline_s, deadline_s(tasks, self._timing))
+        self._end_s = start_s + max(DEADLINE_S, deadline_s(tasks))
         self._begin(start_s)
 
     @property
@@ -120,9 +119,9 @@ class Upload:
         return max(0.0, time_s - self._answered_s)
 
     @property
-    def crc(self) -> int:
-        """The CRC that FF_ACTIVE must hold in the end."""
-        return self._crc_new
+    def crc(self) -> int | None:
+        """The CRC that FF_ACTIVE must hold in the end; None for a vehicle that takes no sets."""
+        return self._crc_new if self._commits else None
 
     def on_value(self, name: str, value: float, source: Source, time_s: float) -> None:
         self._answered(source, time_s)
@@ -160,11 +159,6 @@ class Upload:
     def needs_disarmed(self) -> bool:
         """Whether the upload changes more than the feed-forward's mode, which alone an armed vehicle may take."""
         return self._needs_commit or bool(self._direct)
-
-    @property
-    def commits(self) -> bool:
-        """Whether the vehicle has a staged set that a commit puts in force."""
-        return self._commits
 
     def give_up(self, sentence: str) -> None:
         """End at once and send nothing more to the vehicle, as when the link is lost."""
@@ -206,10 +200,10 @@ class Upload:
         if source == self._source:
             self._answered_s = time_s
 
-    def _transfer_of(self, tasks: Iterable[Task], start_s: float, probes: Sequence[str] = ()) -> Transfer:
+    def _transfer_of(self, tasks: Iterable[Task], start_s: float) -> Transfer:
         # A transfer that begins too late still gets a short deadline, so that it ends with its own sentence.
-        timing = replace(self._timing, deadline_s=max(self._end_s - start_s, self._timing.quiet_s))
-        return Transfer(tasks, self._source, start_s, timing, round_trips=self._trips, probes=probes)
+        within_s = max(self._end_s - start_s, QUIET_S)
+        return Transfer(tasks, self._source, start_s, within_s, self._trips)
 
     def _stage_tasks(self) -> list[Task]:
         tasks = [write(name, value) for name, value in self._direct.items()]
@@ -218,11 +212,8 @@ class Upload:
         return tasks
 
     def _enter_stage(self, time_s: float) -> None:
-        tasks = self._stage_tasks()
-        named = {task.name for task in tasks}
-        probes = [name for name in self._plan.present if name not in named and name not in (COMMIT, ACTIVE)]
         self._stage, self._looks = Stage.STAGE, False
-        self._transfer = self._transfer_of(tasks, time_s, probes[:PROBES])
+        self._transfer = self._transfer_of(self._stage_tasks(), time_s)
 
     def _advance(self, time_s: float) -> None:
         while self._stage is not Stage.DONE and self._transfer.done:
@@ -299,7 +290,7 @@ class Upload:
         # A quiet period first, so that a write still under way can't arrive after the write that restores the value.
         start_s = time_s + self._trips.quiet_s
         self._stage, self._undoing, self._looks = Stage.UNDO, True, False
-        self._end_s, self._answered_s = start_s + deadline_s(len(names) + 1, self._timing), start_s
+        self._end_s, self._answered_s = start_s + deadline_s(len(names) + 1), start_s
         self._transfer = self._transfer_of([write(name, before[name]) for name in sorted(names)], start_s)
 
     def _after_undo(self, time_s: float) -> None:

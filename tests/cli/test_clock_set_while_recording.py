@@ -13,10 +13,11 @@ from bridge.links.memory import memory_pair
 from bridge.wire.framing import Encoder
 from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.folder import About, DiveFolder
+from gcs_plugin.dives.recorded import RecordedDives
 from gcs_plugin.recording.recorder import Recorder
 from gcs_plugin.recording.state import held
 from tui import cli
-from tui.commands.record import RecordedDives, RecordingState
+from tui.commands.record import RecordingState
 from tui.links import known_now
 
 DAY_S = 86_400.0
@@ -43,7 +44,7 @@ class Recorded:
 
     def __init__(self):
         self.clock, self._vehicle, self._sent = SimulatedClock(), Encoder(1, 1), 0
-        self.dives = RecordedDives(Path("dives"), "", About(), self.clock, same_conditions=False)
+        self.dives = RecordedDives(Path("dives"), "", lambda _: About(), self.clock)
         here, self._there = memory_pair()
         self.recorder = Recorder(
             [here], self.dives.folder.open_telemetry, self.clock, lambda: 1 << 40, lambda _: None
@@ -115,7 +116,7 @@ def test_the_next_dive_is_named_after_its_own_stamps(set_by_s):
     first = sea.dives.folder
     sea.sails(60)
     sea.clock.unix_at_boot_s += set_by_s
-    sea.dives.go_on(sea.recorder, sea.state.begin)
+    sea.dives.go_on(sea.recorder, lambda _: sea.state.begin(sea.dives.folder.path))
     sea.sails(60)
     second = sea.dives.folder
     sea.recorder.close()

@@ -9,7 +9,7 @@ from bridge.vehicle.parameters import ACTIVE, COMMIT, set_crc
 from gcs_plugin.params import float32
 from gcs_plugin.params.listing import ReadIndex, ReadList
 from gcs_plugin.params.plan import is_staged
-from gcs_plugin.params.transfer import ReadValue, SetValue
+from gcs_plugin.params.transfer import Outcome, ReadValue, SetValue
 
 SOURCE = (1, 191)
 STEP_S = 0.05
@@ -152,3 +152,21 @@ class LossyVehicle:
             machine.on_error(name, code, SOURCE, self.now_s)
         elif not hasattr(machine, "missing"):
             machine.on_error(name, code, SOURCE)
+
+
+def flown(values):
+    """Those of the values that fly once they are committed."""
+    return {name: value for name, value in values.items() if is_staged(name)}
+
+
+def is_told_as_it_is(vehicle, ending, old, new):
+    """No claim of an upload from `old` to `new` that is not so, and the set that flies is whole."""
+    held = {name: vehicle.values[name] for name in old}
+    assert vehicle.flying in (flown(old), flown(new))
+    if ending.outcome is Outcome.APPLIED:
+        assert (held, vehicle.flying) == (new, flown(new))
+    elif ending.outcome is not Outcome.UNVERIFIED:
+        assert (held, vehicle.flying) == (old, flown(old))
+    for values, outcome in ((new, Outcome.APPLIED), (old, Outcome.ROLLED_BACK)):
+        claimed = {name for name, result in ending.results.items() if result.outcome is outcome}
+        assert {name: held[name] for name in claimed} == {name: values[name] for name in claimed}

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 from diving_vehicle import Dive
-from test_merge_recordings import all_frames, heard_by, raws
+from merged_dives import all_frames, fetcher_of, heard_by, raws
 
 from bridge import exit_codes
 from bridge.errors import LogError
@@ -23,7 +23,6 @@ from gcs_plugin.peers import ground_heartbeat
 from gcs_plugin.recording.state import Holding, release, write_holding
 from tui import cli
 from tui.commands import merge as merging
-from tui.commands.fetch import Fetcher
 from tui.commands.merge import merge
 
 pytestmark = pytest.mark.usefixtures("switched_off")
@@ -32,7 +31,7 @@ pytestmark = pytest.mark.usefixtures("switched_off")
 @pytest.fixture(autouse=True)
 def at_once(monkeypatch, tmp_path):
     """Nobody is waited for."""
-    monkeypatch.setattr("gcs_plugin.fetch.whole.CLOSED_WITHIN_S", 0.0)
+    monkeypatch.setattr("gcs_plugin.fetch.into_dive.CLOSED_WITHIN_S", 0.0)
     monkeypatch.setattr(locks, "MERGE_S", 0.0)
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
 
@@ -52,7 +51,7 @@ def folder(tmp_path):
 @pytest.fixture
 def other(tmp_path, frames):
     """What another recorder heard of the dive."""
-    write_records(tmp_path / "other.tlog", heard_by(frames, lambda one: one, random.Random(1)))
+    write_records(tmp_path / "other.tlog", heard_by(frames, lambda unix_s: unix_s, random.Random(1)))
     return tmp_path / "other.tlog"
 
 
@@ -144,7 +143,7 @@ def test_a_fetch_of_a_dive_that_a_second_recorder_writes_asks_the_vehicle_nothin
     dive.dive(5.0)
     before_s = dive.world.now_s
     with recorded(folder, dive.heard), pytest.raises(LogError, match=r"is still recorded.*and fetch again"):
-        Fetcher(dive, dive.world, 60.0, lambda *_: None).whole(folder)
+        fetcher_of(dive).whole(folder)
     assert dive.world.now_s == before_s
 
 
@@ -177,17 +176,17 @@ def test_another_merge_or_fetch_of_the_dive_is_refused_by_name(tmp_path, folder,
     dive.dive(5.0)
     write_records(folder.path / "telemetry.tlog", dive.heard)
     with alone_at(folder.path, ""), pytest.raises(LogError, match="wait for its end and fetch again"):
-        Fetcher(dive, dive.world, 60.0, lambda *_: None).whole(folder)
+        fetcher_of(dive).whole(folder)
     assert not (folder.path / WHOLE).exists()
 
 
 def test_two_merges_at_once_lose_nothing_of_either(tmp_path, folder, frames, monkeypatch) -> None:
     monkeypatch.setattr(locks, "MERGE_S", 60.0)
     rng = random.Random(4)
-    write_records(folder.path / "telemetry.tlog", heard_by(frames, lambda one: one, rng, 0.4))
+    write_records(folder.path / "telemetry.tlog", heard_by(frames, lambda unix_s: unix_s, rng, 0.4))
     files = [tmp_path / f"{name}.tlog" for name in "abc"]
     for file in files:
-        write_records(file, heard_by(frames, lambda one: one, rng, 0.4))
+        write_records(file, heard_by(frames, lambda unix_s: unix_s, rng, 0.4))
     together = threading.Barrier(len(files))
 
     def put(file):
@@ -242,7 +241,7 @@ def test_the_next_fetch_puts_in_what_came_since_as_well(tmp_path, folder) -> Non
     dive = Dive(tmp_path / "fetched")
     dive.dive(20.0)
     write_records(folder.path / "telemetry.tlog", dive.heard[: len(dive.heard) // 2])
-    fetcher = Fetcher(dive, dive.world, 60.0, lambda *_: None)
+    fetcher = fetcher_of(dive)
     fetcher.whole(folder)
     write_records(folder.path / "telemetry.tlog", dive.heard)
     assert lacked(list(folder.path.iterdir())) == [folder.path / "telemetry.tlog"]

@@ -2,6 +2,7 @@
 
 import pytest
 from diving_vehicle import BAD, Dive
+from merged_dives import SOURCE, dive_of, fetcher_of, raws
 from soak import rest_in_soak
 
 from bridge.errors import LinkTimeout, LogError
@@ -11,19 +12,15 @@ from bridge.wire.ftp import Op, Packet
 from bridge.wire.segments import Segment, segments_in
 from bridge.wire.tlog import read_tlog
 from bridge.wire.whole import WHOLE
-from gcs_plugin.dives.folder import DiveFolder
+from gcs_plugin.dives.folder import About
 from gcs_plugin.dives.replay import Reel
 from gcs_plugin.fetch.boots import Boot, newest, of_dive
 from gcs_plugin.fetch.fetching import Fetching, fetch
 from gcs_plugin.fetch.mirror import Mirror
-from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.peers import ground_heartbeat
 from identify.ingest.open import recording_files
-from tui.commands.fetch import Fetcher
 
 pytestmark = pytest.mark.usefixtures("switched_off")
-
-VEHICLE = (1, 191)
 
 
 def everything(listing):
@@ -32,7 +29,7 @@ def everything(listing):
 
 def fetched(dive, mirror, choose=everything, patience_s=60.0):
     fetching = Fetching(mirror, choose, dive.world.boot_s())
-    fetch(dive, dive.world, fetching, VEHICLE, patience_s, lambda _: None)
+    fetch(dive, dive.world, fetching, SOURCE, patience_s, lambda _: None)
     return fetching
 
 
@@ -159,18 +156,12 @@ def a_dive_under_water(tmp_path, seconds=(10.0, 20.0, 10.0), **faults):
     for number, so_long in enumerate(seconds):
         dive.cut(number % 2 == 1)
         dive.dive(so_long)
-    folder = DiveFolder(tmp_path / "dives" / "2026-11-20T0912Z-lake")
-    folder.path.mkdir(parents=True)
-    with folder.open_telemetry(1) as file:
-        for stamp_us, raw in dive.heard:
-            file.write(stamp_us, raw)
-        beat = Encoder(255, 190).encode(ground_heartbeat())
-        file.write(dive.heard[-1][0], beat)
-    return dive, folder, beat
+    beat = Encoder(255, 190).encode(ground_heartbeat())
+    return dive, dive_of(tmp_path, [*dive.heard, (dive.heard[-1][0], beat)]), beat
 
 
 def made_whole(dive, folder):
-    return Fetcher(dive, dive.world, 60.0, lambda *_: None).whole(folder)
+    return fetcher_of(dive).whole(folder)
 
 
 def whole_frames(folder):
@@ -219,29 +210,25 @@ def test_a_vehicle_that_started_anew_under_water_is_whole_too(tmp_path) -> None:
         dive.dive(5.0)
     dive.cut(False)
     dive.dive(3.0)
-    folder = DiveFolder(tmp_path / "dives" / "2026-11-20T0912Z-lake")
-    folder.path.mkdir(parents=True)
-    write_records(folder.path / "telemetry.tlog", dive.heard)
+    folder = dive_of(tmp_path, dive.heard)
     sent = span(dive)
     made_whole(dive, folder)
-    assert [raw for _, raw in whole_frames(folder)] == sent
+    assert raws(folder.path / WHOLE) == sent
     assert len(sent) > 0.8 * len(dive.kept())
 
 
 def test_a_dive_of_which_nothing_was_heard_becomes_a_folder_of_its_own(tmp_path) -> None:
-    from gcs_plugin.dives.folder import About
-
     dive = Dive(tmp_path / "ring")
     dive.cut(True)
     dive.dive(10.0)
     dive.cut(False)
-    fetcher = Fetcher(dive, dive.world, 60.0, lambda *_: None)
+    fetcher = fetcher_of(dive)
     sent = dive.kept()
-    done = fetcher.new(tmp_path / "dives", VEHICLE, None, "lake", About())
-    kept = [frame.raw for _, frame in read_tlog(done.path)]
+    done = fetcher.new(tmp_path / "dives", SOURCE, None, "lake", About())
+    kept = raws(done.path)
     assert kept[: len(sent)] == sent
     assert done.path.name == "telemetry.tlog"
-    last = fetcher.new(tmp_path / "dives", VEHICLE, 0.05, "lake", About())
+    last = fetcher.new(tmp_path / "dives", SOURCE, 0.05, "lake", About())
     assert 0.5 < Reel([last.path]).length_s <= 3.0
 
 
@@ -258,17 +245,16 @@ def test_another_vehicles_dive_is_refused(tmp_path) -> None:
 
 
 def test_a_dive_that_tells_of_no_ring_says_what_to_do(tmp_path) -> None:
-    folder = DiveFolder(tmp_path)
-    write_records(tmp_path / "telemetry.tlog", [(1, Encoder(255, 190).encode(ground_heartbeat()))])
+    folder = dive_of(tmp_path, [(1, Encoder(255, 190).encode(ground_heartbeat()))])
     with pytest.raises(LogError, match="must run with --ring"):
         made_whole(Dive(tmp_path / "ring"), folder)
 
 
 def test_segments_of_other_dives_are_not_fetched() -> None:
     listing = [(Segment(boot, 70 + boot, n, n * 60_000), 10) for boot in (1, 2, 3) for n in range(10)]
-    boots = [Boot(72, VEHICLE, 150_000, 310_000)]
+    boots = [Boot(72, SOURCE, 150_000, 310_000)]
     assert [(s.boot, s.number) for s, _ in of_dive(listing, boots)] == [(2, 2), (2, 3), (2, 4), (2, 5)]
-    over_two = [Boot(71, VEHICLE, 480_000, 500_000), Boot(72, VEHICLE, 1_000, 70_000)]
+    over_two = [Boot(71, SOURCE, 480_000, 500_000), Boot(72, SOURCE, 1_000, 70_000)]
     assert [(s.boot, s.number) for s, _ in of_dive(listing, over_two)] == [
         (1, 7),
         (1, 8),

@@ -35,16 +35,9 @@ from gcs_plugin.locks import alone_in
 SECOND_S = 1_795_165_923.0
 
 
-def test_a_folder_is_named_by_utc_and_name(tmp_path):
-    assert (
-        new_folder(tmp_path / "dives", SECOND_S, "Hovering / No. 2").path.name
-        == "2026-11-20T0912Z-hovering-no-2"
-    )
-
-
-def test_two_dives_of_one_minute_get_folders_of_their_own(tmp_path):
-    names = [new_folder(tmp_path, SECOND_S, "hovering").path.name for _ in range(3)]
-    assert names == [f"2026-11-20T0912Z-hovering{end}" for end in ("", "-2", "-3")]
+def test_a_folder_is_named_by_utc_and_name_and_dives_of_one_minute_get_folders_of_their_own(tmp_path):
+    names = [new_folder(tmp_path / "dives", SECOND_S, "Hovering / No. 2").path.name for _ in range(3)]
+    assert names == [f"2026-11-20T0912Z-hovering-no-2{end}" for end in ("", "-2", "-3")]
 
 
 def recorded(root, name, began_s, telemetry="telemetry.tlog"):
@@ -174,6 +167,7 @@ def test_recordings_come_in_the_order_in_which_they_were_begun(tmp_path):
         load_folder(tmp_path / "none")
 
 
+FRESH = Conditions(salinity=0.0, weather="swell")
 KNOWN = Conditions(11.5, 35.0, 40.0, 2.0, -0.5, "camera", "calm")
 
 
@@ -199,22 +193,11 @@ def test_what_can_not_be_is_refused(values):
         Conditions(**values)
 
 
-def test_they_are_told_in_a_line():
-    assert KNOWN.words == (
-        "water 11.5 °C, salinity 35, tether out 40 m, ballast 2 kg, payload -0.5 kg, camera, calm"
-    )
-    assert Conditions(salinity=0.0).words == "salinity 0"
-    assert NOTHING_SAID.words == ""
-
-
-@pytest.mark.parametrize("conditions", [KNOWN, NOTHING_SAID, Conditions(salinity=0.0, weather="swell")])
-def test_what_a_form_shows_it_reads_back(conditions):
+@pytest.mark.parametrize("conditions", [KNOWN, NOTHING_SAID, FRESH])
+def test_what_a_form_shows_it_reads_back_and_a_decimal_comma_and_blanks(conditions):
     assert of_texts(texts_of(conditions)) == conditions
-
-
-def test_a_decimal_comma_is_read_and_blanks_are_nothing():
-    assert of_texts({"salinity": " 34,5 ", "weather": " a  b "}) == Conditions(salinity=34.5, weather="a b")
-    assert of_texts({"ballast_kg": "   "}) == NOTHING_SAID
+    typed = {"salinity": " 34,5 ", "weather": " a  b ", "ballast_kg": "   "}
+    assert of_texts(typed) == Conditions(salinity=34.5, weather="a b")
 
 
 def test_all_mistakes_are_told_each_by_its_field():
@@ -229,19 +212,15 @@ def test_all_mistakes_are_told_each_by_its_field():
     assert str(caught.value) == ". ".join(f"{name}: {sentence}" for name, sentence in wrong.items())
 
 
-def dive(root, name, conditions=NOTHING_SAID):
-    folder = DiveFolder(root / name)
-    folder.path.mkdir(parents=True)
-    folder.describe(About(notes="here", conditions=conditions))
-    return folder
-
-
 def test_last_times_are_those_of_the_newest_earlier_dive_that_has_any(tmp_path):
-    dive(tmp_path, "2026-11-18T0900Z", Conditions(salinity=1.0))
-    dive(tmp_path, "2026-11-19T0900Z", KNOWN)
-    (dive(tmp_path, "2026-11-19T1000Z").path / "dive.yaml").write_text("{", encoding="utf-8")
-    dive(tmp_path, "2026-11-19T1100Z")
-    newest = dive(tmp_path, "2026-11-20T0900Z", Conditions(salinity=2.0))
-    assert last_conditions(tmp_path, newest.path) == KNOWN
-    assert last_conditions(tmp_path) == Conditions(salinity=2.0)
-    assert last_conditions(tmp_path / "none") == NOTHING_SAID
+    dives = {"18T09": Conditions(salinity=1.0), "19T09": KNOWN, "19T10": NOTHING_SAID, "20T09": FRESH}
+    for name, conditions in dives.items():
+        folder = DiveFolder(tmp_path / f"2026-11-{name}00Z")
+        folder.path.mkdir()
+        folder.describe(About(notes="here", conditions=conditions))
+    damaged = tmp_path / "2026-11-19T1100Z"
+    damaged.mkdir()
+    (damaged / "dive.yaml").write_text("{", encoding="utf-8")
+    assert last_conditions(tmp_path, folder.path) == KNOWN
+    assert last_conditions(tmp_path, tmp_path / "about to begin") == FRESH
+    assert last_conditions(tmp_path / "none", folder.path) == NOTHING_SAID

@@ -4,43 +4,32 @@ from pathlib import Path
 
 import pytest
 from diving_vehicle import Dive
-from test_merge_recordings import of_it
+from merged_dives import SOURCE, all_frames, dive_of, each_once, fetcher_of, of_it, raws
 
 from bridge.files import PART
 from bridge.wire.framing import Encoder
 from bridge.wire.segments import Segment, segments_in
 from bridge.wire.tlog import read_tlog, record_of
 from bridge.wire.whole import WHOLE
-from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.holes import Hole, as_sent, holes_in, lost_in
 from gcs_plugin.fetch.whole import made_whole, write_records
 from gcs_plugin.peers import ground_heartbeat
-from tui.commands.fetch import MIRROR, Fetched, Fetcher
+from tui.commands.fetch import MIRROR, Fetched
 from tui.commands.merge import merge_all
 
 pytestmark = pytest.mark.usefixtures("switched_off")
 
-SOURCE = (1, 191)
 DAY_US = 86_400_000_000
 
 
 @pytest.fixture(scope="module")
 def frames(tmp_path_factory):
     """What the vehicle sent in 80 s, dated by the ground's clock."""
-    dive = Dive(tmp_path_factory.mktemp("sent"))
-    dive.dive(80.0)
-    return dive.heard
+    return all_frames(tmp_path_factory.mktemp("sent"), 80.0)
 
 
-def raws(records):
+def bytes_of(records):
     return [raw for _, raw in records]
-
-
-def dive_of(tmp_path, records):
-    folder = DiveFolder(tmp_path / "dives" / "lake")
-    folder.path.mkdir(parents=True)
-    write_records(folder.path / "telemetry.tlog", records)
-    return folder
 
 
 def ring_of(tmp_path, *parts):
@@ -81,9 +70,9 @@ def test_what_the_vehicle_kept_between_two_times_heard_goes_in_and_the_rest_is_t
     known = {
         raw
         for begins_s, ends_s in (*kept, (0.0, 18.0), (70.0, 80.0))
-        for raw in raws(of_it(frames, begins_s, ends_s))
+        for raw in bytes_of(of_it(frames, begins_s, ends_s))
     }
-    assert set(raws(made.records)) == known
+    assert set(bytes_of(made.records)) == known
     words, is_whole = fetched_words(made)
     assert f"{hole}, nobody has, the vehicle neither" in words
     assert "what there is of the dive is in" in words
@@ -92,7 +81,7 @@ def test_what_the_vehicle_kept_between_two_times_heard_goes_in_and_the_rest_is_t
 
 def test_a_dive_of_which_all_is_there_is_whole(tmp_path, frames) -> None:
     made = made_of(tmp_path, frames, (0.0, 50.0), (50.0, 80.0))
-    assert raws(made.records) == raws(frames)
+    assert bytes_of(made.records) == bytes_of(frames)
     words, is_whole = fetched_words(made)
     assert "the dive is whole in" in words
     assert is_whole
@@ -117,8 +106,8 @@ def test_a_ring_that_lost_its_middle_is_told_by_a_fetch_and_what_it_has_goes_in(
     for segment in segments[len(segments) // 3 : len(segments) // 2]:
         (dive.folder / segment.name).unlink()
     left = dive.kept()
-    done = Fetcher(dive, dive.world, 60.0, lambda *_: None).whole(folder)
-    whole = [frame.raw for _, frame in read_tlog(folder.path / WHOLE)]
+    done = fetcher_of(dive).whole(folder)
+    whole = raws(folder.path / WHOLE)
     first, last = left.index(whole[0]), left.index(whole[-1])
     assert set(left[first : last + 1]) <= set(whole)
     (hole,) = done.holes
@@ -137,7 +126,7 @@ def test_two_recordings_that_overlap_each_other_fill_the_dive_in_either_order(
         records = [(stamp_us + days * DAY_US, raw) for stamp_us, raw in of_it(frames, begins_s, ends_s)]
         write_records(tmp_path / f"{name}.tlog", records)
     *_, last = merge_all(folder, [tmp_path / f"{name}.tlog" for name in order])
-    assert [frame.raw for _, frame in read_tlog(folder.path / WHOLE)] == raws(frames)
+    assert raws(folder.path / WHOLE) == bytes_of(frames)
     assert "the dive is whole" in last.words
 
 
@@ -192,10 +181,7 @@ BOARD_US = 40_000_000
 @pytest.fixture(scope="module")
 def sent(tmp_path_factory):
     """The frames of two minutes, each other than all others, and by the ground's clock."""
-    dive = Dive(tmp_path_factory.mktemp("sent"))
-    dive.dive(120.0)
-    first = {raw: stamp_us for stamp_us, raw in reversed(dive.heard)}
-    return [(stamp_us, raw) for stamp_us, raw in dive.heard if first.pop(raw, None) is not None]
+    return each_once(all_frames(tmp_path_factory.mktemp("sent")))
 
 
 def place(sent, second):
@@ -235,13 +221,10 @@ def test_damage_within_the_dive_makes_it_doubtful(tmp_path, sent, second):
 def test_damage_just_within_the_first_and_the_last_frame_that_was_heard_makes_the_dive_doubtful(
     tmp_path, sent
 ):
-    hurt = [place(sent, 50.0) + 1, place(sent, 80.0) - 1]
-    assert damage(tmp_path, sent, hurt, unheard=hurt) == (2, 0)
-
-
-def test_damage_next_to_the_first_and_the_last_frame_that_was_heard_is_beyond(tmp_path, sent):
-    hurt = [place(sent, 50.0) - 1, place(sent, 80.0) + 1]
-    assert damage(tmp_path, sent, hurt) == (0, 2)
+    first, last = place(sent, 50.0), place(sent, 80.0)
+    within = [first + 1, last - 1]
+    assert damage(tmp_path, sent, within, unheard=within) == (2, 0)
+    assert damage(tmp_path, sent, [first - 1, last + 1]) == (0, 2), "next to them, it is beyond"
 
 
 def test_where_a_frame_may_have_been_on_its_way_for_long_damage_shortly_before_is_no_longer_certain(
@@ -257,14 +240,12 @@ def test_a_fetch_says_that_the_dive_is_whole_and_where_else_there_is_damage(tmp_
     dive.dive(5.0)
     dive.heard.clear()
     dive.dive(4.0)
-    folder = DiveFolder(tmp_path / "dives" / "2026-11-20T0912Z-lake")
-    folder.path.mkdir(parents=True)
-    write_records(folder.path / "telemetry.tlog", dive.heard[:20] + dive.heard[-20:])
+    folder = dive_of(tmp_path, dive.heard[:20] + dive.heard[-20:])
     (segment, _), *_ = segments_in(dive.folder)
     own = dive.folder / segment.name
     data = own.read_bytes()
     own.write_bytes(data[:1500] + b"\xa5" * 600 + data[2100:])
-    done = Fetcher(dive, dive.world, 60.0, lambda *_: None).whole(folder)
+    done = fetcher_of(dive).whole(folder)
     assert "frames had not been heard: " not in done.words
     assert "frames had not been heard; the dive is whole in" in done.words
     assert "damaged before or after this dive (places: 1), which costs it nothing" in done.words

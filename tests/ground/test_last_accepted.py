@@ -175,58 +175,39 @@ def test_a_roll_back_that_was_never_finished_is_told_and_takes_nothing_back(rece
     assert receipts.accepted() == {"FF1_M_U": 100.0}
 
 
-def test_receipts_of_before_they_had_numbers_are_older_than_any_that_has_one(tmp_path):
-    receipts = Receipts(tmp_path, -1)
-    receipts.count = -1
-    first = receipts.keep(FF1_M_U=100.0)
-    path = first.with_name(f"{time_of(first)}-receipt.json")
-    data = json.loads(path.read_text("utf-8"))
-    del data["number"]
-    path.write_text(json.dumps(data), "utf-8")
-    assert next_number(tmp_path) == 1
-    second = receipts.keep(FF1_M_U=104.0)
-    assert newest_before(tmp_path, 1) == second
-    assert next_number(tmp_path) == 2
+FORM = (
+    '{"vehicle": {"system": 1}, "outcome": "begun", "number": @number, "active_crc": @active_crc, '
+    '"parameters": [{"name": "FF1_M_U", "outcome": "begun", "target": @target}]}'
+)
+NUMBERS = {"number": "9", "active_crc": "7", "target": "1.5"}
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{}", '{"vehicle": 3}', '{"vehicle": {"system": 1}}', "\xff"])
-def test_a_damaged_receipt_or_file_is_left_out(receipts, text):
-    receipts.keep(FF1_M_U=100.0)
-    later = receipts.keep(FF1_M_U=104.0)
-    Path(str(later).replace("before.param", "accepted.param")).write_text("FF1_M_U,nan\n", "utf-8")
-    (receipts.path / "2026-11-21T070000Z-receipt.json").write_text(text, "latin-1")
-    assert receipts.accepted() == {"FF1_M_U": 100.0}
+def filled(**numbers):
+    text = FORM
+    for key, value in (NUMBERS | numbers).items():
+        text = text.replace(f"@{key}", value)
+    return text
 
 
 @pytest.mark.parametrize(
-    "hostile",
+    "text",
     [
-        {"number": "1e400"}, {"number": "Infinity"}, {"number": "-1"}, {"number": "2.5"}, {"number": "true"},
-        {"number": f"{2**53 + 1}"}, {"active_crc": "1e999"}, {"active_crc": "NaN"}, {"active_crc": f"{2**32}"},
-        {"target": "1e400"}, {"target": "-Infinity"}, {"target": "NaN"}, {"target": "1e39"},
-        {"target": '"inf"'}, {"target": "9" * 299},
+        "", "[]", "{}", '{"vehicle": 3}', '{"vehicle": {"system": 1}}', "\xff", FORM,
+        *(filled(number=number) for number in ("1e400", "Infinity", "-1", "2.5", "true", f"{2**53 + 1}")),
+        *(filled(active_crc=crc) for crc in ("1e999", "NaN", f"{2**32}")),
+        *(filled(target=target) for target in ("1e400", "-Infinity", "NaN", "1e39", '"inf"', "9" * 299)),
     ],
-    ids=str,
 )  # fmt: skip
-def test_a_receipt_with_a_number_that_none_of_ours_has_is_left_out(receipts, hostile):
-    numbers = {"number": "9", "active_crc": "7", "target": "1.5"}
-    form = (
-        '{"vehicle": {"system": 1}, "outcome": "begun", "number": @number, "active_crc": @active_crc, '
-        '"parameters": [{"name": "FF1_M_U", "outcome": "begun", "target": @target}]}'
-    )
-
-    def put(values):
-        text = form
-        for key, value in values.items():
-            text = text.replace(f"@{key}", value)
-        (receipts.path / "2026-11-21T070000Z-receipt.json").write_text(text, "utf-8")
-
+def test_a_damaged_receipt_or_file_is_left_out_and_so_is_a_number_that_none_of_ours_has(receipts, text):
+    strange = receipts.path / "2026-11-21T070000Z-receipt.json"
     before = receipts.keep(FF1_M_U=100.0)
-    put(numbers)
+    strange.write_text(filled(), "utf-8")
     assert unfinished(receipts.path).written == {"FF1_M_U": 1.5}
-    put(numbers | hostile)
+    strange.write_text(text, "latin-1")
     assert unfinished(receipts.path) is None
     assert newest_before(receipts.path, 1) == before
+    later = receipts.keep(FF1_M_U=104.0)
+    Path(str(later).replace("before.param", "accepted.param")).write_text("FF1_M_U,nan\n", "utf-8")
     assert receipts.accepted() == {"FF1_M_U": 100.0}
 
 
@@ -242,7 +223,7 @@ def test_a_strangers_number_never_makes_a_receipt_of_ours_unreadable(receipts, t
 
 def test_a_change_is_told_in_halves_of_the_interval():
     plan = make_plan({"FF1_M_U": 100.0, "FF1_D_U": 45.0, "FF1_M_V": 5.0}, {"FF1_M_U": 85.0, "FF1_D_U": 45.0})
-    lines = compared(plan, SIDECAR.intervals, {"FF1_M_U": AcceptedValue(96.5, MASS, "2026")})
+    lines = compared(plan, SIDECAR, {"FF1_M_U": AcceptedValue(96.5, MASS, "2026")})
     assert [line.change for line in lines] == [1.5, 0.0, None]
     assert lines[0].cells() == ("FF1_M_U", "kg", "85", "100", "96.5", "+1.5", "changed")
     assert lines[2].cells()[2:6] == ("-", "5", "-", "-")

@@ -7,6 +7,7 @@ from operator import itemgetter
 import numpy as np
 import pytest
 from diving_vehicle import Dive
+from merged_dives import SOURCE, all_frames, dive_of, each_once, heard_by, of_it, put_together, raws
 from soak import rows_rest_in_soak
 
 from bridge.errors import LogError
@@ -14,37 +15,11 @@ from bridge.wire.framing import Encoder
 from bridge.wire.segments import Segment
 from bridge.wire.tlog import read_tlog
 from bridge.wire.whole import WHOLE
-from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.whole import made_whole, write_records
 from gcs_plugin.peers import ground_heartbeat
 from tui.commands.merge import merge
 
 pytestmark = pytest.mark.usefixtures("switched_off")
-
-BUSIEST = (1, 191)
-
-
-def all_frames(tmp_path, seconds=120.0, seed=0):
-    """What the vehicle sent, dated by the ground's clock as if nothing was lost."""
-    dive = Dive(tmp_path / f"ring{seed}", seed)
-    dive.dive(7.35 * seed)
-    dive.heard.clear()
-    dive.dive(seconds)
-    return dive.heard
-
-
-def heard_by(frames, clock, rng, share=0.7, latest_s=0.03):
-    """What a recorder heard of it: a share, each late by chance, dated by its own clock."""
-    out = []
-    for stamp_us, raw in frames:
-        if rng.random() < share:
-            late_s = min(latest_s, rng.expovariate(200.0))
-            out.append((round(clock(stamp_us * 1e-6 + late_s) * 1e6), raw))
-    return out
-
-
-def raws(path):
-    return [frame.raw for _, frame in read_tlog(path)]
 
 
 @pytest.mark.parametrize(
@@ -59,9 +34,8 @@ def test_a_planted_offset_and_drift_of_two_recorders_are_found_within_what_is_st
     def clock(unix_s):
         return unix_s + offset_s + drift * (unix_s - begin_s)
 
-    write_records(tmp_path / "ground.tlog", heard_by(frames, lambda one: one, rng))
-    write_records(tmp_path / "other.tlog", heard_by(frames, clock, rng))
-    found = made_whole([tmp_path / "ground.tlog"], [tmp_path / "other.tlog"], BUSIEST)
+    ground = heard_by(frames, lambda unix_s: unix_s, rng)
+    found = put_together(tmp_path, ground, heard_by(frames, clock, rng))
     time_s = np.linspace(begin_s, begin_s + 600.0, 5)
     truth_s = np.array([clock(one) - one for one in time_s])
     within_s = found.clock.within_s(time_s[0], time_s[-1])
@@ -74,14 +48,16 @@ def test_a_planted_offset_and_drift_of_two_recorders_are_found_within_what_is_st
 
 def test_every_frame_comes_once_and_in_order_and_originals_stay(tmp_path) -> None:
     frames, rng = all_frames(tmp_path), random.Random(2)
-    ground, other = heard_by(frames, lambda one: one, rng), heard_by(frames, lambda one: one - 86_400.0, rng)
-    (tmp_path / "dive").mkdir()
-    own, theirs = tmp_path / "dive" / "telemetry.tlog", tmp_path / "laptop.tlog"
-    write_records(own, ground)
+    ground, other = (
+        heard_by(frames, lambda unix_s: unix_s, rng),
+        heard_by(frames, lambda unix_s: unix_s - 86_400.0, rng),
+    )
+    folder, theirs = dive_of(tmp_path, ground), tmp_path / "laptop.tlog"
+    own = folder.path / "telemetry.tlog"
     write_records(theirs, other)
     before = own.read_bytes(), theirs.read_bytes()
-    done = merge(DiveFolder(tmp_path / "dive"), theirs)
-    assert done.into == tmp_path / "dive" / WHOLE
+    done = merge(folder, theirs)
+    assert done.into == folder.path / WHOLE
     assert "its clock is 86400.00" in done.words or "its clock is 86399.99" in done.words
     assert (own.read_bytes(), theirs.read_bytes()) == before
     sent = [raw for _, raw in frames]
@@ -100,35 +76,30 @@ def test_every_frame_comes_once_and_in_order_and_originals_stay(tmp_path) -> Non
 
 def test_frames_that_were_recorded_twice_and_out_of_order_come_once(tmp_path) -> None:
     frames, rng = all_frames(tmp_path), random.Random(3)
-    ground = heard_by(frames, lambda one: one, rng)
+    ground = heard_by(frames, lambda unix_s: unix_s, rng)
     twice = frames + [(stamp_us + rng.randrange(50_000), raw) for stamp_us, raw in frames]
     twice.sort(key=itemgetter(0))
-    write_records(tmp_path / "ground.tlog", ground)
-    write_records(tmp_path / "other.tlog", twice)
-    found = made_whole([tmp_path / "ground.tlog"], [tmp_path / "other.tlog"], BUSIEST)
+    found = put_together(tmp_path, ground, twice)
     merged = [raw for _, raw in found.records]
     sent = [raw for _, raw in frames]
     assert merged == sent[sent.index(merged[0]) : sent.index(merged[-1]) + 1]
 
 
 def test_the_file_of_another_dive_or_vehicle_is_refused_and_changes_nothing(tmp_path) -> None:
-    (tmp_path / "dive").mkdir()
-    write_records(tmp_path / "dive" / "telemetry.tlog", all_frames(tmp_path, seed=0))
+    folder = dive_of(tmp_path, all_frames(tmp_path, seed=0))
     write_records(tmp_path / "strange.tlog", all_frames(tmp_path, seed=1))
     beats = Encoder(255, 190)
     only_ground = [(1_790_000_000_000_000 + k, beats.encode(ground_heartbeat())) for k in range(300)]
     write_records(tmp_path / "ground.tlog", only_ground)
-    for name, words in (
-        (
-            "strange.tlog",
-            r"strange.tlog: has hardly a frame in common with the dive; check that it is of this dive",
-        ),
-        ("ground.tlog", r"ground.tlog: has hardly a frame in common"),
-        ("dive/telemetry.tlog", "is this dive's own recording"),
+    hardly = r"has hardly a frame in common with the dive; check that it is of this dive"
+    for path, words in (
+        (tmp_path / "strange.tlog", f"strange.tlog: {hardly}"),
+        (tmp_path / "ground.tlog", f"ground.tlog: {hardly}"),
+        (folder.path / "telemetry.tlog", "is this dive's own recording"),
     ):
         with pytest.raises(LogError, match=words):
-            merge(DiveFolder(tmp_path / "dive"), tmp_path / name)
-    assert [file.name for file in (tmp_path / "dive").iterdir()] == ["telemetry.tlog"]
+            merge(folder, path)
+    assert [file.name for file in folder.path.iterdir()] == ["telemetry.tlog"]
 
 
 STEP_AT_S = 30.0
@@ -137,30 +108,11 @@ STEP_AT_S = 30.0
 @pytest.fixture(scope="module")
 def frames(tmp_path_factory):
     """What the vehicle sent in a minute, each other than all others, dated by the ground's clock."""
-    dive = Dive(tmp_path_factory.mktemp("sent"))
-    dive.dive(60.0)
-    often = Counter(raw for _, raw in dive.heard)
-    return [(stamp_us, raw) for stamp_us, raw in dive.heard if often[raw] == 1]
-
-
-def of_it(frames, begins_s=0.0, ends_s=1e9, share=1.0, seed=0):
-    """What a recorder heard between two times, with a jitter of 3 ms."""
-    rng, first_us, newest_us, out = random.Random(seed), frames[0][0], 0, []
-    for stamp_us, raw in frames:
-        if begins_s <= (stamp_us - first_us) * 1e-6 < ends_s and rng.random() < share:
-            newest_us = max(newest_us, stamp_us + rng.randrange(3000))
-            out.append((newest_us, raw))
-    return out
+    return each_once(all_frames(tmp_path_factory.mktemp("sent"), 60.0))
 
 
 def set_by(records, by_s, at_us):
     return [(stamp_us + round(by_s * 1e6) * (stamp_us >= at_us), raw) for stamp_us, raw in records]
-
-
-def put_together(tmp_path, ground, other):
-    write_records(tmp_path / "ground.tlog", ground)
-    write_records(tmp_path / "other.tlog", other)
-    return made_whole([tmp_path / "ground.tlog"], [tmp_path / "other.tlog"], BUSIEST)
 
 
 def most_off_s(found, frames):
@@ -208,7 +160,7 @@ def test_a_ring_of_a_vehicle_that_starts_anew_on_a_bare_clock_is_dated_boot_by_b
         write_records(file, part)
     heard = of_it(first + second, share=0.7, seed=1) if second_heard else of_it(first, share=0.7, seed=1)
     write_records(tmp_path / "ground.tlog", heard)
-    found = made_whole([tmp_path / "ground.tlog"], files, BUSIEST)
+    found = made_whole([tmp_path / "ground.tlog"], files, SOURCE)
     sent = first + second if second_heard else first
     assert [raw for _, raw in found.records] == [raw for _, raw in sent]
     assert max(abs(one[0] - true[0]) for one, true in zip(found.records, sent, strict=True)) < 10_000
@@ -219,11 +171,10 @@ def test_a_ring_of_a_vehicle_that_starts_anew_on_a_bare_clock_is_dated_boot_by_b
 def test_a_recording_without_a_common_frame_is_refused_with_the_reason(
     tmp_path, frames, begins_s, ends_s
 ) -> None:
-    (tmp_path / "dive").mkdir()
-    write_records(tmp_path / "dive" / "telemetry.tlog", of_it(frames, 0.0, 18.0) + of_it(frames, 32.0, 38.0))
+    folder = dive_of(tmp_path, of_it(frames, 0.0, 18.0) + of_it(frames, 32.0, 38.0))
     write_records(tmp_path / "other.tlog", of_it(frames, begins_s, ends_s))
     with pytest.raises(LogError, match="has hardly a frame in common with the dive; check"):
-        merge(DiveFolder(tmp_path / "dive"), tmp_path / "other.tlog")
+        merge(folder, tmp_path / "other.tlog")
 
 
 @pytest.mark.parametrize("by_s", [-2.0, -60.0])

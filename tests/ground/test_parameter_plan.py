@@ -1,13 +1,14 @@
 """The plan of an upload: targets, sidecar, and values that are refused as implausible."""
 
 import dataclasses
+import json
 
 import pytest
 
-from bridge.errors import ParamRejected, ParamUnknown
+from bridge.errors import ConfigError, ParamRejected, ParamUnknown
 from bridge.vehicle.parameters import set_crc
 from gcs_plugin.params import float32
-from gcs_plugin.params.comparison import wanted_by
+from gcs_plugin.params.comparison import Comparison, planned, wanted_by
 from gcs_plugin.params.files import (
     Interval,
     Sidecar,
@@ -16,7 +17,7 @@ from gcs_plugin.params.files import (
     write_parameters,
     write_sidecar,
 )
-from gcs_plugin.params.identified import intervals_of, parameters_from_identification
+from gcs_plugin.params.identified import parameters_from_identification, sidecar_of
 from gcs_plugin.params.last_accepted import AcceptedValue
 from gcs_plugin.params.plan import (
     Verdict,
@@ -149,8 +150,14 @@ def test_an_identification_without_coefficients_is_refused(data):
 
 def test_a_sidecar_says_where_the_values_came_from(tmp_path):
     path = tmp_path / "hovering.param"
-    intervals = intervals_of({"parameters": [estimate("M_u", 24.4)]}, {"M_u": "FF0_M_U"})
-    sidecar = Sidecar("dive", "vehicle", "hovering", "likelihood", "0.1.0", intervals)
+    data = {
+        "vehicle": {"name": "ruvifist", "sha256": "v"},
+        "configuration": "hovering",
+        "outcome": "converged",
+        "parameters": [estimate("M_u", 24.4), estimate("I_r", None, identifiable=False)],
+    }
+    sidecar = sidecar_of(data, 0)
+    assert sidecar.intervals == {"FF0_M_U": Interval("M_u", "kg", 1.0, 2.0)}
     assert read_sidecar(path) is None
     assert write_sidecar(path, sidecar) == sidecar_path(path)
     assert read_sidecar(path) == sidecar
@@ -229,93 +236,83 @@ PRESENT_MODEL = {
 DRY = {"FF1_M_U": (72.0, 1.0)}
 
 
-def reason(name, value, half=None, last=None, last_half=None, rigid=DRY, present=PRESENT_MODEL):
-    """Why that value is not believed; `half` and `last_half` are halves of 95 % intervals."""
+def reason(name, value, half=None, last=None, last_half=None, centre=None, rigid=DRY, present=PRESENT_MODEL):
+    """Why that value is not believed; 95 % intervals are `half` around `centre`, and `last_half` around `last`."""
     around = lambda centre, width: Interval(name, "", centre - width, centre + width)  # noqa: E731
-    intervals = {} if half is None else {name: around(value, half)}
+    intervals = {} if half is None else {name: around(value if centre is None else centre, half)}
     accepted = {}
     if last is not None:
         accepted = {name: AcceptedValue(last, None if last_half is None else around(last, last_half), "2026")}
-    return implausible(make_plan({name: value}, present), intervals, accepted, rigid).get(name, "")
+    return implausible(make_plan({name: value}, present), intervals, accepted, rigid, {}).get(name, "")
+
+
+UNKNOWN = "its standard deviation, {}, is as large as the value: the dive did not tell it"
+LIGHT = "{} is below the rigid body's own 72, which no water takes away"
+FAR = "{} was accepted last, and both 95 % intervals together allow a change of {}"
+TIMES = "{} was accepted last: this is {} times as much"
+HEAVE = {"FF1_M_W": 90.0, "FF1_D_W": 40.0}
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "half"), [("FF1_M_U", 100.0, 5.0), ("FF1_D_U", 42.0, 60.0), ("FF1_X_UU", 12.0, 90.0)]
+    ("name", "value", "known", "against"),
+    [
+        # a deviation as large as the value, if that is no small damping
+        ("FF1_M_U", 100.0, {"half": 5.0}, ""),
+        ("FF1_M_U", 100.0, {"half": 195.0}, ""),
+        ("FF1_M_U", 100.0, {"half": 196.0}, UNKNOWN.format(100)),
+        ("FF1_D_U", 42.0, {"half": 60.0}, ""),
+        ("FF1_D_U", 4.0, {"half": 1.96 * 10.0}, UNKNOWN.format(10)),
+        ("FF1_D_U", 4.0, {"half": 1.96 * 8.9}, ""),
+        ("FF1_D_R", 0.1, {"half": 1.96 * 0.7}, ""),
+        ("FF1_D_R", 0.1, {"half": 1.96 * 0.9}, UNKNOWN.format(0.9)),
+        ("FF1_X_UU", 12.0, {"half": 90.0}, ""),
+        # an interval of another value
+        ("FF1_M_U", 119.5, {"half": 10.0, "centre": 100.0}, ""),
+        ("FF1_M_U", 130.5, {"half": 10.0, "centre": 100.0},
+         "130.5 is far outside its own 95 % interval, 90 to 110"),
+        ("FF1_D_U", 0.0, {"half": 1.0, "centre": 56.0}, "0 is far outside its own 95 % interval, 55 to 57"),
+        # a total mass below the rigid body
+        ("FF1_M_U", 66.0, {"half": 3.0}, LIGHT.format(66)),
+        ("FF1_M_U", 66.0, {}, LIGHT.format(66)),
+        ("FF1_M_U", 66.0, {"half": 5.0}, ""),
+        ("FF1_M_U", 66.0, {"half": 3.0, "rigid": {}}, ""),
+        ("FF1_M_U", 0.0, {}, LIGHT.format(0)),
+        # a change beyond both intervals and beyond what payload and water do; without intervals, by a factor
+        ("FF1_M_U", 145.0, {"half": 5.0, "last": 100.0, "last_half": 5.0}, FAR.format(100, 10)),
+        ("FF1_M_U", 125.0, {"half": 5.0, "last": 100.0, "last_half": 5.0}, ""),
+        ("FF1_M_U", 125.0, {"half": 1.0, "last": 100.0, "last_half": 1.0}, ""),
+        ("FF1_D_U", 80.0, {"half": 10.0, "last": 40.0, "last_half": 5.0}, ""),
+        ("FF1_D_U", 119.0, {"last": 40.0}, ""),
+        ("FF1_D_U", 121.0, {"last": 40.0}, TIMES.format(40, 3)),
+        ("FF1_D_U", 13.0, {"half": 2.0, "last": 40.0}, TIMES.format(40, 0.33)),
+        ("FF1_X_UU", 90.0, {"last": 12.0}, ""),
+        # what is taken back and what is so already
+        ("FF1_X_UU", 0.0, {"last": 12.0}, ""),
+        ("FF1_D_W", 0.0, {"half": 50.0, "last": 40.0, "last_half": 1.0, "present": {"FF1_D_W": 40.0}}, ""),
+        ("FF1_M_U", 90.0, {"half": 400.0}, ""),
+        ("FF_MODE", 1.0, {"last": 3.0}, ""),
+    ],
+)  # fmt: skip
+def test_a_value_is_believed_unless_its_dive_or_the_vehicle_speaks_against_it(name, value, known, against):
+    assert reason(name, value, **known) == against
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "known", "against"),
+    [
+        ("FF1_D_U", 0.0, {"last": 56.43}, TIMES.format(56.43, 0)),
+        ("FF1_I_R", -0.0, {"last": 8.5}, TIMES.format(8.5, 0)),
+        ("FF1_D_U", 0.0, {"half": 1.0, "last": 56.43, "last_half": 1.0}, FAR.format(56.43, 2)),
+        ("FF1_D_W", 0.0, {"present": HEAVE}, ""),
+        ("FF1_D_W", 0.0, {"half": 1.0, "present": HEAVE}, ""),
+    ],
 )
-def test_a_value_that_its_dive_told_and_an_effect_of_any_size_are_believed(name, value, half):
-    assert reason(name, value, half) == ""
-
-
-def test_a_value_with_a_deviation_as_large_as_itself_is_not_believed():
-    assert reason("FF1_M_U", 100.0, 195.0) == ""
-    assert reason("FF1_M_U", 100.0, 196.0) == (
-        "its standard deviation, 100, is as large as the value: the dive did not tell it"
-    )
-    assert "as large as the value" in reason("FF1_D_U", 4.0, 1.96 * 10.0)
-
-
-def test_a_damping_that_is_known_to_be_small_is_believed():
-    assert reason("FF1_D_U", 4.0, 1.96 * 8.9) == ""
-    assert reason("FF1_D_R", 0.1, 1.96 * 0.7) == ""
-    assert "as large as the value" in reason("FF1_D_R", 0.1, 1.96 * 0.9)
-
-
-def test_a_value_that_its_interval_does_not_belong_to_is_not_believed():
-    plan = make_plan({"FF1_M_U": 130.5}, PRESENT_MODEL)
-    interval = {"FF1_M_U": Interval("M_u", "kg", 90.0, 110.0)}
-    assert implausible(plan, interval, {}, {}) == {
-        "FF1_M_U": "130.5 is far outside its own 95 % interval, 90 to 110"
-    }
-    assert implausible(make_plan({"FF1_M_U": 119.5}, PRESENT_MODEL), interval, {}, {}) == {}
-
-
-def test_a_total_mass_below_the_rigid_body_is_not_believed():
-    assert reason("FF1_M_U", 66.0, 3.0) == ("66 is below the rigid body's own 72, which no water takes away")
-    assert reason("FF1_M_U", 66.0) != ""
-    assert reason("FF1_M_U", 66.0, 5.0) == ""
-    assert reason("FF1_M_U", 66.0, 3.0, rigid={}) == ""
-
-
-def test_a_change_far_beyond_both_intervals_is_not_believed():
-    assert reason("FF1_M_U", 145.0, 5.0, 100.0, 5.0) == (
-        "100 was accepted last, and both 95 % intervals together allow a change of 10"
-    )
-    assert reason("FF1_M_U", 125.0, 5.0, 100.0, 5.0) == ""
-    assert reason("FF1_M_U", 125.0, 1.0, 100.0, 1.0) == "", "25 % is no more than payload and water do"
-    assert reason("FF1_D_U", 80.0, 10.0, 40.0, 5.0) == ""
-
-
-def test_without_intervals_only_a_change_by_a_factor_is_not_believed():
-    assert reason("FF1_D_U", 119.0, last=40.0) == ""
-    assert reason("FF1_D_U", 121.0, last=40.0) == "40 was accepted last: this is 3 times as much"
-    assert reason("FF1_D_U", 13.0, 2.0, 40.0) == "40 was accepted last: this is 0.33 times as much"
-    assert reason("FF1_X_UU", 90.0, last=12.0) == ""
-
-
-def test_what_is_taken_back_and_what_is_so_already_needs_no_belief():
-    assert reason("FF1_X_UU", 0.0, last=12.0) == ""
-    assert reason("FF1_D_W", 0.0, 50.0, 40.0, 1.0, present={"FF1_D_W": 40.0}) == ""
-    assert reason("FF1_M_U", 90.0, 400.0) == ""
-    assert reason("FF_MODE", 1.0, last=3.0) == ""
-
-
-def test_a_coefficient_of_zero_is_believed_no_more_than_any_other_number():
-    interval = {"FF1_D_U": Interval("D_u", "N/(m/s)", 55.59, 57.28)}
-    present = {"FF1_D_U": 56.43}
-    assert implausible(make_plan({"FF1_D_U": 0.0}, present), interval, {}, {}) == {
-        "FF1_D_U": "0 is far outside its own 95 % interval, 55.59 to 57.28"
-    }
-    assert reason("FF1_D_U", 0.0, last=56.43) == "56.43 was accepted last: this is 0 times as much"
-    assert reason("FF1_I_R", -0.0, last=8.5) == "8.5 was accepted last: this is 0 times as much"
-    assert reason("FF1_M_U", 0.0) == "0 is below the rigid body's own 72, which no water takes away"
-    assert "both 95 % intervals together" in reason("FF1_D_U", 0.0, 1.0, 56.43, 1.0)
-    heave = {"FF1_M_W": 90.0, "FF1_D_W": 40.0}
-    unfed = (reason("FF1_D_W", 0.0, present=heave), reason("FF1_D_W", 0.0, 1.0, present=heave))
-    assert unfed == ("", ""), "nothing speaks against it"
+def test_a_coefficient_of_zero_is_believed_no_more_than_any_other_number(name, value, known, against):
+    assert reason(name, value, **known) == against
 
 
 def judged(targets, present=PRESENT_MODEL):
-    return implausible(make_plan(targets, present), {}, {}, {})
+    return implausible(make_plan(targets, present), {}, {}, {}, {})
 
 
 AXES = [("surge", "FF1_M_U", "FF1_D_U"), ("sway", "FF1_M_V", "FF1_D_V"), ("yaw", "FF1_I_R", "FF1_D_R")]
@@ -383,4 +380,16 @@ def test_one_implausible_line_stops_all_until_it_is_left_out_or_taken_by_name():
     ):
         judged.check()
     assert judged.with_implausible().changes == plan.changes
-    assert judged.count(Verdict.IMPLAUSIBLE) == 1
+    assert judged.named(Verdict.IMPLAUSIBLE) == {"FF1_M_U": 60.0}
+
+
+def test_another_program_reads_a_comparison_as_it_was_written(tmp_path, file):
+    write_sidecar(file, dataclasses.replace(SIDECAR, doubted={"D_u": "the dive is too short"}))
+    wanted = wanted_by(file, "despite-doubts", despite_doubts=False)
+    present = {"FF1_M_U": 90.0, "FF_ACTIVE": 0.0, "FF_COMMIT": 0.0, "FF_MODE": 2.0}
+    made = planned(file, wanted, present, None, tmp_path, 1).comparison((1, 191), armed=True)
+    assert made.parameters[1].doubted == "the dive is too short"
+    read = Comparison.from_json(json.loads(json.dumps(made.to_json())), "it")
+    assert read == made
+    with pytest.raises(ConfigError, match="it: "):
+        Comparison.from_json({"summary": "3 parameters"}, "it")

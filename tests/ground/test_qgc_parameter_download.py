@@ -31,27 +31,28 @@ COMPANION = dialect.MAV_COMP_ID_ONBOARD_COMPUTER
 
 @dataclass
 class Qgc:
-    """What the ground station knows and asks; `values` by component and name, `failed` what it gave up."""
+    """What the ground station knows and asks; `missing` counts how often each component and index was asked for,
+    `failed` are those that it gave up.
+    """
 
     values: dict = field(default_factory=dict)
-    kinds: set = field(default_factory=set)
+    counts: dict = field(default_factory=dict)
+    missing: dict = field(default_factory=dict)
+    flying: set = field(default_factory=set)
     failed: list = field(default_factory=list)
     lists: int = 0
     by_index: int = 0
-    waiting: dict = field(default_factory=dict)
-    flying: set = field(default_factory=set)
     asking: bool = False
     list_due_s: float | None = None
     gaps_due_s: float | None = None
-    counts: dict = field(default_factory=dict)
 
     def refresh(self, now_s):
         """What connecting does, and the button."""
         self.failed, self.asking, self.flying = [], False, set()
-        for component, missing in self.waiting.items():
-            missing.update(dict.fromkeys(range(self.counts[component]), 0))
+        for component, count in self.counts.items():
+            self.missing |= dict.fromkeys(((component, index) for index in range(count)), 0)
         self.lists, self.list_due_s = 1, now_s + LIST_AGAIN_S
-        self.gaps_due_s = now_s + GAPS_AFTER_S if self.waiting else None
+        self.gaps_due_s = now_s + GAPS_AFTER_S if self.counts else None
         return [dialect.MAVLink_param_request_list_message(1, EVERYBODY)]
 
     def on_value(self, message, now_s):
@@ -59,16 +60,14 @@ class Qgc:
         if index == 65535 and self.list_due_s is not None:
             return []
         self.list_due_s = None
-        if component not in self.waiting:
+        if component not in self.counts:
             self.counts[component] = message.param_count
-            self.waiting[component] = dict.fromkeys(range(message.param_count), 0)
-        self.kinds.add(message.param_type)
+            self.missing |= dict.fromkeys(((component, index) for index in range(message.param_count)), 0)
         self.values.setdefault(component, {})[message.param_id] = message.param_value
-        sends = []
-        if self.waiting[component].pop(index, None) is not None:
-            self.flying.discard((component, index))
-            sends = self.fill()
-        self.gaps_due_s = now_s + GAPS_AFTER_S if any(self.waiting.values()) else None
+        came = self.missing.pop((component, index), None) is not None
+        self.flying.discard((component, index))
+        sends = self.fill() if came else []
+        self.gaps_due_s = now_s + GAPS_AFTER_S if self.missing else None
         return sends
 
     def tick(self, now_s):
@@ -84,23 +83,22 @@ class Qgc:
 
     def fill(self):
         sends = []
-        for component, missing in self.waiting.items() if self.asking else ():
-            for index in sorted(missing):
-                if (component, index) in self.flying or len(self.flying) >= MOST_AT_ONCE:
-                    continue
-                missing[index] += 1
-                if missing[index] > MOST_TRIES:
-                    self.failed.append((component, index))
-                    del missing[index]
-                    continue
-                self.flying.add((component, index))
-                self.by_index += 1
-                sends.append(dialect.MAVLink_param_request_read_message(1, component, b"", index))
+        for at in sorted(self.missing) if self.asking else ():
+            if at in self.flying or len(self.flying) >= MOST_AT_ONCE:
+                continue
+            if self.missing[at] == MOST_TRIES:
+                self.failed.append(at)
+                del self.missing[at]
+                continue
+            self.missing[at] += 1
+            self.flying.add(at)
+            self.by_index += 1
+            sends.append(dialect.MAVLink_param_request_read_message(1, at[0], b"", at[1]))
         return sends
 
     @property
     def done(self):
-        return bool(self.waiting) and not any(self.waiting.values())
+        return bool(self.counts) and not self.missing
 
 
 class Sea:
@@ -147,7 +145,7 @@ class Sea:
         """Until all has come or is given up; how long it took."""
         began_s = self.clock.boot_s()
         while not self.qgc.done:
-            assert self.clock.boot_s() - began_s < most_s, self.qgc.waiting
+            assert self.clock.boot_s() - began_s < most_s, self.qgc.missing
             self.step()
         return self.clock.boot_s() - began_s
 
@@ -167,7 +165,6 @@ def test_every_parameter_of_each_component_comes_by_the_list_alone():
     assert sea.qgc.values[1]["FF0_M_U"] == 101.0
     assert sea.qgc.values[COMPANION]["FF0_M_U"] == 100.0 + COMPANION
     assert len(sea.qgc.values[1]) < len(sea.qgc.values[COMPANION])
-    assert sea.qgc.kinds == {dialect.MAV_PARAM_TYPE_REAL32}
     assert (sea.qgc.lists, sea.qgc.by_index, sea.qgc.failed) == (1, 0, [])
     assert took_s < 2.0
 

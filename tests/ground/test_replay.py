@@ -7,7 +7,7 @@ from bridge.clock import SimulatedClock
 from bridge.errors import LogError
 from bridge.wire.framing import Encoder, Framer
 from bridge.wire.tlog import TlogWriter, read_tlog
-from gcs_plugin.dives.replay import Pace, Reel, play, schedule
+from gcs_plugin.dives.replay import Reel, play, schedule
 
 
 def records_at(times_s):
@@ -25,39 +25,28 @@ class SlowClock(SimulatedClock):
         self.advance_to(self.now_s + seconds + self.overshoot_s)
 
 
-def played(times_s, pace, clock):
-    return [clock.now_s for _ in play(records_at(times_s), clock, clock.wait, pace)]
-
-
 def test_no_delay_adds_up_over_a_long_recording():
     clock = SlowClock()
-    heard_s = played([n * 0.05 for n in range(2000)], Pace(), clock)
+    heard_s = [clock.now_s for _ in play(records_at([n * 0.05 for n in range(2000)]), clock, clock.wait)]
     assert max(abs(heard - n * 0.05) for n, heard in enumerate(heard_s)) < 0.0031
 
 
-@pytest.mark.parametrize("speed", [0.5, 1.0, 10.0])
-def test_speed_scales_the_recorded_clock(speed):
-    assert [due for due, _ in schedule(records_at([0, 1, 3]), Pace(speed))] == [0, 1 / speed, 3 / speed]
+@pytest.mark.parametrize(
+    ("times_s", "speed", "start_s", "due_s"),
+    [
+        ([0, 1, 3], 0.5, 0.0, [0, 2, 6]),
+        ([0, 1, 2, 3], 10.0, 1.5, [0, 0.1]),
+        ([0, 100, 99, 101], 1.0, 0.0, [0, 100, 100, 102]),
+    ],
+)
+def test_a_speed_a_start_and_a_stamp_that_runs_back(times_s, speed, start_s, due_s):
+    assert [due for due, _ in schedule(records_at(times_s), speed, start_s)] == due_s
 
 
-def test_a_replay_can_start_anywhere():
-    found = list(schedule(records_at([0, 1, 2, 3]), Pace(start_s=1.5)))
-    assert [due for due, _ in found] == [0, 1]
-
-
-def test_long_gaps_are_clipped_and_stamps_that_run_back_are_due_at_once():
-    assert [due for due, _ in schedule(records_at([0, 100, 99, 101]), Pace(longest_gap_s=2.0))] == [
-        0,
-        2,
-        2,
-        4,
-    ]
-
-
-@pytest.mark.parametrize("pace", [{"speed": 0.0}, {"speed": float("nan")}, {"longest_gap_s": 0.0}])
-def test_an_impossible_pace_is_refused(pace):
-    with pytest.raises(LogError):
-        Pace(**pace)
+@pytest.mark.parametrize("speed", [0.0, float("nan")])
+def test_an_impossible_speed_is_refused(speed):
+    with pytest.raises(LogError, match="needs a speed above zero"):
+        play([], SimulatedClock(), lambda _: None, speed)
 
 
 FIRST_US = 1_790_000_000_000_000
@@ -84,17 +73,6 @@ def test_the_frames_between_two_instants_are_those_that_a_reading_of_all_gives(t
     assert list(reel.between(50.0, 50.0)) == list(reel.between(200.0, 300.0)) == []
 
 
-def test_recordings_of_one_dive_stand_one_after_the_other(tmp_path):
-    first, second = record(tmp_path / "a.tlog", range(10)), record(tmp_path / "b.tlog", range(20, 30))
-    reel = Reel([first, second])
-    assert [time_s for time_s, _ in reel.between(0.0, 100.0)] == [*map(float, (*range(10), *range(20, 30)))]
-
-
-def test_a_time_that_runs_back_is_the_one_before_it(tmp_path):
-    reel = Reel([record(tmp_path / "a.tlog", (0.0, 1.0, 0.95, 2.0))])
-    assert [time_s for time_s, _ in reel.between(0.0, 9.0)] == [0.0, 1.0, 1.0, 2.0]
-
-
 def test_damage_takes_its_own_frames_alone(tmp_path):
     path = record(tmp_path / "a.tlog", range(10))
     data = bytearray(path.read_bytes())
@@ -106,10 +84,11 @@ def test_damage_takes_its_own_frames_alone(tmp_path):
     assert times == [0.0, 1.0, 2.0, 3.0, 5.0, 6.0, 7.0, 8.0]
 
 
-def test_a_file_that_holds_nothing_is_left_out(tmp_path):
+def test_recordings_stand_one_after_the_other_empty_files_left_out_and_no_time_runs_back(tmp_path):
     (tmp_path / "empty.tlog").write_bytes(b"")
-    first, second = record(tmp_path / "a.tlog", range(3)), record(tmp_path / "b.tlog", range(5, 7))
+    first = record(tmp_path / "a.tlog", (0.0, 1.0, 0.95, 2.0))
+    second = record(tmp_path / "b.tlog", range(5, 7))
     reel = Reel([tmp_path / "empty.tlog", first, tmp_path / "empty.tlog", second])
-    assert [time_s for time_s, _ in reel.between(0.0, 100.0)] == [0.0, 1.0, 2.0, 5.0, 6.0]
+    assert [time_s for time_s, _ in reel.between(0.0, 100.0)] == [0.0, 1.0, 1.0, 2.0, 5.0, 6.0]
     with pytest.raises(LogError, match="is empty"):
         Reel([tmp_path / "empty.tlog"])

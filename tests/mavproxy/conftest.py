@@ -35,11 +35,8 @@ def dive(folder):
 
 @pytest.fixture(scope="module")
 def second():
-    link = f"tcpin:127.0.0.1:{free_port()}"
-    vehicle = SecondVehicle(link)
-    vehicle.name = link
-    yield vehicle
-    vehicle.close()
+    with SecondVehicle() as vehicle:
+        yield vehicle
 
 
 @pytest.fixture(scope="module")
@@ -47,25 +44,13 @@ def mavproxy(folder, second):
     """MAVProxy with vehicle 1 meant, once it hears both for long enough."""
     if MAVPROXY is None:
         pytest.skip("MAVProxy is not installed: pip install -e '.[dev]'")
-    link = f"tcpin:127.0.0.1:{free_port()}"
-    words = [
-        sys.executable,
-        "-P",
-        "-m",
-        "tui",
-        "simulate",
-        "--vehicle",
-        "ruvifist:hovering",
-        "--mission",
-        "idle",
-        "--link",
-        link,
-    ]
+    port = free_port()
+    simulate = f"simulate --vehicle ruvifist:hovering --mission idle --link tcpin:127.0.0.1:{port}"
+    words = [sys.executable, "-P", "-m", "tui", *simulate.split()]
     with subprocess.Popen(words, cwd=folder, stderr=subprocess.PIPE, text=True) as simulator:
         try:
             assert "afloat" in simulator.stderr.readline()
-            masters = [name.replace("tcpin:", "tcp:") for name in (link, second.name)]
-            with Console(folder, masters) as console:
+            with Console(folder, [f"tcp:127.0.0.1:{port}", second.master]) as console:
                 console.wait_for("Loaded module gcs_plugin.mavproxy")
                 console.wait_for("Detected vehicle 1:1")
                 console.wait_for("Detected vehicle 2:1")

@@ -21,22 +21,27 @@ def free_port():
 
 
 class SecondVehicle:
-    """A bridge of system 2 without any device, in a thread."""
+    """A bridge of system 2 without any device, in a thread; a `master` of MAVProxy's. Use it as a context."""
 
-    def __init__(self, link):
+    def __init__(self):
+        port = free_port()
+        self.master = f"tcp:127.0.0.1:{port}"
         vehicle = dataclasses.replace(load_vehicle("ruvifist").vehicle, system_id=2)
         self.server = ParameterServer(None, vehicle_table(vehicle), system=2)
-        self.link = open_link(link)
+        self.link = open_link(f"tcpin:127.0.0.1:{port}")
         self.bridge = Bridge(vehicle, SystemClock(), [self.link], self.server)
         self.stop = threading.Event()
         self.thread = threading.Thread(target=self.run, daemon=True)
+
+    def __enter__(self):
         self.thread.start()
+        return self
 
     def run(self):
         while not self.stop.wait(STEP_S):
             self.bridge.step()
 
-    def close(self):
+    def __exit__(self, *_):
         self.stop.set()
         self.thread.join()
         self.link.close()

@@ -48,10 +48,10 @@ def test_a_recording_holds_what_was_heard_and_sent_and_the_notes_and_goes_on_in_
         until(lambda vehicle=vehicle, before=before: heard_of(mavproxy, vehicle) > before)
     upload_like = write(folder, "recorded.param", FF0_D_U=41)
     mavproxy.ask(f"seatrial params diff {upload_like}", "1 parameters: ")
-    over = rf"recorded \d+ frames, \d+ kB: {made}\nrecording into (one/\S+):"
+    over = rf"recorded \d+ frames, \d+ bytes, 0 lost here: {made}\nrecording into (one/\S+):"
     following = mavproxy.ask("seatrial record next", over)[1]
     mavproxy.until("seatrial status", rf"recording into {following}: .* [1-9]\d{{2,}} frames")
-    mavproxy.ask("seatrial record stop", rf"recorded \d+ frames, \d+ kB: {following}")
+    mavproxy.ask("seatrial record stop", rf"recorded \d+ frames, \d+ bytes, 0 lost here: {following}")
     dive = load_folder(folder / made)
     assert [event.text for event in dive.about().events] == ["the current comes from the north"]
     of_both = [frames_of(dive), frames_of(load_folder(folder / following))]

@@ -41,19 +41,18 @@ def of_another(present):
     return recordings.Recordings(clock, lambda _: None, lambda: [HUB], lambda: None)
 
 
-def test_of_a_dive_that_is_recorded_by_another_process_it_takes_the_one_before():
-    earlier, present = dive("a", 1.79e9), dive("b", 1.79e9 + 3600)
+def test_the_dive_that_another_process_records_is_refused_and_the_one_before_it_taken():
+    present = dive("b", 1.79e9 + 3600)
+    with pytest.raises(LogError, match=f"no dive is over yet, {present} is being recorded"):
+        of_another(present).newest()
+    earlier = dive("a", 1.79e9)
     assert of_another(present).newest() == earlier
 
 
-def test_the_dive_that_is_recorded_is_refused_where_it_is_the_only_one():
-    present = dive("a", 1.79e9)
-    with pytest.raises(LogError, match=f"no dive is over yet, {present} is being recorded"):
-        of_another(present).newest()
-
-
-def test_mavproxys_own_recording_is_refused_likewise_and_the_dive_before_it_is_taken():
+def test_mavproxys_own_recording_is_refused_likewise_and_without_any_dive_it_says_how_one_is_made():
     own = recordings.Recordings(SimulatedClock(), lambda _: None, list, lambda: None)
+    with pytest.raises(LogError, match="dives: no dive folder is there; give a DIVE"):
+        own.newest()
     own.command(["start"])
     try:
         with pytest.raises(LogError, match="no dive is over yet"):
@@ -62,11 +61,6 @@ def test_mavproxys_own_recording_is_refused_likewise_and_the_dive_before_it_is_t
         assert own.newest() == earlier
     finally:
         own.stop()
-
-
-def test_where_no_dive_is_there_it_says_how_one_is_made():
-    with pytest.raises(LogError, match="dives: no dive folder is there; give a DIVE"):
-        recordings.Recordings(SimulatedClock(), lambda _: None, list, lambda: None).newest()
 
 
 def test_nothing_else_imports_the_adapter_and_each_of_its_files_says_its_licence():

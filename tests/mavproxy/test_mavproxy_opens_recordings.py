@@ -13,32 +13,12 @@ from waiting import until
 
 from bridge import exit_codes
 from bridge.errors import LogError
-from bridge.simulator.dive import simulate_dive
-from bridge.simulator.missions import Leg, Mission, rest
-from bridge.vehicle.config import load_vehicle
-from bridge.wire.framing import Framer
-from bridge.wire.tlog import TlogWriter, read_tlog
+from bridge.wire.tlog import read_tlog
 from tui import cli
 
 # UDP loses what comes while MAVProxy is not given the processor; without load it misses none.
 MOST_MISSED = 0.05
 SPEED = "4"
-
-
-@pytest.fixture
-def recording(tmp_path):
-    """A simulated dive of some seconds, recorded."""
-    path = tmp_path / "dive.tlog"
-    framer = Framer()
-    legs = (*rest("still", 1.0), Leg("ahead", "steady", 3.0, surge_m_s=0.3, transient_s=2.0))
-    with TlogWriter(path) as writer:
-
-        def record(unix_s, data):
-            for frame in framer.feed(data):
-                writer.write(round(unix_s * 1e6), frame.raw)
-
-        simulate_dive(load_vehicle("ruvifist"), "hovering", Mission("ahead", legs), seed=1, sink=record)
-    return path
 
 
 def frames(path):
@@ -50,14 +30,13 @@ def frames(path):
 
 
 @pytest.mark.skipif(MAVPROXY is None, reason="MAVProxy is not installed: pip install -e '.[dev]'")
-def test_mavproxy_detects_the_vehicle_of_a_replayed_recording_and_logs_its_frames(tmp_path, recording):
-    folder, address = tmp_path / "mavproxy", f"127.0.0.1:{free_port()}"
-    folder.mkdir()
+def test_mavproxy_detects_the_vehicle_of_a_replayed_recording_and_logs_its_frames(tmp_path, dive):
+    recording, address = dive / "telemetry.tlog", f"127.0.0.1:{free_port()}"
     ours = frames(recording)
     assert ours.total() > 1000
-    with Console(folder, [f"udpin:{address}"]) as console:
+    with Console(tmp_path, [f"udpin:{address}"]) as console:
         console.wait_for("Waiting for heartbeat")
         line = ["replay", str(recording), "--link", f"udpout:{address}", "--speed", SPEED]
         assert cli.main(line) == exit_codes.DONE
         console.wait_for("Detected vehicle 1:1")
-        until(lambda: (ours - frames(folder / "mav.tlog")).total() <= MOST_MISSED * ours.total())
+        until(lambda: (ours - frames(tmp_path / "mav.tlog")).total() <= MOST_MISSED * ours.total())

@@ -154,6 +154,7 @@ def test_writing_goes_on_while_another_screen_is_looked_at_and_the_app_does_not_
 
 def test_an_upload_that_was_never_finished_is_told_as_the_app_begins(tmp_path):
     begun = {
+        "number": 1,
         "outcome": "begun",
         "vehicle": {"system": 1, "component": 1},
         "parameters": [{"name": "FF1_M_U", "target": 96.5, "outcome": "begun"}],

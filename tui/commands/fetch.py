@@ -21,9 +21,10 @@ from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, list_folde
 from gcs_plugin.fetch.boots import Boot, boots_heard, newest, of_dive
 from gcs_plugin.fetch.fetching import Fetching, fetch
 from gcs_plugin.fetch.holes import Hole
+from gcs_plugin.fetch.into_dive import refuse_recorded, remade
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.requests import Listing
-from gcs_plugin.fetch.whole import made_whole, newest_frames, refuse_recorded, remade, write_records
+from gcs_plugin.fetch.whole import made_whole, newest_frames, write_records
 from gcs_plugin.locks import alone_at
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.recording import orders

@@ -16,7 +16,8 @@ from bridge.wire.tlog import load_recording, of_those_that_hold_frames, read_tlo
 from bridge.wire.whole import WHOLE
 from gcs_plugin.dives.folder import DiveFolder, load_folder
 from gcs_plugin.fetch.holes import Hole
-from gcs_plugin.fetch.whole import Whole, made_whole, refuse_recorded, remade, renew
+from gcs_plugin.fetch.into_dive import refuse_recorded, remade, renew
+from gcs_plugin.fetch.whole import Whole, made_whole
 from gcs_plugin.locks import alone_at
 from identify.ingest.logs import merged
 from identify.ingest.messages import clock

@@ -7,7 +7,6 @@ from contextlib import contextmanager
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any
 
 from bridge import clock as clocks
 from bridge import exit_codes, reports
@@ -15,7 +14,7 @@ from bridge.command_line import check_folder
 from bridge.errors import ParamError
 from bridge.exit_codes import UsageError
 from bridge.links import secured
-from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, OF_HULL
+from bridge.vehicle.coefficients import COEFFICIENTS, MASSES
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.effect_coefficients import effect_coefficients
 from bridge.vehicle.parameters import bounds, to_float32
@@ -36,10 +35,10 @@ from gcs_plugin.params.files import (
     check_system,
     write_parameters,
 )
-from gcs_plugin.params.identified import doubted_in, origin_in, parameters_from_identification, sidecar_of
+from gcs_plugin.params.identified import origin_in, parameters_from_identification, sidecar_of
 from gcs_plugin.params.last_accepted import newest_before
 from gcs_plugin.params.plan import Verdict, action_of, unit_of, value_text
-from gcs_plugin.params.receipt import RECEIPT, RESULT_COLUMNS, Newest, newest, path_of
+from gcs_plugin.params.receipt import RESULT_COLUMNS, Newest, newest
 from gcs_plugin.params.session import Progress
 from gcs_plugin.params.transfer import Outcome, Result, Source
 from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
@@ -181,7 +180,7 @@ def show_plan(arguments: argparse.Namespace, planned: Planned, hidden: Collectio
 def show_difference(arguments: argparse.Namespace, planned: Planned, client: ParameterClient) -> int:
     """`params diff`, and `upload` and `rollback` with `--dry-run`."""
     show_plan(arguments, planned, (Verdict.READ_ONLY,))
-    show.write_json(planned.to_json(client.vehicle, armed=client.armed), arguments.json)
+    show.write_json(planned.comparison(client.vehicle, armed=client.armed).to_json(), arguments.json)
     alike = all(row.verdict in (Verdict.SAME, Verdict.READ_ONLY) for row in planned.plan.rows)
     return exit_codes.DONE if alike else exit_codes.NO
 
@@ -209,20 +208,12 @@ def apply(
         receipt = client.apply(
             planned.order(Path(arguments.receipts), unix_s, even_armed=arguments.armed, read_at=read_at)
         )
-    before = receipt.preimage
     console = show.results(arguments.json)
     rows = receipt.cells(plan)
     if rows:
         show.put(console, show.Table("", RESULT_COLUMNS, rows, numbers=RESULT_COLUMNS[2:4]))
-    show.say(console, f"{receipt.outcome.value}: {receipt.sentence}")
-    kept = "" if receipt.unkept else f"receipt: {path_of(before, RECEIPT)}\n"
-    show.say(console, f"{kept}values before: {before}")
-    try:
-        accepted = None if receipt.unkept else planned.keep(receipt)
-        if accepted is not None:
-            show.say(console, f"accepted: {accepted}")
-    except ParamError as error:
-        receipt = replace(receipt, unkept=str(error))
+    receipt, lines = planned.settled(receipt)
+    show.say(console, "\n".join(lines))
     if receipt.unkept:
         show.say(show.words(), receipt.unkept)
     show.write_json(receipt.to_json(), arguments.json)
@@ -244,24 +235,9 @@ def targets_of(
         wanted = wanted_by(
             path, "--despite-doubts", despite_doubts=leave.doubts, any_vehicle=leave.any_vehicle
         )
-        own_words = origin_in(path)
-        if file is not None:
-            about = None
-            if wanted.sidecar is None and own_words is not None:
-                about = {
-                    "vehicle": {"name": own_words[0], "sha256": file.sha256},
-                    "configuration": own_words[1],
-                }
-            elif wanted.sidecar is not None and wanted.sidecar.vehicle:
-                owner = {"name": wanted.sidecar.vehicle, "sha256": wanted.sidecar.vehicle_sha256}
-                about = {"vehicle": owner, "configuration": wanted.sidecar.configuration}
-            warnings = () if about is None else _check_vehicle(path, about, file, leave.any_vehicle)
-            wanted = replace(
-                wanted, notes=(*warnings, *wanted.notes), rigid=_rigid_bodies(file), kept=_kept_by(file)
-            )
-        return wanted.narrowed(path, only)
     except ParamError as error:
         raise UsageError(str(error)) from None
+    return _chosen(path, wanted, file, leave, only)
 
 
 def targets_of_identification(
@@ -272,21 +248,32 @@ def targets_of_identification(
         raise UsageError(f"{path}: an identification needs --vehicle FILE, to know its VEH_CFG; add it")
     file = load_vehicle(vehicle)
     data = read_identification(path)
-    warnings = _check_vehicle(path, data, file, leave.any_vehicle)
-    outcome = data["outcome"]
-    check_outcome(path, outcome, leave, "sent")
+    check_outcome(path, data["outcome"], leave, "sent")
     configuration = file.configuration or file.vehicle.configuration_named(data["configuration"])
     veh_cfg = file.vehicle.veh_cfg(configuration)
     doubts = (f"warning: {doubt['sentence']}" for doubt in data.get("doubts", ()))
-    notes = (*warnings, f"outcome: {outcome}", *doubts, *(f"note: {note}" for note in data.get("notes", ())))
-    doubted = doubted_in(data)
-    sidecar = sidecar_of(data, {c.name: c.parameter_id(veh_cfg) for c in OF_HULL.values()}, doubted)
+    notes = (f"outcome: {data['outcome']}", *doubts, *(f"note: {note}" for note in data.get("notes", ())))
     try:
-        values = parameters_from_identification(data, veh_cfg)
-        wanted = Wanted(values, notes, True, sidecar, rigid=_rigid_bodies(file), kept=_kept_by(file))
+        values, sidecar = parameters_from_identification(data, veh_cfg), sidecar_of(data, veh_cfg)
     except ParamError as error:
         raise UsageError(f"{path}: {error}") from None
+    return _chosen(path, Wanted(values, notes, True, sidecar), file, leave, only)
+
+
+def _chosen(
+    path: Path, wanted: Wanted, file: VehicleFile | None, leave: Leave, only: Collection[str] | None
+) -> Wanted:
+    """The values that the user chose, checked against the vehicle file if there is one. Raises UsageError."""
     try:
+        if file is not None:
+            sidecar, warnings = wanted.sidecar, []
+            owner = origin_in(path) if sidecar is None else (sidecar.vehicle, sidecar.configuration)
+            if owner is not None and owner[0]:
+                sha256 = None if sidecar is None else sidecar.vehicle_sha256
+                warnings = _check_vehicle(path, *owner, sha256, file, leave.any_vehicle)
+            wanted = replace(
+                wanted, notes=(*warnings, *wanted.notes), rigid=_rigid_bodies(file), kept=_kept_by(file)
+            )
         return wanted.narrowed(path, only)
     except ParamError as error:
         raise UsageError(str(error)) from None
@@ -312,19 +299,23 @@ def _kept_by(file: VehicleFile) -> dict[str, tuple[float, float]]:
     return limits
 
 
-def _check_vehicle(path: Path, data: Mapping[str, Any], file: VehicleFile, any_vehicle: bool) -> list[str]:
-    """Return warnings. Raises UsageError if the values belong to another vehicle or another configuration of it."""
-    name, shape = data["vehicle"]["name"], data["configuration"]
+def _check_vehicle(
+    path: Path, name: str, configuration: str, sha256: str | None, file: VehicleFile, any_vehicle: bool
+) -> list[str]:
+    """Return warnings about values of the vehicle `name`, identified with the vehicle file of that hash, if known.
+
+    Raises UsageError if the values belong to another vehicle or another configuration of it.
+    """
     misfits = []
     if name != file.vehicle.name:
         misfits.append(f"is of vehicle '{name}', and {file.path} is of '{file.vehicle.name}'")
-    if file.configuration not in (None, shape):
-        misfits.append(f"is of configuration '{shape}', and --vehicle names '{file.configuration}'")
+    if file.configuration not in (None, configuration):
+        misfits.append(f"is of configuration '{configuration}', and --vehicle names '{file.configuration}'")
     if misfits and not any_vehicle:
         raise UsageError(
             f"{path}: {'; it '.join(misfits)}: nothing was sent; name its own vehicle, or give --any-vehicle"
         )
     warnings = [f"warning: {path} {misfit}" for misfit in misfits]
-    if not misfits and data["vehicle"]["sha256"] != file.sha256:
+    if not misfits and sha256 not in (None, file.sha256):
         warnings.append(f"warning: {file.path} has changed since {path} was identified with it")
     return warnings

@@ -5,8 +5,7 @@ import os
 import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
-from functools import partial
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,14 +18,13 @@ from bridge.links import secured
 from bridge.links.addresses import of_links, of_served
 from bridge.links.secured import Opener
 from bridge.vehicle.config import load_vehicle
-from bridge.wire.silences import way_to_mend
-from bridge.wire.tlog import TlogWriter
 from gcs_plugin.dives.conditions import NOTHING_SAID
-from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, last_conditions, new_folder, utc_text
+from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, last_conditions, utc_text
+from gcs_plugin.dives.recorded import RecordedDive, RecordedDives
 from gcs_plugin.peers import GROUND_STATION
 from gcs_plugin.recording import orders
 from gcs_plugin.recording.hub import Hub
-from gcs_plugin.recording.recorder import Count, Notice, Recorded, Recorder
+from gcs_plugin.recording.recorder import Notice, Recorded, Recorder
 from gcs_plugin.recording.state import HeardVehicle, Holding, held, release, write_holding
 from gcs_plugin.watch.hearing import StatusTexts
 from tui import show
@@ -34,30 +32,6 @@ from tui.files import check_file
 from tui.links import refuse_second, words_of
 
 MOST_NOTICES = 5
-
-
-@dataclass(frozen=True)
-class RecordedDive:
-    """A dive that is over; `folder` is None if nothing was heard in it, and no folder is kept."""
-
-    folder: Path | None
-    count: Count
-
-    @property
-    def words(self) -> str:
-        """`1200 frames, 96000 bytes, 0 lost here, 12 lost on the way: dives/2026-11-20T0912Z-hovering`."""
-        count = self.count
-        counts = f"{count.frames} frames, {count.bytes} bytes, {count.lost} lost here"
-        counts += f", {count.missed} lost on the way" if count.missed else ""
-        counts += f", {count.unheard_s:.0f} s unheard at a stretch" if count.unheard_s else ""
-        return f"{counts}: {self.folder}" if self.folder else counts
-
-    @property
-    def advice(self) -> str:
-        """How to get the frames of a silence; "" without a silence."""
-        if self.folder is None or not self.count.unheard_s:
-            return ""
-        return f"{self.count.unheard_s:.0f} s unheard: {way_to_mend(self.count.keeps_ring)}"
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -107,8 +81,9 @@ def record(arguments: argparse.Namespace, clock: Clock, hub: Hub | None) -> int:
     links = [opener.open(spec) for spec in arguments.link]
     configuration = (file.configuration or "") if file else ""
     about = about_vehicle(file, configuration) if file else About()
-    name, same = arguments.name or configuration, arguments.same_conditions
-    dives = RecordedDives(Path(arguments.out), name, about, clock, same_conditions=same)
+    root = Path(arguments.out)
+    describe = described(about, root, same_conditions=arguments.same_conditions)
+    dives = RecordedDives(root, arguments.name or configuration, describe, clock)
     words = show.words()
     state = RecordingState(
         clock,
@@ -126,6 +101,12 @@ def record(arguments: argparse.Namespace, clock: Clock, hub: Hub | None) -> int:
 
     def warn(sentence: str) -> None:
         notice(Notice(recorder.unix_us(), "warning", sentence))
+
+    def begun(before: RecordedDive) -> None:
+        following = dives.folder.path
+        state.begin(following)
+        for sentence in filter(None, (before.words, before.advice, f"the next dive goes into {following}")):
+            show.say(words, sentence)
 
     def refused() -> str:
         return "; ".join(filter(None, map(opener.words, arguments.link)))
@@ -160,7 +141,7 @@ def record(arguments: argparse.Namespace, clock: Clock, hub: Hub | None) -> int:
             asked = orders.ordered()
             if asked is orders.Order.NEXT:
                 try:
-                    dives.go_on(recorder, state.begin)
+                    dives.go_on(recorder, begun)
                 except LogError as error:
                     notice(Notice(recorder.unix_us(), "error", f"no next dive: {error}"))
             return asked is orders.Order.END
@@ -221,65 +202,18 @@ def _line(recorder: Recorder, since_s: float) -> str:
     return f"{since_s:.0f} s, {recorder.recorded} frames, {recorder.recorded_bytes / 1e3:.0f} kB"
 
 
-class RecordedDives:
-    """Makes a folder under `root` for each dive, the first at once. `about` describes all of them."""
+def described(about: About, root: Path, *, same_conditions: bool) -> Callable[[DiveFolder], About]:
+    """What is written of each new dive: `about`, with the conditions of the dive before if `same_conditions`."""
 
-    def __init__(self, root: Path, name: str, about: About, clock: Clock, *, same_conditions: bool) -> None:
-        self._root, self._name, self._about, self._clock = root, name, about, EvenClock(clock)
-        self._same_conditions = same_conditions
-        self.finished: list[RecordedDive] = []
-        self.folder = self._new()
+    def describe(folder: DiveFolder) -> About:
+        before = last_conditions(root, folder.path)
+        if before == NOTHING_SAID:
+            return about
+        note = "taken" if same_conditions else "`seatrial conditions --same` takes that"
+        show.say(show.words(), f"conditions of the dive before: {before.words}; {note}")
+        return replace(about, conditions=before) if same_conditions else about
 
-    def free_bytes(self) -> int:
-        """Free space on the disk."""
-        return self.folder.free_bytes()
-
-    def open_file(self) -> Callable[[int], TlogWriter]:
-        """Factory for the files of the present dive."""
-        return _opener(self.folder)
-
-    def go_on(self, recorder: Recorder, begun: Callable[[Path], None]) -> None:
-        """Let the recorder begin the next dive; `begun` gets its folder. Raises LogError if no folder can be made."""
-        following = self._new()
-        try:
-            recorder.go_on(_opener(following), partial(self._change, following, begun))
-        except LogError:
-            following.discard()
-            raise
-
-    def end(self, count: Count) -> RecordedDive:
-        """End the present dive; if nothing was heard in it, discard its folder."""
-        if not count.heard:
-            self.folder.discard()
-        dive = RecordedDive(self.folder.path if count.heard else None, count)
-        self.finished.append(dive)
-        return dive
-
-    def _change(self, following: DiveFolder, begun: Callable[[Path], None], count: Count) -> None:
-        dive = self.end(count)
-        self.folder = following
-        begun(following.path)
-        for sentence in filter(None, (dive.words, dive.advice)):
-            show.say(show.words(), sentence)
-        show.say(show.words(), f"the next dive goes into {following.path}")
-
-    def _new(self) -> DiveFolder:
-        folder = new_folder(self._root, self._clock.unix_s(), self._name)
-        before = last_conditions(self._root, folder.path)
-        try:
-            folder.describe(replace(self._about, conditions=before) if self._same_conditions else self._about)
-        except LogError:
-            folder.discard()
-            raise
-        if before != NOTHING_SAID:
-            note = "taken" if self._same_conditions else "`seatrial conditions --same` takes that"
-            show.say(show.words(), f"conditions of the dive before: {before.words}; {note}")
-        return folder
-
-
-def _opener(folder: DiveFolder) -> Callable[[int], TlogWriter]:
-    """Factory for the files of a folder; a folder that someone removed is described again as it was at first."""
-    return partial(folder.open_telemetry, about=folder.about())
+    return describe
 
 
 class RecordingState:

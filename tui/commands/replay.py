@@ -11,12 +11,11 @@ from bridge.links import secured
 from bridge.wire.redaction import carries_key
 from bridge.wire.tlog import of_those_that_hold_frames, read_tlog
 from gcs_plugin.dives.folder import load_folder
-from gcs_plugin.dives.replay import Pace, play
+from gcs_plugin.dives.replay import play
 from tui import show
 
 
 def run(arguments: argparse.Namespace) -> int:
-    pace = Pace(arguments.speed, arguments.start_s)
     path = Path(arguments.dive)
     files = load_folder(path).telemetry() if path.is_dir() else [path]
     records = list(chain.from_iterable(of_those_that_hold_frames(files, read_tlog)))
@@ -27,11 +26,12 @@ def run(arguments: argparse.Namespace) -> int:
             f"--from {arguments.start_s:g}: {path} is {length_us / 1e6:.0f} s long; name an earlier second"
         )
     clock = clocks.SystemClock()
+    played = play(records, clock, time.sleep, arguments.speed, arguments.start_s)
     link = secured.Opener(arguments.sign_key, clock, secured.on_words).open(arguments.link)
     sent = left_out = 0
     try:
         with show.progress(f"replay {path.name}") as tell:
-            for stamp_us, frame in play(records, clock, time.sleep, pace):
+            for stamp_us, frame in played:
                 if carries_key(frame.raw):  # with the key zeroed, the frame would erase a vehicle's own key
                     left_out += 1
                     continue

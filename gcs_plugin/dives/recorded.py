@@ -1,0 +1,102 @@
+"""The dives of a recording, one after the other, each in a folder of its own."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from bridge.clock import Clock, EvenClock
+from bridge.errors import LogError
+from bridge.wire.silences import way_to_mend
+from bridge.wire.tlog import TlogWriter
+from gcs_plugin.dives.folder import About, DiveFolder, new_folder
+from gcs_plugin.recording.recorder import Count, Recorder
+
+
+@dataclass(frozen=True)
+class RecordedDive:
+    """A dive that is over; `folder` is None if nothing was heard in it, and no folder is kept."""
+
+    folder: Path | None
+    count: Count
+
+    @property
+    def words(self) -> str:
+        """`1200 frames, 96000 bytes, 0 lost here, 12 lost on the way: dives/2026-11-20T0912Z-hovering`."""
+        count = self.count
+        counts = f"{count.frames} frames, {count.bytes} bytes, {count.lost} lost here"
+        counts += f", {count.missed} lost on the way" if count.missed else ""
+        counts += f", {count.unheard_s:.0f} s unheard at a stretch" if count.unheard_s else ""
+        return f"{counts}: {self.folder}" if self.folder else counts
+
+    @property
+    def advice(self) -> str:
+        """How to get the frames of a silence; "" without a silence."""
+        if self.folder is None or not self.count.unheard_s:
+            return ""
+        return f"{self.count.unheard_s:.0f} s unheard: {way_to_mend(self.count.keeps_ring)}"
+
+
+class RecordedDives:
+    """Makes a folder under `root` for each dive, the first at once; `describe` gives the content of its `dive.yaml`.
+
+    `clock` is read on even steps, so that a wall clock that is set changes no name. Raises LogError if no folder can be
+    made.
+    """
+
+    def __init__(self, root: Path, name: str, describe: Callable[[DiveFolder], About], clock: Clock) -> None:
+        self._root, self._name, self._describe, self._clock = root, name, describe, EvenClock(clock)
+        self.finished: list[RecordedDive] = []
+        self.folder = self._new()
+
+    def unix_s(self) -> float:
+        """Current time on the clock of the recording's stamps, which follows no change of the computer's clock."""
+        return self._clock.unix_s()
+
+    def free_bytes(self) -> int:
+        """Free space on the disk."""
+        return self.folder.free_bytes()
+
+    def open_file(self) -> Callable[[int], TlogWriter]:
+        """Factory for the files of the present dive."""
+        return _opener(self.folder)
+
+    def go_on(self, recorder: Recorder, begun: Callable[[RecordedDive], None]) -> None:
+        """Let the recorder begin the next dive between two frames; `begun` then gets the dive before.
+
+        Raises LogError if no folder can be made; the present dive goes on.
+        """
+        following = self._new()
+
+        def change(count: Count) -> None:
+            before = self.end(count)
+            self.folder = following
+            begun(before)
+
+        try:
+            recorder.go_on(_opener(following), change)
+        except LogError:
+            following.discard()
+            raise
+
+    def end(self, count: Count) -> RecordedDive:
+        """End the present dive; if nothing was heard in it, discard its folder."""
+        if not count.heard:
+            self.folder.discard()
+        dive = RecordedDive(self.folder.path if count.heard else None, count)
+        self.finished.append(dive)
+        return dive
+
+    def _new(self) -> DiveFolder:
+        folder = new_folder(self._root, self._clock.unix_s(), self._name)
+        try:
+            folder.describe(self._describe(folder))
+        except LogError:
+            folder.discard()
+            raise
+        return folder
+
+
+def _opener(folder: DiveFolder) -> Callable[[int], TlogWriter]:
+    """Factory for the files of a folder; a folder that someone removed is described again as it was at first."""
+    return partial(folder.open_telemetry, about=folder.about())

@@ -1,0 +1,70 @@
+"""Dives of a vehicle with a ring, as the ground and other recorders heard them, to be fetched or merged."""
+
+import random
+
+from diving_vehicle import Dive
+
+from bridge.wire.tlog import read_tlog
+from gcs_plugin.dives.folder import DiveFolder
+from gcs_plugin.fetch.whole import made_whole, write_records
+from tui.commands.fetch import Fetcher
+
+SOURCE = (1, 191)
+
+
+def dive_of(tmp_path, records):
+    """The folder of a dive of which the ground heard these frames."""
+    folder = DiveFolder(tmp_path / "dives" / "2026-11-20T0912Z-lake")
+    folder.path.mkdir(parents=True)
+    write_records(folder.path / "telemetry.tlog", records)
+    return folder
+
+
+def fetcher_of(dive):
+    return Fetcher(dive, dive.world, 60.0, lambda *_: None)
+
+
+def all_frames(tmp_path, seconds=120.0, seed=0):
+    """What the vehicle sent, dated by the ground's clock as if nothing was lost."""
+    dive = Dive(tmp_path / f"ring{seed}", seed)
+    dive.dive(7.35 * seed)
+    dive.heard.clear()
+    dive.dive(seconds)
+    return dive.heard
+
+
+def each_once(frames):
+    """Those frames that are other than all before them."""
+    first = {raw: stamp_us for stamp_us, raw in reversed(frames)}
+    return [(stamp_us, raw) for stamp_us, raw in frames if first.pop(raw, None) is not None]
+
+
+def heard_by(frames, clock, rng, share=0.7, latest_s=0.03):
+    """What a recorder heard of it: a share, each late by chance, dated by its own clock."""
+    out = []
+    for stamp_us, raw in frames:
+        if rng.random() < share:
+            late_s = min(latest_s, rng.expovariate(200.0))
+            out.append((round(clock(stamp_us * 1e-6 + late_s) * 1e6), raw))
+    return out
+
+
+def of_it(frames, begins_s=0.0, ends_s=1e9, share=1.0, seed=0):
+    """What a recorder heard between two times, with a jitter of 3 ms."""
+    rng, first_us, newest_us, out = random.Random(seed), frames[0][0], 0, []
+    for stamp_us, raw in frames:
+        if begins_s <= (stamp_us - first_us) * 1e-6 < ends_s and rng.random() < share:
+            newest_us = max(newest_us, stamp_us + rng.randrange(3000))
+            out.append((newest_us, raw))
+    return out
+
+
+def put_together(tmp_path, ground, other):
+    """Two recordings of a dive, merged."""
+    write_records(tmp_path / "ground.tlog", ground)
+    write_records(tmp_path / "other.tlog", other)
+    return made_whole([tmp_path / "ground.tlog"], [tmp_path / "other.tlog"], SOURCE)
+
+
+def raws(path):
+    return [frame.raw for _, frame in read_tlog(path)]
