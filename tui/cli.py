@@ -93,9 +93,9 @@ def _run(argv: list[str]) -> int:
             hint = f"did you mean '{near[0]}'?" if near else f"the verbs are {', '.join(VERBS)}"
             raise exit_codes.UsageError(f"unknown verb '{verb}'; {hint}")
         arguments = verb_parser(verb).parse_args(argv[1:])
-        from tui.files import check_inputs_stay  # not for help
+        from tui.files import check_places  # not for help
 
-        check_inputs_stay(arguments)
+        check_places(arguments)
         return int(module_of(verb).run(arguments))
     except SystemExit as stop:
         return int(stop.code or 0)

@@ -16,11 +16,7 @@ from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.effect_coefficients import effect_coefficients
 from gcs_plugin.params import float32
-from gcs_plugin.params.files import (
-    Interval,
-    Sidecar,
-    sidecar_path,
-)
+from gcs_plugin.params.files import Interval, Sidecar
 from gcs_plugin.params.identified import doubt_lines, origin, write_with_sidecar
 from identify.batch.rows import clauses
 from identify.checks.contradictions import contradictions
@@ -39,7 +35,7 @@ from identify.run.identify import compiles_first
 from identify.run.recordings import read, stray_bytes
 from tui import pages, show
 from tui.commands.prior import doubted_of, effects_of, priors_of
-from tui.files import PARAMETER_SUFFIXES, Files, check_file, check_files
+from tui.files import Files
 from tui.parameter_files import Leave
 from tui.recordings import column_map_for, recording_at, ruled_out
 
@@ -49,13 +45,6 @@ def run(arguments: argparse.Namespace) -> int:
         return run_against(arguments)
     if arguments.predict and not arguments.check:
         raise exit_codes.UsageError("--predict tells of the check dive; give --check DIVE with it")
-    targets = {"--json": arguments.json, "--report": arguments.report, "--predict": arguments.predict}
-    targets["--accept"] = arguments.accept
-    if arguments.accept:
-        targets["the sidecar of --accept"] = str(sidecar_path(Path(arguments.accept)))
-    check_files(targets)
-    pages.check(arguments)
-    check_file("--accept", arguments.accept, PARAMETER_SUFFIXES)
     file = load_vehicle(arguments.vehicle)
     places = [Path(path) for path in (arguments.dive, arguments.check) if path]
     columns = column_map_for(arguments.columns, [*map(str, places)])
@@ -161,8 +150,6 @@ def run_against(arguments: argparse.Namespace) -> int:
             raise exit_codes.UsageError(
                 f"--{option} tells of the vehicle, --against of a simulator; run them one after the other"
             )
-    check_files({"--json": arguments.json, "--report": arguments.report})
-    pages.check(arguments)
     file = load_vehicle(arguments.vehicle)
     columns = column_map_for(arguments.columns, (arguments.dive, arguments.against))
     real, sim = (read_dive(Path(path), columns, file) for path in (arguments.dive, arguments.against))

@@ -11,7 +11,6 @@ from bridge.vehicle.config import load_vehicle
 from identify.ingest.open import utc
 from tui import show
 from tui.dive_list import FAIR, DiveRow, letters, rows_of
-from tui.files import check_file
 
 LEGEND = (
     "mass, damping: what each dive could identify by itself of u v w p q r: a capital letter to 10 %, a small one to "
@@ -20,7 +19,6 @@ LEGEND = (
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_file("--json", arguments.json)
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
     if arguments.otherwise:
         load_vehicle(arguments.otherwise)

@@ -13,7 +13,7 @@ from identify.effects.library import library
 from identify.export.model import Model, model_of
 from identify.export.targets import TARGETS, export, is_held, with_effects
 from tui import show
-from tui.files import Files, check_files
+from tui.files import Files
 from tui.parameter_files import Leave, accepted_model, check_outcome, check_vehicle, read_identification
 from tui.show import STANDARD_OUTPUT
 
@@ -27,7 +27,6 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.out = None
     if arguments.json == STANDARD_OUTPUT and arguments.out is None:
         raise exit_codes.UsageError("--json -: standard output takes the file itself; add --out FILE")
-    check_files({"--out": arguments.out, "--json": arguments.json})
     leave = Leave(doubts=arguments.despite_doubts)
     model, doubted = _model(arguments.file, arguments.vehicle, leave)
     exported = export(model, arguments.to)

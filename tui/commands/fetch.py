@@ -8,7 +8,6 @@ from pathlib import Path
 from bridge import clock as clocks
 from bridge import exit_codes
 from bridge.clock import Clock
-from bridge.command_line import check_folder
 from bridge.errors import LinkError, LogError, NotOfThisDive
 from bridge.exit_codes import UsageError
 from bridge.links import secured
@@ -29,7 +28,6 @@ from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.recording import orders
 from tui import links, show
 from tui.commands.merge import beyond_words, guessed_words, lacking_words
-from tui.files import check_file
 from tui.show import Tell
 
 FIND_S = 10.0
@@ -47,8 +45,6 @@ FETCH_SHARE = 0.9
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_file("--json", arguments.json)
-    check_folder("--out", arguments.out)
     if arguments.new and arguments.dive:
         raise UsageError(f"{arguments.dive}: --new makes a folder of its own; leave one of both out")
     if arguments.minutes and not arguments.new:

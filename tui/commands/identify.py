@@ -10,7 +10,6 @@ from rich.console import Console
 
 from bridge import exit_codes
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from gcs_plugin.params.files import sidecar_path
 from gcs_plugin.params.identified import write_identified
 from identify.comparison import Comparison
 from identify.dive import Dive
@@ -22,7 +21,7 @@ from identify.report.tables import standard_error
 from identify.run.identify import Identified, identify, usual_methods
 from identify.run.recordings import Reading, read
 from tui import pages, show
-from tui.files import PARAMETER_SUFFIXES, Files, check_file, check_files
+from tui.files import Files
 from tui.recordings import column_map_for, recording_at
 
 if TYPE_CHECKING:
@@ -40,12 +39,6 @@ def run(arguments: argparse.Namespace) -> int:
         raise exit_codes.UsageError("--param takes what one dive tells; give one DIVE")
     if arguments.network and "paper" not in methods:
         raise exit_codes.UsageError("--network sizes the paper's network; give --method paper with it")
-    targets = {"--json": arguments.json, "--param": arguments.param, "--report": arguments.report}
-    if arguments.param:
-        targets["the sidecar of --param"] = str(sidecar_path(Path(arguments.param)))
-    check_files(targets)
-    pages.check(arguments)
-    check_file("--param", arguments.param, PARAMETER_SUFFIXES)
     file = load_vehicle(arguments.vehicle)
     columns = column_map_for(arguments.columns, arguments.dives)
     readings = [read(recording_at(Path(path)), file, columns) for path in arguments.dives]

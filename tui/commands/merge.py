@@ -23,7 +23,6 @@ from identify.ingest.messages import clock
 from identify.ingest.tlog import read_tlog as read_fields
 from identify.words import listed
 from tui import show
-from tui.files import check_file
 
 TOLD: Final = 3
 """Number of entries that are named individually if there are many."""
@@ -37,7 +36,6 @@ AGAIN = "merge again"
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_file("--json", arguments.json)
     folder = load_folder(Path(arguments.dive))
     came: list[Merged] = []
     try:

@@ -44,18 +44,9 @@ from gcs_plugin.params.session import Progress
 from gcs_plugin.params.transfer import Outcome, Result, Source
 from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
 from tui import links, show
-from tui.files import PARAMETER_SUFFIXES, Files, check_file, check_files
+from tui.files import Files
 from tui.parameter_files import Leave, check_outcome, read_identification
 from tui.show import Tell
-
-
-def check_outputs(arguments: argparse.Namespace) -> None:
-    """Raise UsageError if an output file could not be written."""
-    output = getattr(arguments, "out", None)
-    check_files({"--json": arguments.json, "--out": output})
-    check_file("--out", output, PARAMETER_SUFFIXES)
-    if arguments.action in ("upload", "rollback"):
-        check_folder("--receipts", arguments.receipts)
 
 
 def targets_for(arguments: argparse.Namespace) -> Wanted:
@@ -98,7 +89,8 @@ class Watch:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_outputs(arguments)
+    if arguments.action in ("upload", "rollback"):
+        check_folder("--receipts", arguments.receipts)
     targets = targets_for(arguments)
     clock, watch = clocks.SystemClock(), Watch()
     opener = secured.Opener(arguments.sign_key, clock, secured.on_words)

@@ -22,7 +22,6 @@ from gcs_plugin.params.identified import doubt_lines, doubted_in
 from identify.identification import Outcome
 from identify.statistics import Z95
 from tui import show
-from tui.files import check_file
 from tui.parameter_files import Leave, check_outcome, read_identification, sidecar_beside
 
 AGEING = {"mass": 0.03, "damping": 0.10, "quadratic": 0.10}
@@ -31,7 +30,6 @@ weeks."""
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_file("--json", arguments.json)
     file = load_vehicle(arguments.vehicle)
     widen = None if arguments.widen is None else arguments.widen / 100
     leave = Leave(doubts=arguments.despite_doubts)

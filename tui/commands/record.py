@@ -30,7 +30,6 @@ from gcs_plugin.recording.recorder import Count, Notice, Recorded, Recorder
 from gcs_plugin.recording.state import HeardVehicle, Holding, held, release, write_holding
 from gcs_plugin.watch.hearing import StatusTexts
 from tui import show
-from tui.files import check_file
 from tui.links import refuse_second, words_of
 
 MOST_NOTICES = 5
@@ -61,7 +60,6 @@ class RecordedDive:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_file("--json", arguments.json)
     clock = clocks.SystemClock()
     if arguments.next or arguments.end:
         return order(arguments, clock)

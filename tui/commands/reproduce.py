@@ -11,18 +11,14 @@ from bench.reproduce.paper import PaperOptions
 from bench.reproduce.run import reproduce
 from bridge import clock as clocks
 from bridge import exit_codes
-from bridge.command_line import check_folder
 from gcs_plugin.dives.folder import new_folder
 from tui import pages, show
-from tui.files import Files, check_file
+from tui.files import Files
 
 PAGE, RESULT = "reproduction.html", "result.json"
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_file("--json", arguments.json)
-    check_folder("--out", arguments.out)
-    pages.check(arguments)
     clock = clocks.SystemClock()
     folder = new_folder(Path(arguments.out), clock.unix_s(), f"seed-{arguments.seed}").path
     with show.progress("reproduce") as tell:

@@ -30,7 +30,6 @@ from gcs_plugin import simulated
 from identify.effects.effect import SIMULATED
 from identify.effects.library import library
 from tui import show
-from tui.files import check_file
 from tui.parameter_files import Leave, accepted_model
 
 IDLE = "idle"
@@ -38,7 +37,6 @@ IDLE_DEPTH_M = 0.2
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_file("--json", arguments.json)
     if arguments.parameters:
         check_folder("--parameters", str(Path(arguments.parameters).parent))
         check_no_folder("--parameters", arguments.parameters)

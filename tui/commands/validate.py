@@ -14,7 +14,7 @@ from identify.ingest.open import read_dive
 from identify.run.validate import Validation, validate
 from identify.validate import METHOD, Row, TrackingErrors
 from tui import pages, show
-from tui.files import Files, check_files
+from tui.files import Files
 from tui.recordings import column_map_for
 from tui.show import Table
 
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_files({"--json": arguments.json, "--report": arguments.report})
-    pages.check(arguments)
     file = load_vehicle(arguments.vehicle)
     columns = column_map_for(arguments.columns, arguments.dives)
     done = validate([read_dive(Path(path), columns, file) for path in arguments.dives], file)
