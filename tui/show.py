@@ -125,9 +125,10 @@ def _listening(client: "ParameterClient") -> Iterator[None]:
         thread.join()
 
 
-def say(console: Console, sentence: str) -> None:
-    """Print a sentence, wrapped between words if lines have a width; a longer word, such as a path, stays whole."""
-    console.print(wrapped(sentence, console.width) if _has_width(console) else sentence, soft_wrap=True)
+def say(console: Console, *sentences: str) -> None:
+    """Print each sentence, wrapped between words if lines have a width; a longer word, such as a path, stays whole."""
+    for sentence in sentences:
+        console.print(wrapped(sentence, console.width) if _has_width(console) else sentence, soft_wrap=True)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from direct_dive import dive
 from bench.reproduce import page
 from bench.reproduce.comparisons import validation
 from bench.reproduce.dives import TURN_RAD, Trial, carrying, identified, legs, without_inertia
-from bench.reproduce.paper import PaperOptions
+from bench.reproduce.paper import PaperOptions, sized
 from bench.reproduce.run import Reproduction, planned
 from bench.reproduce.sections import campaign_section
 from bridge import exit_codes
@@ -28,7 +28,6 @@ from bridge.vehicle.parameters import bounds
 from gcs_plugin.job import side_by_side
 from identify.report.page import render_report
 from tui import cli, show
-from tui.commands.reproduce import options
 
 TINY = PaperOptions(hidden=4, depth=1, epochs=40, batch=32, threads=1)
 
@@ -151,7 +150,7 @@ def test_the_json_is_plain_and_holds_every_validation_number(done):
 
 
 def test_the_network_is_small_unless_another_is_asked_for():
-    small, own = options(None), options([1024, 5, 100])
+    small, own = sized(None), sized([1024, 5, 100])
     assert small.hidden < own.hidden == 1024
     assert (own.depth, own.epochs) == (5, 100)
 

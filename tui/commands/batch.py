@@ -158,8 +158,7 @@ def tell(
         if drift.trends:
             show.put(console, trend_table(drift, configuration))
         show.say(console, f"{configuration}: {drift.sentence}")
-    for twin in recordings.twins:
-        show.say(console, f"counted once: {twin.path} {twin.why} {twin.counted}")
+    show.say(console, *(f"counted once: {twin.path} {twin.why} {twin.counted}" for twin in recordings.twins))
 
 
 def dive_table(rows: Sequence[Row]) -> Table:

@@ -85,8 +85,7 @@ def run(arguments: argparse.Namespace) -> int:
             files.attempt(lambda: files.written.extend(accepted()))
         console = show.results(arguments.json)
         tell_diagnosis(console, result)
-        for sentence in files.written:
-            show.say(console, sentence)
+        show.say(console, *files.written)
     return files.code(exit_codes.DONE)
 
 
@@ -162,8 +161,7 @@ def run_against(arguments: argparse.Namespace) -> int:
         pages.publish(files, arguments, partial(against_report, gap), (real, sim), file)
         console = show.results(arguments.json)
         tell_against(console, gap)
-        for line in files.written:
-            show.say(console, line)
+        show.say(console, *files.written)
     return files.code(exit_codes.DONE)
 
 
@@ -208,8 +206,7 @@ def tell_diagnosis(console: Console, diagnosis: Diagnosis) -> None:
         *wording.next_lines(diagnosis),
         *diagnosis.notes,
     )
-    for line in lines:
-        show.say(console, f"  {line}")
+    show.say(console, *(f"  {line}" for line in lines))
 
 
 def _where(diagnosis: Diagnosis) -> tuple[str, ...]:

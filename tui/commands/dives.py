@@ -28,8 +28,7 @@ def run(arguments: argparse.Namespace) -> int:
     if rows:
         show.put(console, table_of(rows))
         for row in rows:
-            for sentence in said_of(row):
-                show.say(console, f"{row.name}: {sentence}")
+            show.say(console, *(f"{row.name}: {sentence}" for sentence in said_of(row)))
         if any(row.glance.relative_std for row in rows):
             show.say(console, LEGEND)
     else:

@@ -43,7 +43,8 @@ Progress = Callable[[int, int], None]
 
 
 def run(arguments: argparse.Namespace) -> int:
-    linked = arguments.link is not None or links.serving_now()
+    holding = links.usable_now() if arguments.link is None else None
+    linked = arguments.link is not None or bool(holding and holding.hub)
     if not (arguments.vehicle or linked):
         raise exit_codes.UsageError("nothing to check; give --vehicle FILE, --link SPEC, or both")
     if arguments.wet and not (arguments.vehicle and linked):

@@ -36,14 +36,11 @@ def run(arguments: argparse.Namespace) -> int:
             sys.stdout.write(show.harmless(exported.text))
         else:
             files.text(Path(arguments.out), exported.text)
-        for line in doubt_lines(doubted, tuple(doubted)):
-            show.say(console, f"warning: {line}")
+        show.say(console, *(f"warning: {line}" for line in doubt_lines(doubted, tuple(doubted))))
         if exported.left_out:
             show.say(console, f"what did not fit into {arguments.to} as it is:")
-        for part in exported.left_out:
-            show.say(console, f"{part.what}: {part.reason}")
-        for note in exported.notes:
-            show.say(console, f"note: {note}")
+        show.say(console, *(f"{part.what}: {part.reason}" for part in exported.left_out))
+        show.say(console, *(f"note: {note}" for note in exported.notes))
         files.json(
             {
                 "target": arguments.to,

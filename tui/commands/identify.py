@@ -60,8 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
             files.attempt(param, f"parameters: {arguments.param}")
         # The page comes last because drawing takes long. It is written even if the reader of the table has left.
         try:
-            for sentence in (remark for reading in readings for remark in reading.remarks):
-                show.say(console, sentence)
+            show.say(console, *(remark for reading in readings for remark in reading.remarks))
             for each in result:
                 tell(console, each.dive, each.answer)
                 for comparison in each.comparisons:
@@ -69,8 +68,7 @@ def run(arguments: argparse.Namespace) -> int:
         finally:
             page = partial(identification_report, result, curves)
             pages.publish(files, arguments, page, [each.dive for each in result], file)
-        for sentence in files.written:
-            show.say(console, sentence)
+        show.say(console, *files.written)
     converged = all(each.answer.outcome is Outcome.CONVERGED for each in result)
     return files.code(exit_codes.DONE if converged else exit_codes.NO)
 
@@ -98,15 +96,13 @@ def estimator_of(
 
 def paper(network: Sequence[int] | None, curves: "dict[str, TrainingCurves]") -> Estimator:
     """Return the paper's method with a network of the given size; it stores its training curves in `curves` by dive."""
-    from bench.reproduce.paper import SMALL, PaperOptions, estimate_with_curves
-
-    options = (
-        SMALL if network is None else PaperOptions(hidden=network[0], depth=network[1], epochs=network[2])
-    )
+    from bench.reproduce.paper import estimate_with_curves, sized
 
     def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progress) -> Identification:
         refuse_damping("paper", file, configuration)
-        answer, curves[dive.sha256] = estimate_with_curves(dive, file, configuration, progress, options)
+        answer, curves[dive.sha256] = estimate_with_curves(
+            dive, file, configuration, progress, sized(network)
+        )
         return answer
 
     return estimate
@@ -133,8 +129,7 @@ def tell(console: Console, dive: Dive, answer: Identification) -> None:
         for number, reason in enumerate(reasons, start=1):
             show.say(console, f"{number}: {reason}")
     doubts = [doubt.sentence for doubt in answer.doubts]
-    for doubt in dict.fromkeys(doubts):
-        show.say(console, f"warning: {doubt}")
+    show.say(console, *(f"warning: {doubt}" for doubt in dict.fromkeys(doubts)))
     for note in dict.fromkeys((*answer.sentences, *dive.notes)):
         if note not in doubts:
             show.say(console, f"note: {note}")
@@ -162,10 +157,8 @@ def tell_comparison(console: Console, compared: Comparison) -> None:
         columns = ("name", *methods, "unit", "apart, std", "beyond intervals")
         show.put(console, show.Table(title, columns, rows, (*methods, "apart, std")))
     if not compared.disagreements:
-        for sentence in compared.sentences:
-            show.say(console, f"note: {sentence}")
-    for sentence in further_remarks(compared):
-        show.say(console, f"note: {sentence}")
+        show.say(console, *(f"note: {sentence}" for sentence in compared.sentences))
+    show.say(console, *(f"note: {sentence}" for sentence in further_remarks(compared)))
 
 
 def _row(parameter: Estimate, reasons: Sequence[str], priors: bool) -> tuple[str, ...]:

@@ -45,8 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
             numbers=("samples", "rate Hz", "gaps", "longest s", "unknown %"),
         ),
     )  # fmt: skip
-    for note in dive.notes:
-        show.say(console, f"note: {note}")
+    show.say(console, *(f"note: {note}" for note in dive.notes))
     fixes = check_fixes(dive)
     if fixes is not None:
         show.say(console, fixes.sentence)

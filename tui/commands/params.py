@@ -105,8 +105,7 @@ def run(arguments: argparse.Namespace) -> int:
             read_at = newest(receipts, system)
             present = client.read_all()
         if arguments.action == "show":
-            for note in left_behind(receipts, system, present):
-                show.say(show.words(), note)
+            show.say(show.words(), *left_behind(receipts, system, present))
             return show_values(arguments, present, client.vehicle)
         try:
             if arguments.file is None:
@@ -124,8 +123,7 @@ def run(arguments: argparse.Namespace) -> int:
                 plan = planned(file, targets, present, arguments.only, receipts, system, accepts)
         except ParamError as error:
             raise exit_codes.UsageError(str(error)) from None
-        for note in plan.notes:
-            show.say(show.results(arguments.json), note)
+        show.say(show.results(arguments.json), *plan.notes)
         if arguments.action == "diff" or arguments.dry_run:
             return show_difference(arguments, plan, client)
         return apply(arguments, client, watch, plan, clock.unix_s(), read_at)

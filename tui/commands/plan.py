@@ -64,13 +64,11 @@ def run(arguments: argparse.Namespace) -> int:
         show.put(console, manoeuvre_table(f"plan for {title}", proposal))
         show.put(console, interval_table(proposal, knowledge))
         marked = legend(proposal, knowledge)
-        for sentence in marked:
-            show.say(console, sentence)
+        show.say(console, *marked)
         remarks = tuple(
             dict.fromkeys((*marked, room(limits), *joint(proposal, arguments.after), *notes(knowledge)))
         )
-        for sentence in remarks[len(marked) :]:
-            show.say(console, f"note: {sentence}")
+        show.say(console, *(f"note: {sentence}" for sentence in remarks[len(marked) :]))
         if kept:
             show.say(console, f"mission: {arguments.out}; dive it in simulation: {command}")
         mission = arguments.out if kept else None

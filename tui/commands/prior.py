@@ -67,8 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
     columns = ("name", "value", "std", "unit", "rests on", "is")
     show.put(console, show.Table(title, columns, rows, ("value", "std")))
     refused = "" if arguments.despite_doubts else "; it was not taken: dive again, or give --despite-doubts"
-    for line in doubt_lines(doubted, tuple(doubted)):
-        show.say(console, f"warning: {line}{refused}")
+    show.say(console, *(f"warning: {line}{refused}" for line in doubt_lines(doubted, tuple(doubted))))
     if lost := left_behind(present, priors):
         show.say(console, f"warning: {_lost(lost, present, file.path)}")
     show.write_json({name: vars(prior) for name, prior in priors.items()}, arguments.json)

@@ -147,8 +147,7 @@ def record(arguments: argparse.Namespace, clock: Clock, hub: Hub | None) -> int:
         def work(stop: threading.Event) -> None:
             show.say(words, f"recording into {dives.folder.path}; Ctrl-C ends it")
             show.say(words, state.way)
-            for sentence in sockets(arguments.link, hub):
-                show.say(words, sentence)
+            show.say(words, *sockets(arguments.link, hub))
             if opener.way:
                 show.say(words, opener.way)
             recorder.run(stop)
@@ -257,8 +256,7 @@ class RecordedDives:
         dive = self.end(count)
         self.folder = following
         begun(following.path)
-        for sentence in filter(None, (dive.words, dive.advice)):
-            show.say(show.words(), sentence)
+        show.say(show.words(), *filter(None, (dive.words, dive.advice)))
         show.say(show.words(), f"the next dive goes into {following.path}")
 
     def _new(self) -> DiveFolder:

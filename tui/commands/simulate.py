@@ -121,8 +121,7 @@ def dive(
     truth = None
     if arguments.accepted:
         truth, lost = accepted_truth(Path(arguments.accepted), file, configuration)
-        for sentence in lost:
-            show.say(show.words(), f"note: {sentence}")
+        show.say(show.words(), *(f"note: {sentence}" for sentence in lost))
     with show.progress(f"dive {mission.name}") as tell:
         folder = simulated.record_dive(
             file,

@@ -66,8 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
     picture = looked.picture
     if arguments.once:
         console = show.results(arguments.json)
-        for sentence in header(picture, links.holding_now(), looked.wrong()):
-            show.say(console, sentence)
+        show.say(console, *header(picture, links.holding_now(), looked.wrong()))
         for table in tables(picture):
             show.put(console, table)
     show.write_json(plain(picture), arguments.json)
