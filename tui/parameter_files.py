@@ -123,7 +123,7 @@ def _is_estimate(data: Any) -> bool:
     return (
         isinstance(data, dict)
         and isinstance(data.get("name"), str)
-        and all(data.get(key) is None or is_number(data[key]) for key in ("low95", "high95"))
+        and all(data.get(key) is None or is_number(data[key]) for key in ("value", "low95", "high95"))
     )
 
 

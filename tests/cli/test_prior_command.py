@@ -17,7 +17,8 @@ from gcs_plugin.params.files import Interval, Sidecar, write_sidecar
 from identify.identification import Identification, Outcome, estimate
 from identify.priors import with_priors
 from tui import cli
-from tui.commands.prior import doubted_of, with_priors_written
+from tui.commands.prior import accepted_in, with_priors_written
+from tui.parameter_files import Leave
 
 BUNDLED = Path(__file__).resolve().parents[2] / "configs" / "vehicles" / "ruvifist.yaml"
 
@@ -196,7 +197,7 @@ def test_priors_left_out_for_resting_on_the_dive_are_no_doubt_of_its_values(vehi
     (doubt,) = with_priors(found, {"M_u": prior}, 0.0).doubts
     again = identified(tmp_path / "b.json", doubts=[doubt.to_json()])
     assert accept(again, vehicle) == exit_codes.DONE
-    assert doubted_of(again) == {}
+    assert accepted_in(again, None, Leave()).doubted == {}
 
 
 def test_a_sidecar_has_its_thrust_shift_taken_out_and_its_doubts_refused(vehicle, tmp_path):

@@ -34,7 +34,7 @@ from identify.run.diagnose import Before, diagnose
 from identify.run.identify import compiles_first
 from identify.run.recordings import read, stray_bytes
 from tui import pages, show
-from tui.commands.prior import doubted_of, effects_of, priors_of
+from tui.commands.prior import accepted_in
 from tui.files import Files
 from tui.parameter_files import Leave
 from tui.recordings import column_map_for, recording_at, ruled_out
@@ -223,24 +223,23 @@ def accepted_before(path: Path, configuration: str) -> Before:
     A value that its identification doubts is not taken: its error would be reported as a change of the vehicle.
     Raises UsageError for a file of another configuration, and for a file in which every value is doubted.
     """
-    of, known = priors_of(path, 0.0, Leave())
+    read = accepted_in(path, 0.0, Leave())
     # A diagnosis looks for changes of the linear model.
-    priors = {name: prior for name, prior in known.items() if name in BY_NAME}
-    if of != configuration:
+    priors = {name: prior for name, prior in read.priors.items() if name in BY_NAME}
+    if read.configuration != configuration:
         raise UsageError(
-            f"--accepted {path}: is of configuration '{of}', the dive of '{configuration}'; give what was accepted for "
-            "that one"
+            f"--accepted {path}: is of configuration '{read.configuration}', the dive of '{configuration}'; give what "
+            "was accepted for that one"
         )
-    doubted = doubted_of(path)
-    lines = doubt_lines(doubted, priors)
-    taken = {name: prior for name, prior in priors.items() if name not in doubted}
+    lines = doubt_lines(read.doubted, priors)
+    taken = {name: prior for name, prior in priors.items() if name not in read.doubted}
     if not taken:
         raise UsageError(
             f"--accepted {path}: all that it holds is doubted ({lines[0]}), so no change could be told from it; give "
             "that of another dive"
         )
     notes = tuple(f"Of what was accepted, {line}; it was not held against this dive." for line in lines)
-    return Before(taken, effects_of(path), notes)
+    return Before(taken, read.effects, notes)
 
 
 def write_accepted(

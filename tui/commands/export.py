@@ -5,10 +5,9 @@ import sys
 from pathlib import Path
 
 from bridge import exit_codes
-from bridge.plain import is_number
 from bridge.vehicle.coefficients import BY_NAME, OF_HULL
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from gcs_plugin.params.identified import doubt_lines, doubted_in
+from gcs_plugin.params.identified import doubt_lines, doubted_in, intervals_of
 from identify.effects.library import library
 from identify.export.model import Model, model_of
 from identify.export.targets import TARGETS, export, is_held, with_effects
@@ -82,17 +81,15 @@ def _identified(path: Path, file: VehicleFile, leave: Leave) -> tuple[Model, dic
     known = {
         parameter["name"]: parameter
         for parameter in data["parameters"]
-        if isinstance(parameter, dict)
-        and parameter.get("name") in OF_HULL
+        if parameter["name"] in OF_HULL
         and parameter.get("identifiable") is True
-        and is_number(parameter.get("value"))
+        and parameter.get("value") is not None
     }
     if not known:
         raise exit_codes.UsageError(f"{path}: holds no identifiable parameter; dive again, and identify that")
     intervals = {
-        name: (float(parameter["low95"]), float(parameter["high95"]))
-        for name, parameter in known.items()
-        if is_number(parameter.get("low95")) and is_number(parameter.get("high95"))
+        interval.coefficient: (interval.low95, interval.high95)
+        for interval in intervals_of(data, {name: name for name in known}).values()
     }
     values = {name: float(parameter["value"]) for name, parameter in known.items()}
     doubted = {name: why for name, why in doubted_in(data).items() if name in known}
