@@ -31,6 +31,7 @@ from bridge.files import to_disk, whole
 from bridge.reports import Report, Written
 from bridge.text import MARK, printable, wrapped
 from identify.progress import NO_VALUES, Steps, Values
+from identify.words import MINUS, significant
 
 if TYPE_CHECKING:
     from gcs_plugin.params.client import ParameterClient
@@ -196,11 +197,7 @@ def number(value: float | None, digits: int = 4) -> str:
     """A number to so many significant digits; `-` if it is None or not finite."""
     if value is None or not math.isfinite(value):
         return "-"
-    if value == 0:
-        return "0"
-    rounded = float(f"{value:.{digits}g}")
-    places = digits - 1 - math.floor(math.log10(abs(rounded)))
-    return f"{rounded:.{min(max(places, 0), 9)}f}"
+    return significant(value, digits).replace(MINUS, "-")
 
 
 def complain(sentence: str) -> None:
