@@ -17,7 +17,6 @@ from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import Case, check_of, dive_of, draw_case
 from identify.challenge.seal import tlog_of
 from identify.diagnose import against as compared_by
-from identify.diagnose import diagnose as diagnose_diagnose
 from identify.diagnose.candidates import Cause
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.result import Accepted, Diagnosis, Finding, Gain, Gap, Share, Value
@@ -49,10 +48,6 @@ def test_the_feed_forward_s_gain_is_printed_and_where_the_gap_lies():
     said = printed(diagnosis(DRAG))
     assert "the feed-forward alone would track to 5.1 mm/s instead of 23 mm/s" in said
     assert "Where: 100 % yaw, turning." in said
-
-
-def test_shares_of_no_gap_are_not_printed():
-    assert "Where: " not in printed(diagnosis(verdict="no_gap"))
 
 
 def test_an_upload_is_promised_to_send_only_what_the_feed_forward_can_make_up_for():
@@ -282,21 +277,6 @@ def test_a_column_map_is_refused_where_no_recording_is_a_table(
     code, said = refusal_of_cut(dive, dive.parent, capsys, "--columns", "nosuch")
     assert code == exit_codes.BAD_INPUT
     assert f"--columns nosuch: {dive} is no table (.csv), and needs no column map; leave it out" in said
-
-
-def test_bytes_that_belong_to_no_message_are_told_once(
-    dive: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    nothing = Gap(1.0, (), (), {}, (), (), ())
-    found = Diagnosis("d", "v", "c", "no_gap", nothing, (), (), None, None, None, None, (), 1.0)
-    monkeypatch.setattr(diagnose_diagnose, "diagnose", lambda *_, **__: found)
-    spoilt = tmp_path / "dive.tlog"
-    spoilt.write_bytes(gzip.decompress(dive.read_bytes()) + b"nothing of the kind, " * 200)
-    cli.main(["diagnose", str(spoilt), "--vehicle", str(dive.parent / "vehicle.yaml")])
-    said = " ".join(capsys.readouterr().out.split())
-    assert said.count("dive.tlog: 4200 bytes at its end belong to no message and were left out.") == 1
-    cli.main(["diagnose", str(dive), "--vehicle", str(dive.parent / "vehicle.yaml")])
-    assert "belong to no message" not in capsys.readouterr().out
 
 
 FILE = load_vehicle("ruvifist:survey")

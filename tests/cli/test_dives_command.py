@@ -20,7 +20,6 @@ from tui import cli, dive_list
 from tui.dive_list import GLANCE, AxisSpan, Glance, letters, row_of, short_name
 
 BOOT_US = 1_790_000_000_000_000
-ROOT = Path(__file__).resolve().parents[2]
 SURGE_FILE = """
 name: one-axis
 thrust_curve: {lag_s: 0.0}

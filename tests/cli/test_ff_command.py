@@ -180,23 +180,18 @@ def test_of_two_vehicles_with_one_address_off_is_not_done_while_one_says_otherwi
     assert "two vehicles beat as system 1" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(("word", "mode"), [("shadow", 1), ("ff", 2), ("both", 3)])
-def test_a_disarmed_vehicle_is_switched_for_who_says_yes(vehicle, monkeypatch, word, mode, capsys):
+@pytest.mark.parametrize(
+    ("typed", "word", "mode"),
+    [("shadow", "shadow", 1), ("ff", "ff", 2), ("only", "ff", 2), ("both", "both", 3)],
+)
+def test_a_disarmed_vehicle_is_switched_for_who_says_yes(vehicle, monkeypatch, typed, word, mode, capsys):
     vehicle.give_a_model()
     monkeypatch.setattr("sys.stdin", Terminal("yes\n"))
-    assert run(word) == exit_codes.DONE
+    assert run(typed) == exit_codes.DONE
     assert vehicle.server.mode == mode
     shown = capsys.readouterr()
     assert f"feed-forward of vehicle 1 from off to {word}? [yes/no]" in shown.err
     assert f"vehicle 1: {word}, as read back" in shown.out
-
-
-def test_only_orders_the_feed_forward_alone_too(vehicle, monkeypatch, capsys):
-    vehicle.give_a_model()
-    monkeypatch.setattr("sys.stdin", Terminal("yes\n"))
-    assert run("only") == exit_codes.DONE
-    assert vehicle.server.mode == 2
-    assert "from off to ff? [yes/no]" in capsys.readouterr().err
 
 
 def test_off_of_another_program_while_the_question_stands_wins_and_nothing_is_sent(
@@ -311,19 +306,3 @@ def test_a_link_that_is_lost_ends_every_mode_but_off(vehicle, capsys):
     assert run("shadow", "--yes") == exit_codes.LINK
     assert "the other side has gone" in capsys.readouterr().err
     assert vehicle.closed
-
-
-def test_an_unknown_mode_is_wrong_usage(capsys):
-    assert cli.main(["ff", "on"]) == exit_codes.BAD_INPUT
-    assert "'off', 'shadow', 'ff', 'both'" in capsys.readouterr().err
-
-
-def test_in_a_terminal_what_the_vehicle_says_stands_on_a_line_of_its_own(vehicle, monkeypatch, capsys):
-    monkeypatch.setenv("FORCE_COLOR", "1")
-    monkeypatch.setenv("TERM", "xterm")
-    vehicle.give_a_model()
-    vehicle.armed = True
-    assert run("both", "--yes") == exit_codes.NO
-    # The line of the status is erased first: a carriage return, then the sequence that clears a line.
-    cleared = "\r\x1b[2K"
-    assert f"{cleared}vehicle 1: shadow: none flown, seatrial ff shadow first\n" in capsys.readouterr().err

@@ -1,7 +1,6 @@
 """`identify` and `validate` on real recordings of the telemetry contract, also where two methods disagree."""
 
 import contextlib
-import gzip
 import hashlib
 import json
 import re
@@ -134,13 +133,6 @@ def test_several_dives_give_a_list_and_the_table_leaves_standard_output_to_it(mi
     shown = capsys.readouterr()
     assert [found["dive"]["name"] for found in json.loads(shown.out)] == ["minutes", "minutes"]
     assert "low 95 %" in shown.err
-
-
-@needs_shared
-def test_a_compressed_recording_cut_anywhere_is_identified_all_the_same(minute, tmp_path):
-    path = tmp_path / "cut.tlog.gz"
-    path.write_bytes(gzip.compress(minute.read_bytes())[:-1000])
-    assert identify(path) == exit_codes.DONE
 
 
 @needs_shared

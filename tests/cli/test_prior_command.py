@@ -214,25 +214,6 @@ def test_a_sidecar_has_its_thrust_shift_taken_out_and_its_doubts_refused(vehicle
     assert accept(param, vehicle) == exit_codes.BAD_INPUT
 
 
-def test_a_parameter_file_is_read_by_its_sidecar(vehicle, tmp_path):
-    param = tmp_path / "a.param"
-    param.write_text("FF1_M_U,111\n", encoding="utf-8")
-    intervals = {"FF1_M_U": Interval("M_u", "kg", 100.0, 121.0)}
-    write_sidecar(
-        param, Sidecar("1" * 64, "0" * 64, "hovering", "likelihood", "0.1", intervals, "ruvifist", "dive-9")
-    )
-    assert accept(param, vehicle) == exit_codes.DONE
-    assert priors(vehicle)["M_u"].value == pytest.approx(110.0)
-    assert priors(vehicle)["M_u"].source == "dive-9, likelihood"
-
-
-def test_a_prior_remembers_the_dives_that_its_own_priors_came_from(vehicle, tmp_path):
-    accept(identified(tmp_path / "a.json", prior_dives=["1" * 16, "00a" + "2" * 13]), vehicle)
-    assert priors(vehicle)["M_u"].earlier_dives == ("1" * 16, "00a" + "2" * 13)
-    assert priors(vehicle)["M_u"].dives == ("7" * 16, "1" * 16, "00a" + "2" * 13)
-    assert "earlier_dives" in vehicle.read_text(encoding="utf-8")
-
-
 def test_the_beginning_of_the_recording_and_the_earlier_dives_go_with_a_prior(vehicle, tmp_path):
     dive = {"name": "hovering-7", "sha256": "7" * 64, "opening": "9" * 64}
     accept(identified(tmp_path / "a.json", dive=dive), vehicle)

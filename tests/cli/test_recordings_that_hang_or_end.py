@@ -79,12 +79,6 @@ def test_a_link_that_opens_beside_one_that_hangs_is_taken(spec):
     link.close()
 
 
-@pytest.mark.usefixtures("stopped")
-def test_a_link_that_it_never_held_fails_in_its_own_words():
-    with pytest.raises(LinkError, match="there is no port"):
-        link_for("serial:/dev/of_nobody")
-
-
 class Course(QuietLink):
     """The hub of a recording as a client has it, by a clock that stands till somebody waits for something."""
 

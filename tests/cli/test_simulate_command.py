@@ -11,7 +11,6 @@ from bridge.clock import SystemClock
 from bridge.links.memory import memory_pair
 from bridge.vehicle.config import CONFIGS
 from bridge.wire.framing import Framer
-from bridge.wire.tlog import read_tlog
 from gcs_plugin import simulated
 from gcs_plugin.dives.folder import load_folder
 from gcs_plugin.params.client import ParameterClient
@@ -47,10 +46,6 @@ def simulate(tmp_path, mission, *more):
         str(tmp_path / "dives"),
     ]
     return cli.main([*line, *more])
-
-
-def frames(folder):
-    return [frame.raw for _, frame in read_tlog(Path(folder) / "telemetry.tlog")]
 
 
 def test_a_mission_of_ones_own_becomes_a_dive_folder(tmp_path, mission, capsys):
