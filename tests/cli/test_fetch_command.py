@@ -1,11 +1,11 @@
 """`seatrial fetch`: by --link, and by way of the recording that runs."""
 
 import json
-import os
 import threading
 
 import pytest
 from diving_vehicle import Dive
+from telling import telling
 
 from bridge import exit_codes
 from bridge.clock import SystemClock
@@ -20,7 +20,7 @@ from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.recording.hub import Hub
 from gcs_plugin.recording.recorder import Recorder
-from gcs_plugin.recording.state import Holding, write_holding
+from gcs_plugin.recording.state import write_holding
 from tui import cli
 from tui.commands.fetch import MIRROR
 
@@ -161,10 +161,7 @@ def test_by_way_of_the_recording_that_runs_no_link_is_named(dive, folder, tmp_pa
     recording = threading.Thread(target=recorder.run, args=(stop,))
     recording.start()
     try:
-        write_holding(
-            Holding(os.getpid(), hub.address, ("serial:/dev/x:9600",), str(after.path), "2026-11-20T09:12:03Z",
-                    0, 0, 0, 1.0, (), clock.unix_s())
-        )  # fmt: skip
+        write_holding(telling(hub=hub.address, links=("serial:/dev/x:9600",), folder=str(after.path)))
         assert cli.main(["fetch", str(folder.path)]) == exit_codes.DONE
     finally:
         stop.set()

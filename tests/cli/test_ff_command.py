@@ -1,16 +1,16 @@
 """`ff` against the vehicle's real parameter server, in simulated time."""
 
 import json
-import os
 import threading
 
 import pytest
 from fakes.vehicle import FakeVehicle
 from pymavlink.dialects.v20 import ardupilotmega as dialect
+from telling import telling
 
 from bridge import exit_codes
 from gcs_plugin.off_orders import OffMarks
-from gcs_plugin.recording.state import HeardVehicle, Holding, write_holding
+from gcs_plugin.recording.state import HeardVehicle, write_holding
 from tui import cli
 
 
@@ -97,11 +97,7 @@ def test_off_of_a_vehicle_that_is_named_is_sent_while_nothing_is_heard_of_it(veh
 
 def recording_that_heard(vehicle, *heard):
     """One that holds the vehicle's link, and heard these."""
-    clock = vehicle.clock
-    write_holding(
-        Holding(os.getpid(), "tcp:127.0.0.1:1", ("udpin:127.0.0.1:14550",), "dives/a", "2026-11-20T09:12:03Z", 1, 1, 0,
-                7200.0, (), clock.unix_s(), vehicles=heard)
-    )  # fmt: skip
+    write_holding(telling(written_unix_s=vehicle.clock.unix_s(), vehicles=heard))
 
 
 @pytest.mark.parametrize("named", [(), ("--system", "1")])

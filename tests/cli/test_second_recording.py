@@ -5,29 +5,25 @@ import os
 import pytest
 from diving_vehicle import Dive
 from fakes.vehicle import QuietLink
+from telling import HUB, LINK, telling
 
 from bridge import exit_codes
 from bridge.clock import SystemClock
 from bridge.errors import LinkError, LinkLost
 from gcs_plugin.dives.folder import new_folder
 from gcs_plugin.fetch.whole import write_records
-from gcs_plugin.recording.state import Holding, held, held_beside, release, state_file, write_holding
+from gcs_plugin.recording.state import held, held_beside, release, state_file, write_holding
 from tui import cli, links
 from tui.links import ByWay, coming_back, link_for, recordings_now, refuse_second
 
 pytestmark = pytest.mark.usefixtures("switched_off")
 
-FIRST, SECOND = "udpin:127.0.0.1:14550", "udpin:127.0.0.1:14621"
-HUB, OTHER_HUB = "tcp:127.0.0.1:4711", "tcp:127.0.0.1:4712"
+FIRST, SECOND = LINK, "udpin:127.0.0.1:14621"
+OTHER_HUB = "tcp:127.0.0.1:4712"
 
 
 def told(**changed):
-    what = {
-        "pid": os.getppid(), "hub": HUB, "links": (FIRST,), "folder": "/dives/first",
-        "began_utc": "2026-11-20T09:12:03Z", "frames": 0, "bytes": 0, "lost": 0, "disk_left_s": 1.0, "notices": (),
-        "written_unix_s": SystemClock().unix_s(),
-    }  # fmt: skip
-    return Holding(**what | changed)
+    return telling(**{"pid": os.getppid(), "folder": "/dives/first"} | changed)
 
 
 @pytest.fixture
