@@ -160,17 +160,8 @@ def test_a_dive_of_three_seconds_says_why_nothing_can_be_identified(tmp_path, ca
 @needs_shared
 def test_data_that_disagrees_with_the_model_is_a_no_whatever_was_identified(minute, tmp_path, capsys):
     out = tmp_path / "out.json"
-    words = [
-        "identify",
-        str(minute),
-        "--vehicle",
-        "ruvifist:survey",
-        "--method",
-        "likelihood",
-        "--json",
-        str(out),
-    ]
-    assert cli.main(words) == exit_codes.NO
+    words = ["identify", str(minute), "--vehicle", "ruvifist:survey", "--method", "likelihood"]
+    assert cli.main([*words, "--json", str(out)]) == exit_codes.NO
     found = json.loads(out.read_text(encoding="utf-8"))
     assert found["outcome"] == "data and model disagree"
     assert any("VEH_CFG 1" in doubt["sentence"] for doubt in found["doubts"])
@@ -275,22 +266,16 @@ def in_mode(source, path, mode):
 
 
 @needs_shared
-def test_validate_of_a_dive_too_short_to_compare_is_a_no_with_a_sentence(tmp_path, capsys):
-    path = cut(tmp_path / "short.tlog", 120.0, 120.04)
-    assert cli.main(["validate", str(path), "--vehicle", VEHICLE]) == exit_codes.NO
+@pytest.mark.parametrize(("short", "why"), [(True, "nothing to compare"), (False, "no reference")])
+def test_validate_of_a_dive_with_nothing_to_compare_is_a_no_with_a_sentence(tmp_path, capsys, short, why):
+    path = cut(tmp_path / "short.tlog", 120.0, 120.04) if short else ARDUSUB
+    vehicle = VEHICLE if short else "bluerov2_heavy"
+    assert cli.main(["validate", str(path), "--vehicle", vehicle]) == exit_codes.NO
     shown = capsys.readouterr()
-    assert "nothing to compare" in shown.err
+    assert why in shown.err
     assert shown.out == ""
 
 
-@needs_shared
-def test_validate_of_a_dive_without_reference_is_a_no(capsys):
-    code = cli.main(["validate", str(ARDUSUB), "--vehicle", "bluerov2_heavy"])
-    assert code == exit_codes.NO
-    assert "no reference" in capsys.readouterr().err
-
-
-HOVERING = str(Path(__file__).resolve().parents[1] / "data" / "vehicles" / "hovering.yaml")
 NAMES = ("M_u", "D_u")
 ENDS = {"likelihood": "", "pinn": "the network has settled: the loss fell no more"}
 
@@ -312,7 +297,7 @@ def identified(monkeypatch, tmp_path):
 
     def run(mass, *words):
         masses = {"likelihood": 100.0, "pinn": mass}
-        vehicle = load_vehicle(HOVERING).vehicle.name
+        vehicle = load_vehicle(VEHICLE).vehicle.name
 
         def estimator_of(name, *_):
             def estimate(*given):
@@ -323,7 +308,7 @@ def identified(monkeypatch, tmp_path):
 
         monkeypatch.setattr(command, "estimator_of", estimator_of)
         out = tmp_path / "out.json"
-        code = cli.main(["identify", "dive", "--vehicle", HOVERING, "--json", str(out), *map(str, words)])
+        code = cli.main(["identify", "dive", "--vehicle", VEHICLE, "--json", str(out), *map(str, words)])
         return code, out
 
     return run
@@ -354,7 +339,7 @@ def test_a_second_method_that_gives_nothing_says_why_in_terminal_and_page(monkey
 
     monkeypatch.setattr(command, "estimator_of", estimator_of)
     page = tmp_path / "page.html"
-    words = ["identify", "dive", "--vehicle", HOVERING, "--report", str(page)]
+    words = ["identify", "dive", "--vehicle", VEHICLE, "--report", str(page)]
     assert cli.main(words) == exit_codes.DONE
     shown = " ".join(capsys.readouterr().out.split())
     assert "Pinn ended with 'not identifiable'." in shown
