@@ -67,23 +67,19 @@ def test_one_link_is_known_by_any_of_its_names(one, other):
 
 
 @pytest.mark.parametrize(
-    "other",
+    ("one", "other"),
     [
-        "udpin:127.0.0.1:14551",
-        "udpin:192.168.2.1:14550",
-        "tcpin:127.0.0.1:14550",
-        "udpout:127.0.0.1:14550",
-        "any",
-        "",
+        *(
+            (LINK, other)
+            for other in ("udpin:127.0.0.1:14551", "udpin:192.168.2.1:14550", "tcpin:127.0.0.1:14550",
+                          "udpout:127.0.0.1:14550", "any", "")
+        ),
+        ("udpin:127.0.0.1:0", "udpin:127.0.0.1:0"),
     ],
-)
-def test_another_link_is_another(other):
-    assert not same_link(LINK, other)
-    assert not same_link(other, LINK)
-
-
-def test_a_port_that_is_still_to_be_chosen_is_nobodys():
-    assert not same_link("udpin:127.0.0.1:0", "udpin:127.0.0.1:0")
+)  # fmt: skip
+def test_another_link_is_another_and_a_port_still_to_be_chosen_is_nobodys(one, other):
+    assert not same_link(one, other)
+    assert not same_link(other, one)
 
 
 def test_a_serial_port_is_one_by_either_of_its_names(tmp_path):
@@ -351,13 +347,6 @@ def test_a_note_outlives_a_recording_in_which_nothing_was_heard(monkeypatch, tmp
     assert "keeps its notes alone" in capsys.readouterr().err
     (folder,) = tmp_path.iterdir()
     assert [path.name for path in folder.iterdir()] == ["dive.yaml"]
-
-
-def test_a_recording_without_a_hub_says_so(monkeypatch, tmp_path, ends, capsys):
-    with Recording(monkeypatch, tmp_path, "--hub", "none"):
-        assert until(now).hub == ""
-        ends.set()
-    assert "its links serve nobody else" in capsys.readouterr().err
 
 
 def test_beside_another_recording_the_first_stays_the_one_that_others_learn_of(
