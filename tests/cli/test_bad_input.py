@@ -168,6 +168,7 @@ MISPLACED = [
     ("record", "--link", "carrier:pigeon", "--out", "/dev/null/x"),
     ("simulate", "--vehicle", "nobody", "--mission", "survey", "--out", "/dev/null/x"),
     ("demo", "--out", "/dev/null/x"),
+    ("demo", "--out", "OUT"),
     ("import", "no.tlog", "--out", "/dev"),
     ("plan", "--vehicle", "nobody", "--out", "x.txt"),
     ("params", "show", "--link", "carrier:pigeon", "--out", "x.txt"),
@@ -176,7 +177,8 @@ MISPLACED = [
 
 @pytest.mark.parametrize("line", MISPLACED, ids=" ".join)
 def test_a_place_that_can_not_be_written_is_said_before_anything_is_read(complaint, tmp_path, line):
-    code, sentence = complaint(*(word.replace("OUT", str(tmp_path / "gone")) for word in line))
+    (tmp_path / "link").symlink_to(tmp_path / "gone")
+    code, sentence = complaint(*(word.replace("OUT", str(tmp_path / "link")) for word in line))
     assert code == exit_codes.BAD_INPUT
     assert sentence.startswith(f"seatrial: {line[-2]} ")
 
