@@ -18,6 +18,7 @@ from bridge.exit_codes import UsageError
 from bridge.vehicle.config import CONFIGS, load_vehicle
 from gcs_plugin.params.files import sidecar_path
 from tui import show
+from tui.cli import complain
 from tui.options import FolderTarget, NewFolder, ParameterTarget, Target
 from tui.show import STANDARD_OUTPUT
 
@@ -140,7 +141,7 @@ class Files:
         self, _type: type[BaseException] | None, _error: object, _trace: TracebackType | None
     ) -> None:
         for sentence in self._failed:
-            show.complain(sentence)
+            complain(sentence)
 
     def attempt(self, write: Callable[[], object], sentence: str = "") -> bool:
         """Run `write` and return whether it succeeded; if so, add `sentence` to `written`, unless it is empty."""

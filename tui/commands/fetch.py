@@ -2,6 +2,7 @@
 
 import argparse
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,7 +29,6 @@ from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.recording import orders
 from tui import links, show
 from tui.commands.merge import beyond_words, guessed_words, lacking_words
-from tui.show import Tell
 
 FIND_S = 10.0
 
@@ -180,7 +180,7 @@ class Fetcher:
     link: Link
     clock: Clock
     patience_s: float
-    tell: Tell
+    tell: Callable[[float, str], None]
 
     def whole(self, folder: DiveFolder) -> Fetched:
         """Complete a dive. Raises LogError if the ring has nothing of it, another fetch is running or the dive is

@@ -23,6 +23,7 @@ from identify.ingest.messages import clock
 from identify.ingest.tlog import read_tlog as read_fields
 from identify.words import listed
 from tui import show
+from tui.cli import complain
 
 TOLD: Final = 3
 """Number of entries that are named individually if there are many."""
@@ -42,7 +43,7 @@ def run(arguments: argparse.Namespace) -> int:
         for merged in merge_all(folder, [Path(name) for name in arguments.files]):
             came.append(merged)
             if merged.into is None:
-                show.complain(merged.words)
+                complain(merged.words)
             else:
                 show.say(show.results(arguments.json), merged.words)
         done, refused = ([one.file.name for one in came if (one.into is None) == no] for no in (False, True))
