@@ -16,11 +16,9 @@ from bridge.onboard.parameters import ParameterServer
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.effect_coefficients import AcceptedEffect
 from bridge.vehicle.parameters import vehicle_table
-from gcs_plugin.params.files import Sidecar, read_sidecar, write_sidecar
-from identify.diagnose.candidates import Cause
-from identify.diagnose.result import NOTHING, Accepted, Finding, Value
+from gcs_plugin.params.files import read_sidecar, write_sidecar
+from identify.diagnose.result import Accepted, Value
 from identify.dive import Dive
-from identify.effects.environment import waves
 from identify.identification import Doubt, Outcome
 from tui import cli
 from tui.commands.diagnose import accept, accepted_before
@@ -154,19 +152,6 @@ def test_a_doubted_value_that_is_exported_is_told(tmp_path, capsys):
     assert "warning: M_u is doubted: no rate of turn was recorded" in shown
     assert "M_w is doubted" not in shown
     assert json.loads(told.read_text(encoding="utf-8"))["doubted"] == {"M_u": "no rate of turn was recorded"}
-
-
-def test_a_sidecars_doubts_are_told_where_its_values_are_exported(tmp_path, capsys):
-    param = tmp_path / "a.param"
-    param.write_text("FF1_M_U,111\n", encoding="utf-8")
-    told = Sidecar("1" * 64, "0" * 64, "hovering", "likelihood", "0.1", vehicle="ruvifist", outcome="converged",
-                   doubted={"M_u": "no rate of turn was recorded"})  # fmt: skip
-    write_sidecar(param, told)
-    assert (
-        export(param, "--vehicle", "ruvifist", "--to", "gazebo", "--out", tmp_path / "a.sdf")
-        == exit_codes.DONE
-    )
-    assert "warning: M_u is doubted: no rate of turn was recorded" in capsys.readouterr().out
 
 
 def test_a_file_that_finds_no_room_is_named_with_what_did_not_fit_and_leaves_what_lay_there(
@@ -324,16 +309,6 @@ def test_a_mission_is_dived_with_it(param, tmp_path, capsys):
     assert list(Path(tmp_path / "dives").glob("*/telemetry.tlog"))
     line[4] = "idle"
     assert cli.main([*line, "--accepted", str(param), "--link", "udpout:127.0.0.1:9"]) == exit_codes.BAD_INPUT
-
-
-def test_where_what_was_found_is_likelier_absent_nothing_is_written_and_it_is_named(tmp_path):
-    sea = waves(4.0)
-    cause = Cause(sea, sea.start())
-    found = SimpleNamespace(first=(), accepted=NOTHING, findings=(Finding(cause, (), {}, 0.45, {}, 12.0),))
-    (sentence,) = accept(tmp_path / "out.param", found, Dive("plain", tmp_path, "ab" * 32), FILE)
-    assert sentence.endswith(
-        "was not written: what was found is likelier absent than present, and so not accepted: waves (45 % probable)."
-    )
 
 
 def test_a_recording_that_contradicts_itself_is_accepted_with_its_doubts_and_not_sent_without_a_word(

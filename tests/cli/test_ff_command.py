@@ -85,16 +85,6 @@ def test_off_where_nobody_is_heard_is_the_link_that_failed(vehicle, capsys):
     assert vehicle.sets == []
 
 
-def test_off_of_a_vehicle_that_is_named_is_sent_while_nothing_is_heard_of_it(vehicle, capsys):
-    vehicle.server.write("FF_MODE", 1.0, armed=False)
-    vehicle.mute = True
-    assert run("off", "--system", "1", "--seconds", "4.1") == exit_codes.LINK
-    assert vehicle.server.mode == 0
-    assert capsys.readouterr().out.startswith(
-        "vehicle 1: sent 9 times, never heard: not confirmed (sent 9 times"
-    )
-
-
 def recording_that_heard(vehicle, *heard):
     """One that holds the vehicle's link, and heard these."""
     write_holding(telling(written_unix_s=vehicle.clock.unix_s(), vehicles=heard))
@@ -159,21 +149,6 @@ def test_control_c_ends_off_and_says_how_far_it_came(vehicle, monkeypatch, capsy
     assert run("off") == exit_codes.INTERRUPTED
     assert "it answers shadow" in capsys.readouterr().out
     assert vehicle.closed
-
-
-def twin_of(vehicle, mode):
-    twin = afloat(vehicle.clock)
-    twin.give_a_model()
-    twin.server.write("FF_MODE", mode, armed=False)
-    for _ in range(100):
-        twin.encoder.frame(0, bytes(9))
-    return twin
-
-
-def test_of_two_vehicles_with_one_address_off_is_not_done_while_one_says_otherwise(vehicle, capsys):
-    vehicle.twin = twin_of(vehicle, 3.0)
-    assert run("off", "--seconds", "40") == exit_codes.NO
-    assert "two vehicles beat as system 1" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

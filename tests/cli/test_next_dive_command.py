@@ -87,12 +87,6 @@ def test_each_frame_lies_in_exactly_one_of_both_dives_and_link_and_hub_stay_open
     assert now() is None
 
 
-@pytest.mark.parametrize("word", ["--next", "--end"])
-def test_without_a_recording_it_is_said_what_to_do(word, capsys):
-    assert cli.main(["record", word]) == exit_codes.LINK
-    assert "no recording runs; start `seatrial record`" in capsys.readouterr().err
-
-
 def test_what_to_do_must_be_said(capsys):
     assert cli.main(["record"]) == exit_codes.BAD_INPUT
     assert "--link --next --end" in capsys.readouterr().err
