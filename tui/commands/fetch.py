@@ -72,13 +72,11 @@ def run(arguments: argparse.Namespace) -> int:
     finally:
         link.close()
     show.say(show.results(arguments.json), done.words)
-    outcome: dict[str, object] = {
-        "recording": str(done.path),
-        "frames": done.frames,
-        "missing": done.missing,
-    }
-    outcome |= {"fetched_bytes": done.fetched_bytes, "damaged": done.damaged}
-    outcome |= {"holes": [vars(hole) for hole in done.holes], "lost": done.lost, "beyond": done.beyond}
+    outcome = {
+        "recording": str(done.path), "frames": done.frames, "missing": done.missing,
+        "fetched_bytes": done.fetched_bytes, "damaged": done.damaged,
+        "holes": [vars(hole) for hole in done.holes], "lost": done.lost, "beyond": done.beyond,
+    }  # fmt: skip
     show.write_json(outcome, arguments.json)
     return exit_codes.DONE if done.is_whole else exit_codes.NO
 
@@ -146,31 +144,21 @@ class Fetched:
     @property
     def words(self) -> str:
         """`1200 of 96000 frames had not been heard; the dive is whole in dives/.../telemetry.whole.tlog`."""
+        missing = f"{self.missing} of {self.frames} frames had not been heard"
         if self.damaged:
-            subject, complete = (
-                "all that can be read is",
-                f"all {self.frames} frames that can be read are there",
-            )
-        elif self.is_whole:
-            subject, complete = "the dive is whole", f"nothing is missing, all {self.frames} frames are there"
+            subject = "all that can be read is"
         else:
-            subject, complete = (
-                "what there is of the dive is",
-                f"all {self.frames} frames that anybody has are there",
-            )
-        if self.missing:
-            summary = f"{self.missing} of {self.frames} frames had not been heard; {subject} in {self.path}"
-        else:
-            summary = f"{complete}: {self.path}"
+            subject = "the dive is whole" if self.is_whole else "what there is of the dive is"
         lacking = lacking_words(self.holes, self.lost)
-        more = [
+        sentences = (
+            f"{missing if self.missing else f'all {self.frames} frames had been heard'}; {subject} in {self.path}",
             f"{lacking}, the vehicle neither: {LET_GO}" if lacking else "",
             HURT.format(count=self.damaged) if self.damaged else "",
             HURT_BEYOND.format(count=self.damaged_beyond) if self.damaged_beyond else "",
             guessed_words(self.guessed),
             beyond_words(self.beyond),
-        ]
-        return ". ".join((summary, *filter(None, more)))
+        )
+        return ". ".join(filter(None, sentences))
 
 
 @dataclass(frozen=True)

@@ -72,8 +72,7 @@ def beyond_words(beyond: int) -> str:
     """Number of frames left out because of their time; "" for none."""
     if not beyond:
         return ""
-    were = "frame of it was" if beyond == 1 else "frames of it were"
-    are = "is" if beyond == 1 else "are"
+    were, are = ("frame of it was", "is") if beyond == 1 else ("frames of it were", "are")
     return f"{beyond} {were} sent before the dive's first frame or after its last and {are} left out"
 
 
