@@ -15,9 +15,10 @@ from bridge.wire.framing import Encoder
 from bridge.wire.readings import Reading, encode
 from bridge.wire.tlog import TlogWriter
 from gcs_plugin.dives.folder import About, DiveFolder, Event, new_folder
+from identify.glance.excitation import Span
 from identify.ingest.open import read_dive
 from tui import cli, dive_list
-from tui.dive_list import GLANCE, AxisSpan, Glance, letters, row_of, short_name
+from tui.dive_list import GLANCE, Glance, letters, row_of, short_name
 
 BOOT_US = 1_790_000_000_000_000
 SURGE_FILE = """
@@ -241,7 +242,7 @@ def test_a_glance_with_something_else_in_a_place_is_made_again(dives, looks, tol
 
 def test_what_a_glance_does_not_know_is_as_unknown_when_it_is_read_again(dives, monkeypatch):
     folder = dives / "2026-11-20T0912Z-hovering"
-    seen = Glance(1.7e9, relative_std={"M_u": math.inf, "D_u": 0.1}, spans=(AxisSpan("surge", 2.0),))
+    seen = Glance(1.7e9, relative_std={"M_u": math.inf, "D_u": 0.1}, spans=(Span("surge", 2.0),))
     monkeypatch.setattr(dive_list, "_looked", lambda *_: seen)
     row_of(folder)
     monkeypatch.setattr(dive_list, "_looked", lambda *_: pytest.fail("looked at anew"))
