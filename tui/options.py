@@ -112,7 +112,14 @@ class Options:
     def link(
         self, meaning: str = "the link to the vehicle (default: that of the recording that runs)"
     ) -> None:
+        """A link, and the key that signs it."""
         self.value("--link", "SPEC", meaning)
+        self.sign_key()
+
+    def links(self, meaning: str) -> None:
+        """Any number of links, and the key that signs them."""
+        self.value("--link", "SPEC", meaning, action="append", default=[])
+        self.sign_key()
 
     def sign_key(self) -> None:
         secured.add_argument(self.parser)

@@ -119,8 +119,7 @@ def _simulate(options: Options) -> None:
     options.value(
         "--accepted", "FILE", "the vehicle truly is the .param of diagnose --accept, effects included"
     )
-    options.value("--link", "SPEC", "also stream there", action="append", default=[])
-    options.sign_key()
+    options.links("also stream there")
     options.value("--speed", "N|max", "times real time (default: max, with --link 1)", type=speed)
     options.value("--seconds", "N", "end idle after so long", type=seconds)
     options.json("what was dived")
@@ -131,14 +130,7 @@ def _simulate(options: Options) -> None:
     "seatrial tui --link udpin:127.0.0.1:14550 --vehicle ruvifist",
 )
 def _tui(options: Options) -> None:
-    options.value(
-        "--link",
-        "SPEC",
-        "a link to record and to show; may be given again (default: what is being recorded)",
-        action="append",
-        default=[],
-    )
-    options.sign_key()
+    options.links("a link to record and to show; may be given again (default: what is being recorded)")
     options.vehicle("the vehicle file: what must be heard")
     options.takes_dive()
     options.value("--receipts", "FOLDER", "where uploads leave values before and receipt", default="receipts")
@@ -204,7 +196,6 @@ def _fetch(options: Options) -> None:
     options.vehicle("of --new: the vehicle file to name in dive.yaml")
     options.link()
     options.system("of --new: its MAVLink system, where several beat")
-    options.sign_key()
     options.value(
         "--patience",
         "N",
@@ -263,7 +254,6 @@ def _conditions(options: Options) -> None:
 )
 def _watch(options: Options) -> None:
     options.link("a link (default: by way of the recording that runs)")
-    options.sign_key()
     options.vehicle(
         "the vehicle file: which sensors it has (default: the one that the recording that runs names)"
     )
@@ -446,7 +436,6 @@ def _params(options: Options) -> None:
             default="receipts",
         )
         action.link()
-        action.sign_key()
         action.system()
         action.value("--seconds", "N", "wait so long for it", type=seconds, default=5.0)
         action.json()
@@ -460,7 +449,6 @@ def _ff(options: Options) -> None:
     modes = "; ".join(f"{mode.word}, {sentence}" for mode, sentence in MODES.items())
     options.value("mode", "MODE", modes, choices=ORDERS)
     options.link()
-    options.sign_key()
     options.system("its MAVLink system, where several beat (default of off: each of them)")
     options.switch("--yes", "do not ask")
     options.value("--seconds", "N", "try so long (default: 15; of off: until it is done)", type=seconds)
@@ -607,7 +595,6 @@ def _doctor(options: Options) -> None:
     options.link(
         "the link to the vehicle; without it, that of the recording that runs, else the ports of its devices"
     )
-    options.sign_key()
     options.value("--out", "FOLDER", "where recordings go", type=FolderTarget, default="dives")
     options.switch("--wet", "in the water: arm, push with each thruster once, disarm; about a minute")
     options.value("--confirm", "NAME", "the vehicle's name, so that --wet does not ask for it")
