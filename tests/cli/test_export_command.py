@@ -233,9 +233,9 @@ def test_the_sidecar_keeps_where_it_came_from_and_the_effects(param):
     assert (sidecar.dive, sidecar.dive_sha256, sidecar.vehicle) == ("planted", "ab" * 32, "ruvifist")
     assert sidecar.effects == (DRAG, WEAK, WAVES)
     assert sidecar.intervals["FF1_N_V"].low95 == pytest.approx(-2.1)
-    model = accepted_model(param, FILE, Leave())
-    assert model.values == pytest.approx(VALUES)
-    assert model.configuration == "hovering"
+    values, of_file = accepted_model(param, FILE, Leave())
+    assert values == pytest.approx(VALUES)
+    assert of_file == sidecar
 
 
 def test_a_later_diagnosis_takes_values_and_effects_from_it(param):

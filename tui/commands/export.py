@@ -97,13 +97,17 @@ def _identified(path: Path, file: VehicleFile, leave: Leave) -> tuple[Model, dic
 
 
 def _accepted(path: Path, file: VehicleFile, leave: Leave) -> tuple[Model, dict[str, str]]:
-    accepted = accepted_model(path, file, leave)
+    accepted, sidecar = accepted_model(path, file, leave)
     # Accepted effects enter the model as effects; identified values enter as plain coefficients.
-    squared = {} if accepted.effects else OF_HULL
-    values = {name: value for name, value in accepted.values.items() if name in BY_NAME or name in squared}
-    intervals = {name: pair for name, pair in accepted.intervals.items() if is_held(name)}
-    model = model_of(values, file, accepted.configuration, intervals)
-    doubted = {name: why for name, why in accepted.doubted.items() if name in values}
-    shape = file.vehicle.configurations[accepted.configuration]
+    squared = {} if sidecar.effects else OF_HULL
+    values = {name: value for name, value in accepted.items() if name in BY_NAME or name in squared}
+    intervals = {
+        interval.coefficient: (interval.low95, interval.high95)
+        for interval in sidecar.intervals.values()
+        if is_held(interval.coefficient)
+    }
+    model = model_of(values, file, sidecar.configuration, intervals)
+    doubted = {name: why for name, why in sidecar.doubted.items() if name in values}
+    shape = file.vehicle.configurations[sidecar.configuration]
     effects = library(shape, file.vehicle.thrust_curve.lag_s)
-    return with_effects(model, accepted.effects, effects), doubted
+    return with_effects(model, sidecar.effects, effects), doubted

@@ -190,22 +190,22 @@ def accepted_truth(path: Path, file: VehicleFile, configuration: str) -> tuple[T
     Values that were not identified come from that truth, otherwise from the vehicle file's model. Raises UsageError
     for a file of another vehicle or configuration, ConfigError if a coefficient is found nowhere.
     """
-    accepted = accepted_model(path, file, Leave(doubts=True))
-    if accepted.configuration != configuration:
+    values, sidecar = accepted_model(path, file, Leave(doubts=True))
+    if sidecar.configuration != configuration:
         raise UsageError(
-            f"{path}: is of configuration '{accepted.configuration}', not '{configuration}'; name its own"
+            f"{path}: is of configuration '{sidecar.configuration}', not '{configuration}'; name its own"
         )
-    linear = {name: value for name, value in accepted.values.items() if name in BY_NAME}
+    linear = {name: value for name, value in values.items() if name in BY_NAME}
     shape = file.vehicle.configurations[configuration]
     shapes = file.vehicle.configurations | {configuration: replace(shape, model=shape.model | linear)}
     truth = load_truth(replace(file, vehicle=replace(file.vehicle, configurations=shapes)), configuration)
-    effects = {name: value for name, value in accepted.values.items() if name not in linear}
+    effects = {name: value for name, value in values.items() if name not in linear}
     held = {name: value for name, value in effects.items() if name in PLANTED or GAIN.fullmatch(name)}
     effects_held = {
         effect.label
         for effect in library(shape, file.vehicle.thrust_curve.lag_s)
         if effect.feedforward in SIMULATED
     }
-    lost = [effect.label for effect in accepted.effects if effect.label not in effects_held]
+    lost = [effect.label for effect in sidecar.effects if effect.label not in effects_held]
     notes = (f"not simulated: {', '.join(lost)}",) if lost else ()
     return replace(truth, model=truth.model | linear, effects=held), notes
