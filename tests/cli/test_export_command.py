@@ -23,6 +23,7 @@ from identify.identification import Doubt, Outcome
 from tui import cli
 from tui.commands.diagnose import accept, accepted_before
 from tui.commands.params import targets_of
+from tui.commands.prior import accepted_in
 from tui.commands.simulate import accepted_truth
 from tui.parameter_files import Leave, accepted_model
 
@@ -242,6 +243,7 @@ def test_a_later_diagnosis_takes_values_and_effects_from_it(param):
     before = accepted_before(param, "hovering")
     assert before.values["M_u"].value == pytest.approx(111.0, rel=1e-4)
     assert (before.effects, before.notes) == ((DRAG, WEAK, WAVES), ())
+    assert "X_uu" not in accepted_in(param, 0.0, Leave()).priors, "the drag is one of its effects"
     with pytest.raises(UsageError, match="is of configuration 'hovering', the dive of 'survey'"):
         accepted_before(param, "survey")
 
